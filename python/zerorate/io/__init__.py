@@ -1,0 +1,17 @@
+"""Read and write sensor logs: text tables, NumPy files and Parquet, one `Log` type out."""
+
+from zerorate.io.atomic import atomic_path, check_writable
+from zerorate.io.clock import ClockReport
+from zerorate.io.log import Log, LogError
+from zerorate.io.reading import read_log
+from zerorate.io.writing import write_log
+
+__all__ = [
+    "ClockReport",
+    "Log",
+    "LogError",
+    "atomic_path",
+    "check_writable",
+    "read_log",
+    "write_log",
+]

@@ -1,0 +1,154 @@
+"""Which columns are gyros, which is the time, and which ones a caller means."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from zerorate.io.errors import LogError
+from zerorate.io.quantity import split_unit
+from zerorate.io.table import Column, Table
+
+Columns = str | int | Sequence[str | int] | None
+
+_GYRO = re.compile(
+    r"gyr|angular_?(vel|rate)|ang_?vel|omega|(rotation|turn|yaw|pitch|roll)_?rate"
+    r"|(^|_)(w|g|rate)(_rs_s)?_?[xyz]$|^rate$"
+)
+_NOT_GYRO = re.compile(r"temp|bias|acc|cov|sigma|std|status|valid|flag|mag")
+_TIME = re.compile(
+    r"^(t|(.*_)?(times?|time_?stamps?|stamps?))"
+    r"(_(s|secs?|seconds?|ms|msecs?|millis|us|usecs?|micros|µs|ns|nsecs?|nanos))?$"
+)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Indices of the time column (None without one) and of the data columns."""
+
+    time: int | None
+    data: tuple[int, ...]
+
+
+def plain(name: str) -> str:
+    """Return the name in lower case with single underscores: ``GyroX [dps]`` -> ``gyro_x_dps``."""
+    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
+    return re.sub(r"[^a-z0-9µ°]+", "_", split.lower()).strip("_")
+
+
+def looks_like_gyro(name: str) -> bool:
+    """Whether a column of this name holds an angular rate."""
+    stem = plain(split_unit(name)[0])
+    return bool(_GYRO.search(stem)) and not _NOT_GYRO.search(stem)
+
+
+def looks_like_time(name: str) -> bool:
+    """Whether a column of this name holds timestamps."""
+    return bool(_TIME.match(plain(name)))
+
+
+def choose(table: Table, columns: Columns) -> Choice:
+    """Return the time column and the data columns of a table.
+
+    ``columns`` is what the caller asked for: names, indices, one of them, or None for all
+    gyro columns (all but the time where the table has no names).
+    """
+    asked = None if columns is None else _asked(table, columns)
+    if table.names is None:
+        time, counter = _unnamed_time(table, asked or ())
+    else:
+        time, counter = _named_time(table, table.names, asked or ()), None
+    if asked is None:
+        asked = _default(table, {time, counter})
+    return Choice(time, asked)
+
+
+def _default(table: Table, excluded: set[int | None]) -> tuple[int, ...]:
+    if table.data is not None:
+        return table.data
+    others = [i for i in range(table.width) if i not in excluded]
+    if table.names is not None:
+        others = [i for i in others if looks_like_gyro(table.names[i])]
+    if not others:
+        raise LogError(f"no column looks like a gyro; choose with columns= from: {_listed(table)}")
+    return tuple(others)
+
+
+def _asked(table: Table, columns: str | int | Sequence[str | int]) -> tuple[int, ...]:
+    single = isinstance(columns, (str, int, np.integer))
+    wanted = [columns] if single else list(columns)  # type: ignore[arg-type]
+    if not wanted:
+        raise LogError("columns= is empty; name at least one column or leave it out")
+    indices = tuple(_index(table, column) for column in wanted)
+    repeated = sorted({table.label(i) for i in indices if indices.count(i) > 1})
+    if repeated:
+        raise LogError(f"columns= names a column twice: {', '.join(repeated)}")
+    return indices
+
+
+def _index(table: Table, column: object) -> int:
+    if isinstance(column, str):
+        return _index_of_name(table, column)
+    if isinstance(column, bool) or not isinstance(column, (int, np.integer)):
+        raise LogError(f"columns= takes names and indices, got {column!r}")
+    if not -table.width <= column < table.width:
+        raise LogError(f"there is no column {column}: the file has {table.width} columns")
+    return int(column) % table.width
+
+
+def _index_of_name(table: Table, name: str) -> int:
+    names = [table.label(i) for i in range(table.width)]
+    found = [i for i, own in enumerate(names) if own == name]
+    if len(found) > 1:
+        raise LogError(f"{len(found)} columns are named '{name}'; choose one by its index")
+    if found:
+        return found[0]
+    close = difflib.get_close_matches(name, names, n=3)
+    hint = f"; close: {', '.join(close)}" if close else ""
+    raise LogError(f"there is no column '{name}'{hint}; the file has: {_listed(table)}")
+
+
+def _listed(table: Table) -> str:
+    names = [table.label(i) for i in range(table.width)]
+    shown = names if len(names) <= 60 else [*names[:60], f"... ({len(names)} in all)"]
+    return ", ".join(shown)
+
+
+def _named_time(table: Table, names: tuple[str, ...], taken: Sequence[int]) -> int | None:
+    if table.time is not None:
+        return table.time if table.time not in taken else None
+    free = (i for i, name in enumerate(names) if i not in taken and looks_like_time(name))
+    return next(free, None)
+
+
+def _unnamed_time(table: Table, taken: Sequence[int]) -> tuple[int | None, int | None]:
+    """Return the time column and the row counter of a table without names, each maybe None."""
+    if table.time is not None:
+        return (table.time if table.time not in taken else None), None
+    if table.width < 2 or 0 in taken:
+        return None, None
+    columns = table.load(range(table.width))
+    if not _steady(columns[0]) or any(_steady(column) for column in columns[1:]):
+        return None, None
+    if _counts_rows(columns[0]):
+        return None, 0
+    return 0, None
+
+
+def _steady(column: Column) -> bool:
+    """Whether values rise in near-equal steps over most rows, as a clock's do."""
+    if len(column) < 3 or column.dtype.kind not in "fiu":
+        return False
+    steps = np.diff(column.astype(np.float64))
+    with np.errstate(invalid="ignore"):
+        middle = np.median(steps)
+        near = np.abs(steps - middle) <= 0.5 * middle
+        return bool(middle > 0 and (steps > 0).mean() >= 0.9 and near.mean() >= 0.8)
+
+
+def _counts_rows(column: Column) -> bool:
+    return column[0] in (0, 1) and bool(np.all(np.diff(column) == 1))

@@ -1,0 +1,155 @@
+"""A log: uniformly sampled channels with their rate, names and unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.io.errors import LogError
+from zerorate.io.rates import checked_rate
+
+__all__ = ["Log", "LogError"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """Channels of one recording on a uniform time grid.
+
+    Parameters
+    ----------
+    time
+        Seconds, shape (n,), uniform: sample i stands at ``time[0] + i / rate``.
+    rate
+        Samples per second, Hz.
+    data
+        Shape (n,) or (n, k), in ``unit``; NaN marks a missing sample. Kept as C-contiguous
+        float64 of shape (n, k).
+    names
+        One name a channel, all different.
+    unit
+        ``"deg/s"``, ``"rad/s"``, ``"deg/h"``, ...; ``"unit"`` where nothing is known.
+    meta
+        Whatever else is known. ``read_log`` fills ``source``, ``format``, ``clock`` (a
+        `ClockReport`), ``notes`` (a tuple of sentences) and, where given, ``sensor``.
+
+    Raises
+    ------
+    LogError
+        If the shapes disagree, the log is empty, names repeat, or the time is not uniform.
+    ValueError
+        If the rate is not a positive finite number.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.io import Log
+    >>> log = Log(np.arange(4) / 2.0, 2.0, [0.1, 0.2, np.nan, 0.1], ["gyro_z_dps"], "deg/s")
+    >>> log.n, log.channels, log.duration, log.n_missing
+    (4, 1, 2.0, 1)
+    """
+
+    time: FloatArray
+    rate: float
+    data: FloatArray
+    names: tuple[str, ...]
+    unit: str = "unit"
+    meta: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Bring the fields to their types and check that they agree."""
+        object.__setattr__(self, "rate", checked_rate(self.rate))
+        object.__setattr__(self, "data", _channels(self.data))
+        object.__setattr__(self, "names", _checked_names(self.names, self.channels))
+        object.__setattr__(self, "time", _checked_time(self.time, self.n, self.rate))
+        if not isinstance(self.unit, str) or not self.unit.strip():
+            raise LogError(f"unit must be a non-empty string, got {self.unit!r}")
+
+    def __repr__(self) -> str:
+        """Return the size, rate, length, unit and names."""
+        return (
+            f"Log({self.n} samples at {self.rate:g} Hz, {self.duration:g} s, "
+            f"{self.unit}: {', '.join(self.names)})"
+        )
+
+    @property
+    def n(self) -> int:
+        """Number of samples on the grid, missing ones included."""
+        return int(self.data.shape[0])
+
+    @property
+    def channels(self) -> int:
+        """Number of channels."""
+        return int(self.data.shape[1])
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds, ``n / rate``: each sample stands for one period."""
+        return self.n / self.rate
+
+    @property
+    def n_missing(self) -> int:
+        """Number of samples with at least one channel missing (NaN)."""
+        return int(np.isnan(self.data).any(axis=1).sum())
+
+    def with_data(self, data: npt.ArrayLike) -> Log:
+        """Return this log with other values of the same shape, such as a filter's output.
+
+        Parameters
+        ----------
+        data
+            Shape (n, k), or (n,) for one channel, in the log's unit.
+
+        Raises
+        ------
+        LogError
+            If the shape is not that of the log.
+        """
+        values = _channels(data)
+        if values.shape != self.data.shape:
+            raise LogError(f"data must have the log's shape {self.data.shape}, got {values.shape}")
+        return replace(self, data=values)
+
+
+def _channels(data: npt.ArrayLike) -> FloatArray:
+    values = np.asarray(data, dtype=np.float64)
+    if values.ndim == 1:
+        values = values[:, np.newaxis]
+    if values.ndim != 2 or 0 in values.shape:
+        raise LogError(
+            "data must have shape (n,) or (n, k) with at least one sample and one channel, "
+            f"got {values.shape}"
+        )
+    return np.ascontiguousarray(values)
+
+
+def _checked_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]:
+    listed = (names,) if isinstance(names, str) else tuple(names)
+    for name in listed:
+        if not isinstance(name, str) or not name.isprintable() or name != name.strip() or not name:
+            raise LogError(f"a channel's name must be printable text, got {name!r}")
+    if len(listed) != channels:
+        raise LogError(f"names must have one entry a channel: {channels}, got {len(listed)}")
+    repeated = sorted({name for name in listed if listed.count(name) > 1})
+    if repeated:
+        raise LogError(f"names must differ, repeated: {', '.join(repeated)}")
+    return tuple(str(name) for name in listed)
+
+
+def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> FloatArray:
+    seconds = np.ascontiguousarray(time, dtype=np.float64)
+    if seconds.shape != (n,):
+        raise LogError(f"time must have shape ({n},) as data has {n} samples, got {seconds.shape}")
+    if not np.isfinite(seconds).all():
+        raise LogError("time must be finite")
+    off = np.abs(seconds - seconds[0] - np.arange(n) / rate).max() * rate
+    if off > 0.5:
+        raise LogError(
+            f"time must be uniform at {rate:g} Hz, but leaves that grid by {off:.3g} samples"
+        )
+    return seconds

@@ -1,0 +1,211 @@
+"""Reading a log of any format."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.io.clock import Grid, fit_grid, unstamped
+from zerorate.io.columns import choose
+from zerorate.io.errors import LogError
+from zerorate.io.formats import format_of
+from zerorate.io.log import Log
+from zerorate.io.npy import read_npy, read_npz
+from zerorate.io.parquet import read_parquet
+from zerorate.io.quantity import UNKNOWN, canonical_unit, common_unit
+from zerorate.io.rates import checked_rate
+from zerorate.io.stamps import Stamps, to_seconds
+from zerorate.io.table import Column, Table, as_numbers
+from zerorate.io.text import read_text
+
+
+def read_log(
+    path: str | os.PathLike[str],
+    rate: float | None = None,
+    columns: str | int | Sequence[str | int] | None = None,
+    unit: str | None = None,
+) -> Log:
+    r"""Return the gyro channels of a recording on a uniform time grid.
+
+    Parameters
+    ----------
+    path
+        A text table (``.csv .tsv .txt .dat``), ``.npy``, ``.npz`` or ``.parquet`` file. The
+        delimiter, header, comments (``#``, ``%``), decimal comma and missing cells (empty,
+        ``nan``, ``NA``) of a text table are found from its content. An ``.npz`` holds ``data``
+        or one array a column, and optionally ``time``, ``rate``, ``unit``, ``names``.
+    rate
+        Samples per second, Hz. Needed where the file has neither timestamps nor a rate in its
+        metadata; elsewhere it must agree with the timestamps to 1 % and then is the log's rate.
+    columns
+        Names or indices (from 0, negative from the end), or a single one. By default every
+        column named like a gyro (``gyro_x_dps``, ``wx``, ``angular_velocity.x``), of all
+        sensors; in a table without names every column but the time.
+    unit
+        ``"rad/s"``, ``"deg/s"``, ``"deg/h"``, ``"g"`` or ``"m/s^2"``, where the file does not
+        say it. By default the suffix of the columns' names (``_dps``, ``[rad s^-1]``), then the
+        metadata; ``"unit"`` where nothing is known. Values are never converted.
+
+    Returns
+    -------
+    Log
+        Data of shape (n, k), float64, NaN where a sample is missing. ``meta["clock"]`` reports
+        on the timestamps, ``meta["notes"]`` on what was assumed.
+
+    Raises
+    ------
+    LogError
+        If the content is not as expected; the message names file, place and expectation.
+    ValueError
+        If ``rate`` or ``unit`` is not valid.
+    OSError
+        If the file is missing, a folder, or not readable.
+    ImportError
+        For Parquet without pyarrow: ``pip install 'zerorate[io]'``.
+
+    Notes
+    -----
+    The time column is one named ``time``, ``t``, ``timestamp``, ``stamp`` or so; its unit is the
+    suffix (``_s _ms _us _ns``), else follows from the step: below 0.5 seconds, below 100
+    milliseconds, below 100 000 microseconds, else nanoseconds. In a table without names the
+    first column is the time if it rises in near-equal steps over most rows and no other column
+    does; if it only counts rows (0, 1, 2, ...) it is left out, and ``rate`` is needed.
+
+    Missing samples, judged by the stamps' deviation from a uniform clock, become NaN rows.
+    Late or repeated stamps do not add or drop rows. Where the clock jumps back, the rows stay in
+    the file's order and the time goes on.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from zerorate.io import read_log
+    >>> path = Path(tempfile.mkdtemp()) / "log.csv"
+    >>> _ = path.write_text("time_s,gyro_x_dps\n0.00,0.1\n0.01,0.2\n0.02,0.1\n")
+    >>> read_log(path)
+    Log(3 samples at 100 Hz, 0.03 s, deg/s: gyro_x_dps)
+    """
+    given_rate = None if rate is None else checked_rate(rate)
+    given_unit = None if unit is None else canonical_unit(unit)
+    file = Path(path)
+    _check_readable(file)
+    try:
+        return _read(file, given_rate, columns, given_unit)
+    except LogError as error:
+        raise LogError(f"{file}: {error}") from None
+
+
+def _read(
+    file: Path,
+    rate: float | None,
+    columns: str | int | Sequence[str | int] | None,
+    unit: str | None,
+) -> Log:
+    kind = format_of(file)
+    table = _open(file, kind)
+    if table.names is None:
+        table = table.loaded()
+    choice = choose(table, columns)
+    names = [table.label(i) for i in choice.data]
+    own_unit = common_unit(names, unit, table.meta.unit)
+    stated = _stated_rate(rate, table)
+    if choice.time is None and stated is None:
+        raise LogError("there are no timestamps to tell the sampling rate; give rate= in Hz")
+    wanted = choice.data if choice.time is None else (*choice.data, choice.time)
+    loaded = table.load(wanted)
+    values = _stacked(loaded[: len(names)], names)
+    stamps = None if choice.time is None else _stamps(loaded[-1], table.label(choice.time), stated)
+    grid = _grid(len(values), stamps, stated)
+    data = _on_grid(values, grid)
+    start = 0.0 if stamps is None else stamps.start
+    meta = {
+        "source": str(file),
+        "format": kind,
+        "clock": grid.report,
+        "notes": tuple(_notes(own_unit, stamps, grid, data, names)),
+    }
+    if table.meta.sensor is not None:
+        meta["sensor"] = table.meta.sensor
+    time = start + np.arange(grid.length) / grid.rate
+    return Log(time, grid.rate, data, tuple(names), own_unit, meta)
+
+
+def _check_readable(file: Path) -> None:
+    if file.is_dir():
+        raise IsADirectoryError(f"{file} is a folder, expected a log file")
+    if not file.exists():
+        raise FileNotFoundError(f"{file} does not exist")
+    if not os.access(file, os.R_OK):
+        raise PermissionError(f"{file} cannot be read: permission denied")
+
+
+def _open(file: Path, kind: str) -> Table:
+    if kind == "parquet":
+        return read_parquet(file)
+    if kind == "npy":
+        return read_npy(file)
+    if kind == "npz":
+        return read_npz(file)
+    return read_text(file.read_bytes())
+
+
+def _stated_rate(rate: float | None, table: Table) -> float | None:
+    if rate is not None or table.meta.rate is None:
+        return rate
+    try:
+        return checked_rate(table.meta.rate)
+    except ValueError as error:
+        raise LogError(f"in the metadata, {error}") from None
+
+
+def _stamps(column: Column, name: str, rate: float | None) -> Stamps:
+    if len(column) == 0:
+        raise LogError("the file has columns but no rows")
+    return to_seconds(column, name, rate)
+
+
+def _grid(n: int, stamps: Stamps | None, rate: float | None) -> Grid:
+    if stamps is not None:
+        return fit_grid(stamps.seconds, stamps.start, rate)
+    return unstamped(n, checked_rate(rate))
+
+
+def _stacked(columns: list[Column], names: list[str]) -> npt.NDArray[np.float64]:
+    if len(columns[0]) == 0:
+        raise LogError("the file has columns but no rows")
+    values = np.empty((len(columns[0]), len(columns)))
+    for i, (column, name) in enumerate(zip(columns, names, strict=True)):
+        values[:, i] = as_numbers(column, name)
+    return values
+
+
+def _on_grid(values: npt.NDArray[np.float64], grid: Grid) -> npt.NDArray[np.float64]:
+    if grid.length == len(values):
+        return values
+    data = np.full((grid.length, values.shape[1]), np.nan)
+    data[grid.place] = values
+    return data
+
+
+def _notes(
+    unit: str,
+    stamps: Stamps | None,
+    grid: Grid,
+    data: npt.NDArray[np.float64],
+    names: list[str],
+) -> list[str]:
+    notes = []
+    if unit == UNKNOWN:
+        notes.append("the unit of the data is not known; give unit=")
+    if stamps is not None and stamps.note:
+        notes.append(stamps.note)
+    if abs(grid.report.rate / grid.rate - 1) > 1e-5:
+        notes.append(f"rate {grid.rate:g} Hz as stated; the timestamps run at {grid.report.rate:g}")
+    for name, column in zip(names, data.T, strict=True):
+        if np.isnan(column).all():
+            notes.append(f"column '{name}' is all missing")
+    return notes

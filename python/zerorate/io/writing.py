@@ -1,0 +1,147 @@
+"""Writing a log of any format."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from zerorate.io.atomic import atomic_path, check_writable
+from zerorate.io.clock import fit_grid
+from zerorate.io.columns import looks_like_gyro
+from zerorate.io.errors import LogError
+from zerorate.io.layout import META_MARK
+from zerorate.io.log import Log
+from zerorate.io.parquet import TIME_NAME, write_parquet
+from zerorate.io.quantity import UNKNOWN, split_unit, with_suffix
+from zerorate.io.text import text_header
+
+_ROWS_AT_ONCE = 100_000
+
+
+def write_log(log: Log, path: str | os.PathLike[str], *, force: bool = False) -> None:
+    """Write a log so that `read_log` gives it back: data and time bit for bit.
+
+    Parameters
+    ----------
+    log
+        What to write. Columns whose name carries no unit get the suffix of the log's unit.
+    path
+        ``.csv``, ``.tsv``, ``.npz`` or ``.parquet``. A text table begins with one ``#`` line
+        where its columns alone would not give back the rate, unit and names.
+    force
+        Whether to replace an existing file; default no.
+
+    Raises
+    ------
+    ValueError
+        If the suffix is not one of these.
+    LogError
+        If two columns would have one name, or a name ends in another unit than the log's.
+    OSError
+        If the file exists (without ``force``) or the folder is missing or not writable. Nothing
+        is left half-written.
+    ImportError
+        For Parquet without pyarrow: ``pip install 'zerorate[io]'``.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from pathlib import Path
+    >>> from zerorate.io import Log, read_log, write_log
+    >>> log = Log(np.arange(3) / 100.0, 100.0, [0.1, np.nan, 0.3], ["gyro_z_dps"], "deg/s")
+    >>> path = Path(tempfile.mkdtemp()) / "log.csv"
+    >>> write_log(log, path)
+    >>> read_log(path)
+    Log(3 samples at 100 Hz, 0.03 s, deg/s: gyro_z_dps)
+    """
+    target = Path(path)
+    write = _writer(target.suffix.lower())
+    check_writable(target, force)
+    names = _column_names(log)
+    with atomic_path(target, force) as temporary:
+        write(log, temporary, names)
+
+
+def _column_names(log: Log) -> list[str]:
+    for name in log.names:
+        unit = split_unit(name)[1]
+        if unit not in (None, log.unit):
+            raise LogError(f"channel '{name}' is named in {unit}, but the log's unit is {log.unit}")
+    names = [with_suffix(name, log.unit) for name in log.names]
+    if len({TIME_NAME, *names}) != log.channels + 1:
+        raise LogError(f"columns would share a name: {', '.join([TIME_NAME, *names])}")
+    return names
+
+
+def _writer(suffix: str) -> Callable[[Log, Path, Sequence[str]], None]:
+    writers: dict[str, Callable[[Log, Path, Sequence[str]], None]] = {
+        ".csv": _write_text,
+        ".tsv": _write_text,
+        ".npz": _write_npz,
+        ".parquet": write_parquet,
+    }
+    if suffix not in writers:
+        raise ValueError(f"cannot write a log as '{suffix}'; known: {', '.join(writers)}")
+    return writers[suffix]
+
+
+def _write_npz(log: Log, path: Path, names: Sequence[str]) -> None:
+    sensor = {"sensor": np.array(str(log.meta["sensor"]))} if "sensor" in log.meta else {}
+    np.savez(
+        path,
+        time=log.time,
+        data=log.data,
+        rate=np.array(log.rate),
+        unit=np.array(log.unit),
+        names=np.array(log.names),
+        **sensor,  # type: ignore[arg-type]
+    )
+
+
+def _write_text(log: Log, path: Path, names: Sequence[str]) -> None:
+    delimiter = "\t" if path.suffix.lower() == ".tsv" else ","
+    head = "" if _says_all(log, names) else f"# {META_MARK} {_as_json(log)}\n"
+    head += text_header([TIME_NAME, *names], delimiter) + "\n"
+    with path.open("wb") as file:
+        file.write(head.encode())
+        rows = np.column_stack((log.time, log.data))
+        for first in range(0, log.n, _ROWS_AT_ONCE):
+            file.write(_as_text(rows[first : first + _ROWS_AT_ONCE], delimiter))
+
+
+def _says_all(log: Log, names: Sequence[str]) -> bool:
+    """Whether the columns alone give back the rate, the unit and the names."""
+    plain = tuple(names) == log.names and all(looks_like_gyro(name) for name in names)
+    units = {split_unit(name)[1] or UNKNOWN for name in names}
+    if not plain or units != {log.unit} or "sensor" in log.meta or log.n < 2:
+        return False
+    grid = fit_grid(log.time - log.time[0], float(log.time[0]))
+    return grid.rate == log.rate and grid.length == log.n
+
+
+def _as_json(log: Log) -> str:
+    fields: dict[str, object] = {"rate": log.rate, "unit": log.unit, "names": log.names}
+    if "sensor" in log.meta:
+        fields["sensor"] = str(log.meta["sensor"])
+    return json.dumps(fields)
+
+
+def _as_text(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]], delimiter: str) -> bytes:
+    try:
+        import pyarrow as pa
+        from pyarrow import csv as arrow_csv
+    except ImportError:
+        lines = (delimiter.join(map(repr, row)) + "\n" for row in rows.tolist())
+        return "".join(lines).encode()
+    columns = list(np.asfortranarray(rows).T)
+    table = pa.table(columns, names=[str(i) for i in range(len(columns))])
+    sink = pa.BufferOutputStream()
+    options = arrow_csv.WriteOptions(include_header=False, delimiter=delimiter)
+    arrow_csv.write_csv(table, sink, options)
+    text: bytes = sink.getvalue().to_pybytes()
+    return text

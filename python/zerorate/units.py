@@ -1,0 +1,202 @@
+"""Conversion of angles, angular rates and gyro noise terms.
+
+Everything inside the package is SI with angles in radians; degrees and hours exist only here, on
+the command line and in plots. Units are grouped by kind, and only units of one kind convert into
+each other: an angle random walk in deg/sqrt(h) is not a rate in deg/h, however alike they look.
+"""
+
+import math
+import re
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple, overload
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["UNITS", "Unit", "canonical", "convert", "kind"]
+
+
+class Unit(NamedTuple):
+    """One unit: a value in it times ``angle / time`` is the value in the SI unit of its kind.
+
+    Angle and time are kept apart so that deg/s to deg/h is a factor of exactly 3600.
+    """
+
+    kind: str
+    angle: float
+    time: float
+
+
+_RAD: Final = 1.0
+_DEG: Final = math.pi / 180.0
+
+UNITS: Final[dict[str, Unit]] = {
+    "rad": Unit("angle", _RAD, 1.0),
+    "deg": Unit("angle", _DEG, 1.0),
+    "arcsec": Unit("angle", _DEG, 3600.0),
+    "rad/s": Unit("rate", _RAD, 1.0),
+    "deg/s": Unit("rate", _DEG, 1.0),
+    "mdeg/s": Unit("rate", _DEG, 1000.0),
+    "deg/h": Unit("rate", _DEG, 3600.0),
+    "rad/s/sqrt(Hz)": Unit("angle random walk", _RAD, 1.0),
+    "deg/s/sqrt(Hz)": Unit("angle random walk", _DEG, 1.0),
+    "mdeg/s/sqrt(Hz)": Unit("angle random walk", _DEG, 1000.0),
+    "deg/sqrt(h)": Unit("angle random walk", _DEG, 60.0),
+    "deg/h/sqrt(Hz)": Unit("angle random walk", _DEG, 3600.0),
+    "rad/s^2/sqrt(Hz)": Unit("rate random walk", _RAD, 1.0),
+    "deg/s/sqrt(s)": Unit("rate random walk", _DEG, 1.0),
+    "deg/h/sqrt(h)": Unit("rate random walk", _DEG, 3600.0 * 60.0),
+    "rad/s^2": Unit("rate ramp", _RAD, 1.0),
+    "deg/s^2": Unit("rate ramp", _DEG, 1.0),
+    "deg/h/s": Unit("rate ramp", _DEG, 3600.0),
+    "deg/h^2": Unit("rate ramp", _DEG, 3600.0 * 3600.0),
+}
+
+_ALIASES: Final = {
+    "radians": "rad",
+    "degrees": "deg",
+    "radps": "rad/s",
+    "dps": "deg/s",
+    "degps": "deg/s",
+    "mdps": "mdeg/s",
+    "dph": "deg/h",
+    "degph": "deg/h",
+    "rad/sqrt(s)": "rad/s/sqrt(Hz)",
+    "deg/sqrt(s)": "deg/s/sqrt(Hz)",
+    "dps/sqrt(hz)": "deg/s/sqrt(Hz)",
+    "mdps/sqrt(hz)": "mdeg/s/sqrt(Hz)",
+    "rad/s/sqrt(s)": "rad/s^2/sqrt(Hz)",
+    "deg/s^2/sqrt(hz)": "deg/s/sqrt(s)",
+    "rad/s/s": "rad/s^2",
+    "deg/s/s": "deg/s^2",
+    "deg/h/h": "deg/h^2",
+}
+
+_SPELLINGS: Final = (
+    (r"\s+", ""),
+    ("°|º", "deg"),
+    ("²", "^2"),
+    (r"\*\*2", "^2"),
+    (r"(?:√|sqrt|(?<![a-z])rt)\(?(hz|hours?|hr|h|sec|s)\)?", r"sqrt(\1)"),
+    (r"(?<![a-z])(?:degrees|degree)(?![a-z])", "deg"),
+    (r"(?<![a-z])(?:radians|radian)(?![a-z])", "rad"),
+    (r"(?<![a-z])(?:seconds|second|sec)(?![a-z])", "s"),
+    (r"(?<![a-z])(?:hours|hour|hr)(?![a-z])", "h"),
+)
+
+_NAMES: Final = {name.lower(): name for name in UNITS} | _ALIASES
+
+
+def canonical(unit: str) -> str:
+    """Return the one name under which the package knows a unit.
+
+    Parameters
+    ----------
+    unit : str
+        A unit's name or alias (``dps``, ``°/s``, ``deg/hr``, ``°/√h``), in any case, with or
+        without spaces.
+
+    Returns
+    -------
+    str
+        A key of `UNITS`.
+
+    Raises
+    ------
+    ValueError
+        If the unit is unknown.
+
+    Examples
+    --------
+    >>> canonical("dps"), canonical("°/√h")
+    ('deg/s', 'deg/sqrt(h)')
+    """
+    text = unit.lower()
+    for pattern, replacement in _SPELLINGS:
+        text = re.sub(pattern, replacement, text)
+    if text not in _NAMES:
+        raise ValueError(f"unknown unit {unit!r}: known are {', '.join(UNITS)}")
+    return _NAMES[text]
+
+
+def kind(unit: str) -> str:
+    """Return what a unit measures, ``"rate"`` or ``"angle random walk"`` for instance.
+
+    Parameters
+    ----------
+    unit : str
+        A unit's name or alias.
+
+    Returns
+    -------
+    str
+        One of ``angle``, ``rate``, ``angle random walk``, ``rate random walk``, ``rate ramp``.
+
+    Raises
+    ------
+    ValueError
+        If the unit is unknown.
+
+    Examples
+    --------
+    >>> kind("deg/sqrt(h)")
+    'angle random walk'
+    """
+    return UNITS[canonical(unit)].kind
+
+
+@overload
+def convert(value: float, from_unit: str, to_unit: str) -> float: ...
+@overload
+def convert(
+    value: npt.NDArray[Any] | Sequence[Any], from_unit: str, to_unit: str
+) -> npt.NDArray[np.float64]: ...
+def convert(
+    value: float | npt.NDArray[Any] | Sequence[Any], from_unit: str, to_unit: str
+) -> float | npt.NDArray[np.float64]:
+    """Convert a number or an array from one unit to another of the same kind.
+
+    Parameters
+    ----------
+    value : float or array_like
+        Value in `from_unit`, any shape.
+    from_unit, to_unit : str
+        Names or aliases of two units of one kind.
+
+    Returns
+    -------
+    float or ndarray of float64
+        The value in `to_unit`, of the same shape.
+
+    Raises
+    ------
+    ValueError
+        If a unit is unknown, or the two are of different kinds.
+
+    Notes
+    -----
+    Noise terms as in IEEE Std 952-1997, annex C: 1 deg/s/sqrt(Hz) = 60 deg/sqrt(h), and
+    1 deg/s/sqrt(s) = 216000 deg/h/sqrt(h).
+
+    Examples
+    --------
+    >>> convert(10.0, "deg/s", "deg/h")
+    36000.0
+    >>> convert([0.005, 0.01], "deg/s/sqrt(Hz)", "deg/sqrt(h)")
+    array([0.3, 0.6])
+    """
+    factor = _factor(canonical(from_unit), canonical(to_unit))
+    if np.ndim(value) == 0:
+        return float(value) * factor  # type: ignore[arg-type]
+    return np.asarray(value, dtype=np.float64) * factor
+
+
+def _factor(from_unit: str, to_unit: str) -> float:
+    source, target = UNITS[from_unit], UNITS[to_unit]
+    if source.kind != target.kind:
+        alike = ", ".join(name for name, unit in UNITS.items() if unit.kind == source.kind)
+        raise ValueError(
+            f"cannot convert {from_unit} ({source.kind}) to {to_unit} ({target.kind}): "
+            f"units of {source.kind} are {alike}"
+        )
+    return (source.angle / target.angle) * (target.time / source.time)

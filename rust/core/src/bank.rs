@@ -1,0 +1,67 @@
+//! Several signals side by side, each as if it were alone.
+
+use serde::{Deserialize, Serialize};
+
+use crate::filter::Filter;
+
+/// One filter a channel; samples come in rows of one value a channel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Bank<F> {
+    filters: Vec<F>,
+}
+
+impl<F: Clone> Bank<F> {
+    /// `channels` copies of `filter`.
+    pub fn new(filter: &F, channels: usize) -> Self {
+        Self { filters: vec![filter.clone(); channels] }
+    }
+
+    /// The filters, one a channel.
+    pub fn filters(&self) -> &[F] {
+        &self.filters
+    }
+
+    /// The filters, one a channel, to step one by one.
+    pub fn filters_mut(&mut self) -> &mut [F] {
+        &mut self.filters
+    }
+
+    /// Replaces every sample of one row by its filter's answer.
+    #[inline]
+    pub fn update<T: Copy>(&mut self, row: &mut [T])
+    where
+        F: Filter<T>,
+    {
+        for (filter, z) in self.filters.iter_mut().zip(row) {
+            *z = filter.update(*z);
+        }
+    }
+
+    /// Replaces every sample of `rows`, row after row, by its filter's answer.
+    pub fn process<T: Copy>(&mut self, rows: &mut [T])
+    where
+        F: Filter<T>,
+    {
+        match self.filters.as_mut_slice() {
+            [] => {}
+            [filter] => filter.process(rows),
+            filters => {
+                for row in rows.chunks_exact_mut(filters.len()) {
+                    for (filter, z) in filters.iter_mut().zip(row) {
+                        *z = filter.update(*z);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Every filter back to before its first sample.
+    pub fn reset<T: Copy>(&mut self)
+    where
+        F: Filter<T>,
+    {
+        for filter in &mut self.filters {
+            filter.reset();
+        }
+    }
+}

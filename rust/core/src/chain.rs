@@ -1,0 +1,330 @@
+//! The whole method: learn the model, measure the noise, filter, adapt.
+#![allow(non_snake_case)]
+
+use nalgebra::{SMatrix, SVector, SimdBool};
+use serde::{Deserialize, Serialize};
+
+use crate::allan::AllanNoise;
+use crate::error::Error;
+use crate::filter::Filter;
+use crate::kalman::{self, Belief, Correction};
+use crate::params::Params;
+use crate::real::{Limits, Real, choose};
+use crate::rls::Rls;
+use crate::startup::{Scaling, Startup};
+use crate::symmetric::Symmetric;
+
+/// The largest coefficient of a stationary autoregression of order three.
+const COEFFICIENT_MAX: f64 = 3.0;
+
+/// The filter on normalised samples, one signal a lane.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct DriftLoop<T, const N: usize, const M: usize> {
+    adapts_measurement_noise: bool,
+    adapts_process_noise: bool,
+    /// Samples left for the model to learn from, missing ones included.
+    learning_left: u64,
+    model: Rls<T, N, M>,
+    measurement_noise: AllanNoise<T>,
+    process_noise: Symmetric<T, N>,
+    belief: Belief<T, N>,
+    last: Correction<T, N>,
+    /// `k` of Sage-Husa: samples that were not missing, and the memory given to G₀.
+    count: T,
+    /// Largest sample so far.
+    peak: T,
+    guards: T,
+}
+
+impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
+    /// A filter that starts on the next sample.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a parameter out of range.
+    pub fn new(params: &Params) -> Result<Self, Error> {
+        const { assert!(N >= 2 && M >= N, "N = p + 1 >= 2, M = p + q + 1 >= N") };
+        let params = params.checked()?;
+        let floor = Self::floor();
+        let start = T::of(params.process_noise).at_least(floor);
+        Ok(Self {
+            adapts_measurement_noise: params.adapts_measurement_noise(),
+            adapts_process_noise: params.adapts_process_noise(),
+            learning_left: params.adapt_samples(),
+            model: Rls::new(params.forgetting_factor),
+            measurement_noise: AllanNoise::with_floor(params.memory(), params.noise, floor)?,
+            process_noise: Symmetric::diagonal(start),
+            belief: Belief::new(start),
+            last: Correction { innovation: T::zero(), variance: T::zero(), gain: SVector::zeros() },
+            count: T::of(params.process_noise_memory),
+            peak: T::zero(),
+            guards: T::zero(),
+        })
+    }
+
+    #[inline(always)]
+    fn floor() -> T {
+        T::limit(<T::Element as Limits>::VARIANCE_FLOOR)
+    }
+
+    /// One sample in, the estimate out; `seen` is false where it is missing (`y` is NaN there).
+    ///
+    /// The prediction uses the model learned from the samples before this one, so that the
+    /// innovation is honest.
+    #[inline(always)]
+    pub fn step(&mut self, y: T, seen: T::SimdBool) -> (T, T::SimdBool) {
+        if self.adapts_measurement_noise {
+            self.measurement_noise.observe(y);
+        }
+        let prior = self.belief.predict(&self.row(), &self.process_noise, self.peak);
+        let R = self.measurement_noise.variance();
+        self.last = self.belief.correct(&prior, y, seen, R);
+        let guarded = self.adapt_process_noise(seen);
+        if self.learning_left > 0 {
+            self.learning_left -= 1;
+            self.model.observe(y, seen);
+        }
+        self.peak = choose(seen, y.simd_abs(), T::zero()).at_least(self.peak);
+        (self.belief.x[0], guarded)
+    }
+
+    /// First row of the transition matrix, `[φ, 1]`, within what a stationary model can have.
+    #[inline(always)]
+    fn row(&self) -> SVector<T, N> {
+        let parameters = self.model.parameters();
+        SVector::from_fn(|i, _| match i {
+            i if i < N - 1 => parameters[i].within(T::of(COEFFICIENT_MAX)),
+            _ => T::one(),
+        })
+    }
+
+    #[inline(always)]
+    fn adapt_process_noise(&mut self, seen: T::SimdBool) -> T::SimdBool {
+        if !self.adapts_process_noise {
+            return T::one().simd_lt(T::zero());
+        }
+        self.count += choose(seen, T::one(), T::zero());
+        let weight = choose(seen, T::one() / self.count, T::zero());
+        let guarded = kalman::adapt(&mut self.process_noise, Self::floor(), &self.last, weight);
+        if guarded.any() {
+            self.guards += choose(guarded, T::one(), T::zero());
+        }
+        guarded
+    }
+}
+
+/// Everything that a filter knows after a sample, in the units of the samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Snapshot<T, const N: usize, const M: usize> {
+    /// The filtered rate.
+    pub estimate: T,
+    /// Sample minus prediction; zero for a missing sample.
+    pub innovation: T,
+    /// Variance of the innovation.
+    pub innovation_variance: T,
+    /// Kalman gain.
+    pub gain: SVector<T, N>,
+    /// Measurement noise variance R.
+    pub measurement_noise: T,
+    /// Process noise covariance G.
+    pub process_noise: SMatrix<T, N, N>,
+    /// `[φ, θ, c]`.
+    pub coefficients: SVector<T, M>,
+    /// State covariance P.
+    pub covariance: SMatrix<T, N, N>,
+    /// The sample was missing.
+    pub missing: bool,
+    /// The step of the process noise was shortened.
+    pub guarded: bool,
+}
+
+/// Online drift filter of one signal: ARMA(p, q) by recursive least squares, R by Allan variance,
+/// Kalman, G by Sage-Husa; `N = p + 1`, `M = p + q + 1`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct DriftFilter<T, const N: usize, const M: usize> {
+    params: Params,
+    startup: Startup<T>,
+    scaling: Option<Scaling<T>>,
+    inner: DriftLoop<T, N, M>,
+    samples_seen: u64,
+    estimate: T,
+    missing: bool,
+    guarded: bool,
+}
+
+impl<T, const N: usize, const M: usize> DriftFilter<T, N, M>
+where
+    T: Limits + Real<Element = T, SimdBool = bool>,
+{
+    /// A filter that has seen nothing.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a parameter out of range.
+    pub fn new(params: Params) -> Result<Self, Error> {
+        let inner = DriftLoop::new(&params)?;
+        Ok(Self {
+            params,
+            startup: Startup::new(params.startup_samples(), params.scale)?,
+            scaling: None,
+            inner,
+            samples_seen: 0,
+            estimate: T::zero(),
+            missing: false,
+            guarded: false,
+        })
+    }
+
+    /// The parameters it was made with.
+    pub fn params(&self) -> &Params {
+        &self.params
+    }
+
+    /// The start-up is over: offset, scale and noise are learned.
+    pub fn ready(&self) -> bool {
+        self.scaling.is_some()
+    }
+
+    /// Samples given so far, missing ones included.
+    pub fn samples_seen(&self) -> u64 {
+        self.samples_seen
+    }
+
+    /// How often the step of the process noise had to be shortened.
+    pub fn guard_count(&self) -> u64 {
+        self.inner.guards.to_subset().map_or(0, |count: f64| count as u64)
+    }
+
+    /// Everything known after the last sample.
+    pub fn snapshot(&self) -> Snapshot<T, N, M> {
+        match &self.scaling {
+            Some(scaling) => self.running_snapshot(scaling),
+            None => self.startup_snapshot(),
+        }
+    }
+
+    fn running_snapshot(&self, scaling: &Scaling<T>) -> Snapshot<T, N, M> {
+        let inner = &self.inner;
+        Snapshot {
+            estimate: self.estimate,
+            innovation: scaling.raw_difference(inner.last.innovation),
+            innovation_variance: scaling.raw_variance(inner.last.variance),
+            gain: inner.last.gain,
+            measurement_noise: scaling.raw_variance(inner.measurement_noise.variance()),
+            process_noise: inner.process_noise.to_matrix().map(|v| scaling.raw_variance(v)),
+            coefficients: scaling.raw_coefficients::<N, M>(inner.model.parameters()),
+            covariance: inner.belief.P.to_matrix().map(|v| scaling.raw_variance(v)),
+            missing: self.missing,
+            guarded: self.guarded,
+        }
+    }
+
+    /// During start-up the estimate is the running mean, and so are its gain and variances.
+    fn startup_snapshot(&self) -> Snapshot<T, N, M> {
+        let variance = self.startup.variance();
+        let start = variance * T::of(self.params.process_noise);
+        let mut gain = SVector::zeros();
+        if !self.missing && self.startup.samples() > 0 {
+            gain[0] = T::one() / T::of(self.startup.samples() as f64);
+        }
+        let mut coefficients = SVector::zeros();
+        coefficients[M - 1] = self.startup.mean();
+        Snapshot {
+            estimate: self.estimate,
+            innovation: self.inner.last.innovation,
+            innovation_variance: variance,
+            gain,
+            measurement_noise: self.startup.raw_variance(self.inner.measurement_noise.variance()),
+            process_noise: SMatrix::from_diagonal_element(start),
+            coefficients,
+            covariance: SMatrix::from_diagonal_element(start),
+            missing: self.missing,
+            guarded: false,
+        }
+    }
+
+    /// One sample after the start-up.
+    #[inline(always)]
+    fn run(inner: &mut DriftLoop<T, N, M>, scaling: &Scaling<T>, z: T) -> (T, bool, bool) {
+        let y = scaling.normalise(z);
+        let missing = !z.finite();
+        // The same step twice, so that the compiler drops the masks from the first.
+        let (y, guarded) = if missing { inner.step(y, false) } else { inner.step(y, true) };
+        (scaling.raw(y), missing, guarded)
+    }
+
+    /// A batch after the start-up, on a copy of the state that the compiler knows to be its own.
+    fn process_running(&mut self, samples: &mut [T]) {
+        let Some(scaling) = self.scaling else { return };
+        let mut inner = self.inner;
+        self.samples_seen += samples.len() as u64;
+        for z in samples {
+            (*z, self.missing, self.guarded) = Self::run(&mut inner, &scaling, *z);
+            self.estimate = *z;
+        }
+        self.inner = inner;
+    }
+
+    /// Start-up: answers the mean so far, zero before the first sample.
+    #[cold]
+    fn learn_scale(&mut self, z: T) -> T {
+        self.inner.last.innovation = self.startup.difference(z);
+        let y = self.startup.observe(z);
+        self.inner.measurement_noise.observe(y);
+        self.scaling = self.startup.finished();
+        if self.scaling.is_some() {
+            self.begin();
+        }
+        self.startup.mean()
+    }
+
+    /// From the start-up's own units to those of the filter.
+    fn begin(&mut self) {
+        let (mean, deviation, peak) = self.startup.own_scaling();
+        let inner = &mut self.inner;
+        inner.measurement_noise = inner.measurement_noise.rescaled(mean, deviation);
+        inner.count += T::of(self.startup.samples() as f64);
+        inner.peak = peak;
+        inner.last = Correction {
+            innovation: inner.last.innovation / (self.scaling.map_or(T::one(), |s| s.scale())),
+            variance: T::one(),
+            gain: SVector::zeros(),
+        };
+    }
+}
+
+impl<T, const N: usize, const M: usize> Filter<T> for DriftFilter<T, N, M>
+where
+    T: Limits + Real<Element = T, SimdBool = bool>,
+{
+    #[inline(always)]
+    fn update(&mut self, z: T) -> T {
+        self.samples_seen += 1;
+        match &self.scaling {
+            Some(scaling) => {
+                (self.estimate, self.missing, self.guarded) =
+                    Self::run(&mut self.inner, scaling, z);
+            }
+            None => {
+                self.missing = !z.finite();
+                self.estimate = self.learn_scale(z);
+            }
+        }
+        self.estimate
+    }
+
+    fn process(&mut self, samples: &mut [T]) {
+        let mut rest = samples.iter_mut();
+        while self.scaling.is_none() {
+            let Some(z) = rest.next() else { return };
+            *z = self.update(*z);
+        }
+        self.process_running(rest.into_slice());
+    }
+
+    fn reset(&mut self) {
+        if let Ok(fresh) = Self::new(self.params) {
+            *self = fresh;
+        }
+    }
+}

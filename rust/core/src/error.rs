@@ -1,0 +1,55 @@
+//! What can be wrong with a parameter or with the bytes of a checkpoint.
+
+use crate::checkpoint::Label;
+
+/// Every error of this crate.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A parameter is outside its range.
+    #[error("{name} must be {expected}, got {value}")]
+    Parameter {
+        /// The parameter's name, as users write it.
+        name: &'static str,
+        /// The range that it needs.
+        expected: &'static str,
+        /// What was given.
+        value: f64,
+    },
+    /// The bytes are no checkpoint of this library.
+    #[error("these bytes are not a zerorate checkpoint: they do not start with its signature")]
+    NotACheckpoint,
+    /// The checkpoint was written in a format that this version does not know.
+    #[error("checkpoint has format version {found}, this zerorate reads version {expected}")]
+    Version {
+        /// The version in the bytes.
+        found: u16,
+        /// The version that can be read.
+        expected: u16,
+    },
+    /// The checkpoint ends too early or goes on too long.
+    #[error("checkpoint is {found} bytes long, its header says {expected}: truncated or padded")]
+    Length {
+        /// The length found.
+        found: usize,
+        /// The length announced.
+        expected: usize,
+    },
+    /// The checksum does not fit the bytes.
+    #[error("checkpoint is damaged: its checksum does not match its content")]
+    Checksum,
+    /// The checkpoint belongs to another kind of filter or another order.
+    #[error("checkpoint holds {found}, expected {expected}")]
+    Kind {
+        /// What the bytes hold.
+        found: Label,
+        /// What was asked for.
+        expected: Label,
+    },
+    /// The content passed its checksum but is not the state of such a filter.
+    #[error("checkpoint content is not the state of this filter")]
+    Content,
+    /// The buffer given for a checkpoint is too small.
+    #[error("the buffer given is too small for this checkpoint")]
+    Buffer,
+}

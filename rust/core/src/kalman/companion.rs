@@ -1,0 +1,88 @@
+//! One Kalman step of the drift model in companion form with a constant (FH 14–24, Table 3).
+//!
+//! The state is `x = [y_k, …, y_{k-p+1}, c]`. The transition matrix has the row `[φ, 1]` on top of
+//! a shift, with the constant kept: so a prediction is one dot product and a shift of what is
+//! there, never a matrix product.
+
+use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
+
+use crate::real::{Real, choose};
+use crate::symmetric::Symmetric;
+
+/// Mean and covariance of the state, predicted or corrected.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct Belief<T, const N: usize> {
+    /// Mean.
+    pub x: SVector<T, N>,
+    /// Covariance.
+    pub P: Symmetric<T, N>,
+}
+
+/// What a sample did to the belief.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct Correction<T, const N: usize> {
+    /// Sample minus prediction, zero where the sample is missing (FH 22).
+    pub innovation: T,
+    /// Variance S of the innovation.
+    pub variance: T,
+    /// Gain K, zero where the sample is missing (FH 21).
+    pub gain: SVector<T, N>,
+}
+
+/// Where component `i` of the next state stands in this one: each `y` moves down, `c` stays.
+#[inline(always)]
+fn source<const N: usize>(i: usize) -> usize {
+    if i == N - 1 { i } else { i - 1 }
+}
+
+impl<T: Real, const N: usize> Belief<T, N> {
+    /// Zero mean, `variance` for each component.
+    pub fn new(variance: T) -> Self {
+        Self { x: SVector::zeros(), P: Symmetric::diagonal(variance) }
+    }
+
+    /// `x⁻ = A x`, `P⁻ = A P Aᵀ + G` with `row` the first row of A (FH 19, 20).
+    ///
+    /// The predicted `y` stays within `±peak`, the range that the sensor has shown: an unstable
+    /// model would otherwise leave it in a long gap.
+    #[inline(always)]
+    pub fn predict(&self, row: &SVector<T, N>, G: &Symmetric<T, N>, peak: T) -> Self {
+        let x = SVector::from_fn(|i, _| match i {
+            0 => row.dot(&self.x).within(peak),
+            _ => self.x[source::<N>(i)],
+        });
+        let moved = self.P.times(row);
+        let mut P = Symmetric::from_upper(|i, j| {
+            let carried = match (i, j) {
+                (0, 0) => row.dot(&moved),
+                (0, j) => moved[source::<N>(j)],
+                (i, j) => self.P.at(source::<N>(i), source::<N>(j)),
+            };
+            carried + G.at(i, j)
+        });
+        P.settle();
+        Self { x, P }
+    }
+
+    /// Becomes `prior` corrected by the sample `z` of noise variance `R` (FH 21–24); where it was
+    /// not `seen`, the prior itself.
+    #[inline(always)]
+    pub fn correct(&mut self, prior: &Self, z: T, seen: T::SimdBool, R: T) -> Correction<T, N> {
+        let innovation = choose(seen, z - prior.x[0], T::zero());
+        let variance = prior.P.at(0, 0) + R;
+        let inverse = T::one() / variance;
+        let weight = choose(seen, inverse, T::zero());
+        let gain = SVector::from_fn(|i, _| prior.P.at(0, i) * weight);
+        // 1 - K₀ as R/S: the difference would lose all digits of a gain near one.
+        let left = choose(seen, R * inverse, T::one());
+        self.x = prior.x + gain * innovation;
+        self.P.assign(|i, j| match i {
+            0 => prior.P.at(0, j) * left,
+            _ => prior.P.at(i, j) - gain[i] * prior.P.at(0, j),
+        });
+        Correction { innovation, variance, gain }
+    }
+}

@@ -1,0 +1,44 @@
+//! The mathematics of `zerorate`: online drift models, Allan-variance noise estimates and
+//! adaptive Kalman filters for MEMS gyroscopes.
+//!
+//! # Conventions
+//!
+//! - A sample is one angular rate of one axis, in any unit: everything is learned from the data's
+//!   own first samples, so scaling the input scales the output.
+//! - A sample that is not finite is *missing*: it is predicted, not corrected.
+//! - `p`, `q` are the orders of the ARMA drift model, `N = p + 1` is the size of the Kalman state
+//!   `[y_k, …, y_{k-p+1}, c]` and `M = p + q + 1` that of the parameters `[φ, θ, c]`.
+//! - In the Kalman modules the literature's letters hold: `x`, `P`, `G` (process noise covariance
+//!   of the state), `R` (measurement noise variance), `S` (innovation variance), `K` (gain).
+//! - Equation numbers "FH n" are those of Fu & Han, *Acta Photonica Sinica* 48(12), 1212003, 2019.
+//!
+//! A step allocates nothing, does constant work and cannot panic. The steps are written without
+//! branches on data that a lane mask could not express, so they also run on SIMD lanes.
+
+#![cfg_attr(not(feature = "std"), no_std)]
+#![forbid(unsafe_code)]
+
+pub mod allan;
+#[cfg(feature = "std")]
+mod bank;
+mod chain;
+pub mod checkpoint;
+mod error;
+mod filter;
+pub mod kalman;
+mod params;
+mod real;
+mod rls;
+mod startup;
+mod symmetric;
+
+#[cfg(feature = "std")]
+pub use bank::Bank;
+pub use chain::{DriftFilter, DriftLoop, Snapshot};
+pub use error::Error;
+pub use filter::Filter;
+pub use params::{Method, Params};
+pub use real::{Limits, Real};
+pub use rls::{RecursiveLeastSquares, Rls, RlsParams};
+pub use startup::{Scaling, Startup};
+pub use symmetric::Symmetric;

@@ -1,0 +1,96 @@
+//! The scalar of every filter: `f32`, `f64`, or SIMD lanes of them.
+
+use nalgebra::{RealField, SimdRealField, SimdValue};
+
+/// Bounds that keep every finite input finite, in units of the start-up deviation.
+///
+/// They lie many orders of magnitude beyond what a sensor can do and shape nothing in normal use.
+pub trait Limits: RealField + Copy {
+    /// Largest raw sample and the largest reciprocal of a scale.
+    const RAW_MAX: Self;
+    /// Largest normalised sample.
+    const INPUT_MAX: Self;
+    /// Largest raw sample of which differences are squared.
+    const DIFFERENCE_MAX: Self;
+    /// Largest trace of a covariance.
+    const COVARIANCE_MAX: Self;
+    /// Smallest noise variance, process or measurement.
+    const VARIANCE_FLOOR: Self;
+    /// The smallest positive normal number.
+    const TINY: Self;
+    /// What is added to a variance, relative to it, so that rounding can't cost definiteness.
+    const ROUNDING: Self;
+}
+
+impl Limits for f64 {
+    const RAW_MAX: Self = 1e300;
+    const INPUT_MAX: Self = 1e30;
+    const DIFFERENCE_MAX: Self = 1e150;
+    const COVARIANCE_MAX: Self = 1e36;
+    const VARIANCE_FLOOR: Self = 1e-12;
+    const TINY: Self = f64::MIN_POSITIVE;
+    const ROUNDING: Self = 8.0 * f64::EPSILON;
+}
+
+impl Limits for f32 {
+    const RAW_MAX: Self = 1e36;
+    const INPUT_MAX: Self = 1e6;
+    const DIFFERENCE_MAX: Self = 1e18;
+    const COVARIANCE_MAX: Self = 1e12;
+    const VARIANCE_FLOOR: Self = 1e-6;
+    const TINY: Self = f32::MIN_POSITIVE;
+    const ROUNDING: Self = 8.0 * f32::EPSILON;
+}
+
+/// A real number, or several in SIMD lanes.
+pub trait Real: SimdRealField<Element: Limits> + Copy {
+    /// The constant `x` in every lane.
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        nalgebra::convert(x)
+    }
+
+    /// One bound of [`Limits`] in every lane.
+    #[inline(always)]
+    fn limit(bound: Self::Element) -> Self {
+        Self::splat(bound)
+    }
+
+    /// The smallest positive normal number.
+    #[inline(always)]
+    fn tiny() -> Self {
+        Self::limit(Self::Element::TINY)
+    }
+
+    /// Neither NaN nor infinite.
+    #[inline(always)]
+    fn finite(self) -> Self::SimdBool {
+        (self * Self::zero()).simd_eq(Self::zero())
+    }
+
+    /// `self`, but not below `bound`; `bound` for NaN.
+    #[inline(always)]
+    fn at_least(self, bound: Self) -> Self {
+        self.select(self.simd_gt(bound), bound)
+    }
+
+    /// `self`, but not above `bound`; `bound` for NaN.
+    #[inline(always)]
+    fn at_most(self, bound: Self) -> Self {
+        self.select(self.simd_lt(bound), bound)
+    }
+
+    /// `self` limited to `±bound`.
+    #[inline(always)]
+    fn within(self, bound: Self) -> Self {
+        self.at_most(bound).at_least(-bound)
+    }
+}
+
+impl<T> Real for T where T: SimdRealField<Element: Limits> + Copy {}
+
+/// `value` where `condition` holds, else `other`: reads in the order in which it is said.
+#[inline(always)]
+pub(crate) fn choose<T: SimdValue>(condition: T::SimdBool, value: T, other: T) -> T {
+    value.select(condition, other)
+}

@@ -1,0 +1,95 @@
+"""Files appear whole or not at all."""
+
+import os
+
+import numpy as np
+import pytest
+
+from zerorate.io import Log, atomic_path, check_writable, write_log
+
+
+def test_success_leaves_one_file(tmp_path):
+    target = tmp_path / "figure.png"
+    with atomic_path(target) as temporary:
+        assert temporary.parent == tmp_path
+        assert temporary.suffix == ".png"
+        temporary.write_text("whole")
+        assert not target.exists()
+    assert target.read_text() == "whole"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt, SystemExit])
+def test_any_exception_leaves_the_old_file(tmp_path, error):
+    target = tmp_path / "a.csv"
+    target.write_text("old")
+
+    def write_half():
+        with atomic_path(target, force=True) as temporary:
+            temporary.write_text("half")
+            raise error
+
+    with pytest.raises(error):
+        write_half()
+    assert target.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_existing_file_needs_force(tmp_path):
+    target = tmp_path / "a.csv"
+    target.write_text("old")
+    with pytest.raises(FileExistsError, match=r"a\.csv exists already; pass force=True"):
+        check_writable(target)
+    with atomic_path(target, force=True) as temporary:
+        temporary.write_text("new")
+    assert target.read_text() == "new"
+
+
+def test_file_that_appears_meanwhile_is_kept(tmp_path):
+    target = tmp_path / "a.csv"
+
+    def write():
+        with atomic_path(target) as temporary:
+            temporary.write_text("mine")
+            target.write_text("theirs")
+
+    with pytest.raises(FileExistsError):
+        write()
+    assert target.read_text() == "theirs"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_link_keeps_pointing_at_the_replaced_file(tmp_path):
+    real, link = tmp_path / "real.txt", tmp_path / "link.txt"
+    real.write_text("old")
+    link.symlink_to(real)
+    with atomic_path(link, force=True) as temporary:
+        temporary.write_text("new")
+    assert link.is_symlink()
+    assert real.read_text() == "new"
+
+
+def test_bad_places_are_named_before_any_work(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FileNotFoundError, match=r"folder .*missing does not exist"):
+        check_writable(tmp_path / "missing" / "a.csv")
+    with pytest.raises(NotADirectoryError, match="is not a folder"):
+        check_writable(tmp_path / "file" / "a.csv")
+    with pytest.raises(IsADirectoryError, match="it is a folder"):
+        check_writable(tmp_path, force=True)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root writes anywhere")
+def test_folder_without_permission(tmp_path):
+    tmp_path.chmod(0o500)
+    with pytest.raises(PermissionError, match="not writable"):
+        check_writable(tmp_path / "a.csv")
+
+
+def test_write_log_refuses_and_replaces(tmp_path):
+    log = Log(np.arange(2.0), 1.0, [1.0, 2.0], ["gyro_x_dps"], "deg/s")
+    write_log(log, tmp_path / "a.npz")
+    with pytest.raises(FileExistsError, match="force=True"):
+        write_log(log, tmp_path / "a.npz")
+    write_log(log, tmp_path / "a.npz", force=True)
+    assert [p.name for p in tmp_path.iterdir()] == ["a.npz"]
