@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::filter::Filter;
 
+/// Rows that threads work on before they meet.
+const BLOCK: usize = 1 << 16;
+
 /// One filter a channel; samples come in rows of one value a channel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Bank<F> {
@@ -50,6 +53,40 @@ impl<F: Clone> Bank<F> {
                     for (filter, z) in filters.iter_mut().zip(row) {
                         *z = filter.update(*z);
                     }
+                }
+            }
+        }
+    }
+
+    /// [`process`](Self::process) with the channels spread over `threads` threads; the result is
+    /// the same to the last bit.
+    pub fn process_on_threads<T: Copy + Send>(&mut self, rows: &mut [T], threads: usize)
+    where
+        F: Filter<T> + Send,
+    {
+        let channels = self.filters.len();
+        if threads < 2 || channels < 2 {
+            return self.process(rows);
+        }
+        let share = channels.div_ceil(threads);
+        for block in rows.chunks_mut(BLOCK * channels) {
+            let mut columns: Vec<Vec<T>> = (0..channels)
+                .map(|c| block.iter().skip(c).step_by(channels).copied().collect())
+                .collect();
+            std::thread::scope(|scope| {
+                for (filters, columns) in
+                    self.filters.chunks_mut(share).zip(columns.chunks_mut(share))
+                {
+                    scope.spawn(move || {
+                        for (filter, column) in filters.iter_mut().zip(columns) {
+                            filter.process(column);
+                        }
+                    });
+                }
+            });
+            for (c, column) in columns.iter().enumerate() {
+                for (z, value) in block.iter_mut().skip(c).step_by(channels).zip(column) {
+                    *z = *value;
                 }
             }
         }

@@ -207,9 +207,26 @@ where
         })
     }
 
-    /// `[φ, θ, c]`, the constant in the unit of the samples, or `None` during start-up.
-    pub fn coefficients(&self) -> Option<SVector<T, M>> {
-        self.scaling.map(|scaling| scaling.raw_coefficients::<N, M>(self.rls.parameters()))
+    /// The parameters it was made with.
+    pub fn params(&self) -> &RlsParams {
+        &self.params
+    }
+
+    /// The start-up is over: offset and scale are learned.
+    pub fn ready(&self) -> bool {
+        self.scaling.is_some()
+    }
+
+    /// `[φ, θ, c]`, the constant in the unit of the samples; during start-up the mean alone.
+    pub fn coefficients(&self) -> SVector<T, M> {
+        match &self.scaling {
+            Some(scaling) => scaling.raw_coefficients::<N, M>(self.rls.parameters()),
+            None => {
+                let mut mean = SVector::zeros();
+                mean[M - 1] = self.startup.mean();
+                mean
+            }
+        }
     }
 
     /// Covariance of the normalised parameters over the noise variance.

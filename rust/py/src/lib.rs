@@ -1,1 +1,30 @@
+//! What Python sees of the core: conversion of arguments, errors, release of the interpreter lock.
+#![forbid(unsafe_code)]
 
+mod allan;
+mod arrays;
+mod drift;
+mod errors;
+mod least_squares;
+mod shared;
+mod stream;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::allan::{AllanNoise, overlapping_allan_deviation};
+    #[pymodule_export]
+    use crate::drift::DriftFilter;
+    #[pymodule_export]
+    use crate::drift::trace::Trace;
+    #[pymodule_export]
+    use crate::least_squares::RecursiveLeastSquares;
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -60,6 +60,16 @@ impl<T: Real> AllanNoise<T> {
         })
     }
 
+    /// Memory b in (0, 1].
+    pub fn fading(&self) -> T {
+        self.fading
+    }
+
+    /// Which difference the variance is taken of.
+    pub fn kind(&self) -> AllanKind {
+        self.kind
+    }
+
     /// The estimate so far: `floor` until a difference was seen.
     #[inline(always)]
     pub fn variance(&self) -> T {

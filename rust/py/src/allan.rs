@@ -1,0 +1,195 @@
+//! Allan variances for Python.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use zerorate_core::Bank;
+use zerorate_core::allan::{self as core, AllanKind};
+use zerorate_core::checkpoint::{self, Kind, Label};
+
+use crate::arrays;
+use crate::errors::NativeError;
+use crate::shared::{Shared, count};
+use crate::stream::Labelled;
+
+const LABEL: Label = Label { kind: Kind::AllanNoise, p: 0, q: 0 };
+
+/// The variance that a name stands for.
+pub fn kind(name: &str) -> PyResult<AllanKind> {
+    match name {
+        "allan" => Ok(AllanKind::Allan),
+        "hadamard" => Ok(AllanKind::Hadamard),
+        _ => {
+            Err(PyValueError::new_err(format!("noise must be 'allan' or 'hadamard', got '{name}'")))
+        }
+    }
+}
+
+/// The name of a variance.
+pub fn name(kind: AllanKind) -> &'static str {
+    match kind {
+        AllanKind::Allan => "allan",
+        AllanKind::Hadamard => "hadamard",
+    }
+}
+
+type Filters = Labelled<core::AllanNoise<f64>>;
+
+/// Measurement noise variance R while samples arrive, from the Allan variance at the shortest
+/// averaging time with fading memory.
+///
+/// ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with ``1/w = 1 + fading / w_before`` (Fu & Han 2019,
+/// equations 17, 18 and 26 to 31). One that is not finite is a missing sample; differences across
+/// it are left out. One object serves one thread at a time.
+///
+/// Parameters
+/// ----------
+/// fading : float, default 0.97
+///     Memory b in (0, 1]: the weight of a difference falls by this factor a sample. Small follows
+///     changes quickly, large averages; 1 weighs all alike and equals the Allan variance of the
+///     whole record.
+/// noise : {"allan", "hadamard"}, default "allan"
+///     First differences, or second differences ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a
+///     constant angular acceleration leaves alone.
+/// floor : float, default 0.0
+///     Smallest variance to answer, in the square of the samples' unit. Equal samples, as a coarsely
+///     quantised gyro at rest gives them, drive R to zero.
+/// channels : int, optional
+///     Number of signals side by side; ``None`` is a single one.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of range.
+///
+/// Examples
+/// --------
+/// >>> import zerorate as zr
+/// >>> noise = zr.AllanNoise(fading=1.0)
+/// >>> float(noise.process([1.0, 2.0, 0.0])[-1])  # ((2-1)**2 + (0-2)**2) / 2 / 2
+/// 1.25
+#[pyclass(frozen, module = "zerorate")]
+#[derive(Debug)]
+pub struct AllanNoise {
+    fading: f64,
+    noise: AllanKind,
+    shared: Shared<Filters>,
+}
+
+#[pymethods]
+impl AllanNoise {
+    #[new]
+    #[pyo3(signature = (fading=0.97, noise="allan", floor=0.0, channels=None))]
+    fn new(fading: f64, noise: &str, floor: f64, channels: Option<usize>) -> PyResult<Self> {
+        let noise = kind(noise)?;
+        let filter = core::AllanNoise::new(fading, noise, floor).map_err(NativeError::from)?;
+        let bank = Bank::new(&filter, count(channels)?);
+        Ok(Self::wrap(channels, bank))
+    }
+
+    /// Takes one sample, answers R: float to float, with channels (k,) to (k,).
+    #[inline]
+    fn update<'py>(&self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.shared.update(z)
+    }
+
+    /// R after each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k); the
+    /// interpreter lock is released.
+    #[pyo3(signature = (z, out=None, threads=None))]
+    fn process<'py>(
+        &self,
+        z: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.shared.process(z, out, threads)
+    }
+
+    /// Back to before the first sample.
+    fn reset(&self) -> PyResult<()> {
+        self.shared.reset()
+    }
+
+    /// Parameters and state as bytes, with a format version and a checksum.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        self.shared.to_bytes(py)
+    }
+
+    /// The object that `to_bytes` saved; ValueError if the bytes are not one.
+    #[staticmethod]
+    fn from_bytes(b: &[u8]) -> PyResult<Self> {
+        let (channels, bank) = checkpoint::read(LABEL, b).map_err(NativeError::from)?;
+        Ok(Self::wrap(channels, bank))
+    }
+
+    /// An independent object in the same state.
+    fn copy(&self) -> PyResult<Self> {
+        Ok(Self::wrap(self.shared.channels, self.shared.lock()?.bank.clone()))
+    }
+
+    fn __copy__(&self) -> PyResult<Self> {
+        self.copy()
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.copy()
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        let bytes = slf.get().to_bytes(slf.py())?;
+        Ok((slf.get_type().getattr("from_bytes")?, (bytes,)))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("AllanNoise(fading={:?}, noise='{}')", self.fading, name(self.noise))
+    }
+
+    /// R so far, in the square of the samples' unit: float, with channels (k,).
+    #[getter]
+    fn variance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.shared.lock()?.bank.filters().iter().map(|f| f.variance()).collect();
+        self.shared.numbers(py, values)
+    }
+
+    /// Number of signals, None for a single one.
+    #[getter]
+    fn channels(&self) -> Option<usize> {
+        self.shared.channels
+    }
+}
+
+impl AllanNoise {
+    fn wrap(channels: Option<usize>, bank: Bank<core::AllanNoise<f64>>) -> Self {
+        let filter = bank.filters()[0];
+        Self {
+            fading: filter.fading(),
+            noise: filter.kind(),
+            shared: Shared::new(channels, Box::new(Labelled { label: LABEL, bank })),
+        }
+    }
+}
+
+/// Overlapping Allan deviation of a rate record.
+///
+/// Parameters
+/// ----------
+/// z : array_like, shape (n,)
+///     Rates; those not finite are missing, and every term that needs one is left out.
+/// m : int
+///     Averaging time in samples.
+///
+/// Returns
+/// -------
+/// float or None
+///     In the unit of ``z``; None if no two neighbouring clusters of ``m`` samples are whole.
+///
+/// Notes
+/// -----
+/// IEEE Std 952-1997, annex C.
+#[pyfunction]
+pub fn overlapping_allan_deviation(z: &Bound<'_, PyAny>, m: usize) -> PyResult<Option<f64>> {
+    let samples = arrays::batch(z, None)?;
+    Ok(z.py().detach(|| core::overlapping_allan_deviation(&samples.values, m)))
+}

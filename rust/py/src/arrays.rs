@@ -1,0 +1,146 @@
+//! Every check and conversion of an array.
+
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyFloat;
+
+/// Samples copied out of an array, row after row.
+#[derive(Debug)]
+pub struct Samples {
+    pub values: Vec<f64>,
+    pub shape: Vec<usize>,
+}
+
+/// One sample: a float, anything that converts to one, or `None` for a missing one.
+#[inline]
+pub fn sample(z: &Bound<'_, PyAny>) -> PyResult<f64> {
+    if let Ok(value) = z.cast_exact::<PyFloat>() {
+        return Ok(value.value());
+    }
+    if z.is_none() {
+        return Ok(f64::NAN);
+    }
+    z.extract().map_err(|_| {
+        PyTypeError::new_err(format!(
+            "update() takes one number, got {}; a whole record goes to process()",
+            describe(z)
+        ))
+    })
+}
+
+/// The samples of a batch: shape `(n,)`, or `(n, k)` for `k` channels.
+pub fn batch(z: &Bound<'_, PyAny>, channels: Option<usize>) -> PyResult<Samples> {
+    let samples = read(z)?;
+    let fits = match (channels, samples.shape.as_slice()) {
+        (None, [_]) => true,
+        (Some(k), [_, columns]) => *columns == k,
+        _ => false,
+    };
+    let expected = match channels {
+        None => "(n,)".to_owned(),
+        Some(k) => format!("(n, {k})"),
+    };
+    check_shape(fits, &expected, &samples.shape)?;
+    Ok(samples)
+}
+
+/// One sample a channel, shape `(k,)`.
+pub fn row(z: &Bound<'_, PyAny>, channels: usize) -> PyResult<Vec<f64>> {
+    let samples = read(z)?;
+    check_shape(samples.shape == [channels], &format!("({channels},)"), &samples.shape)?;
+    Ok(samples.values)
+}
+
+fn check_shape(fits: bool, expected: &str, shape: &[usize]) -> PyResult<()> {
+    if fits {
+        return Ok(());
+    }
+    Err(PyValueError::new_err(format!("z must have shape {expected}, got {}", tuple(shape))))
+}
+
+/// A shape as Python writes it.
+pub fn tuple(shape: &[usize]) -> String {
+    match shape {
+        [n] => format!("({n},)"),
+        _ => format!("({})", shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+fn read(z: &Bound<'_, PyAny>) -> PyResult<Samples> {
+    if let Ok(array) = z.cast::<PyArrayDyn<f64>>() {
+        return copied(array);
+    }
+    let numpy = z.py().import("numpy")?;
+    let array = numpy.call_method1("asarray", (z,)).map_err(|_| {
+        PyValueError::new_err(format!(
+            "z must be a rectangular array of numbers, got {}",
+            describe(z)
+        ))
+    })?;
+    let dtype = array.getattr("dtype")?;
+    let kind: String = dtype.getattr("kind")?.extract()?;
+    if !matches!(kind.as_str(), "f" | "i" | "u" | "b") {
+        return Err(PyTypeError::new_err(format!(
+            "z must hold real numbers, got dtype {dtype}; convert with numpy.asarray(z, dtype=float)"
+        )));
+    }
+    let array = array.call_method1("astype", ("float64",))?;
+    copied(array.cast::<PyArrayDyn<f64>>()?)
+}
+
+fn copied(array: &Bound<'_, PyArrayDyn<f64>>) -> PyResult<Samples> {
+    let shape = array.shape().to_vec();
+    let array = array.try_readonly()?;
+    let values = match array.as_slice() {
+        Ok(slice) => slice.to_vec(),
+        Err(_) => array.as_array().iter().copied().collect(),
+    };
+    Ok(Samples { values, shape })
+}
+
+fn describe(z: &Bound<'_, PyAny>) -> String {
+    let name = z.get_type().name().map_or_else(|_| "an object".to_owned(), |n| n.to_string());
+    match z.getattr("shape").and_then(|shape| shape.str()) {
+        Ok(shape) => format!("{name} of shape {shape}"),
+        Err(_) => name,
+    }
+}
+
+/// The array that `out=` names: float64, writeable, of the shape of the input.
+pub fn check_out<'a, 'py>(
+    out: &'a Bound<'py, PyAny>,
+    shape: &[usize],
+) -> PyResult<&'a Bound<'py, PyArrayDyn<f64>>> {
+    let expected = || format!("out must be a writeable float64 array of shape {}", tuple(shape));
+    let array = out.cast::<PyArrayDyn<f64>>().map_err(|_| {
+        let dtype = out.getattr("dtype").map_or(String::new(), |d| format!(" with dtype {d}"));
+        PyTypeError::new_err(format!("{}, got {}{dtype}", expected(), describe(out)))
+    })?;
+    if array.shape() != shape {
+        let got = tuple(array.shape());
+        return Err(PyValueError::new_err(format!("{}, got shape {got}", expected())));
+    }
+    if array.try_readwrite().is_err() {
+        return Err(PyValueError::new_err(format!("{}, got a read-only one", expected())));
+    }
+    Ok(array)
+}
+
+/// Copies `values`, row after row, into an array checked by [`check_out`].
+pub fn fill(out: &Bound<'_, PyArrayDyn<f64>>, values: &[f64]) -> PyResult<()> {
+    let mut array = out.try_readwrite()?;
+    for (element, value) in array.as_array_mut().iter_mut().zip(values) {
+        *element = *value;
+    }
+    Ok(())
+}
+
+/// A new array of `shape` that owns `values`.
+pub fn array<'py, T: numpy::Element>(
+    py: Python<'py>,
+    values: Vec<T>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyAny>> {
+    Ok(PyArray1::from_vec(py, values).reshape(shape)?.into_any())
+}

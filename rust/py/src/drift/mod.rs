@@ -1,0 +1,371 @@
+//! The drift filter for Python.
+
+pub mod any;
+pub mod trace;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use zerorate_core::{Method, Params};
+
+use self::any::{AnyDrift, Readings};
+use self::trace::Trace;
+use crate::errors::NativeError;
+use crate::shared::{Shared, count};
+use crate::{allan, arrays};
+
+fn method(name: &str) -> PyResult<Method> {
+    match name {
+        "kf" => Ok(Method::Kf),
+        "akf" => Ok(Method::Akf),
+        "fading" => Ok(Method::Fading),
+        _ => Err(PyValueError::new_err(format!(
+            "method must be 'kf', 'akf' or 'fading', got '{name}'"
+        ))),
+    }
+}
+
+fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::Kf => "kf",
+        Method::Akf => "akf",
+        Method::Fading => "fading",
+    }
+}
+
+/// Online random-drift filter of a gyro, one or more axes.
+///
+/// Learns an ARMA(p, q) model of the drift by recursive least squares, the measurement noise R
+/// from the Allan variance at the shortest averaging time, the process noise G by Sage-Husa, and
+/// runs the Kalman filter of that model (Fu & Han 2019, equations 8 to 31). Nothing needs a unit:
+/// offset and scale come from the first samples, during which the answer is the mean so far. A
+/// sample that is not finite (or ``None``) is missing: it is predicted, not corrected. One filter
+/// serves one thread at a time.
+///
+/// Parameters
+/// ----------
+/// rate : float
+///     Samples a second.
+/// order : (int, int), default (2, 1)
+///     Orders p from 1 to 3 and q from 0 to 3; (p, 0) is AR(p).
+/// method : {"kf", "akf", "fading"}, default "fading"
+///     ``"kf"`` keeps G and R as the start-up says; ``"akf"`` adapts R with equal weights;
+///     ``"fading"`` adapts R with fading memory, and G.
+/// fading : float, default 0.97
+///     Memory b of R in (0, 1] for ``"fading"``: small follows changes of the noise quickly, large
+///     averages (Fu & Han: 0.95 to 0.99 for an MTi-100, 0.90 to 0.95 for a 3DM-GX4-25).
+/// adapt_for : float or None, default 120.0
+///     Seconds after the start-up during which the model is learned; None is always.
+/// forgetting_factor : float, default 1.0
+///     λ of the least squares in (0, 1]: small forgets old samples quickly, 1 never forgets.
+/// channels : int, optional
+///     Number of signals side by side; None is a single one.
+/// process_noise : float, default 0.1
+///     Initial process noise G and covariance P, in variances of the start-up window. Large follows
+///     the signal, small smooths it.
+/// process_noise_memory : float, default 0.0
+///     Samples that the initial G counts for besides those seen: large keeps it longer.
+/// noise : {"allan", "hadamard"}, default "allan"
+///     Variance that R is taken from; "hadamard" ignores a constant angular acceleration.
+/// startup : float, default 1.0
+///     Seconds from which offset, scale and first noise are learned (at least ten samples, and
+///     until two samples differ).
+/// scale : float, optional
+///     Deviation of the noise in the samples' unit where it is known; else it is learned.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of range.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, zerorate as zr
+/// >>> z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)
+/// >>> f = zr.DriftFilter(rate=100.0)
+/// >>> bool(f.process(z).std() < 0.6 * z.std())
+/// True
+#[pyclass(frozen, module = "zerorate")]
+#[derive(Debug)]
+pub struct DriftFilter {
+    params: Params,
+    order: (usize, usize),
+    shared: Shared<dyn AnyDrift>,
+}
+
+#[pymethods]
+impl DriftFilter {
+    #[new]
+    #[pyo3(signature = (
+        rate, order=(2, 1), method="fading", fading=0.97, adapt_for=Some(120.0),
+        forgetting_factor=1.0, channels=None, *, process_noise=0.1, process_noise_memory=0.0,
+        noise="allan", startup=1.0, scale=None,
+    ))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        rate: f64,
+        order: (i64, i64),
+        method: &str,
+        fading: f64,
+        adapt_for: Option<f64>,
+        forgetting_factor: f64,
+        channels: Option<usize>,
+        process_noise: f64,
+        process_noise_memory: f64,
+        noise: &str,
+        startup: f64,
+        scale: Option<f64>,
+    ) -> PyResult<Self> {
+        let params = Params {
+            rate,
+            method: self::method(method)?,
+            fading,
+            noise: allan::kind(noise)?,
+            adapt_for,
+            forgetting_factor,
+            process_noise,
+            process_noise_memory,
+            startup,
+            scale,
+        };
+        let params = params.checked().map_err(NativeError::from)?;
+        let filter = any::new(order, params, count(channels)?)?;
+        Ok(Self::wrap(channels, filter))
+    }
+
+    /// Takes one sample, answers the filtered rate at once: float to float, with channels (k,) to
+    /// (k,).
+    #[inline]
+    fn update<'py>(&self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.shared.update(z)
+    }
+
+    /// Filters a batch, equal to the last bit to ``update`` sample by sample.
+    ///
+    /// Parameters
+    /// ----------
+    /// z : array_like, shape (n,), with channels (n, k)
+    ///     Samples; those not finite are missing.
+    /// out : ndarray, optional
+    ///     A float64 array of the same shape for the answers; may be ``z`` itself.
+    /// threads : int, optional
+    ///     Threads over which several channels are spread; the result does not depend on it.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, float64, shape of ``z``
+    ///     The filtered rate, in the unit of ``z``. The interpreter lock is released meanwhile.
+    #[pyo3(signature = (z, out=None, threads=None))]
+    fn process<'py>(
+        &self,
+        z: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.shared.process(z, out, threads)
+    }
+
+    /// Like ``process``, but answers a ``Trace`` of all that the filter knew after each sample.
+    fn trace(&self, z: &Bound<'_, PyAny>) -> PyResult<Trace> {
+        let py = z.py();
+        let samples = arrays::batch(z, self.shared.channels)?;
+        let mut filter = self.shared.lock()?;
+        let inner = &mut **filter;
+        let record = py.detach(|| inner.trace(&samples.values));
+        drop(filter);
+        Trace::new(py, record, self.shared.channels, self.order)
+    }
+
+    /// Back to before the first sample, with the same parameters.
+    fn reset(&self) -> PyResult<()> {
+        self.shared.reset()
+    }
+
+    /// Parameters and state as bytes, with a format version and a checksum.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        self.shared.to_bytes(py)
+    }
+
+    /// The filter that ``to_bytes`` saved, which goes on equal to the last bit; ValueError if the
+    /// bytes are no such filter.
+    #[staticmethod]
+    fn from_bytes(b: &[u8]) -> PyResult<Self> {
+        let (channels, filter) = any::from_bytes(b).map_err(NativeError::from)?;
+        Ok(Self::wrap(channels, filter))
+    }
+
+    /// An independent filter in the same state.
+    fn copy(&self) -> PyResult<Self> {
+        let filter = self.shared.lock()?.clone_box();
+        Ok(Self::wrap(self.shared.channels, filter))
+    }
+
+    fn __copy__(&self) -> PyResult<Self> {
+        self.copy()
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.copy()
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        let bytes = slf.get().to_bytes(slf.py())?;
+        Ok((slf.get_type().getattr("from_bytes")?, (bytes,)))
+    }
+
+    fn __repr__(&self) -> String {
+        let channels = self.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
+        format!(
+            "DriftFilter(rate={:?}, order={:?}, method='{}', fading={:?}{channels})",
+            self.params.rate,
+            self.order,
+            method_name(self.params.method),
+            self.params.fading,
+        )
+    }
+
+    /// The last filtered rate: float, with channels (k,).
+    #[getter]
+    fn estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.number(py, |r| r.estimate)
+    }
+
+    /// The last sample minus its prediction, zero if it was missing: float, with channels (k,).
+    #[getter]
+    fn innovation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.number(py, |r| r.innovation)
+    }
+
+    /// Variance of the innovation: float, with channels (k,).
+    #[getter]
+    fn innovation_variance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.number(py, |r| r.innovation_variance)
+    }
+
+    /// Measurement noise variance R: float, with channels (k,).
+    #[getter]
+    fn measurement_noise<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.number(py, |r| r.measurement_noise)
+    }
+
+    /// Kalman gain: (p + 1,), with channels (k, p + 1).
+    #[getter]
+    fn gain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.array(py, &[self.order.0 + 1], |r| &r.gain)
+    }
+
+    /// Process noise covariance G: (p + 1, p + 1), with channels (k, p + 1, p + 1).
+    #[getter]
+    fn process_noise<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.array(py, &[self.order.0 + 1; 2], |r| &r.process_noise)
+    }
+
+    /// Model ``[φ…, θ…, c]``, c in the unit of the samples: (p + q + 1,), with channels
+    /// (k, p + q + 1).
+    #[getter]
+    fn coefficients<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.array(py, &[self.order.0 + self.order.1 + 1], |r| &r.coefficients)
+    }
+
+    /// State covariance P: (p + 1, p + 1), with channels (k, p + 1, p + 1).
+    #[getter]
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.array(py, &[self.order.0 + 1; 2], |r| &r.covariance)
+    }
+
+    /// Samples given so far, missing ones included.
+    #[getter]
+    fn samples_seen(&self) -> PyResult<u64> {
+        Ok(self.shared.lock()?.samples_seen())
+    }
+
+    /// How often a step of the process noise was shortened to keep it positive semidefinite: int,
+    /// with channels (k,).
+    #[getter]
+    fn guard_count<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let counts = self.shared.lock()?.guard_counts();
+        self.shared.numbers(py, counts)
+    }
+
+    /// The start-up is over: bool, with channels (k,).
+    #[getter]
+    fn ready<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let ready = self.shared.lock()?.ready();
+        self.shared.numbers(py, ready)
+    }
+
+    /// Number of signals, None for a single one.
+    #[getter]
+    fn channels(&self) -> Option<usize> {
+        self.shared.channels
+    }
+
+    /// Samples a second.
+    #[getter]
+    fn rate(&self) -> f64 {
+        self.params.rate
+    }
+
+    /// Orders (p, q) of the model.
+    #[getter]
+    fn order(&self) -> (usize, usize) {
+        self.order
+    }
+
+    /// ``"kf"``, ``"akf"`` or ``"fading"``.
+    #[getter]
+    fn method(&self) -> &'static str {
+        method_name(self.params.method)
+    }
+
+    /// Every argument that makes such a filter anew: ``DriftFilter(**f.params)``.
+    #[getter]
+    fn params<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let params = PyDict::new(py);
+        params.set_item("rate", self.params.rate)?;
+        params.set_item("order", self.order)?;
+        params.set_item("method", method_name(self.params.method))?;
+        params.set_item("fading", self.params.fading)?;
+        params.set_item("adapt_for", self.params.adapt_for)?;
+        params.set_item("forgetting_factor", self.params.forgetting_factor)?;
+        params.set_item("channels", self.shared.channels)?;
+        params.set_item("process_noise", self.params.process_noise)?;
+        params.set_item("process_noise_memory", self.params.process_noise_memory)?;
+        params.set_item("noise", allan::name(self.params.noise))?;
+        params.set_item("startup", self.params.startup)?;
+        params.set_item("scale", self.params.scale)?;
+        Ok(params)
+    }
+}
+
+impl DriftFilter {
+    fn wrap(channels: Option<usize>, filter: Box<dyn AnyDrift>) -> Self {
+        Self {
+            params: filter.params(),
+            order: filter.order(),
+            shared: Shared::new(channels, filter),
+        }
+    }
+
+    fn number<'py>(
+        &self,
+        py: Python<'py>,
+        reading: impl Fn(&Readings) -> f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.shared.lock()?.readings().iter().map(reading).collect();
+        self.shared.numbers(py, values)
+    }
+
+    fn array<'py>(
+        &self,
+        py: Python<'py>,
+        shape: &[usize],
+        reading: impl Fn(&Readings) -> &Vec<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let readings = self.shared.lock()?.readings();
+        let values = readings.iter().flat_map(|r| reading(r).iter().copied()).collect();
+        self.shared.arrays(py, values, shape)
+    }
+}

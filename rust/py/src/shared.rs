@@ -1,0 +1,118 @@
+//! A filter as Python holds it: one owner at a time, a clear error for a second one.
+
+use std::sync::{Mutex, MutexGuard};
+
+use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyFloat};
+
+use crate::arrays;
+use crate::errors::{NativeError, in_use};
+use crate::stream::Stream;
+
+/// A filter of `channels` channels, or of a single signal for `None`.
+#[derive(Debug)]
+pub struct Shared<S: ?Sized> {
+    pub channels: Option<usize>,
+    filter: Mutex<Box<S>>,
+}
+
+/// The number of filters for `channels`, which must not be zero.
+pub fn count(channels: Option<usize>) -> PyResult<usize> {
+    match channels {
+        Some(0) => Err(PyValueError::new_err("channels must be at least 1, or None, got 0")),
+        Some(k) => Ok(k),
+        None => Ok(1),
+    }
+}
+
+impl<S: Stream + ?Sized> Shared<S> {
+    pub fn new(channels: Option<usize>, filter: Box<S>) -> Self {
+        Self { channels, filter: Mutex::new(filter) }
+    }
+
+    /// The filter, if nobody else is using it.
+    #[inline]
+    pub fn lock(&self) -> PyResult<MutexGuard<'_, Box<S>>> {
+        self.filter.try_lock().map_err(|_| in_use())
+    }
+
+    #[inline]
+    pub fn update<'py>(&self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let py = z.py();
+        match self.channels {
+            None => {
+                let z = arrays::sample(z)?;
+                let answer = self.lock()?.update(z);
+                Ok(PyFloat::new(py, answer).into_any())
+            }
+            Some(channels) => {
+                let mut row = arrays::row(z, channels)?;
+                self.lock()?.update_row(&mut row);
+                arrays::array(py, row, &[channels])
+            }
+        }
+    }
+
+    pub fn process<'py>(
+        &self,
+        z: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = z.py();
+        let threads = match threads {
+            Some(0) => return Err(PyValueError::new_err("threads must be at least 1, got 0")),
+            threads => threads.unwrap_or(1),
+        };
+        let mut samples = arrays::batch(z, self.channels)?;
+        let out = out.map(|out| arrays::check_out(out, &samples.shape)).transpose()?;
+        let mut filter = self.lock()?;
+        let inner = &mut **filter;
+        py.detach(|| inner.process(&mut samples.values, threads));
+        drop(filter);
+        match out {
+            Some(out) => {
+                arrays::fill(out, &samples.values)?;
+                Ok(out.clone().into_any())
+            }
+            None => arrays::array(py, samples.values, &samples.shape),
+        }
+    }
+
+    pub fn reset(&self) -> PyResult<()> {
+        self.lock()?.reset();
+        Ok(())
+    }
+
+    pub fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = self.lock()?.to_bytes(self.channels).map_err(NativeError::from)?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// One number a channel: a float for a single signal, else an array.
+    pub fn numbers<'py, T>(&self, py: Python<'py>, values: Vec<T>) -> PyResult<Bound<'py, PyAny>>
+    where
+        T: numpy::Element + IntoPyObjectExt<'py> + Copy,
+    {
+        self.arrays(py, values, &[])
+    }
+
+    /// One array of `shape` a channel, stacked for several channels.
+    pub fn arrays<'py, T>(
+        &self,
+        py: Python<'py>,
+        values: Vec<T>,
+        shape: &[usize],
+    ) -> PyResult<Bound<'py, PyAny>>
+    where
+        T: numpy::Element + IntoPyObjectExt<'py> + Copy,
+    {
+        match (self.channels, shape) {
+            (None, []) => values[0].into_bound_py_any(py),
+            (None, _) => arrays::array(py, values, shape),
+            (Some(k), _) => arrays::array(py, values, &[&[k], shape].concat()),
+        }
+    }
+}
