@@ -29,7 +29,7 @@ pub struct DriftLoop<T, const N: usize, const M: usize> {
     measurement_noise: AllanNoise<T>,
     process_noise: Symmetric<T, N>,
     belief: Belief<T, N>,
-    last: Correction<T, N>,
+    last: Correction<T>,
     /// `k` of Sage-Husa: samples that were not missing, and the memory given to G₀.
     count: T,
     /// Largest sample so far.
@@ -55,7 +55,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
             measurement_noise: AllanNoise::with_floor(params.memory(), params.noise, floor)?,
             process_noise: Symmetric::diagonal(start),
             belief: Belief::new(start),
-            last: Correction { innovation: T::zero(), variance: T::zero(), gain: SVector::zeros() },
+            last: Correction { innovation: T::zero(), variance: T::one(), inverse: T::zero() },
             count: T::of(params.process_noise_memory),
             peak: T::zero(),
             guards: T::zero(),
@@ -76,13 +76,24 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         if self.adapts_measurement_noise {
             self.measurement_noise.observe(y);
         }
-        let prior = self.belief.predict(&self.row(), &self.process_noise, self.peak);
+        let mut prior = self.belief.predict(&self.row(), &self.process_noise, self.peak);
+        let large = prior.P.is_large();
+        if large.any() {
+            prior.P.settle(large);
+            self.process_noise.settle(large);
+        }
+        // Least squares and Kalman filter wait for their divisions side by side.
         let R = self.measurement_noise.variance();
-        self.last = self.belief.correct(&prior, y, seen, R);
-        let guarded = self.adapt_process_noise(seen);
+        let guarded;
         if self.learning_left > 0 {
             self.learning_left -= 1;
-            self.model.observe(y, seen);
+            let lesson = self.model.prepare(seen);
+            self.last = self.belief.correct(&prior, y, seen, R);
+            guarded = self.adapt_process_noise(&prior, seen, large);
+            self.model.learn(&lesson, y, seen);
+        } else {
+            self.last = self.belief.correct(&prior, y, seen, R);
+            guarded = self.adapt_process_noise(&prior, seen, large);
         }
         self.peak = choose(seen, y.simd_abs(), T::zero()).at_least(self.peak);
         (self.belief.x[0], guarded)
@@ -99,17 +110,31 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
     }
 
     #[inline(always)]
-    fn adapt_process_noise(&mut self, seen: T::SimdBool) -> T::SimdBool {
+    fn adapt_process_noise(
+        &mut self,
+        prior: &Belief<T, N>,
+        seen: T::SimdBool,
+        large: T::SimdBool,
+    ) -> T::SimdBool {
         if !self.adapts_process_noise {
             return T::one().simd_lt(T::zero());
         }
         self.count += choose(seen, T::one(), T::zero());
         let weight = choose(seen, T::one() / self.count, T::zero());
-        let guarded = kalman::adapt(&mut self.process_noise, Self::floor(), &self.last, weight);
+        let (floor, column) = (Self::floor(), prior.column());
+        let G = &mut self.process_noise;
+        let guarded = kalman::adapt(G, floor, &column, &self.last, weight, large);
         if guarded.any() {
             self.guards += choose(guarded, T::one(), T::zero());
         }
         guarded
+    }
+
+    /// Kalman gain of the last sample, from what it left: `K = P Hᵀ / R`.
+    fn gain(&self) -> SVector<T, N> {
+        let seen = self.last.inverse.simd_gt(T::zero());
+        let gain = self.belief.column() / self.measurement_noise.variance();
+        gain.map(|k| choose(seen, k, T::zero()))
     }
 }
 
@@ -209,7 +234,7 @@ where
             estimate: self.estimate,
             innovation: scaling.raw_difference(inner.last.innovation),
             innovation_variance: scaling.raw_variance(inner.last.variance),
-            gain: inner.last.gain,
+            gain: inner.gain(),
             measurement_noise: scaling.raw_variance(inner.measurement_noise.variance()),
             process_noise: inner.process_noise.to_matrix().map(|v| scaling.raw_variance(v)),
             coefficients: scaling.raw_coefficients::<N, M>(inner.model.parameters()),
@@ -253,18 +278,6 @@ where
         (scaling.raw(y), missing, guarded)
     }
 
-    /// A batch after the start-up, on a copy of the state that the compiler knows to be its own.
-    fn process_running(&mut self, samples: &mut [T]) {
-        let Some(scaling) = self.scaling else { return };
-        let mut inner = self.inner;
-        self.samples_seen += samples.len() as u64;
-        for z in samples {
-            (*z, self.missing, self.guarded) = Self::run(&mut inner, &scaling, *z);
-            self.estimate = *z;
-        }
-        self.inner = inner;
-    }
-
     /// Start-up: answers the mean so far, zero before the first sample.
     #[cold]
     fn learn_scale(&mut self, z: T) -> T {
@@ -288,7 +301,7 @@ where
         inner.last = Correction {
             innovation: inner.last.innovation / (self.scaling.map_or(T::one(), |s| s.scale())),
             variance: T::one(),
-            gain: SVector::zeros(),
+            inverse: T::zero(),
         };
     }
 }
@@ -314,12 +327,12 @@ where
     }
 
     fn process(&mut self, samples: &mut [T]) {
-        let mut rest = samples.iter_mut();
-        while self.scaling.is_none() {
-            let Some(z) = rest.next() else { return };
-            *z = self.update(*z);
+        // A copy on the stack: its addresses are fixed, which processors forward fastest.
+        let mut filter = *self;
+        for z in samples {
+            *z = filter.update(*z);
         }
-        self.process_running(rest.into_slice());
+        *self = filter;
     }
 
     fn reset(&mut self) {

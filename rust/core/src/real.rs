@@ -18,6 +18,8 @@ pub trait Limits: RealField + Copy {
     const VARIANCE_FLOOR: Self;
     /// The smallest positive normal number.
     const TINY: Self;
+    /// The largest finite number.
+    const MAX: Self;
     /// What is added to a variance, relative to it, so that rounding can't cost definiteness.
     const ROUNDING: Self;
 }
@@ -29,16 +31,18 @@ impl Limits for f64 {
     const COVARIANCE_MAX: Self = 1e36;
     const VARIANCE_FLOOR: Self = 1e-12;
     const TINY: Self = f64::MIN_POSITIVE;
+    const MAX: Self = f64::MAX;
     const ROUNDING: Self = 8.0 * f64::EPSILON;
 }
 
 impl Limits for f32 {
     const RAW_MAX: Self = 1e36;
-    const INPUT_MAX: Self = 1e6;
+    const INPUT_MAX: Self = 1e5;
     const DIFFERENCE_MAX: Self = 1e18;
     const COVARIANCE_MAX: Self = 1e12;
     const VARIANCE_FLOOR: Self = 1e-6;
     const TINY: Self = f32::MIN_POSITIVE;
+    const MAX: Self = f32::MAX;
     const ROUNDING: Self = 8.0 * f32::EPSILON;
 }
 
@@ -65,7 +69,7 @@ pub trait Real: SimdRealField<Element: Limits> + Copy {
     /// Neither NaN nor infinite.
     #[inline(always)]
     fn finite(self) -> Self::SimdBool {
-        (self * Self::zero()).simd_eq(Self::zero())
+        self.simd_abs().simd_le(Self::limit(Self::Element::MAX))
     }
 
     /// `self`, but not below `bound`; `bound` for NaN.

@@ -25,6 +25,17 @@ pub struct Rls<T, const N: usize, const M: usize> {
     diagonal: SVector<T, M>,
 }
 
+/// What the covariance says of the regressor, before the sample is there.
+#[derive(Debug, Clone, Copy)]
+pub struct Lesson<T, const M: usize> {
+    /// `Uᵀ f`.
+    projected: SVector<T, M>,
+    /// `D Uᵀ f`.
+    spread: SVector<T, M>,
+    /// Partial sums of `1 + fᵀ P f`.
+    variance: SVector<T, M>,
+}
+
 impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
     const P: usize = N - 1;
     const Q: usize = M - N;
@@ -57,10 +68,40 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
     /// One that was not `seen` teaches nothing; the last one takes its place in the regressor.
     #[inline(always)]
     pub fn observe(&mut self, y: T, seen: T::SimdBool) -> T {
-        let y = choose(seen, y, self.history[0]);
+        let lesson = self.prepare(seen);
+        self.learn(&lesson, y, seen)
+    }
+
+    /// The first half of [`observe`](Self::observe), which needs no sample yet and no division.
+    #[inline(always)]
+    pub fn prepare(&mut self, seen: T::SimdBool) -> Lesson<T, M> {
         self.forget(seen);
-        let (gain, shrink) = self.measure(seen);
+        let mut lesson = Lesson {
+            projected: SVector::zeros(),
+            spread: SVector::zeros(),
+            variance: SVector::zeros(),
+        };
+        let mut variance = T::one();
+        for j in 0..M {
+            let mut f = self.regressor(j);
+            for i in 0..j {
+                f += self.unit_upper[(i, j)] * self.regressor(i);
+            }
+            let f = choose(seen, f, T::zero());
+            lesson.projected[j] = f;
+            lesson.spread[j] = self.diagonal[j] * f;
+            variance += f * lesson.spread[j];
+            lesson.variance[j] = variance;
+        }
+        lesson
+    }
+
+    /// The second half of [`observe`](Self::observe).
+    #[inline(always)]
+    pub fn learn(&mut self, lesson: &Lesson<T, M>, y: T, seen: T::SimdBool) -> T {
+        let y = choose(seen, y, self.history[0]);
         let error = choose(seen, y - self.prediction(), T::zero());
+        let (gain, shrink) = self.measure(lesson);
         // What is left of the error after the update, and what the parameters move by (FH 10, 11).
         let residual = error * shrink;
         self.parameters += gain * residual;
@@ -110,32 +151,24 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
     }
 
     /// Bierman's measurement update with unit noise; answers `P f` and `1 / (1 + fᵀ P f)`, whose
-    /// product is the gain (FH 13), and changes nothing where the sample was missing.
+    /// product is the gain (FH 13). Where the sample was missing `f` is zero and nothing changes.
     #[inline(always)]
-    fn measure(&mut self, seen: T::SimdBool) -> (SVector<T, M>, T) {
+    fn measure(&mut self, lesson: &Lesson<T, M>) -> (SVector<T, M>, T) {
+        let inverse = lesson.variance.map(|variance| T::one() / variance);
         let mut gain = SVector::<T, M>::zeros();
-        let mut variance = T::one();
-        let mut inverse = T::one();
-        for j in 0..M {
-            let mut f = self.regressor(j);
-            for i in 0..j {
-                f += self.unit_upper[(i, j)] * self.regressor(i);
-            }
-            let f = choose(seen, f, T::zero());
-            let v = self.diagonal[j] * f;
-            let before = variance;
-            let slope = f * inverse;
-            variance += f * v;
-            inverse = T::one() / variance;
-            self.diagonal[j] *= before * inverse;
+        gain[0] = lesson.spread[0];
+        self.diagonal[0] *= inverse[0];
+        for j in 1..M {
+            let slope = lesson.projected[j] * inverse[j - 1];
+            self.diagonal[j] *= lesson.variance[j - 1] * inverse[j];
             for i in 0..j {
                 let u = self.unit_upper[(i, j)];
                 self.unit_upper[(i, j)] = u - slope * gain[i];
-                gain[i] += u * v;
+                gain[i] += u * lesson.spread[j];
             }
-            gain[j] = v;
+            gain[j] = lesson.spread[j];
         }
-        (gain, inverse)
+        (gain, inverse[M - 1])
     }
 
     #[inline(always)]

@@ -3,8 +3,6 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use nalgebra::SimdBool;
-
 use crate::real::{Limits, Real, choose};
 
 /// A trace, in start-up variances, below which a floor of 1e-12 outweighs all rounding.
@@ -75,19 +73,16 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
         self.trace().simd_gt(T::of(TRACE_LARGE))
     }
 
-    /// Keeps a large covariance definite and finite: raises its diagonal by what rounding may have
-    /// cost, and scales it down as a whole where the trace passes its bound.
+    /// Keeps a covariance that is `large` definite and finite: raises its diagonal by what rounding
+    /// may have cost, and scales it down as a whole where the trace passes its bound.
     #[inline(always)]
-    pub fn settle(&mut self) {
-        let large = self.is_large();
-        if large.any() {
-            let bound = T::limit(<T::Element as Limits>::COVARIANCE_MAX);
-            let factor = (bound / self.trace()).at_most(T::one());
-            self.scale(choose(large, factor, T::one()));
-            let raise = T::one() + T::limit(<T::Element as Limits>::ROUNDING);
-            for i in 0..N {
-                self.set(i, i, choose(large, self.at(i, i) * raise, self.at(i, i)));
-            }
+    pub fn settle(&mut self, large: T::SimdBool) {
+        let bound = T::limit(<T::Element as Limits>::COVARIANCE_MAX);
+        let factor = (bound / self.trace()).at_most(T::one());
+        self.scale(choose(large, factor, T::one()));
+        let raise = T::one() + T::limit(<T::Element as Limits>::ROUNDING);
+        for i in 0..N {
+            self.set(i, i, choose(large, self.at(i, i) * raise, self.at(i, i)));
         }
     }
 

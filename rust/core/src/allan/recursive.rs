@@ -80,7 +80,8 @@ impl<T: Real> AllanNoise<T> {
     #[inline(always)]
     pub fn observe(&mut self, z: T) {
         let square = self.squared_difference(z);
-        let seen = square.finite();
+        // Not so for NaN: a sample or the one before it was missing.
+        let seen = square.simd_ge(T::zero());
         self.weight_sum = choose(seen, self.weight_sum * self.fading + T::one(), self.weight_sum);
         let weight = choose(seen, T::one() / self.weight_sum, T::zero());
         self.variance += (choose(seen, square, T::zero()) - self.variance) * weight;

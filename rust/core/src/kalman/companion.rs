@@ -22,14 +22,13 @@ pub struct Belief<T, const N: usize> {
 
 /// What a sample did to the belief.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
-pub struct Correction<T, const N: usize> {
+pub struct Correction<T> {
     /// Sample minus prediction, zero where the sample is missing (FH 22).
     pub innovation: T,
     /// Variance S of the innovation.
     pub variance: T,
-    /// Gain K, zero where the sample is missing (FH 21).
-    pub gain: SVector<T, N>,
+    /// `1/S`, or zero where the sample is missing.
+    pub inverse: T,
 }
 
 /// Where component `i` of the next state stands in this one: each `y` moves down, `c` stays.
@@ -55,7 +54,7 @@ impl<T: Real, const N: usize> Belief<T, N> {
             _ => self.x[source::<N>(i)],
         });
         let moved = self.P.times(row);
-        let mut P = Symmetric::from_upper(|i, j| {
+        let P = Symmetric::from_upper(|i, j| {
             let carried = match (i, j) {
                 (0, 0) => row.dot(&moved),
                 (0, j) => moved[source::<N>(j)],
@@ -63,26 +62,31 @@ impl<T: Real, const N: usize> Belief<T, N> {
             };
             carried + G.at(i, j)
         });
-        P.settle();
         Self { x, P }
+    }
+
+    /// `P Hᵀ`, which is `S K` for a prediction (FH 21).
+    #[inline(always)]
+    pub fn column(&self) -> SVector<T, N> {
+        SVector::from_fn(|i, _| self.P.at(0, i))
     }
 
     /// Becomes `prior` corrected by the sample `z` of noise variance `R` (FH 21–24); where it was
     /// not `seen`, the prior itself.
     #[inline(always)]
-    pub fn correct(&mut self, prior: &Self, z: T, seen: T::SimdBool, R: T) -> Correction<T, N> {
+    pub fn correct(&mut self, prior: &Self, z: T, seen: T::SimdBool, R: T) -> Correction<T> {
         let innovation = choose(seen, z - prior.x[0], T::zero());
         let variance = prior.P.at(0, 0) + R;
         let inverse = T::one() / variance;
-        let weight = choose(seen, inverse, T::zero());
-        let gain = SVector::from_fn(|i, _| prior.P.at(0, i) * weight);
         // 1 - K₀ as R/S: the difference would lose all digits of a gain near one.
         let left = choose(seen, R * inverse, T::one());
+        let inverse = choose(seen, inverse, T::zero());
+        let gain = prior.column() * inverse;
         self.x = prior.x + gain * innovation;
         self.P.assign(|i, j| match i {
             0 => prior.P.at(0, j) * left,
             _ => prior.P.at(i, j) - gain[i] * prior.P.at(0, j),
         });
-        Correction { innovation, variance, gain }
+        Correction { innovation, variance, inverse }
     }
 }

@@ -3,6 +3,9 @@
 //! With `P = P⁻ - S K Kᵀ` and `P⁻ = A P Aᵀ + G`, FH 25 is exactly
 //! `G ← G + ((e² - S)/k) K Kᵀ`. Only `e² < S` can cost definiteness. `G + α K Kᵀ` stays above a
 //! floor as long as `1 + α Kᵀ (G - floor)⁻¹ K ≥ 0`, which bounds the negative step.
+//!
+//! Everything is written with `S K`, the first column of `P⁻`, instead of `K`: it is there before
+//! the division by `S`, so the guard is decided early.
 
 use nalgebra::{SVector, SimdBool};
 
@@ -10,7 +13,7 @@ use super::Correction;
 use crate::real::{Real, choose};
 use crate::symmetric::Symmetric;
 
-/// How far `G` may sink along `K Kᵀ`: by `height / slope`.
+/// How far `G` may sink along `v vᵀ`: by `height / slope`.
 #[derive(Debug, Clone, Copy)]
 pub struct Room<T> {
     /// Positive as long as `G` lies inside the floor.
@@ -19,43 +22,22 @@ pub struct Room<T> {
     pub slope: T,
 }
 
-/// The room between `G` and `floor` times the identity in the direction of `K`.
+/// The room between `G` and `floor` times the identity in the direction of `v`.
 ///
-/// `Kᵀ (G - floor)⁻¹ K` by symmetric elimination without a division: each row is multiplied by the
-/// pivot instead, which leaves a fraction whose denominator is a sum of squares.
+/// `vᵀ (G - floor)⁻¹ v` by symmetric elimination without a division: each row is multiplied by the
+/// pivot instead, which leaves a fraction whose denominator is a sum of squares. The trace of `G`
+/// must not be large, or the products overflow.
 #[inline(always)]
 pub fn room_below<T: Real, const N: usize>(
     G: &Symmetric<T, N>,
     floor: T,
-    K: &SVector<T, N>,
+    mut v: SVector<T, N>,
 ) -> Room<T> {
-    let large = G.is_large();
-    if large.any() { room_below_large(G, large, floor, K) } else { eliminate(G, floor, K) }
-}
-
-/// The same on a scale on which the products do not overflow.
-#[inline(always)]
-fn room_below_large<T: Real, const N: usize>(
-    G: &Symmetric<T, N>,
-    large: T::SimdBool,
-    floor: T,
-    K: &SVector<T, N>,
-) -> Room<T> {
-    let size = choose(large, T::one() / G.trace(), T::one());
-    let mut scaled = *G;
-    scaled.scale(size);
-    let room = eliminate(&scaled, floor * size, K);
-    Room { slope: room.slope * size, ..room }
-}
-
-#[inline(always)]
-fn eliminate<T: Real, const N: usize>(G: &Symmetric<T, N>, floor: T, K: &SVector<T, N>) -> Room<T> {
     let mut rest = Symmetric::<T, N>::from_upper(|i, j| match i == j {
         true => G.at(i, i) - floor,
         false => G.at(i, j),
     });
-    let mut k = *K;
-    let mut room = Room { height: rest.at(0, 0), slope: k[0] * k[0] };
+    let mut room = Room { height: rest.at(0, 0), slope: v[0] * v[0] };
     let mut lowest = room.height;
     for j in 1..N {
         let pivot = rest.at(j - 1, j - 1);
@@ -63,9 +45,9 @@ fn eliminate<T: Real, const N: usize>(G: &Symmetric<T, N>, floor: T, K: &SVector
             for h in i..N {
                 rest.set(i, h, pivot * rest.at(i, h) - rest.at(j - 1, i) * rest.at(j - 1, h));
             }
-            k[i] = pivot * k[i] - rest.at(j - 1, i) * k[j - 1];
+            v[i] = pivot * v[i] - rest.at(j - 1, i) * v[j - 1];
         }
-        room.slope = room.slope * rest.at(j, j) + k[j] * k[j];
+        room.slope = room.slope * rest.at(j, j) + v[j] * v[j];
         room.height *= rest.at(j, j);
         lowest = lowest.at_most(rest.at(j, j));
     }
@@ -76,33 +58,65 @@ fn eliminate<T: Real, const N: usize>(G: &Symmetric<T, N>, floor: T, K: &SVector
     }
 }
 
+/// [`room_below`] for a `G` of any size, on a scale on which the products do not overflow.
+#[inline(always)]
+fn room_below_large<T: Real, const N: usize>(
+    G: &Symmetric<T, N>,
+    floor: T,
+    v: &SVector<T, N>,
+) -> Room<T> {
+    let size = T::one() / G.trace();
+    let mut scaled = *G;
+    scaled.scale(size);
+    let mut widest = T::tiny();
+    for i in 0..N {
+        widest = v[i].simd_abs().at_least(widest);
+    }
+    let length = T::one() / widest;
+    let room = room_below(&scaled, floor * size, v * length);
+    Room { height: room.height * length * length, slope: room.slope * size }
+}
+
 /// Updates `G` by one corrected sample with weight `1/k`, never below `floor`; answers where the
 /// step had to be shortened.
+///
+/// `column` is `S K`; `large` says where a covariance is [large](Symmetric::is_large).
 #[inline(always)]
 pub fn adapt<T: Real, const N: usize>(
     G: &mut Symmetric<T, N>,
     floor: T,
-    sample: &Correction<T, N>,
+    column: &SVector<T, N>,
+    sample: &Correction<T>,
     weight: T,
+    large: T::SimdBool,
 ) -> T::SimdBool {
-    let mut step = (sample.innovation * sample.innovation - sample.variance) * weight;
-    let room = room_below(G, floor, &sample.gain);
-    let guarded = step.simd_lt(T::zero()) & (-step * room.slope).simd_ge(room.height);
+    let Correction { innovation, variance, inverse } = *sample;
+    let step = (innovation * innovation - variance) * weight;
+    let room = match large.any() {
+        false => room_below(G, floor, *column),
+        true => room_below_large(G, floor, column),
+    };
+    let height = room.height * variance * variance;
+    let guarded = step.simd_lt(T::zero()) & (-step * room.slope).simd_ge(height);
+    let mut step = step * inverse * inverse;
     if guarded.any() {
-        step = choose(guarded, -room.height / room.slope.at_least(T::tiny()), step);
+        let limit = room.height / room.slope.at_least(T::tiny());
+        step = choose(guarded, -limit, step);
     }
-    add_rank_one(G, step, &sample.gain);
-    G.settle();
+    add_rank_one(G, step, column);
+    if large.any() {
+        G.settle(large);
+    }
     guarded
 }
 
-/// `G + step K Kᵀ`.
+/// `G + step v vᵀ`.
 #[inline(always)]
-fn add_rank_one<T: Real, const N: usize>(G: &mut Symmetric<T, N>, step: T, K: &SVector<T, N>) {
+fn add_rank_one<T: Real, const N: usize>(G: &mut Symmetric<T, N>, step: T, v: &SVector<T, N>) {
     for i in 0..N {
-        let scaled = step * K[i];
+        let scaled = step * v[i];
         for j in i..N {
-            G.set(i, j, G.at(i, j) + scaled * K[j]);
+            G.set(i, j, G.at(i, j) + scaled * v[j]);
         }
     }
 }
