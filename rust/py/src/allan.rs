@@ -9,8 +9,8 @@ use zerorate_core::checkpoint::{self, Kind, Label};
 
 use crate::arrays;
 use crate::errors::NativeError;
-use crate::shared::{Shared, count};
-use crate::stream::Labelled;
+use crate::shared::{Shared, count, exclusive, reading};
+use crate::stream::{Labelled, Stream};
 
 const LABEL: Label = Label { kind: Kind::AllanNoise, p: 0, q: 0 };
 
@@ -68,7 +68,7 @@ type Filters = Labelled<core::AllanNoise<f64>>;
 /// >>> noise = zr.AllanNoise(fading=1.0)
 /// >>> float(noise.process([1.0, 2.0, 0.0])[-1])  # ((2-1)**2 + (0-2)**2) / 2 / 2
 /// 1.25
-#[pyclass(frozen, module = "zerorate")]
+#[pyclass(module = "zerorate")]
 #[derive(Debug)]
 pub struct AllanNoise {
     fading: f64,
@@ -89,30 +89,31 @@ impl AllanNoise {
 
     /// Takes one sample, answers R: float to float, with channels (k,) to (k,).
     #[inline]
-    fn update<'py>(&self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        self.shared.update(z)
+    fn update<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        exclusive(slf)?.shared.update(z)
     }
 
     /// R after each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k); the
     /// interpreter lock is released.
     #[pyo3(signature = (z, out=None, threads=None))]
     fn process<'py>(
-        &self,
+        slf: &Bound<'py, Self>,
         z: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.shared.process(z, out, threads)
+        exclusive(slf)?.shared.process(z, out, threads)
     }
 
     /// Back to before the first sample.
-    fn reset(&self) -> PyResult<()> {
-        self.shared.reset()
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.shared.filter.reset();
+        Ok(())
     }
 
     /// Parameters and state as bytes, with a format version and a checksum.
-    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        self.shared.to_bytes(py)
+    fn to_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
+        reading(slf)?.shared.to_bytes(slf.py())
     }
 
     /// The object that `to_bytes` saved; ValueError if the bytes are not one.
@@ -123,40 +124,43 @@ impl AllanNoise {
     }
 
     /// An independent object in the same state.
-    fn copy(&self) -> PyResult<Self> {
-        Ok(Self::wrap(self.shared.channels, self.shared.lock()?.bank.clone()))
+    fn copy(slf: &Bound<'_, Self>) -> PyResult<Self> {
+        let this = reading(slf)?;
+        Ok(Self::wrap(this.shared.channels, this.shared.filter.bank.clone()))
     }
 
-    fn __copy__(&self) -> PyResult<Self> {
-        self.copy()
+    fn __copy__(slf: &Bound<'_, Self>) -> PyResult<Self> {
+        Self::copy(slf)
     }
 
-    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
-        self.copy()
+    fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Self::copy(slf)
     }
 
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        let bytes = slf.get().to_bytes(slf.py())?;
+        let bytes = Self::to_bytes(slf)?;
         Ok((slf.get_type().getattr("from_bytes")?, (bytes,)))
     }
 
-    fn __repr__(&self) -> String {
-        format!("AllanNoise(fading={:?}, noise='{}')", self.fading, name(self.noise))
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        Ok(format!("AllanNoise(fading={:?}, noise='{}')", this.fading, name(this.noise)))
     }
 
     /// R so far, in the square of the samples' unit: float, with channels (k,).
     #[getter]
-    fn variance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.shared.lock()?.bank.filters().iter().map(|f| f.variance()).collect();
-        self.shared.numbers(py, values)
+    fn variance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        let values = this.shared.filter.bank.filters().iter().map(|f| f.variance()).collect();
+        this.shared.numbers(slf.py(), values)
     }
 
     /// Number of signals, None for a single one.
     #[getter]
-    fn channels(&self) -> Option<usize> {
-        self.shared.channels
+    fn channels(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
+        Ok(reading(slf)?.shared.channels)
     }
 }
 

@@ -7,7 +7,7 @@ use zerorate_core::{Bank, Error, RecursiveLeastSquares as Core, RlsParams};
 
 use crate::drift::any::{for_order, label, order_error};
 use crate::errors::NativeError;
-use crate::shared::{Shared, count};
+use crate::shared::{Shared, count, exclusive, reading};
 use crate::stream::{Labelled, Stream};
 
 /// A bank of models whose order only the box knows.
@@ -111,7 +111,7 @@ fn from_bytes_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Save
 /// >>> residuals = model.process(y)
 /// >>> bool(abs(model.coefficients[0] - 0.8) < 0.02)
 /// True
-#[pyclass(frozen, module = "zerorate")]
+#[pyclass(module = "zerorate")]
 #[derive(Debug)]
 pub struct RecursiveLeastSquares {
     order: (usize, usize),
@@ -139,30 +139,31 @@ impl RecursiveLeastSquares {
     /// Takes one sample, answers its a-posteriori residual, zero if it is missing: float to float,
     /// with channels (k,) to (k,).
     #[inline]
-    fn update<'py>(&self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        self.shared.update(z)
+    fn update<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        exclusive(slf)?.shared.update(z)
     }
 
     /// The residual of each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k); the
     /// interpreter lock is released.
     #[pyo3(signature = (z, out=None, threads=None))]
     fn process<'py>(
-        &self,
+        slf: &Bound<'py, Self>,
         z: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.shared.process(z, out, threads)
+        exclusive(slf)?.shared.process(z, out, threads)
     }
 
     /// Back to before the first sample.
-    fn reset(&self) -> PyResult<()> {
-        self.shared.reset()
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.shared.filter.reset();
+        Ok(())
     }
 
     /// Parameters and state as bytes, with a format version and a checksum.
-    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        self.shared.to_bytes(py)
+    fn to_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
+        reading(slf)?.shared.to_bytes(slf.py())
     }
 
     /// The object that ``to_bytes`` saved; ValueError if the bytes are not one.
@@ -176,72 +177,77 @@ impl RecursiveLeastSquares {
     }
 
     /// An independent object in the same state.
-    fn copy(&self) -> PyResult<Self> {
-        Ok(Self::wrap(self.shared.channels, self.shared.lock()?.clone_box()))
+    fn copy(slf: &Bound<'_, Self>) -> PyResult<Self> {
+        let this = reading(slf)?;
+        Ok(Self::wrap(this.shared.channels, this.shared.filter.clone_box()))
     }
 
-    fn __copy__(&self) -> PyResult<Self> {
-        self.copy()
+    fn __copy__(slf: &Bound<'_, Self>) -> PyResult<Self> {
+        Self::copy(slf)
     }
 
-    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
-        self.copy()
+    fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Self::copy(slf)
     }
 
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        let bytes = slf.get().to_bytes(slf.py())?;
+        let bytes = Self::to_bytes(slf)?;
         Ok((slf.get_type().getattr("from_bytes")?, (bytes,)))
     }
 
-    fn __repr__(&self) -> String {
-        let channels = self.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
-        format!(
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let channels = this.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
+        Ok(format!(
             "RecursiveLeastSquares(order={:?}, forgetting_factor={:?}{channels})",
-            self.order, self.forgetting_factor
-        )
+            this.order, this.forgetting_factor
+        ))
     }
 
     /// Model ``[φ…, θ…, c]``, c in the unit of the samples: (p + q + 1,), with channels
     /// (k, p + q + 1).
     #[getter]
-    fn coefficients<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.shared.lock()?.coefficients();
-        self.shared.arrays(py, values, &[self.size()])
+    fn coefficients<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let values = this.shared.filter.coefficients();
+        this.shared.arrays(py, values, &[this.size()])
     }
 
     /// Covariance of the coefficients of the centred and scaled samples, over the variance of the
     /// residuals: (p + q + 1, p + q + 1), with channels (k, p + q + 1, p + q + 1).
     #[getter]
-    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.shared.lock()?.covariance();
-        self.shared.arrays(py, values, &[self.size(); 2])
+    fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let values = this.shared.filter.covariance();
+        this.shared.arrays(py, values, &[this.size(); 2])
     }
 
     /// Samples given so far, missing ones included.
     #[getter]
-    fn samples_seen(&self) -> PyResult<u64> {
-        Ok(self.shared.lock()?.samples_seen())
+    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
+        Ok(reading(slf)?.shared.filter.samples_seen())
     }
 
     /// The start-up is over: bool, with channels (k,).
     #[getter]
-    fn ready<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let ready = self.shared.lock()?.ready();
-        self.shared.numbers(py, ready)
+    fn ready<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let ready = this.shared.filter.ready();
+        this.shared.numbers(py, ready)
     }
 
     /// Orders (p, q) of the model.
     #[getter]
-    fn order(&self) -> (usize, usize) {
-        self.order
+    fn order(slf: &Bound<'_, Self>) -> PyResult<(usize, usize)> {
+        Ok(reading(slf)?.order)
     }
 
     /// Number of signals, None for a single one.
     #[getter]
-    fn channels(&self) -> Option<usize> {
-        self.shared.channels
+    fn channels(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
+        Ok(reading(slf)?.shared.channels)
     }
 }
 

@@ -1,11 +1,10 @@
-//! A filter as Python holds it: one owner at a time, a clear error for a second one.
+//! A filter as Python holds it: one user at a time, a clear error for a second one.
 
-use std::sync::{Mutex, MutexGuard};
-
-use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::pyclass::boolean_struct::False;
 use pyo3::types::{PyBytes, PyFloat};
+use pyo3::{IntoPyObjectExt, PyClass};
 
 use crate::arrays;
 use crate::errors::{NativeError, in_use};
@@ -15,7 +14,20 @@ use crate::stream::Stream;
 #[derive(Debug)]
 pub struct Shared<S: ?Sized> {
     pub channels: Option<usize>,
-    filter: Mutex<Box<S>>,
+    pub filter: Box<S>,
+}
+
+/// The object, to change it, if no other thread is using it.
+#[inline]
+pub fn exclusive<'py, T: PyClass<Frozen = False>>(
+    object: &Bound<'py, T>,
+) -> PyResult<PyRefMut<'py, T>> {
+    object.try_borrow_mut().map_err(|_| in_use())
+}
+
+/// The object, to read it, if no other thread is changing it.
+pub fn reading<'py, T: PyClass>(object: &Bound<'py, T>) -> PyResult<PyRef<'py, T>> {
+    object.try_borrow().map_err(|_| in_use())
 }
 
 /// The number of filters for `channels`, which must not be zero.
@@ -29,34 +41,28 @@ pub fn count(channels: Option<usize>) -> PyResult<usize> {
 
 impl<S: Stream + ?Sized> Shared<S> {
     pub fn new(channels: Option<usize>, filter: Box<S>) -> Self {
-        Self { channels, filter: Mutex::new(filter) }
-    }
-
-    /// The filter, if nobody else is using it.
-    #[inline]
-    pub fn lock(&self) -> PyResult<MutexGuard<'_, Box<S>>> {
-        self.filter.try_lock().map_err(|_| in_use())
+        Self { channels, filter }
     }
 
     #[inline]
-    pub fn update<'py>(&self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    pub fn update<'py>(&mut self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let py = z.py();
         match self.channels {
             None => {
                 let z = arrays::sample(z)?;
-                let answer = self.lock()?.update(z);
+                let answer = self.filter.update(z);
                 Ok(PyFloat::new(py, answer).into_any())
             }
             Some(channels) => {
                 let mut row = arrays::row(z, channels)?;
-                self.lock()?.update_row(&mut row);
+                self.filter.update_row(&mut row);
                 arrays::array(py, row, &[channels])
             }
         }
     }
 
     pub fn process<'py>(
-        &self,
+        &mut self,
         z: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
         threads: Option<usize>,
@@ -68,10 +74,8 @@ impl<S: Stream + ?Sized> Shared<S> {
         };
         let mut samples = arrays::batch(z, self.channels)?;
         let out = out.map(|out| arrays::check_out(out, &samples.shape)).transpose()?;
-        let mut filter = self.lock()?;
-        let inner = &mut **filter;
-        py.detach(|| inner.process(&mut samples.values, threads));
-        drop(filter);
+        let filter = &mut *self.filter;
+        py.detach(|| filter.process(&mut samples.values, threads));
         match out {
             Some(out) => {
                 arrays::fill(out, &samples.values)?;
@@ -81,13 +85,8 @@ impl<S: Stream + ?Sized> Shared<S> {
         }
     }
 
-    pub fn reset(&self) -> PyResult<()> {
-        self.lock()?.reset();
-        Ok(())
-    }
-
     pub fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = self.lock()?.to_bytes(self.channels).map_err(NativeError::from)?;
+        let bytes = self.filter.to_bytes(self.channels).map_err(NativeError::from)?;
         Ok(PyBytes::new(py, &bytes))
     }
 

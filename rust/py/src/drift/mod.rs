@@ -11,7 +11,7 @@ use zerorate_core::{Method, Params};
 use self::any::{AnyDrift, Readings};
 use self::trace::Trace;
 use crate::errors::NativeError;
-use crate::shared::{Shared, count};
+use crate::shared::{Shared, count, exclusive, reading};
 use crate::{allan, arrays};
 
 fn method(name: &str) -> PyResult<Method> {
@@ -85,7 +85,7 @@ fn method_name(method: Method) -> &'static str {
 /// >>> f = zr.DriftFilter(rate=100.0)
 /// >>> bool(f.process(z).std() < 0.6 * z.std())
 /// True
-#[pyclass(frozen, module = "zerorate")]
+#[pyclass(module = "zerorate")]
 #[derive(Debug)]
 pub struct DriftFilter {
     params: Params,
@@ -136,8 +136,8 @@ impl DriftFilter {
     /// Takes one sample, answers the filtered rate at once: float to float, with channels (k,) to
     /// (k,).
     #[inline]
-    fn update<'py>(&self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        self.shared.update(z)
+    fn update<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        exclusive(slf)?.shared.update(z)
     }
 
     /// Filters a batch, equal to the last bit to ``update`` sample by sample.
@@ -157,33 +157,33 @@ impl DriftFilter {
     ///     The filtered rate, in the unit of ``z``. The interpreter lock is released meanwhile.
     #[pyo3(signature = (z, out=None, threads=None))]
     fn process<'py>(
-        &self,
+        slf: &Bound<'py, Self>,
         z: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.shared.process(z, out, threads)
+        exclusive(slf)?.shared.process(z, out, threads)
     }
 
     /// Like ``process``, but answers a ``Trace`` of all that the filter knew after each sample.
-    fn trace(&self, z: &Bound<'_, PyAny>) -> PyResult<Trace> {
+    fn trace(slf: &Bound<'_, Self>, z: &Bound<'_, PyAny>) -> PyResult<Trace> {
         let py = z.py();
-        let samples = arrays::batch(z, self.shared.channels)?;
-        let mut filter = self.shared.lock()?;
-        let inner = &mut **filter;
-        let record = py.detach(|| inner.trace(&samples.values));
-        drop(filter);
-        Trace::new(py, record, self.shared.channels, self.order)
+        let mut this = exclusive(slf)?;
+        let samples = arrays::batch(z, this.shared.channels)?;
+        let filter = &mut *this.shared.filter;
+        let record = py.detach(|| filter.trace(&samples.values));
+        Trace::new(py, record, this.shared.channels, this.order)
     }
 
     /// Back to before the first sample, with the same parameters.
-    fn reset(&self) -> PyResult<()> {
-        self.shared.reset()
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.shared.filter.reset();
+        Ok(())
     }
 
     /// Parameters and state as bytes, with a format version and a checksum.
-    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        self.shared.to_bytes(py)
+    fn to_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
+        reading(slf)?.shared.to_bytes(slf.py())
     }
 
     /// The filter that ``to_bytes`` saved, which goes on equal to the last bit; ValueError if the
@@ -195,147 +195,159 @@ impl DriftFilter {
     }
 
     /// An independent filter in the same state.
-    fn copy(&self) -> PyResult<Self> {
-        let filter = self.shared.lock()?.clone_box();
-        Ok(Self::wrap(self.shared.channels, filter))
+    fn copy(slf: &Bound<'_, Self>) -> PyResult<Self> {
+        let this = reading(slf)?;
+        Ok(Self::wrap(this.shared.channels, this.shared.filter.clone_box()))
     }
 
-    fn __copy__(&self) -> PyResult<Self> {
-        self.copy()
+    fn __copy__(slf: &Bound<'_, Self>) -> PyResult<Self> {
+        Self::copy(slf)
     }
 
-    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
-        self.copy()
+    fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Self::copy(slf)
     }
 
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        let bytes = slf.get().to_bytes(slf.py())?;
+        let bytes = Self::to_bytes(slf)?;
         Ok((slf.get_type().getattr("from_bytes")?, (bytes,)))
     }
 
-    fn __repr__(&self) -> String {
-        let channels = self.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
-        format!(
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let channels = this.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
+        Ok(format!(
             "DriftFilter(rate={:?}, order={:?}, method='{}', fading={:?}{channels})",
-            self.params.rate,
-            self.order,
-            method_name(self.params.method),
-            self.params.fading,
-        )
+            this.params.rate,
+            this.order,
+            method_name(this.params.method),
+            this.params.fading,
+        ))
     }
 
     /// The last filtered rate: float, with channels (k,).
     #[getter]
-    fn estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.number(py, |r| r.estimate)
+    fn estimate<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.number(py, |r| r.estimate)
     }
 
     /// The last sample minus its prediction, zero if it was missing: float, with channels (k,).
     #[getter]
-    fn innovation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.number(py, |r| r.innovation)
+    fn innovation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.number(py, |r| r.innovation)
     }
 
     /// Variance of the innovation: float, with channels (k,).
     #[getter]
-    fn innovation_variance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.number(py, |r| r.innovation_variance)
+    fn innovation_variance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.number(py, |r| r.innovation_variance)
     }
 
     /// Measurement noise variance R: float, with channels (k,).
     #[getter]
-    fn measurement_noise<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.number(py, |r| r.measurement_noise)
+    fn measurement_noise<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.number(py, |r| r.measurement_noise)
     }
 
     /// Kalman gain: (p + 1,), with channels (k, p + 1).
     #[getter]
-    fn gain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array(py, &[self.order.0 + 1], |r| &r.gain)
+    fn gain<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.array(py, &[this.order.0 + 1], |r| &r.gain)
     }
 
     /// Process noise covariance G: (p + 1, p + 1), with channels (k, p + 1, p + 1).
     #[getter]
-    fn process_noise<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array(py, &[self.order.0 + 1; 2], |r| &r.process_noise)
+    fn process_noise<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.array(py, &[this.order.0 + 1; 2], |r| &r.process_noise)
     }
 
     /// Model ``[φ…, θ…, c]``, c in the unit of the samples: (p + q + 1,), with channels
     /// (k, p + q + 1).
     #[getter]
-    fn coefficients<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array(py, &[self.order.0 + self.order.1 + 1], |r| &r.coefficients)
+    fn coefficients<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.array(py, &[this.order.0 + this.order.1 + 1], |r| &r.coefficients)
     }
 
     /// State covariance P: (p + 1, p + 1), with channels (k, p + 1, p + 1).
     #[getter]
-    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array(py, &[self.order.0 + 1; 2], |r| &r.covariance)
+    fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.array(py, &[this.order.0 + 1; 2], |r| &r.covariance)
     }
 
     /// Samples given so far, missing ones included.
     #[getter]
-    fn samples_seen(&self) -> PyResult<u64> {
-        Ok(self.shared.lock()?.samples_seen())
+    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
+        Ok(reading(slf)?.shared.filter.samples_seen())
     }
 
     /// How often a step of the process noise was shortened to keep it positive semidefinite: int,
     /// with channels (k,).
     #[getter]
-    fn guard_count<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let counts = self.shared.lock()?.guard_counts();
-        self.shared.numbers(py, counts)
+    fn guard_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let counts = this.shared.filter.guard_counts();
+        this.shared.numbers(py, counts)
     }
 
     /// The start-up is over: bool, with channels (k,).
     #[getter]
-    fn ready<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let ready = self.shared.lock()?.ready();
-        self.shared.numbers(py, ready)
+    fn ready<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let ready = this.shared.filter.ready();
+        this.shared.numbers(py, ready)
     }
 
     /// Number of signals, None for a single one.
     #[getter]
-    fn channels(&self) -> Option<usize> {
-        self.shared.channels
+    fn channels(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
+        Ok(reading(slf)?.shared.channels)
     }
 
     /// Samples a second.
     #[getter]
-    fn rate(&self) -> f64 {
-        self.params.rate
+    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(reading(slf)?.params.rate)
     }
 
     /// Orders (p, q) of the model.
     #[getter]
-    fn order(&self) -> (usize, usize) {
-        self.order
+    fn order(slf: &Bound<'_, Self>) -> PyResult<(usize, usize)> {
+        Ok(reading(slf)?.order)
     }
 
     /// ``"kf"``, ``"akf"`` or ``"fading"``.
     #[getter]
-    fn method(&self) -> &'static str {
-        method_name(self.params.method)
+    fn method(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
+        Ok(method_name(reading(slf)?.params.method))
     }
 
     /// Every argument that makes such a filter anew: ``DriftFilter(**f.params)``.
     #[getter]
-    fn params<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn params<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let (py, this) = (slf.py(), reading(slf)?);
         let params = PyDict::new(py);
-        params.set_item("rate", self.params.rate)?;
-        params.set_item("order", self.order)?;
-        params.set_item("method", method_name(self.params.method))?;
-        params.set_item("fading", self.params.fading)?;
-        params.set_item("adapt_for", self.params.adapt_for)?;
-        params.set_item("forgetting_factor", self.params.forgetting_factor)?;
-        params.set_item("channels", self.shared.channels)?;
-        params.set_item("process_noise", self.params.process_noise)?;
-        params.set_item("process_noise_memory", self.params.process_noise_memory)?;
-        params.set_item("noise", allan::name(self.params.noise))?;
-        params.set_item("startup", self.params.startup)?;
-        params.set_item("scale", self.params.scale)?;
+        params.set_item("rate", this.params.rate)?;
+        params.set_item("order", this.order)?;
+        params.set_item("method", method_name(this.params.method))?;
+        params.set_item("fading", this.params.fading)?;
+        params.set_item("adapt_for", this.params.adapt_for)?;
+        params.set_item("forgetting_factor", this.params.forgetting_factor)?;
+        params.set_item("channels", this.shared.channels)?;
+        params.set_item("process_noise", this.params.process_noise)?;
+        params.set_item("process_noise_memory", this.params.process_noise_memory)?;
+        params.set_item("noise", allan::name(this.params.noise))?;
+        params.set_item("startup", this.params.startup)?;
+        params.set_item("scale", this.params.scale)?;
         Ok(params)
     }
 }
@@ -354,7 +366,7 @@ impl DriftFilter {
         py: Python<'py>,
         reading: impl Fn(&Readings) -> f64,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.shared.lock()?.readings().iter().map(reading).collect();
+        let values = self.shared.filter.readings().iter().map(reading).collect();
         self.shared.numbers(py, values)
     }
 
@@ -364,7 +376,7 @@ impl DriftFilter {
         shape: &[usize],
         reading: impl Fn(&Readings) -> &Vec<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let readings = self.shared.lock()?.readings();
+        let readings = self.shared.filter.readings();
         let values = readings.iter().flat_map(|r| reading(r).iter().copied()).collect();
         self.shared.arrays(py, values, shape)
     }
