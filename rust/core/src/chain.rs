@@ -76,11 +76,11 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         if self.adapts_measurement_noise {
             self.measurement_noise.observe(y);
         }
-        let mut prior = self.belief.predict(&self.row(), &self.process_noise, self.peak);
-        let large = prior.P.is_large();
+        let row = self.row();
+        let mut prior = self.belief.predict(&row, &self.process_noise, self.peak);
+        let large = prior.is_large(&self.belief);
         if large.any() {
-            prior.P.settle(large);
-            self.process_noise.settle(large);
+            prior.settle(&self.belief, &row, large);
         }
         // Least squares and Kalman filter wait for their divisions side by side.
         let R = self.measurement_noise.variance();
@@ -236,9 +236,9 @@ where
             innovation_variance: scaling.raw_variance(inner.last.variance),
             gain: inner.gain(),
             measurement_noise: scaling.raw_variance(inner.measurement_noise.variance()),
-            process_noise: inner.process_noise.to_matrix().map(|v| scaling.raw_variance(v)),
+            process_noise: scaling.raw_covariance(&inner.process_noise),
             coefficients: scaling.raw_coefficients::<N, M>(inner.model.parameters()),
-            covariance: inner.belief.P.to_matrix().map(|v| scaling.raw_variance(v)),
+            covariance: scaling.raw_covariance(&inner.belief.P),
             missing: self.missing,
             guarded: self.guarded,
         }

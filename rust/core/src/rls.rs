@@ -103,7 +103,7 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
         let error = choose(seen, y - self.prediction(), T::zero());
         let (gain, shrink) = self.measure(lesson);
         // What is left of the error after the update, and what the parameters move by (FH 10, 11).
-        let residual = error * shrink;
+        let residual = (error * shrink).within(input_max());
         self.parameters += gain * residual;
         self.shift(y, residual);
         residual
@@ -181,7 +181,7 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
             self.history[Self::P + i] = self.history[Self::P + i - 1];
         }
         if Self::Q > 0 {
-            self.history[Self::P] = residual.within(input_max());
+            self.history[Self::P] = residual;
         }
     }
 }

@@ -1,10 +1,11 @@
 //! Offset and scale of a signal, learned from its own first samples.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::real::{Limits, Real, choose};
+use crate::symmetric::Symmetric;
 
 /// Fewest samples that can tell a deviation.
 const WINDOW_MIN: u64 = 2;
@@ -174,7 +175,7 @@ impl<T: Real> Scaling<T> {
     /// A raw sample, centred and scaled; NaN if it is missing.
     #[inline(always)]
     pub fn normalise(&self, z: T) -> T {
-        let y = (z - self.offset) * self.inverse;
+        let y = (z.within(Self::raw_max()) - self.offset) * self.inverse;
         let y = y.within(T::limit(<T::Element as Limits>::INPUT_MAX));
         choose(z.finite(), y, T::of(f64::NAN))
     }
@@ -185,16 +186,25 @@ impl<T: Real> Scaling<T> {
         self.offset + self.scale * y
     }
 
-    /// The raw size of a normalised difference.
+    /// The raw size of a normalised difference, limited to what the type can hold.
     #[inline(always)]
     pub fn raw_difference(&self, y: T) -> T {
-        self.scale * y
+        (self.scale * y).within(Self::raw_max())
     }
 
     /// The raw size of a normalised variance, limited to what the type can hold.
     #[inline(always)]
     pub fn raw_variance(&self, v: T) -> T {
         (v * self.scale * self.scale).within(Self::raw_max())
+    }
+
+    /// The raw size of a normalised covariance, as a whole limited to what the type can hold.
+    pub(crate) fn raw_covariance<const N: usize>(
+        &self,
+        covariance: &Symmetric<T, N>,
+    ) -> SMatrix<T, N, N> {
+        let room = Self::raw_max() / covariance.trace().at_least(T::one());
+        covariance.to_matrix() * (self.scale * self.scale).at_most(room)
     }
 
     /// `[φ, θ, c]` of the raw signal: only the constant has a unit, and moves with the offset.
@@ -207,7 +217,7 @@ impl<T: Real> Scaling<T> {
         for i in 0..N - 1 {
             rest -= raw[i];
         }
-        raw[M - 1] = raw[M - 1] * self.scale + rest * self.offset;
+        raw[M - 1] = self.raw_difference(raw[M - 1]) + (rest * self.offset).within(Self::raw_max());
         raw
     }
 

@@ -5,9 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::real::{Limits, Real, choose};
 
-/// A trace, in start-up variances, below which a floor of 1e-12 outweighs all rounding.
-const TRACE_LARGE: f64 = 10.0;
-
 /// Symmetric `N × N` matrix; only the upper triangle is kept up to date and read.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
@@ -65,12 +62,6 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
                 self.set(i, j, self.at(i, j) * factor);
             }
         }
-    }
-
-    /// The trace is beyond what rounding leaves definite by the floor of the noise alone.
-    #[inline(always)]
-    pub fn is_large(&self) -> T::SimdBool {
-        self.trace().simd_gt(T::of(TRACE_LARGE))
     }
 
     /// Keeps a covariance that is `large` definite and finite: raises its diagonal by what rounding

@@ -7,8 +7,11 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use crate::real::{Real, choose};
+use crate::real::{Limits, Real, choose};
 use crate::symmetric::Symmetric;
+
+/// A trace, in start-up variances, below which the floor of the noise outweighs all rounding.
+const TRACE_LARGE: f64 = 10.0;
 
 /// Mean and covariance of the state, predicted or corrected.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -63,6 +66,27 @@ impl<T: Real, const N: usize> Belief<T, N> {
             carried + G.at(i, j)
         });
         Self { x, P }
+    }
+
+    /// Where a covariance is so large, before or after the prediction, that the floor of the
+    /// process noise no longer outweighs rounding.
+    #[inline(always)]
+    pub fn is_large(&self, before: &Self) -> T::SimdBool {
+        (self.P.trace() + before.P.trace()).simd_gt(T::of(TRACE_LARGE))
+    }
+
+    /// Keeps a large prediction definite and finite. The first variance is a sum whose terms may
+    /// cancel, so there the allowance goes with the terms.
+    #[inline(always)]
+    pub fn settle(&mut self, before: &Self, row: &SVector<T, N>, large: T::SimdBool) {
+        let mut terms = T::zero();
+        for i in 0..N {
+            terms += row[i] * row[i] * before.P.at(i, i);
+        }
+        let allowance = T::limit(<T::Element as Limits>::ROUNDING) * T::of(N as f64) * terms;
+        let raised = self.P.at(0, 0) + choose(large, allowance, T::zero());
+        self.P.set(0, 0, raised);
+        self.P.settle(large);
     }
 
     /// `P Hᵀ`, which is `S K` for a prediction (FH 21).

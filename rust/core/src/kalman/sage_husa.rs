@@ -80,7 +80,7 @@ fn room_below_large<T: Real, const N: usize>(
 /// Updates `G` by one corrected sample with weight `1/k`, never below `floor`; answers where the
 /// step had to be shortened.
 ///
-/// `column` is `S K`; `large` says where a covariance is [large](Symmetric::is_large).
+/// `column` is `S K`; `large` says where a covariance is [large](super::Belief::is_large).
 #[inline(always)]
 pub fn adapt<T: Real, const N: usize>(
     G: &mut Symmetric<T, N>,
@@ -103,9 +103,13 @@ pub fn adapt<T: Real, const N: usize>(
         let limit = room.height / room.slope.at_least(T::tiny());
         step = choose(guarded, -limit, step);
     }
-    add_rank_one(G, step, column);
     if large.any() {
+        // Before the step too: it may take away nearly all, and leave what was rounded.
         G.settle(large);
+        add_rank_one(G, step, column);
+        G.settle(large);
+    } else {
+        add_rank_one(G, step, column);
     }
     guarded
 }

@@ -1,0 +1,173 @@
+//! What holds for every filter, whatever the input and the parameters.
+#![allow(non_snake_case)]
+
+mod common;
+
+use common::{any_params, any_sample, drifting};
+use nalgebra::SMatrix;
+use proptest::prelude::*;
+use zerorate_core::checkpoint::{self, Kind, Label};
+use zerorate_core::{
+    Bank, DriftFilter, Filter, Params, RecursiveLeastSquares, RlsParams, Snapshot,
+};
+
+const LABEL: Label = Label { kind: Kind::DriftFilter, p: 2, q: 1 };
+
+fn bits(values: &[f64]) -> Vec<u64> {
+    values.iter().map(|value| value.to_bits()).collect()
+}
+
+fn filter<const N: usize, const M: usize>(params: Params) -> DriftFilter<f64, N, M> {
+    DriftFilter::new(params).expect("the strategy makes valid parameters")
+}
+
+fn one_by_one<F: Filter<f64>>(filter: &mut F, samples: &[f64]) -> Vec<f64> {
+    samples.iter().map(|z| filter.update(*z)).collect()
+}
+
+/// Batch, two batches, sample by sample, and across a checkpoint: the same bits.
+fn splits<const N: usize, const M: usize>(
+    params: Params,
+    samples: &[f64],
+    at: usize,
+) -> Result<(), TestCaseError> {
+    let mut whole = samples.to_vec();
+    filter::<N, M>(params).process(&mut whole);
+
+    let mut first = filter::<N, M>(params);
+    let mut head = samples[..at].to_vec();
+    first.process(&mut head);
+    let bytes = checkpoint::to_vec(LABEL, &first).expect("a filter can be saved");
+    let mut second: DriftFilter<f64, N, M> = checkpoint::read(LABEL, &bytes).expect("and restored");
+    head.extend(one_by_one(&mut second, &samples[at..]));
+
+    prop_assert_eq!(bits(&whole), bits(&head));
+    Ok(())
+}
+
+fn finite<const N: usize, const M: usize>(now: &Snapshot<f64, N, M>) -> bool {
+    let numbers = [now.estimate, now.innovation, now.innovation_variance, now.measurement_noise];
+    numbers.iter().all(|x| x.is_finite())
+        && now.gain.iter().all(|x| x.is_finite())
+        && now.coefficients.iter().all(|x| x.is_finite())
+        && now.process_noise.iter().chain(now.covariance.iter()).all(|x| x.is_finite())
+}
+
+/// Symmetric, and no eigenvalue below zero by more than the eigenvalue solver's own rounding.
+fn semidefinite<const N: usize>(covariance: &SMatrix<f64, N, N>) -> bool {
+    let size = covariance.amax();
+    if size == 0.0 {
+        return true;
+    }
+    let dynamic = nalgebra::DMatrix::from_column_slice(N, N, (covariance / size).as_slice());
+    let lowest = dynamic.symmetric_eigen().eigenvalues.min();
+    *covariance == covariance.transpose() && lowest >= -4.0 * N as f64 * f64::EPSILON
+}
+
+/// Nothing that goes in makes anything that comes out invalid.
+fn stays_valid<const N: usize, const M: usize>(
+    params: Params,
+    samples: &[f64],
+) -> Result<(), TestCaseError> {
+    let mut filter = filter::<N, M>(params);
+    for (k, z) in samples.iter().enumerate() {
+        let estimate = filter.update(*z);
+        let now = filter.snapshot();
+        prop_assert!(estimate.is_finite() && finite(&now), "sample {k}: {now:?}");
+        prop_assert!(semidefinite(&now.process_noise), "sample {k}: G {:?}", now.process_noise);
+        prop_assert!(semidefinite(&now.covariance), "sample {k}: P {:?}", now.covariance);
+        prop_assert_eq!(now.missing, !z.is_finite());
+    }
+    Ok(())
+}
+
+/// A power of two in, the same power out, to the last bit.
+fn scales<const N: usize, const M: usize>(
+    params: Params,
+    samples: &[f64],
+    factor: f64,
+) -> Result<(), TestCaseError> {
+    let mut plain = samples.to_vec();
+    let mut scaled: Vec<f64> = samples.iter().map(|z| z * factor).collect();
+    filter::<N, M>(params).process(&mut plain);
+    filter::<N, M>(params).process(&mut scaled);
+    let plain: Vec<f64> = plain.iter().map(|z| z * factor).collect();
+    prop_assert_eq!(bits(&plain), bits(&scaled));
+    Ok(())
+}
+
+fn least_squares_valid<const N: usize, const M: usize>(
+    forgetting_factor: f64,
+    samples: &[f64],
+) -> Result<(), TestCaseError> {
+    let params = RlsParams { forgetting_factor, startup: 10, scale: None };
+    let mut model = RecursiveLeastSquares::<f64, N, M>::new(params).expect("valid parameters");
+    for z in samples {
+        prop_assert!(model.update(*z).is_finite());
+        prop_assert!(model.coefficients().iter().all(|c| c.is_finite()));
+        let covariance = model.covariance();
+        prop_assert!(covariance.iter().all(|p| p.is_finite()));
+        prop_assert!(covariance.diagonal().iter().all(|p| *p >= 0.0));
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn batches_samples_and_checkpoints_agree(
+        params in any_params(),
+        samples in prop::collection::vec(any_sample(), 2..300),
+        part in 0.0..1.0,
+    ) {
+        let at = (samples.len() as f64 * part) as usize;
+        every_order!(splits(params, &samples, at));
+    }
+
+    #[test]
+    fn nothing_breaks_a_filter(
+        params in any_params(),
+        samples in prop::collection::vec(any_sample(), 1..300),
+    ) {
+        every_order!(stays_valid(params, &samples));
+    }
+
+    #[test]
+    fn units_do_not_matter(params in any_params(), seed in any::<u64>(), exponent in -300i32..300) {
+        every_order!(scales(params, &drifting(400, seed), 2f64.powi(exponent)));
+    }
+
+    #[test]
+    fn nothing_breaks_least_squares(
+        forgetting_factor in 0.5..=1.0,
+        samples in prop::collection::vec(any_sample(), 1..300),
+    ) {
+        every_order!(least_squares_valid(forgetting_factor, &samples));
+    }
+
+    #[test]
+    fn channels_do_not_mix(params in any_params(), seed in any::<u64>(), threads in 1usize..5) {
+        let signals: Vec<Vec<f64>> = (0..3).map(|c| drifting(500, seed ^ c)).collect();
+        let mut rows: Vec<f64> =
+            (0..500).flat_map(|k| signals.iter().map(move |signal| signal[k])).collect();
+        Bank::new(&filter::<3, 4>(params), 3).process_on_threads(&mut rows, threads);
+        for (c, signal) in signals.iter().enumerate() {
+            let mut alone = signal.clone();
+            filter::<3, 4>(params).process(&mut alone);
+            let together: Vec<f64> = rows.iter().skip(c).step_by(3).copied().collect();
+            prop_assert_eq!(bits(&alone), bits(&together));
+        }
+    }
+}
+
+#[test]
+fn reset_forgets_everything() {
+    let mut filter = filter::<3, 4>(Params::default());
+    let mut first = drifting(1000, 7);
+    filter.process(&mut first);
+    filter.reset();
+    let mut second = drifting(1000, 7);
+    filter.process(&mut second);
+    assert_eq!(bits(&first), bits(&second));
+}
