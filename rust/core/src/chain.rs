@@ -123,7 +123,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         let weight = choose(seen, T::one() / self.count, T::zero());
         let (floor, column) = (Self::floor(), prior.column());
         let G = &mut self.process_noise;
-        let guarded = kalman::adapt(G, floor, &column, &self.last, weight, large);
+        let guarded = kalman::adapt(G, floor, column, self.last, weight, large);
         if guarded.any() {
             self.guards += choose(guarded, T::one(), T::zero());
         }

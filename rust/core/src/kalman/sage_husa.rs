@@ -85,33 +85,53 @@ fn room_below_large<T: Real, const N: usize>(
 pub fn adapt<T: Real, const N: usize>(
     G: &mut Symmetric<T, N>,
     floor: T,
-    column: &SVector<T, N>,
-    sample: &Correction<T>,
+    column: SVector<T, N>,
+    sample: Correction<T>,
     weight: T,
     large: T::SimdBool,
 ) -> T::SimdBool {
+    if large.any() {
+        return adapt_large(G, floor, column, sample, weight, large);
+    }
+    let room = room_below(G, floor, column);
+    let (step, guarded) = bounded_step(&sample, weight, room);
+    add_rank_one(G, step, &column);
+    guarded
+}
+
+/// [`adapt`] where the floor does not outweigh rounding: `G` is settled before the step, which may
+/// take away nearly all of it and leave what was rounded, and after it.
+#[cold]
+#[inline(never)]
+fn adapt_large<T: Real, const N: usize>(
+    G: &mut Symmetric<T, N>,
+    floor: T,
+    column: SVector<T, N>,
+    sample: Correction<T>,
+    weight: T,
+    large: T::SimdBool,
+) -> T::SimdBool {
+    let room = room_below_large(G, floor, &column);
+    let (step, guarded) = bounded_step(&sample, weight, room);
+    G.settle(large);
+    add_rank_one(G, step, &column);
+    G.settle(large);
+    guarded
+}
+
+/// `(e² - S)/(k S²)`, the factor of `S K (S K)ᵀ`, or what there is room for.
+#[inline(always)]
+fn bounded_step<T: Real>(sample: &Correction<T>, weight: T, room: Room<T>) -> (T, T::SimdBool) {
     let Correction { innovation, variance, inverse } = *sample;
     let step = (innovation * innovation - variance) * weight;
-    let room = match large.any() {
-        false => room_below(G, floor, *column),
-        true => room_below_large(G, floor, column),
-    };
     let height = room.height * variance * variance;
     let guarded = step.simd_lt(T::zero()) & (-step * room.slope).simd_ge(height);
-    let mut step = step * inverse * inverse;
+    let step = step * inverse * inverse;
     if guarded.any() {
         let limit = room.height / room.slope.at_least(T::tiny());
-        step = choose(guarded, -limit, step);
+        return (choose(guarded, -limit, step), guarded);
     }
-    if large.any() {
-        // Before the step too: it may take away nearly all, and leave what was rounded.
-        G.settle(large);
-        add_rank_one(G, step, column);
-        G.settle(large);
-    } else {
-        add_rank_one(G, step, column);
-    }
-    guarded
+    (step, guarded)
 }
 
 /// `G + step v vᵀ`.
