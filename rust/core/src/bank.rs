@@ -4,8 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::filter::Filter;
 
+/// Rows that a channel works on before the next one.
+const BLOCK: usize = 1 << 10;
+
 /// Rows that threads work on before they meet.
-const BLOCK: usize = 1 << 16;
+const THREAD_BLOCK: usize = 1 << 16;
 
 /// One filter a channel; samples come in rows of one value a channel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -41,26 +44,24 @@ impl<F: Clone> Bank<F> {
     }
 
     /// Replaces every sample of `rows`, row after row, by its filter's answer.
-    pub fn process<T: Copy>(&mut self, rows: &mut [T])
+    ///
+    /// Channel by channel over a block of rows at a time: one state stays close, and so do the
+    /// rows.
+    pub fn process<T: Copy + 'static>(&mut self, rows: &mut [T])
     where
         F: Filter<T>,
     {
-        match self.filters.as_mut_slice() {
-            [] => {}
-            [filter] => filter.process(rows),
-            filters => {
-                for row in rows.chunks_exact_mut(filters.len()) {
-                    for (filter, z) in filters.iter_mut().zip(row) {
-                        *z = filter.update(*z);
-                    }
-                }
+        let channels = self.filters.len();
+        for block in rows.chunks_mut(BLOCK * channels.max(1)) {
+            for (c, filter) in self.filters.iter_mut().enumerate() {
+                filter.process_each(block.iter_mut().skip(c).step_by(channels));
             }
         }
     }
 
     /// [`process`](Self::process) with the channels spread over `threads` threads; the result is
     /// the same to the last bit.
-    pub fn process_on_threads<T: Copy + Send>(&mut self, rows: &mut [T], threads: usize)
+    pub fn process_on_threads<T: Copy + Send + 'static>(&mut self, rows: &mut [T], threads: usize)
     where
         F: Filter<T> + Send,
     {
@@ -69,7 +70,7 @@ impl<F: Clone> Bank<F> {
             return self.process(rows);
         }
         let share = channels.div_ceil(threads);
-        for block in rows.chunks_mut(BLOCK * channels) {
+        for block in rows.chunks_mut(THREAD_BLOCK * channels) {
             let mut columns: Vec<Vec<T>> = (0..channels)
                 .map(|c| block.iter().skip(c).step_by(channels).copied().collect())
                 .collect();

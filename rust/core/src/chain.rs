@@ -326,7 +326,7 @@ where
         self.estimate
     }
 
-    fn process(&mut self, samples: &mut [T]) {
+    fn process_each<'a>(&mut self, samples: impl Iterator<Item = &'a mut T>) {
         // A copy on the stack: its addresses are fixed, which processors forward fastest.
         let mut filter = *self;
         for z in samples {

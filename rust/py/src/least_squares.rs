@@ -122,7 +122,10 @@ pub struct RecursiveLeastSquares {
 #[pymethods]
 impl RecursiveLeastSquares {
     #[new]
-    #[pyo3(signature = (order=(2, 1), forgetting_factor=1.0, channels=None, *, startup=100, scale=None))]
+    #[pyo3(
+        signature = (order=(2, 1), forgetting_factor=1.0, channels=None, *, startup=100, scale=None),
+        text_signature = "(order=(2, 1), forgetting_factor=1.0, channels=None, *, startup=100, scale=None)"
+    )]
     fn new(
         order: (i64, i64),
         forgetting_factor: f64,

@@ -100,7 +100,9 @@ impl DriftFilter {
         rate, order=(2, 1), method="fading", fading=0.97, adapt_for=Some(120.0),
         forgetting_factor=1.0, channels=None, *, process_noise=0.1, process_noise_memory=0.0,
         noise="allan", startup=1.0, scale=None,
-    ))]
+    ), text_signature = "(rate, order=(2, 1), method='fading', fading=0.97, adapt_for=120.0, \
+        forgetting_factor=1.0, channels=None, *, process_noise=0.1, process_noise_memory=0.0, \
+        noise='allan', startup=1.0, scale=None)")]
     #[allow(clippy::too_many_arguments)]
     fn new(
         rate: f64,

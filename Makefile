@@ -1,0 +1,56 @@
+# `make demo` sets everything up and runs the main job; `make test` runs every test.
+.DEFAULT_GOAL := help
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+SOURCES := $(shell find rust python -name '*.rs' -o -name '*.toml' -o -name 'pyproject.toml') \
+	Cargo.toml Cargo.lock pyproject.toml .cargo/config.toml
+
+.PHONY: help demo test lint bench results clean check-python check-cargo
+
+help: ## Show this help
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+demo: $(STAMP) ## Simulate a gyro, filter it, write the log and the figure into demo/
+	$(BIN)/zerorate demo --output demo --force
+
+test: $(STAMP) ## Run all tests of the core and of the package
+	cargo test --quiet --package zerorate-core
+	$(BIN)/python -m pytest
+
+lint: $(STAMP) ## Check format, lints, types and stubs
+	cargo fmt --all --check
+	cargo clippy --all-targets -- -D warnings
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest zerorate._native
+
+bench: $(STAMP) ## Time the filters against C, numba and filterpy
+	$(BIN)/pip install --quiet --group bench
+	cargo bench --bench filters
+	$(BIN)/python -m pytest benches --benchmark-only
+
+results: $(STAMP) ## Rebuild the tables and figures of docs/results.md from recordings
+	$(BIN)/python examples/published_tables.py
+	$(BIN)/python examples/process_noise_sweep.py
+
+clean: ## Remove what was built
+	rm -rf target $(VENV) demo
+
+$(STAMP): $(SOURCES) | check-python check-cargo
+	@test -d $(VENV) || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1'
+	$(BIN)/pip install --quiet --group test --group lint --editable '.[all]'
+	@touch $@
+
+check-python:
+	@command -v $(PYTHON) >/dev/null || { echo "zerorate needs Python 3.11 or later; no $(PYTHON) found" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "zerorate needs Python 3.11 or later; $(PYTHON) is $$($(PYTHON) -V)" >&2; exit 1; }
+
+check-cargo:
+	@command -v cargo >/dev/null || { echo "zerorate needs Rust 1.89 or later: no cargo found" >&2; exit 1; }
+	@cargo -V | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 89) }' || \
+		{ echo "zerorate needs Rust 1.89 or later; found $$(cargo -V)" >&2; exit 1; }

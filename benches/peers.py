@@ -1,0 +1,81 @@
+"""What the filter is timed against: the same chain in C, in numba, and filterpy's Kalman filter.
+
+Each function answers a callable that takes an array of samples, or ``None`` with the reason
+printed where the peer cannot be built here.
+"""
+
+import ctypes
+import importlib.util
+import subprocess
+import sysconfig
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+SOURCE = Path(__file__).with_name("reference.c")
+BUILT = Path(tempfile.mkdtemp(prefix="zerorate-benches-"))
+
+
+def _compile(name, *flags):
+    library = BUILT / name
+    subprocess.run(["cc", *flags, "-shared", "-fPIC", str(SOURCE), "-o", str(library)], check=True)
+    return library
+
+
+def c_batch(*flags):
+    """The chain in C over a batch, compiled with ``flags``."""
+    name = "batch" + "".join(flags).replace("=", "-") + ".so"
+    library = ctypes.CDLL(str(_compile(name, *flags)))
+    pointer = np.ctypeslib.ndpointer(np.float64, flags="C")
+    library.chain_size.restype = ctypes.c_size_t
+    library.chain_init.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * 3]
+    library.chain_process.argtypes = [ctypes.c_void_p, pointer, pointer, ctypes.c_size_t]
+
+    def run(z):
+        state = ctypes.create_string_buffer(library.chain_size())
+        library.chain_init(state, 0.97, 0.1, 100.0)
+        out = np.empty_like(z)
+        library.chain_process(state, z, out, z.size)
+        return out
+
+    return run
+
+
+def c_extension():
+    """``update(float) -> float`` of the chain as a C extension."""
+    include = sysconfig.get_path("include")
+    flags = ["-O3", "-march=native", "-DPYTHON_MODULE", f"-I{include}"]
+    path = _compile("reference" + sysconfig.get_config_var("EXT_SUFFIX"), *flags)
+    spec = importlib.util.spec_from_file_location("reference", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.update
+
+
+def numba_batch():
+    """The chain as numba makes it from plain loops over small arrays, without a guard."""
+    import numba
+
+    from numba_chain import process
+
+    return numba.njit(process)
+
+
+def filterpy_batch():
+    """filterpy's Kalman filter alone, fixed model, sample by sample."""
+    from filterpy.kalman import KalmanFilter
+
+    def run(z):
+        kalman = KalmanFilter(dim_x=3, dim_z=1)
+        kalman.F = np.array([[0.5, 0.1, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+        kalman.H = np.array([[1.0, 0.0, 0.0]])
+        kalman.Q *= 0.1
+        out = np.empty_like(z)
+        for k, value in enumerate(z):
+            kalman.predict()
+            kalman.update(value)
+            out[k] = kalman.x[0, 0]
+        return out
+
+    return run

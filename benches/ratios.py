@@ -1,0 +1,121 @@
+"""Ratios of the filter's speed to its peers', all in one run: ``python benches/ratios.py``.
+
+Each row is the least of several rounds; every round times every row once, so a disturbance of a
+shared machine meets all alike.
+"""
+
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+import peers
+import zerorate as zr
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+N = 1_000_000
+ROUNDS = 9
+
+
+def _filter(**options):
+    return lambda z: zr.DriftFilter(rate=100.0, **options).process(z)
+
+
+def _calls(make, n):
+    def run(z):
+        update = make()
+        samples = z[:n].tolist()
+        start = time.perf_counter()
+        for sample in samples:
+            update(sample)
+        return (time.perf_counter() - start) / n
+
+    return run
+
+
+def _learned_update():
+    drift = zr.DriftFilter(rate=100.0)
+    drift.process(np.random.default_rng(2).standard_normal(20_000))
+    return drift.update
+
+
+def _oracle(z):
+    from oracle.drift import DriftFilter
+
+    reference = DriftFilter(rate=100.0, adapt_for=None)
+    for sample in z:
+        reference.update(sample)
+
+
+def batch_rows():
+    """Name, function of an array of samples, number of samples."""
+    learning = {"adapt_for": None}
+    return [
+        ("C, native, no guard", peers.c_batch("-O3", "-march=native"), N),
+        ("C, generic x86-64, no guard", peers.c_batch("-O3"), N),
+        ("numba, no guard", peers.numba_batch(), N),
+        ("zerorate fading, default (learns 120 s)", _filter(), N),
+        ("zerorate fading, always learning", _filter(**learning), N),
+        ("zerorate akf, default", _filter(method="akf"), N),
+        ("zerorate kf, default", _filter(method="kf"), N),
+        ("zerorate fading, small G0, default", _filter(process_noise=1e-4), N),
+        ("zerorate fading, order (1, 1)", _filter(order=(1, 1)), N),
+        ("zerorate fading, order (3, 3)", _filter(order=(3, 3)), N),
+        ("filterpy, Kalman alone", peers.filterpy_batch(), 5_000),
+        ("NumPy oracle", _oracle, 2_000),
+    ]
+
+
+def seconds_per_sample(run, z):
+    start = time.perf_counter()
+    run(z)
+    return (time.perf_counter() - start) / len(z)
+
+
+def least(rows):
+    """Least seconds a sample of each row over all rounds."""
+    best = [np.inf] * len(rows)
+    for _ in range(ROUNDS):
+        for i, row in enumerate(rows):
+            best[i] = min(best[i], row())
+    return best
+
+
+def print_table(title, names, values):
+    print(f"\n{title}\n{'':44}{'ns':>9}{'ratio':>9}")
+    for name, value in zip(names, values, strict=True):
+        print(f"{name:44}{value * 1e9:9.1f}{value / values[0]:9.2f}")
+
+
+def main():
+    z = np.random.default_rng(1).standard_normal(N)
+    rows = batch_rows()
+    for _, run, _ in rows:
+        run(z[:1000])  # compile and warm up
+    timed = [lambda run=run, n=n: seconds_per_sample(run, z[:n]) for _, run, n in rows]
+    print_table("A sample of a batch", [name for name, *_ in rows], least(timed))
+
+    calls = [
+        ("C extension, update(float), no guard", _calls(peers.c_extension, 100_000)),
+        ("zerorate DriftFilter.update", _calls(_learned_update, 100_000)),
+        ("zerorate AllanNoise.update", _calls(lambda: zr.AllanNoise().update, 100_000)),
+        ("math.fabs, an empty call", _calls(lambda: __import__("math").fabs, 100_000)),
+    ]
+    timed = [lambda run=run: run(z) for _, run in calls]
+    print_table("A call from Python, loop included", [name for name, _ in calls], least(timed))
+
+    channels = [1, 3, 8]
+    arrays = [np.random.default_rng(k).standard_normal((N // 4, k)) for k in channels]
+    timed = [lambda z=z: seconds_per_sample(_filter(channels=z.shape[1]), z) for z in arrays]
+    print_table("A row of channels", [f"channels={k}" for k in channels], least(timed))
+
+    lengths = [10**k for k in range(3, 9)]
+    z = np.random.default_rng(1).standard_normal(lengths[-1])
+    timed = [lambda n=n: seconds_per_sample(_filter(startup=0.1, adapt_for=None), z[:n]) for n in lengths]
+    print_table("A sample of a batch of n, always learning", [f"n = {n:,}" for n in lengths], least(timed))
+
+
+if __name__ == "__main__":
+    main()
