@@ -46,7 +46,8 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         const { assert!(N >= 2 && M >= N, "N = p + 1 >= 2, M = p + q + 1 >= N") };
         let params = params.checked()?;
         let floor = Self::floor();
-        let start = T::of(params.process_noise).at_least(floor);
+        let most = T::limit(<T::Element as Limits>::COVARIANCE_MAX);
+        let start = T::of(params.process_noise).at_least(floor).at_most(most);
         Ok(Self {
             adapts_measurement_noise: params.adapts_measurement_noise(),
             adapts_process_noise: params.adapts_process_noise(),
@@ -247,7 +248,7 @@ where
     /// During start-up the estimate is the running mean, and so are its gain and variances.
     fn startup_snapshot(&self) -> Snapshot<T, N, M> {
         let variance = self.startup.variance();
-        let start = variance * T::of(self.params.process_noise);
+        let start = (variance * T::of(self.params.process_noise)).at_most(T::RAW_MAX);
         let mut gain = SVector::zeros();
         if !self.missing && self.startup.samples() > 0 {
             gain[0] = T::one() / T::of(self.startup.samples() as f64);

@@ -38,13 +38,15 @@ pub struct Label {
 
 impl fmt::Display for Label {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.kind {
-            Kind::DriftFilter => write!(f, "a DriftFilter of order ({}, {})", self.p, self.q),
-            Kind::RecursiveLeastSquares => {
-                write!(f, "a RecursiveLeastSquares of order ({}, {})", self.p, self.q)
-            }
-            Kind::AllanNoise => write!(f, "an AllanNoise"),
+        f.write_str(match self.kind {
+            Kind::DriftFilter => "a DriftFilter",
+            Kind::RecursiveLeastSquares => "a RecursiveLeastSquares",
+            Kind::AllanNoise => "an AllanNoise",
+        })?;
+        if self.p == 0 {
+            return Ok(());
         }
+        write!(f, " of order ({}, {})", self.p, self.q)
     }
 }
 
@@ -92,7 +94,22 @@ pub fn read<'a, S: Deserialize<'a>>(expected: Label, bytes: &'a [u8]) -> Result<
         return Err(Error::Kind { found, expected });
     }
     let content = &bytes[HEADER..bytes.len() - CHECKSUM];
-    postcard::from_bytes(content).map_err(|_| Error::Content)
+    match postcard::take_from_bytes(content) {
+        Ok((state, [])) => Ok(state),
+        _ => Err(Error::Content),
+    }
+}
+
+/// The [`label`] of a checkpoint that must hold this kind of filter.
+///
+/// # Errors
+/// Those of [`label`], and [`Error::Kind`] for another kind.
+pub fn label_of(kind: Kind, bytes: &[u8]) -> Result<Label, Error> {
+    let found = label(bytes)?;
+    if found.kind != kind {
+        return Err(Error::Kind { found, expected: Label { kind, p: 0, q: 0 } });
+    }
+    Ok(found)
 }
 
 /// What these bytes hold, if they are a whole and undamaged checkpoint of this version.

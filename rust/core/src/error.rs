@@ -7,7 +7,7 @@ use crate::checkpoint::Label;
 #[non_exhaustive]
 pub enum Error {
     /// A parameter is outside its range.
-    #[error("{name} must be {expected}, got {value}")]
+    #[error("{name} must be {expected}, got {value:?}")]
     Parameter {
         /// The parameter's name, as users write it.
         name: &'static str,

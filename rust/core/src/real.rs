@@ -10,6 +10,8 @@ pub trait Limits: RealField + Copy {
     const RAW_MAX: Self;
     /// Largest normalised sample.
     const INPUT_MAX: Self;
+    /// Largest normalised sample that the drift model learns from.
+    const LESSON_MAX: Self;
     /// Largest raw sample of which differences are squared.
     const DIFFERENCE_MAX: Self;
     /// Largest trace of a covariance.
@@ -27,6 +29,7 @@ pub trait Limits: RealField + Copy {
 impl Limits for f64 {
     const RAW_MAX: Self = 1e300;
     const INPUT_MAX: Self = 1e30;
+    const LESSON_MAX: Self = 1e9;
     const DIFFERENCE_MAX: Self = 1e150;
     const COVARIANCE_MAX: Self = 1e36;
     const VARIANCE_FLOOR: Self = 1e-12;
@@ -38,6 +41,7 @@ impl Limits for f64 {
 impl Limits for f32 {
     const RAW_MAX: Self = 1e36;
     const INPUT_MAX: Self = 1e5;
+    const LESSON_MAX: Self = 1e4;
     const DIFFERENCE_MAX: Self = 1e18;
     const COVARIANCE_MAX: Self = 1e12;
     const VARIANCE_FLOOR: Self = 1e-6;

@@ -60,7 +60,10 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
 
     /// Covariance of the parameters over the noise variance, `U D Uᵀ`.
     pub fn covariance(&self) -> SMatrix<T, M, M> {
-        self.unit_upper * SMatrix::from_diagonal(&self.diagonal) * self.unit_upper.transpose()
+        SMatrix::from_fn(|i, j| {
+            let columns = self.unit_upper.column_iter().zip(self.diagonal.iter());
+            columns.fold(T::zero(), |sum, (u, d)| sum + u[i] * u[j] * *d)
+        })
     }
 
     /// Takes `y_k`, answers the a-posteriori residual `a_k` (FH 11).
@@ -99,11 +102,11 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
     /// The second half of [`observe`](Self::observe).
     #[inline(always)]
     pub fn learn(&mut self, lesson: &Lesson<T, M>, y: T, seen: T::SimdBool) -> T {
-        let y = choose(seen, y, self.history[0]);
+        let y = choose(seen, y.within(lesson_max()), self.history[0]);
         let error = choose(seen, y - self.prediction(), T::zero());
         let (gain, shrink) = self.measure(lesson);
         // What is left of the error after the update, and what the parameters move by (FH 10, 11).
-        let residual = (error * shrink).within(input_max());
+        let residual = (error * shrink).within(lesson_max());
         self.parameters += gain * residual;
         self.shift(y, residual);
         residual
@@ -187,8 +190,8 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
 }
 
 #[inline(always)]
-fn input_max<T: Real>() -> T {
-    T::limit(<T::Element as Limits>::INPUT_MAX)
+fn lesson_max<T: Real>() -> T {
+    T::limit(<T::Element as Limits>::LESSON_MAX)
 }
 
 /// What a person chooses for [`RecursiveLeastSquares`].

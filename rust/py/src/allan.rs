@@ -9,7 +9,7 @@ use zerorate_core::checkpoint::{self, Kind, Label};
 
 use crate::arrays;
 use crate::errors::NativeError;
-use crate::shared::{Shared, count, exclusive, reading};
+use crate::shared::{self, Shared, exclusive, reading};
 use crate::stream::{Labelled, Stream};
 
 const LABEL: Label = Label { kind: Kind::AllanNoise, p: 0, q: 0 };
@@ -80,10 +80,11 @@ pub struct AllanNoise {
 impl AllanNoise {
     #[new]
     #[pyo3(signature = (fading=0.97, noise="allan", floor=0.0, channels=None))]
-    fn new(fading: f64, noise: &str, floor: f64, channels: Option<usize>) -> PyResult<Self> {
+    fn new(fading: f64, noise: &str, floor: f64, channels: Option<i64>) -> PyResult<Self> {
+        let channels = shared::channels(channels)?;
         let noise = kind(noise)?;
         let filter = core::AllanNoise::new(fading, noise, floor).map_err(NativeError::from)?;
-        let bank = Bank::new(&filter, count(channels)?);
+        let bank = Bank::new(&filter, channels.unwrap_or(1));
         Ok(Self::wrap(channels, bank))
     }
 
@@ -100,7 +101,7 @@ impl AllanNoise {
         slf: &Bound<'py, Self>,
         z: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         exclusive(slf)?.shared.process(z, out, threads)
     }

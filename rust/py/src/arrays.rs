@@ -68,10 +68,14 @@ pub fn tuple(shape: &[usize]) -> String {
 }
 
 fn read(z: &Bound<'_, PyAny>) -> PyResult<Samples> {
-    if let Ok(array) = z.cast::<PyArrayDyn<f64>>() {
-        return copied(array);
-    }
     let numpy = z.py().import("numpy")?;
+    if numpy.getattr("ma")?.call_method1("isMaskedArray", (z,))?.is_truthy()? {
+        let floats = z.call_method1("astype", ("float64",))?;
+        return copied(&floats.call_method1("filled", (f64::NAN,))?);
+    }
+    if z.cast::<PyArrayDyn<f64>>().is_ok() {
+        return copied(z);
+    }
     let array = numpy.call_method1("asarray", (z,)).map_err(|_| {
         PyValueError::new_err(format!(
             "z must be a rectangular array of numbers, got {}",
@@ -85,18 +89,25 @@ fn read(z: &Bound<'_, PyAny>) -> PyResult<Samples> {
             "z must hold real numbers, got dtype {dtype}; convert with numpy.asarray(z, dtype=float)"
         )));
     }
-    let array = array.call_method1("astype", ("float64",))?;
-    copied(array.cast::<PyArrayDyn<f64>>()?)
+    copied(&array.call_method1("astype", ("float64",))?)
 }
 
-fn copied(array: &Bound<'_, PyArrayDyn<f64>>) -> PyResult<Samples> {
+/// The elements of a float64 array, row after row, whatever its layout.
+fn copied(array: &Bound<'_, PyAny>) -> PyResult<Samples> {
+    let array = array.cast::<PyArrayDyn<f64>>()?;
     let shape = array.shape().to_vec();
-    let array = array.try_readonly()?;
-    let values = match array.as_slice() {
-        Ok(slice) => slice.to_vec(),
-        Err(_) => array.as_array().iter().copied().collect(),
-    };
+    if is_plain(array) {
+        let values = array.try_readonly()?.as_slice()?.to_vec();
+        return Ok(Samples { values, shape });
+    }
+    let plain = array.call_method1("copy", ("C",))?;
+    let values = plain.cast::<PyArrayDyn<f64>>()?.try_readonly()?.as_slice()?.to_vec();
     Ok(Samples { values, shape })
+}
+
+/// Row after row without gaps, each element where a float64 may stand.
+fn is_plain(array: &Bound<'_, PyArrayDyn<f64>>) -> bool {
+    array.is_c_contiguous() && (array.data() as usize).is_multiple_of(align_of::<f64>())
 }
 
 fn describe(z: &Bound<'_, PyAny>) -> String {
@@ -121,18 +132,21 @@ pub fn check_out<'a, 'py>(
         let got = tuple(array.shape());
         return Err(PyValueError::new_err(format!("{}, got shape {got}", expected())));
     }
-    if array.try_readwrite().is_err() {
+    if !out.getattr("flags")?.getattr("writeable")?.is_truthy()? {
         return Err(PyValueError::new_err(format!("{}, got a read-only one", expected())));
     }
     Ok(array)
 }
 
 /// Copies `values`, row after row, into an array checked by [`check_out`].
-pub fn fill(out: &Bound<'_, PyArrayDyn<f64>>, values: &[f64]) -> PyResult<()> {
-    let mut array = out.try_readwrite()?;
-    for (element, value) in array.as_array_mut().iter_mut().zip(values) {
-        *element = *value;
+pub fn fill(out: &Bound<'_, PyArrayDyn<f64>>, values: Vec<f64>) -> PyResult<()> {
+    if is_plain(out) {
+        out.try_readwrite()?.as_slice_mut()?.copy_from_slice(&values);
+        return Ok(());
     }
+    let py = out.py();
+    let plain = array(py, values, out.shape())?;
+    py.import("numpy")?.call_method1("copyto", (out, plain))?;
     Ok(())
 }
 

@@ -5,9 +5,9 @@ use pyo3::types::PyBytes;
 use zerorate_core::checkpoint::{self, Kind};
 use zerorate_core::{Bank, Error, RecursiveLeastSquares as Core, RlsParams};
 
-use crate::drift::any::{for_order, label, order_error};
+use crate::drift::any::{Order, for_order, label, order_error};
 use crate::errors::NativeError;
-use crate::shared::{Shared, count, exclusive, reading};
+use crate::shared::{self, Shared, exclusive, reading};
 use crate::stream::{Labelled, Stream};
 
 /// A bank of models whose order only the box knows.
@@ -78,7 +78,7 @@ fn from_bytes_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Save
 ///
 /// Recursive extended least squares of ``y[k] = φ y[k-1…] + θ a[k-1…] + c + a[k]`` with
 /// a-posteriori residuals a (Fu & Han 2019, equations 8 to 13), on samples centred and scaled by
-/// what a start-up window says. A sample that is not finite (or ``None``) is missing and teaches
+/// what a start-up window says. A sample that is not finite (or ``update(None)``) is missing and teaches
 /// nothing. One object serves one thread at a time.
 ///
 /// Parameters
@@ -123,18 +123,20 @@ pub struct RecursiveLeastSquares {
 impl RecursiveLeastSquares {
     #[new]
     #[pyo3(
-        signature = (order=(2, 1), forgetting_factor=1.0, channels=None, *, startup=100, scale=None),
+        signature = (order=Order::default(), forgetting_factor=1.0, channels=None, *, startup=100, scale=None),
         text_signature = "(order=(2, 1), forgetting_factor=1.0, channels=None, *, startup=100, scale=None)"
     )]
     fn new(
-        order: (i64, i64),
+        order: Order,
         forgetting_factor: f64,
-        channels: Option<usize>,
-        startup: u64,
+        channels: Option<i64>,
+        startup: i64,
         scale: Option<f64>,
     ) -> PyResult<Self> {
+        let channels = shared::channels(channels)?;
+        let startup = shared::positive("startup", startup)? as u64;
         let params = RlsParams { forgetting_factor, startup, scale };
-        let channel_count = count(channels)?;
+        let (order, channel_count) = (order.0, channels.unwrap_or(1));
         let model = for_order!(order, new_sized(params, channel_count), Err(order_error(order)))?;
         Ok(Self::wrap(channels, model))
     }
@@ -153,7 +155,7 @@ impl RecursiveLeastSquares {
         slf: &Bound<'py, Self>,
         z: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         exclusive(slf)?.shared.process(z, out, threads)
     }
@@ -172,7 +174,8 @@ impl RecursiveLeastSquares {
     /// The object that ``to_bytes`` saved; ValueError if the bytes are not one.
     #[staticmethod]
     fn from_bytes(b: &[u8]) -> PyResult<Self> {
-        let found = checkpoint::label(b).map_err(NativeError::from)?;
+        let found =
+            checkpoint::label_of(Kind::RecursiveLeastSquares, b).map_err(NativeError::from)?;
         let (channels, model) =
             for_order!((found.p, found.q), from_bytes_sized(b), Err(Error::Content))
                 .map_err(NativeError::from)?;

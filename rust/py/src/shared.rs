@@ -30,13 +30,17 @@ pub fn reading<'py, T: PyClass>(object: &Bound<'py, T>) -> PyResult<PyRef<'py, T
     object.try_borrow().map_err(|_| in_use())
 }
 
-/// The number of filters for `channels`, which must not be zero.
-pub fn count(channels: Option<usize>) -> PyResult<usize> {
-    match channels {
-        Some(0) => Err(PyValueError::new_err("channels must be at least 1, or None, got 0")),
-        Some(k) => Ok(k),
-        None => Ok(1),
-    }
+/// A number that Python gave and that must be at least one.
+pub fn positive(name: &str, value: i64) -> PyResult<usize> {
+    usize::try_from(value)
+        .ok()
+        .filter(|value| *value > 0)
+        .ok_or_else(|| PyValueError::new_err(format!("{name} must be at least 1, got {value}")))
+}
+
+/// The number of channels that Python gave, which must not be zero.
+pub fn channels(given: Option<i64>) -> PyResult<Option<usize>> {
+    given.map(|value| positive("channels", value)).transpose()
 }
 
 impl<S: Stream + ?Sized> Shared<S> {
@@ -65,20 +69,17 @@ impl<S: Stream + ?Sized> Shared<S> {
         &mut self,
         z: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = z.py();
-        let threads = match threads {
-            Some(0) => return Err(PyValueError::new_err("threads must be at least 1, got 0")),
-            threads => threads.unwrap_or(1),
-        };
+        let threads = threads.map_or(Ok(1), |value| positive("threads", value))?;
         let mut samples = arrays::batch(z, self.channels)?;
         let out = out.map(|out| arrays::check_out(out, &samples.shape)).transpose()?;
         let filter = &mut *self.filter;
         py.detach(|| filter.process(&mut samples.values, threads));
         match out {
             Some(out) => {
-                arrays::fill(out, &samples.values)?;
+                arrays::fill(out, samples.values)?;
                 Ok(out.clone().into_any())
             }
             None => arrays::array(py, samples.values, &samples.shape),

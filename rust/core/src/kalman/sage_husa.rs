@@ -58,9 +58,9 @@ pub fn room_below<T: Real, const N: usize>(
     }
 }
 
-/// [`room_below`] for a `G` of any size, on a scale on which the products do not overflow.
+/// [`room_below`] for a `G` of any size, on a scale on which the products stay in range.
 #[inline(always)]
-fn room_below_large<T: Real, const N: usize>(
+fn room_below_scaled<T: Real, const N: usize>(
     G: &Symmetric<T, N>,
     floor: T,
     v: &SVector<T, N>,
@@ -93,7 +93,11 @@ pub fn adapt<T: Real, const N: usize>(
     if large.any() {
         return adapt_large(G, floor, column, sample, weight, large);
     }
-    let room = room_below(G, floor, column);
+    // The fifteen factors of four rows underflow on a small G.
+    let room = match N {
+        ..4 => room_below(G, floor, column),
+        _ => room_below_scaled(G, floor, &column),
+    };
     let (step, guarded) = bounded_step(&sample, weight, room);
     add_rank_one(G, step, &column);
     guarded
@@ -111,7 +115,7 @@ fn adapt_large<T: Real, const N: usize>(
     weight: T,
     large: T::SimdBool,
 ) -> T::SimdBool {
-    let room = room_below_large(G, floor, &column);
+    let room = room_below_scaled(G, floor, &column);
     let (step, guarded) = bounded_step(&sample, weight, room);
     G.settle(large);
     add_rank_one(G, step, &column);

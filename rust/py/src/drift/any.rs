@@ -1,6 +1,6 @@
 //! Drift filters of every order behind one trait: the order is a type in the core, a value here.
 
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use zerorate_core::checkpoint::{self, Kind, Label};
 use zerorate_core::{Bank, DriftFilter, Error, Filter, Params};
@@ -113,6 +113,30 @@ macro_rules! for_order {
 }
 pub(crate) use for_order;
 
+/// The order (p, q) as Python gives it: any sequence of two whole numbers.
+#[derive(Debug)]
+pub struct Order(pub (i64, i64));
+
+impl Default for Order {
+    fn default() -> Self {
+        Self((2, 1))
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Order {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match object.extract::<Vec<i64>>() {
+            Ok(pair) if pair.len() == 2 => Ok(Self((pair[0], pair[1]))),
+            _ => Err(PyTypeError::new_err(format!(
+                "order must be two whole numbers (p, q), got {}",
+                object.repr()?
+            ))),
+        }
+    }
+}
+
 /// The error for an order that is not supported.
 pub fn order_error((p, q): (i64, i64)) -> PyErr {
     PyValueError::new_err(format!(
@@ -143,7 +167,7 @@ type Saved = (Option<usize>, Box<dyn AnyDrift>);
 
 /// The bank that a checkpoint holds.
 pub fn from_bytes(bytes: &[u8]) -> Result<Saved, Error> {
-    let found = checkpoint::label(bytes)?;
+    let found = checkpoint::label_of(Kind::DriftFilter, bytes)?;
     for_order!((found.p, found.q), from_bytes_sized(bytes), Err(Error::Content))
 }
 

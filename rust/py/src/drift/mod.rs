@@ -8,10 +8,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use zerorate_core::{Method, Params};
 
-use self::any::{AnyDrift, Readings};
+use self::any::{AnyDrift, Order, Readings};
 use self::trace::Trace;
 use crate::errors::NativeError;
-use crate::shared::{Shared, count, exclusive, reading};
+use crate::shared::{self, Shared, exclusive, reading};
 use crate::{allan, arrays};
 
 fn method(name: &str) -> PyResult<Method> {
@@ -39,7 +39,7 @@ fn method_name(method: Method) -> &'static str {
 /// from the Allan variance at the shortest averaging time, the process noise G by Sage-Husa, and
 /// runs the Kalman filter of that model (Fu & Han 2019, equations 8 to 31). Nothing needs a unit:
 /// offset and scale come from the first samples, during which the answer is the mean so far. A
-/// sample that is not finite (or ``None``) is missing: it is predicted, not corrected. One filter
+/// sample that is not finite (or ``update(None)``) is missing: it is predicted, not corrected. One filter
 /// serves one thread at a time.
 ///
 /// Parameters
@@ -97,7 +97,7 @@ pub struct DriftFilter {
 impl DriftFilter {
     #[new]
     #[pyo3(signature = (
-        rate, order=(2, 1), method="fading", fading=0.97, adapt_for=Some(120.0),
+        rate, order=Order::default(), method="fading", fading=0.97, adapt_for=Some(120.0),
         forgetting_factor=1.0, channels=None, *, process_noise=0.1, process_noise_memory=0.0,
         noise="allan", startup=1.0, scale=None,
     ), text_signature = "(rate, order=(2, 1), method='fading', fading=0.97, adapt_for=120.0, \
@@ -106,12 +106,12 @@ impl DriftFilter {
     #[allow(clippy::too_many_arguments)]
     fn new(
         rate: f64,
-        order: (i64, i64),
+        order: Order,
         method: &str,
         fading: f64,
         adapt_for: Option<f64>,
         forgetting_factor: f64,
-        channels: Option<usize>,
+        channels: Option<i64>,
         process_noise: f64,
         process_noise_memory: f64,
         noise: &str,
@@ -131,7 +131,8 @@ impl DriftFilter {
             scale,
         };
         let params = params.checked().map_err(NativeError::from)?;
-        let filter = any::new(order, params, count(channels)?)?;
+        let channels = shared::channels(channels)?;
+        let filter = any::new(order.0, params, channels.unwrap_or(1))?;
         Ok(Self::wrap(channels, filter))
     }
 
@@ -162,7 +163,7 @@ impl DriftFilter {
         slf: &Bound<'py, Self>,
         z: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         exclusive(slf)?.shared.process(z, out, threads)
     }
