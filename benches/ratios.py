@@ -113,8 +113,12 @@ def main():
 
     lengths = [10**k for k in range(3, 9)]
     z = np.random.default_rng(1).standard_normal(lengths[-1])
-    timed = [lambda n=n: seconds_per_sample(_filter(startup=0.1, adapt_for=None), z[:n]) for n in lengths]
-    print_table("A sample of a batch of n, always learning", [f"n = {n:,}" for n in lengths], least(timed))
+    timed = [
+        lambda n=n: seconds_per_sample(_filter(startup=0.1, adapt_for=None), z[:n]) for n in lengths
+    ]
+    print_table(
+        "A sample of a batch of n, always learning", [f"n = {n:,}" for n in lengths], least(timed)
+    )
 
 
 if __name__ == "__main__":

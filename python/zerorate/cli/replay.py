@@ -1,0 +1,109 @@
+"""``zerorate replay``: one log through the filters."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy.typing as npt
+import typer
+
+from zerorate.cli.faults import DataFault, as_usage, reading
+from zerorate.cli.options import (
+    FigureFormat,
+    LogFormat,
+    Method,
+    Noise,
+    parse_adapt_for,
+    parse_columns,
+    parse_order,
+)
+from zerorate.cli.outputs import Outputs
+from zerorate.cli.progress import progress_bar
+from zerorate.io import Log, LogError, read_log
+from zerorate.replay import FilterOptions, Replay
+from zerorate.replay import replay as run_filters
+from zerorate.replay.workers import Progress
+from zerorate.report import format_notes, format_table
+
+__all__ = ["filtered", "print_result", "replay"]
+
+_BASELINES = ("kf", "akf")
+
+
+def replay(
+    log: Annotated[Path, typer.Argument(help="Recording: csv, tsv, txt, npy, npz or parquet.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the files.")
+    ] = Path("."),
+    columns: Annotated[
+        str | None, typer.Option(help="Names or indices with commas between.")
+    ] = None,
+    rate: Annotated[float | None, typer.Option(help="Samples per second, Hz.")] = None,
+    unit: Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")] = None,
+    order: Annotated[str, typer.Option(help="Orders p,q of the ARMA model.")] = "2,1",
+    method: Annotated[Method, typer.Option(help="Method of the filtered log.")] = Method.fading,
+    fading: Annotated[float, typer.Option(help="Memory of R, 0 to 1.")] = 0.97,
+    adapt_for: Annotated[str, typer.Option(help="Seconds of learning, or 'always'.")] = "120",
+    forgetting_factor: Annotated[float, typer.Option(help="Of the least squares, 0 to 1.")] = 1.0,
+    process_noise: Annotated[
+        float, typer.Option(help="Initial G and P, in variances of the start-up.")
+    ] = 0.1,
+    startup: Annotated[float, typer.Option(help="Seconds of the start-up.")] = 1.0,
+    noise: Annotated[Noise, typer.Option(help="Variance that R is taken from.")] = Noise.allan,
+    format: Annotated[LogFormat, typer.Option(help="Of the filtered log.")] = LogFormat.parquet,
+    figure_format: Annotated[FigureFormat, typer.Option(help="Of the figure.")] = FigureFormat.png,
+    no_figure: Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
+) -> None:
+    """Filter every axis of a log, print what it brought, write the filtered log and a figure."""
+    options = FilterOptions(
+        order=parse_order(order),
+        fading=fading,
+        adapt_for=parse_adapt_for(adapt_for),
+        forgetting_factor=forgetting_factor,
+        process_noise=process_noise,
+        startup=startup,
+        noise=noise.value,
+    )
+    wanted = parse_columns(columns)
+    outputs = Outputs.of(output, log.stem, format, None if no_figure else figure_format, force)
+    with progress_bar() as progress:
+        with reading(wanted is not None):
+            recording = read_log(log, rate=rate, columns=wanted, unit=unit)
+        result = filtered(recording, method, options, progress, not no_figure)
+        outputs.write(result, progress)
+    print_result(result, outputs)
+
+
+def filtered(
+    log: Log,
+    method: Method,
+    options: FilterOptions,
+    progress: Progress,
+    with_figure: bool,
+    truth: npt.ArrayLike | None = None,
+) -> Replay:
+    """Return the log after the baselines and the chosen method, or raise a fault."""
+    methods = (*(other for other in _BASELINES if other != method.value), method.value)
+    try:
+        with as_usage():
+            return run_filters(
+                log,
+                methods=methods,
+                truth=truth,
+                allan=with_figure,
+                progress=progress,
+                **options,
+            )
+    except LogError as error:
+        raise DataFault(f"{log.meta.get('source', 'the log')}: {error}") from None
+
+
+def print_result(result: Replay, outputs: Outputs) -> None:
+    """Print the table, the notes, and which files were written."""
+    print(format_table(result))
+    notes = format_notes(result)
+    if notes:
+        print(f"\n{notes}")
+    print()
+    for path in outputs.paths:
+        print(f"wrote {path}")

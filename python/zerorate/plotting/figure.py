@@ -1,0 +1,217 @@
+"""The whole figure, and its file."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from zerorate.plotting.envelope import limits
+from zerorate.plotting.panels import MEMORIES, draw_allan, draw_model, draw_noise, draw_rate
+from zerorate.plotting.style import BLUE, DPI, FONT, MM, ORANGE
+from zerorate.replay import Replay
+
+if TYPE_CHECKING:
+    import os
+
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+Grid = np.ndarray[Any, np.dtype[np.object_]]
+
+__all__ = ["MOST_AXES", "plot_replay", "save_figure"]
+
+MOST_AXES: Final = 6
+"""Axes of the log that a figure has room for."""
+
+# Millimetres. A layout engine would draw everything three times to find the same places.
+_COLUMN: Final = 60.0
+_HEIGHT: Final = 185.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 10.5, 12.0, 19.0
+_BETWEEN_COLUMNS, _BETWEEN_ROWS = 13.0, 12.0
+
+
+def plot_replay(replay: Replay) -> Figure:
+    """Return a figure with a column for each axis of the log, of the first six at most.
+
+    Parameters
+    ----------
+    replay : Replay
+        With Allan deviations.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Rows: raw and filtered rate; measurement noise and Kalman gain of the chosen filter; its
+        ARMA coefficients; Allan deviations before and after. No global state of matplotlib is
+        used. Up to three axes are 180 mm wide at most, for a page.
+
+    Raises
+    ------
+    ValueError
+        If the replay has no Allan deviations.
+    ImportError
+        Without matplotlib: ``pip install 'zerorate[plot]'``.
+    """
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise ImportError("this needs matplotlib: pip install 'zerorate[plot]'") from None
+    shown = min(replay.log.channels, MOST_AXES)
+    width = _COLUMN * max(shown, 2)
+    figure = Figure(figsize=(width * MM, _HEIGHT * MM), dpi=DPI)
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(4, shown, squeeze=False, gridspec_kw=_places(width, shown))
+    right = [_draw_column(grid[:, i], replay, i) for i in range(shown)]
+    _label(grid, right, replay.log.unit)
+    _share_heights(grid[2])
+    _share_decades(grid[3])
+    _style([*grid.ravel(), *right])
+    figure.text(0.5, 1.0 - 2.0 / _HEIGHT, _title(replay), ha="center", va="top", size=FONT + 1.5)
+    caption = _caption(replay, shown, round(0.75 * width))
+    figure.text(0.5, 2.0 / _HEIGHT, caption, ha="center", va="bottom", size=FONT, color="0.25")
+    return figure
+
+
+def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure as PNG, SVG or PDF, by the suffix of the path.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        As of `plot_replay`.
+    path : path-like
+        Is written over if it exists.
+    """
+    if Path(path).suffix.lower() != ".png":
+        figure.savefig(path)
+        return
+    # Compressing as far as it goes takes longer than drawing, and gains little.
+    figure.savefig(path, dpi=DPI, pil_kwargs={"compress_level": 3})
+
+
+def _places(width: float, columns: int) -> dict[str, float]:
+    """Return the margins and the spaces between panels, in the units of a grid."""
+    panel_width = (width - _LEFT - _RIGHT - _BETWEEN_COLUMNS * (columns - 1)) / columns
+    panel_height = (_HEIGHT - _TOP - _BOTTOM - 3.0 * _BETWEEN_ROWS) / 4.0
+    return {
+        "left": _LEFT / width,
+        "right": 1.0 - _RIGHT / width,
+        "top": 1.0 - _TOP / _HEIGHT,
+        "bottom": _BOTTOM / _HEIGHT,
+        "wspace": _BETWEEN_COLUMNS / panel_width,
+        "hspace": _BETWEEN_ROWS / panel_height,
+    }
+
+
+def _draw_column(column: Grid, replay: Replay, i: int) -> Axes:
+    draw_rate(column[0], replay, i)
+    right = draw_noise(column[1], replay, i)
+    draw_model(column[2], replay, i)
+    draw_allan(column[3], replay, i)
+    return right
+
+
+def _label(grid: Grid, right: list[Axes], unit: str) -> None:
+    """Name the scales at the outer edges, and the lines in the first column."""
+    labels = (f"rate [{unit}]", f"√R [{unit}]", "ARMA coefficients", f"Allan deviation [{unit}]")
+    for axes, label in zip(grid[:, 0], labels, strict=True):
+        axes.set_ylabel(label)
+    right[-1].set_ylabel("Kalman gain", color=ORANGE)
+    grid[1, 0].yaxis.label.set_color(BLUE)
+    for axes in right[:-1]:
+        axes.tick_params(labelright=False)
+    for axes, place in zip(
+        grid[[0, 2, 3], 0], ("upper right", "upper right", "lower left"), strict=True
+    ):
+        axes.legend(
+            loc=place,
+            ncols=4,
+            fontsize=FONT - 0.5,
+            frameon=False,
+            handlelength=1.1,
+            columnspacing=0.8,
+            handletextpad=0.4,
+            borderaxespad=0.2,
+        )
+
+
+def _share_heights(row: Grid) -> None:
+    """Give panels the same limits, from all of their lines but for the first leaps."""
+    start = 2.0 * row[0].get_xlim()[0]
+    drawn = [
+        np.where(line.get_xdata() > start, line.get_ydata(), np.nan)
+        for axes in row
+        for line in axes.lines
+        if not line.get_label().startswith("_")
+    ]
+    low, high = limits(np.concatenate(drawn), 0.1, 0.35)
+    for axes in row:
+        axes.set_ylim(low, high)
+    for axes in row[1:]:
+        axes.tick_params(labelleft=False)
+
+
+def _share_decades(row: Grid) -> None:
+    """Give logarithmic panels the same limits, with room for a legend below the lines."""
+    drawn = np.concatenate([line.get_ydata() for axes in row for line in axes.lines])
+    drawn = drawn[np.isfinite(drawn)]
+    least, most = (drawn.min(), drawn.max()) if drawn.size else (1.0, 1.0)
+    room = max(most / least, 10.0) ** 0.15
+    for axes in row:
+        axes.set_ylim(least / room**1.5, most * room)
+    for axes in row[1:]:
+        axes.tick_params(labelleft=False)
+
+
+def _style(panels: list[Axes]) -> None:
+    for axes in panels:
+        axes.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
+        axes.tick_params(which="minor", width=0.3, length=1.2)
+        axes.title.set_fontsize(FONT + 0.5)
+        for spine in axes.spines.values():
+            spine.set_linewidth(0.5)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.label.set_fontsize(FONT)
+            axis.labelpad = 2.0
+            axis.offsetText.set_fontsize(FONT - 1.0)
+            _set_ticks(axis, vertical=axis is axes.yaxis)
+
+
+def _set_ticks(axis: Axis, vertical: bool) -> None:
+    """Keep ticks few: each one costs as much time as a curve."""
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
+
+    if axis.get_scale() == "log":
+        axis.set_minor_locator(LogLocator(subs=(2.0, 5.0) if vertical else ()))
+        axis.set_minor_formatter(NullFormatter())
+        return
+    axis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
+    formatter = ScalarFormatter()
+    formatter.set_powerlimits((-3, 4) if vertical else (-3, 6))
+    axis.set_major_formatter(formatter)
+
+
+def _title(replay: Replay) -> str:
+    source = replay.log.meta.get("sensor") or Path(replay.log.meta.get("source", "log")).name
+    p, q = replay.params["order"]
+    return (
+        f"{source}: {replay.method}, ARMA({p}, {q}), {replay.log.n} samples at "
+        f"{replay.log.rate:.4g} Hz"
+    )
+
+
+def _caption(replay: Replay, shown: int, width: int) -> str:
+    """Return what a reader must know, in lines of at most so many letters."""
+    sentences = [
+        f"Grey: averaging times below {MEMORIES:g} filter time constants, where the filtered curve "
+        "shows smoothing, not a better sensor.",
+        "Dotted: end of learning.",
+    ]
+    if shown < replay.log.channels:
+        sentences[1] += f" Shown are the first {shown} of {replay.log.channels} axes."
+    return "\n".join(textwrap.fill(sentence, width) for sentence in sentences)

@@ -1,0 +1,8 @@
+"""One log through the filters: filtered data, measures of every axis, and what was learned."""
+
+from zerorate.replay.allan import AllanCurves
+from zerorate.replay.history import History
+from zerorate.replay.result import Replay, Score
+from zerorate.replay.run import FilterOptions, replay
+
+__all__ = ["AllanCurves", "FilterOptions", "History", "Replay", "Score", "replay"]

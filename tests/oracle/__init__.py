@@ -1,0 +1,8 @@
+"""A slow, literal NumPy twin of the core: the printed formulas, sample by sample."""
+
+from oracle.allan_noise import AllanNoise
+from oracle.drift import DriftFilter
+from oracle.least_squares import LeastSquares, RecursiveLeastSquares
+from oracle.startup import Startup
+
+__all__ = ["AllanNoise", "DriftFilter", "LeastSquares", "RecursiveLeastSquares", "Startup"]

@@ -1,0 +1,25 @@
+"""Measurement noise from the Allan variance with fading memory (FH 17, 18, 26-31)."""
+
+import numpy as np
+
+
+class AllanNoise:
+    def __init__(self, fading, kind="allan"):
+        self.fading = fading
+        self.kind = kind
+        self.weight = 1.0
+        self.variance = 0.0
+        self.previous = [np.nan, np.nan]
+
+    def observe(self, z):
+        square = self.squared_difference(z)
+        if np.isfinite(square):
+            self.variance = (1.0 - self.weight) * self.variance + self.weight * square
+            self.weight = self.weight / (self.weight + self.fading)
+        self.previous = [z if np.isfinite(z) else np.nan, self.previous[0]]
+
+    def squared_difference(self, z):
+        last, before = self.previous
+        if self.kind == "allan":
+            return (z - last) ** 2 / 2.0
+        return (z - 2.0 * last + before) ** 2 / 6.0

@@ -1,0 +1,152 @@
+"""The whole drift filter, sample by sample."""
+
+import numpy as np
+
+from oracle.allan_noise import AllanNoise
+from oracle.kalman import (
+    companion,
+    guarded_sage_husa,
+    large,
+    settled,
+    settled_prediction,
+    step,
+)
+from oracle.least_squares import LeastSquares, raw_coefficients
+from oracle.startup import Startup
+
+# In variances of the start-up window.
+FLOOR = 1e-12
+# The largest coefficient of a stationary autoregression of order three.
+COEFFICIENT_MAX = 3.0
+STARTUP_MIN = 10
+
+
+class DriftFilter:
+    """Takes the parameters of ``zerorate.DriftFilter``."""
+
+    def __init__(
+        self,
+        rate,
+        order=(2, 1),
+        method="fading",
+        fading=0.97,
+        adapt_for=120.0,
+        forgetting_factor=1.0,
+        *,
+        process_noise=0.1,
+        process_noise_memory=0.0,
+        noise="allan",
+        startup=1.0,
+        scale=None,
+    ):
+        size = order[0] + 1
+        self.method = method
+        self.initial = process_noise
+        self.startup = Startup(max(round(startup * rate), STARTUP_MIN), scale)
+        self.learning_left = np.inf if adapt_for is None else round(adapt_for * rate)
+        self.model = LeastSquares(order, forgetting_factor)
+        self.noise = AllanNoise(fading if method == "fading" else 1.0, noise)
+        self.x = np.zeros(size)
+        self.P = self.G = np.eye(size) * max(process_noise, FLOOR)
+        self.k = process_noise_memory
+        self.running = False
+
+    def trace(self, z):
+        """All that is known after each sample, as arrays by name."""
+        steps = [self.update(sample) for sample in z]
+        return {name: np.array([now[name] for now in steps]) for name in steps[0]}
+
+    def update(self, z):
+        missing = not np.isfinite(z)
+        self.k += not missing
+        if not self.running:
+            return {**self.start(z), "missing": missing, "guarded": False}
+        y = (z - self.offset) / self.scale
+        guarded = self.filter(np.nan if missing else y)
+        return {**self.reading(), "missing": missing, "guarded": guarded}
+
+    def filter(self, y):
+        """One sample, centred and scaled; answers whether the guard acted."""
+        if self.method != "kf":
+            self.noise.observe(y)
+        guarded = self.correct(y)
+        if self.learning_left > 0:
+            self.learning_left -= 1
+            self.model.observe(y)
+        if np.isfinite(y):
+            self.peak = max(self.peak, abs(y))
+        return guarded
+
+    def correct(self, y):
+        A = companion(self.model.phi.clip(-COEFFICIENT_MAX, COEFFICIENT_MAX))
+        R = max(self.noise.variance, FLOOR)
+        carried = A @ self.P @ A.T
+        prior = carried + self.G
+        is_large = large(prior, self.P)
+        if is_large:
+            prior = settled_prediction(prior, A, self.P)
+        self.last = step(self.x, prior, A, R, y, self.peak)
+        self.x, self.P = self.last.x, self.last.P
+        if self.method != "fading":
+            return False
+        guarded = False
+        if np.isfinite(y):
+            self.G, guarded = guarded_sage_husa(self.G, self.k, self.last, carried, FLOOR)
+        if is_large:
+            self.G = settled(settled(self.G))
+        return guarded
+
+    def reading(self):
+        variance = self.scale**2
+        return {
+            "estimate": self.offset + self.scale * self.x[0],
+            "innovation": self.scale * self.last.e,
+            "innovation_variance": variance * self.last.S,
+            "gain": self.last.K,
+            "measurement_noise": variance * max(self.noise.variance, FLOOR),
+            "process_noise": variance * self.G,
+            "coefficients": raw_coefficients(self.model, self.offset, self.scale),
+            "covariance": variance * self.P,
+        }
+
+    def start(self, z):
+        """A sample of the start-up, whose answer is the mean so far."""
+        innovation = z - self.startup.mean if np.isfinite(z) else 0.0
+        self.startup.observe(z)
+        self.noise.observe(z)
+        if self.startup.finished:
+            return self.begin(innovation)
+        return self.startup_reading(innovation, np.isfinite(z))
+
+    def startup_reading(self, innovation, seen):
+        known, unit = self.startup, self.startup.unit
+        identity = np.eye(len(self.x))
+        return {
+            "estimate": known.mean,
+            "innovation": innovation,
+            "innovation_variance": known.variance,
+            "gain": identity[0] * (1.0 / len(known.samples) if seen else 0.0),
+            "measurement_noise": max(self.noise.variance, FLOOR * unit**2),
+            "process_noise": identity * self.initial * known.variance,
+            "coefficients": np.append(np.zeros(self.model.size - 1), known.mean),
+            "covariance": identity * self.initial * known.variance,
+        }
+
+    def begin(self, innovation):
+        """The last sample of the start-up: from now on samples are centred and scaled."""
+        self.offset, self.scale = self.startup.mean, self.startup.scale
+        self.peak = self.startup.peak
+        self.noise.variance /= self.scale**2
+        self.noise.previous = [(z - self.offset) / self.scale for z in self.noise.previous]
+        self.running = True
+        variance = self.scale**2
+        return {
+            "estimate": self.offset,
+            "innovation": innovation,
+            "innovation_variance": variance,
+            "gain": np.zeros(len(self.x)),
+            "measurement_noise": variance * max(self.noise.variance, FLOOR),
+            "process_noise": variance * self.G,
+            "coefficients": np.append(np.zeros(self.model.size - 1), self.offset),
+            "covariance": variance * self.P,
+        }

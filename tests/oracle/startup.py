@@ -1,0 +1,53 @@
+"""Offset and scale of a signal: mean and deviation of its first samples."""
+
+import numpy as np
+
+
+class Startup:
+    """Collects finite samples until there are enough of them and two of them differ."""
+
+    def __init__(self, window, known_scale=None):
+        self.window = window
+        self.known_scale = known_scale
+        self.samples = []
+
+    def observe(self, z):
+        if np.isfinite(z):
+            self.samples.append(z)
+
+    @property
+    def finished(self):
+        return len(self.samples) >= self.window and self.scale > 0.0
+
+    @property
+    def mean(self):
+        # From the first sample on, so that a large offset costs no digits.
+        first = self.samples[0] if self.samples else 0.0
+        return first + np.mean(self.differences) if self.samples else 0.0
+
+    @property
+    def variance(self):
+        return np.var(self.differences, ddof=1) if len(self.samples) > 1 else 0.0
+
+    @property
+    def scale(self):
+        return np.sqrt(self.variance) if self.known_scale is None else self.known_scale
+
+    @property
+    def unit(self):
+        """What variances are counted in as long as the scale is not known."""
+        if self.known_scale is not None:
+            return self.known_scale if self.samples else 0.0
+        unequal = self.differences[self.differences != 0.0]
+        return abs(unequal[0]) if unequal.size else 0.0
+
+    @property
+    def peak(self):
+        """A bound of all samples so far, centred and scaled."""
+        largest = np.max(np.abs(self.differences))
+        return (largest + abs(np.mean(self.differences))) / self.scale
+
+    @property
+    def differences(self):
+        samples = np.array(self.samples)
+        return samples - samples[0] if self.samples else samples

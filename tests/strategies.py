@@ -1,0 +1,268 @@
+"""Records, settings and filters for hypothesis, and what it takes to compare them."""
+
+import numpy as np
+from hypothesis import strategies as st
+
+import zerorate as zr
+
+METHODS = ["kf", "akf", "fading"]
+ORDERS = [(p, q) for p in (1, 2, 3) for q in (0, 1, 2, 3)]
+RATE = 100.0
+
+DRIFT_PROPERTIES = [
+    "estimate",
+    "innovation",
+    "innovation_variance",
+    "gain",
+    "measurement_noise",
+    "process_noise",
+    "coefficients",
+    "covariance",
+    "guard_count",
+    "ready",
+    "samples_seen",
+]
+MODEL_PROPERTIES = ["coefficients", "covariance", "ready", "samples_seen"]
+PROPERTIES = {
+    zr.DriftFilter: DRIFT_PROPERTIES,
+    zr.RecursiveLeastSquares: MODEL_PROPERTIES,
+    zr.AllanNoise: ["variance"],
+}
+TRACE = [
+    "estimate",
+    "innovation",
+    "innovation_variance",
+    "gain",
+    "measurement_noise",
+    "process_noise",
+    "coefficients",
+    "covariance",
+    "missing",
+    "guarded",
+]
+
+
+def drift_settings(channels=None):
+    """Arguments of a DriftFilter."""
+    return st.fixed_dictionaries(
+        {
+            "rate": st.just(RATE),
+            "order": st.sampled_from(ORDERS),
+            "method": st.sampled_from(METHODS),
+            "channels": st.just(channels),
+        },
+        optional={
+            "fading": st.sampled_from([1e-3, 0.5, 0.9, 0.97, 1.0]),
+            "adapt_for": st.sampled_from([None, 0.0, 0.5, 120.0]),
+            "forgetting_factor": st.sampled_from([1e-3, 0.9, 0.99, 1.0]),
+            "process_noise": st.sampled_from([0.0, 1e-12, 1e-8, 1e-4, 0.1, 1.0, 1e6]),
+            "process_noise_memory": st.sampled_from([0.0, 0.5, 10.0, 1e6]),
+            "noise": st.sampled_from(["allan", "hadamard"]),
+            "startup": st.sampled_from([1e-3, 0.2, 1.0]),
+            "scale": st.sampled_from([None, 1e-6, 1.0, 1e6]),
+        },
+    )
+
+
+def model_settings(channels=None):
+    """Arguments of a RecursiveLeastSquares."""
+    return st.fixed_dictionaries(
+        {"order": st.sampled_from(ORDERS), "channels": st.just(channels)},
+        optional={
+            "forgetting_factor": st.sampled_from([1e-3, 0.9, 0.99, 1.0]),
+            "startup": st.sampled_from([2, 10, 100]),
+            "scale": st.sampled_from([None, 1e-6, 1.0, 1e6]),
+        },
+    )
+
+
+def noise_settings(channels=None):
+    """Arguments of an AllanNoise."""
+    return st.fixed_dictionaries(
+        {"channels": st.just(channels)},
+        optional={
+            "fading": st.sampled_from([1e-3, 0.5, 0.97, 1.0]),
+            "noise": st.sampled_from(["allan", "hadamard"]),
+            "floor": st.sampled_from([0.0, 1e-12, 1.0]),
+        },
+    )
+
+
+def recipes(channels=None):
+    """A class and its arguments."""
+    return st.one_of(
+        st.tuples(st.just(zr.DriftFilter), drift_settings(channels)),
+        st.tuples(st.just(zr.RecursiveLeastSquares), model_settings(channels)),
+        st.tuples(st.just(zr.AllanNoise), noise_settings(channels)),
+    )
+
+
+def make(recipe):
+    kind, arguments = recipe
+    return kind(**arguments)
+
+
+def white(rng, n):
+    return rng.standard_normal(n)
+
+
+def autoregressive(rng, n):
+    """ARMA(2, 1)."""
+    noise = rng.standard_normal(n + 2)
+    y = np.zeros(n + 2)
+    for k in range(2, n + 2):
+        y[k] = 1.5 * y[k - 1] - 0.6 * y[k - 2] + noise[k] - 0.4 * noise[k - 1]
+    return y[2:]
+
+
+def walk(rng, n):
+    return rng.standard_normal(n) + np.cumsum(0.05 * rng.standard_normal(n))
+
+
+def quantised(rng, n):
+    """Most samples repeat the one before."""
+    return np.round(0.5 * rng.standard_normal(n))
+
+
+def with_missing(rng, n):
+    """At the start, at random and in one long gap."""
+    z = autoregressive(rng, n)
+    z[rng.random(n) < 0.1] = np.nan
+    z[:7] = np.inf
+    z[n // 2 : n // 2 + n // 10] = np.nan
+    return z
+
+
+SIGNALS = {f.__name__: f for f in (white, autoregressive, walk, quantised, with_missing)}
+
+
+@st.composite
+def ordinary_records(draw, max_size=600):
+    """What a gyro gives: noise or drift on an offset, in any unit."""
+    signal = draw(st.sampled_from(list(SIGNALS.values())))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    size = draw(st.integers(200, max_size))
+    offset = draw(st.sampled_from([0.0, -0.35, 5.0]))
+    return offset + signal(rng, size) * draw(st.sampled_from([0.1, 1.0, 300.0]))
+
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+ANY = st.one_of(FINITE, st.sampled_from([np.nan, np.inf, -np.inf]))
+EDGES = st.sampled_from(
+    [0.0, -0.0, 5e-324, 1e-310, 1e-150, 1e-4, 1.0, 1e7, 1e12, 1e150, 1e300, np.finfo(float).max]
+)
+
+
+@st.composite
+def segments(draw):
+    """A stretch of one kind of misbehaviour."""
+    n = draw(st.integers(1, 120))
+    size = draw(st.one_of(EDGES, FINITE))
+    k = np.arange(n)
+    with np.errstate(over="ignore", invalid="ignore", under="ignore"):
+        return draw(st.sampled_from(SHAPES))(k, size)
+
+
+def constant(k, size):
+    return np.full(len(k), size)
+
+
+def alternating(k, size):
+    return size * (-1.0) ** k
+
+
+def ramp(k, size):
+    return size * (k / len(k))
+
+
+def growth(k, size):
+    return size * 10.0**k
+
+
+def decay(k, size):
+    return size / 10.0**k
+
+
+def noise(k, size):
+    return size * np.random.default_rng(len(k)).uniform(-1.0, 1.0, len(k))
+
+
+def tiny_noise(k, size):
+    return size + 1e-4 * np.random.default_rng(len(k)).standard_normal(len(k))
+
+
+def outlier(k, size):
+    return np.where(k == len(k) // 2, size, noise(k, 1.0))
+
+
+def gap(k, size):
+    return np.full(len(k), np.nan)
+
+
+SHAPES = [constant, alternating, ramp, growth, decay, noise, tiny_noise, outlier, gap]
+
+
+@st.composite
+def hostile_records(draw):
+    """Stretches of misbehaviour, one after the other, and single wild samples among them."""
+    stretches = draw(st.lists(segments(), min_size=1, max_size=6))
+    loose = np.array(draw(st.lists(ANY, max_size=12)), dtype=float)
+    stretches.insert(draw(st.integers(0, len(stretches))), loose)
+    return np.concatenate(stretches)
+
+
+def records():
+    return st.one_of(ordinary_records(), hostile_records())
+
+
+def state(f):
+    """Every property, as arrays by name."""
+    return {name: np.asarray(getattr(f, name)) for name in PROPERTIES[type(f)]}
+
+
+def traced(f, z):
+    """A trace as arrays by name."""
+    trace = f.trace(z)
+    return {name: getattr(trace, name) for name in TRACE}
+
+
+def assert_same_bits(got, expected):
+    got, expected = np.asarray(got), np.asarray(expected)
+    assert got.dtype == expected.dtype
+    assert got.shape == expected.shape
+    assert got.tobytes() == expected.tobytes(), "differs in the last bits at least"
+
+
+def assert_same_state(got, expected):
+    for name, value in state(expected).items():
+        assert_same_bits(getattr(got, name), value)
+    assert got.to_bytes() == expected.to_bytes()
+
+
+def assert_finite(arrays):
+    for name, values in arrays.items():
+        assert np.all(np.isfinite(values)), name
+
+
+def assert_covariance(P):
+    assert_symmetric(P)
+    assert_semidefinite(P)
+
+
+def assert_symmetric(P):
+    """To the bit, for a stack of matrices."""
+    assert_same_bits(np.swapaxes(P, -1, -2).copy(), P)
+
+
+def assert_semidefinite(P):
+    """For a stack of symmetric matrices."""
+    variances = np.einsum("...ii->...i", P)
+    assert np.all(variances >= 0.0)
+    largest = np.max(variances, axis=-1)
+    # On a scale on which the eigenvalues neither overflow nor underflow.
+    scaled = P / np.where(largest > 0.0, largest, 1.0)[..., None, None]
+    # eigvalsh errs by a few units in the last place of the norm, at most the size times the
+    # largest variance; so does the rounding of the elements themselves to the samples' unit.
+    tolerance = 8.0 * P.shape[-1] * np.finfo(float).eps
+    assert np.linalg.eigvalsh(scaled).min(initial=0.0) >= -tolerance
+    np.linalg.cholesky(scaled + 2.0 * tolerance * np.eye(P.shape[-1]))

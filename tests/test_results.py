@@ -1,0 +1,111 @@
+"""What the studies in `examples/` and `docs/results.md` rest on, on real recordings."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from recordings import RECORDINGS, needs_recordings
+from zerorate import metrics
+from zerorate.io import read_log
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+AT_REST = ("adis16405_static_100hz_run1.parquet", "mpu6050_static_100hz.parquet")
+SCRIPTS = ("published_tables.py", "process_noise_sweep.py")
+METHODS = ("kf", "akf", "fading")
+
+
+@pytest.fixture(scope="module", params=AT_REST)
+def at_rest(request):
+    pytest.importorskip("pyarrow")
+    z = read_log(RECORDINGS / request.param, rate=100.0).data
+    return z, {m: zr.DriftFilter(100.0, method=m, channels=3).process(z) for m in METHODS}
+
+
+@needs_recordings
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_is_quieter_than_raw(at_rest, method):
+    z, filtered = at_rest
+    assert np.all(metrics.reduction(z, filtered[method]) < 1.0)
+
+
+@needs_recordings
+@pytest.mark.parametrize("other", ["kf", "akf"])
+def test_fading_is_quietest_from_an_ignorant_start(at_rest, other):
+    z, filtered = at_rest
+    fading = metrics.reduction(z, filtered["fading"])
+    assert np.all(fading < metrics.reduction(z, filtered[other]))
+
+
+@needs_recordings
+@pytest.mark.parametrize("method", METHODS)
+def test_the_mean_stays(at_rest, method):
+    z, filtered = at_rest
+    assert np.all(np.abs(metrics.mean_shift(z, filtered[method])) < 0.01)
+
+
+@needs_recordings
+def test_a_small_process_noise_is_quieter_still_and_worst_served_by_fading():
+    pytest.importorskip("pyarrow")
+    z = read_log(RECORDINGS / AT_REST[0], rate=100.0).data
+    small = {
+        m: zr.DriftFilter(100.0, method=m, process_noise=1e-4, channels=3).process(z)
+        for m in METHODS
+    }
+    ratio = {m: metrics.coasting_error(z, x, 100.0, 10.0) for m, x in small.items()}
+    assert np.all(ratio["fading"] > np.maximum(ratio["kf"], ratio["akf"]))
+    ignorant = zr.DriftFilter(100.0, channels=3).process(z)
+    assert np.all(ratio["fading"] < metrics.coasting_error(z, ignorant, 100.0, 10.0))
+
+
+def run(script, *arguments):
+    pytest.importorskip("pyarrow")
+    pytest.importorskip("matplotlib")
+    return subprocess.run(
+        [sys.executable, EXAMPLES / script, *map(os.fspath, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env={**os.environ, "PYTHONIOENCODING": "utf-8"},
+        encoding="utf-8",
+    )
+
+
+@pytest.mark.parametrize("script", SCRIPTS)
+def test_scripts_explain_themselves(script):
+    done = run(script, "--help")
+    assert done.returncode == 0
+    assert "--seconds" in done.stdout
+
+
+@pytest.mark.parametrize("script", SCRIPTS)
+def test_scripts_say_in_one_line_that_the_recordings_are_absent(script, tmp_path):
+    done = run(script, tmp_path)
+    assert done.returncode == 1
+    assert len(done.stderr.splitlines()) == 1
+    assert str(tmp_path) in done.stderr
+
+
+@needs_recordings
+def test_the_tables_are_made():
+    done = run("published_tables.py", RECORDINGS, "--seconds", "70", "--markdown")
+    assert done.returncode == 0, done.stderr
+    assert "fading" in done.stdout
+    assert "nan" not in done.stdout
+
+
+@needs_recordings
+def test_the_figure_is_made(tmp_path):
+    figure = tmp_path / "sweep.png"
+    done = run("process_noise_sweep.py", RECORDINGS, "--seconds", "30", "--figure", figure)
+    assert done.returncode == 0, done.stderr
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_committed_figure_is_small():
+    figure = EXAMPLES.parent / "docs" / "figures" / "process_noise_sweep.png"
+    assert figure.stat().st_size < 300_000
