@@ -1,3 +1,4 @@
+from collections.abc import Sequence
 from typing import (
     Any,
     Final,
@@ -194,4 +195,4 @@ class AllanNoise:
     @property
     def channels(self) -> int | None: ...
 
-def overlapping_allan_deviation(z: npt.ArrayLike, m: int) -> float | None: ...
+def overlapping_allan_deviation(z: npt.ArrayLike, m: Sequence[int]) -> _Floats: ...

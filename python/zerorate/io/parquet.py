@@ -63,7 +63,9 @@ def _load(path: Path, schema: pa.Schema, wanted: Sequence[int]) -> list[Column]:
         _check_type(schema.field(index))
     names = [schema.names[i] for i in wanted]
     try:
-        table = pq.read_table(path, columns=names)
+        # Not `read_table`: it loads the whole machinery of data sets first.
+        with pq.ParquetFile(path) as file:
+            table = file.read(columns=names)
     except (pa.ArrowException, OSError):
         raise LogError("cannot be read as Parquet: it is truncated or damaged") from None
     return [_to_numpy(table.column(name)) for name in names]

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +13,6 @@ __all__ = ["AllanCurves", "AllanJob"]
 
 Floats = npt.NDArray[np.float64]
 
-_THIN: Final = 16
-_THIN_FROM: Final = 512
-
 
 @dataclass(frozen=True, eq=False)
 class AllanCurves:
@@ -25,8 +21,7 @@ class AllanCurves:
     Parameters
     ----------
     taus : ndarray, shape (m,)
-        Averaging times up to a quarter of the record, s. From 512 samples on, clusters begin at
-        every 16th sample only, which moves a deviation by less than a hundredth.
+        Averaging times up to a quarter of the record, s.
     raw, filtered : ndarray, shape (k, m)
         In the unit of the data; NaN where no two neighbouring clusters are whole.
     """
@@ -43,15 +38,13 @@ class AllanJob:
         self._shape = (2, len(raw), -1)
         self._clusters = _octaves(raw.shape[1])
         self._taus = np.array(self._clusters) / rate
-        self._jobs: list[Future[float]] = []
-        for row in (*raw, *filtered):
-            thinned = _thinned(row)
-            for m in self._clusters:
-                task = (row, m) if m < _THIN_FROM else (thinned, m // _THIN)
-                self._jobs.append(executor.submit(_deviation, *task))
+        self._jobs: list[Future[Floats]] = [
+            executor.submit(overlapping_allan_deviation, row, self._clusters)
+            for row in (*raw, *filtered)
+        ]
 
     def __iter__(self) -> Iterator[float]:
-        """Wait for one number after the other, and yield the fraction that is there."""
+        """Wait for one curve after the other, and yield the fraction that is there."""
         for i, job in enumerate(self._jobs, start=1):
             job.result()
             yield i / len(self._jobs)
@@ -64,14 +57,3 @@ class AllanJob:
 
 def _octaves(n: int) -> list[int]:
     return [1 << i for i in range(max(1, (n // 4).bit_length()))]
-
-
-def _thinned(z: Floats) -> Floats:
-    """Return means of neighbours, NaN where one of them is."""
-    whole: Floats = z[: z.size // _THIN * _THIN].reshape(-1, _THIN).mean(axis=1)
-    return whole
-
-
-def _deviation(z: Floats, m: int) -> float:
-    deviation = overlapping_allan_deviation(z, m)
-    return np.nan if deviation is None else float(deviation)

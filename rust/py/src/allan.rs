@@ -80,7 +80,7 @@ pub struct AllanNoise {
 impl AllanNoise {
     #[new]
     #[pyo3(signature = (fading=0.97, noise="allan", floor=0.0, channels=None))]
-    fn new(fading: f64, noise: &str, floor: f64, channels: Option<i64>) -> PyResult<Self> {
+    fn new(fading: f64, noise: &str, floor: f64, channels: Option<i128>) -> PyResult<Self> {
         let channels = shared::channels(channels)?;
         let noise = kind(noise)?;
         let filter = core::AllanNoise::new(fading, noise, floor).map_err(NativeError::from)?;
@@ -101,7 +101,7 @@ impl AllanNoise {
         slf: &Bound<'py, Self>,
         z: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
-        threads: Option<i64>,
+        threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
         exclusive(slf)?.shared.process(z, out, threads)
     }
@@ -176,25 +176,38 @@ impl AllanNoise {
     }
 }
 
-/// Overlapping Allan deviation of a rate record.
+/// Overlapping Allan deviation of a rate record at averaging times given in samples.
 ///
 /// Parameters
 /// ----------
 /// z : array_like, shape (n,)
 ///     Rates; those not finite are missing, and every term that needs one is left out.
-/// m : int
-///     Averaging time in samples.
+/// m : sequence of int
+///     Averaging times in samples.
 ///
 /// Returns
 /// -------
-/// float or None
-///     In the unit of ``z``; None if no two neighbouring clusters of ``m`` samples are whole.
+/// ndarray, float64, shape (len(m),)
+///     In the unit of ``z``; NaN where no two neighbouring clusters of that length are whole.
 ///
 /// Notes
 /// -----
 /// IEEE Std 952-1997, annex C.
+///
+/// Examples
+/// --------
+/// >>> import zerorate as zr
+/// >>> zr.overlapping_allan_deviation([1.0, 2.0, 0.0], [1, 2]).round(3).tolist()
+/// [1.118, nan]
 #[pyfunction]
-pub fn overlapping_allan_deviation(z: &Bound<'_, PyAny>, m: usize) -> PyResult<Option<f64>> {
+pub fn overlapping_allan_deviation<'py>(
+    z: &Bound<'py, PyAny>,
+    m: Vec<usize>,
+) -> PyResult<Bound<'py, PyAny>> {
     let samples = arrays::batch(z, None)?;
-    Ok(z.py().detach(|| core::overlapping_allan_deviation(&samples.values, m)))
+    let deviations: Vec<f64> = z.py().detach(|| {
+        let record = core::OverlappingAllan::new(&samples.values);
+        m.iter().map(|m| record.deviation(*m).unwrap_or(f64::NAN)).collect()
+    });
+    arrays::array(z.py(), deviations, &[m.len()])
 }

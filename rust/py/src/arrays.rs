@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyFloat;
+use pyo3::types::{PyFloat, PyList, PyTuple};
 
 /// Samples copied out of an array, row after row.
 #[derive(Debug)]
@@ -84,6 +84,13 @@ fn read(z: &Bound<'_, PyAny>) -> PyResult<Samples> {
     })?;
     let dtype = array.getattr("dtype")?;
     let kind: String = dtype.getattr("kind")?.extract()?;
+    let is_list = z.is_instance_of::<PyList>() || z.is_instance_of::<PyTuple>();
+    if kind == "O" && is_list {
+        // A list with `None` for a missing sample; an array of objects is refused below.
+        if let Ok(floats) = numpy.call_method1("asarray", (z, "float64")) {
+            return copied(&floats);
+        }
+    }
     if !matches!(kind.as_str(), "f" | "i" | "u" | "b") {
         return Err(PyTypeError::new_err(format!(
             "z must hold real numbers, got dtype {dtype}; convert with numpy.asarray(z, dtype=float)"

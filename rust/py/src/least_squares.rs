@@ -1,5 +1,6 @@
 //! Recursive least squares for Python.
 
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use zerorate_core::checkpoint::{self, Kind};
@@ -129,12 +130,16 @@ impl RecursiveLeastSquares {
     fn new(
         order: Order,
         forgetting_factor: f64,
-        channels: Option<i64>,
-        startup: i64,
+        channels: Option<i128>,
+        startup: i128,
         scale: Option<f64>,
     ) -> PyResult<Self> {
         let channels = shared::channels(channels)?;
-        let startup = shared::positive("startup", startup)? as u64;
+        let startup = u64::try_from(startup).ok().filter(|n| *n > 1).ok_or_else(|| {
+            PyValueError::new_err(format!(
+                "startup must be at least two samples long, got {startup}"
+            ))
+        })?;
         let params = RlsParams { forgetting_factor, startup, scale };
         let (order, channel_count) = (order.0, channels.unwrap_or(1));
         let model = for_order!(order, new_sized(params, channel_count), Err(order_error(order)))?;
@@ -155,7 +160,7 @@ impl RecursiveLeastSquares {
         slf: &Bound<'py, Self>,
         z: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
-        threads: Option<i64>,
+        threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
         exclusive(slf)?.shared.process(z, out, threads)
     }

@@ -31,7 +31,7 @@ pub fn reading<'py, T: PyClass>(object: &Bound<'py, T>) -> PyResult<PyRef<'py, T
 }
 
 /// A number that Python gave and that must be at least one.
-pub fn positive(name: &str, value: i64) -> PyResult<usize> {
+pub fn positive(name: &str, value: i128) -> PyResult<usize> {
     usize::try_from(value)
         .ok()
         .filter(|value| *value > 0)
@@ -39,7 +39,7 @@ pub fn positive(name: &str, value: i64) -> PyResult<usize> {
 }
 
 /// The number of channels that Python gave, which must not be zero.
-pub fn channels(given: Option<i64>) -> PyResult<Option<usize>> {
+pub fn channels(given: Option<i128>) -> PyResult<Option<usize>> {
     given.map(|value| positive("channels", value)).transpose()
 }
 
@@ -69,10 +69,11 @@ impl<S: Stream + ?Sized> Shared<S> {
         &mut self,
         z: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
-        threads: Option<i64>,
+        threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = z.py();
-        let threads = threads.map_or(Ok(1), |value| positive("threads", value))?;
+        let threads =
+            threads.map_or(Ok(1), |value| positive("threads", value.min(i128::from(u16::MAX))))?;
         let mut samples = arrays::batch(z, self.channels)?;
         let out = out.map(|out| arrays::check_out(out, &samples.shape)).transpose()?;
         let filter = &mut *self.filter;

@@ -5,5 +5,5 @@ mod deviation;
 mod recursive;
 
 #[cfg(feature = "std")]
-pub use deviation::overlapping_allan_deviation;
+pub use deviation::{OverlappingAllan, overlapping_allan_deviation};
 pub use recursive::{AllanKind, AllanNoise};

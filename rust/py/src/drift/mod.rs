@@ -111,7 +111,7 @@ impl DriftFilter {
         fading: f64,
         adapt_for: Option<f64>,
         forgetting_factor: f64,
-        channels: Option<i64>,
+        channels: Option<i128>,
         process_noise: f64,
         process_noise_memory: f64,
         noise: &str,
@@ -163,7 +163,7 @@ impl DriftFilter {
         slf: &Bound<'py, Self>,
         z: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
-        threads: Option<i64>,
+        threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
         exclusive(slf)?.shared.process(z, out, threads)
     }

@@ -1,0 +1,248 @@
+"""Tables 4 and 5 of Fu & Han (2019) beside the same figures for other recordings.
+
+A deviation at rest is won by any strong low-pass, so the error of coasting on the estimate stands
+beside it; in motion the delay does.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+import zerorate as zr
+from recordings import Floats, Recording, Turning, at_rest, check_folder, parser, turning
+from zerorate import metrics
+
+Method = Literal["kf", "akf", "fading"]
+
+METHODS: tuple[Method, ...] = ("kf", "akf", "fading")
+HORIZONS = (10.0, 60.0)
+GAINS = np.logspace(-5.0, 0.0, 21)
+WINDOWS, DEGREE = (5, 7, 9), 4
+
+Rows = Iterable[Sequence[str]]
+
+PUBLISHED_AT_REST = (
+    ("MTi-100", "-0.353", "0.078", "0.037", "0.019", "0.009"),
+    ("3DM-GX4-25", "0.071", "0.197", "0.195", "0.099", "0.013"),
+)
+PUBLISHED_SWING = (
+    ("MTi-100", "4.844", "0.377", "0.333", "0.315", "0.275"),
+    ("3DM-GX4-25", "5.092", "0.323", "0.321", "0.317", "0.269"),
+)
+PUBLISHED_HEAD = ("sensor", "mean", "raw", "KF", "AKF", "theirs")
+
+
+def moving_average(z: Floats, gain: float) -> Floats:
+    """Return the exponential moving average, begun as the plain mean until its memory is full."""
+    n = min(math.ceil(1.0 / gain), len(z))
+    count = np.maximum(np.isfinite(z[:n]).cumsum(axis=0), 1)
+    begin = np.nancumsum(z[:n], axis=0) / count
+    rest = metrics.equal_delay_lowpass(np.concatenate((begin[-1:], z[n:])), 1.0, 1.0 / gain - 1.0)
+    return np.concatenate((begin[:-1], rest))
+
+
+def best_average(z: Floats, rate: float) -> tuple[Floats, Floats, Floats]:
+    """Return each axis's best average in hindsight, its gain, and its coasting error at 10 s."""
+    averages = [moving_average(z, gain) for gain in GAINS]
+    errors = np.array([metrics.coasting_error(z, x, rate, HORIZONS[0]) for x in averages])
+    best = errors.argmin(axis=0)
+    chosen = np.stack([averages[i][:, axis] for axis, i in enumerate(best)], axis=1)
+    return chosen, GAINS[best], errors.min(axis=0)
+
+
+def filtered(z: Floats, rate: float, method: Method) -> Floats:
+    """Return what the filter with its defaults makes of several axes."""
+    bank = zr.DriftFilter(rate, order=(2, 1), method=method, channels=z.shape[1])
+    return np.asarray(bank.process(z, threads=z.shape[1]))
+
+
+NOISE_HEAD = ("recording", "axis", "R kf / R akf", "kf of raw", "akf of raw")
+
+
+def noise_rows(recording: Recording) -> list[Sequence[str]]:
+    """Return for each axis the noise of the start-up over that of the record, and what follows."""
+    z, methods = recording.z, METHODS[:2]
+    banks = [zr.DriftFilter(recording.rate, method=m, channels=z.shape[1]) for m in methods]
+    kept = [np.atleast_1d(metrics.reduction(z, bank.process(z))) for bank in banks]
+    ratio = banks[0].measurement_noise / banks[1].measurement_noise
+    return [
+        (recording.name, axis, f"{ratio[i]:.2f}", *(f"{values[i]:.3f}" for values in kept))
+        for i, axis in enumerate(recording.axes)
+    ]
+
+
+def rest_rows(recording: Recording) -> list[Sequence[str]]:
+    """Return a row for each axis and filter, raw first and the best average last."""
+    z, rate = recording.z, recording.rate
+    average, gains, _ = best_average(z, rate)
+    estimates = {"raw": z}
+    estimates.update((m, filtered(z, rate, m)) for m in METHODS)
+    estimates["average"] = average
+    columns = [_rest_columns(z, x, rate) for x in estimates.values()]
+    rows: list[Sequence[str]] = []
+    for axis, label in enumerate(recording.axes):
+        names = [*list(estimates)[:-1], f"best average, gain {gains[axis]:.1e}"]
+        for name, values in zip(names, columns, strict=True):
+            rows.append((label, name, *(column[axis] for column in values)))
+    return rows
+
+
+REST_HEAD = ("axis", "filter", "mean", "deviation", "of raw", "coasting 10 s", "coasting 60 s")
+
+
+def _rest_columns(z: Floats, x: Floats, rate: float) -> list[list[str]]:
+    """Return mean, deviation, its ratio to raw and the coasting errors, each for every axis."""
+    coasting = [
+        np.atleast_1d(metrics.coasting_error(z, x, rate, horizon))
+        if round(horizon * rate) < len(z)
+        else np.full(z.shape[1], np.nan)
+        for horizon in HORIZONS
+    ]
+    ratio = np.atleast_1d(metrics.reduction(z, x))
+    mean, deviation = np.nanmean(x, axis=0), np.nanstd(x, axis=0)
+    digits = (3, 3, 2, 3, 3)
+    return [
+        [_number(value, n) for value in values]
+        for values, n in zip((mean, deviation, ratio, *coasting), digits, strict=True)
+    ]
+
+
+def reference_rate(recording: Turning, window: int) -> Floats:
+    """Return the shaft's rate in deg/s: a polynomial through the angles around each sample.
+
+    Seven samples and a polynomial of fourth degree keep the 13 Hz at which the stepper motor shakes
+    its shaft; a wider window would count that motion as noise of the gyro.
+    """
+    half = window // 2
+    powers = np.vander(np.arange(-half, half + 1), DEGREE + 1, increasing=True)
+    slope = np.linalg.pinv(powers)[1]
+    rate = np.full(len(recording.angle), np.nan)
+    rate[half:-half] = np.correlate(recording.angle, slope, "valid") * recording.rate
+    return rate
+
+
+def scaled(reference: Floats, recording: Turning) -> tuple[Floats, float]:
+    """Return the reference in the gyro's own scale, and that scale.
+
+    Least squares of the gyro on the rate and a constant, the rate delayed as the gyro is: a lag
+    would make the scale look smaller.
+    """
+    lag = float(metrics.delay(-reference, recording.z, recording.rate))
+    late = _advanced(reference, -lag * recording.rate)
+    there = np.isfinite(late) & np.isfinite(recording.z)
+    design = np.column_stack((late[there], np.ones(there.sum())))
+    scale = float(np.linalg.lstsq(design, recording.z[there], rcond=None)[0][0])
+    return scale * reference, scale
+
+
+def _advanced(x: Floats, samples: float) -> Floats:
+    """Return x a part of a sample or more earlier, NaN beyond its ends."""
+    k, there = np.arange(len(x)), np.isfinite(x)
+    moved: Floats = np.interp(k + samples, k[there], x[there], left=np.nan, right=np.nan)
+    return moved
+
+
+def turning_rows(recording: Turning, window: int) -> tuple[list[Sequence[str]], float]:
+    """Return a row for each filter, raw first, and the scale of the gyro."""
+    reference, scale = scaled(reference_rate(recording, window), recording)
+    z, rate = recording.z, recording.rate
+    own = float(metrics.delay(reference, z, rate))
+    estimates = {"raw": z}
+    estimates.update((m, filtered(z[:, np.newaxis], rate, m)[:, 0]) for m in METHODS)
+    rows: list[Sequence[str]] = []
+    for name, x in estimates.items():
+        late = float(metrics.delay(reference, x, rate))
+        residual = x - reference
+        rival = metrics.equal_delay_lowpass(z, rate, max(late - own, 0.0))
+        values = (
+            float(np.nanmean(x)),
+            float(np.nanstd(residual)),
+            1e3 * late,
+            *_errors(reference, x, rate),
+            *_errors(reference, rival, rate),
+        )
+        digits = (3, 2, 1, 2, 2, 2, 2)
+        rows.append((name, *(_number(v, n) for v, n in zip(values, digits, strict=True))))
+    return rows, scale
+
+
+def _errors(reference: Floats, x: Floats, rate: float) -> tuple[float, float]:
+    """Return the RMSE to the reference as it is, and after removing the delay."""
+    late = float(metrics.delay(reference, x, rate))
+    in_time = _advanced(x, late * rate)
+    return float(metrics.rmse(reference, x)), float(metrics.rmse(reference, in_time))
+
+
+TURNING_HEAD = (
+    "filter",
+    "mean",
+    "residual deviation",
+    "delay ms",
+    "RMSE",
+    "delay removed",
+    "low-pass RMSE",
+    "low-pass, delay removed",
+)
+
+
+def _number(value: float, digits: int) -> str:
+    return f"{value:.{digits}f}" if math.isfinite(value) else "–"
+
+
+def table(title: str, head: Sequence[str], rows: Rows, markdown: bool) -> str:
+    """Return an aligned table, words to the left and numbers to the right."""
+    body = [head, *rows]
+    widths = [max(map(len, column)) for column in zip(*body, strict=True)]
+    words = [name in ("sensor", "recording", "axis", "filter") for name in head]
+    lines = [
+        [
+            cell.ljust(w) if left else cell.rjust(w)
+            for cell, w, left in zip(row, widths, words, strict=True)
+        ]
+        for row in body
+    ]
+    if not markdown:
+        return "\n".join([title, *("  ".join(line).rstrip() for line in lines), ""])
+    rule = ["-" * w if left else "-" * (w - 1) + ":" for w, left in zip(widths, words, strict=True)]
+    lines.insert(1, rule)
+    return "\n".join([f"**{title}**", "", *("| " + " | ".join(line) + " |" for line in lines), ""])
+
+
+def print_tables(folder: Path, seconds: float, window: int, markdown: bool) -> None:
+    """Print what is published, then what the recordings give."""
+    print(table("Published, at rest, deg/s", PUBLISHED_HEAD, PUBLISHED_AT_REST, markdown))
+    recordings = at_rest(folder, seconds)
+    for recording in recordings:
+        length = len(recording.z) / recording.rate
+        title = f"{recording.name}, at rest, {round(length, 1):g} s, deg/s and deg"
+        print(table(title, REST_HEAD, rest_rows(recording), markdown))
+    noise = [row for recording in recordings for row in noise_rows(recording)]
+    print(table("Measurement noise R: first second / whole record", NOISE_HEAD, noise, markdown))
+    print(table("Published, 5 deg/s swing, deg/s", PUBLISHED_HEAD, PUBLISHED_SWING, markdown))
+    shaft = turning(folder, seconds)
+    rows, scale = turning_rows(shaft, window)
+    title = f"{shaft.name}, turning at 50 deg/s, gyro = {scale:.3f} × encoder, deg/s"
+    print(table(title, TURNING_HEAD, rows, markdown))
+
+
+def main() -> None:
+    """Run from the command line."""
+    options = parser(__doc__)
+    options.add_argument("--markdown", action="store_true", help="print tables in Markdown")
+    options.add_argument(
+        "--window",
+        type=int,
+        choices=WINDOWS,
+        default=7,
+        help="samples of the encoder from which the reference rate is made (default: 7)",
+    )
+    given = options.parse_args()
+    check_folder(given.folder)
+    print_tables(given.folder, given.seconds, given.window, given.markdown)
+
+
+if __name__ == "__main__":
+    main()

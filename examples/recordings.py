@@ -1,0 +1,126 @@
+"""The recordings that the studies in this folder use: where they lie, and how they are read."""
+
+import argparse
+import math
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.io import Log, read_log
+
+Floats = npt.NDArray[np.float64]
+
+BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+ADIS16405 = "adis16405_static_100hz_run1.parquet"
+MPU6050 = "mpu6050_static_100hz.parquet"
+ENCODER = "mpu6050_encoder_yaw_slow_100hz.parquet"
+BROAD = "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
+
+# Room for the start-up and for coasting 10 s.
+SHORTEST = 20.0
+
+BROAD_RATE = 2000.0 / 7.0
+# Marked as at rest for 35.4 s, but the hand begins earlier.
+BROAD_REST = 34.5
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Gyro axes in deg/s, shape (n, k), side by side."""
+
+    name: str
+    rate: float
+    axes: tuple[str, ...]
+    z: Floats
+
+
+@dataclass(frozen=True)
+class Turning:
+    """A gyro axis in deg/s and the angle of an encoder on the same shaft in deg."""
+
+    name: str
+    rate: float
+    z: Floats
+    angle: Floats
+
+
+def parser(description: str | None) -> argparse.ArgumentParser:
+    """Return a command line with the options that all studies share."""
+    options = argparse.ArgumentParser(description=description)
+    options.add_argument(
+        "folder",
+        nargs="?",
+        type=Path,
+        default=BESIDE,
+        help="folder of the recordings (default: ../shared/data beside the checkout)",
+    )
+    options.add_argument(
+        "--seconds",
+        type=_length,
+        default=math.inf,
+        help="use only the beginning of each recording, at least 20",
+    )
+    return options
+
+
+def _length(text: str) -> float:
+    seconds = float(text)
+    if not seconds >= SHORTEST:
+        raise argparse.ArgumentTypeError(f"must be at least {SHORTEST:g}, got {text}")
+    return seconds
+
+
+def check_folder(folder: Path) -> None:
+    """End the program with one clear line if a recording is not in the folder."""
+    absent = [name for name in (ADIS16405, MPU6050, ENCODER, BROAD) if not (folder / name).exists()]
+    if absent:
+        print(f"no recording {absent[0]} in {folder}; give the folder they are in", file=sys.stderr)
+        raise SystemExit(1)
+
+
+def sensors_alone(folder: Path, seconds: float = math.inf) -> list[Recording]:
+    """Return the recordings of a sensor at rest that nothing disturbs."""
+    return [
+        _at_rest("ADIS16405", read_log(folder / ADIS16405, rate=100.0), seconds),
+        _at_rest("MPU-6050", read_log(folder / MPU6050, rate=100.0), seconds),
+    ]
+
+
+def at_rest(folder: Path, seconds: float = math.inf) -> list[Recording]:
+    """Return every recording at rest: also beside a running motor, and before a motion."""
+    fixed = read_log(folder / ENCODER, columns=[f"fixed_gyro_{axis}_dps" for axis in "xyz"])
+    myon = read_log(folder / BROAD, rate=BROAD_RATE)
+    return [
+        *sensors_alone(folder, seconds),
+        _at_rest("MPU-6050 beside a motor", fixed, seconds),
+        _at_rest("myon aktos-t", myon, min(seconds, BROAD_REST)),
+    ]
+
+
+def turning(folder: Path, seconds: float = math.inf) -> Turning:
+    """Return the axis that an encoder watches."""
+    gyro = read_log(folder / ENCODER, columns="shaft_gyro_z_dps")
+    encoder = read_log(folder / ENCODER, columns="encoder_deg")
+    n = _samples(gyro, seconds)
+    return Turning("MPU-6050 on a shaft", gyro.rate, gyro.data[:n, 0], _filled(encoder.data[:n, 0]))
+
+
+def _at_rest(name: str, log: Log, seconds: float) -> Recording:
+    z = log.data[: _samples(log, seconds)]
+    if log.unit == "rad/s":
+        z = np.degrees(z)
+    return Recording(name, log.rate, tuple("xyz"), z)
+
+
+def _samples(log: Log, seconds: float) -> int:
+    return round(min(seconds, log.duration) * log.rate)
+
+
+def _filled(angle: Floats) -> Floats:
+    """Return the angle with missing samples interpolated: one of 149 828 here."""
+    there, k = np.isfinite(angle), np.arange(len(angle))
+    return np.interp(k, k[there], angle[there])
