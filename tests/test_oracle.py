@@ -117,11 +117,8 @@ def test_guard_on_ordinary_noise(signal, order):
 @BY_SIGNAL
 @BY_ORDER
 def test_from_a_process_noise_of_zero(signal, order):
-    # G begins on the floor of 1e-12 itself: rounding decides whether a step of 1e-24 is shortened.
-    # With p = 3 the core finds the room without a division, as a product of fifteen factors: where
-    # G is less than 3e-21 above the floor it underflows, and the step is left out.
-    tolerance = 1e-8 if order[0] == 3 else TOLERANCE
-    both(record(signal, 300), {"order": order, "process_noise": 0.0}, tolerance)
+    # G begins on the floor itself: rounding decides whether a step of 1e-24 is shortened.
+    both(record(signal, 300), {"order": order, "process_noise": 0.0}, TOLERANCE)
 
 
 @pytest.mark.parametrize("length", [1, 30, 500])
