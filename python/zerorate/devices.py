@@ -105,7 +105,7 @@ _ENTRIES: Final = (
         turn_on_bias=convert(0.2, "deg/s", "rad/s"),
         resolution=0.0,
         source=(
-            "Xsens, MTi User Manual MT0605P (MTi 10-series and 100-series): noise density "
+            "Xsens, MTi 100-series specification: noise density "
             "0.01 deg/s/sqrt(Hz), in-run bias stability 10 deg/h, bias repeatability over one "
             "year 0.2 deg/s typical, 0.5 deg/s at most. " + _CHOSEN_WALK
         ),

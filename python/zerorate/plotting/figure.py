@@ -29,8 +29,8 @@ MOST_AXES: Final = 6
 
 # Millimetres. A layout engine would draw everything three times to find the same places.
 _COLUMN: Final = 60.0
-_HEIGHT: Final = 185.0
-_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 10.5, 12.0, 19.0
+_HEIGHT: Final = 189.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 10.5, 16.0, 19.0
 _BETWEEN_COLUMNS, _BETWEEN_ROWS = 13.0, 12.0
 
 
@@ -71,7 +71,8 @@ def plot_replay(replay: Replay) -> Figure:
     _share_heights(grid[2])
     _share_decades(grid[3])
     _style([*grid.ravel(), *right])
-    figure.text(0.5, 1.0 - 2.0 / _HEIGHT, _title(replay), ha="center", va="top", size=FONT + 1.5)
+    title = _title(replay, round(0.55 * width))
+    figure.text(0.5, 1.0 - 2.0 / _HEIGHT, title, ha="center", va="top", size=FONT + 1.5)
     caption = _caption(replay, shown, round(0.75 * width))
     figure.text(0.5, 2.0 / _HEIGHT, caption, ha="center", va="bottom", size=FONT, color="0.25")
     return figure
@@ -196,11 +197,14 @@ def _set_ticks(axis: Axis, vertical: bool) -> None:
     axis.set_major_formatter(formatter)
 
 
-def _title(replay: Replay) -> str:
+def _title(replay: Replay, letters: int) -> str:
+    """Return the log's name, its middle left out where it is too long, above the filter's."""
     source = replay.log.meta.get("sensor") or Path(replay.log.meta.get("source", "log")).name
+    if len(source) > letters:
+        source = f"{source[: letters // 2]}…{source[-(letters // 2) :]}"
     p, q = replay.params["order"]
     return (
-        f"{source}: {replay.method}, ARMA({p}, {q}), {replay.log.n} samples at "
+        f"{source}\n{replay.method}, ARMA({p}, {q}), {replay.log.n:,} samples at "
         f"{replay.log.rate:.4g} Hz"
     )
 
