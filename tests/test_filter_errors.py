@@ -6,6 +6,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 import numpy as np
+import pandas
 import pytest
 
 import zerorate as zr
@@ -164,7 +165,6 @@ def test_memory_mapped_files_are_accepted(kind, tmp_path):
 
 @BY_KIND
 def test_pandas_is_accepted(kind):
-    pandas = pytest.importorskip("pandas")
     expected = FILTERS[kind]().process(np.append(Z, [np.nan, 1.0]))
     series = pandas.Series([*Z, None, 1.0])
     assert_same_bits(FILTERS[kind]().process(series), expected)
