@@ -92,7 +92,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
         figure.savefig(path)
         return
     # Compressing as far as it goes takes longer than drawing, and gains little.
-    figure.savefig(path, dpi=DPI, pil_kwargs={"compress_level": 3})
+    figure.savefig(path, dpi=DPI, pil_kwargs={"compress_level": 1})
 
 
 def _places(width: float, columns: int) -> dict[str, float]:

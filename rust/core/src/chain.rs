@@ -83,19 +83,16 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         if large.any() {
             prior.settle(&self.belief, &row, large);
         }
-        // Least squares and Kalman filter wait for their divisions side by side.
-        let R = self.measurement_noise.variance();
-        let guarded;
-        if self.learning_left > 0 {
+        let guarded = if self.learning_left > 0 {
             self.learning_left -= 1;
+            // Least squares and Kalman filter wait for their divisions side by side.
             let lesson = self.model.prepare(seen);
-            self.last = self.belief.correct(&prior, y, seen, R);
-            guarded = self.adapt_process_noise(&prior, seen, large);
+            let guarded = self.correct(&prior, y, seen, large);
             self.model.learn(&lesson, y, seen);
+            guarded
         } else {
-            self.last = self.belief.correct(&prior, y, seen, R);
-            guarded = self.adapt_process_noise(&prior, seen, large);
-        }
+            self.correct(&prior, y, seen, large)
+        };
         self.peak = choose(seen, y.simd_abs(), T::zero()).at_least(self.peak);
         (self.belief.x[0], guarded)
     }
@@ -108,6 +105,20 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
             i if i < N - 1 => parameters[i].within(T::of(COEFFICIENT_MAX)),
             _ => T::one(),
         })
+    }
+
+    /// Belief and process noise after the sample; answers where the noise was guarded.
+    #[inline(always)]
+    fn correct(
+        &mut self,
+        prior: &Belief<T, N>,
+        y: T,
+        seen: T::SimdBool,
+        large: T::SimdBool,
+    ) -> T::SimdBool {
+        let R = self.measurement_noise.variance();
+        self.last = self.belief.correct(prior, y, seen, R);
+        self.adapt_process_noise(prior, seen, large)
     }
 
     #[inline(always)]
