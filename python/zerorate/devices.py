@@ -18,6 +18,7 @@ from zerorate.units import convert
 __all__ = ["DEVICES", "Device", "device"]
 
 _WALK_MEETS_FLOOR_AT: Final = 1000.0
+_UNREAD_SHEET: Final = "Quoted at second hand, not read in the sheet itself. "
 _CHOSEN_WALK: Final = (
     "The rate random walk is not stated: chosen for simulation, to meet the bias-instability "
     "floor at 1000 s."
@@ -107,7 +108,7 @@ _ENTRIES: Final = (
         source=(
             "Xsens, MTi 100-series specification: noise density "
             "0.01 deg/s/sqrt(Hz), in-run bias stability 10 deg/h, bias repeatability over one "
-            "year 0.2 deg/s typical, 0.5 deg/s at most. " + _CHOSEN_WALK
+            "year 0.2 deg/s typical, 0.5 deg/s at most. " + _UNREAD_SHEET + _CHOSEN_WALK
         ),
     ),
     Device(
@@ -118,7 +119,7 @@ _ENTRIES: Final = (
         source=(
             "LORD MicroStrain, 3DM-GX4-25 data sheet: noise density 0.005 deg/s/sqrt(Hz), "
             "in-run bias stability 10 deg/h, initial bias error +-0.05 deg/s (taken as one "
-            "standard deviation). " + _CHOSEN_WALK
+            "standard deviation). " + _UNREAD_SHEET + _CHOSEN_WALK
         ),
     ),
     Device(
@@ -131,6 +132,7 @@ _ENTRIES: Final = (
             "in-run bias stability 0.007 deg/s (1 sigma), initial bias error +-3 deg/s (1 sigma), "
             "sensitivity 0.05 deg/s per LSB at +-300 deg/s. Its rate noise density of "
             "0.05 deg/s/sqrt(Hz) at 25 Hz, above the random walk's 0.033, is not modelled. "
+            + _UNREAD_SHEET
             + _CHOSEN_WALK
         ),
     ),
