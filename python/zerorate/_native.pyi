@@ -26,6 +26,7 @@ __all__ = [
     "RecursiveLeastSquares",
     "Trace",
     "__version__",
+    "chi_squared_quantile",
     "overlapping_allan_deviation",
 ]
 
@@ -196,3 +197,5 @@ class AllanNoise:
     def channels(self) -> int | None: ...
 
 def overlapping_allan_deviation(z: npt.ArrayLike, m: Sequence[int]) -> _Floats: ...
+
+def chi_squared_quantile(probability: float, edf: npt.ArrayLike) -> _Floats: ...

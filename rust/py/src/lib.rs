@@ -7,6 +7,7 @@ mod drift;
 mod errors;
 mod least_squares;
 mod shared;
+mod statistics;
 mod stream;
 
 use pyo3::prelude::*;
@@ -21,6 +22,8 @@ mod _native {
     use crate::drift::trace::Trace;
     #[pymodule_export]
     use crate::least_squares::RecursiveLeastSquares;
+    #[pymodule_export]
+    use crate::statistics::chi_squared_quantile;
     use pyo3::prelude::*;
 
     #[pymodule_init]

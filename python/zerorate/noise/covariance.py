@@ -1,0 +1,162 @@
+"""How the estimates of one curve vary, and vary together.
+
+An estimate at m samples is the mean of squares of a difference D_m of the phase. For Gaussian
+noise the covariance of two such means is the mean over pairs of terms of 2 C(k)², where C(k) is
+the covariance of one difference with the other k samples later: the argument of Greenhall and
+Riley, "Uncertainty of stability variances based on finite differences" (PTTI 2003), for two
+averaging times at once.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.noise.kinds import Kind
+from zerorate.noise.power_laws import Process
+
+__all__ = ["CurveStatistics", "degrees_of_freedom"]
+
+Floats = npt.NDArray[np.float64]
+Counts = npt.NDArray[np.int64]
+
+# C(k) bends where a point of the shorter difference meets one of the longer: so many points lie
+# to each side of these, a sixteenth of the shorter averaging time apart, and so many over the whole.
+_NEAR: Final = 40
+_FAR: Final = 128
+
+
+class CurveStatistics:
+    """Means and covariances of the squared deviations of one curve.
+
+    Parameters
+    ----------
+    kind : Kind
+        Which deviation.
+    m : ndarray of int, shape (t,)
+        Averaging times in samples, rising.
+    terms : ndarray of int, shape (t,)
+        Terms that each estimate is the mean of.
+    processes : sequence of Process
+        Noises that the record may hold, p of them.
+
+    Attributes
+    ----------
+    variances : ndarray, shape (t, p)
+        Expected squared deviation of each process at unit strength.
+    """
+
+    variances: Floats
+
+    def __init__(
+        self, kind: Kind, m: Counts, terms: Counts, processes: Sequence[Process]
+    ) -> None:
+        first, second = self._pairs = np.triu_indices(m.size)
+        taus = m.astype(np.float64)
+        a, b = taus[first, None], taus[second, None]
+        step = _step(kind, a)
+        lags, widths = _lags(_reach(kind), a, b, step)
+        spans = terms * _stride(kind, m)
+        pairs = _overlap(spans[first, None], spans[second, None], lags)
+        self._weights = pairs * widths / (spans[first] * spans[second])[:, None]
+        self._cross = np.stack(
+            [_cross(kind, process, a, b, lags, step) for process in processes]
+        )
+        own, zero = taus[:, None], np.zeros((m.size, 1))
+        self.variances = np.column_stack(
+            [_cross(kind, process, own, own, zero, 1.0) for process in processes]
+        )
+        self._ramp = taus / math.sqrt(2.0) if kind.order == 2 else np.zeros_like(taus)
+
+    def covariance(self, strengths: Floats, ramp: float = 0.0) -> Floats:
+        """Return the covariance of the squared deviations, shape (t, t).
+
+        Parameters
+        ----------
+        strengths : ndarray, shape (p,)
+            Variances of the processes.
+        ramp : float
+            Slope of the rate a sample, which no chance is in but which meets the noise.
+        """
+        noise = np.tensordot(strengths, self._cross, axes=1)
+        first, second = self._pairs
+        products = (ramp * self._ramp)[first] * (ramp * self._ramp)[second]
+        inner = 2.0 * noise**2 + 4.0 * products[:, None] * noise
+        matrix = np.zeros((len(self.variances),) * 2)
+        matrix[first, second] = np.sum(inner * self._weights, axis=-1)
+        return matrix + np.triu(matrix, 1).T
+
+
+def degrees_of_freedom(kind: Kind, m: Counts, terms: Counts, process: Process) -> Floats:
+    """Return how many degrees of freedom estimates have where one process rules, shape (t,).
+
+    Those of a chi-squared variable with the same ratio of mean and deviation.
+    """
+    taus = m.astype(np.float64)[:, None]
+    step = _step(kind, taus)
+    lags, widths = _lags(_reach(kind), taus, taus, step)
+    span = (terms * _stride(kind, m))[:, None]
+    shares = _overlap(span, span, lags) * widths / span**2
+    squares = _cross(kind, process, taus, taus, lags, step) ** 2
+    own = _cross(kind, process, taus, taus, np.zeros_like(taus), 1.0)[:, 0]
+    freedoms: Floats = own**2 / np.sum(squares * shares, axis=-1)
+    return freedoms
+
+
+def _stride(kind: Kind, m: Counts) -> Floats:
+    """Return how far the terms of an estimate lie apart."""
+    return np.ones(m.size) if kind.overlapping else m.astype(np.float64)
+
+
+def _step(kind: Kind, shorter: Floats) -> Floats:
+    """Return the distance of the points that lie dense."""
+    return np.maximum(np.floor(shorter / 16.0), 1.0) if kind.overlapping else shorter
+
+
+def _reach(kind: Kind) -> int:
+    """Return the length of a difference in averaging times."""
+    return kind.order + int(kind.modified)
+
+
+def _lags(reach: int, a: Floats, b: Floats, step: Floats) -> tuple[Floats, Floats]:
+    """Return distances k and the share of the axis that each stands for, (pairs, lags)."""
+    near = step * np.arange(-_NEAR, _NEAR + 16 * reach + 1.0)
+    kinks = [near - i * b for i in range(reach + 1)]
+    margin = 2.0 * (a + b)
+    left, right = -reach * b - margin, reach * a + margin
+    far = step * np.round((left + (right - left) * np.linspace(0.0, 1.0, _FAR)) / step)
+    lags = np.sort(np.concatenate([*kinks, far], axis=1), axis=1)
+    gaps = np.diff(lags, axis=1) / 2.0
+    nothing = np.zeros_like(a)
+    return lags, np.hstack((nothing, gaps)) + np.hstack((gaps, nothing))
+
+
+def _overlap(first: Floats, second: Floats, lags: Floats) -> Floats:
+    """Return how many places t there are with t in the first span and t + k in the second."""
+    return np.maximum(np.minimum(first, second - lags) - np.maximum(0.0, -lags), 0.0)
+
+
+def _cross(
+    kind: Kind, process: Process, a: Floats, b: Floats, lags: Floats, step: Floats | float
+) -> Floats:
+    """Return C(k) of the differences at `a` and `b` samples."""
+    orders = range(kind.order + 1)
+    signs = [(-1) ** i * math.comb(kind.order, i) for i in orders]
+    total = np.zeros(np.broadcast_shapes(lags.shape, b.shape))
+    for i in orders:
+        for j in orders:
+            distance = lags + j * b - i * a
+            total += signs[i] * signs[j] * _averaged(kind, process, a, b, distance)
+    total /= math.factorial(kind.order) * a * b
+    # A covariance at single points would count as often as its neighbours are far.
+    return total / np.sqrt(step) if process.is_point and not kind.modified else total
+
+
+def _averaged(kind: Kind, process: Process, a: Floats, b: Floats, k: Floats) -> Floats:
+    """Return s(k) of the phase, averaged over `a` and `b` samples where the kind does so."""
+    if not kind.modified:
+        return process.phase(k)
+    s = process.summed
+    return (s(k) - s(k - a) - s(k + b) + s(k + b - a)) / (a * b)

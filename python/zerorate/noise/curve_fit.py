@@ -1,0 +1,141 @@
+"""Noise coefficients from a deviation curve."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.noise.correlated import Markov, Sinusoid
+from zerorate.noise.covariance import CurveStatistics
+from zerorate.noise.fit import Component, FittedModel, Problem, fitted
+from zerorate.noise.kinds import Kind
+from zerorate.noise.power_laws import markov as markov_process
+from zerorate.noise.processes import COLOURED, ramp_variance, sinusoid_variance, strength
+from zerorate.noise.quantities import Quantity
+
+__all__ = ["Curve", "curve_fit"]
+
+Floats = npt.NDArray[np.float64]
+Counts = npt.NDArray[np.int64]
+
+_TIMES_PER_DECADE: Final = 8
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One axis of a deviation curve: squared deviations of the rate, free of bias.
+
+    Parameters
+    ----------
+    kind : Kind
+        Without reflection; what reflection changes is in the numbers.
+    rate : float
+        Samples per second, Hz.
+    m, terms : ndarray of int, shape (t,)
+        Averaging times in samples, and terms that each estimate would have without reflection.
+    variance, edf : ndarray, shape (t,)
+        Estimates, and the degrees of freedom they have.
+    """
+
+    kind: Kind
+    rate: float
+    m: Counts
+    terms: Counts
+    variance: Floats
+    edf: Floats
+
+
+def curve_fit(
+    curve: Curve,
+    terms: Sequence[str],
+    times: Sequence[float] | int,
+    frequencies: Sequence[float],
+    unit: tuple[float, Quantity],
+) -> FittedModel:
+    """Fit the coefficients `terms`, Markov terms and sines to a curve.
+
+    Parameters
+    ----------
+    curve : Curve
+        Estimates at averaging times not closer than a quarter of an octave.
+    terms : sequence of str
+        Coefficients to look for.
+    times : sequence of float, or int
+        Correlation times of Markov terms in s; a number has so many times looked for.
+    frequencies : sequence of float
+        Of sines, Hz.
+    unit : tuple
+        SI unit of the deviation, and what it measures.
+    """
+    if isinstance(times, int):
+        times = _best_times(curve, terms, times, frequencies)
+    design = _Design(curve, terms, times, frequencies, unit[0])
+    return fitted(design.problem(), design.components, curve.kind.name, quantity=unit[1])
+
+
+class _Design:
+    """The columns of the fit of one curve, and how its points vary together."""
+
+    def __init__(
+        self,
+        curve: Curve,
+        terms: Sequence[str],
+        times: Sequence[float],
+        frequencies: Sequence[float],
+        factor: float,
+    ) -> None:
+        kind, rate, m = curve.kind, curve.rate, curve.m
+        noises = [term for term in terms if term in COLOURED]
+        processes = [COLOURED[term] for term in noises]
+        processes += [markov_process(time * rate) for time in times]
+        self.curve, self.n_noises = curve, len(processes)
+        self.statistics = CurveStatistics(kind, m, curve.terms, processes)
+        columns = [self.statistics.variances]
+        components = [Component(term, strength(term, rate)) for term in noises]
+        components += [_markov(time) for time in times]
+        self.has_ramp = "rate_ramp" in terms and kind.order == 2
+        if self.has_ramp:
+            columns.append(ramp_variance(kind, m * 1.0)[:, None])
+            components.append(Component("rate_ramp", strength("rate_ramp", rate)))
+        for frequency in frequencies:
+            columns.append(sinusoid_variance(kind, m * 1.0, frequency / rate)[:, None])
+            components.append(_sinusoid(frequency))
+        self.basis = np.hstack(columns)
+        self.components = [replace(c, scale=c.scale / factor**2) for c in components]
+
+    def problem(self) -> Problem:
+        """Return what there is to solve."""
+        return Problem(self.basis, self.curve.variance, self.curve.edf, self.covariance)
+
+    def covariance(self, strengths: Floats) -> Floats:
+        """Return the covariance of the squared deviations for these strengths."""
+        slope = float(np.sqrt(strengths[self.n_noises])) if self.has_ramp else 0.0
+        matrix = self.statistics.covariance(strengths[: self.n_noises], slope)
+        return matrix + np.diag(1e-12 * (self.basis @ strengths) ** 2)
+
+
+def _markov(time: float) -> Component:
+    return Component("markov", time / 2.0, lambda amplitude: Markov(amplitude, time))
+
+
+def _sinusoid(frequency: float) -> Component:
+    return Component("sinusoid", 1.0, lambda amplitude: Sinusoid(amplitude, frequency))
+
+
+def _best_times(
+    curve: Curve, terms: Sequence[str], count: int, frequencies: Sequence[float]
+) -> list[float]:
+    """Return correlation times, found one after the other, each where chi-squared is least."""
+    times: list[float] = []
+    first, last = 2.0 / curve.rate, float(curve.m[-1]) / curve.rate
+    steps = max(int(_TIMES_PER_DECADE * np.log10(last / first)), 1)
+    for _ in range(count):
+        trials = [float(t) for t in np.geomspace(first, last, steps + 1) if t not in times]
+        misfits = [
+            _Design(curve, terms, [*times, time], frequencies, 1.0).problem().solve()[3]
+            for time in trials
+        ]
+        times.append(trials[int(np.argmin(misfits))])
+    return times

@@ -1,0 +1,145 @@
+"""Noise coefficients from a deviation curve or a spectrum, with what is known of each."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import chi_squared_quantile
+from zerorate.noise.coefficient import Coefficient
+from zerorate.noise.correlated import Markov, Sinusoid
+from zerorate.noise.least_squares import Solution, Weighting, bound_by_one, solve, upper_bound
+from zerorate.noise.model import NoiseModel
+
+__all__ = ["Component", "FittedModel", "Problem", "fitted"]
+
+Floats = npt.NDArray[np.float64]
+
+# A coefficient is identifiable if its square is above twice its standard error: the record then
+# gives the coefficient to better than a quarter.
+_SIGMAS: Final = 2.0
+_PROBABILITY: Final = 0.99
+_MOST_MISFIT: Final = 4.0
+
+
+@dataclass(frozen=True)
+class FittedModel(NoiseModel):
+    """A noise model with how well it fits; as a `NoiseModel` in everything else.
+
+    Attributes
+    ----------
+    method : str
+        What was fitted: a deviation's name, ``"whittle"`` or ``"polynomial"``.
+    chi_squared, degrees_of_freedom : float, int
+        Weighted sum of squares left over, before `misfit` was allowed for, and what it should be.
+    misfit : float
+        Relative error of the model's variances that had to be allowed for, 0 where chance alone
+        explains the data. Standard errors include it.
+    """
+
+    method: str = ""
+    chi_squared: float = 0.0
+    degrees_of_freedom: int = 0
+    misfit: float = 0.0
+
+
+@dataclass(frozen=True)
+class Component:
+    """One column of a fit.
+
+    Parameters
+    ----------
+    name : str
+        A field of `NoiseModel`.
+    scale : float
+        Variance of the column, in SI, for a coefficient of 1.
+    make : callable, optional
+        Makes a term of a list (Markov, Sinusoid) of a coefficient.
+    """
+
+    name: str
+    scale: float
+    make: Callable[[Coefficient], Markov | Sinusoid] | None = None
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Data to fit, and what explains them.
+
+    Parameters
+    ----------
+    basis : ndarray, shape (t, p)
+        Expected data of each component at unit strength.
+    data : ndarray, shape (t,)
+        Estimates of variances.
+    edf : ndarray, shape (t,)
+        Rough degrees of freedom of each, to begin with.
+    weighting : callable
+        Covariance of the data for given strengths.
+    """
+
+    basis: Floats
+    data: Floats
+    edf: Floats
+    weighting: Weighting
+
+    def solve(self) -> tuple[Solution, Weighting, float, float]:
+        """Return the solution, its weighting, its misfit, and chi-squared without that."""
+        start = np.diag(2.0 * self.data**2 / self.edf)
+        plain = solve(self.basis, self.data, start, self.weighting)
+        freedom = max(plain.degrees_of_freedom, 1)
+        if plain.chi_squared <= float(chi_squared_quantile(_PROBABILITY, [freedom])[0]):
+            return plain, self.weighting, 0.0, plain.chi_squared
+        misfit = self._misfit(start, freedom)
+        weighting = self._with_misfit(misfit)
+        return solve(self.basis, self.data, start, weighting), weighting, misfit, plain.chi_squared
+
+    def _misfit(self, start: Floats, freedom: int) -> float:
+        """Return the relative model error that brings chi-squared down to its expectation."""
+        low, high = 0.0, _MOST_MISFIT
+        for _ in range(24):
+            middle = 0.5 * (low + high)
+            solution = solve(self.basis, self.data, start, self._with_misfit(middle))
+            low, high = (middle, high) if solution.chi_squared > freedom else (low, middle)
+        return high
+
+    def _with_misfit(self, misfit: float) -> Weighting:
+        def weighting(strengths: Floats) -> Floats:
+            expected = self.basis @ strengths
+            return self.weighting(strengths) + np.diag((misfit * expected) ** 2)
+
+        return weighting
+
+
+def fitted(problem: Problem, components: Sequence[Component], method: str, **fields: object) -> FittedModel:
+    """Solve the problem and return its model."""
+    solution, weighting, misfit, chi_squared = problem.solve()
+    coefficients: dict[str, object] = {}
+    for i, component in enumerate(components):
+        bound = upper_bound(problem.basis, solution, i, weighting)
+        if not np.isfinite(bound):
+            bound = bound_by_one(problem.basis[:, i], problem.data, problem.edf)
+        value = _coefficient(solution, i, bound, component.scale)
+        if component.make is None:
+            coefficients[component.name] = value
+        else:
+            earlier = coefficients.get(component.name, ())
+            coefficients[component.name] = (*earlier, component.make(value))  # type: ignore[misc]
+    return FittedModel(
+        **coefficients, **fields,  # type: ignore[arg-type]
+        method=method, chi_squared=chi_squared,
+        degrees_of_freedom=solution.degrees_of_freedom, misfit=misfit,
+    )
+
+
+def _coefficient(solution: Solution, i: int, bound: float, scale: float) -> Coefficient:
+    """Return the root of a strength; errors go the same way, to first order."""
+    strength, sigma = solution.strengths[i] / scale, solution.sigmas[i] / scale
+    largest = float(np.sqrt(bound / scale))
+    if not strength > 0.0:
+        return Coefficient(0.0, largest / 1.645, False, largest)
+    value = float(np.sqrt(strength))
+    identifiable = strength > _SIGMAS * sigma
+    return Coefficient(value, float(sigma / (2.0 * value)), bool(identifiable), max(largest, value))

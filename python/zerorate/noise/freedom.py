@@ -1,0 +1,161 @@
+"""How many degrees of freedom an estimate has, and the bounds that follow."""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import chi_squared_quantile
+from zerorate.noise.covariance import degrees_of_freedom
+from zerorate.noise.kinds import KINDS, Kind
+from zerorate.noise.power_laws import BY_EXPONENT
+
+__all__ = ["bounds", "freedoms", "nearest_exponent", "total_bias"]
+
+Floats = npt.NDArray[np.float64]
+Counts = npt.NDArray[np.int64]
+
+# Degrees of freedom change slowly with the averaging time: dense grids are filled in.
+_MOST: Final = 256
+
+# SP 1065, section 5.4: edf = b T/tau - c of each exponent.
+_TOTAL: Final = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
+_MODIFIED_TOTAL: Final = {
+    2: (1.90, 2.10),
+    1: (1.20, 1.40),
+    0: (1.10, 1.20),
+    -1: (0.85, 0.50),
+    -2: (0.75, 0.31),
+}
+# edf = (T/tau) / (b + c tau/T).
+_HADAMARD_TOTAL: Final = {
+    0: (0.559, 1.004),
+    -1: (0.868, 1.140),
+    -2: (0.938, 1.696),
+    -3: (0.974, 2.554),
+    -4: (1.276, 3.149),
+}
+# Expected variance over that of the deviation without reflection.
+_MODIFIED_TOTAL_BIAS: Final = {2: 0.94, 1: 0.83, 0: 0.73, -1: 0.70, -2: 0.69}
+_HADAMARD_TOTAL_BIAS: Final = {0: -0.005, -1: -0.149, -2: -0.229, -3: -0.283, -4: -0.321}
+_TOTAL_BIAS: Final = {-1: 0.481, -2: 0.750}
+
+
+def nearest_exponent(kind: Kind, exponents: Counts) -> Counts:
+    """Return the exponents, moved into the range in which the deviation converges."""
+    least = -4 if kind.order == 3 else -2
+    most = 0 if kind.name in ("totdev", "htotdev") else 2
+    return np.clip(exponents, least, most)
+
+
+def freedoms(kind: Kind, m: Counts, terms: Counts, exponents: Counts, n: int) -> Floats:
+    """Return equivalent degrees of freedom, shape (t,); NaN where none are known.
+
+    Parameters
+    ----------
+    kind : Kind
+        Which deviation.
+    m : ndarray of int, shape (t,)
+        Averaging factors.
+    terms : ndarray of int, shape (t,)
+        Terms of each estimate.
+    exponents : ndarray of int, shape (t,)
+        Noise type at each.
+    n : int
+        Samples of the record.
+
+    Notes
+    -----
+    Without reflection: the combined formula of Greenhall and Riley (2003), summed. With it: the
+    fits of NIST SP 1065, section 5.4. None are published for the parabolic deviation.
+    """
+    result = np.full(m.size, np.nan)
+    for exponent in np.unique(nearest_exponent(kind, exponents)):
+        there = (nearest_exponent(kind, exponents) == exponent) & (terms > 0)
+        if there.any():
+            result[there] = _of_one_noise(kind, m[there], terms[there], int(exponent), n)
+    return np.maximum(result, 0.5)
+
+
+def bounds(
+    deviation: Floats, edf: Floats, confidence: float
+) -> tuple[Floats, Floats]:
+    """Return the bounds between which the true deviation lies with this probability."""
+    tail = (1.0 - confidence) / 2.0
+    lower = deviation * np.sqrt(edf / chi_squared_quantile(1.0 - tail, edf))
+    return lower, deviation * np.sqrt(edf / chi_squared_quantile(tail, edf))
+
+
+def total_bias(kind: Kind, m: Counts, exponents: Counts, n: int) -> Floats:
+    """Return the expected variance over that of the same deviation without reflection."""
+    exponents = nearest_exponent(kind, exponents)
+    if kind.name == "totdev":
+        return 1.0 - _pick(_TOTAL_BIAS, exponents, 0.0) * m / n
+    if kind.name == "htotdev":
+        return 1.0 + np.where(m > 1, _pick(_HADAMARD_TOTAL_BIAS, exponents, 0.0), 0.0)
+    if kind.name in ("mtotdev", "ttotdev"):
+        return _pick(_MODIFIED_TOTAL_BIAS, exponents, 1.0)
+    return np.ones(m.size)
+
+
+def _pick(table: dict[int, float], exponents: Counts, other: float) -> Floats:
+    return np.array([table.get(int(exponent), other) for exponent in exponents])
+
+
+def _of_one_noise(kind: Kind, m: Counts, terms: Counts, exponent: int, n: int) -> Floats:
+    if kind.name == "pdev":
+        return np.full(m.size, np.nan)
+    if kind.total:
+        reflected = _REFLECTED[kind.name](exponent, n / m.astype(np.float64), m)
+        if kind.name != "htotdev":
+            return reflected
+        # One sample leaves nothing to reflect: there it is the overlapping Hadamard deviation.
+        plain = _of_one_noise(KINDS["ohdev"], m, terms, exponent, n)
+        return np.where(m == 1, plain, reflected)
+    if m.size <= _MOST:
+        return degrees_of_freedom(kind, m, terms, BY_EXPONENT[exponent])
+    few = np.unique(np.rint(np.geomspace(1, m.size, _MOST)).astype(np.int64)) - 1
+    known = degrees_of_freedom(kind, m[few], terms[few], BY_EXPONENT[exponent])
+    filled: Floats = np.exp(np.interp(np.log(m), np.log(m[few]), np.log(known)))
+    return filled
+
+
+def _total(exponent: int, ratio: Floats, m: Counts) -> Floats:
+    b, c = _TOTAL[exponent]
+    return b * ratio - c
+
+
+def _modified_total(exponent: int, ratio: Floats, m: Counts) -> Floats:
+    b, c = _MODIFIED_TOTAL[exponent]
+    return b * ratio - c
+
+
+def _hadamard_total(exponent: int, ratio: Floats, m: Counts) -> Floats:
+    b, c = _HADAMARD_TOTAL[exponent]
+    return ratio / (b + c / ratio)
+
+
+def _theo1(exponent: int, ratio: Floats, m: Counts) -> Floats:
+    """Return the fits of SP 1065, table 8, to phase points N and averaging times r = 0.75 m."""
+    r, n = 0.75 * m, ratio * m + 1.0
+    if exponent == 2:
+        return 0.86 * (n + 1.0) * (n - 4.0 * r / 3.0) / (n - r) * r / (r + 1.14)
+    if exponent == 1:
+        fit = (4.798 * n**2 - 6.374 * n * r + 12.387 * r) / (np.sqrt(r + 36.6) * (n - r))
+        return fit * r / (r + 0.3)
+    if exponent == 0:
+        return ((4.1 * n + 0.8) / r - (3.1 * n + 6.5) / n) * r**1.5 / (r**1.5 + 5.2)
+    if exponent == -1:
+        return (2.0 * n**2 - 1.3 * n * r - 3.5 * r) / (n * r) * r**3 / (r**3 + 2.3)
+    x = 4.4 * n - 1.0
+    return (4.4 * n - 2.0) / (2.9 * r) * (x**2 - 8.6 * r * x + 11.4 * r**2) / (x - 2.0) ** 2
+
+
+_REFLECTED: Final[dict[str, Callable[[int, Floats, Counts], Floats]]] = {
+    "totdev": _total,
+    "mtotdev": _modified_total,
+    "ttotdev": _modified_total,
+    "htotdev": _hadamard_total,
+    "theo1": _theo1,
+}

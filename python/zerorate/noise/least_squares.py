@@ -1,0 +1,153 @@
+"""Non-negative least squares whose weights follow from the fit itself."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import chi_squared_quantile
+
+__all__ = ["Solution", "Weighting", "bound_by_one", "solve", "upper_bound"]
+
+Floats = npt.NDArray[np.float64]
+
+Weighting = Callable[[Floats], Floats]
+"""Covariance matrix of the data, shape (t, t), given the strengths (p,)."""
+
+_ROUNDS: Final = 12
+_SETTLED: Final = 1e-9
+# Least eigenvalue of a correlation matrix that is taken at its word: what is computed of
+# neighbouring averaging times is good to about this.
+_LEAST: Final = 1e-4
+_ONE_SIDED_95: Final = 1.6448536269514722
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Strengths that fit the data best.
+
+    Attributes
+    ----------
+    strengths : ndarray, shape (p,)
+        None negative.
+    sigmas : ndarray, shape (p,)
+        Standard errors, given which strengths are zero; NaN for those.
+    chi_squared : float
+        Weighted sum of squares left over.
+    degrees_of_freedom : int
+        Number of data less that of strengths above zero.
+    """
+
+    strengths: Floats
+    sigmas: Floats
+    chi_squared: float
+    degrees_of_freedom: int
+
+
+def solve(basis: Floats, data: Floats, start: Floats, weighting: Weighting) -> Solution:
+    """Fit ``data = basis @ strengths``, the covariance of the data being that of the fit.
+
+    Parameters
+    ----------
+    basis : ndarray, shape (t, p)
+        What unit strengths would give.
+    data : ndarray, shape (t,)
+        Estimates to fit.
+    start : ndarray, shape (t, t)
+        Covariance for the first round.
+    weighting : callable
+        Covariance for the next rounds.
+    """
+    whitener = _whitener(start)
+    strengths = _non_negative(whitener @ basis, whitener @ data)
+    for _ in range(_ROUNDS):
+        before, whitener = strengths, _whitener(weighting(strengths))
+        strengths = _non_negative(whitener @ basis, whitener @ data)
+        if np.allclose(strengths, before, rtol=_SETTLED, atol=0.0):
+            break
+    sigmas, active = np.full(strengths.size, np.nan), strengths > 0.0
+    sigmas[active] = np.sqrt(np.diag(_inverse(whitener @ basis[:, active])))
+    residual = whitener @ (data - basis @ strengths)
+    return Solution(strengths, sigmas, float(residual @ residual), data.size - int(active.sum()))
+
+
+def upper_bound(basis: Floats, solution: Solution, i: int, weighting: Weighting) -> float:
+    """Return the strength of process i that the data exclude at 95 %, infinite if none.
+
+    The larger a strength, the more the data scatter, so the bound is looked for with the scatter
+    that it would cause itself.
+    """
+    estimate, bound = solution.strengths[i], solution.strengths.copy()
+    active = solution.strengths > 0.0
+    active[i] = True
+    place, seen = int(active[:i].sum()), basis[:, i] > 0.0
+    bound[i] = max(estimate, np.min((basis @ bound)[seen] / basis[seen, i]))
+    for _ in range(4 * _ROUNDS):
+        sigma = np.sqrt(_inverse(_whitener(weighting(bound)) @ basis[:, active])[place, place])
+        before, bound[i] = bound[i], estimate + _ONE_SIDED_95 * sigma
+        if not np.isfinite(bound[i]):
+            break
+        if abs(bound[i] - before) <= 1e-4 * bound[i]:
+            return float(bound[i])
+    return float("inf")
+
+
+def bound_by_one(column: Floats, data: Floats, edf: Floats) -> float:
+    """Return the strength at which the most telling single estimate would be too low at 95 %."""
+    seen = column > 0.0
+    largest = data * edf / chi_squared_quantile(0.05, edf)
+    return float(np.min(largest[seen] / column[seen]))
+
+
+def _inverse(factor: Floats) -> Floats:
+    """Return the inverse of factorᵀ factor, columns scaled to unit length on the way."""
+    lengths = np.linalg.norm(factor, axis=0)
+    inverse = np.linalg.pinv(factor / lengths)
+    product: Floats = inverse @ inverse.T / np.outer(lengths, lengths)
+    return product
+
+
+def _whitener(covariance: Floats) -> Floats:
+    """Return a square root of the inverse of a covariance matrix."""
+    sigmas = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(sigmas, sigmas))
+    root: Floats = (vectors / np.sqrt(np.maximum(values, _LEAST))) @ vectors.T / sigmas
+    return root
+
+
+def _non_negative(matrix: Floats, target: Floats) -> Floats:
+    """Return the x >= 0 that brings ``matrix @ x`` closest to the target.
+
+    C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23.
+    """
+    lengths = np.linalg.norm(matrix, axis=0)
+    lengths[lengths == 0.0] = 1.0
+    matrix, x = matrix / lengths, np.zeros(matrix.shape[1])
+    free = np.zeros(x.size, dtype=bool)
+    tolerance = 1e-12 * float(np.linalg.norm(target))
+    for _ in range(3 * x.size):
+        slope = np.where(free, -np.inf, matrix.T @ (target - matrix @ x))
+        best = int(np.argmax(slope))
+        if not slope[best] > tolerance:
+            break
+        free[best] = True
+        x = _feasible(matrix, target, x, free)
+    return x / lengths
+
+
+def _feasible(
+    matrix: Floats, target: Floats, x: Floats, free: npt.NDArray[np.bool_]
+) -> Floats:
+    """Move x towards the least squares of its free part, fixing at zero what would pass it."""
+    while free.any():
+        goal = np.zeros_like(x)
+        goal[free] = np.linalg.lstsq(matrix[:, free], target, rcond=None)[0]
+        passing = free & (goal <= 0.0)
+        if not passing.any():
+            return goal
+        x = x + np.min(x[passing] / (x[passing] - goal[passing])) * (goal - x)
+        free &= ~(passing & (x <= 1e-15 * x.max(initial=0.0)))
+        x = np.where(free, x, 0.0)
+    return np.zeros_like(x)

@@ -1,0 +1,65 @@
+"""The terms that a fit may find, each with its unit strength in samples."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.noise.kinds import Kind
+from zerorate.noise.power_laws import FLICKER, QUANTISATION, WALK, WHITE, Process
+
+__all__ = ["COLOURED", "TERMS", "check_terms", "ramp_variance", "sinusoid_variance", "strength"]
+
+Floats = npt.NDArray[np.float64]
+
+COLOURED: Final[dict[str, Process]] = {
+    "quantization": QUANTISATION,
+    "angle_random_walk": WHITE,
+    "bias_instability": FLICKER,
+    "rate_random_walk": WALK,
+}
+"""Noises of the coefficients of `NoiseModel`."""
+
+TERMS: Final = (*COLOURED, "rate_ramp")
+"""Coefficients that a fit finds unless told otherwise."""
+
+_RATE_POWER: Final = {
+    "quantization": 2.0,
+    "angle_random_walk": 1.0,
+    "bias_instability": 0.0,
+    "rate_random_walk": -1.0,
+    "rate_ramp": -2.0,
+}
+
+
+def strength(term: str, rate: float) -> float:
+    """Return the variance, with the sample as unit of time, of a term whose coefficient is 1."""
+    return rate ** _RATE_POWER[term]
+
+
+def check_terms(terms: Sequence[str]) -> tuple[str, ...]:
+    """Return the terms in their order; ValueError for an unknown, repeated or missing one."""
+    given = (terms,) if isinstance(terms, str) else tuple(terms)
+    for term in given:
+        if term not in TERMS:
+            raise ValueError(f"unknown term {term!r}; known: {', '.join(TERMS)}")
+    if not given:
+        raise ValueError(f"terms is empty; name at least one of {', '.join(TERMS)}")
+    return tuple(term for term in TERMS if term in given)
+
+
+def ramp_variance(kind: Kind, m: Floats) -> Floats:
+    """Return the squared deviation of a rate that grows by 1 a sample."""
+    return m**2 / 2.0 if kind.order == 2 else np.zeros_like(m)
+
+
+def sinusoid_variance(kind: Kind, m: Floats, frequency: float) -> Floats:
+    """Return the squared deviation of a sine of amplitude 1 at so many cycles a sample."""
+    half = math.pi * frequency
+    response = np.abs(2.0 * np.sin(half * m)) ** kind.order / (m * 2.0 * math.sin(half))
+    if kind.modified:
+        response *= np.sin(half * m) / (m * math.sin(half))
+    return response**2 / (2.0 * math.factorial(kind.order))
