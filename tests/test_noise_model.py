@@ -9,9 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from zerorate.devices import DEVICES, device
-from zerorate.noise_model import FLICKER_FLOOR, NoiseModel
+from zerorate.noise import FLICKER_FLOOR, Coefficient, NoiseModel
 from zerorate.units import convert
 
+FIELDS = (
+    "angle_random_walk",
+    "bias_instability",
+    "rate_random_walk",
+    "rate_ramp",
+    "quantization",
+)
 COEFFICIENTS = st.floats(min_value=0.0, max_value=1e100)
 
 
@@ -61,9 +68,11 @@ def test_only_the_ramp_may_fall():
             NoiseModel(**{field: -1e-9})
 
 
-def test_coefficients_are_kept_as_plain_floats():
+def test_numbers_are_kept_as_coefficients():
     model = NoiseModel(np.float32(0.5), 1)
-    assert [type(value) for value in dataclasses.astuple(model)] == [float] * 4
+    kept = [getattr(model, name) for name in FIELDS]
+    assert [type(value) for value in kept] == [Coefficient] * 5
+    assert kept == [0.5, 1.0, 0.0, 0.0, 0.0]
     with pytest.raises(dataclasses.FrozenInstanceError):
         model.rate_ramp = 1.0
 

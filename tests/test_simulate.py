@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import chi2
 
 from zerorate.devices import DEVICES
-from zerorate.noise_model import NoiseModel
-from zerorate.simulate import _flicker, simulate
+from zerorate.noise import NoiseModel, series
+from zerorate.simulate import simulate
 
 RATE = 10.0
 DURATION = 20_000.0
@@ -51,7 +51,7 @@ def test_flicker_meets_its_floor_without_chance(m):
     """Drive the filter by one unit impulse: its Allan variance is a sum of squares, exact."""
     impulse = np.zeros(64 * m)
     impulse[0] = 1.0
-    response = _flicker(impulse)
+    response = series.flicker(impulse)
     angle = np.concatenate((np.zeros(2 * m), np.cumsum(response)))
     second = angle[2 * m :] - 2.0 * angle[m:-m] + angle[: -2 * m]
     deviation = math.sqrt(np.sum(second**2) / 2.0) / m
@@ -66,7 +66,7 @@ def test_flicker_is_the_plain_convolution():
     response = np.cumprod(np.concatenate(([1.0], (lags - 0.5) / lags)))
     plain = np.convolve(white, response)[:300]
     # Rounding of a transform of 1024 numbers of order 1.
-    np.testing.assert_allclose(_flicker(white), plain, rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(series.flicker(white), plain, rtol=0.0, atol=1e-13)
 
 
 def test_flicker_is_causal():

@@ -17,18 +17,21 @@ from zerorate._native import (
 )
 from zerorate.devices import DEVICES, Device, device
 from zerorate.io import Log, LogError, read_log, write_log
-from zerorate.noise_model import NoiseModel
+from zerorate.noise import Coefficient, Markov, NoiseModel, Sinusoid, worst_axis
 from zerorate.simulate import simulate
 
 __all__ = [
     "DEVICES",
     "AllanNoise",
+    "Coefficient",
     "Device",
     "DriftFilter",
     "Log",
     "LogError",
+    "Markov",
     "NoiseModel",
     "RecursiveLeastSquares",
+    "Sinusoid",
     "Trace",
     "__version__",
     "device",
@@ -36,5 +39,6 @@ __all__ = [
     "overlapping_allan_deviation",
     "read_log",
     "simulate",
+    "worst_axis",
     "write_log",
 ]

@@ -12,7 +12,7 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
-from zerorate.noise_model import FLICKER_FLOOR, NoiseModel
+from zerorate.noise import FLICKER_FLOOR, NoiseModel
 from zerorate.units import convert
 
 __all__ = ["DEVICES", "Device", "device"]

@@ -1,4 +1,4 @@
-"""Gyro signals at rest whose noise coefficients, and whose true drift, are known."""
+"""Sensor signals at rest whose noise coefficients, and whose true drift, are known."""
 
 import math
 from numbers import Integral
@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.devices import Device
-from zerorate.noise_model import NoiseModel
+from zerorate.noise import NoiseModel, series
 
 __all__ = ["simulate"]
 
@@ -16,7 +16,15 @@ Floats = npt.NDArray[np.float64]
 
 _MOST_SAMPLES: Final = 10**9
 # A new term goes to the end: the streams before it, and so the signals of old seeds, stay.
-_STREAMS: Final = ("turn-on bias", "white", "flicker", "walk")
+_STREAMS: Final = (
+    "turn-on bias",
+    "white",
+    "flicker",
+    "walk",
+    "quantization",
+    "markov",
+    "sinusoid",
+)
 
 
 def simulate(
@@ -54,10 +62,11 @@ def simulate(
     Returns
     -------
     signal : ndarray of float64, shape (n,) or (n, axes)
-        Output in rad/s: drift, white noise and rounding.
+        Output in rad/s (m/s^2 for a model of acceleration): drift, white noise, quantization
+        noise and rounding.
     truth : ndarray of float64, the shape of `signal`
-        What a perfect drift filter would report, rad/s: turn-on bias, flicker, random walk and
-        ramp, without white noise and rounding.
+        What a perfect drift filter would report, in the same unit: turn-on bias, flicker, random
+        walk, ramp, Markov noise and sinusoids, without white and quantization noise and rounding.
 
     Raises
     ------
@@ -74,6 +83,14 @@ def simulate(
     N. J. Kasdin, "Discrete simulation of colored noise and stochastic processes and 1/f^alpha
     power law noise generation", Proc. IEEE 83(5), 1995, section III.B, alpha = 1. It starts from
     rest as well, so drift grows from the turn-on bias.
+
+    Quantization noise is the difference of successive errors of the angle, white of deviation Q,
+    times the rate. Markov noise is stationary from the first sample on, of variance
+    q_c^2 T_c / 2, and decays by exp(-dt/T_c) a sample, exact for the rate. Sinusoids start at a
+    random phase, are taken at the samples' instants and are drift: no part of them averages out
+    as white noise does.
+
+    A coefficient that is not identifiable counts by its value, not by its bound.
 
     Examples
     --------
@@ -97,33 +114,41 @@ def simulate(
 def _axis(
     noise: NoiseModel, rate: float, n: int, bias_sigma: float, seed: np.random.SeedSequence
 ) -> tuple[Floats, Floats]:
-    streams = [np.random.default_rng(child) for child in seed.spawn(len(_STREAMS))]
-    bias, white, flicker, walk = streams
-    truth = np.full(n, bias_sigma * bias.standard_normal())
+    seeds = dict(zip(_STREAMS, seed.spawn(len(_STREAMS)), strict=True))
+    random = {name: np.random.default_rng(seeds[name]) for name in _STREAMS}
+    truth = np.full(n, bias_sigma * random["turn-on bias"].standard_normal())
     if noise.bias_instability > 0.0:
-        truth += noise.bias_instability * _flicker(flicker.standard_normal(n))
+        truth += noise.bias_instability * series.flicker(random["flicker"].standard_normal(n))
     if noise.rate_random_walk > 0.0:
-        truth += noise.rate_random_walk / math.sqrt(rate) * _walk(walk.standard_normal(n))
+        step = noise.rate_random_walk / math.sqrt(rate)
+        truth += step * series.walk(random["walk"].standard_normal(n))
     if noise.rate_ramp != 0.0:
         truth += noise.rate_ramp / rate * np.arange(n)
+    _add_markov(truth, noise, rate, seeds["markov"])
+    _add_sinusoids(truth, noise, rate, random["sinusoid"])
     sigma = noise.angle_random_walk * math.sqrt(rate)
-    return truth + sigma * white.standard_normal(n), truth
+    signal = truth + sigma * random["white"].standard_normal(n)
+    if noise.quantization > 0.0:
+        errors = random["quantization"].standard_normal(n + 1)
+        signal += noise.quantization * rate * series.quantization(errors)
+    return signal, truth
 
 
-def _walk(steps: Floats) -> Floats:
-    steps[0] = 0.0
-    return np.cumsum(steps)
+def _add_markov(
+    truth: Floats, noise: NoiseModel, rate: float, seed: np.random.SeedSequence
+) -> None:
+    """Add each term from a stream of its own, so that one does not depend on the others."""
+    for term, child in zip(noise.markov, seed.spawn(len(noise.markov)), strict=True):
+        white = np.random.default_rng(child).standard_normal(truth.size)
+        sigma = term.amplitude * math.sqrt(term.time / 2.0)
+        truth += sigma * series.markov(white, 1.0 / (rate * term.time))
 
 
-def _flicker(white: Floats) -> Floats:
-    """Convolve with the impulse response h_k = h_(k-1) (k - 1/2)/k of (1 - 1/z)^(-1/2)."""
-    n = white.size
-    lags = np.arange(1.0, n)
-    response = np.concatenate(([1.0], np.cumprod((lags - 0.5) / lags)))
-    # Padded to twice the length, so that the circular convolution does not wrap round.
-    size = 1 << (2 * n - 1).bit_length()
-    product = np.fft.rfft(white, size) * np.fft.rfft(response, size)
-    return np.fft.irfft(product, size)[:n]
+def _add_sinusoids(
+    truth: Floats, noise: NoiseModel, rate: float, random: np.random.Generator
+) -> None:
+    for term, phase in zip(noise.sinusoid, random.random(len(noise.sinusoid)), strict=True):
+        truth += term.amplitude * series.sinusoid(truth.size, term.frequency / rate, phase)
 
 
 def _parts(

@@ -1,8 +1,9 @@
-"""Conversion of angles, angular rates and gyro noise terms.
+"""Conversion of angles, angular rates, accelerations and the noise terms of both.
 
-Everything inside the package is SI with angles in radians; degrees and hours exist only here, on
-the command line and in plots. Units are grouped by kind, and only units of one kind convert into
-each other: an angle random walk in deg/sqrt(h) is not a rate in deg/h, however alike they look.
+Everything inside the package is SI with angles in radians; degrees, hours and g exist only here,
+on the command line, in tables and in plots. Units are grouped by kind, and only units of one kind
+convert into each other: an angle random walk in deg/sqrt(h) is not a rate in deg/h, however alike
+they look.
 """
 
 import math
@@ -17,23 +18,28 @@ __all__ = ["UNITS", "Unit", "canonical", "convert", "kind"]
 
 
 class Unit(NamedTuple):
-    """One unit: a value in it times ``angle / time`` is the value in the SI unit of its kind.
+    """One unit: a value in it times ``amount / time`` is the value in the SI unit of its kind.
 
-    Angle and time are kept apart so that deg/s to deg/h is a factor of exactly 3600.
+    Amount and time are kept apart so that deg/s to deg/h is a factor of exactly 3600; a prefix
+    such as milli counts with the time.
     """
 
     kind: str
-    angle: float
+    amount: float
     time: float
 
 
 _RAD: Final = 1.0
 _DEG: Final = math.pi / 180.0
+_METRE: Final = 1.0
+_G: Final = 9.80665
+"""Standard gravity, exact by definition."""
 
 UNITS: Final[dict[str, Unit]] = {
     "rad": Unit("angle", _RAD, 1.0),
     "deg": Unit("angle", _DEG, 1.0),
     "arcsec": Unit("angle", _DEG, 3600.0),
+    "urad": Unit("angle", _RAD, 1e6),
     "rad/s": Unit("rate", _RAD, 1.0),
     "deg/s": Unit("rate", _DEG, 1.0),
     "mdeg/s": Unit("rate", _DEG, 1000.0),
@@ -50,6 +56,24 @@ UNITS: Final[dict[str, Unit]] = {
     "deg/s^2": Unit("rate ramp", _DEG, 1.0),
     "deg/h/s": Unit("rate ramp", _DEG, 3600.0),
     "deg/h^2": Unit("rate ramp", _DEG, 3600.0 * 3600.0),
+    "m/s": Unit("velocity", _METRE, 1.0),
+    "m/s^2": Unit("acceleration", _METRE, 1.0),
+    "g": Unit("acceleration", _G, 1.0),
+    "mg": Unit("acceleration", _G, 1e3),
+    "ug": Unit("acceleration", _G, 1e6),
+    "m/s^2/sqrt(Hz)": Unit("velocity random walk", _METRE, 1.0),
+    "m/s/sqrt(h)": Unit("velocity random walk", _METRE, 60.0),
+    "mg/sqrt(Hz)": Unit("velocity random walk", _G, 1e3),
+    "ug/sqrt(Hz)": Unit("velocity random walk", _G, 1e6),
+    "m/s^3/sqrt(Hz)": Unit("acceleration random walk", _METRE, 1.0),
+    "m/s^2/sqrt(h)": Unit("acceleration random walk", _METRE, 60.0),
+    "g/s/sqrt(Hz)": Unit("acceleration random walk", _G, 1.0),
+    "mg/s/sqrt(Hz)": Unit("acceleration random walk", _G, 1e3),
+    "ug/s/sqrt(Hz)": Unit("acceleration random walk", _G, 1e6),
+    "ug/sqrt(h)": Unit("acceleration random walk", _G, 1e6 * 60.0),
+    "m/s^3": Unit("acceleration ramp", _METRE, 1.0),
+    "ug/s": Unit("acceleration ramp", _G, 1e6),
+    "ug/h": Unit("acceleration ramp", _G, 1e6 * 3600.0),
 }
 
 _ALIASES: Final = {
@@ -70,13 +94,24 @@ _ALIASES: Final = {
     "rad/s/s": "rad/s^2",
     "deg/s/s": "deg/s^2",
     "deg/h/h": "deg/h^2",
+    "microrad": "urad",
+    "mps": "m/s",
+    "mps2": "m/s^2",
+    "m/s/s": "m/s^2",
+    "m/s/sqrt(s)": "m/s^2/sqrt(Hz)",
+    "m/s^2/sqrt(s)": "m/s^3/sqrt(Hz)",
+    "g/sqrt(s)": "g/s/sqrt(Hz)",
+    "mg/sqrt(s)": "mg/s/sqrt(Hz)",
+    "ug/sqrt(s)": "ug/s/sqrt(Hz)",
 }
 
 _SPELLINGS: Final = (
     (r"\s+", ""),
     ("°|º", "deg"),
+    ("µ|μ", "u"),
     ("²", "^2"),
-    (r"\*\*2", "^2"),
+    ("³", "^3"),
+    (r"\*\*", "^"),
     (r"(?:√|sqrt|(?<![a-z])rt)\(?(hz|hours?|hr|h|sec|s)\)?", r"sqrt(\1)"),
     (r"(?<![a-z])(?:degrees|degree)(?![a-z])", "deg"),
     (r"(?<![a-z])(?:radians|radian)(?![a-z])", "rad"),
@@ -130,7 +165,9 @@ def kind(unit: str) -> str:
     Returns
     -------
     str
-        One of ``angle``, ``rate``, ``angle random walk``, ``rate random walk``, ``rate ramp``.
+        One of ``angle``, ``rate``, ``angle random walk``, ``rate random walk``, ``rate ramp``, or
+        ``velocity``, ``acceleration``, ``velocity random walk``, ``acceleration random walk``,
+        ``acceleration ramp``.
 
     Raises
     ------
@@ -176,7 +213,7 @@ def convert(
     Notes
     -----
     Noise terms as in IEEE Std 952-1997, annex C: 1 deg/s/sqrt(Hz) = 60 deg/sqrt(h), and
-    1 deg/s/sqrt(s) = 216000 deg/h/sqrt(h).
+    1 deg/s/sqrt(s) = 216000 deg/h/sqrt(h). 1 g = 9.80665 m/s^2.
 
     Examples
     --------
@@ -199,4 +236,4 @@ def _factor(from_unit: str, to_unit: str) -> float:
             f"cannot convert {from_unit} ({source.kind}) to {to_unit} ({target.kind}): "
             f"units of {source.kind} are {alike}"
         )
-    return (source.angle / target.angle) * (target.time / source.time)
+    return (source.amount / target.amount) * (target.time / source.time)

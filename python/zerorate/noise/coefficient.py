@@ -1,0 +1,144 @@
+"""A noise coefficient with its uncertainty."""
+
+import math
+from typing import Final, Self
+
+__all__ = ["Coefficient"]
+
+_ONE_SIDED_95: Final = 1.6448536269514722
+"""The 0.95 quantile of the standard normal distribution."""
+
+
+class Coefficient(float):
+    """A coefficient of a noise model: a float that knows how well it is known.
+
+    Arithmetic on it gives plain floats; it equals, and hashes as, its value.
+
+    Parameters
+    ----------
+    value : float
+        The coefficient, in any unit; finite.
+    sigma : float
+        Standard error in the same unit. 0 (the default) for a number that was given, not
+        estimated.
+    identifiable : bool
+        Whether the record it was estimated from determines it; True (the default) for a given
+        number.
+    upper_bound : float, optional
+        One-sided 95 % bound. Default: ``value + 1.645 * sigma``, which is the value itself where
+        that was given. Needed where the coefficient is not identifiable.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, sigma negative, the bound below the value, or missing where the
+        coefficient is not identifiable.
+
+    Examples
+    --------
+    >>> Coefficient(1.2e-4, sigma=3e-6)
+    Coefficient(0.00012 ± 3e-06)
+    >>> unknown = Coefficient(0.0, identifiable=False, upper_bound=2e-6)
+    >>> unknown, unknown.conservative
+    (Coefficient(not identifiable, below 2e-06), 2e-06)
+    >>> 2.0 * Coefficient(0.5)
+    1.0
+    """
+
+    __slots__ = ("_identifiable", "_sigma", "_upper_bound")
+
+    _sigma: float
+    _identifiable: bool
+    _upper_bound: float
+
+    def __new__(
+        cls,
+        value: float = 0.0,
+        sigma: float = 0.0,
+        identifiable: bool = True,
+        upper_bound: float | None = None,
+    ) -> Self:
+        """Check the numbers and keep them as plain floats."""
+        self = super().__new__(cls, _finite("value", value))
+        self._sigma = _finite("sigma", sigma)
+        self._identifiable = bool(identifiable)
+        if self._sigma < 0.0:
+            raise ValueError(f"sigma must not be negative, got {self._sigma}")
+        if upper_bound is None:
+            if not identifiable:
+                raise ValueError("a coefficient that is not identifiable needs its upper_bound")
+            upper_bound = self.value + _ONE_SIDED_95 * self._sigma
+        self._upper_bound = _finite("upper_bound", upper_bound)
+        if self._upper_bound < self.value:
+            raise ValueError(
+                f"upper_bound must not be below the value {self.value}, got {self._upper_bound}"
+            )
+        return self
+
+    @property
+    def value(self) -> float:
+        """The coefficient as a plain float."""
+        return float.__float__(self)
+
+    @property
+    def sigma(self) -> float:
+        """Standard error, in the unit of the value; 0 for a given number."""
+        return self._sigma
+
+    @property
+    def identifiable(self) -> bool:
+        """Whether the record determines the coefficient; True for a given number."""
+        return self._identifiable
+
+    @property
+    def upper_bound(self) -> float:
+        """One-sided 95 % bound; the value itself for a given number."""
+        return self._upper_bound
+
+    @property
+    def conservative(self) -> float:
+        """The value, or the upper bound where the value is not identifiable.
+
+        What a filter is to be given: it must not take zero for unknown.
+        """
+        return self.value if self._identifiable else self._upper_bound
+
+    def scaled(self, factor: float) -> "Coefficient":
+        """Return the coefficient in another unit, or inflated.
+
+        Parameters
+        ----------
+        factor : float
+            What value, standard error and bound are multiplied by; positive.
+
+        Returns
+        -------
+        Coefficient
+            As well identifiable as this one.
+        """
+        return Coefficient(
+            self.value * factor,
+            self._sigma * factor,
+            self._identifiable,
+            self._upper_bound * factor,
+        )
+
+    def __reduce__(self) -> tuple[type[Self], tuple[float, float, bool, float]]:
+        """Pickle and copy by the four numbers."""
+        return type(self), (self.value, self._sigma, self._identifiable, self._upper_bound)
+
+    def __repr__(self) -> str:
+        """Show how well it is known."""
+        if not self._identifiable:
+            return f"Coefficient(not identifiable, below {self._upper_bound:.4g})"
+        error = f" ± {self._sigma:.2g}" if self._sigma else ""
+        return f"Coefficient({self.value:.4g}{error})"
+
+    __str__ = float.__repr__
+
+
+def _finite(name: str, value: float) -> float:
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{name} must be finite, got {number}")
+    return number

@@ -1,0 +1,264 @@
+"""The noise of a gyro or an accelerometer at rest, as the coefficients of IEEE Std 952-1997."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.noise.coefficient import Coefficient
+from zerorate.noise.correlated import Markov, Sinusoid
+from zerorate.noise.discrete import DiscreteSigmas, discrete_sigmas
+from zerorate.noise.exports import from_json, to_json, to_kalibr, to_orbslam3, to_px4, to_vins
+from zerorate.noise.fields import CoefficientField
+from zerorate.noise.quantities import TERMS, Quantity, Term
+from zerorate.noise.table import table
+from zerorate.noise.terms import ALLAN, HADAMARD, deviation
+from zerorate.units import canonical, convert, kind
+
+__all__ = ["NoiseModel"]
+
+
+@dataclass(frozen=True)
+class NoiseModel:
+    """Noise coefficients of a gyro at rest, in SI units; a term left at zero is absent.
+
+    Each coefficient is kept as a `Coefficient`, a float with its standard error; plain numbers
+    are taken as exact.
+
+    Parameters
+    ----------
+    angle_random_walk : float
+        N in rad/s/sqrt(Hz): white noise of rate, two-sided density N^2.
+    bias_instability : float
+        B in rad/s: flicker noise, density B^2 / (2 pi f). The flat part of the Allan deviation
+        lies at 0.664 B.
+    rate_random_walk : float
+        K in rad/s^2/sqrt(Hz), the same as rad/s/sqrt(s): density (K / (2 pi f))^2.
+    rate_ramp : float
+        R in rad/s^2: a drift of R t. The only term that may be negative.
+    quantization : float
+        Q in rad: white noise of the angle, of deviation Q at every sample. A uniform quantizer
+        of the angle by a step q has Q = q / sqrt(12).
+    markov : sequence of Markov
+        Exponentially correlated noise, any number of terms.
+    sinusoid : sequence of Sinusoid
+        Sines in the rate, any number of terms.
+    quantity : {"angular rate", "acceleration"}
+        What the sensor measures. With "acceleration" every rad is a metre:
+        `angle_random_walk` is the velocity random walk in m/s^2/sqrt(Hz), and so on.
+
+    Raises
+    ------
+    ValueError
+        If a coefficient is not a finite number, or negative where that means nothing, or if
+        another field is not as described.
+
+    Notes
+    -----
+    `zerorate.units.convert` turns data-sheet units (deg/sqrt(h), deg/h) into these. `print` shows
+    a table in such units.
+
+    Examples
+    --------
+    >>> model = NoiseModel(angle_random_walk=1e-4, bias_instability=2e-5)
+    >>> [round(1e5 * float(s), 3) for s in model.allan_deviation([1.0, 1e4])]
+    [10.088, 1.332]
+    >>> print(model)
+    angle random walk  0.3438  deg/sqrt(h)
+    bias instability   4.125   deg/h
+    """
+
+    angle_random_walk: CoefficientField = CoefficientField()
+    bias_instability: CoefficientField = CoefficientField()
+    rate_random_walk: CoefficientField = CoefficientField()
+    rate_ramp: CoefficientField = CoefficientField(signed=True)
+    quantization: CoefficientField = CoefficientField()
+    markov: tuple[Markov, ...] = ()
+    sinusoid: tuple[Sinusoid, ...] = ()
+    quantity: Quantity = "angular rate"
+
+    to_kalibr = to_kalibr
+    to_vins = to_vins
+    to_orbslam3 = to_orbslam3
+    to_px4 = to_px4
+    to_json = to_json
+
+    def __post_init__(self) -> None:
+        """Refuse what is no sequence of terms, or no known quantity."""
+        object.__setattr__(self, "markov", _terms("markov", self.markov, Markov))
+        object.__setattr__(self, "sinusoid", _terms("sinusoid", self.sinusoid, Sinusoid))
+        if self.quantity not in get_args(Quantity):
+            known = " or ".join(repr(name) for name in get_args(Quantity))
+            raise ValueError(f"quantity must be {known}, got {self.quantity!r}")
+
+    @classmethod
+    def from_json(cls, source: str | os.PathLike[str]) -> "NoiseModel":
+        """Read a model that `to_json` wrote, equal to the last bit.
+
+        Parameters
+        ----------
+        source : str or path
+            The text, beginning with ``{``, or the path of a file.
+
+        Returns
+        -------
+        NoiseModel
+            With every standard error, flag and bound.
+
+        Raises
+        ------
+        ValueError
+            If it is not such a text, or of an unknown version.
+        OSError
+            If the file cannot be read.
+
+        Examples
+        --------
+        >>> model = NoiseModel(Coefficient(1e-4, sigma=2e-6))
+        >>> NoiseModel.from_json(model.to_json()) == model
+        True
+        """
+        return cls(**from_json(source))
+
+    def allan_deviation(self, taus: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Return the model's Allan deviation curve.
+
+        Parameters
+        ----------
+        taus : array_like
+            Averaging times in s, positive, any shape.
+
+        Returns
+        -------
+        ndarray of float64, the shape of `taus`
+            In rad/s (m/s^2 for an accelerometer), the root of the sum of
+
+            - 3 Q^2/tau^2 + N^2/tau + (2 ln 2/pi) B^2 + K^2 tau/3 + R^2 tau^2/2,
+            - (q_c T_c)^2/tau [1 - T_c/(2 tau) (3 - 4 exp(-tau/T_c) + exp(-2 tau/T_c))] for each
+              Markov term,
+            - Omega_0^2 sin^4(x)/x^2, x = pi f_0 tau, for each sinusoid.
+
+            The continuous curve: a sampled random walk lies above it by a factor
+            sqrt(1 + 1/(2 m^2)) where tau is m samples.
+
+        Raises
+        ------
+        ValueError
+            If a tau is not positive and finite.
+
+        Notes
+        -----
+        IEEE Std 952-1997, annex C, equations of C.1.1 to C.1.7.
+        """
+        return deviation(self, taus, ALLAN)
+
+    def hadamard_deviation(self, taus: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Return the model's Hadamard deviation curve, which a ramp leaves alone.
+
+        Parameters
+        ----------
+        taus : array_like
+            Averaging times in s, positive, any shape.
+
+        Returns
+        -------
+        ndarray of float64, the shape of `taus`
+            In rad/s (m/s^2 for an accelerometer), the root of the sum of
+
+            - (10/3) Q^2/tau^2 + N^2/tau + 0.8113 (2 ln 2/pi) B^2 + K^2 tau/6,
+            - (q_c T_c)^2/tau [1 - T_c/(6 tau) (10 - 15 e^(-x) + 6 e^(-2 x) - e^(-3 x))],
+              x = tau/T_c, for each Markov term,
+            - (4/3) Omega_0^2 sin^6(x)/x^2, x = pi f_0 tau, for each sinusoid.
+
+        Raises
+        ------
+        ValueError
+            If a tau is not positive and finite.
+
+        Notes
+        -----
+        The variance of the third difference of the angle, over 6 tau^2: W. J. Riley and D. A.
+        Howe, "Handbook of Frequency Stability Analysis", NIST SP 1065, 2008, section 5.2.8.
+        """
+        return deviation(self, taus, HADAMARD)
+
+    def in_units(self, unit: str) -> Coefficient:
+        """Return the coefficient that a unit belongs to, in that unit.
+
+        Parameters
+        ----------
+        unit : str
+            A unit of `zerorate.units`. Its kind says which coefficient is meant: one of angle
+            random walk gives N, a rate B, a rate random walk K, a rate ramp R, an angle Q; for
+            an accelerometer likewise.
+
+        Returns
+        -------
+        Coefficient
+            Value, standard error and bound converted.
+
+        Raises
+        ------
+        ValueError
+            If the unit is unknown, or no coefficient of this quantity has such a unit.
+
+        Examples
+        --------
+        >>> float(round(NoiseModel(angle_random_walk=1e-4).in_units("deg/sqrt(h)"), 4))
+        0.3438
+        """
+        for term, coefficient in self._coefficients():
+            if kind(term.unit) == kind(unit):
+                return coefficient.scaled(convert(1.0, term.unit, unit))
+        known = ", ".join(f"{term.unit} ({term.name})" for term in TERMS[self.quantity])
+        raise ValueError(
+            f"a model of {self.quantity} has no coefficient in {canonical(unit)} ({kind(unit)}): "
+            f"it has {known}, and what converts to these"
+        )
+
+    def discrete_sigmas(self, rate: float) -> DiscreteSigmas:
+        """Return the deviations that a Kalman filter at a sampling rate needs.
+
+        Parameters
+        ----------
+        rate : float
+            Samples per second, Hz.
+
+        Returns
+        -------
+        DiscreteSigmas
+            `white`, whose square is the measurement noise variance of one sample, and
+            `walk_step`, whose square is the process noise variance of the bias per sample.
+            Where a coefficient is not identifiable, by its upper bound.
+
+        Raises
+        ------
+        ValueError
+            If the rate is not positive and finite.
+
+        Examples
+        --------
+        >>> NoiseModel(angle_random_walk=1e-4, rate_random_walk=1e-6).discrete_sigmas(100.0)
+        DiscreteSigmas(white=0.001, walk_step=1e-07)
+        """
+        return discrete_sigmas(self.angle_random_walk, self.rate_random_walk, rate)
+
+    def __str__(self) -> str:
+        """Return a table of the terms present: name, value, standard error, unit."""
+        return table(self)
+
+    def _coefficients(self) -> Iterator[tuple[Term, Coefficient]]:
+        return ((term, getattr(self, term.field)) for term in TERMS[self.quantity])
+
+
+def _terms(name: str, given: Any, kind_: type) -> tuple[Any, ...]:  # noqa: ANN401
+    try:
+        terms = tuple(given)
+    except TypeError:
+        terms = (given,)
+    if not all(isinstance(term, kind_) for term in terms):
+        raise ValueError(f"{name} must be a sequence of {kind_.__name__}, got {given!r}")
+    return terms

@@ -1,0 +1,55 @@
+"""Sequences of unit size whose spectra are those of the noise terms, from white noise."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["flicker", "markov", "quantization", "sinusoid", "walk"]
+
+Floats = npt.NDArray[np.float64]
+
+
+def walk(steps: Floats) -> Floats:
+    """Return the sum of the steps, from 0: the first step is dropped."""
+    steps[0] = 0.0
+    return np.cumsum(steps)
+
+
+def flicker(white: Floats) -> Floats:
+    """Convolve with the impulse response h_k = h_(k-1) (k - 1/2)/k of (1 - 1/z)^(-1/2)."""
+    n = white.size
+    lags = np.arange(1.0, n)
+    response = np.concatenate(([1.0], np.cumprod((lags - 0.5) / lags)))
+    # Padded to twice the length, so that the circular convolution does not wrap round.
+    size = 1 << (2 * n - 1).bit_length()
+    product = np.fft.rfft(white, size) * np.fft.rfft(response, size)
+    return np.fft.irfft(product, size)[:n]
+
+
+def quantization(errors: Floats) -> Floats:
+    """Return the steps of the angle's error: one fewer than the errors."""
+    return np.diff(errors)
+
+
+def markov(white: Floats, step: float) -> Floats:
+    """Return a first-order Markov sequence of variance 1 from its first sample on.
+
+    x_k = a x_(k-1) + sqrt(1 - a^2) w_k with a = exp(-step), step in correlation times: exact at
+    the samples. Solved by doubling: after m passes x_k holds the last 2^m terms of
+    sum_j a^j w_(k-j).
+    """
+    x = white * math.sqrt(-math.expm1(-2.0 * step))
+    x[0] = white[0]
+    lag, decay = 1, math.exp(-step)
+    # Terms that have decayed below a tenth of the rounding add nothing.
+    while lag < x.size and decay > 1e-17:
+        x[lag:] += decay * x[:-lag]
+        lag, decay = 2 * lag, decay * decay
+    return x
+
+
+def sinusoid(n: int, cycles: float, phase: float) -> Floats:
+    """Return n samples of a sine, `cycles` of it a sample, from a phase in cycles."""
+    sine: Floats = np.sin(2.0 * math.pi * (cycles * np.arange(n) + phase))
+    return sine

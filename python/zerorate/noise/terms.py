@@ -1,0 +1,109 @@
+"""Allan and Hadamard deviation of each noise term, by its averaging time."""
+
+import math
+from dataclasses import dataclass
+from functools import reduce
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from zerorate.noise.correlated import Markov, Sinusoid
+    from zerorate.noise.model import NoiseModel
+
+__all__ = ["ALLAN", "FLICKER_FLOOR", "HADAMARD", "Statistic", "deviation"]
+
+Floats = npt.NDArray[np.float64]
+
+FLICKER_FLOOR: Final = math.sqrt(2.0 * math.log(2.0) / math.pi)
+"""Allan deviation of flicker noise over its bias instability B, 0.664."""
+
+_FLICKER_RATIO: Final = math.log(256.0 / 27.0) / (4.0 * math.log(2.0))
+_SERIES_BELOW: Final = 0.25
+_SERIES_ORDER: Final = 18
+
+
+@dataclass(frozen=True)
+class Statistic:
+    """How a deviation weighs the terms: its square is their sum, each at tau = 1 s.
+
+    Both are differences, of order 2 or 3, of the angle at steps of tau.
+    """
+
+    order: int
+    quantization: float
+    flicker: float
+    walk: float
+    ramp: float
+    sinusoid: float
+    squares: tuple[float, ...]
+    """Weights of the mean square angle gained over 1, 2, ... steps."""
+
+
+ALLAN: Final = Statistic(
+    order=2,
+    quantization=math.sqrt(3.0),
+    flicker=FLICKER_FLOOR,
+    walk=math.sqrt(1.0 / 3.0),
+    ramp=math.sqrt(1.0 / 2.0),
+    sinusoid=1.0,
+    squares=(2.0, -1.0 / 2.0),
+)
+HADAMARD: Final = Statistic(
+    order=3,
+    quantization=math.sqrt(10.0 / 3.0),
+    flicker=FLICKER_FLOOR * math.sqrt(_FLICKER_RATIO),
+    walk=math.sqrt(1.0 / 6.0),
+    ramp=0.0,
+    sinusoid=2.0 / math.sqrt(3.0),
+    squares=(15.0 / 6.0, -1.0, 1.0 / 6.0),
+)
+
+
+def deviation(model: "NoiseModel", taus: npt.ArrayLike, statistic: Statistic) -> Floats:
+    """Return a model's deviation curve, in the shape of `taus`; ValueError if one is not > 0."""
+    tau = np.asarray(taus, dtype=np.float64)
+    if not np.all(np.isfinite(tau) & (tau > 0.0)):
+        raise ValueError("averaging times must be positive and finite")
+    terms = (
+        statistic.quantization * model.quantization / tau,
+        model.angle_random_walk / np.sqrt(tau),
+        np.full_like(tau, statistic.flicker * model.bias_instability),
+        statistic.walk * model.rate_random_walk * np.sqrt(tau),
+        statistic.ramp * abs(model.rate_ramp) * tau,
+        *(_markov(term, tau, statistic) for term in model.markov),
+        *(_sinusoid(term, tau, statistic) for term in model.sinusoid),
+    )
+    # hypot, not the root of a sum of squares: coefficients of any size keep from overflow.
+    return reduce(np.hypot, terms)
+
+
+def _sinusoid(term: "Sinusoid", tau: Floats, statistic: Statistic) -> Floats:
+    phase = math.pi * term.frequency * tau
+    size: Floats = np.abs(np.sin(phase)) ** statistic.order / phase
+    return statistic.sinusoid * term.amplitude * size
+
+
+def _markov(term: "Markov", tau: Floats, statistic: Statistic) -> Floats:
+    """Return q_c T_c / sqrt(tau) times the root of `_growth` over x, x = tau / T_c.
+
+    Over a time t the angle gains a mean square of q_c^2 T_c^3 (u - 1 + exp(-u)), u = t / T_c:
+    twice the integral of the autocovariance. Its weighted sum is the variance.
+    """
+    x = tau / term.time
+    return term.amplitude * term.time / np.sqrt(tau) * np.sqrt(_growth(x, statistic.squares) / x)
+
+
+def _growth(x: Floats, weights: tuple[float, ...]) -> Floats:
+    """Return sum_k w_k (k x - 1 + exp(-k x)); its terms below x^3 cancel, so as a series there."""
+    steps = np.arange(1, len(weights) + 1)
+    powers = np.arange(3, _SERIES_ORDER)
+    factors = [
+        (-1.0) ** j / math.factorial(j) * float(np.dot(weights, steps.astype(float) ** j))
+        for j in powers
+    ]
+    small = np.minimum(x, _SERIES_BELOW)
+    series = small**3 * np.polynomial.polynomial.polyval(small, factors)
+    direct = sum(w * (k * x + np.expm1(-k * x)) for k, w in enumerate(weights, start=1))
+    return np.where(x < _SERIES_BELOW, series, direct)
