@@ -24,6 +24,17 @@ NUMBERS = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e150, max
         (180.0, "deg/s/sqrt(s)", "rad/s^2/sqrt(Hz)", math.pi),
         (1.0, "deg", "arcsec", 3600.0),
         (1.0, "deg/s^2", "deg/h^2", 3600.0**2),
+        (1.0, "rad", "urad", 1e6),
+        (180.0, "deg", "urad", 1e6 * math.pi),
+        (1.0, "g", "m/s^2", 9.80665),
+        (1.0, "m/s^2", "ug", 1e6 / 9.80665),
+        (1.0, "m/s^2/sqrt(Hz)", "m/s/sqrt(h)", 60.0),
+        (1.0, "ug/sqrt(Hz)", "m/s^2/sqrt(Hz)", 9.80665e-6),
+        (1.0, "mg/s/sqrt(Hz)", "m/s^3/sqrt(Hz)", 9.80665e-3),
+        (1.0, "ug/s/sqrt(Hz)", "ug/sqrt(h)", 60.0),
+        (1.0, "m/s^3/sqrt(Hz)", "m/s^2/sqrt(h)", 60.0),
+        (1.0, "ug/s", "ug/h", 3600.0),
+        (1.0, "ug/s", "m/s^3", 9.80665e-6),
     ],
 )
 def test_factors_of_ieee_952(value, source, target, expected):
@@ -56,6 +67,16 @@ def test_degrees_to_degrees_is_exact():
         ("rad/sqrt(s)", "rad/s/sqrt(Hz)"),
         ("rad/s/√s", "rad/s^2/sqrt(Hz)"),
         ("rad/s²", "rad/s^2"),
+        ("rad/s**2", "rad/s^2"),
+        ("µrad", "urad"),
+        ("G", "g"),
+        ("m/s²", "m/s^2"),
+        ("μg", "ug"),
+        ("µg/√Hz", "ug/sqrt(Hz)"),
+        ("mg/rtHz", "mg/sqrt(Hz)"),
+        ("m/s/√hr", "m/s/sqrt(h)"),
+        ("m/s/√s", "m/s^2/sqrt(Hz)"),
+        ("m/s³/√Hz", "m/s^3/sqrt(Hz)"),
     ],
 )
 def test_spellings(alias, name):
@@ -72,6 +93,12 @@ def test_names_are_their_own_canonical_form(name):
 def test_a_rate_does_not_become_anything_else(unit):
     with pytest.raises(ValueError, match=r"deg/s, .*deg/h"):
         convert(1.0, "rad/s", unit)
+
+
+@pytest.mark.parametrize("unit", ["rad", "m/s", "m/s^2", "ug/sqrt(h)", "ug/h", "rad/s/sqrt(Hz)"])
+def test_a_velocity_random_walk_does_not_become_anything_else(unit):
+    with pytest.raises(ValueError, match=r"are .*m/s/sqrt\(h\), mg/sqrt\(Hz\), ug/sqrt\(Hz\)$"):
+        convert(1.0, "mg/sqrt(Hz)", unit)
 
 
 def test_unknown_unit_lists_the_known():

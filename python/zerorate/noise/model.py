@@ -1,7 +1,7 @@
 """The noise of a gyro or an accelerometer at rest, as the coefficients of IEEE Std 952-1997."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -121,7 +121,7 @@ class NoiseModel:
         >>> NoiseModel.from_json(model.to_json()) == model
         True
         """
-        return cls(**from_json(source))
+        return from_json(source, cls)
 
     def allan_deviation(self, taus: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return the model's Allan deviation curve.
@@ -254,11 +254,8 @@ class NoiseModel:
         return ((term, getattr(self, term.field)) for term in TERMS[self.quantity])
 
 
-def _terms(name: str, given: Any, kind_: type) -> tuple[Any, ...]:  # noqa: ANN401
-    try:
-        terms = tuple(given)
-    except TypeError:
-        terms = (given,)
+def _terms(name: str, given: object, kind_: type) -> tuple[Any, ...]:
+    terms = tuple(given) if isinstance(given, Iterable) else (None,)
     if not all(isinstance(term, kind_) for term in terms):
         raise ValueError(f"{name} must be a sequence of {kind_.__name__}, got {given!r}")
     return terms

@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,6 +18,14 @@ __all__ = ["from_json", "to_json"]
 
 _FORMAT: Final = "zerorate noise model"
 _VERSION: Final = 1
+_NAMES: Final = {
+    bool: "true or false",
+    dict: "an object",
+    float: "a number",
+    int: "a whole number",
+    list: "a list",
+    str: "a string",
+}
 
 
 def to_json(
@@ -64,36 +73,34 @@ def to_json(
     return written(joined([json.dumps(content, indent=2, allow_nan=False)]), path, force)
 
 
-def from_json(source: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return the fields of the model that a text or a file holds."""
+def from_json(source: str | os.PathLike[str], build: Callable[..., "NoiseModel"]) -> "NoiseModel":
+    """Return the model that a text or a file holds, built from its fields."""
     is_text = isinstance(source, str) and source.lstrip().startswith("{")
-    text = str(source) if is_text else Path(source).read_text(encoding="utf-8")
     try:
-        return _fields(json.loads(text))
-    except (KeyError, TypeError, ValueError) as error:
-        # A key error's text is the key alone.
-        reason = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        text = str(source) if is_text else Path(source).read_text(encoding="utf-8")
+        return build(**_fields(json.loads(text)))
+    except ValueError as error:
         where = "the text" if is_text else os.fspath(source)
-        raise ValueError(f"{where} is not a zerorate noise model in JSON: {reason}") from None
+        raise ValueError(f"{where} is not a zerorate noise model in JSON: {error}") from None
 
 
-def _fields(content: dict[str, Any]) -> dict[str, Any]:
-    found = (content["format"], content["version"])
+def _fields(content: object) -> dict[str, Any]:
+    found = (_part(content, "format", str), _part(content, "version", int))
     if found != (_FORMAT, _VERSION):
         raise ValueError(f"format and version are {found}, expected {(_FORMAT, _VERSION)}")
-    quantity = content["quantity"]
+    quantity = _part(content, "quantity", str)
     if quantity not in TERMS:
         raise ValueError(f"quantity is {quantity!r}, expected one of {', '.join(TERMS)}")
-    fields: dict[str, Any] = {
-        term.field: _decoded(content["coefficients"][term.field], term.unit)
-        for term in TERMS[quantity]
+    coefficients = _part(content, "coefficients", dict)
+    fields = {term.field: _decoded(coefficients, term.field, term.unit) for term in TERMS[quantity]}
+    markov, sinusoid = (_part(content, name, list) for name in ("markov", "sinusoid"))
+    return fields | {
+        "markov": [Markov(**_all_decoded(term, _markov_units(quantity))) for term in markov],
+        "sinusoid": [
+            Sinusoid(**_all_decoded(term, _sinusoid_units(quantity))) for term in sinusoid
+        ],
+        "quantity": quantity,
     }
-    for name, kind, units in (
-        ("markov", Markov, _markov_units(quantity)),
-        ("sinusoid", Sinusoid, _sinusoid_units(quantity)),
-    ):
-        fields[name] = tuple(kind(**_all_decoded(term, units)) for term in content[name])
-    return fields | {"quantity": quantity}
 
 
 def _markov_units(quantity: Quantity) -> dict[str, str]:
@@ -108,8 +115,8 @@ def _all_encoded(term: Markov | Sinusoid, units: dict[str, str]) -> dict[str, An
     return {name: _encoded(getattr(term, name), unit) for name, unit in units.items()}
 
 
-def _all_decoded(entry: dict[str, Any], units: dict[str, str]) -> dict[str, Any]:
-    return {name: _decoded(entry[name], unit) for name, unit in units.items()}
+def _all_decoded(entry: object, units: dict[str, str]) -> dict[str, Any]:
+    return {name: _decoded(entry, name, unit) for name, unit in units.items()}
 
 
 def _encoded(coefficient: Coefficient, unit: str) -> dict[str, Any]:
@@ -122,9 +129,22 @@ def _encoded(coefficient: Coefficient, unit: str) -> dict[str, Any]:
     }
 
 
-def _decoded(entry: dict[str, Any], unit: str) -> Coefficient:
-    if entry["unit"] != unit:
-        raise ValueError(f"a unit is {entry['unit']!r}, expected {unit!r}")
-    if not isinstance(entry["identifiable"], bool):
-        raise ValueError(f"identifiable is {entry['identifiable']!r}, expected true or false")
-    return Coefficient(entry["value"], entry["sigma"], entry["identifiable"], entry["upper_bound"])
+def _decoded(content: object, name: str, unit: str) -> Coefficient:
+    entry = _part(content, name, dict)
+    found = _part(entry, "unit", str)
+    if found != unit:
+        raise ValueError(f"the unit of {name!r} is {found!r}, expected {unit!r}")
+    return Coefficient(
+        _part(entry, "value", float),
+        _part(entry, "sigma", float),
+        _part(entry, "identifiable", bool),
+        _part(entry, "upper_bound", float),
+    )
+
+
+def _part(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
+    found = content.get(key) if isinstance(content, dict) else None
+    # JSON may write a whole number without a point.
+    if not isinstance(found, (int, float) if kind is float else kind):
+        raise ValueError(f"{key!r} must be {_NAMES[kind]}, got {found!r}")
+    return found

@@ -1,0 +1,272 @@
+"""Noise models as files: numbers, remarks, whole files only, and JSON without loss."""
+
+import json
+import math
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from zerorate.noise import Coefficient, Markov, NoiseModel, Sinusoid
+from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_vins
+
+UNKNOWN = Coefficient(0.0, identifiable=False, upper_bound=4e-6)
+GYRO = NoiseModel(Coefficient(2e-4, 1e-5), 3e-5, UNKNOWN)
+ACCELEROMETER = NoiseModel(1e-3, 1e-4, 5e-5, quantity="acceleration")
+RATE = 400.0
+# Six digits are written.
+SIX = {"rel": 5e-6}
+ALL = pytest.mark.parametrize("export", [to_kalibr, to_vins, to_orbslam3, to_px4])
+
+
+def px4_values(text):
+    rows = [line.split("\t") for line in text.splitlines() if not line.startswith("#")]
+    assert all((row[0], row[1], row[4]) == ("1", "1", "9") for row in rows)
+    return {row[2]: float(row[3]) for row in rows}
+
+
+def test_kalibr():
+    read = yaml.safe_load(GYRO.to_kalibr(accelerometer=ACCELEROMETER, rate=RATE))
+    assert read.pop("rostopic") == "/imu0"
+    assert read == pytest.approx(
+        {
+            "gyroscope_noise_density": 2e-4,
+            "gyroscope_random_walk": 4e-6,
+            "accelerometer_noise_density": 1e-3,
+            "accelerometer_random_walk": 5e-5,
+            "update_rate": 400.0,
+        },
+        **SIX,
+    )
+
+
+def test_orbslam3():
+    read = yaml.safe_load(GYRO.to_orbslam3(accelerometer=ACCELEROMETER, rate=RATE))
+    assert read == pytest.approx(
+        {
+            "IMU.NoiseGyro": 2e-4,
+            "IMU.GyroWalk": 4e-6,
+            "IMU.NoiseAcc": 1e-3,
+            "IMU.AccWalk": 5e-5,
+            "IMU.Frequency": 400.0,
+        },
+        **SIX,
+    )
+    assert all(type(value) is float for value in read.values())
+
+
+def test_vins_takes_deviations_per_sample():
+    read = yaml.safe_load(GYRO.to_vins(accelerometer=ACCELEROMETER, rate=RATE))
+    expected = {"gyr_n": 4e-3, "gyr_w": 8e-5, "acc_n": 2e-2, "acc_w": 1e-3}
+    assert read == pytest.approx(expected, **SIX)
+
+
+def test_px4_takes_deviations_per_filter_step():
+    read = px4_values(GYRO.to_px4(accelerometer=ACCELEROMETER))
+    expected = {
+        "EKF2_GYR_NOISE": 2e-3,
+        "EKF2_GYR_B_NOISE": 4e-5,
+        "EKF2_ACC_NOISE": 1e-2,
+        "EKF2_ACC_B_NOISE": 5e-4,
+    }
+    assert read == pytest.approx(expected, **SIX)
+
+
+@pytest.mark.parametrize("export", [to_vins, to_px4])
+def test_per_step_numbers_grow_the_filters_variance_as_the_walk_does(export):
+    text = export(GYRO, rate=RATE)
+    read = px4_values(text) if export is to_px4 else yaml.safe_load(text)
+    walk = read.get("gyr_w", read.get("EKF2_GYR_B_NOISE"))
+    # After T = 10 s the bias has gained K^2 T; six digits are written, and squared.
+    assert 10.0 * RATE * (walk / RATE) ** 2 == pytest.approx(10.0 * 4e-6**2, rel=1e-5)
+
+
+def test_px4_says_what_lies_outside_its_range():
+    text = NoiseModel(1e-6, rate_random_walk=1e-6).to_px4()
+    assert "# EKF2_GYR_NOISE: rad/s; outside PX4's range 0.0001 to 0.1\n" in text
+    assert "# EKF2_GYR_B_NOISE: rad/s^2\n" in text
+
+
+@ALL
+def test_unknown_is_exported_as_its_bound_and_said_so(export):
+    text = export(GYRO, accelerometer=ACCELEROMETER, rate=RATE)
+    assert text.count("upper bound, the record does not determine it") == 1
+    given_zero = export(NoiseModel(1e-4), accelerometer=ACCELEROMETER, rate=RATE)
+    assert "upper bound" not in given_zero
+    assert "0.00000e+00" in given_zero
+
+
+@ALL
+def test_without_an_accelerometer_its_lines_are_left_out(export):
+    left_out = "# No accelerometer was given: its lines are left out.\n"
+    alone = export(GYRO, rate=RATE)
+    assert left_out in alone
+    assert not any("acc" in line.lower() for line in alone.splitlines() if not line.startswith("#"))
+    assert left_out not in export(GYRO, accelerometer=ACCELEROMETER, rate=RATE)
+
+
+@ALL
+def test_inflation_is_applied_and_written_down(export):
+    def values(text):
+        if export is to_px4:
+            return px4_values(text)
+        read = yaml.safe_load(text)
+        skipped = ("rostopic", "update_rate", "IMU.Frequency")
+        return {name: value for name, value in read.items() if name not in skipped}
+
+    plain, inflated = (export(GYRO, rate=RATE, inflate=factor) for factor in (1.0, 10.0))
+    tenfold = {name: 10.0 * value for name, value in values(plain).items()}
+    assert values(inflated) == pytest.approx(tenfold, **SIX)
+    assert "# Every number is 10 times the measured one.\n" in inflated
+    assert "measured" not in plain
+
+
+def test_units_stand_beside_the_numbers():
+    text = GYRO.to_kalibr(accelerometer=ACCELEROMETER, rate=RATE)
+    remarks = [line.split("  # ")[1] for line in text.splitlines() if "  # " in line]
+    assert [remark.split(";")[0] for remark in remarks] == [
+        "rad/s/sqrt(Hz)",
+        "rad/s^2/sqrt(Hz)",
+        "m/s^2/sqrt(Hz)",
+        "m/s^3/sqrt(Hz)",
+        "Hz",
+    ]
+
+
+@pytest.mark.parametrize("topic", ["/imu0", 'a "b"', "x: y # z", "two\nlines", "ä\t\\"])
+def test_a_topic_is_quoted_whatever_it_holds(topic):
+    assert yaml.safe_load(GYRO.to_kalibr(rostopic=topic))["rostopic"] == topic
+
+
+def test_small_and_round_numbers_stay_numbers():
+    """1e-05 without a point would be read as a string."""
+    read = yaml.safe_load(NoiseModel(1e-5, rate_random_walk=1e-300).to_kalibr())
+    assert read["gyroscope_noise_density"] == 1e-5
+    assert read["gyroscope_random_walk"] == 1e-300
+
+
+@ALL
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"model": ACCELEROMETER}, "acceleration was given where one of angular rate was expected"),
+        ({"accelerometer": GYRO}, "angular rate was given where one of acceleration was expected"),
+        ({"rate": 0.0}, "rate must be positive and finite, got 0.0"),
+        ({"inflate": math.nan}, "inflate must be positive and finite, got nan"),
+    ],
+)
+def test_refusals(export, change, message):
+    with pytest.raises(ValueError, match=message):
+        export(**({"model": GYRO, "rate": RATE} | change))
+
+
+@pytest.mark.parametrize("name", ["to_kalibr", "to_vins", "to_orbslam3", "to_px4", "to_json"])
+def test_files_are_whole_and_not_replaced_unasked(name, tmp_path):
+    options = {"rate": RATE} if name in ("to_vins", "to_orbslam3") else {}
+    export, path = getattr(GYRO, name), tmp_path / "imu.txt"
+    text = export(path, **options)
+    assert path.read_text(encoding="utf-8") == text
+    with pytest.raises(FileExistsError, match=r"imu.txt exists already; pass force=True"):
+        export(path, **options)
+    assert export(path, force=True, **options) == text
+    with pytest.raises(FileNotFoundError, match="does not exist"):
+        export(tmp_path / "nowhere" / "imu.txt", **options)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["imu.txt"]
+
+
+FLOATS = st.floats(0.0, 1e300)
+COEFFICIENTS = st.builds(
+    lambda value, sigma, known, more: Coefficient(value, sigma, known, value + more),
+    FLOATS,
+    FLOATS,
+    st.booleans(),
+    FLOATS,
+)
+POSITIVE = COEFFICIENTS.filter(lambda coefficient: coefficient > 0.0)
+MODELS = st.builds(
+    NoiseModel,
+    COEFFICIENTS,
+    COEFFICIENTS,
+    COEFFICIENTS,
+    st.floats(-1e300, 1e300),
+    COEFFICIENTS,
+    markov=st.lists(st.builds(Markov, COEFFICIENTS, POSITIVE), max_size=2),
+    sinusoid=st.lists(st.builds(Sinusoid, COEFFICIENTS, POSITIVE), max_size=2),
+    quantity=st.sampled_from(["angular rate", "acceleration"]),
+)
+
+
+@settings(derandomize=True)
+@given(MODELS)
+def test_json_there_and_back_is_exact(model):
+    again = NoiseModel.from_json(model.to_json())
+    # repr would round: the text holds every part of every coefficient.
+    assert again.to_json() == model.to_json()
+    assert again == model
+
+
+def test_json_from_a_file(tmp_path):
+    path = tmp_path / "model.json"
+    GYRO.to_json(path)
+    for source in (path, str(path)):
+        again = NoiseModel.from_json(source)
+        assert again == GYRO
+        assert again.rate_random_walk.upper_bound == 4e-6
+        assert not again.rate_random_walk.identifiable
+
+
+def test_json_names_its_units():
+    read = json.loads(ACCELEROMETER.to_json())
+    assert (read["format"], read["version"]) == ("zerorate noise model", 1)
+    assert {name: entry["unit"] for name, entry in read["coefficients"].items()} == {
+        "quantization": "m/s",
+        "angle_random_walk": "m/s^2/sqrt(Hz)",
+        "bias_instability": "m/s^2",
+        "rate_random_walk": "m/s^3/sqrt(Hz)",
+        "rate_ramp": "m/s^3",
+    }
+
+
+def changed(*path, to):
+    content = json.loads(GYRO.to_json())
+    inner = content
+    for key in path[:-1]:
+        inner = inner[key]
+    inner[path[-1]] = to
+    return json.dumps(content)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "Expecting property name"),
+        ("{}", "'format' must be a string, got None"),
+        (changed("version", to=2), r"are \('zerorate noise model', 2\), expected"),
+        (changed("quantity", to="mass"), "quantity is 'mass', expected one of"),
+        (changed("quantity", to=["mass"]), r"'quantity' must be a string, got \['mass'\]"),
+        (changed("coefficients", to={}), "'quantization' must be an object, got None"),
+        (changed("coefficients", to=3), "'coefficients' must be an object, got 3"),
+        (changed("coefficients", "rate_ramp", "unit", to="deg"), "'deg', expected 'rad/s\\^2'"),
+        (changed("coefficients", "rate_ramp", "identifiable", to="no"), "be true or false, got"),
+        (changed("coefficients", "rate_ramp", "value", to="1"), "be a number, got '1'"),
+        (changed("coefficients", "rate_ramp", "sigma", to=-1), "sigma must not be negative"),
+        (changed("coefficients", "bias_instability", "value", to=-1), "must not be negative"),
+        (changed("markov", to=7), "'markov' must be a list, got 7"),
+        (changed("markov", to=[{"amplitude": 1}]), "'amplitude' must be an object, got 1"),
+    ],
+)
+def test_other_json_is_refused_in_a_sentence(text, message, tmp_path):
+    with pytest.raises(ValueError, match="^the text is not a zerorate noise model.*" + message):
+        NoiseModel.from_json(text)
+    path = tmp_path / "other.json"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=r"other\.json is not a zerorate noise model"):
+        NoiseModel.from_json(path)
+
+
+def test_bytes_that_are_no_text_are_refused_in_a_sentence(tmp_path):
+    path = tmp_path / "other.json"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ValueError, match=r"other\.json is not a zerorate noise model"):
+        NoiseModel.from_json(path)
