@@ -17,15 +17,30 @@ from zerorate._native import (
 )
 from zerorate.devices import DEVICES, Device, device
 from zerorate.io import Log, LogError, read_log, write_log
-from zerorate.noise import Coefficient, Markov, NoiseModel, Sinusoid, worst_axis
+from zerorate.noise import (
+    AllanResult,
+    Coefficient,
+    DynamicAllan,
+    FittedModel,
+    Markov,
+    NoiseModel,
+    Sinusoid,
+    allan,
+    dynamic_allan,
+    whittle,
+    worst_axis,
+)
 from zerorate.simulate import simulate
 
 __all__ = [
     "DEVICES",
     "AllanNoise",
+    "AllanResult",
     "Coefficient",
     "Device",
     "DriftFilter",
+    "DynamicAllan",
+    "FittedModel",
     "Log",
     "LogError",
     "Markov",
@@ -34,11 +49,14 @@ __all__ = [
     "Sinusoid",
     "Trace",
     "__version__",
+    "allan",
     "device",
+    "dynamic_allan",
     "metrics",
     "overlapping_allan_deviation",
     "read_log",
     "simulate",
+    "whittle",
     "worst_axis",
     "write_log",
 ]

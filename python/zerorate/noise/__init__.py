@@ -1,20 +1,31 @@
-"""Noise models of sensors at rest: coefficients with uncertainties, curves, exports."""
+"""Noise of sensors at rest: deviation curves, the models fitted to them, and their exports."""
 
+from zerorate.noise.allan import allan
 from zerorate.noise.coefficient import Coefficient
 from zerorate.noise.correlated import Markov, Sinusoid
 from zerorate.noise.discrete import DiscreteSigmas
+from zerorate.noise.dynamic import DynamicAllan, dynamic_allan
+from zerorate.noise.fit import FittedModel
 from zerorate.noise.model import NoiseModel
 from zerorate.noise.quantities import Quantity
+from zerorate.noise.result import AllanResult
 from zerorate.noise.terms import FLICKER_FLOOR
+from zerorate.noise.whittle import whittle
 from zerorate.noise.worst import worst_axis
 
 __all__ = [
     "FLICKER_FLOOR",
+    "AllanResult",
     "Coefficient",
     "DiscreteSigmas",
+    "DynamicAllan",
+    "FittedModel",
     "Markov",
     "NoiseModel",
     "Quantity",
     "Sinusoid",
+    "allan",
+    "dynamic_allan",
+    "whittle",
     "worst_axis",
 ]

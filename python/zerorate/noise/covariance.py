@@ -23,7 +23,7 @@ Floats = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int64]
 
 # C(k) bends where a point of the shorter difference meets one of the longer: so many points lie
-# to each side of these, a sixteenth of the shorter averaging time apart, and so many over the whole.
+# to each side of these, a sixteenth of the shorter averaging time apart, so many over the whole.
 _NEAR: Final = 40
 _FAR: Final = 128
 
@@ -50,9 +50,7 @@ class CurveStatistics:
 
     variances: Floats
 
-    def __init__(
-        self, kind: Kind, m: Counts, terms: Counts, processes: Sequence[Process]
-    ) -> None:
+    def __init__(self, kind: Kind, m: Counts, terms: Counts, processes: Sequence[Process]) -> None:
         first, second = self._pairs = np.triu_indices(m.size)
         taus = m.astype(np.float64)
         a, b = taus[first, None], taus[second, None]
@@ -61,9 +59,7 @@ class CurveStatistics:
         spans = terms * _stride(kind, m)
         pairs = _overlap(spans[first, None], spans[second, None], lags)
         self._weights = pairs * widths / (spans[first] * spans[second])[:, None]
-        self._cross = np.stack(
-            [_cross(kind, process, a, b, lags, step) for process in processes]
-        )
+        self._cross = np.stack([_cross(kind, process, a, b, lags, step) for process in processes])
         own, zero = taus[:, None], np.zeros((m.size, 1))
         self.variances = np.column_stack(
             [_cross(kind, process, own, own, zero, 1.0) for process in processes]

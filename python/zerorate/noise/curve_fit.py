@@ -21,6 +21,8 @@ Floats = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int64]
 
 _TIMES_PER_DECADE: Final = 8
+# Keeps what has no scatter of its own, a ramp or a sine, from an infinite weight.
+_EXACT: Final = 1e-12
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,8 @@ class Curve:
         Averaging times in samples, and terms that each estimate would have without reflection.
     variance, edf : ndarray, shape (t,)
         Estimates, and the degrees of freedom they have.
+    reflected : bool
+        Whether these differ from what the plain estimates would have.
     """
 
     kind: Kind
@@ -45,6 +49,7 @@ class Curve:
     terms: Counts
     variance: Floats
     edf: Floats
+    reflected: bool
 
 
 def curve_fit(
@@ -113,7 +118,11 @@ class _Design:
         """Return the covariance of the squared deviations for these strengths."""
         slope = float(np.sqrt(strengths[self.n_noises])) if self.has_ramp else 0.0
         matrix = self.statistics.covariance(strengths[: self.n_noises], slope)
-        return matrix + np.diag(1e-12 * (self.basis @ strengths) ** 2)
+        expected = self.basis @ strengths
+        if self.curve.reflected:
+            gain = expected * np.sqrt(2.0 / self.curve.edf / np.diag(matrix))
+            matrix = matrix * np.outer(gain, gain)
+        return matrix + np.diag(_EXACT * expected**2)
 
 
 def _markov(time: float) -> Component:

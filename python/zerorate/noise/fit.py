@@ -12,6 +12,7 @@ from zerorate.noise.coefficient import Coefficient
 from zerorate.noise.correlated import Markov, Sinusoid
 from zerorate.noise.least_squares import Solution, Weighting, bound_by_one, solve, upper_bound
 from zerorate.noise.model import NoiseModel
+from zerorate.noise.quantities import Quantity
 
 __all__ = ["Component", "FittedModel", "Problem", "fitted"]
 
@@ -87,7 +88,7 @@ class Problem:
 
     def solve(self) -> tuple[Solution, Weighting, float, float]:
         """Return the solution, its weighting, its misfit, and chi-squared without that."""
-        start = np.diag(2.0 * self.data**2 / self.edf)
+        start = 2.0 * self.data**2 / self.edf
         plain = solve(self.basis, self.data, start, self.weighting)
         freedom = max(plain.degrees_of_freedom, 1)
         if plain.chi_squared <= float(chi_squared_quantile(_PROBABILITY, [freedom])[0]):
@@ -108,12 +109,15 @@ class Problem:
     def _with_misfit(self, misfit: float) -> Weighting:
         def weighting(strengths: Floats) -> Floats:
             expected = self.basis @ strengths
-            return self.weighting(strengths) + np.diag((misfit * expected) ** 2)
+            scatter, error = self.weighting(strengths), (misfit * expected) ** 2
+            return scatter + (error if scatter.ndim == 1 else np.diag(error))
 
         return weighting
 
 
-def fitted(problem: Problem, components: Sequence[Component], method: str, **fields: object) -> FittedModel:
+def fitted(
+    problem: Problem, components: Sequence[Component], method: str, quantity: Quantity
+) -> FittedModel:
     """Solve the problem and return its model."""
     solution, weighting, misfit, chi_squared = problem.solve()
     coefficients: dict[str, object] = {}
@@ -128,9 +132,12 @@ def fitted(problem: Problem, components: Sequence[Component], method: str, **fie
             earlier = coefficients.get(component.name, ())
             coefficients[component.name] = (*earlier, component.make(value))  # type: ignore[misc]
     return FittedModel(
-        **coefficients, **fields,  # type: ignore[arg-type]
-        method=method, chi_squared=chi_squared,
-        degrees_of_freedom=solution.degrees_of_freedom, misfit=misfit,
+        **coefficients,  # type: ignore[arg-type]
+        quantity=quantity,
+        method=method,
+        chi_squared=chi_squared,
+        degrees_of_freedom=solution.degrees_of_freedom,
+        misfit=misfit,
     )
 
 

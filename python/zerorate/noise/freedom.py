@@ -78,13 +78,14 @@ def freedoms(kind: Kind, m: Counts, terms: Counts, exponents: Counts, n: int) ->
     return np.maximum(result, 0.5)
 
 
-def bounds(
-    deviation: Floats, edf: Floats, confidence: float
-) -> tuple[Floats, Floats]:
+def bounds(deviation: Floats, edf: Floats, confidence: float) -> tuple[Floats, Floats]:
     """Return the bounds between which the true deviation lies with this probability."""
     tail = (1.0 - confidence) / 2.0
-    lower = deviation * np.sqrt(edf / chi_squared_quantile(1.0 - tail, edf))
-    return lower, deviation * np.sqrt(edf / chi_squared_quantile(tail, edf))
+    lower, upper = (
+        deviation * np.sqrt(edf / chi_squared_quantile(p, edf.ravel()).reshape(edf.shape))
+        for p in (1.0 - tail, tail)
+    )
+    return lower, upper
 
 
 def total_bias(kind: Kind, m: Counts, exponents: Counts, n: int) -> Floats:

@@ -14,7 +14,7 @@ __all__ = ["Solution", "Weighting", "bound_by_one", "solve", "upper_bound"]
 Floats = npt.NDArray[np.float64]
 
 Weighting = Callable[[Floats], Floats]
-"""Covariance matrix of the data, shape (t, t), given the strengths (p,)."""
+"""Covariance of the data, shape (t, t), or (t,) if independent, given the strengths (p,)."""
 
 _ROUNDS: Final = 12
 _SETTLED: Final = 1e-9
@@ -55,21 +55,21 @@ def solve(basis: Floats, data: Floats, start: Floats, weighting: Weighting) -> S
         What unit strengths would give.
     data : ndarray, shape (t,)
         Estimates to fit.
-    start : ndarray, shape (t, t)
+    start : ndarray, shape (t, t) or (t,)
         Covariance for the first round.
     weighting : callable
         Covariance for the next rounds.
     """
-    whitener = _whitener(start)
-    strengths = _non_negative(whitener @ basis, whitener @ data)
+    both = np.column_stack((basis, data))
+    strengths = _fit(_whitened(start, both))
     for _ in range(_ROUNDS):
-        before, whitener = strengths, _whitener(weighting(strengths))
-        strengths = _non_negative(whitener @ basis, whitener @ data)
+        before, white = strengths, _whitened(weighting(strengths), both)
+        strengths = _fit(white)
         if np.allclose(strengths, before, rtol=_SETTLED, atol=0.0):
             break
     sigmas, active = np.full(strengths.size, np.nan), strengths > 0.0
-    sigmas[active] = np.sqrt(np.diag(_inverse(whitener @ basis[:, active])))
-    residual = whitener @ (data - basis @ strengths)
+    sigmas[active] = np.sqrt(np.diag(_inverse(white[:, :-1][:, active])))
+    residual = white[:, -1] - white[:, :-1] @ strengths
     return Solution(strengths, sigmas, float(residual @ residual), data.size - int(active.sum()))
 
 
@@ -85,7 +85,8 @@ def upper_bound(basis: Floats, solution: Solution, i: int, weighting: Weighting)
     place, seen = int(active[:i].sum()), basis[:, i] > 0.0
     bound[i] = max(estimate, np.min((basis @ bound)[seen] / basis[seen, i]))
     for _ in range(4 * _ROUNDS):
-        sigma = np.sqrt(_inverse(_whitener(weighting(bound)) @ basis[:, active])[place, place])
+        white = _whitened(weighting(bound), basis[:, active])
+        sigma = np.sqrt(_inverse(white)[place, place])
         before, bound[i] = bound[i], estimate + _ONE_SIDED_95 * sigma
         if not np.isfinite(bound[i]):
             break
@@ -109,12 +110,20 @@ def _inverse(factor: Floats) -> Floats:
     return product
 
 
-def _whitener(covariance: Floats) -> Floats:
-    """Return a square root of the inverse of a covariance matrix."""
+def _whitened(covariance: Floats, columns: Floats) -> Floats:
+    """Return columns times a square root of the inverse of a covariance."""
+    if covariance.ndim == 1:
+        return columns / np.sqrt(covariance)[:, None]
     sigmas = np.sqrt(np.diag(covariance))
     values, vectors = np.linalg.eigh(covariance / np.outer(sigmas, sigmas))
-    root: Floats = (vectors / np.sqrt(np.maximum(values, _LEAST))) @ vectors.T / sigmas
-    return root
+    turned = vectors.T @ (columns / sigmas[:, None])
+    scaled: Floats = turned / np.sqrt(np.maximum(values, _LEAST))[:, None]
+    return scaled
+
+
+def _fit(white: Floats) -> Floats:
+    """Return the strengths for whitened columns, the last of them the data."""
+    return _non_negative(white[:, :-1], white[:, -1])
 
 
 def _non_negative(matrix: Floats, target: Floats) -> Floats:
@@ -137,9 +146,7 @@ def _non_negative(matrix: Floats, target: Floats) -> Floats:
     return x / lengths
 
 
-def _feasible(
-    matrix: Floats, target: Floats, x: Floats, free: npt.NDArray[np.bool_]
-) -> Floats:
+def _feasible(matrix: Floats, target: Floats, x: Floats, free: npt.NDArray[np.bool_]) -> Floats:
     """Move x towards the least squares of its free part, fixing at zero what would pass it."""
     while free.any():
         goal = np.zeros_like(x)

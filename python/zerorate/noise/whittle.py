@@ -133,7 +133,7 @@ def _density(term: str, bands: _Bands) -> Floats:
 
 
 def _scatter(expected: Floats, bands: _Bands) -> Floats:
-    return np.diag(expected**2 / bands.counts)
+    return expected**2 / bands.counts
 
 
 def _smooth(n: int) -> int:

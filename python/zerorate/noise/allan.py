@@ -1,0 +1,208 @@
+"""From a record to its deviation curve."""
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate import _native
+from zerorate.io import Log
+from zerorate.io.rates import checked_rate
+from zerorate.noise.freedom import bounds, freedoms
+from zerorate.noise.kinds import Kind, KindName
+from zerorate.noise.kinds import kind as find_kind
+from zerorate.noise.records import check_unit
+from zerorate.noise.result import AllanResult
+from zerorate.noise.taus import TauGrid, factors, time_of_factor
+
+__all__ = ["allan"]
+
+Floats = npt.NDArray[np.float64]
+Counts = npt.NDArray[np.int64]
+
+_ONE_SIGMA: Final = 0.6826894921370859
+
+
+def allan(
+    z: npt.ArrayLike | Log,
+    rate: float | None = None,
+    kind: KindName = "oadev",
+    taus: TauGrid | Sequence[float] | npt.ArrayLike = "octave",
+    *,
+    unit: str | None = None,
+    names: Sequence[str] | None = None,
+    bridge: int = 0,
+    exponent: int | None = None,
+    confidence: float = _ONE_SIGMA,
+    threads: int | None = None,
+) -> AllanResult:
+    """Return the Allan deviation of a record, or one of its relatives, with bounds.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,) or (n, k), or Log
+        Rates of one or k axes, in `unit`; those that are not finite are missing. A `Log` brings
+        its own rate, unit and names.
+    rate : float
+        Samples per second, Hz.
+    kind : str, default "oadev"
+        adev, oadev, mdev, tdev (Allan family), hdev, ohdev (Hadamard: blind to a rate ramp),
+        totdev, mtotdev, ttotdev, htotdev, theo1 (more certain at long averaging times), pdev.
+    taus : {"octave", "decade", "all"} or sequence of float
+        Averaging times: doubling, ten to a decade, every one, or seconds. Seconds are rounded to
+        whole samples, which `notes` then says.
+    unit : str, default "rad/s"
+        Unit of `z`, of an angular rate or an acceleration.
+    names : sequence of str, optional
+        One name an axis.
+    bridge : int, default 0
+        Gaps of at most so many samples are filled in a straight line. Every other gap costs the
+        terms that would reach across it.
+    exponent : int, optional
+        Noise type to take for granted in the bounds, -4 to 2; found at each tau by default.
+    confidence : float, default 0.683
+        Of the bounds.
+    threads : int, optional
+        Default: all cores. The result does not depend on it.
+
+    Returns
+    -------
+    AllanResult
+        With `fit` and `plot`.
+
+    Raises
+    ------
+    ValueError
+        If the record is too short, holds no sample, or an argument is not as described.
+
+    Notes
+    -----
+    IEEE Std 952-1997, annex C; W. J. Riley, D. A. Howe, NIST Special Publication 1065 (2008),
+    section 5, which also has the noise types (lag-1 autocorrelation, B1 and R(n)) and the degrees
+    of freedom of the reflected kinds. The mean is taken off first, so a large offset costs no
+    precision. Work is O(n) for each tau, and O(n tau) for theo1, mtotdev, ttotdev and htotdev.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import zerorate as zr
+    >>> z = 0.01 * np.random.default_rng(1).standard_normal(100_000)
+    >>> r = zr.allan(z, rate=100.0)
+    >>> bool(r.lower[4] < 0.01 / 4 < r.upper[4])  # white noise, 16 samples
+    True
+    """
+    if isinstance(z, Log):
+        return allan(
+            z.data, rate or z.rate, kind, taus, unit=unit or z.unit, names=names or z.names,
+            bridge=bridge, exponent=exponent, confidence=confidence, threads=threads,
+        )  # fmt: skip
+    hertz, family, unit = checked_rate(rate), find_kind(kind), check_unit(unit or "rad/s")
+    _check(confidence, exponent, bridge)
+    record = _record(z)
+    n = len(record)
+    m, said = factors(taus, family, hertz, _longest(family, n, hertz))
+    deviation, terms, found = _native.allan_deviations(record, m, kind, bridge, threads)
+    if exponent is not None:
+        found = np.full_like(found, exponent)
+    edf = _edf(family, m, terms, found, n)
+    lower, upper = bounds(deviation, edf, confidence)
+    time = 1.0 / hertz if family.time else 1.0
+    return AllanResult(
+        kind=kind,
+        taus=m * time_of_factor(family) / hertz,
+        deviation=deviation * time,
+        lower=lower * time,
+        upper=upper * time,
+        edf=edf,
+        exponent=found,
+        terms=terms,
+        factors=m,
+        rate=hertz,
+        n=n,
+        unit=unit,
+        names=_names(names, deviation),
+        confidence=confidence,
+        notes=(*said, *_on_record(record, bridge, _names(names, deviation))),
+    )
+
+
+def _check(confidence: float, exponent: int | None, bridge: int) -> None:
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence must lie between 0 and 1, got {confidence}")
+    if exponent is not None and exponent not in range(-4, 3):
+        raise ValueError(f"exponent must be a whole number from -4 to 2, got {exponent}")
+    if bridge < 0:
+        raise ValueError(f"bridge must not be negative, got {bridge}")
+
+
+def _record(z: npt.ArrayLike) -> npt.NDArray[np.generic]:
+    """Return the record as an array, as it is in memory, if there is a sample in every axis."""
+    if np.ma.isMaskedArray(z):
+        z = z.astype(np.float64).filled(np.nan)
+    record = np.asarray(z)
+    if record.dtype.kind == "O":
+        record = record.astype(np.float64)
+    if record.dtype.kind not in "fiub":
+        raise TypeError(f"z must hold real numbers, got dtype {record.dtype}")
+    if record.ndim not in (1, 2) or 0 in record.shape:
+        raise ValueError(f"z must have shape (n,) or (n, k) with a sample, got {record.shape}")
+    empty = np.flatnonzero(~_present(record).any(axis=0))
+    if empty.size:
+        where = "z" if record.ndim == 1 else f"column {empty[0]} of z"
+        raise ValueError(f"{where} holds no finite sample")
+    return record
+
+
+def _present(record: npt.NDArray[np.generic]) -> npt.NDArray[np.bool_]:
+    """Return which samples are there, shape (n, k)."""
+    finite: npt.NDArray[np.bool_] = np.isfinite(record).reshape(len(record), -1)
+    return finite
+
+
+def _longest(family: Kind, n: int, rate: float) -> int:
+    """Return the largest averaging factor of a record of n samples."""
+    longest = _native.longest_factor(family.name, n)
+    least = 10 if family.name == "theo1" else 1
+    if longest < least:
+        longer = range(n, n + 64)
+        needed = next(k for k in longer if _native.longest_factor(family.name, k) >= least)
+        raise ValueError(
+            f"z is too short for any averaging time: {family.name} needs {needed} samples "
+            f"({needed / rate:g} s), got {n}"
+        )
+    return longest
+
+
+def _edf(family: Kind, m: Counts, terms: Counts, exponents: Counts, n: int) -> Floats:
+    """Return the degrees of freedom, axis by axis."""
+    if terms.ndim == 1:
+        return freedoms(family, m, terms, exponents, n)
+    columns = zip(terms.T, exponents.T, strict=True)
+    return np.column_stack([freedoms(family, m, t, e, n) for t, e in columns])
+
+
+def _names(names: Sequence[str] | None, deviation: Floats) -> tuple[str, ...]:
+    channels = 1 if deviation.ndim == 1 else deviation.shape[1]
+    if names is None:
+        return ("",) if channels == 1 else tuple(f"axis {i + 1}" for i in range(channels))
+    listed = (names,) if isinstance(names, str) else tuple(names)
+    if len(listed) != channels:
+        raise ValueError(f"names must have one entry an axis: {channels}, got {len(listed)}")
+    return listed
+
+
+def _on_record(
+    record: npt.NDArray[np.generic], bridge: int, names: tuple[str, ...]
+) -> Iterator[str]:
+    """Yield what must be said of gaps and of axes without noise."""
+    present = _present(record)
+    for name, there, z in zip(names, present.T, record.reshape(len(record), -1).T, strict=True):
+        label = f"{name}: " if name else ""
+        missing = int(there.size - there.sum())
+        if missing:
+            filled = f"; gaps of up to {bridge} are bridged" if bridge else ""
+            yield f"{label}{missing} of {there.size} samples are missing{filled}"
+        first = z[int(np.argmax(there))]
+        if np.all(z[there] == first if missing else z == first):
+            yield f"{label}all samples are equal: the deviation is 0, and there is nothing to fit"

@@ -1,0 +1,157 @@
+"""How the deviation curve of a record changes along it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate import _native
+from zerorate.noise.kinds import KindName
+from zerorate.noise.kinds import kind as find_kind
+from zerorate.noise.records import check_unit, samples
+from zerorate.noise.taus import TauGrid, factors, time_of_factor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["DynamicAllan", "dynamic_allan"]
+
+Floats = npt.NDArray[np.float64]
+
+_WINDOWS: Final = 50
+_TAUS_PER_WINDOW: Final = 10
+_LEAST_SAMPLES: Final = 20
+# Windows at a time, so that the copies stay small beside the record.
+_BATCH: Final = 16
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicAllan:
+    """Deviations over a window that slides along a record.
+
+    Attributes
+    ----------
+    kind : str
+        Which deviation.
+    times : ndarray, shape (w,)
+        Middle of each window, s from the start of the record.
+    taus : ndarray, shape (t,)
+        Averaging times, s.
+    deviation : ndarray, shape (w, t)
+        In `unit`; NaN where a window has gaps everywhere.
+    window : float
+        Length of a window, s.
+    unit : str
+        Unit of the record.
+    """
+
+    kind: str
+    times: Floats
+    taus: Floats
+    deviation: Floats
+    window: float
+    unit: str
+
+    def plot(self) -> Figure:
+        """Return the map: time across, averaging time up, deviation as colour.
+
+        Raises
+        ------
+        ImportError
+            Without matplotlib: ``pip install 'zerorate[plot]'``.
+        """
+        from zerorate.plotting.dynamic import plot_dynamic
+
+        return plot_dynamic(self)
+
+
+def dynamic_allan(
+    z: npt.ArrayLike,
+    rate: float,
+    window: float | None = None,
+    step: float | None = None,
+    kind: KindName = "oadev",
+    taus: TauGrid | Sequence[float] | npt.ArrayLike = "octave",
+    *,
+    unit: str = "rad/s",
+    threads: int | None = None,
+) -> DynamicAllan:
+    """Return deviations over a window that slides along a record.
+
+    For sensors whose noise changes: warm-up, vibration that comes and goes, a failing part.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Rates; those that are not finite are missing.
+    rate : float
+        Samples per second, Hz.
+    window : float, optional
+        Length of the window in s; a tenth of the record by default. Averaging times go up to a
+        tenth of it, beyond which chance rules.
+    step : float, optional
+        From one window to the next in s; by default such that there are about fifty.
+    kind, taus, unit, threads
+        As of `allan`.
+
+    Returns
+    -------
+    DynamicAllan
+        With `plot`.
+
+    Raises
+    ------
+    ValueError
+        If the window holds fewer than 20 samples or more than the record, the step is not
+        positive, or another argument is not as described.
+
+    Notes
+    -----
+    L. Galleani, P. Tavella, "The dynamic Allan variance", IEEE Trans. Ultrason. Ferroelectr. Freq.
+    Control 56(3), 2009.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import zerorate as zr
+    >>> louder = np.linspace(1.0, 2.0, 20_000) * np.random.default_rng(1).standard_normal(20_000)
+    >>> d = zr.dynamic_allan(louder, rate=100.0, window=20.0)
+    >>> bool(d.deviation[-1, 0] > 1.7 * d.deviation[0, 0])
+    True
+    """
+    record, family = samples(z, rate), find_kind(kind)
+    size, stride = _sizes(record.size, rate, window, step)
+    longest = max(_native.longest_factor(kind, size) * 2 // _TAUS_PER_WINDOW, 1)
+    m, _ = factors(taus, family, rate, longest)
+    windows = np.lib.stride_tricks.sliding_window_view(record, size)[::stride]
+    deviations = [
+        _native.allan_deviations(windows[i : i + _BATCH].T, m, kind, 0, threads)[0].T
+        for i in range(0, len(windows), _BATCH)
+    ]
+    time = 1.0 / rate if family.time else 1.0
+    return DynamicAllan(
+        kind=kind,
+        times=(np.arange(len(windows)) * stride + size / 2.0) / rate,
+        taus=m * time_of_factor(family) / rate,
+        deviation=np.concatenate(deviations) * time,
+        window=size / rate,
+        unit=check_unit(unit),
+    )
+
+
+def _sizes(n: int, rate: float, window: float | None, step: float | None) -> tuple[int, int]:
+    """Return the length of a window and the step to the next, in samples."""
+    size = n // 10 if window is None else round(window * rate)
+    if not _LEAST_SAMPLES <= size <= n:
+        raise ValueError(
+            f"a window must hold {_LEAST_SAMPLES} to {n} samples (the record), "
+            f"{size / rate:g} s hold {size}"
+        )
+    stride = max((n - size) // _WINDOWS, 1) if step is None else round(step * rate)
+    if stride < 1:
+        raise ValueError(f"step must be at least one sample, {1.0 / rate:g} s, got {step}")
+    return size, stride

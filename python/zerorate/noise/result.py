@@ -1,0 +1,242 @@
+"""A deviation curve with its errors, and what can be asked of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.noise.curve_fit import Curve, curve_fit
+from zerorate.noise.fit import FittedModel
+from zerorate.noise.freedom import total_bias
+from zerorate.noise.kinds import KINDS, Kind
+from zerorate.noise.polynomial import polynomial_fit
+from zerorate.noise.processes import TERMS, check_terms
+from zerorate.noise.records import si_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["AllanResult"]
+
+Floats = npt.NDArray[np.float64]
+Counts = npt.NDArray[np.int64]
+
+# More averaging times to an octave share nearly all of what they know.
+_PER_OCTAVE: Final = 4
+_LEAST_TAUS: Final = 5
+_PLAIN: Final = {"totdev": "oadev", "mtotdev": "mdev", "ttotdev": "mdev", "htotdev": "ohdev"}
+_WITHOUT_MODEL: Final = ("theo1", "pdev")
+
+
+@dataclass(frozen=True, eq=False)
+class AllanResult:
+    """Deviations of a record at a number of averaging times.
+
+    Arrays by axis have shape (t,) for a record of one axis and (t, k) for one of k.
+
+    Attributes
+    ----------
+    kind : str
+        Which deviation.
+    taus : ndarray, shape (t,)
+        Averaging times in s.
+    deviation : ndarray, by axis
+        In `unit` (times s for the time deviations); NaN where gaps leave no term.
+    lower, upper : ndarray, by axis
+        Bounds of the true deviation at `confidence`.
+    edf : ndarray, by axis
+        Equivalent degrees of freedom of the squared deviation.
+    exponent : ndarray of int, by axis
+        Noise type: alpha of the density of the rate, proportional to f^alpha. 2 quantisation,
+        0 white (angle random walk), -1 flicker (bias instability), -2 rate random walk.
+    terms : ndarray of int, by axis
+        Terms that each deviation is the mean of.
+    factors : ndarray of int, shape (t,)
+        Averaging times in samples (for Thêo1: over 0.75).
+    rate : float
+        Samples per second, Hz.
+    n : int
+        Samples of the record, missing ones included.
+    unit : str
+        Unit of the record; ``"unit"`` where it is not known.
+    names : tuple of str
+        One name an axis.
+    confidence : float
+        Probability that the true deviation lies between the bounds.
+    notes : tuple of str
+        What was done to the input and what to beware of, a sentence each.
+    """
+
+    kind: str
+    taus: Floats
+    deviation: Floats
+    lower: Floats
+    upper: Floats
+    edf: Floats
+    exponent: Counts
+    terms: Counts
+    factors: Counts
+    rate: float
+    n: int
+    unit: str
+    names: tuple[str, ...]
+    confidence: float
+    notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return kind, averaging times, unit and names."""
+        return (
+            f"AllanResult({self.kind} in {self.unit} at {self.taus.size} averaging times, "
+            f"{self.taus[0]:g} to {self.taus[-1]:g} s: {', '.join(self.names)})"
+        )
+
+    @property
+    def duration(self) -> float:
+        """Length of the record in s."""
+        return self.n / self.rate
+
+    @property
+    def axes(self) -> tuple[AllanResult, ...]:
+        """Every axis as a result of its own, with arrays of shape (t,)."""
+        return tuple(self.axis(i) for i in range(len(self.names)))
+
+    def axis(self, which: int | str) -> AllanResult:
+        """Return the result of one axis, by index or name.
+
+        Raises
+        ------
+        ValueError
+            If there is no such axis.
+        """
+        if which not in (*range(len(self.names)), *self.names):
+            raise ValueError(f"there is no axis {which!r}; there are {', '.join(self.names)}")
+        i = self.names.index(which) if isinstance(which, str) else which
+        arrays = {
+            name: getattr(self, name).reshape(self.taus.size, -1)[:, i]
+            for name in ("deviation", "lower", "upper", "edf", "exponent", "terms")
+        }
+        return replace(self, names=(self.names[i],), **arrays)
+
+    def fit(
+        self,
+        method: Literal["curve", "polynomial"] = "curve",
+        *,
+        terms: Sequence[str] = TERMS,
+        markov: Sequence[float] | int = 0,
+        sinusoid: Sequence[float] = (),
+    ) -> FittedModel | tuple[FittedModel, ...]:
+        """Find the noise coefficients.
+
+        Parameters
+        ----------
+        method : {"curve", "polynomial"}
+            "curve": non-negative least squares that knows how the deviations vary, and vary
+            together, from the noise that it finds. "polynomial": sigma^2 = sum of A_n tau^n, n from
+            -2 to 2, as much of the literature has it, for comparison.
+        terms : sequence of str
+            Coefficients to look for; all five by default.
+        markov : int or sequence of float
+            How many Markov terms to find, or their correlation times in s.
+        sinusoid : sequence of float
+            Frequencies, in Hz, of sines to find the amplitudes of.
+
+        Returns
+        -------
+        FittedModel, or a tuple of one an axis
+            A `NoiseModel` in SI units. Each coefficient has a standard error, says whether the
+            record determines it, and has an upper bound at 95 %.
+
+        Raises
+        ------
+        ValueError
+            If the record is constant, has too few averaging times, its unit is not known, or this
+            kind of deviation has no model.
+
+        Notes
+        -----
+        A coefficient is identifiable if its square is above twice its standard error. Where
+        chance cannot explain how far the curve is from the model, the model is taken to be wrong
+        by the relative `misfit` that can, and the errors grow with it.
+        """
+        if len(self.names) > 1:
+            found = (
+                axis.fit(method, terms=terms, markov=markov, sinusoid=sinusoid)
+                for axis in self.axes
+            )
+            return tuple(model for model in found if isinstance(model, FittedModel))
+        unit = si_unit(self.unit)
+        axis = self.axis(0)
+        axis._check_fit()
+        if method == "polynomial":
+            used = axis._used(_PER_OCTAVE * 16)
+            return polynomial_fit(self.taus[used], axis.rate_deviation[used], *unit)
+        if method != "curve":
+            raise ValueError(f"unknown method {method!r}; known: curve, polynomial")
+        return curve_fit(axis._curve(), check_terms(terms), markov, tuple(sinusoid), unit)
+
+    def plot(self, models: Sequence[FittedModel] | FittedModel | None = None) -> Figure:
+        """Return a figure of the curves, their bounds, and models where they are given.
+
+        Raises
+        ------
+        ImportError
+            Without matplotlib: ``pip install 'zerorate[plot]'``.
+        """
+        from zerorate.plotting.allan import plot_allan
+
+        return plot_allan(self, models)
+
+    @property
+    def rate_deviation(self) -> Floats:
+        """Deviation of the rate, by axis: a time deviation is tau / sqrt(3) times one."""
+        if not KINDS[self.kind].time:
+            return self.deviation
+        scale = np.sqrt(3.0) / self.taus
+        return (self.deviation.T * scale).T
+
+    def __iter__(self) -> Iterator[AllanResult]:
+        """Iterate over the axes."""
+        return iter(self.axes)
+
+    def _check_fit(self) -> None:
+        where = f" of {self.names[0]}" if self.names[0] else ""
+        if self.kind in _WITHOUT_MODEL:
+            raise ValueError(f"{self.kind} has no model to fit; use oadev, mdev, ohdev or totdev")
+        if not np.any(self.deviation > 0.0):
+            raise ValueError(f"the record{where} is constant: there is no noise to fit")
+        count = self._used(_PER_OCTAVE).size
+        if count < _LEAST_TAUS:
+            raise ValueError(
+                f"a fit needs {_LEAST_TAUS} averaging times with a deviation, the record{where} "
+                f"has {count}: it must be longer or have fewer gaps"
+            )
+
+    def _used(self, per_octave: int) -> npt.NDArray[np.intp]:
+        """Return the places of the averaging times that a fit looks at."""
+        usable = np.flatnonzero((self.deviation > 0.0) & np.isfinite(self.edf))
+        chosen: list[int] = []
+        least, step = 0.0, 2.0 ** (0.999 / per_octave)
+        for i in usable:
+            if self.factors[i] >= least:
+                chosen.append(int(i))
+                least = self.factors[i] * step
+        return np.array(chosen, dtype=np.intp)
+
+    def _curve(self) -> Curve:
+        """Return what a fit needs to know, as of the same deviation without reflection."""
+        used, kind = self._used(_PER_OCTAVE), KINDS[self.kind]
+        m, edf = self.factors[used], self.edf[used]
+        variance = self.rate_deviation[used] ** 2
+        if not kind.total:
+            return Curve(kind, self.rate, m, self.terms[used], variance, edf, False)
+        variance /= total_bias(kind, m, self.exponent[used], self.n)
+        plain = KINDS[_PLAIN[self.kind]]
+        return Curve(plain, self.rate, m, _plain_terms(plain, m, self.n), variance, edf, True)
+
+
+def _plain_terms(kind: Kind, m: Counts, n: int) -> Counts:
+    return np.maximum(n + 1 - (kind.order + int(kind.modified)) * m, 1)
