@@ -13,7 +13,6 @@ from zerorate._native import (
     RecursiveLeastSquares,
     Trace,
     __version__,
-    overlapping_allan_deviation,
 )
 from zerorate.devices import DEVICES, Device, device
 from zerorate.io import Log, LogError, read_log, write_log
@@ -53,7 +52,6 @@ __all__ = [
     "device",
     "dynamic_allan",
     "metrics",
-    "overlapping_allan_deviation",
     "read_log",
     "simulate",
     "whittle",

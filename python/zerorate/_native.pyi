@@ -18,6 +18,7 @@ _Method: TypeAlias = Literal["kf", "akf", "fading"]
 _Noise: TypeAlias = Literal["allan", "hadamard"]
 _Sample: TypeAlias = SupportsFloat | SupportsIndex | npt.ArrayLike | None
 _Floats: TypeAlias = npt.NDArray[np.float64]
+_Counts: TypeAlias = npt.NDArray[np.int64]
 _Flags: TypeAlias = npt.NDArray[np.bool_]
 
 __all__ = [
@@ -26,8 +27,9 @@ __all__ = [
     "RecursiveLeastSquares",
     "Trace",
     "__version__",
+    "allan_deviations",
     "chi_squared_quantile",
-    "overlapping_allan_deviation",
+    "longest_factor",
 ]
 
 __version__: Final[str]
@@ -196,5 +198,12 @@ class AllanNoise:
     @property
     def channels(self) -> int | None: ...
 
-def overlapping_allan_deviation(z: npt.ArrayLike, m: Sequence[int]) -> _Floats: ...
 def chi_squared_quantile(probability: float, edf: npt.ArrayLike) -> _Floats: ...
+def allan_deviations(
+    z: npt.ArrayLike,
+    factors: Sequence[int],
+    kind: str = "oadev",
+    bridge: int = 0,
+    threads: int | None = None,
+) -> tuple[_Floats, _Counts, _Counts]: ...
+def longest_factor(kind: str, n: int) -> int: ...

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from zerorate._native import overlapping_allan_deviation
+from zerorate._native import allan_deviations
 
 __all__ = ["AllanCurves", "AllanJob"]
 
@@ -32,26 +32,29 @@ class AllanCurves:
 
 
 class AllanJob:
-    """Curves being computed by other threads, of axes given as contiguous rows (k, n)."""
+    """Curves being computed by other threads, of two records of shape (n, k)."""
 
     def __init__(self, executor: Executor, raw: Floats, filtered: Floats, rate: float) -> None:
-        self._shape = (2, len(raw), -1)
-        self._clusters = _octaves(raw.shape[1])
-        self._taus = np.array(self._clusters) / rate
+        self._factors = _octaves(len(raw))
+        self._taus = np.array(self._factors) / rate
         self._jobs: list[Future[Floats]] = [
-            executor.submit(overlapping_allan_deviation, row, self._clusters)
-            for row in (*raw, *filtered)
+            executor.submit(self._deviations, record) for record in (raw, filtered)
         ]
 
+    def _deviations(self, record: Floats) -> Floats:
+        # The executor's threads are all that the machine has.
+        deviations, _, _ = allan_deviations(record, self._factors, threads=1)
+        return deviations.T
+
     def __iter__(self) -> Iterator[float]:
-        """Wait for one curve after the other, and yield the fraction that is there."""
+        """Wait for one record after the other, and yield the fraction that is there."""
         for i, job in enumerate(self._jobs, start=1):
             job.result()
             yield i / len(self._jobs)
 
     def curves(self) -> AllanCurves:
         """Wait for all, and return the curves."""
-        raw, filtered = np.array([job.result() for job in self._jobs]).reshape(self._shape)
+        raw, filtered = (job.result() for job in self._jobs)
         return AllanCurves(self._taus, raw, filtered)
 
 

@@ -36,7 +36,7 @@ class Measuring:
     def with_curves(self, progress: Progress) -> tuple[tuple[Score, ...], AllanCurves]:
         """Return the scores, and Allan deviations of the first and the last series."""
         rows = self._rows()
-        raw, *_, last = rows.values()
+        raw, *_, last = self.series.values()
         with workers() as executor:
             # Scores are many short NumPy calls, which threads would only hinder.
             # Predictions in a gap are no measurement: both curves are of the same samples.

@@ -6,38 +6,6 @@ use common::{drifting, white_noise};
 use zerorate_core::allan::{AllanKind, AllanNoise};
 use zerorate_core::{DriftFilter, Filter, Method, Params, RecursiveLeastSquares, RlsParams};
 
-#[cfg(feature = "std")]
-#[test]
-fn equal_weights_give_the_allan_variance_of_the_record() {
-    let signal = drifting(5000, 3);
-    let mut noise = AllanNoise::new(1.0, AllanKind::Allan, 0.0).expect("valid parameters");
-    let running = signal.iter().map(|z| noise.update(*z)).last().expect("samples");
-    let deviation =
-        zerorate_core::allan::overlapping_allan_deviation(&signal, 1).expect("long enough");
-    // 5000 roundings of a running mean.
-    assert!((running / (deviation * deviation) - 1.0).abs() < 1e-12);
-}
-
-#[cfg(feature = "std")]
-#[test]
-fn allan_deviations_of_a_ramp_and_around_a_gap() {
-    use zerorate_core::allan::OverlappingAllan;
-    let ramp: Vec<f64> = (0..1000).map(|k| 1e7 + 0.5 * f64::from(k)).collect();
-    let record = OverlappingAllan::new(&ramp);
-    for m in [1, 2, 7, 64, 500] {
-        // A ramp of slope s: s m / √2 at every averaging time.
-        let expected = 0.5 * m as f64 / 2f64.sqrt();
-        let found = record.deviation(m).expect("long enough");
-        assert!((found / expected - 1.0).abs() < 1e-9, "{m} {found}");
-    }
-    assert_eq!(record.deviation(501), None);
-    let mut broken = ramp.clone();
-    broken[500] = f64::NAN;
-    let found = OverlappingAllan::new(&broken).deviation(100).expect("whole clusters are left");
-    assert!((found / (50.0 / 2f64.sqrt()) - 1.0).abs() < 1e-9);
-    assert_eq!(OverlappingAllan::new(&[f64::NAN; 9]).deviation(1), None);
-}
-
 #[test]
 fn second_differences_ignore_a_ramp() {
     let mut allan = AllanNoise::new(0.9, AllanKind::Allan, 0.0).expect("valid parameters");

@@ -1,4 +1,4 @@
-//! Allan variances for Python.
+//! The recursive Allan variance for Python.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -7,7 +7,6 @@ use zerorate_core::Bank;
 use zerorate_core::allan::{self as core, AllanKind};
 use zerorate_core::checkpoint::{self, Kind, Label};
 
-use crate::arrays;
 use crate::errors::NativeError;
 use crate::shared::{self, Shared, exclusive, reading};
 use crate::stream::{Labelled, Stream};
@@ -174,40 +173,4 @@ impl AllanNoise {
             shared: Shared::new(channels, Box::new(Labelled { label: LABEL, bank })),
         }
     }
-}
-
-/// Overlapping Allan deviation of a rate record at averaging times given in samples.
-///
-/// Parameters
-/// ----------
-/// z : array_like, shape (n,)
-///     Rates; those not finite are missing, and every term that needs one is left out.
-/// m : sequence of int
-///     Averaging times in samples.
-///
-/// Returns
-/// -------
-/// ndarray, float64, shape (len(m),)
-///     In the unit of ``z``; NaN where no two neighbouring clusters of that length are whole.
-///
-/// Notes
-/// -----
-/// IEEE Std 952-1997, annex C.
-///
-/// Examples
-/// --------
-/// >>> import zerorate as zr
-/// >>> zr.overlapping_allan_deviation([1.0, 2.0, 0.0], [1, 2]).round(3).tolist()
-/// [1.118, nan]
-#[pyfunction]
-pub fn overlapping_allan_deviation<'py>(
-    z: &Bound<'py, PyAny>,
-    m: Vec<usize>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let samples = arrays::batch(z, None)?;
-    let deviations: Vec<f64> = z.py().detach(|| {
-        let record = core::OverlappingAllan::new(&samples.values);
-        m.iter().map(|m| record.deviation(*m).unwrap_or(f64::NAN)).collect()
-    });
-    arrays::array(z.py(), deviations, &[m.len()])
 }

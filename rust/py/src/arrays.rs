@@ -1,5 +1,6 @@
 //! Every check and conversion of an array.
 
+use numpy::ndarray::Axis;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -52,6 +53,42 @@ pub fn row(z: &Bound<'_, PyAny>, channels: usize) -> PyResult<Vec<f64>> {
     Ok(samples.values)
 }
 
+/// Records side by side, each in a buffer of its own.
+#[derive(Debug)]
+pub struct Columns {
+    pub values: Vec<Vec<f64>>,
+    /// The length of the second axis, if there is one.
+    pub axes: Option<usize>,
+}
+
+/// Rows that are copied column by column before the next ones.
+const ROWS: usize = 4096;
+
+/// The columns of an array of shape `(n,)` or `(n, k)`, each with room for one more value.
+pub fn columns(z: &Bound<'_, PyAny>) -> PyResult<Columns> {
+    let floats = floats(z)?;
+    let array = aligned(&floats)?;
+    let shape = array.shape();
+    check_shape(matches!(shape.len(), 1 | 2), "(n,) or (n, k)", shape)?;
+    let axes = shape.get(1).copied();
+    let array = array.try_readonly()?;
+    let mut values: Vec<Vec<f64>> =
+        (0..axes.unwrap_or(1)).map(|_| Vec::with_capacity(shape[0] + 1)).collect();
+    if let ([only], Ok(slice)) = (values.as_mut_slice(), array.as_slice()) {
+        only.extend_from_slice(slice);
+        return Ok(Columns { values, axes });
+    }
+    for rows in array.as_array().axis_chunks_iter(Axis(0), ROWS) {
+        for (c, column) in values.iter_mut().enumerate() {
+            match axes {
+                None => column.extend(rows.iter()),
+                Some(_) => column.extend(rows.index_axis(Axis(1), c).iter()),
+            }
+        }
+    }
+    Ok(Columns { values, axes })
+}
+
 fn check_shape(fits: bool, expected: &str, shape: &[usize]) -> PyResult<()> {
     if fits {
         return Ok(());
@@ -68,13 +105,18 @@ pub fn tuple(shape: &[usize]) -> String {
 }
 
 fn read(z: &Bound<'_, PyAny>) -> PyResult<Samples> {
+    copied(&floats(z)?)
+}
+
+/// `z` as an array of float64; missing samples are NaN.
+fn floats<'py>(z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let numpy = z.py().import("numpy")?;
     if numpy.getattr("ma")?.call_method1("isMaskedArray", (z,))?.is_truthy()? {
         let floats = z.call_method1("astype", ("float64",))?;
-        return copied(&floats.call_method1("filled", (f64::NAN,))?);
+        return floats.call_method1("filled", (f64::NAN,));
     }
     if z.cast::<PyArrayDyn<f64>>().is_ok() {
-        return copied(z);
+        return Ok(z.clone());
     }
     let array = numpy.call_method1("asarray", (z,)).map_err(|_| {
         PyValueError::new_err(format!(
@@ -88,7 +130,7 @@ fn read(z: &Bound<'_, PyAny>) -> PyResult<Samples> {
     if kind == "O" && is_list {
         // A list with `None` for a missing sample; an array of objects is refused below.
         if let Ok(floats) = numpy.call_method1("asarray", (z, "float64")) {
-            return copied(&floats);
+            return Ok(floats);
         }
     }
     if !matches!(kind.as_str(), "f" | "i" | "u" | "b") {
@@ -96,7 +138,7 @@ fn read(z: &Bound<'_, PyAny>) -> PyResult<Samples> {
             "z must hold real numbers, got dtype {dtype}; convert with numpy.asarray(z, dtype=float)"
         )));
     }
-    copied(&array.call_method1("astype", ("float64",))?)
+    array.call_method1("astype", ("float64",))
 }
 
 /// The elements of a float64 array, row after row, whatever its layout.
@@ -110,6 +152,17 @@ fn copied(array: &Bound<'_, PyAny>) -> PyResult<Samples> {
     let plain = array.call_method1("copy", ("C",))?;
     let values = plain.cast::<PyArrayDyn<f64>>()?.try_readonly()?.as_slice()?.to_vec();
     Ok(Samples { values, shape })
+}
+
+/// The array itself, or a copy if an element or a stride is not where a float64 may stand.
+fn aligned<'py>(floats: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let array = floats.cast::<PyArrayDyn<f64>>()?;
+    let fits = |stride: &isize| stride.unsigned_abs().is_multiple_of(size_of::<f64>());
+    if (array.data() as usize).is_multiple_of(align_of::<f64>()) && array.strides().iter().all(fits)
+    {
+        return Ok(array.clone());
+    }
+    Ok(array.call_method1("copy", ("C",))?.cast_into()?)
 }
 
 /// Row after row without gaps, each element where a float64 may stand.

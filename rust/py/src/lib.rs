@@ -3,6 +3,7 @@
 
 mod allan;
 mod arrays;
+mod deviations;
 mod drift;
 mod errors;
 mod least_squares;
@@ -15,7 +16,9 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::allan::{AllanNoise, overlapping_allan_deviation};
+    use crate::allan::AllanNoise;
+    #[pymodule_export]
+    use crate::deviations::{allan_deviations, longest_factor};
     #[pymodule_export]
     use crate::drift::DriftFilter;
     #[pymodule_export]

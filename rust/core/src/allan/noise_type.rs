@@ -1,0 +1,113 @@
+//! The power law of the rate's noise, S(f) ~ f^α, at one averaging time.
+//!
+//! From the correlation of neighbouring averages (Riley & Greenhall 2004; NIST SP 1065, 5.5.6), of
+//! few averages from the ratio of their variances (5.5.3); white from flicker phase noise, which
+//! averages hardly show, from the ratio of modified and plain Allan variance (5.5.5).
+
+use std::f64::consts::{LN_2, PI};
+
+use super::record::Record;
+
+/// Averages that are looked at: the standard error of their correlation is 0.01.
+const ENOUGH: usize = 1 << 13;
+
+/// Fewest averages for a correlation, and for anything.
+const MANY: usize = 30;
+const FEW: usize = 4;
+
+/// The exponent α of averages over `m` samples, at least `lowest`; `None` of too few of them.
+pub fn exponent(record: &Record, m: usize, lowest: i32) -> Option<i32> {
+    let x = record.longest_stretch();
+    let count = (x.len().saturating_sub(1) / m).min(ENOUGH);
+    if count < FEW {
+        return None;
+    }
+    let x = middle(x, count * m + 1);
+    let points: Vec<f64> = x.iter().step_by(m).copied().collect();
+    let averages = differences(&points);
+    let alpha = match count < MANY {
+        true => from_variances(&averages, lowest)?,
+        false => from_correlation(averages, lowest)?,
+    };
+    // Both phase noises look alike to averages of two or three samples.
+    Some(if alpha >= 1 && m > 3 { phase_noise(x, m) } else { alpha })
+}
+
+fn middle(x: &[f64], length: usize) -> &[f64] {
+    let start = (x.len() - length) / 2;
+    &x[start..start + length]
+}
+
+fn differences(values: &[f64]) -> Vec<f64> {
+    values.windows(2).map(|pair| pair[1] - pair[0]).collect()
+}
+
+fn without_mean(mut values: Vec<f64>) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter_mut().for_each(|value| *value -= mean);
+    values
+}
+
+fn sum_of_squares(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum()
+}
+
+/// Takes differences until the rest is nearly white; its correlation at lag one says how nearly.
+fn from_correlation(mut averages: Vec<f64>, lowest: i32) -> Option<i32> {
+    let most = -lowest / 2;
+    for taken in 0..=most {
+        let rest = without_mean(averages);
+        let products: f64 = rest.windows(2).map(|pair| pair[0] * pair[1]).sum();
+        let correlation = products / sum_of_squares(&rest);
+        let delta = correlation / (1.0 + correlation);
+        if delta.is_nan() {
+            return None;
+        }
+        if delta < 0.25 || taken == most {
+            return Some((-(2.0 * delta).round() as i32 - 2 * taken).clamp(lowest, 2));
+        }
+        averages = differences(&rest);
+    }
+    None
+}
+
+/// By the ratio of sample variance and Allan variance, which grows the more, the redder the noise.
+fn from_variances(averages: &[f64], lowest: i32) -> Option<i32> {
+    let n = averages.len() as f64;
+    let allan = sum_of_squares(&differences(averages)) / (2.0 * (n - 1.0));
+    let ratio = sum_of_squares(&without_mean(averages.to_vec())) / (n - 1.0) / allan;
+    if ratio.is_nan() {
+        return None;
+    }
+    // Expected for α = 1, 0, -1, -2, -3.
+    let expected = [
+        2.0 * (n + 1.0) / (3.0 * n),
+        1.0,
+        n * n.ln() / (2.0 * (n - 1.0) * LN_2),
+        n / 2.0,
+        n * (n + 1.0) / 6.0,
+    ];
+    let passed = expected.windows(2).take_while(|pair| ratio > (pair[0] * pair[1]).sqrt()).count();
+    Some((1 - passed as i32).max(lowest))
+}
+
+/// 2 for white and 1 for flicker phase noise.
+fn phase_noise(x: &[f64], m: usize) -> i32 {
+    let white = 1.0 / m as f64;
+    let flicker = 3.374 / (1.038 + 3.0 * (PI * m as f64).ln());
+    if modified_ratio(x, m) < (white * flicker).sqrt() { 2 } else { 1 }
+}
+
+/// Modified over plain Allan variance.
+fn modified_ratio(x: &[f64], m: usize) -> f64 {
+    let difference = |i: usize| x[i + 2 * m] - 2.0 * x[i + m] + x[i];
+    let mut window: f64 = (0..m).map(difference).sum();
+    let (mut plain, mut modified) = (0.0, 0.0);
+    for j in 0..x.len() - 3 * m {
+        let leaving = difference(j);
+        plain += leaving * leaving;
+        modified += window * window;
+        window += difference(j + m) - leaving;
+    }
+    modified / (plain * (m as f64).powi(2))
+}

@@ -1,0 +1,141 @@
+//! Deviations of the Allan family for Python.
+
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use rayon::prelude::*;
+use zerorate_core::allan::{Curve, Kind, Record, curves};
+
+use crate::arrays;
+use crate::shared::positive;
+
+type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
+
+/// Deviations of the Allan family of rate records, at averaging factors given in samples.
+///
+/// Parameters
+/// ----------
+/// z : array_like, shape (n,) or (n, k)
+///     Rates of one axis or of k. Those not finite or masked are missing: each stretch between two
+///     gaps counts as far as whole terms fit into it.
+/// factors : sequence of int
+///     Averaging times m in samples, at least 1.
+/// kind : str, default "oadev"
+///     "adev", "oadev", "mdev", "tdev", "hdev", "ohdev", "totdev", "mtotdev", "ttotdev",
+///     "htotdev", "theo1" or "pdev". None is corrected for bias. "theo1" answers for 0.75 m and
+///     needs an even m from 10 on. "tdev" and "ttotdev" are in unit times samples.
+/// bridge : int, default 0
+///     Gaps of at most so many samples are first closed by a straight line.
+/// threads : int, optional
+///     1 stays on this thread, more make a pool of so many; the default is the process's own pool,
+///     as wide as the machine. The result is the same to the last bit.
+///
+/// Returns
+/// -------
+/// deviation : ndarray, float64, shape (t,) or (t, k)
+///     In the unit of ``z``, one row a factor; NaN where there is no term.
+/// terms : ndarray, int64, shape (t,) or (t, k)
+///     Number of terms, overlapping ones counted each.
+/// exponent : ndarray, int64, shape (t,) or (t, k)
+///     α of the rate's noise S(f) ~ f^α at that averaging time, -4 (Hadamard kinds) or -2 to 2;
+///     where it cannot be told, that of the factor before, at first 0.
+///
+/// Raises
+/// ------
+/// ValueError
+///     An unknown kind, a factor below 1, or ``z`` of another shape.
+/// TypeError
+///     ``z`` does not hold real numbers.
+///
+/// Notes
+/// -----
+/// W. J. Riley, NIST Special Publication 1065, section 5; "pdev": Vernotte et al., IEEE Trans. UFFC
+/// 63(4), 2016; exponent: Riley and Greenhall, 18th EFTF, 2004.
+///
+/// Examples
+/// --------
+/// >>> from zerorate import _native
+/// >>> deviation, terms, _ = _native.allan_deviations([1.0, 2.0, 0.0], [1, 2])
+/// >>> deviation.round(3).tolist(), terms.tolist()
+/// ([1.118, nan], [2, 0])
+#[pyfunction]
+#[pyo3(signature = (z, factors, kind="oadev", bridge=0, threads=None))]
+pub fn allan_deviations<'py>(
+    z: &Bound<'py, PyAny>,
+    factors: Vec<i128>,
+    kind: &str,
+    bridge: i128,
+    threads: Option<i128>,
+) -> PyResult<Arrays<'py>> {
+    let kind = named(kind)?;
+    let factors =
+        factors.into_iter().map(|m| positive("a factor", m)).collect::<PyResult<Vec<_>>>()?;
+    let bridge = usize::try_from(bridge)
+        .map_err(|_| PyValueError::new_err(format!("bridge must not be negative, got {bridge}")))?;
+    let threads = threads.map(|n| positive("threads", n.min(i128::from(u16::MAX)))).transpose()?;
+    let columns = arrays::columns(z)?;
+    let shape: Vec<usize> = std::iter::once(factors.len()).chain(columns.axes).collect();
+    let curves = z.py().detach(|| {
+        on_threads(threads, |parallel| {
+            let records = records(columns.values, bridge, parallel);
+            curves(&records, kind, &factors, parallel)
+        })
+    })?;
+    tabulate(z.py(), &curves, &shape)
+}
+
+/// Largest averaging factor of a kind that has a term in a record of n samples, 0 if none has.
+///
+/// Raises
+/// ------
+/// ValueError
+///     An unknown kind, or a negative n.
+#[pyfunction]
+pub fn longest_factor(kind: &str, n: i128) -> PyResult<usize> {
+    let samples = usize::try_from(n)
+        .map_err(|_| PyValueError::new_err(format!("n must be a number of samples, got {n}")))?;
+    Ok(named(kind)?.longest(samples))
+}
+
+fn named(kind: &str) -> PyResult<Kind> {
+    Kind::from_name(kind).ok_or_else(|| {
+        let names = Kind::NAMES.map(|(_, name)| format!("'{name}'")).join(", ");
+        PyValueError::new_err(format!("kind must be one of {names}, got '{kind}'"))
+    })
+}
+
+/// Runs `work` on the process's pool, on one of its own, or, for one thread, where it is called.
+fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce(bool) -> R + Send) -> PyResult<R> {
+    match threads {
+        None => Ok(work(true)),
+        Some(1) => Ok(work(false)),
+        Some(n) => {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().map_err(|error| {
+                PyRuntimeError::new_err(format!("{n} threads could not be started: {error}"))
+            })?;
+            Ok(pool.install(|| work(true)))
+        }
+    }
+}
+
+fn records(columns: Vec<Vec<f64>>, bridge: usize, parallel: bool) -> Vec<Record> {
+    let record = |column| Record::new(column, bridge);
+    match parallel {
+        true => columns.into_par_iter().map(record).collect(),
+        false => columns.into_iter().map(record).collect(),
+    }
+}
+
+/// Arrays of one row a factor and one column an axis.
+fn tabulate<'py>(py: Python<'py>, curves: &[Curve], shape: &[usize]) -> PyResult<Arrays<'py>> {
+    let rows = || (0..shape[0]).flat_map(|t| curves.iter().map(move |curve| (curve, t)));
+    let deviations =
+        rows().map(|(curve, t)| curve.estimates[t].map_or(f64::NAN, |estimate| estimate.deviation));
+    let terms =
+        rows().map(|(curve, t)| curve.estimates[t].map_or(0, |estimate| estimate.terms as i64));
+    let exponents = rows().map(|(curve, t)| i64::from(curve.exponents[t]));
+    Ok((
+        arrays::array(py, deviations.collect(), shape)?,
+        arrays::array(py, terms.collect(), shape)?,
+        arrays::array(py, exponents.collect(), shape)?,
+    ))
+}
