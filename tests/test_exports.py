@@ -62,6 +62,17 @@ def test_vins_takes_deviations_per_sample():
     assert read == pytest.approx(expected, **SIX)
 
 
+def test_vins_takes_densities_where_no_rate_is_given():
+    read = yaml.safe_load(GYRO.to_vins(accelerometer=ACCELEROMETER))
+    assert read == pytest.approx(
+        {"gyr_n": 2e-4, "gyr_w": 4e-6, "acc_n": 1e-3, "acc_w": 5e-5}, **SIX
+    )
+
+
+def test_orbslam3_without_a_rate_leaves_the_frequency_out():
+    assert "IMU.Frequency" not in yaml.safe_load(GYRO.to_orbslam3())
+
+
 def test_px4_takes_deviations_per_filter_step():
     read = px4_values(GYRO.to_px4(accelerometer=ACCELEROMETER))
     expected = {
@@ -163,15 +174,14 @@ def test_refusals(export, change, message):
 
 @pytest.mark.parametrize("name", ["to_kalibr", "to_vins", "to_orbslam3", "to_px4", "to_json"])
 def test_files_are_whole_and_not_replaced_unasked(name, tmp_path):
-    options = {"rate": RATE} if name in ("to_vins", "to_orbslam3") else {}
     export, path = getattr(GYRO, name), tmp_path / "imu.txt"
-    text = export(path, **options)
+    text = export(path)
     assert path.read_text(encoding="utf-8") == text
     with pytest.raises(FileExistsError, match=r"imu.txt exists already; pass force=True"):
-        export(path, **options)
-    assert export(path, force=True, **options) == text
+        export(path)
+    assert export(path, force=True) == text
     with pytest.raises(FileNotFoundError, match="does not exist"):
-        export(tmp_path / "nowhere" / "imu.txt", **options)
+        export(tmp_path / "nowhere" / "imu.txt")
     assert [entry.name for entry in tmp_path.iterdir()] == ["imu.txt"]
 
 

@@ -201,7 +201,7 @@ class AllanNoise:
 def chi_squared_quantile(probability: float, edf: npt.ArrayLike) -> _Floats: ...
 def allan_deviations(
     z: npt.ArrayLike,
-    factors: Sequence[int],
+    factors: Sequence[int] | _Counts,
     kind: str = "oadev",
     bridge: int = 0,
     threads: int | None = None,

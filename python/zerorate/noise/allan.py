@@ -14,7 +14,7 @@ from zerorate.noise.kinds import Kind, KindName
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.noise.records import check_unit
 from zerorate.noise.result import AllanResult
-from zerorate.noise.taus import TauGrid, factors, time_of_factor
+from zerorate.noise.taus import TauGrid, factors, seconds
 
 __all__ = ["allan"]
 
@@ -110,7 +110,7 @@ def allan(
     time = 1.0 / hertz if family.time else 1.0
     return AllanResult(
         kind=kind,
-        taus=m * time_of_factor(family) / hertz,
+        taus=seconds(m, family, hertz),
         deviation=deviation * time,
         lower=lower * time,
         upper=upper * time,
@@ -139,7 +139,7 @@ def _check(confidence: float, exponent: int | None, bridge: int) -> None:
 def _record(z: npt.ArrayLike) -> npt.NDArray[np.generic]:
     """Return the record as an array, as it is in memory, if there is a sample in every axis."""
     if np.ma.isMaskedArray(z):
-        z = z.astype(np.float64).filled(np.nan)
+        z = np.ma.filled(np.ma.asarray(z, dtype=np.float64), np.nan)
     record = np.asarray(z)
     if record.dtype.kind == "O":
         record = record.astype(np.float64)

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from zerorate.noise.kinds import Kind
 from zerorate.noise.power_laws import Process
 
-__all__ = ["CurveStatistics", "degrees_of_freedom"]
+__all__ = ["CurveStatistics", "degrees_of_freedom", "variances"]
 
 Floats = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int64]
@@ -60,10 +60,7 @@ class CurveStatistics:
         pairs = _overlap(spans[first, None], spans[second, None], lags)
         self._weights = pairs * widths / (spans[first] * spans[second])[:, None]
         self._cross = np.stack([_cross(kind, process, a, b, lags, step) for process in processes])
-        own, zero = taus[:, None], np.zeros((m.size, 1))
-        self.variances = np.column_stack(
-            [_cross(kind, process, own, own, zero, 1.0) for process in processes]
-        )
+        self.variances = np.column_stack([variances(kind, m, process) for process in processes])
         self._ramp = taus / math.sqrt(2.0) if kind.order == 2 else np.zeros_like(taus)
 
     def covariance(self, strengths: Floats, ramp: float = 0.0) -> Floats:
@@ -85,6 +82,12 @@ class CurveStatistics:
         return matrix + np.triu(matrix, 1).T
 
 
+def variances(kind: Kind, m: Counts, process: Process) -> Floats:
+    """Return the expected squared deviation of a process of unit strength, shape (t,)."""
+    taus = m.astype(np.float64)[:, None]
+    return _cross(kind, process, taus, taus, np.zeros_like(taus), 1.0)[:, 0]
+
+
 def degrees_of_freedom(kind: Kind, m: Counts, terms: Counts, process: Process) -> Floats:
     """Return how many degrees of freedom estimates have where one process rules, shape (t,).
 
@@ -96,8 +99,7 @@ def degrees_of_freedom(kind: Kind, m: Counts, terms: Counts, process: Process) -
     span = (terms * _stride(kind, m))[:, None]
     shares = _overlap(span, span, lags) * widths / span**2
     squares = _cross(kind, process, taus, taus, lags, step) ** 2
-    own = _cross(kind, process, taus, taus, np.zeros_like(taus), 1.0)[:, 0]
-    freedoms: Floats = own**2 / np.sum(squares * shares, axis=-1)
+    freedoms: Floats = variances(kind, m, process) ** 2 / np.sum(squares * shares, axis=-1)
     return freedoms
 
 
@@ -131,7 +133,8 @@ def _lags(reach: int, a: Floats, b: Floats, step: Floats) -> tuple[Floats, Float
 
 def _overlap(first: Floats, second: Floats, lags: Floats) -> Floats:
     """Return how many places t there are with t in the first span and t + k in the second."""
-    return np.maximum(np.minimum(first, second - lags) - np.maximum(0.0, -lags), 0.0)
+    pairs: Floats = np.minimum(first, second - lags) - np.maximum(0.0, -lags)
+    return np.maximum(pairs, 0.0)
 
 
 def _cross(

@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.noise.correlated import Markov, Sinusoid
-from zerorate.noise.covariance import CurveStatistics
+from zerorate.noise.covariance import CurveStatistics, variances
 from zerorate.noise.fit import Component, FittedModel, Problem, fitted
 from zerorate.noise.kinds import Kind
+from zerorate.noise.least_squares import left_over
 from zerorate.noise.power_laws import markov as markov_process
 from zerorate.noise.processes import COLOURED, ramp_variance, sinusoid_variance, strength
 from zerorate.noise.quantities import Quantity
@@ -92,6 +93,7 @@ class _Design:
         factor: float,
     ) -> None:
         kind, rate, m = curve.kind, curve.rate, curve.m
+        samples = m.astype(np.float64)
         noises = [term for term in terms if term in COLOURED]
         processes = [COLOURED[term] for term in noises]
         processes += [markov_process(time * rate) for time in times]
@@ -102,10 +104,10 @@ class _Design:
         components += [_markov(time) for time in times]
         self.has_ramp = "rate_ramp" in terms and kind.order == 2
         if self.has_ramp:
-            columns.append(ramp_variance(kind, m * 1.0)[:, None])
+            columns.append(ramp_variance(kind, samples)[:, None])
             components.append(Component("rate_ramp", strength("rate_ramp", rate)))
         for frequency in frequencies:
-            columns.append(sinusoid_variance(kind, m * 1.0, frequency / rate)[:, None])
+            columns.append(sinusoid_variance(kind, samples, frequency / rate)[:, None])
             components.append(_sinusoid(frequency))
         self.basis = np.hstack(columns)
         self.components = [replace(c, scale=c.scale / factor**2) for c in components]
@@ -136,15 +138,23 @@ def _sinusoid(frequency: float) -> Component:
 def _best_times(
     curve: Curve, terms: Sequence[str], count: int, frequencies: Sequence[float]
 ) -> list[float]:
-    """Return correlation times, found one after the other, each where chi-squared is least."""
+    """Return correlation times, found one after the other, each where chi-squared is least.
+
+    The scatter is taken from the fit without the term that is looked for, so that a trial costs
+    one linear fit.
+    """
     times: list[float] = []
     first, last = 2.0 / curve.rate, float(curve.m[-1]) / curve.rate
     steps = max(int(_TIMES_PER_DECADE * np.log10(last / first)), 1)
     for _ in range(count):
+        problem = _Design(curve, terms, times, frequencies, 1.0).problem()
+        solution, weighting, *_ = problem.solve()
+        scatter = weighting(solution.strengths)
         trials = [float(t) for t in np.geomspace(first, last, steps + 1) if t not in times]
-        misfits = [
-            _Design(curve, terms, [*times, time], frequencies, 1.0).problem().solve()[3]
-            for time in trials
+        columns = (variances(curve.kind, curve.m, markov_process(t * curve.rate)) for t in trials)
+        left = [
+            left_over(np.column_stack((problem.basis, column)), problem.data, scatter)
+            for column in columns
         ]
-        times.append(trials[int(np.argmin(misfits))])
+        times.append(trials[int(np.argmin(left))])
     return times

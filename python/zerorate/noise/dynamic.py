@@ -13,7 +13,7 @@ from zerorate import _native
 from zerorate.noise.kinds import KindName
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.noise.records import check_unit, samples
-from zerorate.noise.taus import TauGrid, factors, time_of_factor
+from zerorate.noise.taus import TauGrid, factors, seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -135,8 +135,8 @@ def dynamic_allan(
     time = 1.0 / rate if family.time else 1.0
     return DynamicAllan(
         kind=kind,
-        times=(np.arange(len(windows)) * stride + size / 2.0) / rate,
-        taus=m * time_of_factor(family) / rate,
+        times=(np.arange(len(windows), dtype=np.float64) * stride + size / 2.0) / rate,
+        taus=seconds(m, family, rate),
         deviation=np.concatenate(deviations) * time,
         window=size / rate,
         unit=check_unit(unit),

@@ -18,6 +18,8 @@ Counts = npt.NDArray[np.int64]
 
 # Degrees of freedom change slowly with the averaging time: dense grids are filled in.
 _MOST: Final = 256
+# The fits pass below what one square has where tau nears the record's length.
+_LEAST: Final = 0.5
 
 # SP 1065, section 5.4: edf = b T/tau - c of each exponent.
 _TOTAL: Final = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
@@ -70,12 +72,12 @@ def freedoms(kind: Kind, m: Counts, terms: Counts, exponents: Counts, n: int) ->
     Without reflection: the combined formula of Greenhall and Riley (2003), summed. With it: the
     fits of NIST SP 1065, section 5.4. None are published for the parabolic deviation.
     """
-    result = np.full(m.size, np.nan)
+    result: Floats = np.full(m.size, np.nan)
     for exponent in np.unique(nearest_exponent(kind, exponents)):
         there = (nearest_exponent(kind, exponents) == exponent) & (terms > 0)
         if there.any():
             result[there] = _of_one_noise(kind, m[there], terms[there], int(exponent), n)
-    return np.maximum(result, 0.5)
+    return np.maximum(result, _LEAST)
 
 
 def bounds(deviation: Floats, edf: Floats, confidence: float) -> tuple[Floats, Floats]:
@@ -94,7 +96,7 @@ def total_bias(kind: Kind, m: Counts, exponents: Counts, n: int) -> Floats:
     if kind.name == "totdev":
         return 1.0 - _pick(_TOTAL_BIAS, exponents, 0.0) * m / n
     if kind.name == "htotdev":
-        return 1.0 + np.where(m > 1, _pick(_HADAMARD_TOTAL_BIAS, exponents, 0.0), 0.0)
+        return 1.0 + _pick(_HADAMARD_TOTAL_BIAS, exponents, 0.0) * (m > 1)
     if kind.name in ("mtotdev", "ttotdev"):
         return _pick(_MODIFIED_TOTAL_BIAS, exponents, 1.0)
     return np.ones(m.size)
@@ -113,7 +115,8 @@ def _of_one_noise(kind: Kind, m: Counts, terms: Counts, exponent: int, n: int) -
             return reflected
         # One sample leaves nothing to reflect: there it is the overlapping Hadamard deviation.
         plain = _of_one_noise(KINDS["ohdev"], m, terms, exponent, n)
-        return np.where(m == 1, plain, reflected)
+        reflected[m == 1] = plain[m == 1]
+        return reflected
     if m.size <= _MOST:
         return degrees_of_freedom(kind, m, terms, BY_EXPONENT[exponent])
     few = np.unique(np.rint(np.geomspace(1, m.size, _MOST)).astype(np.int64)) - 1
@@ -138,19 +141,27 @@ def _hadamard_total(exponent: int, ratio: Floats, m: Counts) -> Floats:
 
 
 def _theo1(exponent: int, ratio: Floats, m: Counts) -> Floats:
-    """Return the fits of SP 1065, table 8, to phase points N and averaging times r = 0.75 m."""
-    r, n = 0.75 * m, ratio * m + 1.0
-    if exponent == 2:
-        return 0.86 * (n + 1.0) * (n - 4.0 * r / 3.0) / (n - r) * r / (r + 1.14)
-    if exponent == 1:
-        fit = (4.798 * n**2 - 6.374 * n * r + 12.387 * r) / (np.sqrt(r + 36.6) * (n - r))
-        return fit * r / (r + 0.3)
-    if exponent == 0:
-        return ((4.1 * n + 0.8) / r - (3.1 * n + 6.5) / n) * r**1.5 / (r**1.5 + 5.2)
-    if exponent == -1:
-        return (2.0 * n**2 - 1.3 * n * r - 3.5 * r) / (n * r) * r**3 / (r**3 + 2.3)
-    x = 4.4 * n - 1.0
-    return (4.4 * n - 2.0) / (2.9 * r) * (x**2 - 8.6 * r * x + 11.4 * r**2) / (x - 2.0) ** 2
+    samples = m.astype(np.float64)
+    return _THEO1[exponent](ratio * samples + 1.0, 0.75 * samples)
+
+
+# NIST SP 1065, table 8: of N phase points, at averaging times of r samples.
+_THEO1: Final[dict[int, Callable[[Floats, Floats], Floats]]] = {
+    2: lambda n, r: 0.86 * (n + 1.0) * (n - 4.0 * r / 3.0) / (n - r) * r / (r + 1.14),
+    1: lambda n, r: (
+        (4.798 * n**2 - 6.374 * n * r + 12.387 * r)
+        / (np.sqrt(r + 36.6) * (n - r))
+        * (r / (r + 0.3))
+    ),
+    0: lambda n, r: ((4.1 * n + 0.8) / r - (3.1 * n + 6.5) / n) * r**1.5 / (r**1.5 + 5.2),
+    -1: lambda n, r: (2.0 * n**2 - 1.3 * n * r - 3.5 * r) / (n * r) * r**3 / (r**3 + 2.3),
+    -2: lambda n, r: (
+        (4.4 * n - 2.0)
+        / (2.9 * r)
+        * ((4.4 * n - 1.0) ** 2 - 8.6 * r * (4.4 * n - 1.0) + 11.4 * r**2)
+        / (4.4 * n - 3.0) ** 2
+    ),
+}
 
 
 _REFLECTED: Final[dict[str, Callable[[int, Floats, Counts], Floats]]] = {

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from zerorate._native import chi_squared_quantile
 
-__all__ = ["Solution", "Weighting", "bound_by_one", "solve", "upper_bound"]
+__all__ = ["Solution", "Weighting", "bound_by_one", "left_over", "solve", "upper_bound"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -71,6 +71,13 @@ def solve(basis: Floats, data: Floats, start: Floats, weighting: Weighting) -> S
     sigmas[active] = np.sqrt(np.diag(_inverse(white[:, :-1][:, active])))
     residual = white[:, -1] - white[:, :-1] @ strengths
     return Solution(strengths, sigmas, float(residual @ residual), data.size - int(active.sum()))
+
+
+def left_over(basis: Floats, data: Floats, scatter: Floats) -> float:
+    """Return the chi-squared of the best fit where the covariance of the data is given."""
+    white = _whitened(scatter, np.column_stack((basis, data)))
+    residual = white[:, -1] - white[:, :-1] @ _fit(white)
+    return float(residual @ residual)
 
 
 def upper_bound(basis: Floats, solution: Solution, i: int, weighting: Weighting) -> float:
@@ -143,7 +150,8 @@ def _non_negative(matrix: Floats, target: Floats) -> Floats:
             break
         free[best] = True
         x = _feasible(matrix, target, x, free)
-    return x / lengths
+    strengths: Floats = x / lengths
+    return strengths
 
 
 def _feasible(matrix: Floats, target: Floats, x: Floats, free: npt.NDArray[np.bool_]) -> Floats:

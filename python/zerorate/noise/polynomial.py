@@ -57,7 +57,7 @@ def polynomial_fit(
         for name, a, sigma in zip(_POWERS, scaled / lengths, sigmas, strict=True)
     }
     return FittedModel(
-        **coefficients,
+        **coefficients,  # type: ignore[arg-type]
         quantity=quantity,
         method="polynomial",
         chi_squared=residual,
@@ -67,7 +67,8 @@ def polynomial_fit(
 
 
 def _coefficient(name: str, a: float, sigma: float) -> Coefficient:
-    unit = float(NoiseModel(**{name: 1.0}).allan_deviation(1.0)) ** 2
+    model = NoiseModel(**{name: 1.0})  # type: ignore[arg-type]
+    unit = float(model.allan_deviation(1.0)) ** 2
     bound = float(np.sqrt(max(a, 0.0) + 1.645 * sigma) / np.sqrt(unit))
     if not a > 0.0:
         return Coefficient(0.0, bound / 1.645, False, bound)

@@ -36,7 +36,7 @@ _RATE_POWER: Final = {
 
 def strength(term: str, rate: float) -> float:
     """Return the variance, with the sample as unit of time, of a term whose coefficient is 1."""
-    return rate ** _RATE_POWER[term]
+    return math.pow(rate, _RATE_POWER[term])
 
 
 def check_terms(terms: Sequence[str]) -> tuple[str, ...]:

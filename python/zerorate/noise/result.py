@@ -195,8 +195,8 @@ class AllanResult:
         """Deviation of the rate, by axis: a time deviation is tau / sqrt(3) times one."""
         if not KINDS[self.kind].time:
             return self.deviation
-        scale = np.sqrt(3.0) / self.taus
-        return (self.deviation.T * scale).T
+        rates: Floats = (self.deviation.T * np.sqrt(3.0) / self.taus).T
+        return rates
 
     def __iter__(self) -> Iterator[AllanResult]:
         """Iterate over the axes."""

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from zerorate.noise.kinds import Kind
 
-__all__ = ["TauGrid", "factors", "time_of_factor"]
+__all__ = ["TauGrid", "factors", "seconds"]
 
 Counts = npt.NDArray[np.int64]
 TauGrid = Literal["octave", "decade", "all"]
@@ -45,25 +45,30 @@ def factors(
     wanted = np.atleast_1d(np.asarray(taus, dtype=np.float64))
     if wanted.ndim != 1 or wanted.size == 0 or not np.all(np.isfinite(wanted) & (wanted > 0.0)):
         raise ValueError("taus must be positive and finite averaging times in s, at least one")
-    exact = wanted * rate / time_of_factor(kind)
+    exact = wanted * rate / _time_of_factor(kind)
     found = _whole(exact, kind)
     if found.max() > longest:
-        limit = longest * time_of_factor(kind) / rate
+        limit = longest * _time_of_factor(kind) / rate
         raise ValueError(
             f"tau {wanted.max():g} s is beyond this record: its {kind.name} goes up to {limit:g} s"
         )
     return np.unique(found), tuple(_rounded(wanted, exact, found, kind, rate))
 
 
-def time_of_factor(kind: Kind) -> float:
+def seconds(m: Counts, kind: Kind, rate: float) -> npt.NDArray[np.float64]:
+    """Return the averaging times of factors."""
+    return m.astype(np.float64) * _time_of_factor(kind) / rate
+
+
+def _time_of_factor(kind: Kind) -> float:
     """Return the averaging time of factor 1 in samples."""
     return 0.75 if kind.name == "theo1" else 1.0
 
 
 def _whole(exact: npt.NDArray[np.float64], kind: Kind) -> Counts:
     if kind.name == "theo1":
-        return np.maximum(2 * np.rint(exact / 2.0), _LEAST_THEO1).astype(np.int64)
-    return np.maximum(np.rint(exact), 1).astype(np.int64)
+        return np.maximum(2 * np.rint(exact / 2.0).astype(np.int64), _LEAST_THEO1)
+    return np.maximum(np.rint(exact).astype(np.int64), 1)
 
 
 def _rounded(
@@ -77,7 +82,7 @@ def _rounded(
     if not off.any():
         return []
     first = int(np.argmax(off))
-    used = found[first] * time_of_factor(kind) / rate
+    used = found[first] * _time_of_factor(kind) / rate
     return [
         f"{int(off.sum())} of {wanted.size} averaging times are no whole numbers of samples and "
         f"were rounded, {wanted[first]:g} s to {used:g} s"

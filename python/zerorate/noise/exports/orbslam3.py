@@ -19,7 +19,7 @@ def to_orbslam3(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
     *,
-    rate: float,
+    rate: float | None = None,
     accelerometer: "NoiseModel | None" = None,
     inflate: float = 1.0,
     force: bool = False,
@@ -30,8 +30,9 @@ def to_orbslam3(
     ----------
     path : str or path, optional
         A file to write as well. Default: none.
-    rate : float
-        ``IMU.Frequency`` in Hz.
+    rate : float, optional
+        ``IMU.Frequency`` in Hz. Without it that line is left out, which ORB-SLAM3 does not
+        accept: it is to be added by hand.
     accelerometer : NoiseModel, optional
         Model of quantity "acceleration". Without one its lines are left out, which ORB-SLAM3
         does not accept: they are to be added by hand.
@@ -73,5 +74,6 @@ def to_orbslam3(
     title = "ORB-SLAM3: noise of an IMU, densities of continuous time."
     lines = head(title, accelerometer, inflate)
     lines += map(yaml_line, settings(_NAMES, model, accelerometer, inflate))
-    lines.append(f"IMU.Frequency: {number(positive_rate(rate))}  # Hz")
+    if rate is not None:
+        lines.append(f"IMU.Frequency: {number(positive_rate(rate))}  # Hz")
     return written(joined(lines), path, force)

@@ -18,7 +18,7 @@ def to_vins(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
     *,
-    rate: float,
+    rate: float | None = None,
     accelerometer: "NoiseModel | None" = None,
     inflate: float = 1.0,
     force: bool = False,
@@ -29,8 +29,10 @@ def to_vins(
     ----------
     path : str or path, optional
         A file to write as well. Default: none.
-    rate : float
-        Rate in Hz of the IMU messages that VINS integrates.
+    rate : float, optional
+        Rate in Hz of the IMU messages that VINS integrates: with it deviations per sample are
+        written, which is what its arithmetic takes. By default the densities of continuous time
+        are, with which most published configurations are filled.
     accelerometer : NoiseModel, optional
         Model of quantity "acceleration". Without one its lines are left out.
     inflate : float
@@ -53,11 +55,11 @@ def to_vins(
 
     Notes
     -----
-    VINS takes deviations per sample, not densities: its preintegration adds (dt gyr_w)^2 to the
-    variance of the bias at every step of dt, so gyr_w = K sqrt(rate) gives the growth K^2 dt of a
-    random walk. gyr_n = N sqrt(rate) is the deviation of one sample, as the configuration
-    names it; the midpoint rule then takes both ends of a step as independent and adds half of
-    N^2 dt.
+    The preintegration adds (dt gyr_w)^2 to the variance of the bias at every step of dt, so
+    gyr_w = K sqrt(rate) gives the growth K^2 dt of a random walk; with K itself the bias is held
+    sqrt(rate) times too steady, for which `inflate` is often raised. gyr_n = N sqrt(rate) is the
+    deviation of one sample; the midpoint rule then takes both ends of a step as independent and
+    adds half of N^2 dt.
 
     Examples
     --------
@@ -72,6 +74,9 @@ def to_vins(
     <BLANKLINE>
     """
     found = settings(_NAMES, model, accelerometer, inflate, rate)
-    title = f"VINS: noise of an IMU at {rate:g} Hz, deviations per sample."
+    if rate is None:
+        title = "VINS: noise of an IMU, densities of continuous time."
+    else:
+        title = f"VINS: noise of an IMU at {rate:g} Hz, deviations per sample."
     lines = head(title, accelerometer, inflate)
     return written(joined([*lines, *map(yaml_line, found)]), path, force)
