@@ -8,6 +8,7 @@ mod errors;
 mod least_squares;
 mod shared;
 mod stream;
+mod streaming;
 
 use pyo3::prelude::*;
 
@@ -21,6 +22,8 @@ mod _native {
     use crate::drift::trace::Trace;
     #[pymodule_export]
     use crate::least_squares::RecursiveLeastSquares;
+    #[pymodule_export]
+    use crate::streaming::StreamingAllan;
     use pyo3::prelude::*;
 
     #[pymodule_init]
