@@ -97,11 +97,7 @@ impl StreamingAllan {
 
     /// Takes a batch: (n,), with channels (n, k); the interpreter lock is released.
     #[pyo3(signature = (z, threads=None))]
-    fn process(
-        slf: &Bound<'_, Self>,
-        z: &Bound<'_, PyAny>,
-        threads: Option<i128>,
-    ) -> PyResult<()> {
+    fn process(slf: &Bound<'_, Self>, z: &Bound<'_, PyAny>, threads: Option<i128>) -> PyResult<()> {
         let mut this = exclusive(slf)?;
         let threads = shared::threads(threads)?;
         let samples = arrays::batch(z, this.channels)?;

@@ -64,9 +64,9 @@ impl<const N: usize> Differences<N> {
 
     /// Whether this could be after `samples`.
     pub(super) fn is_possible(&self, samples: u64) -> bool {
-        self.octaves.iter().all(|tally| {
-            tally.terms <= samples && tally.sums.iter().all(|sum| *sum >= 0.0)
-        })
+        self.octaves
+            .iter()
+            .all(|tally| tally.terms <= samples && tally.sums.iter().all(|sum| *sum >= 0.0))
     }
 
     /// How many octaves have a term at `x_k`: a block is whole in all of them or in none.

@@ -53,6 +53,7 @@ impl Phases {
 
     /// A sample was missing: the next one starts another stretch.
     pub(super) fn clear(&mut self) {
+        self.origin = 0.0;
         self.count = 0;
         self.ring.clear();
     }
