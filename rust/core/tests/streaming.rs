@@ -100,8 +100,8 @@ fn an_octave_that_is_not_there_has_no_term() {
 #[test]
 fn the_largest_differences_stay_finite() {
     let samples: Vec<f64> = (0..5000).map(|k| [f64::MAX, f64::MIN][k / 64 % 2]).collect();
-    let allan = fed(12, &samples);
-    for j in 0..12 {
+    let allan = fed(11, &samples);
+    for j in 0..11 {
         assert!(allan.allan(j).0.is_finite() && allan.hadamard(j).0.is_finite());
         assert!(allan.allan(j).0 >= 0.0 && allan.hadamard(j).0 >= 0.0);
     }
