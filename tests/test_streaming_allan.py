@@ -73,9 +73,7 @@ def test_the_whole_record_agrees(offset):
     # The mean lies some two deviations off the first sample: rounding is as noise of
     # 6e-17 * 2e4 * 2 = 2e-12 deviations on each sample.
     for name, order in (("deviation", 1), ("hadamard_deviation", 2)):
-        np.testing.assert_allclose(
-            getattr(allan, name), batch_deviations(z, 10, order), rtol=1e-11
-        )
+        np.testing.assert_allclose(getattr(allan, name), batch_deviations(z, 10, order), rtol=1e-11)
 
 
 def test_a_large_offset_costs_no_precision():
@@ -99,9 +97,7 @@ def test_a_mean_far_off_the_first_sample_costs_nothing_to_be_seen():
     # Rounding is as noise of at most 6e-17 * 1e6 * 40 = 3e-9 deviations on each sample. It does not
     # go with the samples' own, so of the 2000 averages of 512 samples a part of 1/√2000 is seen.
     for name, order in (("deviation", 1), ("hadamard_deviation", 2)):
-        np.testing.assert_allclose(
-            getattr(allan, name), batch_deviations(z, 10, order), rtol=1e-10
-        )
+        np.testing.assert_allclose(getattr(allan, name), batch_deviations(z, 10, order), rtol=1e-10)
 
 
 def test_rounding_on_a_long_way_is_as_documented():
