@@ -45,10 +45,11 @@ const ROWS: usize = 1 << 10;
 ///
 /// Notes
 /// -----
-/// Riley, *Handbook of Frequency Stability Analysis*, NIST SP 1065 (2008), equations 11 and 20, with
-/// rates in place of fractional frequencies. The differences are taken of the running sum of
-/// distances from the first sample, or the first after a missing one. If the mean of n samples lies D
-/// off it, rounding is as noise of deviation ``6e-17 * n * D`` on each sample.
+/// The overlapping Allan and Hadamard variances of Riley, *Handbook of Frequency Stability Analysis*,
+/// NIST SP 1065 (2008), section 5.2, with rates in place of fractional frequencies: mean squares of
+/// the second and third differences of the phase over ``2 m**2`` and ``6 m**2``. The phase is the
+/// running sum of distances from the first sample, or the first after a missing one. If the mean of n
+/// samples lies D off it, rounding is as noise of deviation ``6e-17 * n * D`` on each sample.
 ///
 /// Examples
 /// --------
@@ -252,7 +253,10 @@ fn check_octaves(given: i128) -> PyResult<usize> {
 /// Gives every estimator its column of `rows`, the columns spread over `threads` threads.
 fn extend(estimators: &mut [Core], rows: &[f64], threads: usize) {
     let channels = estimators.len();
-    if threads < 2 || channels < 2 {
+    if let [alone] = estimators {
+        return alone.extend(rows);
+    }
+    if threads < 2 {
         return extend_from(0, estimators, rows, channels);
     }
     let share = channels.div_ceil(threads);
