@@ -29,7 +29,7 @@ lint: $(STAMP) ## Check format, lints, types and stubs
 
 bench: $(STAMP) ## Time the filters against C, numba and filterpy
 	$(BIN)/pip install --quiet --group bench
-	cargo bench --bench filters
+	cargo bench --bench filters --bench streaming
 	$(BIN)/python -m pytest benches --benchmark-only
 
 results: $(STAMP) ## Rebuild the tables and figures of docs/results.md from recordings

@@ -17,16 +17,17 @@ SOURCE = Path(__file__).with_name("reference.c")
 BUILT = Path(tempfile.mkdtemp(prefix="zerorate-benches-"))
 
 
-def _compile(name, *flags):
+def compile_library(name, *flags, source=SOURCE):
+    """The path of a library made from ``source``."""
     library = BUILT / name
-    subprocess.run(["cc", *flags, "-shared", "-fPIC", str(SOURCE), "-o", str(library)], check=True)
+    subprocess.run(["cc", *flags, "-shared", "-fPIC", str(source), "-o", str(library)], check=True)
     return library
 
 
 def c_batch(*flags):
     """The chain in C over a batch, compiled with ``flags``."""
     name = "batch" + "".join(flags).replace("=", "-") + ".so"
-    library = ctypes.CDLL(str(_compile(name, *flags)))
+    library = ctypes.CDLL(str(compile_library(name, *flags)))
     pointer = np.ctypeslib.ndpointer(np.float64, flags="C")
     library.chain_size.restype = ctypes.c_size_t
     library.chain_init.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * 3]
@@ -46,7 +47,7 @@ def c_extension():
     """``update(float) -> float`` of the chain as a C extension."""
     include = sysconfig.get_path("include")
     flags = ["-O3", "-march=native", "-DPYTHON_MODULE", f"-I{include}"]
-    path = _compile("reference" + sysconfig.get_config_var("EXT_SUFFIX"), *flags)
+    path = compile_library("reference" + sysconfig.get_config_var("EXT_SUFFIX"), *flags)
     spec = importlib.util.spec_from_file_location("reference", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

@@ -27,6 +27,13 @@ PROPERTIES = {
     zr.DriftFilter: DRIFT_PROPERTIES,
     zr.RecursiveLeastSquares: MODEL_PROPERTIES,
     zr.AllanNoise: ["variance"],
+    zr.StreamingAllan: [
+        "deviation",
+        "hadamard_deviation",
+        "terms",
+        "hadamard_terms",
+        "samples_seen",
+    ],
 }
 TRACE = [
     "estimate",

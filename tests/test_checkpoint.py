@@ -19,6 +19,7 @@ FILTERS = {
     "drift": lambda **more: zr.DriftFilter(rate=RATE, **more),
     "least-squares": zr.RecursiveLeastSquares,
     "allan-noise": zr.AllanNoise,
+    "streaming-allan": lambda **more: zr.StreamingAllan(rate=RATE, octaves=2, **more),
 }
 BY_KIND = pytest.mark.parametrize("kind", FILTERS)
 
@@ -198,6 +199,7 @@ def test_around_the_end_of_the_start_up(kind, seen):
     twin = type(f).from_bytes(f.to_bytes())
     assert_same_state(twin, f)
     assert_same_bits(twin.process(z[seen:]), f.process(z[seen:]))
+    assert_same_state(twin, f)
 
 
 @pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))

@@ -11,6 +11,7 @@ from zerorate._native import (
     AllanNoise,
     DriftFilter,
     RecursiveLeastSquares,
+    StreamingAllan,
     Trace,
     __version__,
 )
@@ -46,6 +47,7 @@ __all__ = [
     "NoiseModel",
     "RecursiveLeastSquares",
     "Sinusoid",
+    "StreamingAllan",
     "Trace",
     "__version__",
     "allan",

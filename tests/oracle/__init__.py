@@ -4,5 +4,13 @@ from oracle.allan_noise import AllanNoise
 from oracle.drift import DriftFilter
 from oracle.least_squares import LeastSquares, RecursiveLeastSquares
 from oracle.startup import Startup
+from oracle.streaming_allan import StreamingAllan
 
-__all__ = ["AllanNoise", "DriftFilter", "LeastSquares", "RecursiveLeastSquares", "Startup"]
+__all__ = [
+    "AllanNoise",
+    "DriftFilter",
+    "LeastSquares",
+    "RecursiveLeastSquares",
+    "Startup",
+    "StreamingAllan",
+]

@@ -23,6 +23,8 @@ pub enum Kind {
     RecursiveLeastSquares = 2,
     /// [`AllanNoise`](crate::allan::AllanNoise), one a channel.
     AllanNoise = 3,
+    /// `StreamingAllan`, one a channel.
+    StreamingAllan = 4,
 }
 
 /// What a checkpoint holds: the kind of filter and the orders of its model.
@@ -42,6 +44,7 @@ impl fmt::Display for Label {
             Kind::DriftFilter => "a DriftFilter",
             Kind::RecursiveLeastSquares => "a RecursiveLeastSquares",
             Kind::AllanNoise => "an AllanNoise",
+            Kind::StreamingAllan => "a StreamingAllan",
         })?;
         if self.p == 0 {
             return Ok(());
@@ -139,6 +142,7 @@ pub fn label(bytes: &[u8]) -> Result<Label, Error> {
         1 => Kind::DriftFilter,
         2 => Kind::RecursiveLeastSquares,
         3 => Kind::AllanNoise,
+        4 => Kind::StreamingAllan,
         _ => return Err(Error::Content),
     };
     Ok(Label { kind, p: header[7], q: header[8] })

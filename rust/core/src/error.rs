@@ -52,4 +52,10 @@ pub enum Error {
     /// The buffer given for a checkpoint is too small.
     #[error("the buffer given is too small for this checkpoint")]
     Buffer,
+    /// The system has no memory left for a new object.
+    #[error("{bytes} bytes of memory were refused")]
+    Memory {
+        /// How much was asked for.
+        bytes: usize,
+    },
 }

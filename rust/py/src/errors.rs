@@ -1,10 +1,10 @@
 //! Errors of the core as Python exceptions.
 
 use pyo3::PyErr;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use zerorate_core::Error;
 
-/// Carries an error of the core to Python: every one is a bad value.
+/// Carries an error of the core to Python: a bad value, unless memory ran out.
 #[derive(Debug)]
 pub struct NativeError(Error);
 
@@ -16,7 +16,11 @@ impl From<Error> for NativeError {
 
 impl From<NativeError> for PyErr {
     fn from(error: NativeError) -> Self {
-        PyValueError::new_err(error.0.to_string())
+        let message = error.0.to_string();
+        match error.0 {
+            Error::Memory { .. } => PyMemoryError::new_err(message),
+            _ => PyValueError::new_err(message),
+        }
     }
 }
 

@@ -10,6 +10,7 @@ mod least_squares;
 mod shared;
 mod statistics;
 mod stream;
+mod streaming;
 
 use pyo3::prelude::*;
 
@@ -27,6 +28,8 @@ mod _native {
     use crate::least_squares::RecursiveLeastSquares;
     #[pymodule_export]
     use crate::statistics::chi_squared_quantile;
+    #[pymodule_export]
+    use crate::streaming::StreamingAllan;
     use pyo3::prelude::*;
 
     #[pymodule_init]

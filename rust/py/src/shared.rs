@@ -43,6 +43,11 @@ pub fn channels(given: Option<i128>) -> PyResult<Option<usize>> {
     given.map(|value| positive("channels", value)).transpose()
 }
 
+/// The number of threads that Python gave, one if it gave none; more than channels are no harm.
+pub fn threads(given: Option<i128>) -> PyResult<usize> {
+    given.map_or(Ok(1), |value| positive("threads", value.min(i128::from(u16::MAX))))
+}
+
 impl<S: Stream + ?Sized> Shared<S> {
     pub fn new(channels: Option<usize>, filter: Box<S>) -> Self {
         Self { channels, filter }
@@ -72,8 +77,7 @@ impl<S: Stream + ?Sized> Shared<S> {
         threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = z.py();
-        let threads =
-            threads.map_or(Ok(1), |value| positive("threads", value.min(i128::from(u16::MAX))))?;
+        let threads = self::threads(threads)?;
         let mut samples = arrays::batch(z, self.channels)?;
         let out = out.map(|out| arrays::check_out(out, &samples.shape)).transpose()?;
         let filter = &mut *self.filter;

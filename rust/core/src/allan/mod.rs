@@ -1,4 +1,5 @@
-//! Allan variances: of a record, and recursively as the measurement noise of a filter.
+//! Allan variances: of a record, at all octaves of a stream, and recursively as the measurement
+//! noise of a filter.
 
 #[cfg(feature = "std")]
 mod curves;
@@ -20,6 +21,8 @@ mod parabolic;
 mod record;
 mod recursive;
 #[cfg(feature = "std")]
+mod streaming;
+#[cfg(feature = "std")]
 mod stretches;
 #[cfg(feature = "std")]
 mod theo1;
@@ -33,3 +36,5 @@ pub use kind::Kind;
 #[cfg(feature = "std")]
 pub use record::Record;
 pub use recursive::{AllanKind, AllanNoise};
+#[cfg(feature = "std")]
+pub use streaming::StreamingAllan;

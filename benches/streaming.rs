@@ -1,0 +1,39 @@
+//! Time a sample of `StreamingAllan` by octaves: a batch, which takes blocks, and one by one.
+
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng;
+use zerorate_core::allan::StreamingAllan;
+
+const N: usize = 1 << 20;
+
+/// Times `take` on white noise, with a ring that is full already.
+fn streaming(c: &mut Criterion, name: &str, octaves: usize, take: fn(&mut StreamingAllan, &[f64])) {
+    let mut random = Pcg64::seed_from_u64(1);
+    let signal: Vec<f64> = (0..N).map(|_| StandardNormal.sample(&mut random)).collect();
+    let mut allan = StreamingAllan::new(octaves).expect("the octaves are in range");
+    allan.extend(&signal);
+    let mut group = c.benchmark_group("streaming");
+    group.throughput(Throughput::Elements(N as u64)).sample_size(10);
+    group.bench_function(BenchmarkId::new(name, octaves), |b| {
+        b.iter(|| take(&mut allan, black_box(&signal)));
+    });
+    group.finish();
+}
+
+fn octaves(c: &mut Criterion) {
+    for octaves in [8, 12, 16, 20] {
+        streaming(c, "batch, octaves", octaves, StreamingAllan::extend);
+    }
+    streaming(c, "one by one, octaves", 16, |allan, signal| {
+        for z in signal {
+            allan.observe(*z);
+        }
+    });
+}
+
+criterion_group!(benches, octaves);
+criterion_main!(benches);

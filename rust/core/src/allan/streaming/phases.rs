@@ -1,0 +1,159 @@
+//! The last phases of a stretch without missing samples.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+
+/// Phases that are worked on side by side.
+pub(super) const BLOCK: usize = 32;
+
+/// Largest distance from the first sample: whatever 2²⁵ of them add up to, its square is finite.
+const DISTANCE_MAX: f64 = 1e140;
+
+/// Phases `x_0 = 0, x_1, …`: running sums of the samples' distances from the first one of the
+/// stretch, so that an offset costs no precision.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Phases {
+    origin: f64,
+    count: u64,
+    /// `x_k` stands at `k` modulo the capacity.
+    ring: Vec<f64>,
+    capacity: usize,
+}
+
+impl Phases {
+    /// Room to look back by `distance` phases from each of a block.
+    pub(super) fn new(distance: usize) -> Result<Self, Error> {
+        let capacity = (distance + 1).max(4 * BLOCK).next_power_of_two();
+        Self { origin: 0.0, count: 0, ring: Vec::new(), capacity }.reserved()
+    }
+
+    /// With memory for the whole ring, so that no step needs any.
+    pub(super) fn reserved(mut self) -> Result<Self, Error> {
+        let missing = self.capacity - self.ring.len();
+        self.ring
+            .try_reserve_exact(missing)
+            .map_err(|_| Error::Memory { bytes: self.capacity * size_of::<f64>() })?;
+        Ok(self)
+    }
+
+    /// Whether another `new` of the same distance could have come to this state.
+    pub(super) fn is_like(&self, fresh: &Self) -> bool {
+        self.capacity == fresh.capacity
+            && self.count != 1
+            && self.ring.len() as u64 == self.count.min(self.capacity as u64)
+            && self.origin.is_finite()
+            && self.ring.iter().all(|x| x.is_finite())
+    }
+
+    /// How many there are, `x_0` included; the samples of the stretch are one fewer.
+    pub(super) fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// A sample was missing: the next one starts another stretch.
+    pub(super) fn clear(&mut self) {
+        self.origin = 0.0;
+        self.count = 0;
+        self.ring.clear();
+    }
+
+    /// Adds the phase after sample `z`; answers its index.
+    #[inline]
+    pub(super) fn push(&mut self, z: f64) -> u64 {
+        if self.count == 0 {
+            self.origin = z;
+            self.store(0.0);
+        }
+        self.store(self.at(self.count - 1) + self.distance(z));
+        self.count - 1
+    }
+
+    /// The phases `x_k, x_{k-m}, x_{k-2m}, …`.
+    #[inline]
+    pub(super) fn spaced<const N: usize>(&self, k: u64, m: u64) -> [f64; N] {
+        std::array::from_fn(|i| self.at(k - i as u64 * m))
+    }
+
+    /// Whether `samples` continue a stretch at the start of a block, with three blocks behind it.
+    pub(super) fn take_block(&self, samples: &[f64; BLOCK]) -> bool {
+        self.count >= 3 * BLOCK as u64
+            && self.count.is_multiple_of(BLOCK as u64)
+            && samples.iter().all(|z| z.is_finite())
+    }
+
+    /// [`push`](Self::push) for each of the samples, where [`take_block`](Self::take_block) holds;
+    /// answers their phases after those of the three blocks before.
+    pub(super) fn push_block(&mut self, samples: &[f64; BLOCK]) -> Recent {
+        let mut recent = [0.0; 4 * BLOCK];
+        for (i, block) in recent.chunks_exact_mut(BLOCK).take(3).enumerate() {
+            block.copy_from_slice(self.block(self.count - ((3 - i) * BLOCK) as u64));
+        }
+        for (i, z) in samples.iter().enumerate() {
+            recent[3 * BLOCK + i] = recent[3 * BLOCK + i - 1] + self.distance(*z);
+        }
+        self.store_block(&recent[3 * BLOCK..]);
+        recent
+    }
+
+    /// The blocks that start at `x_k, x_{k-m}, x_{k-2m}, …`, where `x_k` is the start of the last
+    /// block and `m` a power of two.
+    #[inline]
+    pub(super) fn spaced_blocks<'a, const N: usize>(
+        &'a self,
+        recent: &'a Recent,
+        k: u64,
+        m: u64,
+    ) -> [&'a [f64]; N] {
+        std::array::from_fn(|i| {
+            let distance = i as u64 * m;
+            match distance <= 3 * BLOCK as u64 {
+                true => &recent[3 * BLOCK - distance as usize..][..BLOCK],
+                false => self.block(k - distance),
+            }
+        })
+    }
+
+    /// The block that starts at `x_k`, `k` a multiple of its length: it never wraps.
+    fn block(&self, k: u64) -> &[f64] {
+        &self.ring[self.place(k)..][..BLOCK]
+    }
+
+    fn distance(&self, z: f64) -> f64 {
+        (z - self.origin).clamp(-DISTANCE_MAX, DISTANCE_MAX)
+    }
+
+    fn at(&self, k: u64) -> f64 {
+        self.ring[self.place(k)]
+    }
+
+    fn place(&self, k: u64) -> usize {
+        k as usize & (self.capacity - 1)
+    }
+
+    fn store(&mut self, x: f64) {
+        self.store_block(&[x]);
+    }
+
+    /// Into the part of the ring that is not yet there, or over the oldest.
+    fn store_block(&mut self, phases: &[f64]) {
+        let place = self.place(self.count);
+        match self.ring.len() < self.capacity {
+            true => self.ring.extend_from_slice(phases),
+            false => self.ring[place..][..phases.len()].copy_from_slice(phases),
+        }
+        self.count += phases.len() as u64;
+    }
+}
+
+/// The last four blocks of phases.
+pub(super) type Recent = [f64; 4 * BLOCK];
+
+impl Clone for Phases {
+    /// With the same room: a vector's own clone has none to spare.
+    fn clone(&self) -> Self {
+        let mut ring = Vec::with_capacity(self.capacity);
+        ring.extend_from_slice(&self.ring);
+        Self { ring, ..*self }
+    }
+}
