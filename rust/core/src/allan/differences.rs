@@ -4,95 +4,136 @@ use serde::{Deserialize, Serialize};
 
 use super::phases::{BLOCK, Phases, Recent};
 
-/// Of `N` phases each: second differences, of which the Allan variance is made, for three, third
-/// ones, of which the Hadamard variance is, for four. Octave j spaces them by `m = 2^j` samples.
+/// Second differences, of which the Allan variance is made, and third ones, of which the Hadamard
+/// variance is. Octave j takes them of phases `m = 2^j` samples apart.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Differences<const N: usize> {
-    octaves: Vec<Tally>,
+pub(super) struct Differences {
+    second: Vec<Squares>,
+    third: Vec<Squares>,
 }
 
-/// One octave.
+/// A sum of squares.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Tally {
+pub(super) struct Squares {
     /// Element i sums up the terms at phases whose index is i modulo the length, so that a block
     /// adds to each once, side by side.
     sums: [f64; BLOCK],
     terms: u64,
 }
 
-impl<const N: usize> Differences<N> {
+impl Differences {
     pub(super) fn new(octaves: usize) -> Self {
-        Self { octaves: vec![Tally { sums: [0.0; BLOCK], terms: 0 }; octaves] }
+        let none = vec![Squares { sums: [0.0; BLOCK], terms: 0 }; octaves];
+        Self { second: none.clone(), third: none }
     }
 
     pub(super) fn octaves(&self) -> usize {
-        self.octaves.len()
+        self.second.len()
     }
 
     pub(super) fn reset(&mut self) {
         *self = Self::new(self.octaves());
     }
 
-    /// Adds the term at `x_k`, the last phase, at every octave that the stretch is long enough for.
+    pub(super) fn second(&self, octave: usize) -> Option<&Squares> {
+        self.second.get(octave)
+    }
+
+    pub(super) fn third(&self, octave: usize) -> Option<&Squares> {
+        self.third.get(octave)
+    }
+
+    /// Adds the terms at `x_k`, the last phase, at every octave that the stretch is long enough for.
     #[inline]
     pub(super) fn observe(&mut self, phases: &Phases, k: u64) {
-        for (j, tally) in self.octaves.iter_mut().take(Self::active(k)).enumerate() {
-            let term = difference::<N>(phases.spaced(k, 1 << j));
-            tally.sums[k as usize % BLOCK] += term * term;
-            tally.terms += 1;
+        let both = octaves_within(k / 3);
+        for (j, (second, third)) in
+            self.second.iter_mut().zip(&mut self.third).take(both).enumerate()
+        {
+            let x = phases.spaced(k, 1 << j);
+            second.add(k, second_difference(x[0], x[1], x[2]));
+            third.add(k, third_difference(x));
+        }
+        for (j, second) in self.second.iter_mut().enumerate().take(octaves_within(k / 2)).skip(both)
+        {
+            let x: [f64; 3] = phases.spaced(k, 1 << j);
+            second.add(k, second_difference(x[0], x[1], x[2]));
         }
     }
 
-    /// [`observe`](Self::observe) at each phase of the last block, which starts at `x_k`.
+    /// [`observe`](Self::observe) at each phase of the last block, which starts at `x_k`: an octave
+    /// has a term at all of them or at none.
     pub(super) fn observe_block(&mut self, phases: &Phases, recent: &Recent, k: u64) {
-        for (j, tally) in self.octaves.iter_mut().take(Self::active(k)).enumerate() {
-            add_squares::<N>(&mut tally.sums, phases.spaced_blocks(recent, k, 1 << j));
-            tally.terms += BLOCK as u64;
+        let both = octaves_within(k / 3);
+        for (j, (second, third)) in
+            self.second.iter_mut().zip(&mut self.third).take(both).enumerate()
+        {
+            add_blocks(&mut second.sums, &mut third.sums, phases.spaced_blocks(recent, k, 1 << j));
+            second.terms += BLOCK as u64;
+            third.terms += BLOCK as u64;
         }
-    }
-
-    /// Mean square at octave `j`, NaN without a term, and the number of terms.
-    pub(super) fn mean_square(&self, j: usize) -> (f64, u64) {
-        self.octaves.get(j).map_or((f64::NAN, 0), |tally| {
-            let sum = tally.sums.iter().sum::<f64>().min(f64::MAX);
-            match tally.terms {
-                0 => (f64::NAN, 0),
-                terms => (sum / terms as f64, terms),
-            }
-        })
+        for (j, second) in self.second.iter_mut().enumerate().take(octaves_within(k / 2)).skip(both)
+        {
+            add_block(&mut second.sums, phases.spaced_blocks(recent, k, 1 << j));
+            second.terms += BLOCK as u64;
+        }
     }
 
     /// Whether this could be after `samples`.
     pub(super) fn is_possible(&self, samples: u64) -> bool {
-        self.octaves
-            .iter()
-            .all(|tally| tally.terms <= samples && tally.sums.iter().all(|sum| *sum >= 0.0))
+        self.second.len() == self.third.len()
+            && self.second.iter().chain(&self.third).all(|squares| {
+                squares.terms <= samples && squares.sums.iter().all(|sum| *sum >= 0.0)
+            })
+    }
+}
+
+impl Squares {
+    #[inline(always)]
+    fn add(&mut self, k: u64, term: f64) {
+        self.sums[k as usize % BLOCK] += term * term;
+        self.terms += 1;
     }
 
-    /// How many octaves have a term at `x_k`: a block is whole in all of them or in none.
-    fn active(k: u64) -> usize {
-        let longest = k / (N as u64 - 1);
-        longest.checked_ilog2().map_or(0, |octave| octave as usize + 1)
+    /// Mean square, NaN without a term, and the number of terms.
+    pub(super) fn mean(&self) -> (f64, u64) {
+        match self.terms {
+            0 => (f64::NAN, 0),
+            terms => (self.sums.iter().sum::<f64>().min(f64::MAX) / terms as f64, terms),
+        }
     }
+}
+
+/// How many octaves have an averaging time of at most `m` samples.
+fn octaves_within(m: u64) -> usize {
+    m.checked_ilog2().map_or(0, |octave| octave as usize + 1)
 }
 
 /// Apart, so that the compiler knows that nothing overlaps.
 #[inline(never)]
-fn add_squares<const N: usize>(sums: &mut [f64; BLOCK], phases: [&[f64]; N]) {
+fn add_blocks(second: &mut [f64; BLOCK], third: &mut [f64; BLOCK], phases: [&[f64]; 4]) {
     let phases = phases.map(|block| &block[..BLOCK]);
     for i in 0..BLOCK {
-        let term = difference(phases.map(|block| block[i]));
-        sums[i] += term * term;
+        let x = phases.map(|block| block[i]);
+        let (allan, hadamard) = (second_difference(x[0], x[1], x[2]), third_difference(x));
+        second[i] += allan * allan;
+        third[i] += hadamard * hadamard;
     }
 }
 
-/// The difference of order N - 1.
-#[inline(always)]
-fn difference<const N: usize>(mut x: [f64; N]) -> f64 {
-    for order in 1..N {
-        for i in 0..N - order {
-            x[i] -= x[i + 1];
-        }
+fn add_block(second: &mut [f64; BLOCK], phases: [&[f64]; 3]) {
+    for (i, sum) in second.iter_mut().enumerate() {
+        let term = second_difference(phases[0][i], phases[1][i], phases[2][i]);
+        *sum += term * term;
     }
-    x[0]
+}
+
+#[inline(always)]
+fn second_difference(now: f64, before: f64, earlier: f64) -> f64 {
+    (now - before) - (before - earlier)
+}
+
+#[inline(always)]
+fn third_difference([a, b, c, d]: [f64; 4]) -> f64 {
+    second_difference(a, b, c) - second_difference(b, c, d)
 }
