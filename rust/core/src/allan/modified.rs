@@ -44,10 +44,8 @@ fn scan(steps: &Steps, windows: &mut [f64; GROUP], squares: &mut [f64; GROUP]) {
                 sums[g] += steps[g][k];
             }
         }
-        for g in 0..4 {
-            windows[first + g] = sums[g];
-            squares[first + g] += block[g];
-        }
+        windows[first..first + 4].copy_from_slice(&sums);
+        squares[first..first + 4].iter_mut().zip(block).for_each(|(square, sum)| *square += sum);
     }
 }
 
