@@ -14,14 +14,38 @@ from pathlib import Path
 import numpy as np
 
 SOURCE = Path(__file__).with_name("reference.c")
+DEVIATIONS = SOURCE.with_name("allan.c")
 BUILT = Path(tempfile.mkdtemp(prefix="zerorate-benches-"))
 
 
 def compile_library(name, *flags, source=SOURCE):
     """The path of a library made from ``source``."""
     library = BUILT / name
-    subprocess.run(["cc", *flags, "-shared", "-fPIC", str(source), "-o", str(library)], check=True)
+    built = [str(source), "-o", str(library), "-lm"]
+    subprocess.run(["cc", *flags, "-shared", "-fPIC", *built], check=True)
     return library
+
+
+def c_deviations():
+    """``(name) -> (function of samples and factors)`` of the deviations in C."""
+    flags = ["-O3", "-march=native", "-ffast-math"]
+    library = ctypes.CDLL(str(compile_library("allan.so", *flags, source=DEVIATIONS)))
+    floats = np.ctypeslib.ndpointer(np.float64, flags="C")
+    sizes = np.ctypeslib.ndpointer(np.uintp, flags="C")
+
+    def named(name):
+        function = getattr(library, name)
+        function.argtypes = [floats, ctypes.c_size_t, sizes, ctypes.c_size_t, floats]
+        function.restype = None
+
+        def run(z, factors):
+            out = np.empty(len(factors))
+            function(z, z.size, np.array(factors, np.uintp), len(factors), out)
+            return out
+
+        return run
+
+    return named
 
 
 def c_batch(*flags):

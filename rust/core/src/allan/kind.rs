@@ -95,9 +95,8 @@ impl Kind {
         match self {
             Self::Adev => (points - 1 - 2 * m) / m + 1,
             Self::Hdev => (points - 1 - 3 * m) / m + 1,
-            Self::Oadev => points - 2 * m,
-            // Its authors leave the last one out, but for m = 1, which is the Allan variance.
-            Self::Pdev => points - 2 * m,
+            // Of the parabolic kind one more would fit, which its authors leave out.
+            Self::Oadev | Self::Pdev => points - 2 * m,
             Self::Ohdev | Self::Htotdev => points - 3 * m,
             Self::Mdev | Self::Tdev | Self::Mtotdev | Self::Ttotdev => points - 3 * m + 1,
             Self::Totdev => points - 2,

@@ -102,7 +102,6 @@ fn accumulate<S: Simd, const K: usize>(
             *sum = add(*sum, blocks.map(|block| block[i][k]));
         }
     }
-    let rest = rest.map(|rest| &rest[..rest.len()]);
     for i in 0..rest[0].len() {
         sums[i % SUMS] = add(sums[i % SUMS], rest.map(|rest| rest[i]));
     }

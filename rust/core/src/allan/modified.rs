@@ -1,5 +1,7 @@
 //! MDEV, TDEV: second differences of the phase, averaged over m neighbours.
 
+use std::array::from_fn;
+
 use super::lanes::Lanes;
 use super::record::Record;
 
@@ -32,15 +34,19 @@ pub fn sums(record: &Record, factors: &[usize]) -> Vec<f64> {
 
 /// Adds up the squares of all windows that slide along a block.
 fn scan(steps: &Steps, windows: &mut [f64; GROUP], squares: &mut [f64; GROUP]) {
-    let (mut sums, mut block) = (*windows, [0.0; GROUP]);
-    for k in 0..BLOCK {
-        for g in 0..GROUP {
-            block[g] += sums[g] * sums[g];
-            sums[g] += steps[g][k];
+    // More at a time than four would not stay in registers.
+    for first in (0..GROUP).step_by(4) {
+        let steps: [&[f64; BLOCK]; 4] = from_fn(|g| &steps[first + g]);
+        let (mut sums, mut block) = (from_fn::<_, 4, _>(|g| windows[first + g]), [0.0; 4]);
+        for k in 0..BLOCK {
+            for g in 0..4 {
+                block[g] += sums[g] * sums[g];
+                sums[g] += steps[g][k];
+            }
         }
+        windows[first..first + 4].copy_from_slice(&sums);
+        squares[first..first + 4].iter_mut().zip(block).for_each(|(square, sum)| *square += sum);
     }
-    *windows = sums;
-    squares.iter_mut().zip(block).for_each(|(square, sum)| *square += sum);
 }
 
 /// The sum of m second differences, which slides along a stretch.

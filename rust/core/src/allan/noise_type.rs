@@ -27,7 +27,7 @@ pub fn exponent(record: &Record, m: usize, lowest: i32) -> Option<i32> {
     let averages = differences(&points);
     let alpha = match count < MANY {
         true => from_variances(&averages, lowest)?,
-        false => from_correlation(averages, lowest)?,
+        false => from_correlation(averages, m, lowest)?,
     };
     // Both phase noises look alike to averages of two or three samples.
     Some(if alpha >= 1 && m > 3 { phase_noise(x, m) } else { alpha })
@@ -52,23 +52,37 @@ fn sum_of_squares(values: &[f64]) -> f64 {
     values.iter().map(|value| value * value).sum()
 }
 
+/// A correlation r at lag one, as δ = r / (1 + r), from which on differences are taken: it is 0 of
+/// white noise, 0.2 of the differences of an averaged walk, and from 0.4 on of redder noise.
+const RED: [f64; 3] = [0.25, 0.33, f64::INFINITY];
+
+/// Half way between what is expected of flicker noise and of a walk, after one difference and
+/// after two: of single samples, and of averages, which are correlated by themselves.
+const WALK: [[f64; 2]; 2] = [[-0.18, -0.18], [-0.03, 0.12]];
+
 /// Takes differences until the rest is nearly white; its correlation at lag one says how nearly.
-fn from_correlation(mut averages: Vec<f64>, lowest: i32) -> Option<i32> {
-    let most = -lowest / 2;
-    for taken in 0..=most {
+fn from_correlation(mut averages: Vec<f64>, m: usize, lowest: i32) -> Option<i32> {
+    let most = (-lowest / 2) as usize;
+    let mut taken = 0;
+    let delta = loop {
         let rest = without_mean(averages);
-        let products: f64 = rest.windows(2).map(|pair| pair[0] * pair[1]).sum();
-        let correlation = products / sum_of_squares(&rest);
-        let delta = correlation / (1.0 + correlation);
-        if delta.is_nan() {
-            return None;
-        }
-        if delta < 0.25 || taken == most {
-            return Some((-(2.0 * delta).round() as i32 - 2 * taken).clamp(lowest, 2));
+        let delta = correlation(&rest)?;
+        if taken == most || delta < RED[taken] {
+            break delta;
         }
         averages = differences(&rest);
-    }
-    None
+        taken += 1;
+    };
+    Some(match taken {
+        0 => (-2.0 * delta).round().clamp(0.0, 2.0) as i32,
+        _ => -2 * taken as i32 + i32::from(delta < WALK[usize::from(m > 1)][taken - 1]),
+    })
+}
+
+fn correlation(values: &[f64]) -> Option<f64> {
+    let products: f64 = values.windows(2).map(|pair| pair[0] * pair[1]).sum();
+    let r = products / sum_of_squares(values);
+    (!r.is_nan()).then_some(r / (1.0 + r))
 }
 
 /// By the ratio of sample variance and Allan variance, which grows the more, the redder the noise.

@@ -26,7 +26,7 @@ impl Record {
     /// The phase takes the place of the samples; with room for one more, nothing is copied.
     pub fn new(mut samples: Vec<f64>, bridged: usize) -> Self {
         let lanes = Lanes::new();
-        let mut present = vec![0..samples.len()];
+        let mut present: Vec<_> = std::iter::once(0..samples.len()).collect();
         let mut survey = Survey::of(&samples, &present, lanes);
         if !survey.sum.is_finite() {
             bridge(&mut samples, bridged);
