@@ -17,7 +17,7 @@ import numpy.typing as npt
 from zerorate.noise.kinds import Kind
 from zerorate.noise.power_laws import Process
 
-__all__ = ["CurveStatistics", "degrees_of_freedom"]
+__all__ = ["CurveStatistics", "degrees_of_freedom", "expected"]
 
 Floats = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int64]
@@ -60,10 +60,7 @@ class CurveStatistics:
         pairs = _overlap(spans[first, None], spans[second, None], lags)
         self._weights = pairs * widths / (spans[first] * spans[second])[:, None]
         self._cross = np.stack([_cross(kind, process, a, b, lags, step) for process in processes])
-        own, zero = taus[:, None], np.zeros((m.size, 1))
-        self.variances = np.column_stack(
-            [_cross(kind, process, own, own, zero, 1.0) for process in processes]
-        )
+        self.variances = np.column_stack([expected(kind, m, process) for process in processes])
         self._ramp = taus / math.sqrt(2.0) if kind.order == 2 else np.zeros_like(taus)
 
     def covariance(self, strengths: Floats, ramp: float = 0.0) -> Floats:
@@ -85,6 +82,12 @@ class CurveStatistics:
         return matrix + np.triu(matrix, 1).T
 
 
+def expected(kind: Kind, m: Counts, process: Process) -> Floats:
+    """Return the squared deviation that a process of unit strength is expected to have."""
+    taus = m.astype(np.float64)[:, None]
+    return _cross(kind, process, taus, taus, np.zeros_like(taus), 1.0)[:, 0]
+
+
 def degrees_of_freedom(kind: Kind, m: Counts, terms: Counts, process: Process) -> Floats:
     """Return how many degrees of freedom estimates have where one process rules, shape (t,).
 
@@ -96,7 +99,7 @@ def degrees_of_freedom(kind: Kind, m: Counts, terms: Counts, process: Process) -
     span = (terms * _stride(kind, m))[:, None]
     shares = _overlap(span, span, lags) * widths / span**2
     squares = _cross(kind, process, taus, taus, lags, step) ** 2
-    own = _cross(kind, process, taus, taus, np.zeros_like(taus), 1.0)[:, 0]
+    own = expected(kind, m, process)
     freedoms: Floats = own**2 / np.sum(squares * shares, axis=-1)
     return freedoms
 
