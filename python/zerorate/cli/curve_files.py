@@ -52,7 +52,9 @@ def _as_dict(axis: AllanResult) -> dict[str, Any]:
         "samples": axis.n,
         "confidence": axis.confidence,
         "tau_s": _listed(axis.taus),
-        **{name: [v if np.isfinite(v) else None for v in values] for name, values in arrays.items()},
+        **{
+            name: [v if np.isfinite(v) else None for v in values] for name, values in arrays.items()
+        },
     }
 
 

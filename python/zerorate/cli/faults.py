@@ -7,7 +7,16 @@ from importlib.util import find_spec
 
 from zerorate.io import LogError
 
-__all__ = ["DataFault", "Fault", "UsageFault", "as_usage", "in_options", "reading", "require", "writing"]
+__all__ = [
+    "DataFault",
+    "Fault",
+    "UsageFault",
+    "as_usage",
+    "in_options",
+    "reading",
+    "require",
+    "writing",
+]
 
 _KEYWORD = re.compile(r"\b(rate|columns|unit)=")
 _ON_COLUMNS = re.compile(r"there is no column|columns=|columns are named")

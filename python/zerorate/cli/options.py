@@ -108,7 +108,9 @@ def parse_taus(text: str) -> TauGrid | list[float]:
         return [float(word) for word in text.split(",")]
     except ValueError:
         known = ", ".join(get_args(TauGrid))
-        raise UsageFault(f"--taus takes {known}, or seconds such as 0.1,1,10, got '{text}'") from None
+        raise UsageFault(
+            f"--taus takes {known}, or seconds such as 0.1,1,10, got '{text}'"
+        ) from None
 
 
 def parse_units(text: str | None) -> list[str]:

@@ -92,7 +92,9 @@ def _default(
         others = [i for i in others if wanted(table.names[i])]
     if not others:
         sought = "a gyro" if wanted is looks_like_gyro else "a gyro or an accelerometer"
-        raise LogError(f"no column looks like {sought}; choose with columns= from: {_listed(table)}")
+        raise LogError(
+            f"no column looks like {sought}; choose with columns= from: {_listed(table)}"
+        )
     return tuple(others)
 
 

@@ -39,5 +39,5 @@ def shown_unit(curve: "AllanResult") -> Shown:
     fine, coarse, limit = _CHOICES[kind(curve.unit)]
     positive = curve.deviation[curve.deviation > 0.0]
     least = convert(float(np.min(positive, initial=np.inf)), curve.unit, fine)
-    unit = fine if least < limit else coarse
+    unit = coarse if limit <= least < np.inf else fine
     return Shown(unit, convert(1.0, curve.unit, unit))

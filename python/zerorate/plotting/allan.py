@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -11,7 +12,7 @@ from zerorate.noise import AllanResult, NoiseModel
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.shown import shown_unit
 from zerorate.plotting.allan_panel import LEAST_FREEDOM, Panel, draw, share_limits
-from zerorate.plotting.style import DPI, FONT, MM, new_figure, style_decades, style_panels
+from zerorate.plotting.style import FONT, new_figure, style_decades, style_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,7 +64,7 @@ def plot_allan(
         listed = [None] * len(result.names)  # type: ignore[list-item]
     if len(listed) != len(result.names):
         raise ValueError(f"models must be one an axis: {len(result.names)}, got {len(listed)}")
-    panels = [Panel(*pair) for pair in zip(result.axes, listed, strict=True)]
+    panels = [Panel(_seen(axis), model) for axis, model in zip(result, listed, strict=True)]
     return _figure(_rows(panels), "")
 
 
@@ -81,12 +82,21 @@ def plot_characterisation(found: Sequence[Characterisation]) -> Figure:
         A panel an axis, as of `plot_allan`, of the first four axes of each.
     """
     rows = [
-        [Panel(curve, model) for curve, model in zip(one.curve, one.models, strict=True)]
+        [Panel(_seen(axis), model) for axis, model in zip(one.curve, one.models, strict=True)]
         for one in found
     ]
     meta = found[0].log.meta
     title = meta.get("sensor") or Path(meta.get("source", "")).name
     return _figure([row[:MOST_COLUMNS] for row in rows], title, max(map(len, rows)))
+
+
+def _seen(curve: AllanResult) -> AllanResult:
+    """Return the part of a curve of one axis that has a place on a logarithmic scale."""
+    seen = curve.deviation > 0.0
+    if seen.all() or not seen.any():
+        return curve
+    names = ("taus", "factors", "deviation", "lower", "upper", "edf", "exponent", "terms")
+    return replace(curve, **{name: getattr(curve, name)[seen] for name in names})
 
 
 def _rows(panels: list[Panel]) -> list[list[Panel]]:
@@ -108,7 +118,7 @@ def _figure(rows: list[list[Panel]], title: str, axes_of_log: int = 0) -> Figure
         _draw_row([figure.add_axes(box) for box in boxes], row)
     if title:
         figure.text(0.5, 1.0 - 2.0 / height, title, ha="center", va="top", size=FONT + 1.5)
-    caption = _caption(rows, axes_of_log, round(0.85 * width))
+    caption = _caption(rows, axes_of_log, round(0.9 * width))
     figure.text(0.5, 2.0 / height, caption, ha="center", va="bottom", size=FONT - 0.5, color="0.25")
     return figure
 
@@ -121,7 +131,10 @@ def _draw_row(row: list[Axes], panels: list[Panel]) -> None:
     title = KINDS[panels[0].curve.kind].title
     row[0].set_ylabel(f"{title} [{unit}]")
     style_panels(row)
-    style_decades(row)
+    for axes in row:
+        style_decades(axes)
+    for axes in row[1:]:
+        axes.tick_params(which="both", labelleft=False)
 
 
 def _caption(rows: list[list[Panel]], axes_of_log: int, width: int) -> str:
@@ -129,12 +142,12 @@ def _caption(rows: list[list[Panel]], axes_of_log: int, width: int) -> str:
     curve = rows[0][0].curve
     sentences = [
         f"{curve.duration:,.6g} s at {curve.rate:.4g} Hz; band: {100.0 * curve.confidence:.0f} % "
-        f"bounds; dotted: fewer than {LEAST_FREEDOM:g} degrees of freedom to its right."
+        f"bounds; right of the grey line fewer than {LEAST_FREEDOM:g} degrees of freedom."
     ]
     if any(panel.model is not None for row in rows for panel in row):
         sentences.append(
-            "Dashed: fitted model, with its terms and where each is read (hollow: outside the "
-            "record). Triangles: upper bounds at 95 % of what this record does not determine."
+            "Dashed: fitted model. Lines: its terms, marked where each is read (hollow: outside the "
+            "record). Dotted, with triangle: not identifiable, upper bound at 95 %."
         )
     shown = max(map(len, rows))
     if axes_of_log > shown:

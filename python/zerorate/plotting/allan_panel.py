@@ -8,6 +8,7 @@ import numpy.typing as npt
 from zerorate.noise import AllanResult, NoiseModel
 from zerorate.noise.shown import shown_unit
 from zerorate.plotting.allan_terms import DrawnTerm, drawn_terms, fitted_curve, other_terms
+from zerorate.plotting.coefficient_list import FAR, Window, with_room, write_list
 from zerorate.plotting.style import BLACK, BLUE, FONT
 
 if TYPE_CHECKING:
@@ -20,8 +21,6 @@ Floats = npt.NDArray[np.float64]
 LEAST_FREEDOM: Final = 5.0
 """Degrees of freedom below which a deviation says little."""
 
-_LINE: Final = 0.058
-_LIST_RIGHT: Final = 0.62
 _MARGIN: Final = 0.06
 
 
@@ -53,30 +52,26 @@ def draw(axes: "Axes", panel: Panel) -> None:
 
 
 def share_limits(row: list["Axes"], panels: list[Panel]) -> None:
-    """Give panels the same limits, which leave room for the list of coefficients."""
+    """Give panels the same limits, with room in a corner for the lists of coefficients."""
+    times = np.concatenate([_times(panel) for panel in panels])
+    left, right = times.min() / 1.6, max(times.max(), 10.0 * times.min()) * 1.6
     spans = [_span(panel) for panel in panels if np.any(panel.curve.deviation > 0.0)]
-    taus = np.concatenate([_times(panel) for panel in panels])
-    left, right = taus.min() / 1.6, max(taus.max(), 10.0 * taus.min()) * 1.6
     low = min((span[0] for span in spans), default=0.1)
     high = max((span[1] for span in spans), default=1.0)
-    high *= max(high / low, 10.0) ** _MARGIN
-    low /= max(high / low, 10.0) ** _MARGIN
-    for panel in panels:
-        low = min(low, _below_list(panel, (left, right), high))
-    for axes in row:
-        axes.set_xlim(left, right)
-        axes.set_ylim(low, high)
-        _hide_outside(axes, low, high)
-    for axes in row[1:]:
-        axes.tick_params(labelleft=False)
+    margin = max(high / low, 10.0) ** _MARGIN
+    window = Window(left, right, low / margin, high * margin)
+    lists = [drawn_terms(p.model, p.curve) if p.model is not None else [] for p in panels]
+    corner, window = with_room([panel.curve for panel in panels], lists, window)
+    for axes, terms in zip(row, lists, strict=True):
+        axes.set_xlim(window.left, window.right)
+        axes.set_ylim(window.low, window.high)
+        write_list(axes, terms, corner)
+        _hide_outside(axes, window)
 
 
 def _draw_points(axes: "Axes", curve: AllanResult) -> None:
     factor = shown_unit(curve).factor
-    y, low, high = (
-        np.where(values > 0.0, factor * values, np.nan)
-        for values in (curve.deviation, curve.lower, curve.upper)
-    )
+    y, low, high = (factor * values for values in (curve.deviation, curve.lower, curve.upper))
     axes.fill_between(curve.taus, low, high, color=BLUE, alpha=0.22, lw=0.0)
     axes.plot(curve.taus, y, color=BLUE, lw=0.6, marker="o", ms=2.2, mew=0.0)
 
@@ -85,16 +80,10 @@ def _draw_model(axes: "Axes", curve: AllanResult, model: NoiseModel) -> None:
     axes.plot(curve.taus, fitted_curve(model, curve), color=BLACK, lw=0.9, ls=(0, (4, 2)))
     for line in other_terms(model, curve):
         axes.plot(curve.taus, line, color=BLACK, lw=0.5, ls=":")
-    terms = drawn_terms(model, curve)
-    for term in terms:
-        if term.identifiable:
-            axes.plot(curve.taus, term.line, color=term.colour, lw=0.7)
+    for term in drawn_terms(model, curve):
+        style = {"lw": 0.7} if term.identifiable else {"lw": 0.6, "ls": (0, (1, 2))}
+        axes.plot(curve.taus, term.line, color=term.colour, **style)
         _mark(axes, term)
-    for i, term in enumerate(reversed(terms)):
-        axes.text(
-            0.03, 0.03 + _LINE * i, term.text, transform=axes.transAxes, size=FONT - 0.8,
-            color=term.colour,
-        )  # fmt: skip
 
 
 def _mark(axes: "Axes", term: DrawnTerm) -> None:
@@ -121,11 +110,10 @@ def _last_sure(curve: AllanResult) -> float | None:
 def _span(panel: Panel) -> tuple[float, float]:
     """Return the lowest and the highest thing that must be seen."""
     curve = panel.curve
-    positive = curve.deviation > 0.0
     factor = shown_unit(curve).factor
-    low = factor * np.nanmin(curve.lower[positive], initial=np.inf)
-    high = factor * np.nanmax(np.fmin(curve.upper, 5.0 * curve.deviation)[positive])
-    return float(low if low > 0.0 else factor * curve.deviation[positive].min()), float(high)
+    low = np.fmin(curve.deviation, np.where(curve.lower > 0.0, curve.lower, np.inf)).min()
+    high = np.fmin(curve.upper, FAR * curve.deviation).max()
+    return float(factor * low), float(factor * high)
 
 
 def _times(panel: Panel) -> Floats:
@@ -136,23 +124,9 @@ def _times(panel: Panel) -> Floats:
     return np.concatenate((panel.curve.taus, marks))
 
 
-def _below_list(panel: Panel, times: tuple[float, float], high: float) -> float:
-    """Return the lower limit that keeps the curve above the list of coefficients."""
-    if panel.model is None:
-        return np.inf
-    curve, (left, right) = panel.curve, times
-    top = 0.05 + _LINE * len(drawn_terms(panel.model, curve))
-    place = np.log(curve.taus / left) / np.log(right / left)
-    heights = (shown_unit(curve).factor * curve.deviation)[(place < _LIST_RIGHT)]
-    heights = heights[heights > 0.0]
-    if not heights.size:
-        return np.inf
-    return float(np.exp((np.log(heights.min()) - top * np.log(high)) / (1.0 - top)))
-
-
-def _hide_outside(axes: "Axes", low: float, high: float) -> None:
+def _hide_outside(axes: "Axes", window: Window) -> None:
     """Hide marks that lie outside, which would hang on the frame."""
     for line in axes.lines:
         heights = np.asarray(line.get_ydata(), dtype=np.float64)
         if heights.size == 1 and line.get_linestyle() == "None":
-            line.set_visible(bool(low < heights[0] < high))
+            line.set_visible(bool(window.low < heights[0] < window.high))

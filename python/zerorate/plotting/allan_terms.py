@@ -78,11 +78,8 @@ def fitted_curve(model: NoiseModel, curve: AllanResult) -> Floats:
 def other_terms(model: NoiseModel, curve: AllanResult) -> Iterator[Floats]:
     """Yield the lines of Markov terms and sinusoids."""
     for field, deviation in expected_terms(model, curve):
-        if field not in COLOURED_FIELDS:
+        if field not in COLOURS:
             yield deviation * _scale(curve)
-
-
-COLOURED_FIELDS: Final = frozenset(COLOURS)
 
 
 def drawn_terms(model: NoiseModel, curve: AllanResult) -> list[DrawnTerm]:

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 __all__ = ["plot_dynamic"]
 
 # Millimetres.
-_WIDTH, _HEIGHT = 130.0, 75.0
-_MAP: Final = (15.0, 17.0, 88.0, 51.0)
-_BAR: Final = (106.0, 17.0, 3.5, 51.0)
+_WIDTH, _HEIGHT = 125.0, 70.0
+_MAP: Final = (15.0, 15.0, 88.0, 52.0)
+_BAR: Final = (106.0, 15.0, 3.5, 52.0)
 
 
 def plot_dynamic(result: DynamicAllan) -> Figure:
@@ -67,8 +67,11 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
     axes.set_ylabel("averaging time [s]")
     scale = figure.colorbar(mesh, cax=bar)
     scale.set_label(f"{KINDS[result.kind].title} [{shown.unit}]")
-    style_panels([axes, bar])
-    style_decades([bar])
+    style_panels([axes])
+    bar.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
+    bar.yaxis.label.set_fontsize(FONT)
+    scale.outline.set_linewidth(0.5)
+    style_decades(bar)
     axes.yaxis.set_major_formatter(bar.yaxis.get_major_formatter())
     figure.text(
         0.5, 2.0 / _HEIGHT, f"Window of {result.window:g} s. Grey: no deviation, for gaps.",

@@ -1,5 +1,6 @@
 """Colours that colour-blind readers can tell apart (Okabe and Ito), sizes, units of time."""
 
+from math import ceil, floor, log10
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -15,10 +16,10 @@ __all__ = [
     "BLUE",
     "DPI",
     "FONT",
+    "GREEN",
     "GREY",
     "MA_COLOURS",
     "MM",
-    "GREEN",
     "ORANGE",
     "PURPLE",
     "SKY",
@@ -67,13 +68,18 @@ def new_figure(width: float, height: float) -> "Figure":
     return figure
 
 
-def style_decades(panels: "Sequence[Axes]") -> None:
-    """Write the decades of logarithmic axes as plain numbers."""
-    from matplotlib.ticker import FuncFormatter
+def style_decades(axes: "Axes") -> None:
+    """Write decades as plain numbers, and 2 and 5 where the scale shows too few of them."""
+    from matplotlib.ticker import FuncFormatter, LogLocator
 
-    for axes in panels:
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    plain = FuncFormatter(lambda value, _: f"{value:g}")
+    axes.xaxis.set_major_formatter(plain)
+    axes.yaxis.set_major_formatter(plain)
+    low, high = axes.get_ylim()
+    if floor(log10(high)) - ceil(log10(low)) < 1:
+        axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+        axes.yaxis.set_minor_formatter(plain)
+        axes.tick_params(axis="y", which="minor", labelsize=FONT - 0.5)
 
 
 def style_panels(panels: "Sequence[Axes]") -> None:

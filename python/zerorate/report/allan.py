@@ -104,7 +104,9 @@ def _column(found: Characterisation, axis: Axis, i: int) -> list[str]:
     cells = [axis.name]
     for term in _terms(found):
         models = (axis.model, axis.second)
-        cells += [_cell(model, term) for model, _ in zip(models, _of_term(found, term), strict=False)]
+        cells += [
+            _cell(model, term) for model, _ in zip(models, _of_term(found, term), strict=False)
+        ]
     curve = found.curve.axis(i)
     return [*cells, *_markov(found, axis.model), "", "", *_deviations(curve)]
 
