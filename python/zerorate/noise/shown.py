@@ -9,6 +9,7 @@ from zerorate.noise.records import UNKNOWN
 from zerorate.units import convert, kind
 
 if TYPE_CHECKING:
+    from zerorate.noise.dynamic import DynamicAllan
     from zerorate.noise.result import AllanResult
 
 __all__ = ["Shown", "shown_unit"]
@@ -27,7 +28,7 @@ class Shown(NamedTuple):
     factor: float
 
 
-def shown_unit(curve: "AllanResult") -> Shown:
+def shown_unit(curve: "AllanResult | DynamicAllan") -> Shown:
     """Return the data-sheet unit in which the deviations of a curve read well.
 
     Angular rates in deg/h, in deg/s where none is below 1000 deg/h; accelerations in ug, in

@@ -59,7 +59,7 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
         np.exp(_edges(np.log(result.taus))),
         values,
         norm=LogNorm(low, high if high > low else 2.0 * low),
-        cmap="cividis",
+        cmap="viridis",
         rasterized=True,
     )
     axes.set_yscale("log")
@@ -86,4 +86,5 @@ def _edges(centres: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         return centres[0] + np.array([-0.5, 0.5])
     half = np.diff(centres) / 2.0
     inner = centres[:-1] + half
-    return np.concatenate(([centres[0] - half[0]], inner, [centres[-1] + half[-1]]))
+    edges: npt.NDArray[np.float64] = np.concatenate(([centres[0] - half[0]], inner, [centres[-1] + half[-1]]))
+    return edges
