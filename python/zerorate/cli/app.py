@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from zerorate import __version__
+from zerorate.cli.allan import allan
 from zerorate.cli.demo import demo
 from zerorate.cli.replay import replay
 from zerorate.cli.simulate import simulate
@@ -37,7 +38,7 @@ def _root(
     """Models, measures and removes the random drift of MEMS gyroscopes."""
 
 
-for _command in (replay, demo, simulate):
+for _command in (replay, allan, demo, simulate):
     app.command()(_command)
 
 

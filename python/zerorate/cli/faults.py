@@ -7,7 +7,16 @@ from importlib.util import find_spec
 
 from zerorate.io import LogError
 
-__all__ = ["DataFault", "Fault", "UsageFault", "as_usage", "reading", "require", "writing"]
+__all__ = [
+    "DataFault",
+    "Fault",
+    "UsageFault",
+    "as_usage",
+    "in_options",
+    "reading",
+    "require",
+    "writing",
+]
 
 _KEYWORD = re.compile(r"\b(rate|columns|unit)=")
 _ON_COLUMNS = re.compile(r"there is no column|columns=|columns are named")
@@ -36,13 +45,13 @@ def reading(columns_asked: bool) -> Iterator[None]:
         yield
     except LogError as error:
         about_columns = columns_asked and _ON_COLUMNS.search(str(error))
-        raise (UsageFault if about_columns else DataFault)(_in_options(error)) from None
+        raise (UsageFault if about_columns else DataFault)(in_options(error)) from None
     except OSError as error:
         raise DataFault(str(error)) from None
     except ImportError as error:
         raise UsageFault(str(error)) from None
     except ValueError as error:
-        raise UsageFault(_in_options(error)) from None
+        raise UsageFault(in_options(error)) from None
 
 
 @contextmanager
@@ -75,5 +84,6 @@ def require(module: str, extra: str) -> None:
         raise UsageFault(f"this needs {module}: pip install 'zerorate[{extra}]'")
 
 
-def _in_options(error: Exception) -> str:
+def in_options(error: Exception) -> str:
+    """Return an error's text with options where it names arguments."""
     return _KEYWORD.sub(r"--\1", str(error))

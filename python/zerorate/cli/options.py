@@ -2,17 +2,24 @@
 
 import re
 from enum import StrEnum
+from typing import cast, get_args
 
 from zerorate.cli.faults import UsageFault
+from zerorate.noise.taus import TauGrid
 
 __all__ = [
+    "CurveFormat",
+    "Export",
     "FigureFormat",
     "LogFormat",
     "Method",
     "Noise",
     "parse_adapt_for",
     "parse_columns",
+    "parse_exports",
     "parse_order",
+    "parse_taus",
+    "parse_units",
 ]
 
 
@@ -37,6 +44,24 @@ class LogFormat(StrEnum):
     parquet = "parquet"
     csv = "csv"
     npz = "npz"
+
+
+class CurveFormat(StrEnum):
+    """File formats of a deviation curve."""
+
+    csv = "csv"
+    json = "json"
+    npz = "npz"
+
+
+class Export(StrEnum):
+    """Estimators whose configuration can be written, and a file of every axis' model."""
+
+    kalibr = "kalibr"
+    vins = "vins"
+    orbslam3 = "orbslam3"
+    px4 = "px4"
+    json = "json"
 
 
 class FigureFormat(StrEnum):
@@ -73,3 +98,30 @@ def parse_adapt_for(text: str) -> float | None:
         return float(text)
     except ValueError:
         raise UsageFault(f"--adapt-for takes seconds or 'always', got '{text}'") from None
+
+
+def parse_taus(text: str) -> TauGrid | list[float]:
+    """Return the name of a grid, or the seconds of a list with commas."""
+    if text in get_args(TauGrid):
+        return cast(TauGrid, text)
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        known = ", ".join(get_args(TauGrid))
+        raise UsageFault(
+            f"--taus takes {known}, or seconds such as 0.1,1,10, got '{text}'"
+        ) from None
+
+
+def parse_units(text: str | None) -> list[str]:
+    """Return the units of a list with commas."""
+    return [] if text is None else [word.strip() for word in text.split(",")]
+
+
+def parse_exports(text: str | None) -> list[Export]:
+    """Return the formats of a list with commas, each once."""
+    words = [] if text is None else [word.strip() for word in text.split(",")]
+    for word in words:
+        if word not in list(Export):
+            raise UsageFault(f"--export takes some of {', '.join(Export)}, got '{word}'")
+    return list(dict.fromkeys(map(Export, words)))

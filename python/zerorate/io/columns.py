@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,8 @@ _GYRO = re.compile(
     r"|(^|_)(w|g|rate)(_rs_s)?_?[xyz]$|^rate$"
 )
 _NOT_GYRO = re.compile(r"temp|bias|acc|cov|sigma|std|status|valid|flag|mag")
+_ACCELEROMETER = re.compile(r"acc|(^|_)specific_force|(^|_)a(_m_s_s)?_?[xyz]$")
+_NOT_ACCELEROMETER = re.compile(r"temp|bias|gyr|ang|cov|sigma|std|status|valid|flag|mag")
 _TIME = re.compile(
     r"^(t|(.*_)?(times?|time_?stamps?|stamps?))"
     r"(_(s|secs?|seconds?|ms|msecs?|millis|us|usecs?|micros|µs|ns|nsecs?|nanos))?$"
@@ -46,16 +48,29 @@ def looks_like_gyro(name: str) -> bool:
     return bool(_GYRO.search(stem)) and not _NOT_GYRO.search(stem)
 
 
+def looks_like_accelerometer(name: str) -> bool:
+    """Whether a column of this name holds an acceleration."""
+    stem = plain(split_unit(name)[0])
+    return bool(_ACCELEROMETER.search(stem)) and not _NOT_ACCELEROMETER.search(stem)
+
+
+def looks_like_sensor(name: str) -> bool:
+    """Whether a column of this name holds an angular rate or an acceleration."""
+    return looks_like_gyro(name) or looks_like_accelerometer(name)
+
+
 def looks_like_time(name: str) -> bool:
     """Whether a column of this name holds timestamps."""
     return bool(_TIME.match(plain(name)))
 
 
-def choose(table: Table, columns: Columns) -> Choice:
+def choose(
+    table: Table, columns: Columns, wanted: Callable[[str], bool] = looks_like_gyro
+) -> Choice:
     """Return the time column and the data columns of a table.
 
     ``columns`` is what the caller asked for: names, indices, one of them, or None for all
-    gyro columns (all but the time where the table has no names).
+    columns with a name that is ``wanted`` (all but the time where the table has no names).
     """
     asked = None if columns is None else _asked(table, columns)
     if table.names is None:
@@ -63,18 +78,23 @@ def choose(table: Table, columns: Columns) -> Choice:
     else:
         time, counter = _named_time(table, table.names, asked or ()), None
     if asked is None:
-        asked = _default(table, {time, counter})
+        asked = _default(table, {time, counter}, wanted)
     return Choice(time, asked)
 
 
-def _default(table: Table, excluded: set[int | None]) -> tuple[int, ...]:
+def _default(
+    table: Table, excluded: set[int | None], wanted: Callable[[str], bool]
+) -> tuple[int, ...]:
     if table.data is not None:
         return table.data
     others = [i for i in range(table.width) if i not in excluded]
     if table.names is not None:
-        others = [i for i in others if looks_like_gyro(table.names[i])]
+        others = [i for i in others if wanted(table.names[i])]
     if not others:
-        raise LogError(f"no column looks like a gyro; choose with columns= from: {_listed(table)}")
+        sought = "a gyro" if wanted is looks_like_gyro else "a gyro or an accelerometer"
+        raise LogError(
+            f"no column looks like {sought}; choose with columns= from: {_listed(table)}"
+        )
     return tuple(others)
 
 

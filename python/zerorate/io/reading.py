@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate.io.clock import Grid, fit_grid, unstamped
-from zerorate.io.columns import choose
+from zerorate.io.columns import choose, looks_like_gyro
 from zerorate.io.errors import LogError
 from zerorate.io.formats import format_of
 from zerorate.io.log import Log
@@ -21,6 +22,13 @@ from zerorate.io.rates import checked_rate
 from zerorate.io.stamps import Stamps, to_seconds
 from zerorate.io.table import Column, Table, as_numbers
 from zerorate.io.text import read_text
+
+
+class Group(NamedTuple):
+    """Columns that make one log: their places among those chosen, and their unit."""
+
+    places: tuple[int, ...]
+    unit: str
 
 
 def read_log(
@@ -89,12 +97,32 @@ def read_log(
     >>> read_log(path)
     Log(3 samples at 100 Hz, 0.03 s, deg/s: gyro_x_dps)
     """
-    given_rate = None if rate is None else checked_rate(rate)
     given_unit = None if unit is None else canonical_unit(unit)
+
+    def one_group(names: list[str], file_unit: str | None) -> list[Group]:
+        places = tuple(range(len(names)))
+        return [Group(places, common_unit(names, given_unit, file_unit))]
+
+    return read_groups(path, rate, columns, one_group, looks_like_gyro)[0]
+
+
+def read_groups(
+    path: str | os.PathLike[str],
+    rate: float | None,
+    columns: str | int | Sequence[str | int] | None,
+    grouped: Callable[[list[str], str | None], list[Group]],
+    wanted: Callable[[str], bool],
+) -> list[Log]:
+    """Return a log for each group of a file's columns, all from one reading.
+
+    ``grouped`` makes groups of the chosen names and the unit of the metadata; ``wanted`` tells
+    which columns are chosen where the caller names none. Faults are as of `read_log`.
+    """
+    given_rate = None if rate is None else checked_rate(rate)
     file = Path(path)
     _check_readable(file)
     try:
-        return _read(file, given_rate, columns, given_unit)
+        return _read(file, given_rate, columns, grouped, wanted)
     except LogError as error:
         raise LogError(f"{file}: {error}") from None
 
@@ -103,35 +131,41 @@ def _read(
     file: Path,
     rate: float | None,
     columns: str | int | Sequence[str | int] | None,
-    unit: str | None,
-) -> Log:
+    grouped: Callable[[list[str], str | None], list[Group]],
+    wanted: Callable[[str], bool],
+) -> list[Log]:
     kind = format_of(file)
     table = _open(file, kind)
     if table.names is None:
         table = table.loaded()
-    choice = choose(table, columns)
+    choice = choose(table, columns, wanted)
     names = [table.label(i) for i in choice.data]
-    own_unit = common_unit(names, unit, table.meta.unit)
+    groups = grouped(names, table.meta.unit)
     stated = _stated_rate(rate, table)
     if choice.time is None and stated is None:
         raise LogError("there are no timestamps to tell the sampling rate; give rate= in Hz")
-    wanted = choice.data if choice.time is None else (*choice.data, choice.time)
-    loaded = table.load(wanted)
-    values = _stacked(loaded[: len(names)], names)
+    loaded = table.load(choice.data if choice.time is None else (*choice.data, choice.time))
     stamps = None if choice.time is None else _stamps(loaded[-1], table.label(choice.time), stated)
-    grid = _grid(len(values), stamps, stated)
-    data = _on_grid(values, grid)
-    start = 0.0 if stamps is None else stamps.start
-    meta = {
-        "source": str(file),
-        "format": kind,
-        "clock": grid.report,
-        "notes": tuple(_notes(own_unit, stamps, grid, data, names)),
-    }
+    grid = _grid(len(loaded[0]), stamps, stated)
+    meta: dict[str, object] = {"source": str(file), "format": kind, "clock": grid.report}
     if table.meta.sensor is not None:
         meta["sensor"] = table.meta.sensor
-    time = start + np.arange(grid.length) / grid.rate
-    return Log(time, grid.rate, data, tuple(names), own_unit, meta)
+    return [_log(loaded, names, group, grid, stamps, meta) for group in groups]
+
+
+def _log(
+    loaded: list[Column],
+    names: list[str],
+    group: Group,
+    grid: Grid,
+    stamps: Stamps | None,
+    meta: dict[str, object],
+) -> Log:
+    own = [names[i] for i in group.places]
+    data = _on_grid(_stacked([loaded[i] for i in group.places], own), grid)
+    time = (0.0 if stamps is None else stamps.start) + np.arange(grid.length) / grid.rate
+    notes = tuple(_notes(group.unit, stamps, grid, data, own))
+    return Log(time, grid.rate, data, tuple(own), group.unit, {**meta, "notes": notes})
 
 
 def _check_readable(file: Path) -> None:

@@ -58,8 +58,11 @@ class CurveStatistics:
         lags, widths = _lags(_reach(kind), a, b, step)
         spans = terms * _stride(kind, m)
         pairs = _overlap(spans[first, None], spans[second, None], lags)
-        self._weights = pairs * widths / (spans[first] * spans[second])[:, None]
-        self._cross = np.stack([_cross(kind, process, a, b, lags, step) for process in processes])
+        weights = pairs * widths / (spans[first] * spans[second])[:, None]
+        cross = np.stack([_cross(kind, process, a, b, lags, step) for process in processes], axis=1)
+        weighted = cross * weights[:, None, :]
+        self._squares = weighted @ np.swapaxes(cross, 1, 2)
+        self._sums = weighted.sum(axis=-1)
         self.variances = np.column_stack([variances(kind, m, process) for process in processes])
         self._ramp = taus / math.sqrt(2.0) if kind.order == 2 else np.zeros_like(taus)
 
@@ -73,12 +76,11 @@ class CurveStatistics:
         ramp : float
             Slope of the rate a sample, which no chance is in but which meets the noise.
         """
-        noise = np.tensordot(strengths, self._cross, axes=1)
         first, second = self._pairs
         products = (ramp * self._ramp)[first] * (ramp * self._ramp)[second]
-        inner = 2.0 * noise**2 + 4.0 * products[:, None] * noise
+        noise = 2.0 * (self._squares @ strengths) @ strengths
         matrix = np.zeros((len(self.variances),) * 2)
-        matrix[first, second] = np.sum(inner * self._weights, axis=-1)
+        matrix[first, second] = noise + 4.0 * products * (self._sums @ strengths)
         return matrix + np.triu(matrix, 1).T
 
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -75,13 +76,19 @@ def whittle(
     record = record[: _smooth(record.size)]
     if np.ptp(record) == 0.0:
         raise ValueError("z is constant: there is no noise to fit")
-    bands = _Bands(record.size)
+    bands, basis = _expected(record.size, wanted)
     density = bands.of(record)
-    basis = np.column_stack([_density(term, bands) for term in wanted])
     problem = Problem(basis, density, 2.0 * bands.counts, lambda c: _scatter(basis @ c, bands))
     factor, quantity = si_unit(unit)
     components = [Component(term, strength(term, rate) / factor**2) for term in wanted]
     return fitted(problem, components, "whittle", quantity=quantity)
+
+
+@lru_cache(maxsize=4)
+def _expected(n: int, terms: tuple[str, ...]) -> tuple["_Bands", Floats]:
+    """Return the bands of n samples and what terms of unit strength give; axes share them."""
+    bands = _Bands(n)
+    return bands, np.column_stack([_density(term, bands) for term in terms])
 
 
 class _Bands:

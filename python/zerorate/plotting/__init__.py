@@ -1,5 +1,7 @@
-"""The figure of a replay; it needs matplotlib, which is imported when a figure is drawn."""
+"""Figures; they need matplotlib, which is imported when a figure is drawn."""
 
+from zerorate.plotting.allan import plot_allan, plot_characterisation
+from zerorate.plotting.dynamic import plot_dynamic
 from zerorate.plotting.figure import plot_replay, save_figure
 
-__all__ = ["plot_replay", "save_figure"]
+__all__ = ["plot_allan", "plot_characterisation", "plot_dynamic", "plot_replay", "save_figure"]

@@ -10,14 +10,13 @@ import numpy as np
 
 from zerorate.plotting.envelope import limits
 from zerorate.plotting.panels import MEMORIES, draw_allan, draw_model, draw_noise, draw_rate
-from zerorate.plotting.style import BLUE, DPI, FONT, MM, ORANGE
+from zerorate.plotting.style import BLUE, DPI, FONT, ORANGE, new_figure, style_panels
 from zerorate.replay import Replay
 
 if TYPE_CHECKING:
     import os
 
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 Grid = np.ndarray[Any, np.dtype[np.object_]]
@@ -56,21 +55,15 @@ def plot_replay(replay: Replay) -> Figure:
     ImportError
         Without matplotlib: ``pip install 'zerorate[plot]'``.
     """
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise ImportError("this needs matplotlib: pip install 'zerorate[plot]'") from None
     shown = min(replay.log.channels, MOST_AXES)
     width = _COLUMN * max(shown, 2)
-    figure = Figure(figsize=(width * MM, _HEIGHT * MM), dpi=DPI)
-    FigureCanvasAgg(figure)
+    figure = new_figure(width, _HEIGHT)
     grid = figure.subplots(4, shown, squeeze=False, gridspec_kw=_places(width, shown))
     right = [_draw_column(grid[:, i], replay, i) for i in range(shown)]
     _label(grid, right, replay.log.unit)
     _share_heights(grid[2])
     _share_decades(grid[3])
-    _style([*grid.ravel(), *right])
+    style_panels([*grid.ravel(), *right])
     title = _title(replay, round(0.55 * width))
     figure.text(0.5, 1.0 - 2.0 / _HEIGHT, title, ha="center", va="top", size=FONT + 1.5)
     caption = _caption(replay, shown, round(0.75 * width))
@@ -167,34 +160,6 @@ def _share_decades(row: Grid) -> None:
         axes.set_ylim(least / room**1.5, most * room)
     for axes in row[1:]:
         axes.tick_params(labelleft=False)
-
-
-def _style(panels: list[Axes]) -> None:
-    for axes in panels:
-        axes.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
-        axes.tick_params(which="minor", width=0.3, length=1.2)
-        axes.title.set_fontsize(FONT + 0.5)
-        for spine in axes.spines.values():
-            spine.set_linewidth(0.5)
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.label.set_fontsize(FONT)
-            axis.labelpad = 2.0
-            axis.offsetText.set_fontsize(FONT - 1.0)
-            _set_ticks(axis, vertical=axis is axes.yaxis)
-
-
-def _set_ticks(axis: Axis, vertical: bool) -> None:
-    """Keep ticks few: each one costs as much time as a curve."""
-    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
-
-    if axis.get_scale() == "log":
-        axis.set_minor_locator(LogLocator(subs=(2.0, 5.0) if vertical else ()))
-        axis.set_minor_formatter(NullFormatter())
-        return
-    axis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
-    formatter = ScalarFormatter()
-    formatter.set_powerlimits((-3, 4) if vertical else (-3, 6))
-    axis.set_major_formatter(formatter)
 
 
 def _title(replay: Replay, letters: int) -> str:

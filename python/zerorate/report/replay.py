@@ -1,7 +1,6 @@
 """A replay as plain text: the table, and the sentences under it."""
 
 import math
-import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
@@ -9,11 +8,9 @@ import numpy as np
 
 from zerorate.io import Log
 from zerorate.replay import Replay, Score
+from zerorate.report.text import WIDTH, bulleted, on_clock
 
-__all__ = ["WIDTH", "format_notes", "format_table"]
-
-WIDTH: Final = 100
-"""Most columns of text that a table takes."""
+__all__ = ["format_notes", "format_table"]
 
 _GAP: Final = "  "
 _WARNING: Final = (
@@ -61,8 +58,7 @@ def format_notes(replay: Replay) -> str:
     str
         Lines without an end, empty if there is nothing to say.
     """
-    wrapped = (textwrap.fill(f"- {note}", WIDTH, subsequent_indent="  ") for note in _notes(replay))
-    return "\n".join(wrapped)
+    return bulleted(_notes(replay))
 
 
 def _columns(replay: Replay) -> Iterator[list[str]]:
@@ -120,9 +116,7 @@ def _notes(replay: Replay) -> Iterator[str]:
 
 
 def _on_log(log: Log) -> Iterator[str]:
-    clock = log.meta.get("clock")
-    if clock is not None and not clock.summary().startswith("clock regular"):
-        yield clock.summary()
+    yield from on_clock(log)
     missing = np.isnan(log.data).sum(axis=0)
     if missing.any():
         counts = ", ".join(f"{name} {n}" for name, n in zip(log.names, missing, strict=True) if n)

@@ -1,0 +1,7 @@
+"""Results as plain text: tables, and the sentences under them."""
+
+from zerorate.report.allan import format_allan, format_allan_notes
+from zerorate.report.replay import format_notes, format_table
+from zerorate.report.text import WIDTH
+
+__all__ = ["WIDTH", "format_allan", "format_allan_notes", "format_notes", "format_table"]
