@@ -54,9 +54,9 @@ class CurveStatistics:
         first, second = self._pairs = np.triu_indices(m.size)
         taus = m.astype(np.float64)
         a, b = taus[first, None], taus[second, None]
-        step = _step(kind, a)
-        lags, widths = _lags(_reach(kind), a, b, step)
         spans = terms * _stride(kind, m)
+        step = _step(kind, a, spans[first, None])
+        lags, widths = _lags(_reach(kind), a, b, step)
         pairs = _overlap(spans[first, None], spans[second, None], lags)
         weights = pairs * widths / (spans[first] * spans[second])[:, None]
         cross = np.stack([_cross(kind, process, a, b, lags, step) for process in processes], axis=1)
@@ -96,9 +96,9 @@ def degrees_of_freedom(kind: Kind, m: Counts, terms: Counts, process: Process) -
     Those of a chi-squared variable with the same ratio of mean and deviation.
     """
     taus = m.astype(np.float64)[:, None]
-    step = _step(kind, taus)
-    lags, widths = _lags(_reach(kind), taus, taus, step)
     span = (terms * _stride(kind, m))[:, None]
+    step = _step(kind, taus, span)
+    lags, widths = _lags(_reach(kind), taus, taus, step)
     shares = _overlap(span, span, lags) * widths / span**2
     squares = _cross(kind, process, taus, taus, lags, step) ** 2
     freedoms: Floats = variances(kind, m, process) ** 2 / np.sum(squares * shares, axis=-1)
@@ -110,9 +110,11 @@ def _stride(kind: Kind, m: Counts) -> Floats:
     return np.ones(m.size) if kind.overlapping else m.astype(np.float64)
 
 
-def _step(kind: Kind, shorter: Floats) -> Floats:
-    """Return the distance of the points that lie dense."""
-    return np.maximum(np.floor(shorter / 16.0), 1.0) if kind.overlapping else shorter
+def _step(kind: Kind, shorter: Floats, span: Floats) -> Floats:
+    """Return the distance of the points that lie dense, within an averaging time or few terms."""
+    if not kind.overlapping:
+        return shorter
+    return np.maximum(np.floor(np.minimum(shorter, span) / 16.0), 1.0)
 
 
 def _reach(kind: Kind) -> int:
@@ -152,7 +154,8 @@ def _cross(
             total += signs[i] * signs[j] * _averaged(kind, process, a, b, distance)
     total /= math.factorial(kind.order) * a * b
     # A covariance at single points would count as often as its neighbours are far.
-    return total / np.sqrt(step) if process.is_point and not kind.modified else total
+    alone = process.is_point and kind.overlapping and not kind.modified
+    return total / np.sqrt(step) if alone else total
 
 
 def _averaged(kind: Kind, process: Process, a: Floats, b: Floats, k: Floats) -> Floats:
