@@ -22,7 +22,7 @@ MODELS = {
 
 
 def peer(z):
-    """The fit of the package allan-variance, if it is installed."""
+    """Fit with the package allan-variance, if it is installed."""
     try:
         import allan_variance
     except ImportError:
@@ -32,18 +32,19 @@ def peer(z):
 
 
 def fits(model, seed):
-    """One record, fitted in every way."""
+    """Return one record's fits of every kind."""
     z, _ = zr.simulate(model, RATE, DURATION, seed)
     curve = zr.allan(z, RATE)
     return curve.fit(), zr.whittle(z, RATE), curve.fit("polynomial"), peer(z)
 
 
 def error(found, truth):
-    """Root mean square of relative errors, in per cent."""
+    """Return the root mean square of relative errors, in per cent."""
     return f"{100.0 * np.sqrt(np.mean((np.array(found) / truth - 1.0) ** 2)):.2g} %"
 
 
 def row(name, field, truth, runs):
+    """Return a line of the table: one term of one model."""
     curve, whittle, polynomial, others = zip(*runs, strict=True)
     ours = [getattr(model, field) for model in curve]
     second = [getattr(model, field) for model in whittle]
@@ -64,6 +65,7 @@ def row(name, field, truth, runs):
 
 
 def main():
+    """Print the table."""
     seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 20
     head = "record, term, identifiable, fit, interval holds, bound holds, Whittle, polynomial"
     print("| " + " | ".join([*head.split(", "), "allan-variance"]) + " |")

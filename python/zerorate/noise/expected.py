@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.noise.covariance import expected
+from zerorate.noise.covariance import variances
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.model import NoiseModel
 from zerorate.noise.power_laws import markov
@@ -57,14 +57,14 @@ def _terms(model: NoiseModel, curve: "AllanResult") -> Iterator[ExpectedTerm]:
     kind, m, rate = KINDS[curve.kind], curve.factors, curve.rate
     for field in (term.field for term in TERMS[model.quantity]):
         if field in COLOURED:
-            variance = expected(kind, m, COLOURED[field])
+            variance = variances(kind, m, COLOURED[field])
         else:
             variance = ramp_variance(kind, m.astype(np.float64))
         size = abs(getattr(model, field).value)
         yield ExpectedTerm(field, size * np.sqrt(strength(field, rate) * variance))
     for correlated in model.markov:
         scale = correlated.amplitude * np.sqrt(correlated.time / 2.0)
-        variance = expected(kind, m, markov(correlated.time * rate))
+        variance = variances(kind, m, markov(correlated.time * rate))
         yield ExpectedTerm("markov", scale * np.sqrt(variance))
     for sine in model.sinusoid:
         variance = sinusoid_variance(kind, m.astype(np.float64), sine.frequency / rate)
