@@ -22,7 +22,9 @@ Floats = npt.NDArray[np.float64]
 # gives the coefficient to better than a quarter.
 _SIGMAS: Final = 2.0
 _PROBABILITY: Final = 0.99
+_LEAST_MISFIT: Final = 1e-5
 _MOST_MISFIT: Final = 4.0
+_PRECISION: Final = 1.01
 
 
 @dataclass(frozen=True)
@@ -93,16 +95,19 @@ class Problem:
         freedom = max(plain.degrees_of_freedom, 1)
         if plain.chi_squared <= float(chi_squared_quantile(_PROBABILITY, [freedom])[0]):
             return plain, self.weighting, 0.0, plain.chi_squared
-        misfit = self._misfit(start, freedom)
+        misfit = self._misfit(plain.strengths, freedom)
         weighting = self._with_misfit(misfit)
-        return solve(self.basis, self.data, start, weighting), weighting, misfit, plain.chi_squared
+        solution = solve(self.basis, self.data, weighting(plain.strengths), weighting)
+        return solution, weighting, misfit, plain.chi_squared
 
-    def _misfit(self, start: Floats, freedom: int) -> float:
+    def _misfit(self, strengths: Floats, freedom: int) -> float:
         """Return the relative model error that brings chi-squared down to its expectation."""
-        low, high = 0.0, _MOST_MISFIT
-        for _ in range(24):
-            middle = 0.5 * (low + high)
-            solution = solve(self.basis, self.data, start, self._with_misfit(middle))
+        low, high = _LEAST_MISFIT, _MOST_MISFIT
+        while high > _PRECISION * low:
+            middle = float(np.sqrt(low * high))
+            weighting = self._with_misfit(middle)
+            solution = solve(self.basis, self.data, weighting(strengths), weighting)
+            strengths = solution.strengths
             low, high = (middle, high) if solution.chi_squared > freedom else (low, middle)
         return high
 

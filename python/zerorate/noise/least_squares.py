@@ -12,6 +12,7 @@ from zerorate._native import chi_squared_quantile
 __all__ = ["Solution", "Weighting", "bound_by_one", "left_over", "solve", "upper_bound"]
 
 Floats = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
 
 Weighting = Callable[[Floats], Floats]
 """Covariance of the data, shape (t, t), or (t,) if independent, given the strengths (p,)."""
@@ -61,10 +62,10 @@ def solve(basis: Floats, data: Floats, start: Floats, weighting: Weighting) -> S
         Covariance for the next rounds.
     """
     both = np.column_stack((basis, data))
-    strengths = _fit(_whitened(start, both))
+    strengths = _fit(_whitened(start, both), np.zeros(basis.shape[1], dtype=bool))
     for _ in range(_ROUNDS):
         before, white = strengths, _whitened(weighting(strengths), both)
-        strengths = _fit(white)
+        strengths = _fit(white, strengths > 0.0)
         if np.allclose(strengths, before, rtol=_SETTLED, atol=0.0):
             break
     sigmas, active = np.full(strengths.size, np.nan), strengths > 0.0
@@ -76,7 +77,8 @@ def solve(basis: Floats, data: Floats, start: Floats, weighting: Weighting) -> S
 def left_over(basis: Floats, data: Floats, scatter: Floats) -> float:
     """Return the chi-squared of the best fit where the covariance of the data is given."""
     white = _whitened(scatter, np.column_stack((basis, data)))
-    residual = white[:, -1] - white[:, :-1] @ _fit(white)
+    nothing = np.zeros(basis.shape[1], dtype=bool)
+    residual = white[:, -1] - white[:, :-1] @ _fit(white, nothing)
     return float(residual @ residual)
 
 
@@ -128,20 +130,21 @@ def _whitened(covariance: Floats, columns: Floats) -> Floats:
     return scaled
 
 
-def _fit(white: Floats) -> Floats:
+def _fit(white: Floats, guess: Flags) -> Floats:
     """Return the strengths for whitened columns, the last of them the data."""
-    return _non_negative(white[:, :-1], white[:, -1])
+    return _non_negative(white[:, :-1], white[:, -1], guess)
 
 
-def _non_negative(matrix: Floats, target: Floats) -> Floats:
+def _non_negative(matrix: Floats, target: Floats, guess: Flags) -> Floats:
     """Return the x >= 0 that brings ``matrix @ x`` closest to the target.
 
-    C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23.
+    C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23, begun with the
+    elements guessed to be above zero.
     """
     lengths = np.linalg.norm(matrix, axis=0)
     lengths[lengths == 0.0] = 1.0
-    matrix, x = matrix / lengths, np.zeros(matrix.shape[1])
-    free = np.zeros(x.size, dtype=bool)
+    matrix, free = matrix / lengths, guess.copy()
+    x = _feasible(matrix, target, np.zeros(free.size), free)
     tolerance = 1e-12 * float(np.linalg.norm(target))
     for _ in range(3 * x.size):
         slope = np.where(free, -np.inf, matrix.T @ (target - matrix @ x))
@@ -154,7 +157,7 @@ def _non_negative(matrix: Floats, target: Floats) -> Floats:
     return strengths
 
 
-def _feasible(matrix: Floats, target: Floats, x: Floats, free: npt.NDArray[np.bool_]) -> Floats:
+def _feasible(matrix: Floats, target: Floats, x: Floats, free: Flags) -> Floats:
     """Move x towards the least squares of its free part, fixing at zero what would pass it."""
     while free.any():
         goal = np.zeros_like(x)

@@ -86,5 +86,7 @@ def _edges(centres: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         return centres[0] + np.array([-0.5, 0.5])
     half = np.diff(centres) / 2.0
     inner = centres[:-1] + half
-    edges: npt.NDArray[np.float64] = np.concatenate(([centres[0] - half[0]], inner, [centres[-1] + half[-1]]))
+    edges: npt.NDArray[np.float64] = np.concatenate(
+        ([centres[0] - half[0]], inner, [centres[-1] + half[-1]])
+    )
     return edges
