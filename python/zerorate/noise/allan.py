@@ -204,5 +204,5 @@ def _on_record(
             filled = f"; gaps of up to {bridge} are bridged" if bridge else ""
             yield f"{label}{missing} of {there.size} samples are missing{filled}"
         first = z[int(np.argmax(there))]
-        if np.all(z[there] == first if missing else z == first):
+        if np.all((z == first) | ~there):
             yield f"{label}all samples are equal: the deviation is 0, and there is nothing to fit"

@@ -8,8 +8,8 @@ use std::f64::consts::{LN_2, PI};
 
 use super::record::Record;
 
-/// Averages that are looked at: the standard error of their correlation is 0.01.
-const ENOUGH: usize = 1 << 13;
+/// Averages that are looked at: the standard error of their correlation is 0.02.
+const ENOUGH: usize = 1 << 11;
 
 /// Fewest averages for a correlation, and for anything.
 const MANY: usize = 30;
