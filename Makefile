@@ -32,9 +32,10 @@ bench: $(STAMP) ## Time the filters against C, numba and filterpy
 	cargo bench --bench filters --bench streaming
 	$(BIN)/python -m pytest benches --benchmark-only
 
-results: $(STAMP) ## Rebuild the tables and figures of docs/results.md from recordings
+results: $(STAMP) ## Rebuild the tables and figures of docs/ from recordings and simulations
 	$(BIN)/python examples/published_tables.py
 	$(BIN)/python examples/process_noise_sweep.py
+	$(BIN)/python examples/allan_figures.py
 
 clean: ## Remove what was built
 	rm -rf target $(VENV) demo

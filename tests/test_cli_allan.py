@@ -363,12 +363,12 @@ class TestMotion:
 
 
 class TestCharacterise:
-    def test_progress_ends_at_one(self):
+    def test_progress_is_told_for_every_axis(self):
         log = Log(np.arange(2000) / RATE, RATE, signal(2000), ["x", "y", "z"], "rad/s")
         told = []
         characterise(log, progress=lambda *step: told.append(step))
         assert told[0] == ("deviations", 0.0)
-        assert told[-1] == ("models", 1.0)
+        assert told[-1] == ("models", 2 / 3)
 
     def test_a_log_written_by_the_package_is_read(self, tmp_path):
         log = Log(np.arange(50) / RATE, RATE, signal(50, 1), ["accel_x"], "m/s^2")

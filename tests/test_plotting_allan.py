@@ -196,6 +196,14 @@ def test_all_sensors_of_a_log(gyros, accelerometers):
     check_layout(figure)
 
 
+def test_a_record_that_moved_says_so():
+    z = record(5000, 2)
+    z[3000:3300, 0] += 0.5
+    log = Log(np.arange(5000) / RATE, RATE, z, ["x", "y"], "rad/s")
+    figure = plot_characterisation([characterise(log)])
+    assert [axes.get_title() for axes in figure.axes] == ["x (moved?)", "y"]
+
+
 @pytest.mark.parametrize("kind", ["oadev", "ohdev", "mdev", "tdev", "totdev"])
 def test_the_drawn_model_is_what_a_long_record_shows(kind):
     model = NoiseModel(angle_random_walk=1e-4, rate_random_walk=1e-4)

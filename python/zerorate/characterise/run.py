@@ -1,7 +1,6 @@
 """The way of a log through the analysis."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import as_completed
 from typing import Final
 
 import numpy as np
@@ -13,7 +12,7 @@ from zerorate.io import Log, LogError
 from zerorate.noise import AllanResult, FittedModel, allan, whittle
 from zerorate.noise.kinds import KindName
 from zerorate.noise.taus import TauGrid
-from zerorate.replay.workers import Progress, silent, workers
+from zerorate.replay.workers import Progress, silent
 
 __all__ = ["characterise"]
 
@@ -64,14 +63,11 @@ def characterise(
     tell("deviations", 0.0)
     curve = allan(log, kind=kind, taus=taus, bridge=bridge, confidence=confidence)
 
-    def examined(i: int) -> Axis:
-        return _examined(log, curve.axis(i), log.data[:, i], markov, second_opinion)
-
-    with workers() as executor:
-        jobs = [executor.submit(examined, i) for i in range(log.channels)]
-        for done, _ in enumerate(as_completed(jobs), start=1):
-            tell("models", done / len(jobs))
-        return Characterisation(log, curve, tuple(job.result() for job in jobs))
+    axes = []
+    for i in range(log.channels):
+        tell("models", i / log.channels)
+        axes.append(_examined(log, curve.axis(i), log.data[:, i], markov, second_opinion))
+    return Characterisation(log, curve, tuple(axes))
 
 
 def _check_samples(log: Log, kind: KindName) -> None:

@@ -87,7 +87,8 @@ class CurveStatistics:
 def variances(kind: Kind, m: Counts, process: Process) -> Floats:
     """Return the expected squared deviation of a process of unit strength, shape (t,)."""
     taus = m.astype(np.float64)[:, None]
-    return _cross(kind, process, taus, taus, np.zeros_like(taus), 1.0)[:, 0]
+    variances: Floats = _cross(kind, process, taus, taus, np.zeros_like(taus), 1.0)[:, 0]
+    return variances
 
 
 def degrees_of_freedom(kind: Kind, m: Counts, terms: Counts, process: Process) -> Floats:

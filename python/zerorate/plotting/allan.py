@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -81,13 +81,16 @@ def plot_characterisation(found: Sequence[Characterisation]) -> Figure:
     matplotlib.figure.Figure
         A panel an axis, as of `plot_allan`, of the first four axes of each.
     """
-    rows = [
-        [Panel(_seen(axis), model) for axis, model in zip(one.curve, one.models, strict=True)]
-        for one in found
-    ]
+    rows = [list(_panels(one)) for one in found]
     meta = found[0].log.meta
     title = meta.get("sensor") or Path(meta.get("source", "")).name
     return _figure([row[:MOST_COLUMNS] for row in rows], title, max(map(len, rows)))
+
+
+def _panels(found: Characterisation) -> Iterator[Panel]:
+    for curve, axis in zip(found.curve, found.axes, strict=True):
+        title = f"{axis.name} (moved?)" if axis.moved else axis.name
+        yield Panel(replace(_seen(curve), names=(title,)), axis.model)
 
 
 def _seen(curve: AllanResult) -> AllanResult:

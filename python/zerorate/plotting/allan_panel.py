@@ -23,6 +23,11 @@ LEAST_FREEDOM: Final = 5.0
 
 _MARGIN: Final = 0.06
 
+_DEPTH: Final = 3.0
+"""How far below a curve marks are shown, as a factor: the floor, and what is near it."""
+_DEPTH_ALONE: Final = 500.0
+"""The same of a figure of one axis, which has room for the marks of walk and ramp."""
+
 
 class Panel(NamedTuple):
     """What is drawn: the curve of one axis, and its model if there is one."""
@@ -55,7 +60,8 @@ def share_limits(row: list["Axes"], panels: list[Panel]) -> None:
     """Give panels the same limits, with room in a corner for the lists of coefficients."""
     times = np.concatenate([_times(panel) for panel in panels])
     left, right = times.min() / 1.6, max(times.max(), 10.0 * times.min()) * 1.6
-    spans = [_span(panel) for panel in panels if np.any(panel.curve.deviation > 0.0)]
+    depth = _DEPTH if len(row) > 1 else _DEPTH_ALONE
+    spans = [_span(panel, depth) for panel in panels if np.any(panel.curve.deviation > 0.0)]
     low = min((span[0] for span in spans), default=0.1)
     high = max((span[1] for span in spans), default=1.0)
     margin = max(high / low, 10.0) ** _MARGIN
@@ -107,13 +113,19 @@ def _last_sure(curve: AllanResult) -> float | None:
     return float(np.sqrt(curve.taus[few[0] - 1] * curve.taus[few[0]]))
 
 
-def _span(panel: Panel) -> tuple[float, float]:
+def _span(panel: Panel, depth: float) -> tuple[float, float]:
     """Return the lowest and the highest thing that must be seen."""
     curve = panel.curve
     factor = shown_unit(curve).factor
-    low = np.fmin(curve.deviation, np.where(curve.lower > 0.0, curve.lower, np.inf)).min()
-    high = np.fmin(curve.upper, FAR * curve.deviation).max()
-    return float(factor * low), float(factor * high)
+    low = float(factor * np.fmin(curve.deviation, _positive(curve.lower)).min())
+    high = float(factor * np.fmin(curve.upper, FAR * curve.deviation).max())
+    terms = [] if panel.model is None else drawn_terms(panel.model, curve)
+    marks = [term.height for term in terms if term.identifiable and term.height > low / depth]
+    return min([low, *marks]), high
+
+
+def _positive(values: Floats) -> Floats:
+    return np.where(values > 0.0, values, np.inf)
 
 
 def _times(panel: Panel) -> Floats:

@@ -22,7 +22,7 @@ _LINE: Final = 0.058
 _EDGE: Final = 0.035
 _WIDTH: Final = 0.6
 
-_CROSSED: Final = 3.0
+_CROSSED: Final = 10.0
 """How much more room the upper right may take: in the lower left the list hides lines."""
 
 

@@ -82,10 +82,8 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
 
 def _edges(centres: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return the borders of cells about their centres."""
-    if centres.size == 1:
-        return centres[0] + np.array([-0.5, 0.5])
-    half = np.diff(centres) / 2.0
-    inner = centres[:-1] + half
+    half = np.diff(centres) / 2.0 if centres.size > 1 else np.array([0.5])
+    inner = centres[:-1] + half[: centres.size - 1]
     edges: npt.NDArray[np.float64] = np.concatenate(
         ([centres[0] - half[0]], inner, [centres[-1] + half[-1]])
     )

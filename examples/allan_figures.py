@@ -1,0 +1,70 @@
+"""The figures of the guide to Allan deviations, all of simulated signals.
+
+python examples/allan_figures.py
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import zerorate as zr
+from zerorate.plotting import plot_allan, plot_dynamic, save_figure
+from zerorate.units import convert
+
+FOLDER = Path(__file__).parents[1] / "docs" / "figures"
+RATE = 100.0
+HOUR = 3600.0
+
+ALL_TERMS = zr.NoiseModel(
+    quantization=convert(1.5, "arcsec", "rad"),
+    angle_random_walk=convert(0.3, "deg/sqrt(h)", "rad/s/sqrt(Hz)"),
+    bias_instability=convert(4.0, "deg/h", "rad/s"),
+    rate_random_walk=convert(20.0, "deg/h/sqrt(h)", "rad/s^2/sqrt(Hz)"),
+    rate_ramp=convert(30.0, "deg/h^2", "rad/s^2"),
+)
+WALKING = replace(ALL_TERMS, quantization=0.0, rate_ramp=0.0)
+
+
+def terms() -> None:
+    """Draw the five terms, and where each is read."""
+    signal, _ = zr.simulate(ALL_TERMS, RATE, 10 * HOUR, seed=1)
+    result = zr.allan(signal, RATE, names=["five terms of a simulated gyro, 10 h"])
+    save(plot_allan(result, ALL_TERMS), "allan_terms")
+
+
+def identifiable() -> None:
+    """Draw ten minutes and three hours of one gyro: the walk hides in the short record."""
+    signal, _ = zr.simulate(WALKING, RATE, 3 * HOUR, seed=4)
+    short = np.full_like(signal, np.nan)
+    short[: int(600 * RATE)] = signal[: int(600 * RATE)]
+    names = ["the first 10 min", "all 3 h"]
+    result = zr.allan(np.column_stack((short, signal)), RATE, names=names)
+    save(result.plot(result.fit()), "allan_identifiable")
+
+
+def gyro() -> None:
+    """Draw three axes of a simulated gyro with the models that were fitted."""
+    signal, _ = zr.simulate(zr.device("ADIS16405"), RATE, 2 * HOUR, seed=1, axes=3)
+    result = zr.allan(signal, RATE, names=["x", "y", "z"])
+    save(result.plot(result.fit()), "allan_gyro")
+
+
+def warm_up() -> None:
+    """Draw a gyro whose bias settles and whose noise falls in the first half hour."""
+    signal, _ = zr.simulate(zr.device("MPU-6050"), RATE, 2 * HOUR, seed=1)
+    t = np.arange(signal.size) / RATE
+    settling = convert(1.0, "deg/s", "rad/s") * np.exp(-t / 600.0)
+    noisy = signal * (1.0 + np.exp(-t / 900.0)) + settling
+    save(plot_dynamic(zr.dynamic_allan(noisy, RATE, window=600.0)), "allan_dynamic")
+
+
+def save(figure: object, name: str) -> None:
+    """Write a figure into the folder of the documentation."""
+    save_figure(figure, FOLDER / f"{name}.png")
+    print(f"wrote docs/figures/{name}.png")
+
+
+if __name__ == "__main__":
+    for draw in (terms, identifiable, gyro, warm_up):
+        draw()
