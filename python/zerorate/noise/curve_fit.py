@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -95,10 +96,10 @@ class _Design:
         kind, rate, m = curve.kind, curve.rate, curve.m
         samples = m.astype(np.float64)
         noises = [term for term in terms if term in COLOURED]
-        processes = [COLOURED[term] for term in noises]
-        processes += [markov_process(time * rate) for time in times]
-        self.curve, self.n_noises = curve, len(processes)
-        self.statistics = CurveStatistics(kind, m, curve.terms, processes)
+        periods = tuple(time * rate for time in times)
+        counts = (tuple(m.tolist()), tuple(curve.terms.tolist()))
+        self.curve, self.n_noises = curve, len(noises) + len(periods)
+        self.statistics = _statistics(kind, *counts, tuple(noises), periods)
         columns = [self.statistics.variances]
         components = [Component(term, strength(term, rate)) for term in noises]
         components += [_markov(time) for time in times]
@@ -125,6 +126,20 @@ class _Design:
             gain = expected * np.sqrt(2.0 / self.curve.edf / np.diag(matrix))
             matrix = matrix * np.outer(gain, gain)
         return matrix + np.diag(_EXACT * expected**2)
+
+
+@lru_cache(maxsize=8)
+def _statistics(
+    kind: Kind,
+    m: tuple[int, ...],
+    terms: tuple[int, ...],
+    noises: tuple[str, ...],
+    periods: tuple[float, ...],
+) -> CurveStatistics:
+    """Return what the axes of a record share."""
+    processes = [COLOURED[noise] for noise in noises]
+    processes += [markov_process(period) for period in periods]
+    return CurveStatistics(kind, np.array(m), np.array(terms), processes)
 
 
 def _markov(time: float) -> Component:

@@ -18,7 +18,9 @@ Weighting = Callable[[Floats], Floats]
 """Covariance of the data, shape (t, t), or (t,) if independent, given the strengths (p,)."""
 
 _ROUNDS: Final = 12
-_SETTLED: Final = 1e-9
+_SETTLED: Final = 1e-7
+# Of a bound: closer than it is shown.
+_NEAR: Final = 1e-3
 # Least eigenvalue of a correlation matrix that is taken at its word: what is computed of
 # neighbouring averaging times is good to about this.
 _LEAST: Final = 1e-4
@@ -99,7 +101,7 @@ def upper_bound(basis: Floats, solution: Solution, i: int, weighting: Weighting)
         before, bound[i] = bound[i], estimate + _ONE_SIDED_95 * sigma
         if not np.isfinite(bound[i]):
             break
-        if abs(bound[i] - before) <= 1e-4 * bound[i]:
+        if abs(bound[i] - before) <= _NEAR * bound[i]:
             return float(bound[i])
     return float("inf")
 
