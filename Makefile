@@ -27,9 +27,9 @@ lint: $(STAMP) ## Check format, lints, types and stubs
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest zerorate._native
 
-bench: $(STAMP) ## Time the filters against C, numba and filterpy
+bench: $(STAMP) ## Time filters and deviations against C and other packages
 	$(BIN)/pip install --quiet --group bench
-	cargo bench --bench filters --bench streaming
+	cargo bench --bench filters --bench streaming --bench allan
 	$(BIN)/python -m pytest benches --benchmark-only
 
 results: $(STAMP) ## Rebuild the tables and figures of docs/ from recordings and simulations
