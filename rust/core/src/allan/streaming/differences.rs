@@ -46,18 +46,25 @@ impl Differences {
     /// Adds the terms at `x_k`, the last phase, at every octave that the stretch is long enough for.
     #[inline]
     pub(super) fn observe(&mut self, phases: &Phases, k: u64) {
-        let both = octaves_within(k / 3);
-        for (j, (second, third)) in
-            self.second.iter_mut().zip(&mut self.third).take(both).enumerate()
-        {
-            let x = phases.spaced(k, 1 << j);
-            second.add(k, second_difference(x[0], x[1], x[2]));
-            third.add(k, third_difference(x));
+        let both = octaves_within(k / 3).min(self.octaves());
+        let look = phases.look_back(k);
+        let lane = k as usize % BLOCK;
+        let (second, rest) = self.second.split_at_mut(both);
+        let mut m = 1;
+        for (second, third) in second.iter_mut().zip(&mut self.third) {
+            let x = look.spaced(m);
+            let (allan, hadamard) = (second_difference(x[0], x[1], x[2]), third_difference(x));
+            second.sums[lane] += allan * allan;
+            third.sums[lane] += hadamard * hadamard;
+            second.terms += 1;
+            third.terms += 1;
+            m *= 2;
         }
-        for (j, second) in self.second.iter_mut().enumerate().take(octaves_within(k / 2)).skip(both)
-        {
-            let x: [f64; 3] = phases.spaced(k, 1 << j);
+        let long = octaves_within(k / 2) - both;
+        for second in rest.iter_mut().take(long) {
+            let x: [f64; 3] = look.spaced(m);
             second.add(k, second_difference(x[0], x[1], x[2]));
+            m *= 2;
         }
     }
 

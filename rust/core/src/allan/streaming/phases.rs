@@ -69,10 +69,10 @@ impl Phases {
         self.count - 1
     }
 
-    /// The phases `x_k, x_{k-m}, x_{k-2m}, …`.
+    /// The phases before `x_k`.
     #[inline]
-    pub(super) fn spaced<const N: usize>(&self, k: u64, m: u64) -> [f64; N] {
-        std::array::from_fn(|i| self.at(k - i as u64 * m))
+    pub(super) fn look_back(&self, k: u64) -> LookBack<'_> {
+        LookBack { ring: &self.ring, mask: self.capacity - 1, k: k as usize }
     }
 
     /// Whether `samples` continue a stretch at the start of a block, with three blocks behind it.
@@ -155,5 +155,21 @@ impl Clone for Phases {
         let mut ring = Vec::with_capacity(self.capacity);
         ring.extend_from_slice(&self.ring);
         Self { ring, ..*self }
+    }
+}
+
+/// The phases before one of them.
+#[derive(Clone, Copy)]
+pub(super) struct LookBack<'a> {
+    ring: &'a [f64],
+    mask: usize,
+    k: usize,
+}
+
+impl LookBack<'_> {
+    /// The phases `x_k, x_{k-m}, x_{k-2m}, …`.
+    #[inline(always)]
+    pub(super) fn spaced<const N: usize>(&self, m: usize) -> [f64; N] {
+        std::array::from_fn(|i| self.ring[self.k.wrapping_sub(i * m) & self.mask])
     }
 }
