@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from numbers import Integral
 from typing import Final
 
 import numpy as np
@@ -62,7 +61,7 @@ def check_terms(terms: Sequence[str]) -> tuple[str, ...]:
 
 def check_times(markov: Sequence[float] | int) -> tuple[float, ...] | int:
     """Return a number of Markov terms, or their times; ValueError if one means nothing."""
-    if isinstance(markov, Integral):
+    if isinstance(markov, int | np.integer):
         if markov < 0:
             raise ValueError(f"markov must not be a negative number of terms, got {markov}")
         return int(markov)
