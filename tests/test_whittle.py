@@ -103,6 +103,13 @@ def test_gaps_leave_the_longest_stretch(record):
     np.testing.assert_array_equal(parts(found), parts(zr.whittle(record[20_001:59_000], 100.0)))
 
 
+def test_masked_samples_are_missing(record):
+    masked = np.ma.masked_array(record, mask=np.arange(record.size) == 20_000)
+    np.testing.assert_array_equal(
+        parts(zr.whittle(masked, 100.0)), parts(zr.whittle(record[20_001:], 100.0))
+    )
+
+
 def test_terms_left_out_are_zero(record):
     fit = zr.whittle(record, 100.0, terms=["angle_random_walk"])
     assert [getattr(fit, term) > 0.0 for term in TERMS] == [False, True, False, False, False]
