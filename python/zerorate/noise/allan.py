@@ -12,7 +12,7 @@ from zerorate.io.rates import checked_rate
 from zerorate.noise.freedom import bounds, freedoms
 from zerorate.noise.kinds import Kind, KindName
 from zerorate.noise.kinds import kind as find_kind
-from zerorate.noise.records import check_unit
+from zerorate.noise.records import check_unit, unmasked
 from zerorate.noise.result import AllanResult
 from zerorate.noise.taus import TauGrid, factors, seconds
 
@@ -138,9 +138,7 @@ def _check(confidence: float, exponent: int | None, bridge: int) -> None:
 
 def _record(z: npt.ArrayLike) -> npt.NDArray[np.generic]:
     """Return the record as an array, as it is in memory, if there is a sample in every axis."""
-    if np.ma.isMaskedArray(z):
-        z = np.ma.filled(np.ma.asarray(z, dtype=np.float64), np.nan)
-    record = np.asarray(z)
+    record = np.asarray(unmasked(z))
     if record.dtype.kind == "O":
         record = record.astype(np.float64)
     if record.dtype.kind not in "fiub":

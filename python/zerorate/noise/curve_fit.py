@@ -33,25 +33,25 @@ class Curve:
 
     Parameters
     ----------
+    estimated : Kind
+        What was estimated.
     kind : Kind
-        Without reflection; what reflection changes is in the numbers.
+        The same without reflection; what reflection changes is in the numbers.
     rate : float
         Samples per second, Hz.
     m, terms : ndarray of int, shape (t,)
         Averaging times in samples, and terms that each estimate would have without reflection.
     variance, edf : ndarray, shape (t,)
         Estimates, and the degrees of freedom they have.
-    reflected : bool
-        Whether these differ from what the plain estimates would have.
     """
 
+    estimated: Kind
     kind: Kind
     rate: float
     m: Counts
     terms: Counts
     variance: Floats
     edf: Floats
-    reflected: bool
 
 
 def curve_fit(
@@ -75,11 +75,18 @@ def curve_fit(
         Of sines, Hz.
     unit : tuple
         SI unit of the deviation, and what it measures.
+
+    Raises
+    ------
+    ValueError
+        If nothing in the model is random: a ramp and sines alone have no errors to weigh by.
     """
+    if not times and not set(terms) & set(COLOURED):
+        raise ValueError(f"a fit needs a noise: name a Markov term or one of {', '.join(COLOURED)}")
     if isinstance(times, int):
         times = _best_times(curve, terms, times, frequencies)
     design = _Design(curve, terms, times, frequencies, unit[0])
-    return fitted(design.problem(), design.components, curve.kind.name, quantity=unit[1])
+    return fitted(design.problem(), design.components, curve.estimated.name, quantity=unit[1])
 
 
 class _Design:
@@ -122,7 +129,7 @@ class _Design:
         slope = float(np.sqrt(strengths[self.n_noises])) if self.has_ramp else 0.0
         matrix = self.statistics.covariance(strengths[: self.n_noises], slope)
         expected = self.basis @ strengths
-        if self.curve.reflected:
+        if self.curve.estimated.total:
             gain = expected * np.sqrt(2.0 / self.curve.edf / np.diag(matrix))
             matrix = matrix * np.outer(gain, gain)
         return matrix + np.diag(_EXACT * expected**2)

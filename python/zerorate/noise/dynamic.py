@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -127,6 +128,8 @@ def dynamic_allan(
     size, stride = _sizes(record.size, rate, window, step)
     longest = max(_native.longest_factor(kind, size) * 2 // _TAUS_PER_WINDOW, 1)
     m, _ = factors(taus, family, rate, longest)
+    if m.size == 0:
+        raise ValueError(f"a window of {size / rate:g} s is too short for {kind}")
     windows = np.lib.stride_tricks.sliding_window_view(record, size)[::stride]
     deviations = [
         _native.allan_deviations(windows[i : i + _BATCH].T, m, kind, 0, threads)[0].T
@@ -145,6 +148,9 @@ def dynamic_allan(
 
 def _sizes(n: int, rate: float, window: float | None, step: float | None) -> tuple[int, int]:
     """Return the length of a window and the step to the next, in samples."""
+    for name, time in (("window", window), ("step", step)):
+        if time is not None and not math.isfinite(time):
+            raise ValueError(f"{name} must be a finite time in s, got {time}")
     size = n // 10 if window is None else round(window * rate)
     if not _LEAST_SAMPLES <= size <= n:
         raise ValueError(

@@ -10,7 +10,16 @@ import numpy.typing as npt
 from zerorate.noise.kinds import Kind
 from zerorate.noise.power_laws import FLICKER, QUANTISATION, WALK, WHITE, Process
 
-__all__ = ["COLOURED", "TERMS", "check_terms", "ramp_variance", "sinusoid_variance", "strength"]
+__all__ = [
+    "COLOURED",
+    "TERMS",
+    "check_frequencies",
+    "check_terms",
+    "check_times",
+    "ramp_variance",
+    "sinusoid_variance",
+    "strength",
+]
 
 Floats = npt.NDArray[np.float64]
 
@@ -48,6 +57,28 @@ def check_terms(terms: Sequence[str]) -> tuple[str, ...]:
     if not given:
         raise ValueError(f"terms is empty; name at least one of {', '.join(TERMS)}")
     return tuple(term for term in TERMS if term in given)
+
+
+def check_times(markov: Sequence[float] | int) -> tuple[float, ...] | int:
+    """Return a number of Markov terms, or their times; ValueError if one means nothing."""
+    if isinstance(markov, int | np.integer):
+        if markov < 0:
+            raise ValueError(f"markov must not be a negative number of terms, got {markov}")
+        return int(markov)
+    times = tuple(float(time) for time in markov)
+    if not all(math.isfinite(time) and time > 0.0 for time in times):
+        raise ValueError(f"markov must be positive correlation times in s, got {times}")
+    return times
+
+
+def check_frequencies(sinusoid: Sequence[float], rate: float) -> tuple[float, ...]:
+    """Return the frequencies; ValueError unless they lie between zero and half the rate."""
+    frequencies = tuple(float(frequency) for frequency in sinusoid)
+    if not all(0.0 < frequency < rate / 2.0 for frequency in frequencies):
+        raise ValueError(
+            f"sinusoid must be frequencies above 0 and below {rate / 2.0:g} Hz, got {frequencies}"
+        )
+    return frequencies
 
 
 def ramp_variance(kind: Kind, m: Floats) -> Floats:

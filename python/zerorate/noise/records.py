@@ -9,7 +9,7 @@ from zerorate.io.rates import checked_rate
 from zerorate.noise.quantities import Quantity
 from zerorate.units import convert, kind
 
-__all__ = ["check_unit", "longest_stretch", "samples", "si_unit"]
+__all__ = ["check_unit", "longest_stretch", "samples", "si_unit", "unmasked"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -24,10 +24,17 @@ UNKNOWN: Final = "unit"
 def samples(z: npt.ArrayLike, rate: float) -> Floats:
     """Return a record as floats, shape (n,), after checking it and its rate."""
     checked_rate(rate)
-    record = np.asarray(z, dtype=np.float64)
+    record = np.asarray(unmasked(z), dtype=np.float64)
     if record.ndim != 1:
         raise ValueError(f"z must have shape (n,), got {record.shape}")
     return record
+
+
+def unmasked(z: npt.ArrayLike) -> npt.ArrayLike:
+    """Return the record with NaN in place of what is masked."""
+    if np.ma.isMaskedArray(z):
+        return np.ma.filled(np.ma.asarray(z, dtype=np.float64), np.nan)
+    return z
 
 
 def longest_stretch(record: Floats) -> Floats:

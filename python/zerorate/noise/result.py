@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from zerorate.noise.curve_fit import Curve, curve_fit
 from zerorate.noise.fit import FittedModel
-from zerorate.noise.freedom import total_bias
+from zerorate.noise.freedom import reflection_bias
 from zerorate.noise.kinds import KINDS, Kind
 from zerorate.noise.polynomial import polynomial_fit
-from zerorate.noise.processes import TERMS, check_terms
+from zerorate.noise.processes import TERMS, check_frequencies, check_terms, check_times
 from zerorate.noise.records import si_unit
 
 if TYPE_CHECKING:
@@ -153,8 +153,8 @@ class AllanResult:
         Raises
         ------
         ValueError
-            If the record is constant, has too few averaging times, its unit is not known, or this
-            kind of deviation has no model.
+            If the record is constant, has too few averaging times, its unit is not known, this
+            kind of deviation has no model, or an argument is not as described.
 
         Notes
         -----
@@ -176,7 +176,8 @@ class AllanResult:
             return polynomial_fit(self.taus[used], axis.rate_deviation[used], *unit)
         if method != "curve":
             raise ValueError(f"unknown method {method!r}; known: curve, polynomial")
-        return curve_fit(axis._curve(), check_terms(terms), markov, tuple(sinusoid), unit)
+        times, frequencies = check_times(markov), check_frequencies(sinusoid, self.rate)
+        return curve_fit(axis._curve(), check_terms(terms), times, frequencies, unit)
 
     def plot(self, models: Sequence[FittedModel] | FittedModel | None = None) -> Figure:
         """Return a figure of the curves, their bounds, and models where they are given.
@@ -232,10 +233,10 @@ class AllanResult:
         m, edf = self.factors[used], self.edf[used]
         variance = self.rate_deviation[used] ** 2
         if not kind.total:
-            return Curve(kind, self.rate, m, self.terms[used], variance, edf, False)
-        variance /= total_bias(kind, m, self.exponent[used], self.n)
+            return Curve(kind, kind, self.rate, m, self.terms[used], variance, edf)
+        variance /= reflection_bias(kind, m, self.exponent[used], self.n)
         plain = KINDS[_PLAIN[self.kind]]
-        return Curve(plain, self.rate, m, _plain_terms(plain, m, self.n), variance, edf, True)
+        return Curve(kind, plain, self.rate, m, _plain_terms(plain, m, self.n), variance, edf)
 
 
 def _plain_terms(kind: Kind, m: Counts, n: int) -> Counts:
