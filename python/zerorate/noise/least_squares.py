@@ -64,7 +64,7 @@ def solve(basis: Floats, data: Floats, start: Floats, weighting: Weighting) -> S
         Covariance for the next rounds.
     """
     both = np.column_stack((basis, data))
-    strengths = _fit(_whitened(start, both), np.zeros(basis.shape[1], dtype=bool))
+    strengths = _fit(_whitened(start, both))
     for _ in range(_ROUNDS):
         before, white = strengths, _whitened(weighting(strengths), both)
         strengths = _fit(white, strengths > 0.0)
@@ -79,8 +79,7 @@ def solve(basis: Floats, data: Floats, start: Floats, weighting: Weighting) -> S
 def left_over(basis: Floats, data: Floats, scatter: Floats) -> float:
     """Return the chi-squared of the best fit where the covariance of the data is given."""
     white = _whitened(scatter, np.column_stack((basis, data)))
-    nothing = np.zeros(basis.shape[1], dtype=bool)
-    residual = white[:, -1] - white[:, :-1] @ _fit(white, nothing)
+    residual = white[:, -1] - white[:, :-1] @ _fit(white)
     return float(residual @ residual)
 
 
@@ -132,12 +131,12 @@ def _whitened(covariance: Floats, columns: Floats) -> Floats:
     return scaled
 
 
-def _fit(white: Floats, guess: Flags) -> Floats:
+def _fit(white: Floats, guess: Flags | None = None) -> Floats:
     """Return the strengths for whitened columns, the last of them the data."""
     return _non_negative(white[:, :-1], white[:, -1], guess)
 
 
-def _non_negative(matrix: Floats, target: Floats, guess: Flags) -> Floats:
+def _non_negative(matrix: Floats, target: Floats, guess: Flags | None = None) -> Floats:
     """Return the x >= 0 that brings ``matrix @ x`` closest to the target.
 
     C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23, begun with the
@@ -145,7 +144,8 @@ def _non_negative(matrix: Floats, target: Floats, guess: Flags) -> Floats:
     """
     lengths = np.linalg.norm(matrix, axis=0)
     lengths[lengths == 0.0] = 1.0
-    matrix, free = matrix / lengths, guess.copy()
+    free = np.zeros(lengths.size, dtype=bool) if guess is None else guess.copy()
+    matrix = matrix / lengths
     x = _feasible(matrix, target, np.zeros(free.size), free)
     tolerance = 1e-12 * float(np.linalg.norm(target))
     for _ in range(3 * x.size):

@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
 
 use crate::arrays;
 
@@ -35,10 +35,27 @@ pub fn chi_squared_quantile<'py>(
         )));
     }
     let freedoms = arrays::batch(edf, None)?;
-    let quantile = |freedom: &f64| match ChiSquared::new(*freedom) {
-        Ok(distribution) if freedom.is_finite() => distribution.inverse_cdf(probability),
-        _ => f64::NAN,
-    };
-    let values = freedoms.values.iter().map(quantile).collect();
+    let values = freedoms.values.iter().map(|freedom| quantile(probability, *freedom)).collect();
     arrays::array(edf.py(), values, &freedoms.shape)
+}
+
+fn quantile(probability: f64, freedom: f64) -> f64 {
+    match ChiSquared::new(freedom) {
+        Ok(distribution) if freedom.is_finite() => {
+            let rough = distribution.inverse_cdf(probability);
+            (0..STEPS).fold(rough, |x, _| refined(&distribution, probability, x))
+        }
+        _ => f64::NAN,
+    }
+}
+
+/// Steps that bring an absolute error of 1e-10 down to rounding.
+const STEPS: usize = 3;
+
+/// Newton's step for the logarithm of a quantile, of which that of the probability is nearly a
+/// straight line where both are small.
+fn refined(distribution: &ChiSquared, probability: f64, x: f64) -> f64 {
+    let below = distribution.cdf(x);
+    let step = (probability / below).ln() * below / (x * distribution.pdf(x));
+    if step.is_finite() { x * step.exp() } else { x }
 }
