@@ -94,7 +94,8 @@ def allan(
     """
     if isinstance(z, Log):
         return allan(
-            z.data, rate or z.rate, kind, taus, unit=unit or z.unit, names=names or z.names,
+            z.data, z.rate if rate is None else rate, kind, taus,
+            unit=unit or z.unit, names=names or z.names,
             bridge=bridge, exponent=exponent, confidence=confidence, threads=threads,
         )  # fmt: skip
     hertz, family, unit = checked_rate(rate), find_kind(kind), check_unit(unit or "rad/s")
