@@ -88,7 +88,7 @@ def allan(
     >>> import numpy as np
     >>> import zerorate as zr
     >>> z = 0.01 * np.random.default_rng(1).standard_normal(100_000)
-    >>> r = zr.allan(z, rate=100.0)
+    >>> r = zr.allan(z, rate=100.0, confidence=0.95)
     >>> bool(r.lower[4] < 0.01 / 4 < r.upper[4])  # white noise, 16 samples
     True
     """
