@@ -89,6 +89,15 @@ def test_coefficients_go_with_the_rate(record):
     np.testing.assert_allclose(fast, slow * [0.25, 0.5, 1.0, 2.0, 4.0], rtol=1e-9)
 
 
+@pytest.mark.parametrize("scale", [2.0**-1000, 2.0**1000])
+def test_no_scale_overflows(record, scale):
+    plain = zr.whittle(record[:2000], 100.0)
+    # Powers of two round nothing.
+    np.testing.assert_array_equal(
+        parts(zr.whittle(record[:2000] * scale, 100.0), scale), parts(plain)
+    )
+
+
 def test_an_offset_does_not_matter(record):
     # Of an offset ten thousand times the noise, what rounding leaves.
     np.testing.assert_allclose(

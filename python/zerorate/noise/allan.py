@@ -88,13 +88,14 @@ def allan(
     >>> import numpy as np
     >>> import zerorate as zr
     >>> z = 0.01 * np.random.default_rng(1).standard_normal(100_000)
-    >>> r = zr.allan(z, rate=100.0)
+    >>> r = zr.allan(z, rate=100.0, confidence=0.95)
     >>> bool(r.lower[4] < 0.01 / 4 < r.upper[4])  # white noise, 16 samples
     True
     """
     if isinstance(z, Log):
         return allan(
-            z.data, rate or z.rate, kind, taus, unit=unit or z.unit, names=names or z.names,
+            z.data, z.rate if rate is None else rate, kind, taus,
+            unit=unit or z.unit, names=names or z.names,
             bridge=bridge, exponent=exponent, confidence=confidence, threads=threads,
         )  # fmt: skip
     hertz, family, unit = checked_rate(rate), find_kind(kind), check_unit(unit or "rad/s")

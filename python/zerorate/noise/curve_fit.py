@@ -1,7 +1,7 @@
 """Noise coefficients from a deviation curve."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
@@ -74,7 +74,7 @@ def curve_fit(
     frequencies : sequence of float
         Of sines, Hz.
     unit : tuple
-        SI unit of the deviation, and what it measures.
+        Unit of the deviation in SI, and what it measures.
 
     Raises
     ------
@@ -85,8 +85,8 @@ def curve_fit(
         raise ValueError(f"a fit needs a noise: name a Markov term or one of {', '.join(COLOURED)}")
     if isinstance(times, int):
         times = _best_times(curve, terms, times, frequencies)
-    design = _Design(curve, terms, times, frequencies, unit[0])
-    return fitted(design.problem(), design.components, curve.estimated.name, quantity=unit[1])
+    design = _Design(curve, terms, times, frequencies)
+    return fitted(design.problem(), design.components, curve.estimated.name, unit)
 
 
 class _Design:
@@ -98,7 +98,6 @@ class _Design:
         terms: Sequence[str],
         times: Sequence[float],
         frequencies: Sequence[float],
-        factor: float,
     ) -> None:
         kind, rate, m = curve.kind, curve.rate, curve.m
         samples = m.astype(np.float64)
@@ -118,7 +117,7 @@ class _Design:
             columns.append(sinusoid_variance(kind, samples, frequency / rate)[:, None])
             components.append(_sinusoid(frequency))
         self.basis = np.hstack(columns)
-        self.components = [replace(c, scale=c.scale / factor**2) for c in components]
+        self.components = components
 
     def problem(self) -> Problem:
         """Return what there is to solve."""
@@ -169,7 +168,7 @@ def _best_times(
     first, last = 2.0 / curve.rate, float(curve.m[-1]) / curve.rate
     steps = max(int(_TIMES_PER_DECADE * np.log10(last / first)), 1)
     for _ in range(count):
-        problem = _Design(curve, terms, times, frequencies, 1.0).problem()
+        problem = _Design(curve, terms, times, frequencies).problem()
         solution, weighting, *_ = problem.solve()
         scatter = weighting(solution.strengths)
         trials = [float(t) for t in np.geomspace(first, last, steps + 1) if t not in times]

@@ -57,7 +57,7 @@ class Component:
     name : str
         A field of `NoiseModel`.
     scale : float
-        Variance of the column, in SI, for a coefficient of 1.
+        Variance of the column for a coefficient of 1.
     make : callable, optional
         Makes a term of a list (Markov, Sinusoid) of a coefficient.
     """
@@ -121,16 +121,16 @@ class Problem:
 
 
 def fitted(
-    problem: Problem, components: Sequence[Component], method: str, quantity: Quantity
+    problem: Problem, components: Sequence[Component], method: str, unit: tuple[float, Quantity]
 ) -> FittedModel:
-    """Solve the problem and return its model."""
+    """Solve the problem and return its model; `unit` is that of the data, in SI, and of what."""
     solution, weighting, misfit, chi_squared = problem.solve()
     coefficients: dict[str, object] = {}
     for i, component in enumerate(components):
         bound = upper_bound(problem.basis, solution, i, weighting)
         if not np.isfinite(bound):
             bound = bound_by_one(problem.basis[:, i], problem.data, problem.edf)
-        value = _coefficient(solution, i, bound, component.scale)
+        value = _coefficient(solution, i, bound, component.scale).scaled(unit[0])
         if component.make is None:
             coefficients[component.name] = value
         else:
@@ -138,7 +138,7 @@ def fitted(
             coefficients[component.name] = (*earlier, component.make(value))  # type: ignore[misc]
     return FittedModel(
         **coefficients,  # type: ignore[arg-type]
-        quantity=quantity,
+        quantity=unit[1],
         method=method,
         chi_squared=chi_squared,
         degrees_of_freedom=solution.degrees_of_freedom,

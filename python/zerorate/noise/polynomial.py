@@ -24,9 +24,7 @@ _POWERS: Final = {
 _LEAST: Final = len(_POWERS) + 1
 
 
-def polynomial_fit(
-    taus: Floats, deviation: Floats, factor: float, quantity: Quantity
-) -> FittedModel:
+def polynomial_fit(taus: Floats, deviation: Floats, unit: tuple[float, Quantity]) -> FittedModel:
     """Fit sigma^2 = sum of A_n tau^n, n = -2 to 2, by least squares of relative errors.
 
     Every averaging time weighs the same and is taken as independent of the others, so what is said
@@ -37,14 +35,12 @@ def polynomial_fit(
     ----------
     taus, deviation : ndarray, shape (t,)
         A curve of the Allan family.
-    factor : float
-        SI unit of the deviation.
-    quantity : str
-        Which quantity it is of.
+    unit : tuple
+        Unit of the deviation in SI, and what it measures.
     """
     if taus.size < _LEAST:
         raise ValueError(f"the polynomial fit needs {_LEAST} averaging times, has {taus.size}")
-    variance = (factor * deviation) ** 2
+    variance = deviation**2
     basis = taus[:, None] ** np.array(list(_POWERS.values())) / variance[:, None]
     lengths = np.linalg.norm(basis, axis=0)
     scaled, left, _, _ = np.linalg.lstsq(basis / lengths, np.ones(taus.size), rcond=None)
@@ -53,12 +49,12 @@ def polynomial_fit(
     spread = np.sqrt(np.diag(np.linalg.pinv((basis / lengths).T @ (basis / lengths))))
     sigmas = spread * np.sqrt(residual / freedom) / lengths
     coefficients = {
-        name: _coefficient(name, a, sigma)
+        name: _coefficient(name, a, sigma).scaled(unit[0])
         for name, a, sigma in zip(_POWERS, scaled / lengths, sigmas, strict=True)
     }
     return FittedModel(
         **coefficients,  # type: ignore[arg-type]
-        quantity=quantity,
+        quantity=unit[1],
         method="polynomial",
         chi_squared=residual,
         degrees_of_freedom=freedom,

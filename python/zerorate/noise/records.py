@@ -1,5 +1,6 @@
 """What a caller gives: a record, its rate and its unit."""
 
+import math
 from typing import Final
 
 import numpy as np
@@ -9,7 +10,7 @@ from zerorate.io.rates import checked_rate
 from zerorate.noise.quantities import Quantity
 from zerorate.units import convert, kind
 
-__all__ = ["check_unit", "longest_stretch", "samples", "si_unit", "unmasked"]
+__all__ = ["check_unit", "longest_stretch", "power_of_two", "samples", "si_unit", "unmasked"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -28,6 +29,12 @@ def samples(z: npt.ArrayLike, rate: float) -> Floats:
     if record.ndim != 1:
         raise ValueError(f"z must have shape (n,), got {record.shape}")
     return record
+
+
+def power_of_two(values: Floats) -> float:
+    """Return the power of two at or below the largest size: dividing by it rounds nothing."""
+    largest = float(np.max(np.abs(values)))
+    return math.ldexp(1.0, math.frexp(largest)[1] - 1)
 
 
 def unmasked(z: npt.ArrayLike) -> npt.ArrayLike:

@@ -15,7 +15,7 @@ from zerorate.noise.freedom import reflection_bias
 from zerorate.noise.kinds import KINDS, Kind
 from zerorate.noise.polynomial import polynomial_fit
 from zerorate.noise.processes import TERMS, check_frequencies, check_terms, check_times
-from zerorate.noise.records import si_unit
+from zerorate.noise.records import power_of_two, si_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -168,16 +168,20 @@ class AllanResult:
                 for axis in self.axes
             )
             return tuple(model for model in found if isinstance(model, FittedModel))
-        unit = si_unit(self.unit)
+        factor, quantity = si_unit(self.unit)
         axis = self.axis(0)
         axis._check_fit()
+        deviation = axis.rate_deviation
+        # Squares of any record shall neither overflow nor vanish.
+        scale = power_of_two(deviation[np.isfinite(deviation)])
+        unit = factor * scale, quantity
         if method == "polynomial":
             used = axis._used(_PER_OCTAVE * 16)
-            return polynomial_fit(self.taus[used], axis.rate_deviation[used], *unit)
+            return polynomial_fit(self.taus[used], deviation[used] / scale, unit)
         if method != "curve":
             raise ValueError(f"unknown method {method!r}; known: curve, polynomial")
         times, frequencies = check_times(markov), check_frequencies(sinusoid, self.rate)
-        return curve_fit(axis._curve(), check_terms(terms), times, frequencies, unit)
+        return curve_fit(axis._curve(scale), check_terms(terms), times, frequencies, unit)
 
     def plot(self, models: Sequence[FittedModel] | FittedModel | None = None) -> Figure:
         """Return a figure of the curves, their bounds, and models where they are given.
@@ -227,11 +231,11 @@ class AllanResult:
                 least = self.factors[i] * step
         return np.array(chosen, dtype=np.intp)
 
-    def _curve(self) -> Curve:
-        """Return what a fit needs to know, as of the same deviation without reflection."""
+    def _curve(self, scale: float) -> Curve:
+        """Return what a fit needs to know, deviations in units of `scale`, without reflection."""
         used, kind = self._used(_PER_OCTAVE), KINDS[self.kind]
         m, edf = self.factors[used], self.edf[used]
-        variance = self.rate_deviation[used] ** 2
+        variance = (self.rate_deviation[used] / scale) ** 2
         if not kind.total:
             return Curve(kind, kind, self.rate, m, self.terms[used], variance, edf)
         variance /= reflection_bias(kind, m, self.exponent[used], self.n)

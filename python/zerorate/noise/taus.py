@@ -93,7 +93,8 @@ def _grid(name: str, kind: Kind, longest: int) -> Counts:
     if name not in _GRIDS:
         raise ValueError(f"unknown grid of taus {name!r}; known: {', '.join(_GRIDS)}, or seconds")
     if name == "octave":
-        grid = 2 ** np.arange(int(longest).bit_length())
+        first = _LEAST_THEO1 if kind.name == "theo1" else 1
+        grid = first * 2 ** np.arange(int(longest // first).bit_length())
     elif name == "all":
         grid = np.arange(1, longest + 1)
     else:

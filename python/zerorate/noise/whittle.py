@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from zerorate.noise.fit import Component, FittedModel, Problem, fitted
 from zerorate.noise.processes import TERMS, check_terms, strength
-from zerorate.noise.records import longest_stretch, samples, si_unit
+from zerorate.noise.records import longest_stretch, power_of_two, samples, si_unit
 
 __all__ = ["whittle"]
 
@@ -74,14 +74,15 @@ def whittle(
             f"z must have at least {_LEAST_SAMPLES} samples without a gap, has {record.size}"
         )
     record = record[: _smooth(record.size)]
-    if np.ptp(record) == 0.0:
+    if np.all(record == record[0]):
         raise ValueError("z is constant: there is no noise to fit")
+    unit_of_record, quantity = si_unit(unit)
+    scale = power_of_two(record)
     bands, basis = _expected(record.size, wanted)
-    density = bands.of(record)
+    density = bands.of(record / scale)
     problem = Problem(basis, density, 2.0 * bands.counts, lambda c: _scatter(basis @ c, bands))
-    factor, quantity = si_unit(unit)
-    components = [Component(term, strength(term, rate) / factor**2) for term in wanted]
-    return fitted(problem, components, "whittle", quantity=quantity)
+    components = [Component(term, strength(term, rate)) for term in wanted]
+    return fitted(problem, components, "whittle", (unit_of_record * scale, quantity))
 
 
 @lru_cache(maxsize=4)
