@@ -21,6 +21,7 @@ __all__ = ["allan"]
 Floats = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int64]
 
+_GLANCE: Final = 1000
 _ONE_SIGMA: Final = 0.6826894921370859
 
 
@@ -101,14 +102,14 @@ def allan(
     hertz, family, unit = checked_rate(rate), find_kind(kind), check_unit(unit or "rad/s")
     _check(confidence, exponent, bridge)
     record = _record(z)
-    n = len(record)
+    n, missing = len(record), _missing(record)
     m, said = factors(taus, family, hertz, _longest(family, n, hertz))
     deviation, terms, found = _native.allan_deviations(record, m, kind, bridge, threads)
     if exponent is not None:
         found = np.full_like(found, exponent)
     edf = _edf(family, m, terms, found, n)
     lower, upper = bounds(deviation, edf, confidence)
-    time = 1.0 / hertz if family.time else 1.0
+    time, labels = 1.0 / hertz if family.time else 1.0, _names(names, deviation)
     return AllanResult(
         kind=kind,
         taus=seconds(m, family, hertz),
@@ -122,9 +123,9 @@ def allan(
         rate=hertz,
         n=n,
         unit=unit,
-        names=_names(names, deviation),
+        names=labels,
         confidence=confidence,
-        notes=(*said, *_on_record(record, bridge, _names(names, deviation))),
+        notes=(*said, *_on_record(record, missing, bridge, labels)),
     )
 
 
@@ -138,7 +139,7 @@ def _check(confidence: float, exponent: int | None, bridge: int) -> None:
 
 
 def _record(z: npt.ArrayLike) -> npt.NDArray[np.generic]:
-    """Return the record as an array, as it is in memory, if there is a sample in every axis."""
+    """Return the record as an array, as it is in memory."""
     record = np.asarray(unmasked(z))
     if record.dtype.kind == "O":
         record = record.astype(np.float64)
@@ -146,17 +147,20 @@ def _record(z: npt.ArrayLike) -> npt.NDArray[np.generic]:
         raise TypeError(f"z must hold real numbers, got dtype {record.dtype}")
     if record.ndim not in (1, 2) or 0 in record.shape:
         raise ValueError(f"z must have shape (n,) or (n, k) with a sample, got {record.shape}")
-    empty = np.flatnonzero(~_present(record).any(axis=0))
-    if empty.size:
-        where = "z" if record.ndim == 1 else f"column {empty[0]} of z"
-        raise ValueError(f"{where} holds no finite sample")
     return record
 
 
-def _present(record: npt.NDArray[np.generic]) -> npt.NDArray[np.bool_]:
-    """Return which samples are there, shape (n, k)."""
-    finite: npt.NDArray[np.bool_] = np.isfinite(record).reshape(len(record), -1)
-    return finite
+def _missing(record: npt.NDArray[np.generic]) -> Counts:
+    """Return how many samples each axis lacks, shape (k,), if none lacks all of them."""
+    present = np.isfinite(record).reshape(len(record), -1)
+    if present.all():
+        return np.zeros(present.shape[1], dtype=np.int64)
+    missing = len(present) - np.count_nonzero(present, axis=0)
+    empty = np.flatnonzero(missing == len(present))
+    if empty.size:
+        where = "z" if record.ndim == 1 else f"column {empty[0]} of z"
+        raise ValueError(f"{where} holds no finite sample")
+    return np.asarray(missing, dtype=np.int64)
 
 
 def _longest(family: Kind, n: int, rate: float) -> int:
@@ -192,16 +196,21 @@ def _names(names: Sequence[str] | None, deviation: Floats) -> tuple[str, ...]:
 
 
 def _on_record(
-    record: npt.NDArray[np.generic], bridge: int, names: tuple[str, ...]
+    record: npt.NDArray[np.generic], missing: Counts, bridge: int, names: tuple[str, ...]
 ) -> Iterator[str]:
     """Yield what must be said of gaps and of axes without noise."""
-    present = _present(record)
-    for name, there, z in zip(names, present.T, record.reshape(len(record), -1).T, strict=True):
+    for name, lacking, z in zip(names, missing, record.reshape(len(record), -1).T, strict=True):
         label = f"{name}: " if name else ""
-        missing = int(there.size - there.sum())
-        if missing:
+        if lacking:
             filled = f"; gaps of up to {bridge} are bridged" if bridge else ""
-            yield f"{label}{missing} of {there.size} samples are missing{filled}"
-        first = z[int(np.argmax(there))]
-        if np.all((z == first) | ~there):
+            yield f"{label}{lacking} of {z.size} samples are missing{filled}"
+        if _is_constant(z):
             yield f"{label}all samples are equal: the deviation is 0, and there is nothing to fit"
+
+
+def _is_constant(z: npt.NDArray[np.generic]) -> bool:
+    """Return whether all samples that are there are equal."""
+    first = z[int(np.argmax(np.isfinite(z)))]
+    # A glance at the beginning nearly always tells.
+    parts = (z[:_GLANCE], z[_GLANCE:])
+    return all(bool(np.all((part == first) | ~np.isfinite(part))) for part in parts)

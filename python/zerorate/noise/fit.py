@@ -22,9 +22,9 @@ Floats = npt.NDArray[np.float64]
 # gives the coefficient to better than a quarter.
 _SIGMAS: Final = 2.0
 _PROBABILITY: Final = 0.99
-_LEAST_MISFIT: Final = 1e-5
 _MOST_MISFIT: Final = 4.0
-_PRECISION: Final = 1.01
+_PRECISION: Final = 5e-3
+_STEPS: Final = 100
 
 
 @dataclass(frozen=True)
@@ -101,15 +101,19 @@ class Problem:
         return solution, weighting, misfit, plain.chi_squared
 
     def _misfit(self, strengths: Floats, freedom: int) -> float:
-        """Return the relative model error that brings chi-squared down to its expectation."""
-        low, high = _LEAST_MISFIT, _MOST_MISFIT
-        while high > _PRECISION * low:
-            middle = float(np.sqrt(low * high))
-            weighting = self._with_misfit(middle)
+        """Return the relative model error that brings chi-squared down to its expectation.
+
+        Where that error rules, chi-squared goes with the inverse of its square.
+        """
+        misfit = float(np.sqrt(np.mean((self.data / (self.basis @ strengths) - 1.0) ** 2)))
+        for _ in range(_STEPS):
+            weighting = self._with_misfit(misfit)
             solution = solve(self.basis, self.data, weighting(strengths), weighting)
-            strengths = solution.strengths
-            low, high = (middle, high) if solution.chi_squared > freedom else (low, middle)
-        return high
+            strengths, ratio = solution.strengths, np.sqrt(solution.chi_squared / freedom)
+            misfit = min(misfit * float(ratio), _MOST_MISFIT)
+            if abs(ratio - 1.0) < _PRECISION or misfit == _MOST_MISFIT:
+                break
+        return misfit
 
     def _with_misfit(self, misfit: float) -> Weighting:
         def weighting(strengths: Floats) -> Floats:

@@ -1,6 +1,6 @@
 //! Every check and conversion of an array.
 
-use numpy::ndarray::Axis;
+use numpy::ndarray::{Axis, Ix2};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -72,17 +72,21 @@ pub fn columns(z: &Bound<'_, PyAny>) -> PyResult<Columns> {
     check_shape(matches!(shape.len(), 1 | 2), "(n,) or (n, k)", shape)?;
     let axes = shape.get(1).copied();
     let array = array.try_readonly()?;
+    let rows = array.as_array();
+    let rows = match axes {
+        None => rows.insert_axis(Axis(1)),
+        Some(_) => rows,
+    };
+    let rows = rows.into_dimensionality::<Ix2>().map_err(|error| {
+        PyValueError::new_err(format!("z must have shape (n,) or (n, k): {error}"))
+    })?;
     let mut values: Vec<Vec<f64>> =
-        (0..axes.unwrap_or(1)).map(|_| Vec::with_capacity(shape[0] + 1)).collect();
-    if let ([only], Ok(slice)) = (values.as_mut_slice(), array.as_slice()) {
-        only.extend_from_slice(slice);
-        return Ok(Columns { values, axes });
-    }
-    for rows in array.as_array().axis_chunks_iter(Axis(0), ROWS) {
-        for (c, column) in values.iter_mut().enumerate() {
-            match axes {
-                None => column.extend(rows.iter()),
-                Some(_) => column.extend(rows.index_axis(Axis(1), c).iter()),
+        rows.columns().into_iter().map(|_| Vec::with_capacity(shape[0] + 1)).collect();
+    for block in rows.axis_chunks_iter(Axis(0), ROWS) {
+        for (column, out) in block.columns().into_iter().zip(&mut values) {
+            match column.to_slice() {
+                Some(slice) => out.extend_from_slice(slice),
+                None => out.extend(column.iter()),
             }
         }
     }
