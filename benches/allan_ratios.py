@@ -74,7 +74,7 @@ def rows():
     for kind in ("adev", "hdev", "pdev"):
         yield kind, "octave", octaves(100_000), 100_000, None
     for kind in ("mtotdev", "htotdev"):
-        yield kind, "decade", [1, 10, 100], 10_000, None
+        yield kind, "decade", [1, 10, 100], 2_000, None
 
 
 def seconds(run, z, factors):
