@@ -1,6 +1,7 @@
 """The way of a log through the analysis."""
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Final
 
 import numpy as np
@@ -9,9 +10,11 @@ import numpy.typing as npt
 from zerorate.characterise.motion import largest_step
 from zerorate.characterise.result import Axis, Characterisation
 from zerorate.io import Log, LogError
-from zerorate.noise import AllanResult, FittedModel, allan, whittle
+from zerorate.noise import AllanResult, FittedModel, allan
 from zerorate.noise.kinds import KindName
+from zerorate.noise.spectrum import Spectrum
 from zerorate.noise.taus import TauGrid
+from zerorate.noise.whittle import fit_spectrum
 from zerorate.replay.workers import Progress, silent
 
 __all__ = ["characterise"]
@@ -64,9 +67,15 @@ def characterise(
     curve = allan(log, kind=kind, taus=taus, bridge=bridge, confidence=confidence)
 
     axes = []
-    for i in range(log.channels):
-        tell("models", i / log.channels)
-        axes.append(_examined(log, curve.axis(i), log.data[:, i], markov, second_opinion))
+    # Transforms need no interpreter lock: they run beside the fits.
+    with ThreadPoolExecutor(1) as executor:
+        columns = [np.ascontiguousarray(z) for z in log.data.T]
+        asked = columns if second_opinion else []
+        spectra = [executor.submit(Spectrum.of, z, log.rate) for z in asked]
+        for i, z in enumerate(columns):
+            tell("models", i / log.channels)
+            spectrum = spectra[i] if second_opinion else None
+            axes.append(_examined(log, curve.axis(i), z, markov, spectrum))
     return Characterisation(log, curve, tuple(axes))
 
 
@@ -79,15 +88,20 @@ def _check_samples(log: Log, kind: KindName) -> None:
 
 
 def _examined(
-    log: Log, curve: AllanResult, z: npt.NDArray[np.float64], markov: int, second_opinion: bool
+    log: Log,
+    curve: AllanResult,
+    z: npt.NDArray[np.float64],
+    markov: int,
+    spectrum: Future[Spectrum] | None,
 ) -> Axis:
-    z = np.ascontiguousarray(z)
     (name,) = curve.names
     step = largest_step(z, log.rate)
     if not np.any(curve.deviation > 0.0):
         return Axis(name, None, None, step)
     model, doubt = _tried(lambda: curve.fit(markov=markov))
-    second = _tried(lambda: whittle(z, log.rate, unit=log.unit))[0] if second_opinion else None
+    second = None
+    if spectrum is not None:
+        second, _ = _tried(lambda: fit_spectrum(spectrum.result(), log.rate, log.unit))
     return Axis(name, model, second, step, (doubt,) if doubt else ())
 
 

@@ -1,0 +1,130 @@
+"""The spectrum of a record in bands, each with how much it tells."""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.noise.records import longest_stretch, power_of_two, samples
+
+__all__ = ["Bands", "Spectrum"]
+
+Floats = npt.NDArray[np.float64]
+
+# More average better but smear the lowest frequencies, where drift is.
+_TAPERS: Final = 5
+_PER_OCTAVE: Final = 8
+# Lines at a time: what is worked on stays in the cache.
+_BLOCK: Final = 1 << 13
+_LEAST_SAMPLES: Final = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Mean densities of the bands of a record.
+
+    Parameters
+    ----------
+    bands : Bands
+        Where they lie.
+    density : ndarray
+        Two-sided, of the record divided by `scale`, with the sample as unit of time.
+    scale : float
+        Keeps squares in range, whatever the unit.
+    """
+
+    bands: "Bands"
+    density: Floats
+    scale: float
+
+    @classmethod
+    def of(cls, z: npt.ArrayLike, rate: float) -> Self:
+        """Return the spectrum of the longest stretch of a record, shape (n,), without a gap."""
+        record = longest_stretch(samples(z, rate))
+        if record.size < _LEAST_SAMPLES:
+            raise ValueError(
+                f"z must have at least {_LEAST_SAMPLES} samples without a gap, has {record.size}"
+            )
+        record = record[: _quick(record.size)]
+        if np.all(record == record[0]):
+            raise ValueError("z is constant: there is no noise to fit")
+        bands, scale = Bands.of(record.size), power_of_two(record)
+        return cls(bands, bands.density(record / scale), scale)
+
+
+class Bands:
+    """Bands of the spectrum of n samples, and how much each tells."""
+
+    def __init__(self, n: int) -> None:
+        self.n = n
+        self.lines = range(_TAPERS, (n + 1 - _TAPERS) // 2)
+        self.edges = _edges(len(self.lines))
+        # Sums over many lines vary more by the ends of the record that the tapers leave out.
+        self.counts = np.diff(self.edges) / (1.0 + 0.5 / _TAPERS)
+
+    @classmethod
+    @lru_cache(maxsize=4)
+    def of(cls, n: int) -> "Bands":
+        """Return the bands of n samples, the same ones each time: axes share them."""
+        return cls(n)
+
+    def density(self, record: Floats) -> Floats:
+        """Return the mean two-sided density of each band, with the sample as unit of time.
+
+        A sine taper shifts the spectrum up and down by so many half lines, so that one transform
+        of twice the length holds all of them.
+        """
+        padded = np.zeros(2 * (self.n + 1))
+        np.subtract(record, record.mean(), out=padded[1 : self.n + 1])
+        spectrum = np.fft.rfft(padded)
+        blocks = (self.lines[i : i + _BLOCK] for i in range(0, len(self.lines), _BLOCK))
+        ordinates = np.concatenate(
+            [_tapered(spectrum, 2 * lines[0], len(lines)) for lines in blocks]
+        )
+        return self.mean(ordinates) / (2.0 * _TAPERS * (self.n + 1))
+
+    def mean(self, ordinates: Floats) -> Floats:
+        """Return the means over each band."""
+        sums = np.add.reduceat(ordinates[: self.edges[-1]], self.edges[:-1])
+        means: Floats = sums / np.diff(self.edges)
+        return means
+
+    @property
+    def half_angles(self) -> Floats:
+        """2 sin(pi f) of every line, f in cycles a sample."""
+        angles: Floats = 2.0 * np.sin(np.array(self.lines) * (math.pi / (self.n + 1)))
+        return angles
+
+
+def _tapered(spectrum: npt.NDArray[np.complex128], first: int, count: int) -> Floats:
+    """Return the sum of the tapers' squares at every second line of the double spectrum."""
+    total = np.zeros(count)
+    last = first + 2 * count - 1
+    for k in range(1, _TAPERS + 1):
+        difference = spectrum[first + k : last + k : 2] - spectrum[first - k : last - k : 2]
+        total += difference.real**2 + difference.imag**2
+    return total
+
+
+def _edges(lines: int) -> npt.NDArray[np.intp]:
+    """Return where bands begin and the last ends: none narrower than what the tapers smear."""
+    steps = int(_PER_OCTAVE * math.log2(lines / _TAPERS + 1.0))
+    grid = _TAPERS * (2.0 ** (np.arange(steps + 1) / _PER_OCTAVE) - 1.0)
+    edges = [0]
+    for edge in np.append(np.rint(grid), lines).astype(np.intp):
+        if edge - edges[-1] >= _TAPERS:
+            edges.append(int(edge))
+    return np.array(edges)
+
+
+def _quick(n: int) -> int:
+    """Return the largest length up to n whose padded transform is quick."""
+    best = 1
+    for fives in (5**i for i in range(20) if 5**i <= n + 1):
+        for threes in (3**i for i in range(30) if fives * 3**i <= n + 1):
+            odd = fives * threes
+            best = max(best, odd << (((n + 1) // odd).bit_length() - 1))
+    return best - 1
