@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::phases::{BLOCK, Phases, Recent};
+use super::phases::{BLOCK, Phases};
 
 /// Second differences, of which the Allan variance is made, and third ones, of which the Hadamard
 /// variance is. Octave j takes them of phases `m = 2^j` samples apart.
@@ -68,21 +68,27 @@ impl Differences {
         }
     }
 
-    /// [`observe`](Self::observe) at each phase of the last block, which starts at `x_k`: an octave
-    /// has a term at all of them or at none.
-    pub(super) fn observe_block(&mut self, phases: &Phases, recent: &Recent, k: u64) {
-        let both = octaves_within(k / 3);
+    /// [`observe`](Self::observe) at each phase of the last block, which starts at `x_k`.
+    pub(super) fn observe_block(&mut self, phases: &Phases, k: u64) {
+        let (recent, both) = (phases.recent(), octaves_within(k / 3));
         for (j, (second, third)) in
             self.second.iter_mut().zip(&mut self.third).take(both).enumerate()
         {
-            add_blocks(&mut second.sums, &mut third.sums, phases.spaced_blocks(recent, k, 1 << j));
+            add_blocks(&mut second.sums, &mut third.sums, phases.spaced_blocks(&recent, k, 1 << j));
             second.terms += BLOCK as u64;
             third.terms += BLOCK as u64;
         }
         for (j, second) in self.second.iter_mut().enumerate().take(octaves_within(k / 2)).skip(both)
         {
-            add_block(&mut second.sums, phases.spaced_blocks(recent, k, 1 << j));
+            add_block(&mut second.sums, phases.spaced_blocks(&recent, k, 1 << j));
             second.terms += BLOCK as u64;
+        }
+    }
+
+    /// [`observe`](Self::observe) at each phase of the block that is not whole.
+    pub(super) fn settle(&mut self, phases: &Phases) {
+        for k in phases.pending() {
+            self.observe(phases, k);
         }
     }
 

@@ -6,7 +6,7 @@ mod phases;
 use serde::{Deserialize, Serialize};
 
 use self::differences::{Differences, Squares};
-use self::phases::Phases;
+use self::phases::{BLOCK, FIRST_BLOCK, Phases};
 use crate::error::Error;
 
 /// Fully overlapping Allan and Hadamard variances at `m = 1, 2, 4, …, 2^(octaves-1)` samples.
@@ -57,33 +57,41 @@ impl StreamingAllan {
     }
 
     /// Takes one sample.
+    ///
+    /// Its phase is kept at once, the differences are taken of 32 phases together, side by side:
+    /// what is read does not show it.
     #[inline]
     pub fn observe(&mut self, z: f64) {
         self.samples_seen += 1;
         if !z.is_finite() {
-            return self.phases.clear();
+            return self.end_stretch();
         }
         let k = self.phases.push(z);
-        self.differences.observe(&self.phases, k);
+        if k < FIRST_BLOCK {
+            self.differences.observe(&self.phases, k);
+        } else if (k + 1).is_multiple_of(BLOCK as u64) {
+            self.differences.observe_block(&self.phases, k + 1 - BLOCK as u64);
+        }
     }
 
-    /// Takes many samples, equal to the last bit to [`observe`](Self::observe) one by one.
-    pub fn extend(&mut self, mut samples: &[f64]) {
-        while let Some((z, rest)) = samples.split_first() {
-            samples = match samples.split_first_chunk() {
-                Some((block, rest)) if self.phases.take_block(block) => {
-                    self.samples_seen += block.len() as u64;
-                    let k = self.phases.count();
-                    let recent = self.phases.push_block(block);
-                    self.differences.observe_block(&self.phases, &recent, k);
-                    rest
-                }
-                _ => {
-                    self.observe(*z);
-                    rest
-                }
-            };
+    /// Takes many samples.
+    pub fn extend(&mut self, samples: &[f64]) {
+        for z in samples {
+            self.observe(*z);
         }
+    }
+
+    #[cold]
+    fn end_stretch(&mut self) {
+        self.differences.settle(&self.phases);
+        self.phases.clear();
+    }
+
+    /// The differences, those of the block that is not whole included.
+    fn settled(&self) -> Differences {
+        let mut differences = self.differences.clone();
+        differences.settle(&self.phases);
+        differences
     }
 
     /// Back to before the first sample.
@@ -106,13 +114,13 @@ impl StreamingAllan {
     /// Allan variance at an averaging time of `2^octave` samples and the number of its terms; NaN
     /// without one.
     pub fn allan(&self, octave: usize) -> (f64, u64) {
-        variance(self.differences.second(octave), octave, 2.0)
+        variance(self.settled().second(octave), octave, 2.0)
     }
 
     /// Hadamard variance at an averaging time of `2^octave` samples and the number of its terms;
     /// NaN without one.
     pub fn hadamard(&self, octave: usize) -> (f64, u64) {
-        variance(self.differences.third(octave), octave, 6.0)
+        variance(self.settled().third(octave), octave, 6.0)
     }
 }
 

@@ -1,11 +1,17 @@
 //! The last phases of a stretch without missing samples.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 
 /// Phases that are worked on side by side.
 pub(super) const BLOCK: usize = 32;
+
+/// Where the first of these begins: from here on an octave has a term at all of a block's phases or
+/// at none.
+pub(super) const FIRST_BLOCK: u64 = 3 * BLOCK as u64;
 
 /// Largest distance from the first sample: whatever 2²⁵ of them add up to, its square is finite.
 const DISTANCE_MAX: f64 = 1e140;
@@ -75,24 +81,18 @@ impl Phases {
         LookBack { ring: &self.ring, mask: self.capacity - 1, k: k as usize }
     }
 
-    /// Whether `samples` continue a stretch at the start of a block, with three blocks behind it.
-    pub(super) fn take_block(&self, samples: &[f64; BLOCK]) -> bool {
-        self.count >= 3 * BLOCK as u64
-            && self.count.is_multiple_of(BLOCK as u64)
-            && samples.iter().all(|z| z.is_finite())
+    /// The phases of a block that is not whole yet, from the first block on that waits for that.
+    pub(super) fn pending(&self) -> Range<u64> {
+        let start = self.count - self.count % BLOCK as u64;
+        start.max(FIRST_BLOCK).min(self.count)..self.count
     }
 
-    /// [`push`](Self::push) for each of the samples, where [`take_block`](Self::take_block) holds;
-    /// answers their phases after those of the three blocks before.
-    pub(super) fn push_block(&mut self, samples: &[f64; BLOCK]) -> Recent {
+    /// The last four blocks, where the last one is whole.
+    pub(super) fn recent(&self) -> Recent {
         let mut recent = [0.0; 4 * BLOCK];
-        for (i, block) in recent.chunks_exact_mut(BLOCK).take(3).enumerate() {
-            block.copy_from_slice(self.block(self.count - ((3 - i) * BLOCK) as u64));
+        for (i, block) in recent.chunks_exact_mut(BLOCK).enumerate() {
+            block.copy_from_slice(self.block(self.count - ((4 - i) * BLOCK) as u64));
         }
-        for (i, z) in samples.iter().enumerate() {
-            recent[3 * BLOCK + i] = recent[3 * BLOCK + i - 1] + self.distance(*z);
-        }
-        self.store_block(&recent[3 * BLOCK..]);
         recent
     }
 
@@ -131,18 +131,14 @@ impl Phases {
         k as usize & (self.capacity - 1)
     }
 
-    fn store(&mut self, x: f64) {
-        self.store_block(&[x]);
-    }
-
     /// Into the part of the ring that is not yet there, or over the oldest.
-    fn store_block(&mut self, phases: &[f64]) {
+    fn store(&mut self, x: f64) {
         let place = self.place(self.count);
-        match self.ring.len() < self.capacity {
-            true => self.ring.extend_from_slice(phases),
-            false => self.ring[place..][..phases.len()].copy_from_slice(phases),
+        match self.ring.get_mut(place) {
+            Some(oldest) => *oldest = x,
+            None => self.ring.push(x),
         }
-        self.count += phases.len() as u64;
+        self.count += 1;
     }
 }
 
