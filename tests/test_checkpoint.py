@@ -133,6 +133,15 @@ def test_content_of_another_size_under_a_right_checksum(kind, size):
 
 
 @BY_KIND
+def test_content_without_a_filter_under_a_right_checksum(kind):
+    f = used(kind)
+    # No number of channels, and none of the filters.
+    body = bytearray(f.to_bytes()[:14] + b"\0\0")
+    body[LENGTH] = (len(body) + 4).to_bytes(4, "little")
+    refuses(f, sealed(body), "content is not the state of this filter")
+
+
+@BY_KIND
 @pytest.mark.parametrize("other", FILTERS)
 def test_another_kind(kind, other):
     if kind == other:

@@ -3,9 +3,9 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use zerorate_core::Bank;
 use zerorate_core::allan::{self as core, AllanKind};
 use zerorate_core::checkpoint::{self, Kind, Label};
+use zerorate_core::{Bank, Error};
 
 use crate::errors::NativeError;
 use crate::shared::{self, Shared, exclusive, reading};
@@ -119,7 +119,11 @@ impl AllanNoise {
     /// The object that `to_bytes` saved; ValueError if the bytes are not one.
     #[staticmethod]
     fn from_bytes(b: &[u8]) -> PyResult<Self> {
-        let (channels, bank) = checkpoint::read(LABEL, b).map_err(NativeError::from)?;
+        let (channels, bank): (Option<usize>, Bank<core::AllanNoise<f64>>) =
+            checkpoint::read(LABEL, b).map_err(NativeError::from)?;
+        if bank.filters().len() != channels.unwrap_or(1) || bank.filters().is_empty() {
+            return Err(NativeError::from(Error::Content).into());
+        }
         Ok(Self::wrap(channels, bank))
     }
 
