@@ -113,6 +113,15 @@ def test_gaps_take_the_terms_across_them():
     assert np.isnan(r.edf[r.terms == 0]).all()
 
 
+def test_gaps_that_leave_nothing_are_said_and_where():
+    z = NOISE.copy()
+    z[99::100] = np.nan  # stretches of 99: two means of 32 samples fit, two of 64 do not
+    r = zr.allan(z, RATE)
+    assert np.isnan(r.deviation[r.factors >= 64]).all()
+    assert r.notes[1:] == (f"gaps leave no term from {64 / RATE:g} s on: bridge= fills short ones",)
+    assert len(zr.allan(z, RATE, bridge=1).notes) == 1
+
+
 def test_short_gaps_are_bridged_in_a_straight_line():
     z = NOISE.copy()
     z[[100, 101, 102]] = np.nan

@@ -97,7 +97,7 @@ def _print_result(found: Sequence[Characterisation], outputs: AllanOutputs) -> N
     print(format_allan(found))
     notes = format_allan_notes(found)
     if notes:
-        print(f"\n{notes}")
+        print(f"\n{in_options(notes)}")
     print()
     for path in outputs.paths:
         print(f"wrote {path}")

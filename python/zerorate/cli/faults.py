@@ -18,7 +18,7 @@ __all__ = [
     "writing",
 ]
 
-_KEYWORD = re.compile(r"\b(rate|columns|unit)=")
+_KEYWORD = re.compile(r"\b(rate|columns|unit|bridge)=")
 _ON_COLUMNS = re.compile(r"there is no column|columns=|columns are named")
 
 
@@ -84,6 +84,6 @@ def require(module: str, extra: str) -> None:
         raise UsageFault(f"this needs {module}: pip install 'zerorate[{extra}]'")
 
 
-def in_options(error: Exception) -> str:
+def in_options(text: object) -> str:
     """Return an error's text with options where it names arguments."""
-    return _KEYWORD.sub(r"--\1", str(error))
+    return _KEYWORD.sub(r"--\1", str(text))

@@ -125,7 +125,11 @@ def allan(
         unit=unit,
         names=labels,
         confidence=confidence,
-        notes=(*said, *_on_record(record, missing, bridge, labels)),
+        notes=(
+            *said,
+            *_on_record(record, missing, bridge, labels),
+            *_on_gaps(terms, seconds(m, family, hertz), labels),
+        ),
     )
 
 
@@ -206,6 +210,15 @@ def _on_record(
             yield f"{label}{lacking} of {z.size} samples are missing{filled}"
         if _is_constant(z):
             yield f"{label}all samples are equal: the deviation is 0, and there is nothing to fit"
+
+
+def _on_gaps(terms: Counts, taus: Floats, names: tuple[str, ...]) -> Iterator[str]:
+    """Yield from which averaging time on the gaps leave nothing."""
+    for name, counts in zip(names, terms.reshape(taus.size, -1).T, strict=True):
+        lost = np.flatnonzero(counts == 0)
+        if lost.size:
+            label = f"{name}: " if name else ""
+            yield f"{label}gaps leave no term from {taus[lost[0]]:g} s on: bridge= fills short ones"
 
 
 def _is_constant(z: npt.NDArray[np.generic]) -> bool:
