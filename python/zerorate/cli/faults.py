@@ -85,5 +85,5 @@ def require(module: str, extra: str) -> None:
 
 
 def in_options(text: object) -> str:
-    """Return an error's text with options where it names arguments."""
+    """Return a text with options where it names arguments."""
     return _KEYWORD.sub(r"--\1", str(text))
