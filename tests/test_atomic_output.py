@@ -10,9 +10,6 @@ import pytest
 
 from zerorate import Log, read_log, write_log
 
-pytest.importorskip("typer")
-pytest.importorskip("pyarrow")
-pytest.importorskip("matplotlib")
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 
 N = 200_000

@@ -10,10 +10,6 @@ import pytest
 from zerorate import DEVICES, DriftFilter, Log, __version__, read_log, write_log
 from zerorate.cli import run
 
-pytest.importorskip("typer")
-pytest.importorskip("pyarrow")
-pytest.importorskip("matplotlib")
-
 
 def recording(path, n=1500, axes=2, missing=slice(0, 0), unit="deg/s"):
     data = 0.5 + 0.1 * np.random.default_rng(1).standard_normal((n, axes))

@@ -17,10 +17,6 @@ from zerorate.noise.kinds import KINDS
 from zerorate.report import WIDTH
 from zerorate.report.text import significant, with_error
 
-pytest.importorskip("typer")
-pytest.importorskip("pyarrow")
-pytest.importorskip("matplotlib")
-
 RATE = 100.0
 STEM = "run-zerorate-allan"
 

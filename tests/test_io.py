@@ -12,7 +12,6 @@ from recordings import RECORDINGS, needs_recordings
 from zerorate.io import Log, LogError, read_log, write_log
 from zerorate.io.quantity import split_unit
 
-pytest.importorskip("pyarrow")
 FORMATS = [".csv", ".tsv", ".npz", ".parquet"]
 
 

@@ -3,14 +3,13 @@
 import sys
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from zerorate.io import LogError, read_log
 from zerorate.io.columns import looks_like_gyro, looks_like_time
 from zerorate.io.quantity import canonical_unit, split_unit
-
-pa = pytest.importorskip("pyarrow")
-pq = pytest.importorskip("pyarrow.parquet")
 
 TIME = np.arange(5) / 100
 

@@ -13,8 +13,6 @@ from zerorate.plotting.envelope import BUCKETS, limits, outline, spans
 from zerorate.plotting.style import time_unit
 from zerorate.replay import replay
 
-pytest.importorskip("matplotlib")
-
 
 def gaps():
     z = noise(5000, 3)

@@ -16,8 +16,6 @@ from zerorate.plotting import plot_allan, plot_characterisation, plot_dynamic, s
 from zerorate.plotting.allan_terms import drawn_terms
 from zerorate.units import convert
 
-pytest.importorskip("matplotlib")
-
 RATE = 100.0
 TRUE = NoiseModel(
     angle_random_walk=1e-4,

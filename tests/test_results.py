@@ -21,7 +21,6 @@ METHODS = ("kf", "akf", "fading")
 
 @pytest.fixture(scope="module", params=AT_REST)
 def at_rest(request):
-    pytest.importorskip("pyarrow")
     z = read_log(RECORDINGS / request.param, rate=100.0).data
     return z, {m: zr.DriftFilter(100.0, method=m, channels=3).process(z) for m in METHODS}
 
@@ -50,7 +49,6 @@ def test_the_mean_stays(at_rest, method):
 
 @needs_recordings
 def test_a_small_process_noise_is_better_and_fading_spoils_it_by_raising_it():
-    pytest.importorskip("pyarrow")
     z = read_log(RECORDINGS / AT_REST[0], rate=100.0).data
     banks = {m: zr.DriftFilter(100.0, method=m, process_noise=1e-4, channels=3) for m in METHODS}
     error = {
@@ -64,8 +62,6 @@ def test_a_small_process_noise_is_better_and_fading_spoils_it_by_raising_it():
 
 
 def run(script, *arguments):
-    pytest.importorskip("pyarrow")
-    pytest.importorskip("matplotlib")
     return subprocess.run(
         [sys.executable, EXAMPLES / script, *map(os.fspath, arguments)],
         capture_output=True,
