@@ -149,7 +149,7 @@ def _caption(rows: list[list[Panel]], axes_of_log: int, width: int) -> str:
     ]
     if any(panel.model is not None for row in rows for panel in row):
         sentences.append(
-            "Dashed: fitted model. Lines: its terms, marked where each is read (hollow: outside "
+            "Dashed: the model. Lines: its terms, marked where each is read (hollow: outside "
             "the record). Dotted, with triangle: not identifiable, upper bound at 95 %."
         )
     shown = max(map(len, rows))
