@@ -25,6 +25,8 @@ mod chain;
 pub mod checkpoint;
 mod error;
 mod filter;
+#[cfg(feature = "std")]
+pub mod identify;
 pub mod kalman;
 mod params;
 mod real;
