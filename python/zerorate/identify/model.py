@@ -12,7 +12,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ArmaModel:
-    """z_k = phi_1 z_(k-1) + ... + phi_p z_(k-p) + a_k + theta_1 a_(k-1) + ... + theta_q a_(k-q) + c.
+    """A model z_k = sum_i phi_i z_(k-i) + a_k + sum_j theta_j a_(k-j) + c, of orders (p, q).
 
     Attributes
     ----------

@@ -6,6 +6,7 @@ mod arrays;
 mod deviations;
 mod drift;
 mod errors;
+mod identify;
 mod least_squares;
 mod shared;
 mod statistics;

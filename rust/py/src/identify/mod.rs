@@ -1,0 +1,1 @@
+//! Offline identification for Python.
