@@ -30,7 +30,12 @@ __all__ = [
     "__version__",
     "allan_deviations",
     "chi_squared_quantile",
+    "chi_squared_survival",
+    "lagged_products",
+    "log_normal_cdf",
     "longest_factor",
+    "reversals",
+    "without_outliers",
 ]
 
 __version__: Final[str]
@@ -232,6 +237,13 @@ class StreamingAllan:
     def hadamard_terms(self) -> _Counts: ...
 
 def chi_squared_quantile(probability: float, edf: npt.ArrayLike) -> _Floats: ...
+def chi_squared_survival(value: float, freedom: float) -> float: ...
+def log_normal_cdf(x: npt.ArrayLike) -> _Floats: ...
+def lagged_products(z: npt.ArrayLike, lags: int) -> tuple[_Floats, _Counts]: ...
+def reversals(z: npt.ArrayLike) -> tuple[int, int, float]: ...
+def without_outliers(
+    z: npt.ArrayLike, width: int, threshold: float, least_deviation: float
+) -> tuple[_Floats, _Counts]: ...
 def allan_deviations(
     z: npt.ArrayLike,
     factors: Sequence[int] | _Counts,

@@ -1,1 +1,5 @@
 //! Offline identification for Python.
+
+pub mod outliers;
+pub mod products;
+pub mod reversals;
