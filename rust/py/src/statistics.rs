@@ -2,10 +2,10 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
+use libm::erfc;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
-use statrs::function::erf::erfc;
 
 use crate::arrays;
 

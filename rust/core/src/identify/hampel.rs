@@ -41,9 +41,14 @@ impl Hampel {
             return None;
         }
         let median = window.median();
-        let deviation = DEVIATION_OF_MAD * window.median_distance(median);
-        let far = self.threshold * deviation.max(self.least_deviation);
-        ((z - median).abs() > far).then_some(median)
+        let far = |mad: f64| {
+            let deviation = (DEVIATION_OF_MAD * mad).max(self.least_deviation);
+            (z - median).abs() > self.threshold * deviation
+        };
+        // Few samples are as far as the lower limit, which costs nothing.
+        let found =
+            far(window.least_median_distance(median)) && far(window.median_distance(median));
+        found.then_some(median)
     }
 }
 
@@ -63,10 +68,13 @@ impl Window {
     }
 
     fn slide(&mut self, record: &[f64], from: &Range<usize>, to: &Range<usize>) {
-        let entering = record[from.end..to.end].iter().filter(|z| z.is_finite());
-        entering.for_each(|z| self.insert(*z));
-        let leaving = record[from.start..to.start].iter().filter(|z| z.is_finite());
-        leaving.for_each(|z| self.remove(*z));
+        match (&record[from.start..to.start], &record[from.end..to.end]) {
+            ([old], [new]) if old.is_finite() && new.is_finite() => self.replace(*old, *new),
+            (leaving, entering) => {
+                leaving.iter().filter(|z| z.is_finite()).for_each(|z| self.remove(*z));
+                entering.iter().filter(|z| z.is_finite()).for_each(|z| self.insert(*z));
+            }
+        }
     }
 
     fn insert(&mut self, z: f64) {
@@ -77,6 +85,18 @@ impl Window {
         self.0.remove(self.rank(z));
     }
 
+    /// Removes one and inserts another, moving only what lies between them.
+    fn replace(&mut self, old: f64, new: f64) {
+        let (hole, place) = (self.rank(old), self.rank(new));
+        if hole < place {
+            self.0.copy_within(hole + 1..place, hole);
+            self.0[place - 1] = new;
+        } else {
+            self.0.copy_within(place..hole, place + 1);
+            self.0[place] = new;
+        }
+    }
+
     /// How many are less.
     fn rank(&self, z: f64) -> usize {
         self.0.partition_point(|other| *other < z)
@@ -85,6 +105,15 @@ impl Window {
     fn median(&self) -> f64 {
         let (lower, upper) = (self.0[(self.0.len() - 1) / 2], self.0[self.0.len() / 2]);
         midpoint(lower, upper)
+    }
+
+    /// A lower limit of the next: of the nearer half of all, a half lies on one side.
+    fn least_median_distance(&self, median: f64) -> f64 {
+        let (half, quarter) = (self.0.len() / 2, (self.0.len() / 2).div_ceil(2));
+        match quarter {
+            0 => 0.0,
+            _ => (median - self.0[half - quarter]).min(self.0[half + quarter - 1] - median),
+        }
     }
 
     /// Median of the distances from the median: they rise to both sides of it.

@@ -14,14 +14,15 @@ pub struct Reversals {
     pub tie_weight: f64,
 }
 
-/// Counts the reversals of `values` while it sorts them; none may be NaN.
+/// Counts the reversals of `values`, of which none may be NaN, in O(n log n).
 ///
 /// Merging two sorted halves, a value of the right one that comes first is less than all that
-/// remain of the left one: O(n log n).
-pub fn reversals(values: &mut [f64]) -> Reversals {
-    let mut scratch = vec![0.0; values.len() / 2];
-    let count = sort(values, &mut scratch);
-    let groups = values.chunk_by(|a, b| a == b).map(|group| group.len() as u64);
+/// remain of the left one.
+pub fn reversals(values: Vec<f64>) -> Reversals {
+    let mut keys: Vec<i64> = values.into_iter().map(key).collect();
+    let mut scratch = vec![0; keys.len() / 2];
+    let count = sort(&mut keys, &mut scratch);
+    let groups = keys.chunk_by(|a, b| a == b).map(|group| group.len() as u64);
     let (ties, tie_weight) = groups.filter(|t| *t > 1).fold((0, 0.0), |(ties, weight), t| {
         let pairs = t * (t - 1) / 2;
         (ties + pairs, weight + 2.0 * pairs as f64 * (2 * t + 5) as f64)
@@ -29,7 +30,14 @@ pub fn reversals(values: &mut [f64]) -> Reversals {
     Reversals { count, ties, tie_weight }
 }
 
-fn sort(values: &mut [f64], scratch: &mut [f64]) -> u64 {
+/// A whole number in the order of the floats, which is compared in half the time.
+fn key(z: f64) -> i64 {
+    // 0.0 and -0.0 are equal.
+    let bits = (z + 0.0).to_bits() as i64;
+    bits ^ (((bits >> 63) as u64) >> 1) as i64
+}
+
+fn sort(values: &mut [i64], scratch: &mut [i64]) -> u64 {
     if values.len() <= BLOCK {
         return insert(values);
     }
@@ -39,7 +47,7 @@ fn sort(values: &mut [f64], scratch: &mut [f64]) -> u64 {
     within + merge(values, &mut scratch[..middle])
 }
 
-fn insert(values: &mut [f64]) -> u64 {
+fn insert(values: &mut [i64]) -> u64 {
     let mut count = 0;
     for k in 1..values.len() {
         let value = values[k];
@@ -55,7 +63,7 @@ fn insert(values: &mut [f64]) -> u64 {
 }
 
 /// Merges the sorted halves of `values`; `left` is room for the first.
-fn merge(values: &mut [f64], left: &mut [f64]) -> u64 {
+fn merge(values: &mut [i64], left: &mut [i64]) -> u64 {
     let middle = left.len();
     if values[middle - 1] <= values[middle] {
         return 0;
@@ -63,10 +71,12 @@ fn merge(values: &mut [f64], left: &mut [f64]) -> u64 {
     left.copy_from_slice(&values[..middle]);
     let (mut i, mut j, mut count) = (0, middle, 0);
     while i < middle && j < values.len() {
-        // Without branches: which half is next cannot be foretold.
-        let reversed = values[j] < left[i];
-        values[i + j - middle] = if reversed { values[j] } else { left[i] };
-        count += if reversed { middle - i } else { 0 };
+        let (earlier, later) = (left[i], values[j]);
+        let reversed = later < earlier;
+        // Masks rather than branches: which half is next cannot be foretold.
+        let mask = -i64::from(reversed);
+        values[i + j - middle] = earlier ^ ((earlier ^ later) & mask);
+        count += (middle - i) & mask as usize;
         i += usize::from(!reversed);
         j += usize::from(reversed);
     }
@@ -92,23 +102,22 @@ mod tests {
         fn equals_the_count_of_all_pairs(
             values in prop::collection::vec((-40_i8..40).prop_map(f64::from), 0..400),
         ) {
-            let mut sorted = values.clone();
-            let found = reversals(&mut sorted);
+            let found = reversals(values.clone());
             prop_assert_eq!((found.count, found.ties), by_pairs(&values));
-            prop_assert!(sorted.is_sorted());
         }
     }
 
     #[test]
     fn ordered_and_reversed_and_equal_values() {
         let n = 1000_u64;
-        let mut rising: Vec<f64> = (0..n).map(|k| k as f64).collect();
-        let mut falling: Vec<f64> = rising.iter().rev().copied().collect();
+        let rising: Vec<f64> = (0..n).map(|k| k as f64 - 500.0).collect();
+        let falling: Vec<f64> = rising.iter().rev().copied().collect();
         let none = Reversals { count: 0, ties: 0, tie_weight: 0.0 };
-        assert_eq!(reversals(&mut rising), none);
-        assert_eq!(reversals(&mut falling), Reversals { count: n * (n - 1) / 2, ..none });
-        let equal = reversals(&mut [3.0; 5]);
+        assert_eq!(reversals(rising), none);
+        assert_eq!(reversals(falling), Reversals { count: n * (n - 1) / 2, ..none });
+        let equal = reversals(vec![3.0; 5]);
         assert_eq!(equal, Reversals { count: 0, ties: 10, tie_weight: 5.0 * 4.0 * 15.0 });
-        assert_eq!(reversals(&mut []), none);
+        assert_eq!(reversals(vec![]), none);
+        assert_eq!(reversals(vec![0.0, -0.0]), Reversals { ties: 1, tie_weight: 18.0, ..none });
     }
 }

@@ -26,10 +26,11 @@ use crate::arrays;
 ///     ``z`` of another shape, or a sample is missing.
 #[pyfunction]
 pub fn reversals(z: &Bound<'_, PyAny>) -> PyResult<(u64, u64, f64)> {
-    let mut values = arrays::batch(z, None)?.values;
-    let found = z
-        .py()
-        .detach(|| values.iter().all(|z| z.is_finite()).then(|| identify::reversals(&mut values)));
+    let values = arrays::batch(z, None)?.values;
+    let found = z.py().detach(|| {
+        let complete = values.iter().all(|z| z.is_finite());
+        complete.then(|| identify::reversals(values))
+    });
     let found = found.ok_or_else(|| PyValueError::new_err("z must hold finite samples only"))?;
     Ok((found.count, found.ties, found.tie_weight))
 }
