@@ -29,7 +29,9 @@ __all__ = [
     "Trace",
     "__version__",
     "allan_deviations",
+    "autoregression_variances",
     "chi_squared_quantile",
+    "fit_autoregression",
     "longest_factor",
 ]
 
@@ -231,6 +233,9 @@ class StreamingAllan:
     @property
     def hadamard_terms(self) -> _Counts: ...
 
+def autoregression_variances(
+    z: npt.ArrayLike, order: int, method: str, constant: bool
+) -> tuple[_Floats, int]: ...
 def chi_squared_quantile(probability: float, edf: npt.ArrayLike) -> _Floats: ...
 def allan_deviations(
     z: npt.ArrayLike,
@@ -239,4 +244,7 @@ def allan_deviations(
     bridge: int = 0,
     threads: int | None = None,
 ) -> tuple[_Floats, _Counts, _Counts]: ...
+def fit_autoregression(
+    z: npt.ArrayLike, order: int, method: str, constant: bool
+) -> tuple[_Floats, float, float, _Floats, int, float]: ...
 def longest_factor(kind: str, n: int) -> int: ...
