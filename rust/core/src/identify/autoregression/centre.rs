@@ -1,5 +1,7 @@
 //! What is taken off every sample before it is multiplied.
 
+use pulp::Simd;
+
 /// Samples whose mean is near enough to the record for its products to keep their digits.
 const GLANCE: usize = 256;
 
@@ -32,6 +34,13 @@ impl Centre {
     #[inline(always)]
     pub fn taken_off(self, z: f64) -> f64 {
         (z - self.origin) - self.rest
+    }
+
+    /// The same of many samples.
+    #[inline(always)]
+    pub fn taken_off_all<S: Simd>(self, simd: S, z: S::f64s) -> S::f64s {
+        let origin = simd.sub_f64s(z, simd.splat_f64s(self.origin));
+        simd.sub_f64s(origin, simd.splat_f64s(self.rest))
     }
 
     /// The level itself, rounded.

@@ -8,6 +8,12 @@ use super::centre::Centre;
 pub const TILE: usize = 4;
 const LARGEST_TILE: usize = 3 * TILE;
 
+/// Vectors of targets that share what is loaded: with them and the sums the registers are full.
+const TARGETS: usize = 2;
+
+/// Independent sums, which hide the time that one addition takes.
+const SUMS: usize = 4;
+
 /// What the processor can do, found out once.
 #[derive(Debug, Clone, Copy)]
 pub struct Kernel(Arch);
@@ -39,22 +45,28 @@ impl WithSimd for Centring<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> f64 {
-        const SUMS: usize = 16;
-        let mut sums = [0.0; SUMS];
-        let (from, from_rest) = self.from.as_chunks::<SUMS>();
-        let (to, to_rest) = self.to[..self.from.len()].as_chunks_mut::<SUMS>();
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let (from, from_rest) = S::as_simd_f64s(self.from);
+        let (to, to_rest) = S::as_mut_simd_f64s(&mut self.to[..self.from.len()]);
+        let (from, from_last) = pulp::as_arrays::<SUMS, _>(from);
+        let (to, to_last) = pulp::as_arrays_mut::<SUMS, _>(to);
+        let mut sums = [simd.splat_f64s(0.0); SUMS];
         for (from, to) in from.iter().zip(to) {
             for k in 0..SUMS {
-                to[k] = self.centre.taken_off(from[k]);
-                sums[k] += to[k];
+                to[k] = self.centre.taken_off_all(simd, from[k]);
+                sums[k] = simd.add_f64s(sums[k], to[k]);
             }
         }
-        for (k, (from, to)) in from_rest.iter().zip(to_rest).enumerate() {
-            *to = self.centre.taken_off(*from);
-            sums[k] += *to;
+        for (from, to) in from_last.iter().zip(to_last) {
+            *to = self.centre.taken_off_all(simd, *from);
+            sums[0] = simd.add_f64s(sums[0], *to);
         }
-        sums.iter().sum()
+        let mut sum = sums.into_iter().map(|sum| simd.reduce_sum_f64s(sum)).sum();
+        for (from, to) in from_rest.iter().zip(to_rest) {
+            *to = self.centre.taken_off(*from);
+            sum += *to;
+        }
+        sum
     }
 }
 
@@ -89,24 +101,45 @@ fn add_tile<S: Simd, const K: usize>(
     lag: usize,
     sums: &mut [f64],
 ) {
-    let lanes = S::F64_LANES;
     let (targets, before) = (&block[start..], &block[start + 1 - lag - K..]);
     let mut totals = [simd.splat_f64s(0.0); K];
-    let whole = targets.len() / lanes * lanes;
-    for i in (0..whole).step_by(lanes) {
-        let target = vector(simd, &targets[i..i + lanes]);
+    let step = TARGETS * S::F64_LANES;
+    let whole = targets.len() / step * step;
+    for i in (0..whole).step_by(step) {
         // One slice and constant distances within it: K slices would need K registers for addresses.
-        let window = &before[i..i + lanes + K - 1];
-        for (k, total) in totals.iter_mut().enumerate() {
-            let earlier = vector(simd, &window[K - 1 - k..K - 1 - k + lanes]);
-            *total = simd.mul_add_e_f64s(target, earlier, *total);
-        }
+        add_vectors(simd, &targets[i..i + step], &before[i..i + step + K - 1], &mut totals);
     }
     for (k, sum) in sums.iter_mut().enumerate() {
         let rest = targets[whole..].iter().zip(&before[whole + K - 1 - k..]);
         let rest: f64 = rest.map(|(target, earlier)| target * earlier).sum();
         *sum += simd.reduce_sum_f64s(totals[k]) + rest;
     }
+}
+
+/// Products of a few vectors of targets with those up to K - 1 places before: each is loaded once.
+#[inline(always)]
+fn add_vectors<S: Simd, const K: usize>(
+    simd: S,
+    targets: &[f64],
+    window: &[f64],
+    totals: &mut [S::f64s; K],
+) {
+    let lanes = S::F64_LANES;
+    let target: [S::f64s; TARGETS] =
+        std::array::from_fn(|u| vector(simd, &targets[u * lanes..(u + 1) * lanes]));
+    let mut add = |place: usize| {
+        let earlier = vector(simd, &window[place..place + lanes]);
+        for u in 0..TARGETS {
+            let lag = (K - 1 + u * lanes).wrapping_sub(place);
+            if lag < K {
+                totals[lag] = simd.mul_add_e_f64s(target[u], earlier, totals[lag]);
+            }
+        }
+    };
+    // Two loops: the compiler writes out no longer ones, and only then the sums stay in registers.
+    let places = K + (TARGETS - 1) * lanes;
+    (0..places / 2).for_each(&mut add);
+    (places / 2..places).for_each(&mut add);
 }
 
 #[inline(always)]
