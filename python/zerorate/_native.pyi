@@ -29,8 +29,10 @@ __all__ = [
     "Trace",
     "__version__",
     "allan_deviations",
+    "autoregression_variances",
     "chi_squared_quantile",
     "chi_squared_survival",
+    "fit_autoregression",
     "lagged_products",
     "log_normal_cdf",
     "longest_factor",
@@ -236,6 +238,9 @@ class StreamingAllan:
     @property
     def hadamard_terms(self) -> _Counts: ...
 
+def autoregression_variances(
+    z: npt.ArrayLike, order: int, method: str, constant: bool
+) -> tuple[_Floats, int]: ...
 def chi_squared_quantile(probability: float, edf: npt.ArrayLike) -> _Floats: ...
 def chi_squared_survival(value: float, freedom: float) -> float: ...
 def log_normal_cdf(x: npt.ArrayLike) -> _Floats: ...
@@ -251,4 +256,7 @@ def allan_deviations(
     bridge: int = 0,
     threads: int | None = None,
 ) -> tuple[_Floats, _Counts, _Counts]: ...
+def fit_autoregression(
+    z: npt.ArrayLike, order: int, method: str, constant: bool
+) -> tuple[_Floats, float, float, _Floats, int, float]: ...
 def longest_factor(kind: str, n: int) -> int: ...

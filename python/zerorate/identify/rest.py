@@ -60,7 +60,8 @@ def moving_spans(z: npt.ArrayLike, rate: float) -> tuple[Span, ...]:
 
     Turning at one rate looks like a bias and is seen only where it begins and ends. Motion without
     a pause is seen if it takes more than some 4 s to and fro, and changes by more than some 25
-    deviations of the noise from one second to the next; otherwise it looks like noise. Strong vibration counts as motion, and so do outliers: see `hampel`.
+    deviations of the noise from one second to the next; otherwise it looks like noise. Strong
+    vibration counts as motion, and so do outliers: see `hampel`.
 
     Parameters
     ----------
@@ -73,8 +74,8 @@ def moving_spans(z: npt.ArrayLike, rate: float) -> tuple[Span, ...]:
     Returns
     -------
     tuple of Span
-        In order, in seconds; empty for a sensor at rest, and for a record that cannot tell: of under
-        20 windows, or without any noise.
+        In order, in seconds; empty for a sensor at rest, and for a record that cannot tell, of
+        under 20 windows or without any noise.
 
     Raises
     ------

@@ -26,6 +26,8 @@ mod _native {
     #[pymodule_export]
     use crate::drift::trace::Trace;
     #[pymodule_export]
+    use crate::identify::autoregression::{autoregression_variances, fit_autoregression};
+    #[pymodule_export]
     use crate::identify::outliers::without_outliers;
     #[pymodule_export]
     use crate::identify::products::lagged_products;

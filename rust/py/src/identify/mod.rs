@@ -1,5 +1,6 @@
 //! Offline identification for Python.
 
+pub mod autoregression;
 pub mod outliers;
 pub mod products;
 pub mod reversals;
