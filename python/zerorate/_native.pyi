@@ -29,6 +29,7 @@ __all__ = [
     "Trace",
     "__version__",
     "allan_deviations",
+    "arma_residuals",
     "chi_squared_quantile",
     "longest_factor",
 ]
@@ -49,6 +50,15 @@ class _Params(TypedDict):
     startup: float
     scale: float | None
 
+class _Start(TypedDict):
+    offset: float | _Floats
+    scale: float | _Floats
+    coefficients: _Floats
+    covariance: _Floats
+    measurement_noise: float | _Floats
+    process_noise: float | _Floats
+    state_covariance: _Floats
+
 @final
 class DriftFilter:
     def __new__(
@@ -67,6 +77,8 @@ class DriftFilter:
         startup: float = 1.0,
         scale: float | None = None,
     ) -> Self: ...
+    @staticmethod
+    def started(start: _Start, **params: Any) -> DriftFilter: ...
     def update(self, z: _Sample) -> Any: ...
     def process(
         self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
@@ -110,6 +122,8 @@ class DriftFilter:
     def order(self) -> tuple[int, int]: ...
     @property
     def method(self) -> _Method: ...
+    @property
+    def start(self) -> _Start | None: ...
     @property
     def params(self) -> _Params: ...
 
@@ -240,3 +254,10 @@ def allan_deviations(
     threads: int | None = None,
 ) -> tuple[_Floats, _Counts, _Counts]: ...
 def longest_factor(kind: str, n: int) -> int: ...
+def arma_residuals(
+    z: npt.ArrayLike,
+    phi: Sequence[float],
+    theta: Sequence[float],
+    centre: float,
+    constant: float,
+) -> _Floats: ...

@@ -3,6 +3,8 @@
 //! A record is a slice in which a value that is not finite is missing; what lies between two
 //! missing values is a *stretch*. Conditional estimators start anew at every stretch.
 
+mod residuals;
 mod stretches;
 
+pub use residuals::Arma;
 pub use stretches::stretches;
