@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.identify.polynomials import psi_weights
+from zerorate.identify.polynomials import at_one, psi_weights
 
 __all__ = ["autocovariance", "refined"]
 
@@ -23,7 +23,8 @@ def autocovariance(phi: Floats, theta: Floats, sigma2: float, lags: int) -> Floa
     moments = sigma2 * _cross_moments(phi, theta)[:n]
     driven[: moments.size] = moments
     gamma = np.zeros(n)
-    gamma[: p + 1] = refined(_equations(phi), driven[: p + 1].astype(np.longdouble))
+    solution = refined(_equations(phi), driven[: p + 1].astype(np.longdouble))
+    gamma[: p + 1] = solution[0] - np.concatenate(([0.0], solution[1:]))
     for k in range(p + 1, n):
         gamma[k] = phi @ gamma[k - p : k][::-1] + driven[k]
     return gamma[: lags + 1]
@@ -51,9 +52,16 @@ def _cross_moments(phi: Floats, theta: Floats) -> Floats:
 
 
 def _equations(phi: Floats) -> _Long:
+    """Return the equations of gamma_0 and of the small gamma_0 - gamma_j.
+
+    Close to a unit root gamma_0 is huge, and its factor 1 - phi_1 - ... must not be a sum of
+    rounded ones.
+    """
     size = phi.size + 1
     matrix = np.eye(size, dtype=np.longdouble)
     for j in range(size):
         for i, coefficient in enumerate(phi, start=1):
             matrix[j, abs(j - i)] -= coefficient
+    matrix[:, 0] = at_one(-phi)
+    matrix[:, 1:] *= -1.0
     return matrix

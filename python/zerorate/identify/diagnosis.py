@@ -1,7 +1,8 @@
 """What to beware of in a model: rules that follow from its numbers alone."""
 
+import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +31,7 @@ class Uncertain(NamedTuple):
     def sigma(self, covariance: Floats) -> float:
         """Return the standard error of its distance from the origin."""
         radial = np.real(self.gradient * np.conj(self.value)) / abs(self.value)
-        return float(np.sqrt(radial @ covariance @ radial))
+        return _deviation(radial, covariance)
 
 
 def ar_uncertain(model: "ArmaModel") -> list[Uncertain]:
@@ -68,13 +69,19 @@ def undetermined_pairs(model: "ArmaModel") -> list[tuple[complex, complex]]:
 def _same(ar: Uncertain, ma: Uncertain, covariance: Floats) -> bool:
     if ar.value.imag < 0.0 or ma.value.imag < 0.0:
         return False
-    gradient = ar.gradient - ma.gradient
-    variance = float(np.real(np.conj(gradient) @ covariance @ gradient))
-    return abs(ar.value - ma.value) <= _SAME_AT_95 * float(np.sqrt(variance))
+    sigma = _deviation(ar.gradient - ma.gradient, covariance)
+    return sigma > 0.0 and abs(ar.value - ma.value) <= _SAME_AT_95 * sigma
+
+
+def _deviation(gradient: npt.NDArray[Any], covariance: Floats) -> float:
+    """Return the standard deviation along a gradient; NaN where the covariance has infinities."""
+    with np.errstate(invalid="ignore"):
+        variance = float(np.real(np.conj(gradient) @ covariance @ gradient))
+    return math.sqrt(max(variance, 0.0)) if math.isfinite(variance) else math.nan
 
 
 def diagnosis(model: "ArmaModel") -> Iterator[str]:
-    """Yield a sentence for each rule that the model meets."""
+    """Yield a sentence for each rule that the model meets; NaN in the covariance meets none."""
     if not model.converged:
         yield "the search for the estimate did not come to its end"
     if model.condition > _ILL_CONDITIONED:

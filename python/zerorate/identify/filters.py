@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from zerorate._native import DriftFilter
 from zerorate.identify.autocovariance import autocovariance
-from zerorate.identify.polynomials import at_one, inverse_roots
+from zerorate.identify.polynomials import at_one, is_stationary
 from zerorate.identify.split import Split, split
 
 if TYPE_CHECKING:
@@ -255,7 +255,7 @@ def _constant_variance(model: "ArmaModel") -> float:
 def _drift_covariance(phi: Floats, g: float, scale: float) -> Floats:
     """Return that of [y_k ... y_(k-p+1)]: stationary, or that of the record for each."""
     p = phi.size
-    if np.any(np.abs(inverse_roots(-phi)) >= 1.0):
+    if not is_stationary(phi):
         return np.eye(p) * scale**2
     gamma = autocovariance(phi, np.zeros(0), g, p - 1)
     return np.asarray(gamma[np.abs(np.subtract.outer(np.arange(p), np.arange(p)))])

@@ -22,7 +22,8 @@ def stationary_covariance(F: Floats, G: Floats) -> Floats:
     """
     n = len(F)
     largest = float(np.max(np.abs(np.linalg.eigvals(F)), initial=0.0))
-    if not largest < 1.0:
+    # An eigenvalue of one may come out a little below.
+    if not largest < 1.0 - n * np.finfo(np.float64).eps:
         raise ValueError(
             "only a stationary model has a covariance: "
             f"its largest eigenvalue is {largest:.6g}, expected below 1"

@@ -16,7 +16,7 @@ from zerorate.identify.filters import filter_of
 from zerorate.identify.forms import of_model
 from zerorate.identify.json_text import from_json, to_json
 from zerorate.identify.modes import Mode, modes
-from zerorate.identify.polynomials import at_one, inverse_roots, psi_weights
+from zerorate.identify.polynomials import at_one, inverse_roots, is_stationary, psi_weights
 from zerorate.identify.records import as_record
 from zerorate.identify.spectrum import spectrum
 from zerorate.identify.text import table
@@ -206,7 +206,7 @@ class ArmaModel:
     @property
     def stationary(self) -> bool:
         """Whether every AR root lies outside the unit circle."""
-        return bool(np.all(np.abs(inverse_roots(-self.phi)) < 1.0))
+        return is_stationary(self.phi)
 
     @property
     def invertible(self) -> bool:

@@ -6,13 +6,22 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["at_one", "cancelled", "inverse_roots", "ma_coefficients", "psi_weights", "trimmed"]
+__all__ = [
+    "at_one",
+    "cancelled",
+    "inverse_roots",
+    "is_stationary",
+    "ma_coefficients",
+    "psi_weights",
+    "trimmed",
+]
 
 Floats = npt.NDArray[np.float64]
 Complexes = npt.NDArray[np.complex128]
 
 # A double root is found to half of the digits: closer roots than this are the same.
 _SAME: Final = 1e-7
+_EPS: Final = float(np.finfo(np.float64).eps)
 
 
 def inverse_roots(coefficients: Floats) -> Complexes:
@@ -26,8 +35,17 @@ def inverse_roots(coefficients: Floats) -> Complexes:
 
 
 def at_one(coefficients: Floats) -> float:
-    """Return 1 + c_1 + ... + c_n, rounded once: near a unit root nothing else is left."""
-    return math.fsum((1.0, *coefficients.tolist()))
+    """Return 1 + c_1 + ... + c_n, rounded once: near a unit root nothing else is left.
+
+    What the coefficients' own rounding may have left of a unit root is 0.
+    """
+    value = math.fsum((1.0, *coefficients.tolist()))
+    return value if abs(value) > _EPS * float(np.abs(coefficients).sum()) else 0.0
+
+
+def is_stationary(phi: Floats) -> bool:
+    """Return whether all reciprocal roots of 1 - phi_1 x - ... lie inside the unit circle."""
+    return at_one(-phi) > 0.0 and bool(np.all(np.abs(inverse_roots(-phi)) < 1.0))
 
 
 def psi_weights(phi: Floats, theta: Floats, n: int) -> Floats:
@@ -65,4 +83,8 @@ def cancelled(phi: Floats, theta: Floats) -> tuple[Floats, Floats]:
             common += 1
     if not common:
         return phi, theta
-    return -np.real(np.poly(poles))[1:], np.real(np.poly(zeros))[1:]
+    return -_of_inverse_roots(poles), _of_inverse_roots(zeros)
+
+
+def _of_inverse_roots(found: list[np.complex128]) -> Floats:
+    return np.asarray(np.real(np.atleast_1d(np.poly(found)))[1:])

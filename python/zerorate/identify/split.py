@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.identify.autocovariance import autocovariance
-from zerorate.identify.polynomials import inverse_roots
+from zerorate.identify.polynomials import at_one, is_stationary
 from zerorate.noise.least_squares import solve
 
 __all__ = ["Split", "split"]
@@ -82,12 +82,11 @@ def _power(coefficients: Floats, frequencies: Floats) -> Floats:
 
 def _first_difference(phi: Floats, theta: Floats, sigma2: float) -> float:
     """Return half the variance of z_k - z_(k-1), also of a walk, whose difference is stationary."""
-    walk = abs(1.0 - phi.sum()) <= _ROUNDING * np.abs(phi).sum()
-    if walk:
+    if not at_one(-phi):
         # phi(B) = (1 - B) rest(B): the difference has rest in the place of phi.
         rest = -np.cumsum(np.concatenate(([1.0], -phi)))[1:-1]
         return 0.5 * float(autocovariance(rest, theta, sigma2, 0)[0])
-    if np.any(np.abs(inverse_roots(-phi)) >= 1.0):
+    if not is_stationary(phi):
         raise ValueError(
             "an explosive model has no variance of differences: give measurement_noise"
         )
