@@ -30,6 +30,7 @@ __all__ = [
     "__version__",
     "allan_deviations",
     "autoregression_variances",
+    "arma_residuals",
     "chi_squared_quantile",
     "chi_squared_survival",
     "fit_autoregression",
@@ -56,6 +57,15 @@ class _Params(TypedDict):
     startup: float
     scale: float | None
 
+class _Start(TypedDict):
+    offset: float | _Floats
+    scale: float | _Floats
+    coefficients: _Floats
+    covariance: _Floats
+    measurement_noise: float | _Floats
+    process_noise: float | _Floats
+    state_covariance: _Floats
+
 @final
 class DriftFilter:
     def __new__(
@@ -74,6 +84,8 @@ class DriftFilter:
         startup: float = 1.0,
         scale: float | None = None,
     ) -> Self: ...
+    @staticmethod
+    def started(start: _Start, **params: Any) -> DriftFilter: ...
     def update(self, z: _Sample) -> Any: ...
     def process(
         self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
@@ -117,6 +129,8 @@ class DriftFilter:
     def order(self) -> tuple[int, int]: ...
     @property
     def method(self) -> _Method: ...
+    @property
+    def start(self) -> _Start | None: ...
     @property
     def params(self) -> _Params: ...
 
@@ -260,3 +274,10 @@ def fit_autoregression(
     z: npt.ArrayLike, order: int, method: str, constant: bool
 ) -> tuple[_Floats, float, float, _Floats, int, float]: ...
 def longest_factor(kind: str, n: int) -> int: ...
+def arma_residuals(
+    z: npt.ArrayLike,
+    phi: Sequence[float],
+    theta: Sequence[float],
+    centre: float,
+    constant: float,
+) -> _Floats: ...

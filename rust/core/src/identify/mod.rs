@@ -6,11 +6,13 @@
 mod autoregression;
 mod hampel;
 mod products;
+mod residuals;
 mod reversals;
 mod stretches;
 
 pub use autoregression::{Estimator, Fit, Refusal};
 pub use hampel::Hampel;
 pub use products::{LaggedProducts, lagged_products};
+pub use residuals::Arma;
 pub use reversals::{Reversals, reversals};
 pub use stretches::stretches;

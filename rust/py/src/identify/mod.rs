@@ -3,4 +3,5 @@
 pub mod autoregression;
 pub mod outliers;
 pub mod products;
+pub mod residuals;
 pub mod reversals;
