@@ -31,6 +31,7 @@ mod _native {
     use crate::identify::outliers::without_outliers;
     #[pymodule_export]
     use crate::identify::products::lagged_products;
+    #[pymodule_export]
     use crate::identify::residuals::arma_residuals;
     #[pymodule_export]
     use crate::identify::reversals::reversals;
