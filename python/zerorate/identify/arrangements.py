@@ -186,7 +186,7 @@ def _moments(rows: Floats, there: npt.NDArray[np.bool_], counts: Counts, of: str
     if of == "mean":
         return np.asarray(means)
     distance = np.where(there, rows - means[:, None], 0.0)
-    return np.einsum("ij,ij->i", distance, distance) / counts
+    return np.asarray(np.einsum("ij,ij->i", distance, distance) / counts)
 
 
 def _where(values: Floats, places: Counts, of: str) -> str:

@@ -82,7 +82,9 @@ def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -
 
 def _judged(statistic: float, trend: Level, n: int) -> Verdict:
     table = _CRITICAL[trend]
-    beyond = "<" if statistic > table[-1] else ">" if statistic < table[0] else ""
+    beyond: Literal["", "<", ">"] = (
+        "<" if statistic > table[-1] else ">" if statistic < table[0] else ""
+    )
     return Verdict(
         name="KPSS",
         hypothesis="stationary" + (" about a line" if trend == "linear" else ""),
