@@ -340,6 +340,7 @@ def test_drift_of_devices_is_seen(name):
         (lambda: kpss(NOISE[:9]), "the KPSS test needs at least 10 samples, got 9"),
         (lambda: kpss(NOISE, trend="none"), "trend must be one of 'constant', 'linear'"),
         (lambda: kpss(NOISE, lags=-1), "lags must be a whole number from 0 to 19999, got -1"),
+        (lambda: kpss(np.arange(99.0), trend="linear"), "samples that differ from a straight line"),
         (lambda: adf(NOISE[:19]), "the Dickey-Fuller test needs at least 20 samples, got 19"),
         (lambda: adf(NOISE, lags=64), "lags must be a whole number from 0 to 63, got 64"),
         (lambda: adf(NOISE[:30], lags=14), "lags must be a whole number from 0 to 13, got 14"),
