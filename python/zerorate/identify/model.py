@@ -1,5 +1,6 @@
 """An ARMA model of a record, and how well the record determines it."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -41,6 +42,8 @@ class ArmaModel:
         Whether the search for the estimate came to its end.
     notes : tuple of str
         What to beware of, a sentence each.
+    mean_sigma : float
+        Standard error of `mean`, NaN where it is not known.
     """
 
     phi: Floats
@@ -55,6 +58,7 @@ class ArmaModel:
     has_constant: bool = True
     converged: bool = True
     notes: tuple[str, ...] = field(default=())
+    mean_sigma: float = math.nan
 
     @property
     def order(self) -> tuple[int, int]:

@@ -26,6 +26,8 @@ mod _native {
     #[pymodule_export]
     use crate::drift::trace::Trace;
     #[pymodule_export]
+    use crate::identify::arma::{arma_fit, arma_grid, arma_likelihood, arma_residuals};
+    #[pymodule_export]
     use crate::least_squares::RecursiveLeastSquares;
     #[pymodule_export]
     use crate::statistics::chi_squared_quantile;

@@ -1,1 +1,3 @@
 //! Offline identification for Python.
+
+pub mod arma;
