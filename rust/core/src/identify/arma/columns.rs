@@ -14,6 +14,25 @@ pub type Products = [[f64; COLUMNS]; COLUMNS];
 
 const EMPTY: Line = [0.0; HISTORY + super::recursion::BLOCK];
 
+/// What a pass over a record sums up.
+#[derive(Debug, Clone)]
+pub struct Sums {
+    /// Of any two columns, the lower triangle.
+    pub products: Products,
+    /// Of the residuals and their second derivatives by `φ_i` and `θ_j`, at i + j.
+    pub phi_bends: [f64; HISTORY + 1],
+    /// Half of those by `θ_i` and `θ_j`, at i + j.
+    pub theta_bends: [f64; HISTORY + 1],
+}
+
+impl Default for Sums {
+    fn default() -> Self {
+        let bends = [0.0; HISTORY + 1];
+        let products = [[0.0; COLUMNS]; COLUMNS];
+        Self { products, phi_bends: bends, theta_bends: bends }
+    }
+}
+
 /// Columns of a block of `n` samples: lines, late by 0 to [`HISTORY`] samples.
 #[derive(Debug)]
 pub struct Columns<'a> {
@@ -39,7 +58,10 @@ impl<'a> Columns<'a> {
     #[inline(always)]
     pub fn add_products<S: Simd>(&self, simd: S, total: &mut Products) {
         let mut block = [[0.0; COLUMNS]; COLUMNS];
-        let slices: [&[f64]; COLUMNS] = std::array::from_fn(|i| self.slice(i));
+        let mut slices: [&[f64]; COLUMNS] = [&[]; COLUMNS];
+        for i in 0..self.count {
+            slices[i] = self.slice(i);
+        }
         for i in 0..self.count {
             if self.is_shift(i) {
                 for j in (1..=i).filter(|j| self.is_shift(*j)) {
@@ -56,7 +78,9 @@ impl<'a> Columns<'a> {
             }
         }
         for i in 0..self.count {
-            (0..=i).for_each(|j| total[i][j] += block[i][j]);
+            for j in 0..=i {
+                total[i][j] += block[i][j];
+            }
         }
     }
 

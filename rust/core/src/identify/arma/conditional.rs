@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use pulp::Arch;
 
-use super::columns::Products;
+use super::columns::Sums;
 use super::descent::Problem;
 use super::normal::Normal;
 use super::partial::{self, EDGE};
@@ -51,20 +51,33 @@ impl<'a> Conditional<'a> {
 
     /// Normal equations in `[φ, θ, c]`.
     pub fn natural(&self, coefficients: &[f64]) -> Normal {
-        let products = match self.q {
-            0 => self.products::<0>(coefficients),
-            1 => self.products::<1>(coefficients),
-            2 => self.products::<2>(coefficients),
-            3 => self.products::<3>(coefficients),
-            _ => self.products::<{ super::MAX_ORDER }>(coefficients),
+        let sums = match self.q {
+            0 => self.sums::<0>(coefficients),
+            1 => self.sums::<1>(coefficients),
+            2 => self.sums::<2>(coefficients),
+            3 => self.sums::<3>(coefficients),
+            _ => self.sums::<{ super::MAX_ORDER }>(coefficients),
         };
-        let m = coefficients.len();
-        let gram = DMatrix::from_fn(m, m, |i, j| products[i.max(j)][i.min(j)]);
-        let descent = DVector::from_fn(m, |i, _| products[m][i]);
-        Normal { gram, descent, sum_of_squares: products[m][m] }
+        let (m, products) = (coefficients.len(), &sums.products);
+        Normal {
+            gram: DMatrix::from_fn(m, m, |i, j| products[i.max(j)][i.min(j)]),
+            bend: DMatrix::from_fn(m, m, |i, j| self.bend(&sums, i.max(j), i.min(j))),
+            descent: DVector::from_fn(m, |i, _| products[m][i]),
+            sum_of_squares: products[m][m],
+        }
     }
 
-    fn products<const Q: usize>(&self, coefficients: &[f64]) -> Products {
+    /// Sum of the residuals times their second derivatives by coefficients `i >= j`.
+    fn bend(&self, sums: &Sums, i: usize, j: usize) -> f64 {
+        let (p, end) = (self.p, self.p + self.q);
+        match (i, j) {
+            _ if i < p || i >= end => 0.0,
+            _ if j < p => sums.phi_bends[(i - p + 1) + (j + 1)],
+            _ => 2.0 * sums.theta_bends[(i - p + 1) + (j - p + 1)],
+        }
+    }
+
+    fn sums<const Q: usize>(&self, coefficients: &[f64]) -> Sums {
         let (phi, rest) = coefficients.split_at(self.p);
         let (theta, constant) = rest.split_at(self.q);
         self.arch.dispatch(Sweep::<Q> {

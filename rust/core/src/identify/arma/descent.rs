@@ -1,5 +1,6 @@
-//! Levenberg-Marquardt for sums of squares of few parameters.
+//! Newton's method in a trust region, for sums of squares of few parameters.
 
+use super::model::Step;
 use super::normal::Normal;
 
 /// A sum of squares to be made small.
@@ -47,54 +48,54 @@ pub struct Stop {
 const ROUNDING: f64 = 1e-13;
 /// A coordinate moves at most so far in a step; none needs more where the model is good.
 const STRIDE: f64 = 3.0;
-const FIRST_DAMPING: f64 = 1e-3;
-const LEAST_DAMPING: f64 = 1e-12;
-const LARGEST_DAMPING: f64 = 1e8;
+/// The first radius, in deviations of the residuals: a coefficient moves by that much.
+const FIRST_RADIUS: f64 = 0.3;
+/// Steps shorter than this part of it go nowhere.
+const SHORTEST: f64 = 1e-12;
 
-/// Walks down from `start`, as long as the way is not futile.
+/// Walks down from `start`, as long as the way is not futile; that is asked at every place with
+/// the depth of the minimum that seems to lie ahead.
 pub fn minimise(
     problem: &impl Problem,
     start: Vec<f64>,
     stop: Stop,
-    is_futile: impl Fn(&Descent) -> bool,
+    is_futile: impl Fn(&Descent, f64) -> bool,
 ) -> Descent {
     let normal = problem.normal(&start);
+    let first = FIRST_RADIUS * normal.sum_of_squares.sqrt();
+    let mut radius = first;
     let mut at = Descent { point: start, normal, end: End::Unfinished, evaluations: 1 };
-    let mut damping = FIRST_DAMPING;
-    while at.evaluations < stop.evaluations && damping < LARGEST_DAMPING {
-        let frozen = frozen(&at, problem.bounds());
-        if is_minimum(&at, &frozen, problem.count(), stop) {
+    while at.evaluations < stop.evaluations && radius > SHORTEST * first {
+        let model = at.normal.model(&frozen(&at, problem.bounds()));
+        let variance = at.normal.sum_of_squares / problem.count() as f64;
+        let depth = model.depth();
+        if depth <= stop.step * stop.step * variance {
             return Descent { end: End::Minimum, ..at };
         }
-        if is_futile(&at) {
+        if is_futile(&at, depth) {
             return Descent { end: End::Futile, ..at };
         }
-        damping = match next(&at, damping, &frozen, problem.bounds()) {
-            Some(point) => advance(&mut at, problem, point, damping),
-            None => worse(damping),
-        };
+        radius = advance(&mut at, problem, &model.step(radius), radius);
     }
     at
 }
 
-/// Goes to `point` if that is no higher, and returns the damping of the next step.
-fn advance(at: &mut Descent, problem: &impl Problem, point: Vec<f64>, damping: f64) -> f64 {
+/// Goes the step if that leads no higher, and returns the radius of the next one.
+fn advance(at: &mut Descent, problem: &impl Problem, step: &Step, radius: f64) -> f64 {
+    let point = moved(&at.point, step, problem.bounds());
     let normal = problem.normal(&point);
     at.evaluations += 1;
-    if normal.sum_of_squares <= at.normal.sum_of_squares * (1.0 + ROUNDING) {
+    let rounding = ROUNDING * at.normal.sum_of_squares;
+    let gained = at.normal.sum_of_squares - normal.sum_of_squares;
+    let kept = if step.gain > rounding { gained / step.gain } else { 1.0 };
+    if gained >= -rounding {
         (at.point, at.normal) = (point, normal);
-        better(damping)
-    } else {
-        worse(damping)
     }
-}
-
-fn better(damping: f64) -> f64 {
-    if damping > LEAST_DAMPING { damping / 30.0 } else { 0.0 }
-}
-
-fn worse(damping: f64) -> f64 {
-    (damping * 10.0).max(FIRST_DAMPING)
+    match kept {
+        kept if kept > 0.75 => radius.max(2.0 * step.length),
+        kept if kept > 0.25 => radius,
+        _ => 0.25 * step.length,
+    }
 }
 
 /// Coordinates on their bound from which the sum of squares falls only beyond it.
@@ -103,24 +104,10 @@ fn frozen(at: &Descent, bounds: &[f64]) -> Vec<bool> {
     (0..bounds.len()).map(|i| at.point[i].abs() >= bounds[i] && outward(i)).collect()
 }
 
-fn next(at: &Descent, damping: f64, frozen: &[bool], bounds: &[f64]) -> Option<Vec<f64>> {
-    let step = at.normal.step(damping, frozen)?;
+fn moved(point: &[f64], step: &Step, bounds: &[f64]) -> Vec<f64> {
+    let step = &step.step;
     let longest = (0..bounds.len()).filter(|i| bounds[*i].is_finite()).map(|i| step[i].abs());
     let share = (STRIDE / longest.fold(STRIDE, f64::max)).min(1.0);
     let moved = |(i, x): (usize, &f64)| (x + share * step[i]).clamp(-bounds[i], bounds[i]);
-    Some(at.point.iter().enumerate().map(moved).collect())
+    point.iter().enumerate().map(moved).collect()
 }
-
-fn is_minimum(at: &Descent, frozen: &[bool], count: usize, stop: Stop) -> bool {
-    let variance = at.normal.sum_of_squares / count as f64;
-    match at.normal.step(0.0, frozen) {
-        Some(step) => {
-            at.normal.length(&step) <= stop.step * stop.step * variance
-                || step.iter().zip(&at.point).all(|(dx, x)| dx.abs() <= RELATIVE * x.abs())
-        }
-        None => false,
-    }
-}
-
-/// Relative changes of all coordinates below which a search ends in any case.
-const RELATIVE: f64 = 1e-10;

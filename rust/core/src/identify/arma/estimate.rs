@@ -75,7 +75,7 @@ pub fn fit(series: &Series, p: usize, q: usize, has_constant: bool, method: Meth
     let problem = Conditional::new(series, p, q, has_constant, p);
     let mut found = lattice(series, p, q, has_constant, p);
     let (start, evaluations) = found.swap_remove(found.len() - 1);
-    let descent = minimise(&problem, start.point, FINE, |_| false);
+    let descent = minimise(&problem, start.point, FINE, |_, _| false);
     let evaluations = evaluations + descent.evaluations;
     let (scaled, descent) = match method {
         Method::Conditional => (conditional(&problem, &descent), descent),
@@ -109,7 +109,7 @@ fn exact(
     has_constant: bool,
 ) -> (Scaled, Descent) {
     let problem = Exact::new(series, p, q, has_constant);
-    let descent = minimise(&problem, exact_start(start, p, q), FINE, |_| false);
+    let descent = minimise(&problem, exact_start(start, p, q), FINE, |_, _| false);
     let (phi, theta, mean) = problem.model(&descent.point);
     let covariance = exact_covariance(&problem, &descent);
     let room = 1.0 - phi.iter().sum::<f64>();

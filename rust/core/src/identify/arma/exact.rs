@@ -156,6 +156,7 @@ fn assemble(products: &DMatrix<f64>, logs: &[f64], count: f64) -> Normal {
         square * (products[(i, j)] + pull(j) * products[(i, m)] + pull(i) * first(j))
     });
     Normal {
+        bend: DMatrix::zeros(m, m),
         gram,
         descent: DVector::from_fn(m, |i, _| -square * first(i)),
         sum_of_squares: square * sum,

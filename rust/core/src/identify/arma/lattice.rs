@@ -8,8 +8,11 @@ use super::regression::Regression;
 use super::series::Series;
 use super::starts::starts;
 
-/// Good to a millionth in a criterion on the scale of `N ln σ²`.
-const COARSE: Stop = Stop { step: 1e-3, evaluations: 100 };
+/// Good to 1e-4 in a criterion on the scale of `N ln σ²`.
+const COARSE: Stop = Stop { step: 1e-2, evaluations: 100 };
+
+/// A second search is worth no more passes than this.
+const SECOND: Stop = Stop { step: 1e-2, evaluations: 25 };
 
 /// Two searches that come so near, in standard errors, end at the same place.
 const SAME: f64 = 0.1;
@@ -84,10 +87,12 @@ fn each<R>(orders: &[(usize, usize)], fit: impl Fn(&(usize, usize)) -> R) -> Vec
 fn best(problem: &Conditional<'_>, starts: Vec<Vec<f64>>) -> (Descent, usize) {
     let mut starts = starts.into_iter();
     let first = starts.next().unwrap_or_else(|| vec![0.0; problem.bounds().len()]);
-    let mut best = minimise(problem, first, COARSE, |_| false);
+    let mut best = minimise(problem, first, COARSE, |_, _| false);
     let mut evaluations = best.evaluations;
     for start in starts {
-        let found = minimise(problem, start, COARSE, |at| is_same(at, &best, problem.count()));
+        let found = minimise(problem, start, SECOND, |at, depth| {
+            is_idle(at, depth, &best, problem.count())
+        });
         evaluations += found.evaluations;
         if found.normal.sum_of_squares < best.normal.sum_of_squares {
             best = found;
@@ -96,13 +101,14 @@ fn best(problem: &Conditional<'_>, starts: Vec<Vec<f64>>) -> (Descent, usize) {
     (best, evaluations)
 }
 
-/// Whether a search is on its way to a place that is no better than `best`.
-fn is_same(at: &Descent, best: &Descent, count: usize) -> bool {
+/// Whether a search, at a place whose minimum seems to lie lower by `depth`, will not end lower
+/// than `best`, or not elsewhere.
+fn is_idle(at: &Descent, depth: f64, best: &Descent, count: usize) -> bool {
     let between = DVector::from_iterator(
         at.point.len(),
         at.point.iter().zip(&best.point).map(|(here, there)| here - there),
     );
     let variance = best.normal.sum_of_squares / count as f64;
-    at.normal.sum_of_squares >= best.normal.sum_of_squares
-        && best.normal.length(&between) <= SAME * SAME * variance
+    let above = at.normal.sum_of_squares - best.normal.sum_of_squares;
+    above >= 0.0 && (above > 2.0 * depth || best.normal.length(&between) <= SAME * SAME * variance)
 }

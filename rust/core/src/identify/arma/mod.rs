@@ -13,6 +13,7 @@ mod gaussian;
 mod hessian;
 mod kalman;
 mod lattice;
+mod model;
 mod normal;
 mod partial;
 mod products;

@@ -1,11 +1,14 @@
 //! Normal equations of a few parameters.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 
-/// `JᵀJ`, `-Jᵀr` and `rᵀr` of residuals `r` with derivatives `J`.
+use super::model::Model;
+
+/// `JᵀJ`, `Σ r r″`, `-Jᵀr` and `rᵀr` of residuals `r` with derivatives `J` and `r″`.
 #[derive(Debug, Clone)]
 pub struct Normal {
     pub gram: DMatrix<f64>,
+    pub bend: DMatrix<f64>,
     pub descent: DVector<f64>,
     pub sum_of_squares: f64,
 }
@@ -13,33 +16,32 @@ pub struct Normal {
 impl Normal {
     /// A matrix alone, to be inverted.
     pub fn of_gram(gram: DMatrix<f64>) -> Self {
-        Self { descent: DVector::zeros(gram.nrows()), gram, sum_of_squares: 0.0 }
+        let (descent, bend) = (DVector::zeros(gram.nrows()), gram.map(|_| 0.0));
+        Self { gram, bend, descent, sum_of_squares: 0.0 }
     }
 
     /// The same in other coordinates, of whose change `slopes` are the derivatives.
     pub fn transformed(&self, slopes: &DMatrix<f64>) -> Self {
         Self {
             gram: slopes.tr_mul(&self.gram) * slopes,
+            bend: slopes.tr_mul(&self.bend) * slopes,
             descent: slopes.tr_mul(&self.descent),
             sum_of_squares: self.sum_of_squares,
         }
     }
 
-    /// Step to the minimum of the quadratic model with its diagonal raised by `damping`; the
-    /// `frozen` coordinates stay.
-    pub fn step(&self, damping: f64, frozen: &[bool]) -> Option<DVector<f64>> {
-        let (mut gram, mut descent) = (self.gram.clone(), self.descent.clone());
-        let scale = scale(&gram);
-        for i in (0..frozen.len()).filter(|i| frozen[*i]) {
-            gram.row_mut(i).fill(0.0);
-            gram.column_mut(i).fill(0.0);
-            descent[i] = 0.0;
-        }
-        gram =
-            DMatrix::from_fn(gram.nrows(), gram.ncols(), |i, j| gram[(i, j)] * scale[i] * scale[j]);
-        (0..gram.nrows()).for_each(|i| gram[(i, i)] += damping + f64::from(u8::from(frozen[i])));
-        let solved = Cholesky::new(gram)?.solve(&descent.component_mul(&scale));
-        Some(solved.component_mul(&scale)).filter(|step| step.iter().all(|x| x.is_finite()))
+    /// The quadratic model in coordinates of unit curvature each; the `frozen` ones stay.
+    pub fn model(&self, frozen: &[bool]) -> Model {
+        let scale = scale(&self.gram);
+        let free = |i: usize| if frozen[i] { 0.0 } else { scale[i] };
+        let curvature = DMatrix::from_fn(frozen.len(), frozen.len(), |i, j| {
+            let held = f64::from(u8::from(i == j && frozen[i]));
+            (self.gram[(i, j)] + self.bend[(i, j)]) * free(i) * free(j) + held
+        });
+        let descent = DVector::from_fn(frozen.len(), |i, _| self.descent[i] * free(i));
+        let eigen = curvature.symmetric_eigen();
+        let descent = eigen.eigenvectors.tr_mul(&descent);
+        Model { curvatures: eigen.eigenvalues, axes: eigen.eigenvectors, descent, scale }
     }
 
     /// `stepᵀ JᵀJ step`.

@@ -57,7 +57,7 @@ pub fn shrunk(phi: &[f64]) -> Vec<f64> {
         let mut power = 1.0;
         for phi in &mut phi {
             power *= 0.98;
-            *phi *= if phi.is_finite() { power } else { 0.0 };
+            *phi = if phi.is_finite() { *phi * power } else { 0.0 };
         }
     }
     phi

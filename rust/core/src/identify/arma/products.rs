@@ -1,23 +1,39 @@
 //! Sums of products, one slice against several at once.
 
-use pulp::Simd;
+use pulp::{NullaryFnOnce, Simd};
 
 /// As many sums as the registers hold beside their factors.
 const TOGETHER: usize = 8;
 
 /// Puts the sums of the products of `a` with each of `others` into `out`.
-#[inline(always)]
 pub fn against<S: Simd>(simd: S, a: &[f64], others: &[&[f64]], out: &mut [f64]) {
-    for (others, out) in others.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
-        match others.len() {
-            1 => put::<S, 1>(simd, a, others, out),
-            2 => put::<S, 2>(simd, a, others, out),
-            3 => put::<S, 3>(simd, a, others, out),
-            4 => put::<S, 4>(simd, a, others, out),
-            5 => put::<S, 5>(simd, a, others, out),
-            6 => put::<S, 6>(simd, a, others, out),
-            7 => put::<S, 7>(simd, a, others, out),
-            _ => put::<S, 8>(simd, a, others, out),
+    simd.vectorize(Against { simd, a, others, out });
+}
+
+struct Against<'a, S> {
+    simd: S,
+    a: &'a [f64],
+    others: &'a [&'a [f64]],
+    out: &'a mut [f64],
+}
+
+impl<S: Simd> NullaryFnOnce for Against<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { simd, a, others, out } = self;
+        for (others, out) in others.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+            match others.len() {
+                1 => put::<S, 1>(simd, a, others, out),
+                2 => put::<S, 2>(simd, a, others, out),
+                3 => put::<S, 3>(simd, a, others, out),
+                4 => put::<S, 4>(simd, a, others, out),
+                5 => put::<S, 5>(simd, a, others, out),
+                6 => put::<S, 6>(simd, a, others, out),
+                7 => put::<S, 7>(simd, a, others, out),
+                _ => put::<S, 8>(simd, a, others, out),
+            }
         }
     }
 }
@@ -44,9 +60,9 @@ mod tests {
     use super::against;
     use pulp::{Arch, Simd, WithSimd};
 
-    struct Against<'a>(&'a [f64], &'a [&'a [f64]]);
+    struct Loop<'a>(&'a [f64], &'a [&'a [f64]]);
 
-    impl WithSimd for Against<'_> {
+    impl WithSimd for Loop<'_> {
         type Output = Vec<f64>;
 
         fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
@@ -64,7 +80,7 @@ mod tests {
             let dot = |b: &&[f64]| x[..n].iter().zip(*b).map(|(a, b)| a * b).sum::<f64>();
             // Small integers: every sum is exact in any order.
             let expected: Vec<f64> = others.iter().map(dot).collect();
-            assert_eq!(Arch::new().dispatch(Against(&x[..n], &others)), expected);
+            assert_eq!(Arch::new().dispatch(Loop(&x[..n], &others)), expected);
         }
     }
 }

@@ -7,7 +7,7 @@ use super::MAX_ORDER;
 /// Samples in a block: with all lines at order 3 it stays in the first cache.
 pub const BLOCK: usize = 512;
 /// Values of the block before, in front of a block.
-pub const HISTORY: usize = MAX_ORDER;
+pub const HISTORY: usize = 2 * MAX_ORDER;
 
 /// A block of one sequence and the end of the block before.
 pub type Line = [f64; HISTORY + BLOCK];
@@ -36,14 +36,17 @@ impl<S: Simd, const Q: usize> Recursion<S, Q> {
         }
     }
 
-    /// Filters `e` and `u`, and puts the filtered `e` into `v`.
+    /// Filters `e` into `e`, that into `v` and that into `w`; `u` into `u` and that into `x`.
     #[inline(always)]
-    pub fn run_twice(&self, e: &mut Line, u: &mut Line, v: &mut Line, n: usize) {
-        let (mut past_e, mut past_u, mut past_v) = (last(e), last(u), last(v));
+    pub fn run_repeatedly(&self, [e, v, w]: [&mut Line; 3], [u, x]: [&mut Line; 2], n: usize) {
+        let (mut past_e, mut past_v, mut past_w) = (last(e), last(v), last(w));
+        let (mut past_u, mut past_x) = (last(u), last(x));
         for t in HISTORY..HISTORY + n {
             e[t] = self.step(e[t], &mut past_e);
             u[t] = self.step(u[t], &mut past_u);
             v[t] = self.step(e[t], &mut past_v);
+            x[t] = self.step(u[t], &mut past_x);
+            w[t] = self.step(v[t], &mut past_w);
         }
     }
 

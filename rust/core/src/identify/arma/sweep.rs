@@ -3,7 +3,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::MAX_ORDER;
-use super::columns::{COLUMNS, Columns, Products};
+use super::columns::{Columns, Sums};
+use super::products::against;
 use super::recursion::{BLOCK, HISTORY, Line, Recursion};
 use super::series::Series;
 
@@ -21,14 +22,16 @@ pub struct Sweep<'a, const Q: usize> {
     pub skip: usize,
 }
 
-/// Blocks of the residuals `e`, of `u = y/θ(B)`, `v = e/θ(B)`, `g = 1/θ(B)` and the impulse
-/// response `h`, each from zero at the first residual, and of `y_{t-i}/θ(B)`, which is
-/// `u_{t-i}` once the start is forgotten.
+/// Blocks of the residuals `e`, of `u = y/θ(B)`, `v = e/θ(B)`, `w = v/θ(B)`, `x = u/θ(B)`,
+/// `g = 1/θ(B)` and the impulse response `h`, each from zero at the first residual, and of
+/// `y_{t-i}/θ(B)`, which is `u_{t-i}` once the start is forgotten.
 #[derive(Debug)]
 struct Lines {
     e: Line,
     u: Line,
     v: Line,
+    w: Line,
+    x: Line,
     g: Line,
     h: Line,
     lagged: [Line; MAX_ORDER],
@@ -37,21 +40,39 @@ struct Lines {
 impl Lines {
     fn new() -> Self {
         let zero = [0.0; HISTORY + BLOCK];
-        Self { e: zero, u: zero, v: zero, g: zero, h: zero, lagged: [zero; MAX_ORDER] }
+        Self {
+            e: zero,
+            u: zero,
+            v: zero,
+            w: zero,
+            x: zero,
+            g: zero,
+            h: zero,
+            lagged: [zero; MAX_ORDER],
+        }
     }
 
+    /// Keeps the end of a block of `n` samples as the history of the next.
+    #[inline(always)]
+    fn carry(&mut self, n: usize) {
+        for line in self.all() {
+            line.copy_within(n..n + HISTORY, 0);
+        }
+    }
+
+    #[inline(always)]
     fn all(&mut self) -> impl Iterator<Item = &mut Line> {
-        let Self { e, u, v, g, h, lagged } = self;
-        [e, u, v, g, h].into_iter().chain(lagged)
+        let Self { e, u, v, w, x, g, h, lagged } = self;
+        [e, u, v, w, x, g, h].into_iter().chain(lagged)
     }
 }
 
 impl<const Q: usize> WithSimd for Sweep<'_, Q> {
-    type Output = Products;
+    type Output = Sums;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Products {
-        let mut total = [[0.0; COLUMNS]; COLUMNS];
+    fn with_simd<S: Simd>(self, simd: S) -> Sums {
+        let mut total = Sums::default();
         let mut lines = Lines::new();
         for stretch in &self.series.stretches {
             lines.all().for_each(|line| line[..HISTORY].fill(0.0));
@@ -63,18 +84,20 @@ impl<const Q: usize> WithSimd for Sweep<'_, Q> {
 
 impl<const Q: usize> Sweep<'_, Q> {
     #[inline(always)]
-    fn stretch<S: Simd>(&self, simd: S, y: &[f64], lines: &mut Lines, total: &mut Products) {
+    fn stretch<S: Simd>(&self, simd: S, y: &[f64], lines: &mut Lines, total: &mut Sums) {
         let recursion = Recursion::<S, Q>::new(simd, self.theta);
         let mut is_young = true;
         for start in (self.skip..y.len()).step_by(BLOCK) {
             let n = BLOCK.min(y.len() - start);
             self.put_inputs(y, start, n, lines);
-            recursion.run_twice(&mut lines.e, &mut lines.u, &mut lines.v, n);
+            let Lines { e, u, v, w, x, .. } = lines;
+            recursion.run_repeatedly([e, v, w], [u, x], n);
             if is_young {
                 self.run_young(&recursion, y, start, n, lines);
             }
-            self.columns(lines, n, is_young).add_products(simd, total);
-            lines.all().for_each(|line| line.copy_within(n..n + HISTORY, 0));
+            self.columns(lines, n, is_young).add_products(simd, &mut total.products);
+            self.add_bends(simd, lines, n, total);
+            lines.carry(n);
             if is_young && lines.h[..HISTORY].iter().all(|h| h.abs() < GONE) {
                 is_young = false;
                 let settled = lines.g[HISTORY - 1];
@@ -88,9 +111,13 @@ impl<const Q: usize> Sweep<'_, Q> {
     fn put_inputs(&self, y: &[f64], start: usize, n: usize, lines: &mut Lines) {
         lines.u[HISTORY..HISTORY + n].copy_from_slice(&y[start..start + n]);
         let e = &mut lines.e[HISTORY..HISTORY + n];
-        e.iter_mut().zip(&y[start..]).for_each(|(e, y)| *e = y - self.constant);
+        for (e, y) in e.iter_mut().zip(&y[start..]) {
+            *e = y - self.constant;
+        }
         for (i, phi) in self.phi.iter().enumerate() {
-            e.iter_mut().zip(&y[start - 1 - i..]).for_each(|(e, y)| *e -= phi * y);
+            for (e, y) in e.iter_mut().zip(&y[start - 1 - i..]) {
+                *e -= phi * y;
+            }
         }
     }
 
@@ -114,8 +141,12 @@ impl<const Q: usize> Sweep<'_, Q> {
             line[HISTORY..HISTORY + n].copy_from_slice(&y[start - 1 - i..][..n]);
         }
         let (pairs, rest) = lagged[..p].as_chunks_mut::<2>();
-        pairs.iter_mut().for_each(|[a, b]| recursion.run([a, b], n));
-        rest.iter_mut().for_each(|line| recursion.run([line], n));
+        for [a, b] in pairs {
+            recursion.run([a, b], n);
+        }
+        for line in rest {
+            recursion.run([line], n);
+        }
     }
 
     #[inline(always)]
@@ -133,5 +164,40 @@ impl<const Q: usize> Sweep<'_, Q> {
         }
         columns.push(&lines.e, 0);
         columns
+    }
+
+    /// The second derivatives by `φ_i` and `θ_j` are `x_{t-i-j}`, those by `θ_i` and `θ_j` are
+    /// `2 w_{t-i-j}`. Near a start they are not, but there they may be rough: they bend the way
+    /// to the minimum, not the minimum.
+    #[inline(always)]
+    fn add_bends<S: Simd>(&self, simd: S, lines: &Lines, n: usize, total: &mut Sums) {
+        let (p, q) = (self.phi.len(), self.theta.len());
+        let e = &lines.e[HISTORY..][..n];
+        if q > 0 {
+            add_lagged(simd, e, &lines.w, 2 * q, &mut total.theta_bends);
+        }
+        if p > 0 && q > 0 {
+            add_lagged(simd, e, &lines.x, p + q, &mut total.phi_bends);
+        }
+    }
+}
+
+/// Adds the sums of the products of `e` and a line that is late by 2 to `highest` samples.
+#[inline(always)]
+fn add_lagged<S: Simd>(
+    simd: S,
+    e: &[f64],
+    line: &Line,
+    highest: usize,
+    sums: &mut [f64; HISTORY + 1],
+) {
+    let mut slices = [e; HISTORY + 1];
+    let mut row = [0.0; HISTORY + 1];
+    for lag in 2..=highest {
+        slices[lag] = &line[HISTORY - lag..][..e.len()];
+    }
+    against(simd, e, &slices[2..=highest], &mut row[2..=highest]);
+    for lag in 2..=highest {
+        sums[lag] += row[lag];
     }
 }
