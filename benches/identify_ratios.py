@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -70,16 +71,15 @@ def autoregression_rows():
         for c in ("order_fused", "order_plain"):
             others = statsmodels_order() if c == "order_fused" else {}
             yield Row(f"AR order <= 10, {c}", n, order_with_criteria, peers.c_order(c), others)
-        yield Row("fit_ar(p=10)", n, lambda z: fit_ar(z, 10), None, statsmodels_fit())
-        yield Row(
-            "fit_ar(p=10, burg)", n, lambda z: fit_ar(z, 10, "burg"), None, statsmodels_burg()
-        )
+        yield Row("fit_ar, p = 10", n, lambda z: fit_ar(z, 10), None, statsmodels_fit())
+        burg = partial(fit_ar, p=10, method="burg")
+        yield Row("fit_ar, p = 10, Burg", n, burg, None, statsmodels_burg())
         smooth = integrated_twice(record(n))
-        rows = {"lstsq": lambda _, z=smooth: lstsq_fit(z)}
-        yield Row("fit_ar(p=10), by rows", n, lambda _, z=smooth: fit_ar(z, 10), None, rows)
+        by_rows, peer = (lambda _, f=f, z=smooth: f(z, 10) for f in (fit_ar, lstsq_fit))
+        yield Row("fit_ar, p = 10, by rows", n, by_rows, None, {"lstsq": peer})
 
 
-def lstsq_fit(z, p=10):
+def lstsq_fit(z, p):
     windows = np.lib.stride_tricks.sliding_window_view(z - z.mean(), p + 1)
     design = np.column_stack([np.ones(len(windows)), windows[:, :-1]])
     return np.linalg.lstsq(design, windows[:, -1], rcond=None)
