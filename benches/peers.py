@@ -15,6 +15,7 @@ import numpy as np
 
 SOURCE = Path(__file__).with_name("reference.c")
 DEVIATIONS = SOURCE.with_name("allan.c")
+AUTOREGRESSION = SOURCE.with_name("autoregression.c")
 BUILT = Path(tempfile.mkdtemp(prefix="zerorate-benches-"))
 
 
@@ -46,6 +47,23 @@ def c_deviations():
         return run
 
     return named
+
+
+def c_order(name, order=10):
+    """``name`` of the choice of an autoregression's order in C: a table of a row an order."""
+    flags = ["-O3", "-march=native", "-ffast-math"]
+    library = ctypes.CDLL(str(compile_library("order.so", *flags, source=AUTOREGRESSION)))
+    function = getattr(library, name)
+    floats = np.ctypeslib.ndpointer(np.float64, flags="C")
+    function.argtypes = [floats, ctypes.c_size_t, ctypes.c_int, floats]
+    function.restype = None
+
+    def run(z):
+        out = np.empty((order + 1, 4))
+        function(z, z.size, order, out)
+        return out
+
+    return run
 
 
 def c_batch(*flags):
