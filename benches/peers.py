@@ -15,6 +15,7 @@ import numpy as np
 
 SOURCE = Path(__file__).with_name("reference.c")
 DEVIATIONS = SOURCE.with_name("allan.c")
+ARMA = SOURCE.with_name("arma.c")
 BUILT = Path(tempfile.mkdtemp(prefix="zerorate-benches-"))
 
 
@@ -46,6 +47,22 @@ def c_deviations():
         return run
 
     return named
+
+
+def c_arma_grid():
+    """A function of samples to the variances of all ARMA orders up to (3, 3), and the passes."""
+    flags = ["-O3", "-march=native", "-ffast-math"]
+    function = ctypes.CDLL(str(compile_library("arma.so", *flags, source=ARMA))).arma_grid
+    floats = np.ctypeslib.ndpointer(np.float64, flags="C")
+    function.argtypes = [floats, ctypes.c_size_t, floats, floats]
+    function.restype = ctypes.c_int
+
+    def run(z):
+        sigma2 = np.empty((4, 4))
+        passes = function(z, z.size, np.empty_like(z), sigma2)
+        return sigma2, passes
+
+    return run
 
 
 def c_batch(*flags):
