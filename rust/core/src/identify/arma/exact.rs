@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::MAX_ORDER;
-use super::descent::{Descent, Problem};
+use super::descent::Problem;
 use super::gaussian::{Likelihood, likelihood};
 use super::kalman::Kalman;
 use super::normal::Normal;
@@ -38,14 +38,15 @@ impl<'a> Exact<'a> {
         Self { series, p, q, bounds, bend }
     }
 
-    /// Gives the normal equations near a point what they lack of the likelihood's curvature there,
-    /// and returns it.
-    pub fn bend(&mut self, at: &Descent, information: Option<DMatrix<f64>>) -> DMatrix<f64> {
-        let sigma2 = at.normal.sum_of_squares / self.count() as f64;
-        if let Some(information) = information {
-            self.bend = information * sigma2 - &at.normal.gram;
-        }
-        self.bend.clone()
+    /// Gives the normal equations near a point what theirs there lack of the likelihood's
+    /// curvature, and returns it.
+    pub fn bend(&mut self, at: &Normal, information: Option<DMatrix<f64>>) -> &DMatrix<f64> {
+        let sigma2 = at.sum_of_squares / self.count() as f64;
+        self.bend = match information {
+            Some(information) => information * sigma2 - &at.gram,
+            None => DMatrix::zeros(at.gram.nrows(), at.gram.ncols()),
+        };
+        &self.bend
     }
 
     /// `φ`, `θ` and the mean at a point.

@@ -1,6 +1,6 @@
 //! The greatest likelihood and its curvature.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::descent::{Descent, Problem, Stop, minimise};
 use super::estimate::{FINE, Scaled};
@@ -10,8 +10,11 @@ use super::normal::Normal;
 use super::partial;
 use super::series::Series;
 
-/// Near enough for the curvature there to be that at the maximum.
-const NEAR: Stop = Stop { step: 1e-3, evaluations: 100 };
+/// One search with the curvature of its first point.
+const LEG: Stop = Stop { evaluations: 30, ..FINE };
+/// Where a leg is shorter, in standard errors, the curvature at its ends is the same.
+const SHORT: f64 = 0.01;
+const LEGS: usize = 5;
 
 /// Steps of second differences, in standard errors: small beside the curvature's own changes,
 /// large beside the rounding of a million terms.
@@ -27,14 +30,24 @@ pub fn maximum(
     has_constant: bool,
 ) -> (Scaled, Descent) {
     let mut problem = Exact::new(series, p, q, has_constant);
-    let near = minimise(&problem, inside(start, p, q), NEAR, |_, _| false);
-    let bent = problem.bend(&near, information(&problem, &near));
-    let found = minimise(&problem, near.point, FINE, |_, _| false);
-    let free = Normal::of_gram(&found.normal.gram + bent).inverse().0
-        * (found.normal.sum_of_squares / problem.count() as f64);
-    let evaluations = near.evaluations + found.evaluations;
-    let found = Descent { evaluations, ..found };
-    (scaled(&problem, &found.outlook(&problem), &free, has_constant), found)
+    let mut evaluations = 0;
+    let mut start = inside(start, p, q);
+    for legs in 1.. {
+        let normal = problem.normal(&start);
+        let bend = problem.bend(&normal, information(&problem, &start, &normal));
+        let curved = Normal::of_gram(&normal.gram + bend);
+        let found = minimise(&problem, start.clone(), LEG, |_, _| false);
+        evaluations += found.evaluations + 1;
+        let leg = DVector::from_fn(start.len(), |i, _| found.point[i] - start[i]);
+        let variance = normal.sum_of_squares / problem.count() as f64;
+        if legs == LEGS || curved.length(&leg) <= SHORT * SHORT * variance {
+            let free = curved.inverse().0 * variance;
+            let scaled = scaled(&problem, &found.outlook(&problem), &free, has_constant);
+            return (scaled, Descent { evaluations, ..found });
+        }
+        start = found.point;
+    }
+    unreachable!("the last leg returns")
 }
 
 /// `[φ, θ, c]` from a point and the covariance of its coordinates.
@@ -76,13 +89,13 @@ fn inside(coefficients: &[f64], p: usize, q: usize) -> Vec<f64> {
     [free(phi), free(&minus_theta), constant.iter().map(|_| 0.0).collect()].concat()
 }
 
-/// Curvature of the log-likelihood, if it has one in every direction: at the edge of the region
-/// it has not.
-fn information(problem: &Exact<'_>, near: &Descent) -> Option<DMatrix<f64>> {
-    let sigma2 = near.normal.sum_of_squares / problem.count() as f64;
-    let variances = near.normal.inverse().0.diagonal() * sigma2;
+/// Curvature of the log-likelihood, if it has one in every direction: far from a maximum and at
+/// the edge of the region it has not.
+fn information(problem: &Exact<'_>, point: &[f64], normal: &Normal) -> Option<DMatrix<f64>> {
+    let sigma2 = normal.sum_of_squares / problem.count() as f64;
+    let variances = normal.inverse().0.diagonal() * sigma2;
     let step = |variance: &f64| (HESSIAN_STEP * variance.sqrt()).min(LARGEST_STEP);
     let steps: Vec<f64> = variances.iter().map(step).collect();
     let value = |point: &[f64]| Some(problem.likelihood(point)?.log_likelihood());
-    curvature(value, &near.point, &steps).filter(|found| found.clone().cholesky().is_some())
+    curvature(value, point, &steps).filter(|found| found.clone().cholesky().is_some())
 }
