@@ -57,7 +57,10 @@ def statsmodels_grid(z):
 def print_grid(name, z, c, peer):
     best = [np.inf, np.inf]
     for _ in range(ROUNDS):
-        (one, grid), (other, (sigma2, passes)) = seconds(lambda z: arma_grid(z, 3, 3), z), seconds(c, z)
+        (one, grid), (other, (sigma2, passes)) = (
+            seconds(lambda z: arma_grid(z, 3, 3), z),
+            seconds(c, z),
+        )
         best = [min(best[0], one), min(best[1], other)]
     gain = np.max(grid.n * np.log(sigma2 / grid.sigma2))
     times = f"{best[0] * 1e3:10.1f}{best[1] / best[0]:8.2f}"

@@ -12,11 +12,12 @@ from zerorate import _native
 from zerorate.identify.arma import arma_grid, fit_arma
 
 # Diggle 1990, distributed with R.
-LH = np.array(
-    "2.4 2.4 2.4 2.2 2.1 1.5 2.3 2.3 2.5 2.0 1.9 1.7 2.2 1.8 3.2 3.2 2.7 2.2 2.2 1.9 1.9 1.8 2.7 "
-    "3.0 2.3 2.0 2.0 2.9 2.9 2.7 2.7 2.3 2.6 2.4 1.8 1.7 1.5 1.4 2.1 3.3 3.5 3.5 3.1 2.6 2.1 3.4 "
-    "3.0 2.9".split(),
-    dtype=float,
+LH = np.loadtxt(
+    [
+        "2.4 2.4 2.4 2.2 2.1 1.5 2.3 2.3 2.5 2.0 1.9 1.7 2.2 1.8 3.2 3.2 2.7 2.2 2.2 1.9 1.9 1.8 2.7 "
+        "3.0 2.3 2.0 2.0 2.9 2.9 2.7 2.7 2.3 2.6 2.4 1.8 1.7 1.5 1.4 2.1 3.3 3.5 3.5 3.1 2.6 2.1 3.4 "
+        "3.0 2.9"
+    ]
 )
 
 
@@ -225,9 +226,9 @@ def test_no_order_fits_worse_than_one_that_it_contains(seed, missing):
     grid = arma_grid(z, 3, 3)
     assert grid.sigma2.shape == grid.converged.shape == (4, 4)
     assert grid.n == 3000 - 3 - missing * (3 + 3 + 3)
-    # Steps are taken if they rise by no more than 1e-13.
-    assert np.all(np.diff(grid.sigma2, axis=0) <= 1e-12 * grid.sigma2[0, 0])
-    assert np.all(np.diff(grid.sigma2, axis=1) <= 1e-12 * grid.sigma2[0, 0])
+    # Steps are taken if they rise by no more than 1e-12, and few do.
+    assert np.all(np.diff(grid.sigma2, axis=0) <= 1e-11 * grid.sigma2[0, 0])
+    assert np.all(np.diff(grid.sigma2, axis=1) <= 1e-11 * grid.sigma2[0, 0])
     np.testing.assert_allclose(grid.sigma2[0, 0], fit_arma(z[3:], 0, 0).sigma2, rtol=1e-2)
 
 
@@ -288,7 +289,13 @@ def test_every_fit_is_finite_and_invertible(seed, p, q, constant):
         except ValueError as error:
             assert "residuals" in str(error)  # noqa: PT017
             continue
-        numbers = [*model.phi, *model.theta, model.constant, model.sigma2, *model.covariance.ravel()]
+        numbers = [
+            *model.phi,
+            *model.theta,
+            model.constant,
+            model.sigma2,
+            *model.covariance.ravel(),
+        ]
         assert np.isfinite(numbers).all()
         roots = np.roots([*model.theta[::-1], 1.0])
         # On the circle, a root of multiplicity 3 is found to a third of the digits.

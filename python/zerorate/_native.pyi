@@ -29,6 +29,10 @@ __all__ = [
     "Trace",
     "__version__",
     "allan_deviations",
+    "arma_fit",
+    "arma_grid",
+    "arma_likelihood",
+    "arma_residuals",
     "chi_squared_quantile",
     "longest_factor",
 ]
@@ -240,7 +244,6 @@ def allan_deviations(
     threads: int | None = None,
 ) -> tuple[_Floats, _Counts, _Counts]: ...
 def longest_factor(kind: str, n: int) -> int: ...
-
 def arma_fit(
     z: npt.ArrayLike, p: int, q: int, constant: bool, exact: bool
 ) -> tuple[
