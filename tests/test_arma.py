@@ -12,58 +12,12 @@ from zerorate import _native
 from zerorate.identify.arma import arma_grid, fit_arma
 
 # Diggle 1990, distributed with R.
-LH = np.array(
+LH = np.loadtxt(
     [
-        "2.4",
-        "2.4",
-        "2.4",
-        "2.2",
-        "2.1",
-        "1.5",
-        "2.3",
-        "2.3",
-        "2.5",
-        "2.0",
-        "1.9",
-        "1.7",
-        "2.2",
-        "1.8",
-        "3.2",
-        "3.2",
-        "2.7",
-        "2.2",
-        "2.2",
-        "1.9",
-        "1.9",
-        "1.8",
-        "2.7",
-        "3.0",
-        "2.3",
-        "2.0",
-        "2.0",
-        "2.9",
-        "2.9",
-        "2.7",
-        "2.7",
-        "2.3",
-        "2.6",
-        "2.4",
-        "1.8",
-        "1.7",
-        "1.5",
-        "1.4",
-        "2.1",
-        "3.3",
-        "3.5",
-        "3.5",
-        "3.1",
-        "2.6",
-        "2.1",
-        "3.4",
-        "3.0",
-        "2.9",
-    ],
-    dtype=float,
+        "2.4 2.4 2.4 2.2 2.1 1.5 2.3 2.3 2.5 2.0 1.9 1.7 2.2 1.8 3.2 3.2 2.7 2.2 2.2 1.9 1.9 1.8 2.7 "
+        "3.0 2.3 2.0 2.0 2.9 2.9 2.7 2.7 2.3 2.6 2.4 1.8 1.7 1.5 1.4 2.1 3.3 3.5 3.5 3.1 2.6 2.1 3.4 "
+        "3.0 2.9"
+    ]
 )
 
 
@@ -272,9 +226,9 @@ def test_no_order_fits_worse_than_one_that_it_contains(seed, missing):
     grid = arma_grid(z, 3, 3)
     assert grid.sigma2.shape == grid.converged.shape == (4, 4)
     assert grid.n == 3000 - 3 - missing * (3 + 3 + 3)
-    # Steps are taken if they rise by no more than 1e-13.
-    assert np.all(np.diff(grid.sigma2, axis=0) <= 1e-12 * grid.sigma2[0, 0])
-    assert np.all(np.diff(grid.sigma2, axis=1) <= 1e-12 * grid.sigma2[0, 0])
+    # Steps are taken if they rise by no more than 1e-12, and few do.
+    assert np.all(np.diff(grid.sigma2, axis=0) <= 1e-11 * grid.sigma2[0, 0])
+    assert np.all(np.diff(grid.sigma2, axis=1) <= 1e-11 * grid.sigma2[0, 0])
     np.testing.assert_allclose(grid.sigma2[0, 0], fit_arma(z[3:], 0, 0).sigma2, rtol=1e-2)
 
 

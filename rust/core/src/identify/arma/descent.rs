@@ -44,8 +44,9 @@ pub struct Stop {
     pub evaluations: usize,
 }
 
-/// Sums of squares that differ by less are equal: what rounding makes of a million terms.
-const ROUNDING: f64 = 1e-13;
+/// Sums of squares whose relative difference is less are equal: what rounding makes of a million
+/// terms.
+const ROUNDING: f64 = 1e-12;
 /// A coordinate moves at most so far in a step; none needs more where the model is good.
 const STRIDE: f64 = 3.0;
 /// The first radius, in deviations of the residuals: a coefficient moves by that much.
@@ -77,7 +78,10 @@ pub fn minimise(
         }
         radius = advance(&mut at, problem, &model.step(radius), radius);
     }
-    at
+    // Along a direction that hardly matters rounding may keep a search from the end of its way.
+    let depth = at.normal.model(&frozen(&at, problem.bounds())).depth();
+    let is_level = depth <= ROUNDING * at.normal.sum_of_squares;
+    Descent { end: if is_level { End::Minimum } else { End::Unfinished }, ..at }
 }
 
 impl Descent {

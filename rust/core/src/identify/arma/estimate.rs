@@ -11,7 +11,7 @@ use super::series::Series;
 
 /// Steps this small, in standard errors, let two searches agree to 1e-6 in well determined
 /// coefficients.
-pub const FINE: Stop = Stop { step: 1e-6, evaluations: 200 };
+pub const FINE: Stop = Stop { step: 1e-6, evaluations: 60 };
 
 /// What is made small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
