@@ -31,10 +31,12 @@ class Battery:
         Whether the record is stationary, and whether it has a unit root.
     jarque_bera, anderson_darling : Verdict
         Whether it is Gaussian.
-    slow : float
-        Part of the variance that is between the means of the segments.
+    segment_means : ndarray, shape (m,)
+        In the unit of the record; NaN where all samples are missing.
     segment : float
         Length of one, s.
+    slow : float
+        Part of the variance that is between the means of the segments.
     """
 
     means: ReverseArrangements
@@ -43,8 +45,9 @@ class Battery:
     adf: Verdict
     jarque_bera: Verdict
     anderson_darling: Verdict
-    slow: float
+    segment_means: Floats
     segment: float
+    slow: float
 
     @property
     def all(self) -> tuple[Verdict, ...]:
@@ -75,6 +78,7 @@ def tested(record: Floats, rate: float, count: int) -> Battery:
     There are fewer where a segment would have less than 10 samples.
     """
     count = min(count, record.size // _LEAST_SEGMENT)
+    means = np.array([_mean(part) for part in segments(record, count)])
     return Battery(
         means=reverse_arrangements(record, count, "mean"),
         variances=reverse_arrangements(record, count, "variance"),
@@ -82,15 +86,10 @@ def tested(record: Floats, rate: float, count: int) -> Battery:
         adf=adf(record),
         jarque_bera=jarque_bera(record),
         anderson_darling=anderson_darling(record),
-        slow=_slow(record, count),
+        segment_means=means,
         segment=record.size / count / rate,
+        slow=float(np.nanvar(means) / np.nanvar(record)),
     )
-
-
-def _slow(record: Floats, count: int) -> float:
-    centred = record - np.nanmean(record)
-    means = np.array([_mean(part) for part in segments(centred, count)])
-    return float(np.nanvar(means) / np.nanvar(centred))
 
 
 def _mean(values: Floats) -> float:

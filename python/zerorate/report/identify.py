@@ -8,7 +8,7 @@ from zerorate.report.identify_tables import tables
 from zerorate.report.tables import as_text
 from zerorate.report.text import WIDTH, bulleted, on_clock
 
-__all__ = ["format_identify", "format_log_notes"]
+__all__ = ["format_identify", "log_notes"]
 
 
 def format_identify(found: Sequence[Identification]) -> str:
@@ -27,9 +27,9 @@ def format_identify(found: Sequence[Identification]) -> str:
     return "\n\n\n".join("\n\n".join(_parts(one)) for one in found)
 
 
-def format_log_notes(log: Log) -> str:
-    """Return the sentences on a log's clock and columns, empty if there is nothing to say."""
-    return bulleted((*on_clock(log), *log.meta.get("notes", ())))
+def log_notes(log: Log) -> tuple[str, ...]:
+    """Return the sentences on a log's clock and columns."""
+    return (*on_clock(log), *log.meta.get("notes", ()))
 
 
 def _parts(found: Identification) -> Iterator[str]:

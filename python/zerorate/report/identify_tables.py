@@ -4,22 +4,20 @@ from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate.identify.model import ArmaModel
 from zerorate.identify.order import OrderSelection
 from zerorate.identify.phrases import model_name, per_cent
 from zerorate.identify.result import Identification
+from zerorate.identify.scores import CRITERIA, above_least
 from zerorate.identify.verdict import Verdict
 from zerorate.report.tables import Table
 from zerorate.report.text import significant, with_error
 
 __all__ = ["tables"]
 
-Floats = npt.NDArray[np.float64]
 Row = tuple[str, ...]
 
-_CRITERIA: Final = ("fpe", "aic", "aicc", "bic", "hq")
 _MARKS: Final = "* the least; < the clear choice, with the fewest coefficients within {:g} of it."
 
 
@@ -89,23 +87,23 @@ def _probability(test: Verdict) -> str:
 
 
 def _autoregressive(orders: OrderSelection, unit: str) -> Table:
-    shown = {name: _above_least(orders, name) for name in _CRITERIA}
+    shown = {name: above_least(orders, name) for name in CRITERIA}
     rows = [
         (
             str(order[0]),
             significant(float(np.sqrt(orders.sigma2[i])), 6),
-            *(_above(shown[name][i]) for name in _CRITERIA),
+            *(_above(shown[name][i]) for name in CRITERIA),
             _mark(orders, order),
         )
         for i, order in enumerate(orders.orders)
     ]
-    head = ("p", f"innovation [{unit}]", *(name.upper() for name in _CRITERIA), "")
+    head = ("p", f"innovation [{unit}]", *(name.upper() for name in CRITERIA), "")
     title = f"Orders of AR models: criteria above their least, chosen by {orders.criterion.upper()}"
     return Table(title, head, tuple(rows), note=_MARKS.format(orders.margin))
 
 
 def _grid(orders: OrderSelection) -> Table:
-    above = dict(zip(orders.orders, _above_least(orders, orders.criterion), strict=True))
+    above = dict(zip(orders.orders, above_least(orders, orders.criterion), strict=True))
     most_p, most_q = (max(axis) for axis in zip(*orders.orders, strict=True))
     rows = [
         (str(p), *(f"{_above(above[p, q])} {_mark(orders, (p, q)):2}" for q in range(most_q + 1)))
@@ -114,13 +112,6 @@ def _grid(orders: OrderSelection) -> Table:
     head = ("p", *(f"q = {q}   " for q in range(most_q + 1)))
     title = f"Orders of ARMA models: {orders.criterion.upper()} above its least"
     return Table(title, head, tuple(rows), note=_MARKS.format(orders.margin))
-
-
-def _above_least(orders: OrderSelection, name: str) -> Floats:
-    scores: Floats = getattr(orders, name)
-    # The only one that is not on the scale of N ln.
-    scores = orders.n * np.log(scores) if name == "fpe" else scores
-    return np.asarray(scores - scores.min())
 
 
 def _above(score: float) -> str:
