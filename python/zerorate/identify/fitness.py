@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from zerorate.identify.result import Identification
     from zerorate.identify.stationarity import ReverseArrangements
 
-__all__ = ["is_fit", "on_distribution", "on_fitness", "on_smoothing", "on_trend"]
+__all__ = ["is_fit", "on_distribution", "on_fitness", "on_smoothing"]
 
 _SHOWN_SPANS: Final = 3
 
@@ -28,6 +28,8 @@ _COARSE: Final = 0.5
 
 _ODD: Final = 0.1
 """Skewness, or half the excess kurtosis, below which a distribution is Gaussian in practice."""
+
+_REMEDY: Final = "take a linear trend off, or let the filter hold a random walk"
 
 
 def is_fit(found: Identification) -> bool:
@@ -44,38 +46,26 @@ def on_fitness(found: Identification) -> Iterator[str]:
             "describe the motion; cut the record to where it rests."
         )
     elif tests.adf.accepted:
-        yield (
-            "Not fit as it is: a unit root is not rejected, so the record may wander without "
-            "bound; take a linear trend off, or let the filter hold a random walk."
-        )
-    elif _wanders(tests):
-        yield (
-            f"Not fit as it is: {per_cent(tests.slow)} of the variance is between the means of "
-            f"segments of {significant(tests.segment)} s; take a linear trend off, or let the "
-            "filter hold a random walk."
-        )
+        yield f"Not fit as it is: a unit root is not rejected, so it may wander off; {_REMEDY}."
     elif tests.stationary:
         yield "Fit for modelling: at rest, and no test of stationarity sees a trend."
     else:
-        yield "Fit for modelling: at rest, and the drift that the tests see is small."
-
-
-def on_trend(found: Identification) -> Iterator[str]:
-    """Yield what the tests of stationarity reject, and how much of the record it concerns."""
-    tests = found.tests
-    if found.moving or tests.stationary:
-        return
-    yield (
-        f"Not strictly stationary: {listed(list(_trends(tests)))}; what is slower than segments "
-        f"of {significant(tests.segment)} s holds {per_cent(tests.slow)} of the variance."
-    )
+        trends = listed(list(_trends(tests)))
+        slow = (
+            f"{per_cent(tests.slow)} of the variance is slower than segments of "
+            f"{significant(tests.segment)} s"
+        )
+        if _wanders(tests):
+            yield f"Not fit as it is: {trends}; {slow}; {_REMEDY}."
+        else:
+            yield f"Fit for modelling: at rest, with a small drift: {trends}; {slow}."
 
 
 def on_distribution(found: Identification) -> Iterator[str]:
     """Yield why tests of normality reject, and whether that matters."""
     tests, survey = found.tests, found.survey
     steps = survey.step / survey.deviation
-    if found.moving or tests.gaussian:
+    if tests.gaussian or not is_fit(found):
         return
     if steps >= _COARSE and found.smooth == 1:
         yield (

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.identify.fitness import on_distribution, on_fitness, on_smoothing, on_trend
+from zerorate.identify.fitness import on_distribution, on_fitness, on_smoothing
 from zerorate.identify.phrases import model_name, per_cent
 from zerorate.report.text import significant
 
@@ -38,7 +38,6 @@ def judged(found: Identification) -> tuple[str, ...]:
     """
     parts = (
         on_fitness,
-        on_trend,
         on_distribution,
         on_smoothing,
         _on_order,
@@ -62,7 +61,7 @@ def _on_order(found: Identification) -> Iterator[str]:
             f"{rule} chooses {name}: the fewest coefficients within {orders.margin:g} of the "
             f"least, which {least} has."
         )
-    if sum(found.model.order):
+    if sum(found.model.order) and not found.moving:
         explained = max(0.0, 1.0 - found.model.sigma2 / float(np.nanvar(found.prepared.data)))
         yield f"The model explains {per_cent(explained)} of the variance."
 
@@ -92,7 +91,7 @@ def _on_coefficients(found: Identification) -> Iterator[str]:
 
 
 def _on_online(found: Identification) -> Iterator[str]:
-    if found.online is None:
+    if found.online is None or found.moving:
         return
     distance = np.abs(found.online.distance)
     far = float(np.nanmax(distance)) if np.isfinite(distance).any() else 0.0
@@ -104,5 +103,5 @@ def _on_online(found: Identification) -> Iterator[str]:
     else:
         yield (
             f"Learned online, the coefficients end up to {significant(far, 2)} standard errors "
-            "from these: the recursion had not converged."
+            "from these: the recursion had not settled."
         )

@@ -49,7 +49,13 @@ def draw_series(axes: Axes, found: Identification) -> None:
     for i, span in enumerate(found.moving):
         label = "_" if i else "not at rest"
         axes.axvspan(
-            span.start / seconds, span.end / seconds, color=ORANGE, alpha=0.35, lw=0.0, label=label
+            span.start / seconds,
+            span.end / seconds,
+            color=ORANGE,
+            alpha=0.35,
+            lw=0.0,
+            zorder=0,
+            label=label,
         )
     axes.set_xlim(0.0, duration / seconds)
     axes.set_ylim(*limits(np.concatenate((least, most)), 0.15, 0.35))
