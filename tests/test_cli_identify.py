@@ -95,7 +95,7 @@ class TestText:
         for part in (
             "Record",
             "Tests",
-            "Orders of AR",
+            "Orders of AR models",
             "Orders of ARMA",
             "Coefficients",
             "Verdict",
@@ -123,8 +123,8 @@ class TestText:
             (("--smooth", "5"), "Smoothed over 5 samples"),
             (("--outliers", "hampel"), "outlier"),
             (("--outliers", "moving-average"), "outlier"),
-            (("--trend", "linear"), "linear"),
-            (("--decimate", "4"), "4"),
+            (("--trend", "linear"), "straight line was taken off"),
+            (("--decimate", "4"), "one sample of 4 kept"),
             (("--method", "exact", "--order", "1,1"), "exact"),
         ],
     )
@@ -233,7 +233,7 @@ USAGE = {
     "outliers": (("--outliers", "all"), "'all' is not one of"),
     "trend": (("--trend", "cubic"), "'cubic' is not one of"),
     "decimate": (("--decimate", "0"), "decimate"),
-    "decimate beyond": (("--decimate", "100"), "needs at least 200 samples"),
+    "decimate beyond": (("--decimate", "100"), "decimation"),
     "method": (("--method", "guess"), "'guess' is not one of"),
     "unit": (("--unit", "furlong"), "unknown unit 'furlong'"),
     "rate": (("--rate", "-5"), "rate"),

@@ -92,10 +92,10 @@ class TestKnownModel:
     def test_missing_samples(self):
         z = arma()
         z[4000:5000] = np.nan
-        z[::997] = np.nan
+        z[::3000] = np.nan
         other = identify(z, RATE)
         assert other.survey.missing == np.isnan(z).sum()
-        assert other.survey.stretches == 15
+        assert other.survey.stretches == 6
         assert other.model.order == (2, 1)
         errors = other.model.standard_errors
         np.testing.assert_array_less(np.abs(other.model.phi - PHI), 4.0 * errors[:2])
@@ -149,14 +149,14 @@ class TestVerdict:
         assert "Not Gaussian" not in said(found)
 
     def test_heavy_tails(self):
-        z = np.random.default_rng(1).standard_t(4.0, 15_000)
+        z = np.random.default_rng(1).laplace(size=15_000)
         assert "Not Gaussian" in said(identify(z, RATE))
 
     def test_smoothing_makes_correlation(self):
         found = identify(white(), RATE, smooth=5)
         assert "alone correlates white noise by 0.8 at lag 1" in said(found)
         # Bartlett's bound for a moving average is wider than that of white noise: three of them.
-        assert found.correlogram.acf[1] == pytest.approx(0.8, abs=3.0 * found.correlogram.bound)
+        assert found.correlogram.acf[0] == pytest.approx(0.8, abs=3.0 * found.correlogram.bound)
 
     def test_much_data_reject_what_does_not_matter(self):
         # An echo of 1 %, far beyond the lags of any model of the grid.
@@ -164,7 +164,7 @@ class TestVerdict:
         z = a + 0.02 * np.roll(a, 12)
         found = identify(z, RATE)
         assert not found.whiteness.white
-        assert "not quite white (Ljung-Box), but only 0.0" in said(found)
+        assert "not quite white (Ljung-Box); 0.0" in said(found)
 
 
 class TestNumbers:
@@ -230,7 +230,7 @@ class TestFaults:
             ({"max_order": 5000}, "max_order"),
             ({"smooth": 0}, "smooth"),
             ({"outliers": "scissors"}, "outliers"),
-            ({"trend": "cubic"}, "trend"),
+            ({"trend": "cubic"}, "must be one of 'mean', 'linear'"),
             ({"decimate": 0}, "decimate|factor"),
             ({"decimate": 50}, "identification after decimation needs at least 200 samples"),
             ({"segments": 1}, "segments"),

@@ -54,6 +54,11 @@ def found(request):
     return identify(RECORDS[request.param], RATE, name=request.param, unit="deg/s")
 
 
+@pytest.fixture(scope="module")
+def one():
+    return identify(RECORDS["coloured"], RATE, name="x", unit="deg/s")
+
+
 def by_title(figure, start):
     (axes,) = (axes for axes in figure.axes if axes.get_title().startswith(start))
     return axes
@@ -78,40 +83,36 @@ def test_the_page_is_180_mm_wide(found):
 
 
 class TestPanels:
-    @pytest.fixture(scope="class")
-    def found(self):
-        return identify(RECORDS["coloured"], RATE, name="x", unit="deg/s")
-
-    def test_correlation(self, found):
-        axes = by_title(found.plot(), "autocorrelation of the record")
+    def test_correlation(self, one):
+        axes = by_title(one.plot(), "autocorrelation of the record")
         points = next(line for line in axes.lines if line.get_marker() == "o")
-        np.testing.assert_array_equal(points.get_ydata(), found.correlogram.acf[1:])
+        np.testing.assert_array_equal(points.get_ydata(), one.correlogram.acf)
 
-    def test_orders(self, found):
-        axes = by_title(found.plot(), "orders of ARMA models")
+    def test_orders(self, one):
+        axes = by_title(one.plot(), "orders of ARMA models")
         marks = [line for line in axes.lines if len(line.get_xdata()) == 1]
-        orders = found.arma_orders
+        orders = one.arma_orders
         assert [line.get_xdata()[0] for line in marks] == [orders.minimum[0], orders.clear[0]]
         assert marks[0].get_ydata()[0] == 0.0
         assert 0.0 <= marks[1].get_ydata()[0] <= orders.margin
         assert [marks[0].get_markerfacecolor(), marks[1].get_markerfacecolor()][0] == "white"
 
-    def test_online_ends_in_the_band(self, found):
-        axes = by_title(found.plot(), "coefficients learned online")
+    def test_online_ends_in_the_band(self, one):
+        axes = by_title(one.plot(), "coefficients learned online")
         labelled = [line for line in axes.lines if not line.get_label().startswith("_")]
         assert [line.get_label() for line in labelled] == ["φ₁", "φ₂", "θ₁"]
         for i, line in enumerate(labelled):
-            assert line.get_ydata()[-1] == found.online.last[i]
+            assert line.get_ydata()[-1] == one.online.last[i]
 
-    def test_the_spectrum_of_the_model_is_that_of_the_record(self, found):
-        axes = by_title(found.plot(), "spectrum")
+    def test_the_spectrum_of_the_model_is_that_of_the_record(self, one):
+        axes = by_title(one.plot(), "spectrum")
         record, _, model = axes.lines
         level = np.interp(record.get_xdata(), model.get_xdata(), model.get_ydata())
         # Bands average at least ten lines each, so that ratios scatter by a third at most.
         assert np.median(record.get_ydata() / level) == pytest.approx(1.0, abs=0.1)
 
-    def test_quantiles_of_gaussian_residuals_are_straight(self, found):
-        axes = by_title(found.plot(), "quantiles")
+    def test_quantiles_of_gaussian_residuals_are_straight(self, one):
+        axes = by_title(one.plot(), "quantiles")
         points = next(line for line in axes.lines if line.get_marker() == "o")
         x, y = points.get_xydata().T
         middle = np.abs(x) < 2.0

@@ -11,6 +11,7 @@ import numpy as np
 
 from zerorate._native import __version__
 from zerorate.identify.fitness import is_fit
+from zerorate.identify.scores import CRITERIA
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -54,7 +55,7 @@ def as_dict(found: Identification) -> dict[str, Any]:
         "unit": found.unit,
         "record": {**_named(found.survey), "duration": found.survey.duration},
         "moving": [[span.start, span.end] for span in found.moving],
-        "changes": [_named(change) for change in found.prepared.changes],
+        "changes": [change._asdict() for change in found.prepared.changes],
         "modelled_rate": found.prepared.rate,
         "tests": [_named(test) for test in (*found.tests.all, found.whiteness.ljung_box)],
         "slow": {"part": found.tests.slow, "segment": found.tests.segment},
@@ -79,7 +80,9 @@ def _named(record: Any) -> dict[str, Any]:  # noqa: ANN401
 
 
 def _orders(orders: OrderSelection) -> dict[str, Any]:
-    return {**_named(orders), "orders": [list(order) for order in orders.orders]}
+    scores = {name: getattr(orders, name) for name in CRITERIA}
+    choice = {"minimum": orders.minimum, "clear": orders.clear}
+    return {**_named(orders), **scores, **choice}
 
 
 def _model(model: ArmaModel) -> Any:  # noqa: ANN401

@@ -109,9 +109,9 @@ def _trends(tests: Battery) -> Iterator[str]:
 
 
 def _trend(test: ReverseArrangements, what: str) -> str:
-    way = "fall" if test.statistic > test.upper else "rise"
+    way = "rise" if test.z_score > 0.0 else "fall"
     bounds = f"{test.lower:.0f} to {test.upper:.0f}"
-    return f"the {what} of {test.n} segments {way} (A = {test.statistic:.0f}, at rest {bounds})"
+    return f"the {what} of {test.segments} segments {way} (A = {test.reversals}, not {bounds})"
 
 
 def _oddity(tests: Battery) -> float:

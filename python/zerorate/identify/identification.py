@@ -10,7 +10,7 @@ from zerorate.identify.arma import fit_arma
 from zerorate.identify.autoregression import fit_ar
 from zerorate.identify.battery import tested
 from zerorate.identify.online import learned_online
-from zerorate.identify.order import select_order
+from zerorate.identify.order import Criterion, select_order
 from zerorate.identify.prepare import Prepared, prepare
 from zerorate.identify.records import as_record
 from zerorate.identify.rest import moving_spans
@@ -22,7 +22,6 @@ from zerorate.io.rates import checked_rate
 __all__ = ["LEAST_SAMPLES", "Criterion", "Method", "Preparation", "identify"]
 
 Floats = npt.NDArray[np.float64]
-Criterion = Literal["fpe", "aic", "aicc", "bic", "hq"]
 Method = Literal["css", "exact"]
 
 LEAST_SAMPLES: Final = 200

@@ -74,8 +74,8 @@ def _on_residuals(found: Identification) -> Iterator[str]:
     rest = per_cent(white.predictable)
     if white.predictable < _MATTERS:
         yield (
-            f"The residuals are not quite white (Ljung-Box), but only {rest} of their variance "
-            "could still be predicted."
+            f"The residuals are not quite white (Ljung-Box); {rest} of their variance could still "
+            "be predicted, which hardly matters."
         )
     else:
         yield (
@@ -85,9 +85,8 @@ def _on_residuals(found: Identification) -> Iterator[str]:
 
 
 def _on_coefficients(found: Identification) -> Iterator[str]:
-    if not found.model.converged:
-        yield "The search for the coefficients did not come to its end: take another order."
-    yield from found.model.notes
+    for note in found.model.notes:
+        yield f"{note[0].upper()}{note[1:]}."
 
 
 def _on_online(found: Identification) -> Iterator[str]:

@@ -1,16 +1,19 @@
 """Criteria of order as differences that mean the same for each of them."""
 
+from dataclasses import replace
+from typing import Final
+
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.identify.order import OrderSelection
+from zerorate.identify.order import Criterion, OrderSelection
 
 __all__ = ["CRITERIA", "above_least"]
 
-CRITERIA = ("fpe", "aic", "aicc", "bic", "hq")
+CRITERIA: Final[tuple[Criterion, ...]] = ("fpe", "aic", "aicc", "bic", "hq")
 
 
-def above_least(orders: OrderSelection, name: str) -> npt.NDArray[np.float64]:
+def above_least(orders: OrderSelection, name: Criterion) -> npt.NDArray[np.float64]:
     """Return how far a criterion is above its least for every order, on the scale of N ln.
 
     Parameters
@@ -20,7 +23,5 @@ def above_least(orders: OrderSelection, name: str) -> npt.NDArray[np.float64]:
     name : str
         One of `CRITERIA`.
     """
-    scores = getattr(orders, name)
-    # The only one that is a variance.
-    scores = orders.n * np.log(scores) if name == "fpe" else scores
+    scores = replace(orders, criterion=name).scores
     return np.asarray(scores - scores.min())

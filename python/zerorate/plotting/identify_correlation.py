@@ -79,7 +79,7 @@ def _parts(n: int) -> Floats:
 
 
 def _draw_lags(axes: Axes, correlogram: Correlogram, values: Floats, colour: str) -> None:
-    lags, shown = correlogram.lags[1:], values[1:]
+    lags, shown = correlogram.lags, np.nan_to_num(values)
     axes.axhspan(-correlogram.bound, correlogram.bound, color=GREY, lw=0.0)
     axes.axhline(0.0, color=BLACK, lw=0.4)
     axes.vlines(lags, 0.0, shown, color=colour, lw=0.8)

@@ -55,10 +55,16 @@ def _facts(found: Identification) -> Iterator[Row]:
 
 def _tests(found: Identification) -> Table:
     head = ("test", "of", "statistic", "accepted, 5 %", "p", "result")
-    tests = (*found.tests.all, found.whiteness.ljung_box)
-    names = (*(test.name for test in found.tests.all), "Ljung-Box of the residuals")
-    rows = (_tested(name, test) for name, test in zip(names, tests, strict=True))
-    return Table("Tests", head, tuple(rows), words=2)
+    means, variances, *others = found.tests.all
+    named = (
+        (f"{means.name} of means", means),
+        (f"{variances.name} of variances", variances),
+        *((test.name, test) for test in others),
+        ("Ljung-Box of the residuals", found.whiteness.ljung_box),
+    )
+    rows = tuple(_tested(name, test) for name, test in named)
+    note = "; ".join(dict.fromkeys(test.note for _, test in named if test.note))
+    return Table("Tests", head, rows, words=2, note=note)
 
 
 def _tested(name: str, test: Verdict) -> Row:
@@ -170,7 +176,7 @@ def _padded(cells: list[str], count: int) -> list[str]:
 
 
 def _residuals(found: Identification) -> Table:
-    white, lags = found.whiteness, len(found.whiteness.correlogram.lags) - 1
+    white, lags = found.whiteness, found.whiteness.correlogram.lags.size
     rows = (
         ("lags beyond the 5 % bounds", f"{white.outside} of {lags}, {0.05 * lags:g} expected"),
         ("variance still predictable", per_cent(white.predictable)),
