@@ -29,8 +29,16 @@ __all__ = [
     "Trace",
     "__version__",
     "allan_deviations",
+    "arma_residuals",
+    "autoregression_variances",
     "chi_squared_quantile",
+    "chi_squared_survival",
+    "fit_autoregression",
+    "lagged_products",
+    "log_normal_cdf",
     "longest_factor",
+    "reversals",
+    "without_outliers",
 ]
 
 __version__: Final[str]
@@ -48,6 +56,15 @@ class _Params(TypedDict):
     noise: _Noise
     startup: float
     scale: float | None
+
+class _Start(TypedDict):
+    offset: float | _Floats
+    scale: float | _Floats
+    coefficients: _Floats
+    covariance: _Floats
+    measurement_noise: float | _Floats
+    process_noise: float | _Floats
+    state_covariance: _Floats
 
 @final
 class DriftFilter:
@@ -67,6 +84,8 @@ class DriftFilter:
         startup: float = 1.0,
         scale: float | None = None,
     ) -> Self: ...
+    @staticmethod
+    def started(start: _Start, **params: Any) -> DriftFilter: ...
     def update(self, z: _Sample) -> Any: ...
     def process(
         self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
@@ -110,6 +129,8 @@ class DriftFilter:
     def order(self) -> tuple[int, int]: ...
     @property
     def method(self) -> _Method: ...
+    @property
+    def start(self) -> _Start | None: ...
     @property
     def params(self) -> _Params: ...
 
@@ -231,7 +252,17 @@ class StreamingAllan:
     @property
     def hadamard_terms(self) -> _Counts: ...
 
+def autoregression_variances(
+    z: npt.ArrayLike, order: int, method: str, constant: bool
+) -> tuple[_Floats, int]: ...
 def chi_squared_quantile(probability: float, edf: npt.ArrayLike) -> _Floats: ...
+def chi_squared_survival(value: float, freedom: float) -> float: ...
+def log_normal_cdf(x: npt.ArrayLike) -> _Floats: ...
+def lagged_products(z: npt.ArrayLike, lags: int) -> tuple[_Floats, _Counts]: ...
+def reversals(z: npt.ArrayLike) -> tuple[int, int, float]: ...
+def without_outliers(
+    z: npt.ArrayLike, width: int, threshold: float, least_deviation: float
+) -> tuple[_Floats, _Counts]: ...
 def allan_deviations(
     z: npt.ArrayLike,
     factors: Sequence[int] | _Counts,
@@ -239,4 +270,14 @@ def allan_deviations(
     bridge: int = 0,
     threads: int | None = None,
 ) -> tuple[_Floats, _Counts, _Counts]: ...
+def fit_autoregression(
+    z: npt.ArrayLike, order: int, method: str, constant: bool
+) -> tuple[_Floats, float, float, _Floats, int, float]: ...
 def longest_factor(kind: str, n: int) -> int: ...
+def arma_residuals(
+    z: npt.ArrayLike,
+    phi: Sequence[float],
+    theta: Sequence[float],
+    centre: float,
+    constant: float,
+) -> _Floats: ...

@@ -22,6 +22,11 @@ impl<F: Clone> Bank<F> {
         Self { filters: vec![filter.clone(); channels] }
     }
 
+    /// These filters side by side, one a channel.
+    pub fn of(filters: Vec<F>) -> Self {
+        Self { filters }
+    }
+
     /// The filters, one a channel.
     pub fn filters(&self) -> &[F] {
         &self.filters

@@ -1,6 +1,8 @@
 //! The whole method: learn the model, measure the noise, filter, adapt.
 #![allow(non_snake_case)]
 
+mod started;
+
 use nalgebra::{SMatrix, SVector, SimdBool};
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +13,7 @@ use crate::kalman::{self, Belief, Correction};
 use crate::params::Params;
 use crate::real::{Limits, Real, choose};
 use crate::rls::Rls;
+use crate::start::Start;
 use crate::startup::{Scaling, Startup};
 use crate::symmetric::Symmetric;
 
@@ -188,6 +191,7 @@ pub struct DriftFilter<T, const N: usize, const M: usize> {
     estimate: T,
     missing: bool,
     guarded: bool,
+    start: Option<Start<T, N, M>>,
 }
 
 impl<T, const N: usize, const M: usize> DriftFilter<T, N, M>
@@ -209,6 +213,7 @@ where
             estimate: T::zero(),
             missing: false,
             guarded: false,
+            start: None,
         })
     }
 
@@ -348,7 +353,11 @@ where
     }
 
     fn reset(&mut self) {
-        if let Ok(fresh) = Self::new(self.params) {
+        let fresh = match self.start {
+            None => Self::new(self.params),
+            Some(start) => Self::started(self.params, start),
+        };
+        if let Ok(fresh) = fresh {
             *self = fresh;
         }
     }

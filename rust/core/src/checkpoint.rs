@@ -9,7 +9,7 @@ use crate::error::Error;
 
 const SIGNATURE: [u8; 4] = *b"ZRTE";
 /// Changes whenever the content of any filter does.
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 const HEADER: usize = 14;
 const CHECKSUM: usize = 4;
 

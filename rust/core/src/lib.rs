@@ -31,6 +31,7 @@ pub mod kalman;
 mod params;
 mod real;
 mod rls;
+mod start;
 mod startup;
 mod symmetric;
 
@@ -42,5 +43,6 @@ pub use filter::Filter;
 pub use params::{Method, Params};
 pub use real::{Limits, Real};
 pub use rls::{RecursiveLeastSquares, Rls, RlsParams};
+pub use start::Start;
 pub use startup::{Scaling, Startup};
 pub use symmetric::Symmetric;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::filter::Filter;
 use crate::real::{Limits, Real, choose};
+use crate::start::{Factors, Start};
 use crate::startup::{Scaling, Startup};
 
 /// Least squares on normalised samples, `N = p + 1`, `M = p + q + 1`.
@@ -186,6 +187,24 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
         if Self::Q > 0 {
             self.history[Self::P] = residual;
         }
+    }
+}
+
+impl<T, const N: usize, const M: usize> Rls<T, N, M>
+where
+    T: Limits + Real<Element = T, SimdBool = bool>,
+{
+    /// Knows what `start` says.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if its covariance is none.
+    pub fn started(forgetting_factor: f64, start: &Start<T, N, M>) -> Result<Self, Error> {
+        let Factors { unit_upper, diagonal } = Factors::of("covariance", &start.covariance)?;
+        let parameters = start.normalised_coefficients();
+        let mut rls = Self { parameters, unit_upper, diagonal, ..Self::new(forgetting_factor) };
+        let excess = (rls.trace() / T::of(M as f64)).at_least(T::one());
+        rls.diagonal /= excess;
+        Ok(rls)
     }
 }
 

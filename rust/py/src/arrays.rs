@@ -1,7 +1,7 @@
 //! Every check and conversion of an array.
 
 use numpy::ndarray::{Axis, Ix2};
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyList, PyTuple};
@@ -91,6 +91,18 @@ pub fn columns(z: &Bound<'_, PyAny>) -> PyResult<Columns> {
         }
     }
     Ok(Columns { values, axes })
+}
+
+/// One axis, shape `(n,)`, to be read in place; an array is copied only if it is not contiguous.
+pub fn axis<'py>(z: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
+    let floats = floats(z)?;
+    let array = aligned(&floats)?;
+    check_shape(array.shape().len() == 1, "(n,)", array.shape())?;
+    let plain = match is_plain(&array) {
+        true => array.into_any(),
+        false => array.call_method1("copy", ("C",))?,
+    };
+    Ok(plain.cast_into::<PyArray1<f64>>()?.try_readonly()?)
 }
 
 fn check_shape(fits: bool, expected: &str, shape: &[usize]) -> PyResult<()> {

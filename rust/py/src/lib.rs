@@ -26,9 +26,19 @@ mod _native {
     #[pymodule_export]
     use crate::drift::trace::Trace;
     #[pymodule_export]
+    use crate::identify::autoregression::{autoregression_variances, fit_autoregression};
+    #[pymodule_export]
+    use crate::identify::outliers::without_outliers;
+    #[pymodule_export]
+    use crate::identify::products::lagged_products;
+    #[pymodule_export]
+    use crate::identify::residuals::arma_residuals;
+    #[pymodule_export]
+    use crate::identify::reversals::reversals;
+    #[pymodule_export]
     use crate::least_squares::RecursiveLeastSquares;
     #[pymodule_export]
-    use crate::statistics::chi_squared_quantile;
+    use crate::statistics::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
     #[pymodule_export]
     use crate::streaming::StreamingAllan;
     use pyo3::prelude::*;

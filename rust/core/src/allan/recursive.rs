@@ -97,6 +97,19 @@ impl<T: Real> AllanNoise<T> {
         }
     }
 
+    /// Stands at `variance`, with the weight that `samples` samples without a gap would have.
+    pub(crate) fn believe(&mut self, variance: T, samples: u64) {
+        let order = match self.kind {
+            AllanKind::Allan => 1,
+            AllanKind::Hadamard => 2,
+        };
+        let differences = T::of(samples.saturating_sub(order) as f64);
+        self.variance = variance;
+        let faded = self.fading.simd_powf(differences);
+        let sum = (T::one() - faded) / (T::one() - self.fading);
+        self.weight_sum = choose(self.fading.simd_lt(T::one()), sum, differences);
+    }
+
     /// The same estimator after its samples were shifted by `offset` and divided by `scale`.
     pub(crate) fn rescaled(&self, offset: T, scale: T) -> Self {
         let ratio = T::one() / scale;

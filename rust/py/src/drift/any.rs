@@ -3,8 +3,9 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use zerorate_core::checkpoint::{self, Kind, Label};
-use zerorate_core::{Bank, DriftFilter, Error, Filter, Params};
+use zerorate_core::{Bank, DriftFilter, Error, Filter, Params, Start};
 
+use super::start::Known;
 use super::trace::Record;
 use crate::errors::NativeError;
 use crate::stream::{Labelled, Stream};
@@ -18,6 +19,8 @@ pub trait AnyDrift: Stream + std::fmt::Debug {
     fn guard_counts(&self) -> Vec<u64>;
     fn ready(&self) -> Vec<bool>;
     fn readings(&self) -> Vec<Readings>;
+    /// One a channel, none for filters that learned their start themselves.
+    fn starts(&self) -> Vec<Known>;
     fn trace(&mut self, rows: &[f64]) -> Record;
 }
 
@@ -61,6 +64,10 @@ impl<const N: usize, const M: usize> AnyDrift for Labelled<DriftFilter<f64, N, M
 
     fn readings(&self) -> Vec<Readings> {
         self.bank.filters().iter().map(readings).collect()
+    }
+
+    fn starts(&self) -> Vec<Known> {
+        self.bank.filters().iter().filter_map(DriftFilter::start).map(Known::from).collect()
     }
 
     fn trace(&mut self, rows: &[f64]) -> Record {
@@ -160,6 +167,26 @@ fn new_sized<const N: usize, const M: usize>(
 ) -> PyResult<Box<dyn AnyDrift>> {
     let filter = DriftFilter::<f64, N, M>::new(params).map_err(NativeError::from)?;
     let bank = Bank::new(&filter, channels);
+    Ok(Box::new(Labelled { label: label(Kind::DriftFilter, N, M), bank }))
+}
+
+/// A bank of filters that are ready, one for each start.
+pub fn started(
+    order: (usize, usize),
+    params: Params,
+    starts: &[Known],
+) -> PyResult<Box<dyn AnyDrift>> {
+    let (p, q) = (order.0 as i64, order.1 as i64);
+    for_order!(order, started_sized(params, starts), Err(order_error((p, q))))
+}
+
+fn started_sized<const N: usize, const M: usize>(
+    params: Params,
+    starts: &[Known],
+) -> PyResult<Box<dyn AnyDrift>> {
+    let started = |known| DriftFilter::<f64, N, M>::started(params, Start::from(known));
+    let filters = starts.iter().map(started).collect::<Result<_, _>>();
+    let bank = Bank::of(filters.map_err(NativeError::from)?);
     Ok(Box::new(Labelled { label: label(Kind::DriftFilter, N, M), bank }))
 }
 

@@ -1,6 +1,7 @@
 //! The drift filter for Python.
 
 pub mod any;
+mod start;
 pub mod trace;
 
 use pyo3::exceptions::PyValueError;
@@ -136,6 +137,39 @@ impl DriftFilter {
         Ok(Self::wrap(channels, filter))
     }
 
+    /// A filter that is ready at its first sample because its signal is known already.
+    ///
+    /// ``ArmaModel.to_filter`` makes such filters from a record. R and the weight of Sage-Husa
+    /// stand as if ``startup`` seconds had been spent; ``process_noise`` and ``scale`` of the
+    /// parameters are not used.
+    ///
+    /// Parameters
+    /// ----------
+    /// start : dict
+    ///     With channels every array has a first axis (k,). ``offset`` and ``scale``, the mean and
+    ///     deviation of the signal; ``coefficients`` [φ…, θ…, c], (p + q + 1,); ``covariance`` of
+    ///     [φ…, θ…, c / scale] over the noise variance, samples being centred and scaled,
+    ///     (p + q + 1, p + q + 1); variances ``measurement_noise`` R and ``process_noise`` G₀₀;
+    ///     ``state_covariance`` P before the first sample, (p + 1, p + 1).
+    /// **params
+    ///     Those of ``DriftFilter``.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A parameter or a part of the start is missing, of another shape, or out of range.
+    /// TypeError
+    ///     A part of the start does not hold numbers.
+    #[staticmethod]
+    #[pyo3(signature = (start, **params))]
+    fn started(start: &Bound<'_, PyDict>, params: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let plain = start.py().get_type::<Self>().call((), params)?;
+        let plain = plain.cast::<Self>()?.borrow();
+        let starts = start::read(start, plain.shared.channels, plain.order)?;
+        let filter = any::started(plain.order, plain.params, &starts)?;
+        Ok(Self::wrap(plain.shared.channels, filter))
+    }
+
     /// Takes one sample, answers the filtered rate at once: float to float, with channels (k,) to
     /// (k,).
     #[inline]
@@ -178,7 +212,7 @@ impl DriftFilter {
         Trace::new(py, record, this.shared.channels, this.order)
     }
 
-    /// Back to before the first sample, with the same parameters.
+    /// Back to before the first sample, with the same parameters and the same start.
     fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
         exclusive(slf)?.shared.filter.reset();
         Ok(())
@@ -334,7 +368,19 @@ impl DriftFilter {
         Ok(method_name(reading(slf)?.params.method))
     }
 
-    /// Every argument that makes such a filter anew: ``DriftFilter(**f.params)``.
+    /// What ``DriftFilter.started`` was given, None for a filter that learns it from its start-up.
+    #[getter]
+    fn start<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let starts = this.shared.filter.starts();
+        if starts.is_empty() {
+            return Ok(None);
+        }
+        start::write(py, &starts, &this.shared, this.order).map(Some)
+    }
+
+    /// Every argument that makes such a filter anew: ``DriftFilter(**f.params)``, or
+    /// ``DriftFilter.started(f.start, **f.params)`` for one that was started.
     #[getter]
     fn params<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, this) = (slf.py(), reading(slf)?);

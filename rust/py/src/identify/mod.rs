@@ -1,1 +1,7 @@
 //! Offline identification for Python.
+
+pub mod autoregression;
+pub mod outliers;
+pub mod products;
+pub mod residuals;
+pub mod reversals;

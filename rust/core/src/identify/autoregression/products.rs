@@ -1,0 +1,176 @@
+//! Sums of lagged products over a record, in one pass.
+
+use nalgebra::DMatrix;
+
+use super::centre::Centre;
+use super::kernel::{Kernel, TILE};
+use crate::identify::stretches;
+
+/// Samples that are centred together and then multiplied while they are in the nearest cache.
+const BLOCK: usize = 2048;
+
+/// Sums over the samples y_t of each stretch from t = `order` on, and what lies at its ends.
+#[derive(Debug, Clone)]
+pub struct LagProducts {
+    order: usize,
+    /// How many samples are summed.
+    n: usize,
+    /// How many samples there are.
+    present: usize,
+    /// Of y_t y_(t-j); beyond the order, up to a multiple of a tile, nothing of use.
+    products: Vec<f64>,
+    /// The same of the samples before t = order.
+    early: Vec<f64>,
+    /// Of y_t.
+    sum: f64,
+    /// What a sum of products y_(t-i) y_(t-j), and of y_(t-i), gains one lag further back.
+    edges: DMatrix<f64>,
+    edge_sums: Vec<f64>,
+}
+
+impl LagProducts {
+    /// Sums up to the lag `order`, once `centre` is taken off the samples.
+    pub fn of(record: &[f64], order: usize, centre: Centre) -> Self {
+        let mut pass = Pass::new(order, centre);
+        let mut sums = Self::zero(order);
+        // A record without gaps needs no search for them.
+        if sums.add(&mut pass, record).is_none() {
+            sums = Self::zero(order);
+            stretches(record).for_each(|stretch| {
+                let _overflown = sums.add(&mut pass, stretch);
+            });
+        }
+        sums
+    }
+
+    fn zero(order: usize) -> Self {
+        Self {
+            order,
+            n: 0,
+            present: 0,
+            products: vec![0.0; (order + 1).next_multiple_of(TILE)],
+            early: vec![0.0; order + 1],
+            sum: 0.0,
+            edges: DMatrix::zeros(order, order),
+            edge_sums: vec![0.0; order],
+        }
+    }
+
+    /// How many samples have `order` others before them in their stretch.
+    pub fn n(&self) -> usize {
+        self.n
+    }
+
+    /// How many samples there are.
+    pub fn present(&self) -> usize {
+        self.present
+    }
+
+    /// Sum of the squares of all samples.
+    pub fn energy(&self) -> f64 {
+        self.products[0] + self.early[0]
+    }
+
+    /// Sums of y_t y_(t-j) over all pairs in a stretch, j = 0..=order.
+    pub fn over_all_pairs(&self) -> Vec<f64> {
+        self.products.iter().zip(&self.early).map(|(late, early)| late + early).collect()
+    }
+
+    /// Sums of the products of `[1, y_(t-1), ..., y_(t-order), y_t]`, the first only if asked for.
+    pub fn gram(&self, constant: bool) -> DMatrix<f64> {
+        let (lagged, sums) = self.lagged();
+        let first = usize::from(constant);
+        let size = self.order + 1 + first;
+        let lag = |column: usize| if column + 1 == size { 0 } else { column + 1 - first };
+        DMatrix::from_fn(size, size, |i, j| match (i.min(j), i.max(j)) {
+            (0, 0) if constant => self.n as f64,
+            (0, j) if constant => sums[lag(j)],
+            (i, j) => lagged[(lag(i), lag(j))],
+        })
+    }
+
+    /// Sums of y_(t-i) y_(t-j) and of y_(t-i): one lag further back, only the ends differ.
+    fn lagged(&self) -> (DMatrix<f64>, Vec<f64>) {
+        let mut sums = vec![self.sum];
+        let mut lagged = DMatrix::zeros(self.order + 1, self.order + 1);
+        for i in 0..=self.order {
+            (lagged[(0, i)], lagged[(i, 0)]) = (self.products[i], self.products[i]);
+        }
+        for i in 0..self.order {
+            sums.push(sums[i] + self.edge_sums[i]);
+            for j in 0..self.order {
+                lagged[(i + 1, j + 1)] = lagged[(i, j)] + self.edges[(i, j)];
+            }
+        }
+        (lagged, sums)
+    }
+
+    /// Adds a stretch; `None` once a sum is not finite.
+    fn add(&mut self, pass: &mut Pass, stretch: &[f64]) -> Option<()> {
+        self.present += stretch.len();
+        let late = stretch.len().saturating_sub(self.order);
+        for start in (0..late).step_by(BLOCK) {
+            let block = &stretch[start..stretch.len().min(start + BLOCK + self.order)];
+            self.sum += pass.add_block(block, &mut self.products)?;
+        }
+        self.n += late;
+        self.add_ends(pass.centre, stretch)
+    }
+
+    fn add_ends(&mut self, centre: Centre, stretch: &[f64]) -> Option<()> {
+        let order = self.order;
+        let value = |t: usize| centre.taken_off(stretch[t]);
+        let first: Vec<f64> = (0..order.min(stretch.len())).map(value).collect();
+        for t in 0..first.len() {
+            for j in 0..=t {
+                self.early[j] += first[t] * first[t - j];
+            }
+        }
+        if stretch.len() > order {
+            let last: Vec<f64> = (stretch.len() - order..stretch.len()).map(value).collect();
+            self.add_edges(&first, &last);
+        }
+        self.early[0].is_finite().then_some(())
+    }
+
+    fn add_edges(&mut self, first: &[f64], last: &[f64]) {
+        let back = |values: &[f64], i: usize| values[self.order - 1 - i];
+        for i in 0..self.order {
+            self.edge_sums[i] += back(first, i) - back(last, i);
+            for j in 0..self.order {
+                self.edges[(i, j)] +=
+                    back(first, i) * back(first, j) - back(last, i) * back(last, j);
+            }
+        }
+    }
+}
+
+/// What a pass over a record needs.
+struct Pass {
+    centre: Centre,
+    order: usize,
+    kernel: Kernel,
+    /// Zeros before the samples, for lags beyond the order.
+    buffer: Vec<f64>,
+    padding: usize,
+}
+
+impl Pass {
+    fn new(order: usize, centre: Centre) -> Self {
+        let start = (order + 1).next_multiple_of(TILE) - 1;
+        let buffer = vec![0.0; start + BLOCK];
+        Self { centre, order, kernel: Kernel::new(), buffer, padding: start - order }
+    }
+
+    /// Adds the products of all samples of a block but the first `order` with those before them;
+    /// answers the sum of these samples if all of the block are finite.
+    fn add_block(&mut self, block: &[f64], products: &mut [f64]) -> Option<f64> {
+        let (early, late) = block.split_at(self.order);
+        let start = self.padding + self.order;
+        let end = start + late.len();
+        let before = self.kernel.centre(self.centre, early, &mut self.buffer[self.padding..start]);
+        let sum = self.kernel.centre(self.centre, late, &mut self.buffer[start..end]);
+        self.kernel.add_products(&self.buffer[..end], start, products);
+        (before + sum).is_finite().then_some(sum)
+    }
+}

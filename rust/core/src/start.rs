@@ -1,0 +1,180 @@
+//! What is known of a signal beforehand, so that its filter needs no start-up.
+
+use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+use crate::real::{Limits, Real};
+
+/// Largest normalised sample expected of a record, in its deviations: what a Gaussian record of a
+/// million samples reaches.
+pub(crate) const PEAK: f64 = 5.0;
+
+/// A pivot may be negative by this part of its variance: what rounding and a text of ten digits
+/// can do, and no more.
+const PIVOT_ROUNDING: f64 = 1e-9;
+
+/// A model of a signal and how well it is known, in the unit of its samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct Start<T, const N: usize, const M: usize> {
+    /// Mean of the signal.
+    pub offset: T,
+    /// Its deviation.
+    pub scale: T,
+    /// `[φ, θ, c]`.
+    pub coefficients: SVector<T, M>,
+    /// Covariance of `[φ, θ, c/scale]` over the noise variance, the samples being centred and
+    /// scaled; limited to that of [`Rls::new`](crate::Rls::new), which knows nothing.
+    pub covariance: SMatrix<T, M, M>,
+    /// Variance R of the measurement noise.
+    pub measurement_noise: T,
+    /// Variance of the process noise of the newest `y`, the element `G₀₀`.
+    pub process_noise: T,
+    /// Covariance of the state `[y_k, …, c]` before the first sample.
+    pub state_covariance: SMatrix<T, N, N>,
+}
+
+impl<T, const N: usize, const M: usize> Start<T, N, M>
+where
+    T: Limits + Real<Element = T, SimdBool = bool>,
+{
+    /// The start, if each number is in its range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first that is not.
+    pub fn checked(self) -> Result<Self, Error> {
+        require(self.offset.finite(), "offset", "finite", self.offset)?;
+        let scale = self.scale;
+        require(scale.finite() && scale > T::zero(), "scale", "a positive number", scale)?;
+        for c in &self.coefficients {
+            require(c.finite(), "coefficients", "finite", *c)?;
+        }
+        check_variance("measurement_noise", self.measurement_noise)?;
+        check_variance("process_noise", self.process_noise)?;
+        Factors::of("covariance", &self.covariance)?;
+        Factors::of("state_covariance", &self.state_covariance)?;
+        Ok(self)
+    }
+
+    /// `[φ, θ, c]` of the centred and scaled signal.
+    pub(crate) fn normalised_coefficients(&self) -> SVector<T, M> {
+        let rest = self.coefficients.iter().take(N - 1).fold(T::one(), |rest, phi| rest - *phi);
+        let mut normalised = self.coefficients;
+        normalised[M - 1] = (self.coefficients[M - 1] - rest * self.offset) * self.inverse_scale();
+        normalised.map(|c| c.within(T::LESSON_MAX))
+    }
+
+    fn inverse_scale(&self) -> T {
+        (T::one() / self.scale).at_most(T::RAW_MAX)
+    }
+
+    /// A variance of the signal in those of the centred and scaled one.
+    pub(crate) fn normalised_variance(&self, variance: T) -> T {
+        let ratio = self.inverse_scale();
+        (variance * ratio * ratio).at_most(T::COVARIANCE_MAX)
+    }
+
+    /// The state's covariance in variances of the signal, semidefinite to rounding.
+    pub(crate) fn normalised_state_covariance(&self) -> Result<SMatrix<T, N, N>, Error> {
+        let bound = T::COVARIANCE_MAX;
+        let ratio = self.inverse_scale();
+        let normalised = self.state_covariance.map(|p| (p * ratio * ratio).within(bound));
+        Ok(Factors::of("state_covariance", &normalised)?.product())
+    }
+}
+
+/// `U D Uᵀ` with a unit upper triangle.
+#[derive(Debug)]
+pub(crate) struct Factors<T, const K: usize> {
+    pub unit_upper: SMatrix<T, K, K>,
+    pub diagonal: SVector<T, K>,
+}
+
+impl<T, const K: usize> Factors<T, K>
+where
+    T: Limits + Real<Element = T, SimdBool = bool>,
+{
+    /// The factors of a symmetric positive semidefinite matrix (Bierman 1977, III.4).
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] under this name if it is none.
+    pub fn of(name: &'static str, matrix: &SMatrix<T, K, K>) -> Result<Self, Error> {
+        let mut rest = *matrix;
+        let mut factors = Self { unit_upper: SMatrix::identity(), diagonal: SVector::zeros() };
+        for j in (0..K).rev() {
+            check_column(name, matrix, j)?;
+            let variance = matrix[(j, j)];
+            let pivot = rest[(j, j)];
+            let least = -variance * T::of(PIVOT_ROUNDING);
+            require(pivot >= least, name, "symmetric positive semidefinite", pivot)?;
+            // A direction without variance, or with what rounding left of it, is known.
+            if pivot > T::ROUNDING * T::of(K as f64) * variance {
+                factors.eliminate(name, &mut rest, j)?;
+            }
+        }
+        Ok(factors)
+    }
+
+    /// Takes column `j` out of what is left of the matrix.
+    fn eliminate(
+        &mut self,
+        name: &'static str,
+        rest: &mut SMatrix<T, K, K>,
+        j: usize,
+    ) -> Result<(), Error> {
+        let column = rest.column(j).into_owned();
+        self.diagonal[j] = column[j];
+        for i in 0..j {
+            let u = column[i] / column[j];
+            require(u.simd_abs() <= T::INPUT_MAX, name, "of comparable variances", u)?;
+            self.unit_upper[(i, j)] = u;
+            for h in 0..=i {
+                rest[(h, i)] -= self.unit_upper[(h, j)] * column[i];
+            }
+        }
+        Ok(())
+    }
+
+    /// The matrix that they are the factors of.
+    pub fn product(&self) -> SMatrix<T, K, K> {
+        SMatrix::from_fn(|i, j| {
+            let columns = self.unit_upper.column_iter().zip(self.diagonal.iter());
+            columns.fold(T::zero(), |sum, (u, d)| sum + u[i] * *d * u[j])
+        })
+    }
+}
+
+/// Column `j` down to the diagonal is finite and equals its row.
+fn check_column<T, const K: usize>(
+    name: &'static str,
+    matrix: &SMatrix<T, K, K>,
+    j: usize,
+) -> Result<(), Error>
+where
+    T: Limits + Real<Element = T, SimdBool = bool>,
+{
+    for i in 0..=j {
+        let element = matrix[(i, j)];
+        require(element.finite(), name, "finite", element)?;
+        require(element == matrix[(j, i)], name, "symmetric positive semidefinite", element)?;
+    }
+    Ok(())
+}
+
+fn check_variance<T>(name: &'static str, value: T) -> Result<(), Error>
+where
+    T: Limits + Real<Element = T, SimdBool = bool>,
+{
+    require(value.finite() && value >= T::zero(), name, "zero or a positive number", value)
+}
+
+fn require<T: Limits>(
+    holds: bool,
+    name: &'static str,
+    expected: &'static str,
+    value: T,
+) -> Result<(), Error> {
+    let value = value.to_subset().unwrap_or(f64::NAN);
+    if holds { Ok(()) } else { Err(Error::Parameter { name, expected, value }) }
+}
