@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final, Literal
 
 import typer
 
@@ -29,6 +29,17 @@ from zerorate.report.identify import format_identify, log_notes
 from zerorate.report.text import bulleted
 
 __all__ = ["identify"]
+
+_OUTLIERS: Final[dict[Outliers, Literal["hampel", "moving-average"] | None]] = {
+    Outliers.none: None,
+    Outliers.hampel: "hampel",
+    Outliers.moving_average: "moving-average",
+}
+_TRENDS: Final[dict[Trend, Literal["mean", "linear"] | None]] = {
+    Trend.none: None,
+    Trend.mean: "mean",
+    Trend.linear: "linear",
+}
 
 
 def identify(
@@ -65,8 +76,8 @@ def identify(
         max_order=max_order,
         segments=segments,
         smooth=smooth,
-        outliers=None if outliers is Outliers.none else outliers.value,
-        trend=None if trend is Trend.none else trend.value,
+        outliers=_OUTLIERS[outliers],
+        trend=_TRENDS[trend],
         decimate=decimate,
         method=method.value,
     )

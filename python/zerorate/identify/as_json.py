@@ -55,8 +55,10 @@ def as_dict(found: Identification) -> dict[str, Any]:
         "unit": found.unit,
         "record": {**_named(found.survey), "duration": found.survey.duration},
         "moving": [[span.start, span.end] for span in found.moving],
-        "changes": [change._asdict() for change in found.prepared.changes],
-        "modelled_rate": found.prepared.rate,
+        "changes": [
+            {"what": change.what, "count": change.count} for change in found.prepared.changes
+        ],
+        "modelled_rate": found.rate,
         "tests": [_named(test) for test in (*found.tests.all, found.whiteness.ljung_box)],
         "slow": {"part": found.tests.slow, "segment": found.tests.segment},
         "correlogram": _named(found.correlogram),
@@ -80,7 +82,7 @@ def _named(record: Any) -> dict[str, Any]:  # noqa: ANN401
 
 
 def _orders(orders: OrderSelection) -> dict[str, Any]:
-    scores = {name: getattr(orders, name) for name in CRITERIA}
+    scores: dict[str, Any] = {name: getattr(orders, name) for name in CRITERIA}
     choice = {"minimum": orders.minimum, "clear": orders.clear}
     return {**_named(orders), **scores, **choice}
 

@@ -123,7 +123,7 @@ def identify(
     prepared = _prepared(record, rate, preparation)
     data = prepared.data
     tell("tests", 0.1)
-    tests = tested(data, prepared.rate, segments)
+    tests = tested(data, prepared.rate or rate, segments)
     tell("orders", 0.3)
     ar_orders = select_order(data, "ar", criterion, max_order=max_order)
     arma_orders = select_order(data, "arma", criterion, max_p=max_p, max_q=max_q)

@@ -40,7 +40,7 @@ class Online:
     @property
     def last(self) -> Floats:
         """[phi, theta, c] at the end of the record."""
-        return self.coefficients[-1]
+        return np.asarray(self.coefficients[-1])
 
 
 def learned_online(record: Floats, offline: ArmaModel) -> Online | None:

@@ -78,6 +78,11 @@ class Identification:
     online: Online | None
 
     @property
+    def rate(self) -> float:
+        """Samples per second of what was modelled, Hz."""
+        return self.prepared.rate or self.survey.rate
+
+    @property
     def residuals(self) -> Floats:
         """Innovations of `model`, shape (n,), NaN where there is none."""
         return self.model.residuals(self.prepared.data)

@@ -64,7 +64,9 @@ def _draw(axes: Axes, orders: OrderSelection) -> None:
         )
     # Linear where it decides, logarithmic where it does not.
     axes.set_yscale("symlog", linthresh=orders.margin, linscale=1.5)
-    axes.set_ylim(-0.1 * orders.margin, 10.0 * max(orders.margin, *above.values()))
+    decades = max(1.0, np.log10(max(above.values()) / orders.margin + 1.0))
+    # The upper quarter is for a legend.
+    axes.set_ylim(-0.1 * orders.margin, orders.margin * 10.0 ** ((1.5 + decades) / 0.75 - 1.5))
     axes.set_xlabel("p")
     axes.set_ylabel(f"{orders.criterion.upper()} above the least")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -38,7 +38,7 @@ _FREQUENCIES: Final = 300
 
 def draw_series(axes: Axes, found: Identification) -> None:
     """Draw what was modelled with all its peaks, the means of its segments, and its motion."""
-    data, rate = found.prepared.data, found.prepared.rate
+    data, rate = found.prepared.data, found.rate
     duration = data.size / rate
     unit, seconds = time_unit(duration)
     t, least, most = spans(data, rate)
@@ -67,7 +67,7 @@ def draw_series(axes: Axes, found: Identification) -> None:
 def draw_spectrum(axes: Axes, found: Identification) -> None:
     """Draw the averaged periodogram of what was modelled, and the spectra of the models."""
     axes.set_title("spectrum")
-    rate = found.prepared.rate
+    rate = found.rate
     measured = Spectrum.of(found.prepared.data, rate)
     centres, density = _one_sided(measured, rate)
     axes.plot(centres, density, color=SKY, lw=0.7, label="record")
@@ -79,6 +79,10 @@ def draw_spectrum(axes: Axes, found: Identification) -> None:
     axes.set_yscale("log")
     axes.set_xlabel("frequency [Hz]")
     axes.set_ylabel(f"density [({found.unit})²/Hz]")
+    drawn = np.concatenate([np.asarray(line.get_ydata(), dtype=np.float64) for line in axes.lines])
+    low, high = np.log(drawn.min()), np.log(drawn.max())
+    # The lower third is for the legend.
+    axes.set_ylim(np.exp(high - 1.5 * max(high - low, 2.0)), np.exp(high + 0.1 * (high - low)))
     _legend(axes, "lower left", 1)
 
 
@@ -87,7 +91,7 @@ def draw_online(axes: Axes, found: Identification) -> None:
     axes.set_title("coefficients learned online")
     axes.set_xlabel("time [s]")
     axes.set_xscale("log")
-    online, rate = found.online, found.prepared.rate
+    online, rate = found.online, found.rate
     axes.set_xlim(100.0 / rate, found.prepared.data.size / rate)
     if online is None:
         _say(axes, f"none of {model_name(found.model.order)}")
@@ -128,7 +132,9 @@ def _room(online: Online, known: Floats) -> tuple[float, float]:
     return low, high
 
 
-def _legend(axes: Axes, place: str = "upper right", columns: int = 3) -> None:
+def _legend(
+    axes: Axes, place: Literal["upper right", "lower left"] = "upper right", columns: int = 3
+) -> None:
     axes.legend(
         loc=place,
         ncols=columns,
