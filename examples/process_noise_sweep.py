@@ -11,8 +11,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 import zerorate as zr
-from published_tables import METHODS, Method, best_average, table
+from published_tables import METHODS, Method, best_average
 from recordings import Floats, Recording, check_folder, parser, sensors_alone
+from tables import table
 from zerorate import metrics
 from zerorate.plotting.style import BLACK, DPI, FONT, MM, SKY, VERMILION
 

@@ -5,7 +5,7 @@ beside it; in motion the delay does.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -13,6 +13,7 @@ import numpy as np
 
 import zerorate as zr
 from recordings import Floats, Recording, Turning, at_rest, check_folder, parser, turning
+from tables import table
 from zerorate import metrics
 
 Method = Literal["kf", "akf", "fading"]
@@ -21,8 +22,6 @@ METHODS: tuple[Method, ...] = ("kf", "akf", "fading")
 HORIZONS = (10.0, 60.0)
 GAINS = np.logspace(-5.0, 0.0, 21)
 WINDOWS, DEGREE = (5, 7, 9), 4
-
-Rows = Iterable[Sequence[str]]
 
 PUBLISHED_AT_REST = (
     ("MTi-100", "-0.353", "0.078", "0.037", "0.019", "0.009"),
@@ -190,25 +189,6 @@ TURNING_HEAD = (
 
 def _number(value: float, digits: int) -> str:
     return f"{value:.{digits}f}" if math.isfinite(value) else "–"
-
-
-def table(title: str, head: Sequence[str], rows: Rows, markdown: bool) -> str:
-    """Return an aligned table, words to the left and numbers to the right."""
-    body = [head, *rows]
-    widths = [max(map(len, column)) for column in zip(*body, strict=True)]
-    words = [name in ("sensor", "recording", "axis", "filter") for name in head]
-    lines = [
-        [
-            cell.ljust(w) if left else cell.rjust(w)
-            for cell, w, left in zip(row, widths, words, strict=True)
-        ]
-        for row in body
-    ]
-    if not markdown:
-        return "\n".join([title, *("  ".join(line).rstrip() for line in lines), ""])
-    rule = ["-" * w if left else "-" * (w - 1) + ":" for w, left in zip(widths, words, strict=True)]
-    lines.insert(1, rule)
-    return "\n".join([f"**{title}**", "", *("| " + " | ".join(line) + " |" for line in lines), ""])
 
 
 def print_tables(folder: Path, seconds: float, window: int, markdown: bool) -> None:

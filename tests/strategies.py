@@ -50,7 +50,16 @@ TRACE = [
 
 
 def drift_settings(channels=None):
-    """Arguments of a DriftFilter."""
+    """Arguments of a DriftFilter, half of them with a start; `drift` takes both."""
+    return plain_settings(channels).flatmap(
+        lambda arguments: st.one_of(
+            st.just(arguments),
+            starts(arguments["order"], channels).map(lambda start: {**arguments, "start": start}),
+        )
+    )
+
+
+def plain_settings(channels):
     return st.fixed_dictionaries(
         {
             "rate": st.just(RATE),
@@ -69,6 +78,56 @@ def drift_settings(channels=None):
             "scale": st.sampled_from([None, 1e-6, 1.0, 1e6]),
         },
     )
+
+
+def drift(arguments):
+    """A DriftFilter, started if the arguments say with what."""
+    arguments = dict(arguments)
+    start = arguments.pop("start", None)
+    if start is None:
+        return zr.DriftFilter(**arguments)
+    return zr.DriftFilter.started(start, **arguments)
+
+
+@st.composite
+def starts(draw, order, channels=None):
+    """What a filter is started with, from nearly certain to ignorant, some of it singular."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    size = draw(st.sampled_from([0.0, 1e-8, 1.0, 1e4]))
+    known = [random_start(rng, order, size) for _ in range(channels or 1)]
+    if channels is None:
+        return known[0]
+    return {name: np.stack([np.asarray(start[name]) for start in known]) for name in known[0]}
+
+
+def random_start(rng, order, size=1.0):
+    """For one channel; `size` is that of its uncertainty."""
+    (p, q), scale = order, rng.choice([1e-6, 0.1, 1.0, 300.0])
+    n, m = p + 1, p + q + 1
+    return {
+        "offset": rng.choice([0.0, -0.35, 1e7 * scale]),
+        "scale": scale,
+        "coefficients": rng.uniform(-1.2, 1.2, m) * np.append(np.ones(m - 1), scale),
+        "covariance": size * semidefinite(rng, m),
+        "measurement_noise": scale**2 * rng.choice([0.0, 1e-8, 1.0, 1e6]),
+        "process_noise": scale**2 * rng.choice([0.0, 1e-8, 1.0, 1e6]),
+        "state_covariance": size * scale**2 * semidefinite(rng, n),
+    }
+
+
+def semidefinite(rng, size):
+    """Symmetric to the bit; with one direction fewer than its size, now and then."""
+    root = rng.standard_normal((size, size - rng.integers(2)))
+    product = root @ root.T
+    return (product + product.T) / 2.0
+
+
+def of_channel(arguments, channel):
+    """The arguments that make one channel alone."""
+    alone = {**arguments, "channels": None}
+    if "start" in alone:
+        alone["start"] = {name: values[channel] for name, values in alone["start"].items()}
+    return alone
 
 
 def model_settings(channels=None):
@@ -106,7 +165,7 @@ def recipes(channels=None):
 
 def make(recipe):
     kind, arguments = recipe
-    return kind(**arguments)
+    return drift(arguments) if kind is zr.DriftFilter else kind(**arguments)
 
 
 def white(rng, n):

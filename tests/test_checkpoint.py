@@ -9,14 +9,40 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import zerorate as zr
-from strategies import METHODS, ORDERS, RATE, assert_same_bits, assert_same_state
+from strategies import (
+    METHODS,
+    ORDERS,
+    RATE,
+    assert_same_bits,
+    assert_same_state,
+    drift,
+    random_start,
+)
 
 VERSION = slice(4, 6)
 KIND, P, Q, RESERVED = 6, 7, 8, 9
 LENGTH = slice(10, 14)
 
+
+def start_of(order, channels):
+    rng = np.random.default_rng(7)
+    known = [random_start(rng, order) for _ in range(channels or 1)]
+    if channels is None:
+        return known[0]
+    return {name: np.stack([start[name] for start in known]) for name in known[0]}
+
+
 FILTERS = {
     "drift": lambda **more: zr.DriftFilter(rate=RATE, **more),
+    "started": lambda order=(2, 1), channels=None, **more: drift(
+        {
+            "rate": RATE,
+            "order": order,
+            "channels": channels,
+            "start": start_of(order, channels),
+            **more,
+        }
+    ),
     "least-squares": zr.RecursiveLeastSquares,
     "allan-noise": zr.AllanNoise,
     "streaming-allan": lambda **more: zr.StreamingAllan(rate=RATE, octaves=2, **more),
@@ -62,11 +88,11 @@ def test_the_format_is_the_one_that_these_tests_change(kind):
 
 
 @BY_KIND
-@pytest.mark.parametrize("version", [0, 2, 0xFFFF])
+@pytest.mark.parametrize("version", [0, 1, 3, 0xFFFF])
 def test_other_versions(kind, version):
     f = used(kind)
     b = changed(f.to_bytes(), VERSION, version.to_bytes(2, "little"))
-    refuses(f, b, f"format version {version}, this zerorate reads version 1")
+    refuses(f, b, f"format version {version}, this zerorate reads version 2")
 
 
 @BY_KIND
@@ -100,7 +126,7 @@ def test_garbage(kind, b):
     refuses(used(kind), b, "not a zerorate checkpoint: they do not start with its signature")
 
 
-@given(st.binary(max_size=400), st.sampled_from([b"", b"ZRTE", b"ZRTE\x01\0"]))
+@given(st.binary(max_size=400), st.sampled_from([b"", b"ZRTE", b"ZRTE\x02\0"]))
 def test_arbitrary_bytes(rest, start):
     for kind in FILTERS:
         refuses(FILTERS[kind](), start + rest, "checkpoint")
@@ -144,9 +170,10 @@ def test_content_without_a_filter_under_a_right_checksum(kind):
 @BY_KIND
 @pytest.mark.parametrize("other", FILTERS)
 def test_another_kind(kind, other):
-    if kind == other:
-        return
     f, stranger = used(kind), used(other)
+    if type(f) is type(stranger):
+        assert_same_state(type(f).from_bytes(stranger.to_bytes()), stranger)
+        return
     found, expected = type(stranger).__name__, type(f).__name__
     refuses(f, stranger.to_bytes(), f"holds an? {found}.*expected an? {expected}")
 
@@ -157,7 +184,7 @@ def test_an_unknown_kind(kind):
     refuses(f, changed(f.to_bytes(), KIND, 77), "content is not the state of this filter")
 
 
-@pytest.mark.parametrize("kind", ["drift", "least-squares"])
+@pytest.mark.parametrize("kind", ["drift", "started", "least-squares"])
 @pytest.mark.parametrize(("place", "value"), [(P, 0), (P, 4), (Q, 4), (P, 3), (Q, 0)])
 def test_another_order_than_the_content_has(kind, place, value):
     f = used(kind, order=(2, 1))
@@ -188,6 +215,18 @@ def test_every_order_and_method_returns(order, method, channels):
     assert_same_state(twin, f)
     assert twin.params == f.params
     assert repr(twin) == repr(f)
+
+
+@pytest.mark.parametrize("order", ORDERS, ids=str)
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("channels", [None, 1, 3])
+def test_every_started_filter_returns_with_its_start(order, method, channels):
+    f = used("started", order=order, method=method, channels=channels)
+    twin = zr.DriftFilter.from_bytes(f.to_bytes())
+    assert_same_state(twin, f)
+    assert twin.params == f.params
+    for name, value in f.start.items():
+        np.testing.assert_array_equal(twin.start[name], value)
 
 
 @pytest.mark.parametrize("order", ORDERS, ids=str)

@@ -14,8 +14,10 @@ from strategies import (
     assert_finite,
     assert_semidefinite,
     assert_symmetric,
+    drift,
     drift_settings,
     hostile_records,
+    random_start,
     state,
     traced,
 )
@@ -161,6 +163,32 @@ def test_drift_filter_of_the_shortest_start_up(record, method):
 
 @BY_RECORD
 @BY_METHOD
+@pytest.mark.parametrize("size", [0.0, 1.0, 1e300])
+def test_started_drift_filter_of_every_order(record, method, size):
+    for order in ORDERS:
+        start = random_start(rng(), order, size)
+        arguments = {"rate": RATE, "order": order, "method": method, "adapt_for": None}
+        check_drift(drift({**arguments, "start": start}), HOSTILE[record])
+
+
+@pytest.mark.parametrize("scale", [DENORMAL, 1e-300, 1e300, LARGEST])
+@pytest.mark.parametrize("size", [DENORMAL, 1e-300, 1.0, 1e300])
+@BY_METHOD
+def test_started_drift_filter_of_every_size(scale, size, method):
+    start = random_start(rng(), (2, 1)) | {
+        "offset": size,
+        "scale": scale,
+        "coefficients": np.array([1.0, -2.0, LARGEST, -LARGEST]),
+        "measurement_noise": size,
+        "process_noise": 1.0 / max(size, 1e-300),
+    }
+    for z in HOSTILE.values():
+        f = zr.DriftFilter.started(start, rate=RATE, method=method, adapt_for=None)
+        check_drift(f, z)
+
+
+@BY_RECORD
+@BY_METHOD
 def test_drift_filter_after_a_long_gap(record, method):
     for order in [(1, 1), (2, 1), (3, 0), (3, 3)]:
         f = zr.DriftFilter(rate=RATE, order=order, method=method, adapt_for=None)
@@ -246,14 +274,14 @@ def test_the_filter_comes_back_after_an_outlier(record, method):
 
 @given(drift_settings(), hostile_records(), st.integers(1, 3))
 def test_mixtures(arguments, z, times):
-    f = zr.DriftFilter(**arguments)
+    f = drift(arguments)
     for _ in range(times):
         check_drift(f, z)
 
 
 @given(drift_settings(), hostile_records(), hostile_records())
 def test_mixtures_around_a_gap(arguments, before, after):
-    f = zr.DriftFilter(**arguments)
+    f = drift(arguments)
     check_drift(f, before)
     f.process(np.full(20_000, np.nan))
     check_drift(f, after)

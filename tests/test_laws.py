@@ -21,11 +21,13 @@ from strategies import (
     assert_same_bits,
     assert_same_state,
     assert_semidefinite,
+    drift,
     drift_settings,
     hostile_records,
     make,
     model_settings,
     noise_settings,
+    of_channel,
     ordinary_records,
     recipes,
     records,
@@ -76,7 +78,7 @@ def test_split(recipe, z, data):
 @given(drift_settings(), records(), st.data())
 def test_trace_is_process(arguments, z, data):
     cut = data.draw(cuts(z))
-    batch, parts = zr.DriftFilter(**arguments), zr.DriftFilter(**arguments)
+    batch, parts = drift(arguments), drift(arguments)
     expected = batch.process(z)
     assert_same_bits(np.append(parts.process(z[:cut]), parts.trace(z[cut:]).estimate), expected)
     assert_same_state(parts, batch)
@@ -84,7 +86,7 @@ def test_trace_is_process(arguments, z, data):
 
 @given(drift_settings(), records())
 def test_trace_is_what_the_properties_tell(arguments, z):
-    f, stream = zr.DriftFilter(**arguments), zr.DriftFilter(**arguments)
+    f, stream = drift(arguments), drift(arguments)
     trace = traced(f, z)
     assert trace["guarded"].sum() == f.guard_count
     for k, sample in enumerate(z[:150].tolist()):
@@ -177,14 +179,28 @@ UNIT = {
 
 def in_unit(arguments, a):
     known = arguments.get("scale")
-    return {**arguments, "scale": None if known is None else known * a}
+    scaled = {**arguments, "scale": None if known is None else known * a}
+    if "start" in arguments:
+        scaled["start"] = start_in_unit(arguments["start"], a)
+    return scaled
+
+
+def start_in_unit(start, a):
+    powers = dict.fromkeys(("offset", "scale"), 1) | dict.fromkeys(
+        ("measurement_noise", "process_noise", "state_covariance"), 2
+    )
+    coefficients = start["coefficients"].copy()
+    coefficients[..., -1] *= a
+    return {**start, **{name: start[name] * a**n for name, n in powers.items()}} | {
+        "coefficients": coefficients
+    }
 
 
 @given(drift_settings(), ordinary_records(), st.integers(-60, 60))
 def test_a_power_of_two_scales_without_rounding(arguments, z, power):
     a = 2.0**power
-    plain = traced(zr.DriftFilter(**arguments), z)
-    scaled = traced(zr.DriftFilter(**in_unit(arguments, a)), z * a)
+    plain = traced(drift(arguments), z)
+    scaled = traced(drift(in_unit(arguments, a)), z * a)
     for name, exponent in UNIT.items():
         assert_same_bits(scaled[name], plain[name] * a**exponent)
     assert_same_bits(scaled["coefficients"][:, :-1], plain["coefficients"][:, :-1])
@@ -232,8 +248,8 @@ def mild_settings():
 @given(mild_settings(), ordinary_records(), st.floats(1e-12, 1e12), st.sampled_from([-1.0, 1.0]))
 def test_any_unit_scales_to_rounding(arguments, z, a, sign):
     a *= sign
-    plain = traced(zr.DriftFilter(**arguments), z)
-    scaled = traced(zr.DriftFilter(**arguments), z * a)
+    plain = traced(drift(arguments), z)
+    scaled = traced(drift(arguments), z * a)
     deviation = np.std(z[np.isfinite(z)])
     for name in ("estimate", "innovation"):
         difference = np.abs(scaled[name] / a - plain[name])
@@ -244,8 +260,8 @@ def test_any_unit_scales_to_rounding(arguments, z, a, sign):
 def test_an_offset_only_moves_the_estimate(arguments, z, deviations):
     deviation = np.std(z[np.isfinite(z)])
     offset = deviations * deviation
-    plain = traced(zr.DriftFilter(**arguments), z)
-    moved = traced(zr.DriftFilter(**arguments), z + offset)
+    plain = traced(drift(arguments), z)
+    moved = traced(drift(arguments), z + offset)
     # In the start-up the answer before the first sample is zero, whatever the offset.
     first = np.flatnonzero(np.isfinite(z))[0]
     difference = np.abs(moved["estimate"] - offset - plain["estimate"])[first:]
@@ -263,7 +279,7 @@ def test_channels_do_not_mix(recipe, data, threads):
     got = together.process(z, threads=threads)
     known = state(together)
     for channel in range(channels):
-        alone = kind(**{**arguments, "channels": None})
+        alone = make((kind, of_channel(arguments, channel)))
         assert_same_bits(got[:, channel].copy(), alone.process(z[:, channel].copy()))
         for name, value in state(alone).items():
             whole = known[name] if name == "samples_seen" else known[name][channel]
@@ -274,11 +290,11 @@ def test_channels_do_not_mix(recipe, data, threads):
 def test_channels_of_a_trace_do_not_mix(arguments, data):
     z = data.draw(records())
     z = np.stack([z, z[::-1], 2.0 * np.roll(np.clip(z, -1e300, 1e300), 7)], axis=-1)
-    together = traced(zr.DriftFilter(**arguments), z)
-    rows = zr.DriftFilter(**arguments)
+    together = traced(drift(arguments), z)
+    rows = drift(arguments)
     assert_same_bits(np.array([rows.update(row) for row in z]), together["estimate"])
     for channel in range(3):
-        alone = traced(zr.DriftFilter(**{**arguments, "channels": None}), z[:, channel].copy())
+        alone = traced(drift(of_channel(arguments, channel)), z[:, channel].copy())
         for name, value in alone.items():
             assert_same_bits(together[name][:, channel].copy(), value)
 
@@ -294,7 +310,7 @@ def test_threads_do_not_matter_in_long_batches(threads):
 
 @given(drift_settings(), records())
 def test_nothing_finite_breaks_a_drift_filter(arguments, z):
-    f = zr.DriftFilter(**arguments)
+    f = drift(arguments)
     trace = traced(f, z)
     assert_finite(trace)
     assert_finite(state(f))
@@ -328,8 +344,8 @@ def test_nothing_finite_breaks_allan_noise(arguments, z):
 
 @given(drift_settings(), records(), st.sampled_from([np.nan, np.inf, -np.inf]))
 def test_every_kind_of_missing_is_the_same(arguments, z, kind):
-    expected = traced(zr.DriftFilter(**arguments), np.where(np.isfinite(z), z, np.nan))
-    got = traced(zr.DriftFilter(**arguments), np.where(np.isfinite(z), z, kind))
+    expected = traced(drift(arguments), np.where(np.isfinite(z), z, np.nan))
+    got = traced(drift(arguments), np.where(np.isfinite(z), z, kind))
     for name, values in expected.items():
         assert_same_bits(got[name], values)
     missing = got["missing"]

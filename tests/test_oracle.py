@@ -5,7 +5,7 @@ import pytest
 
 import oracle
 import zerorate as zr
-from strategies import METHODS, ORDERS, RATE, SIGNALS, white, with_missing
+from strategies import METHODS, ORDERS, RATE, SIGNALS, drift, white, with_missing
 from zerorate._native import allan_deviations
 
 # Both sides round each of some hundred operations a sample to 1.1e-16, and least squares and
@@ -65,7 +65,7 @@ def relative(got, expected, scale):
 
 def both(z, arguments, tolerance=TOLERANCE):
     """The trace and its twin; their numbers agree."""
-    trace = zr.DriftFilter(rate=RATE, **arguments).trace(z)
+    trace = drift({"rate": RATE, **arguments}).trace(z)
     twin = oracle.DriftFilter(rate=RATE, **arguments).trace(z)
     np.testing.assert_array_equal(trace.missing, twin["missing"])
     found = differences(trace, twin, z)
@@ -122,6 +122,51 @@ def test_from_a_process_noise_of_zero(signal, order):
     # it loses as many again. Only G shows it; the estimate agrees to 1e-14.
     tolerance = 1e-9 if order[0] == 3 else TOLERANCE
     both(record(signal, 300), {"order": order, "process_noise": 0.0}, tolerance)
+
+
+def start_of(order, **changes):
+    """What a drift of a deviation of 0.1 around 0.3 may be started with."""
+    p, q = order
+    covariance = np.fromfunction(lambda i, j: 0.5 ** abs(i - j), (p + q + 1, p + q + 1))
+    return {
+        "offset": 0.25,
+        "scale": 0.1,
+        "coefficients": np.array([1.2, -0.4, 0.1][:p] + [-0.5, 0.2, 0.1][:q] + [0.02]),
+        "covariance": 1e-3 * covariance,
+        "measurement_noise": 4e-3,
+        "process_noise": 2e-4,
+        "state_covariance": 5e-3 * covariance[: p + 1, : p + 1],
+    } | changes
+
+
+@BY_ORDER
+@BY_METHOD
+def test_started_filters_of_every_order_and_method(order, method):
+    z = record("with_missing", 2000)
+    assert_equal_to_twin(z, order=order, method=method, start=start_of(order))
+
+
+@BY_SIGNAL
+@BY_SETTING
+def test_started_filters_of_every_setting(signal, setting):
+    assert_equal_to_twin(record(signal, 500), start=start_of((2, 1)), **SETTINGS[setting])
+
+
+@BY_METHOD
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"covariance": np.zeros((4, 4))},
+        {"covariance": 50.0 * np.eye(4)},
+        {"state_covariance": np.zeros((3, 3))},
+        {"coefficients": np.array([3.5, -1.0, 0.3, 0.0])},
+        {"offset": -0.75},
+    ],
+    ids=lambda changes: "-".join(changes),
+)
+def test_started_filters_of_every_start(method, changes):
+    start = start_of((2, 1), **changes)
+    assert_equal_to_twin(record("autoregressive", 500), method=method, start=start)
 
 
 @pytest.mark.parametrize("length", [1, 30, 500])

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from zerorate.identify.prepare import (
+    Change,
     decimate,
     detrend,
     far_from_average,
@@ -251,7 +252,7 @@ def test_each_outlier_is_counted_and_named():
     z = NOISE.copy()
     z[10] = 99.0
     (change, _) = prepare(z, outliers="moving-average", window=5, threshold=20.0).changes
-    assert change == ("1 outlier replaced by the mean of 5 samples", 1)
+    assert change == Change("1 outlier replaced by the mean of 5 samples", 1)
 
 
 @pytest.mark.parametrize(

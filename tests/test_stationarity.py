@@ -8,12 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import kendalltau
+from statsmodels.tsa.stattools import adfuller
 from statsmodels.tsa.stattools import kpss as statsmodels_kpss
 
 import zerorate as zr
 from zerorate._native import reversals
 from zerorate.identify import mahonian
-from zerorate.identify.stationarity import kpss, reverse_arrangements
+from zerorate.identify.stationarity import adf, kpss, reverse_arrangements
 
 # J. S. Bendat, A. G. Piersol, Random Data, section 4.5.2: example and table A.6.
 BOOK = [5.2, 6.2, 3.7, 6.4, 3.9, 4.0, 3.9, 5.3, 4.0, 4.6]
@@ -242,9 +243,72 @@ def test_kpss_passes_over_gaps():
     assert kpss(z + np.linspace(0.0, 1.0, z.size), trend="linear").accepted
 
 
+def peer_adf(z, lags):
+    """Statistic, probability, lags, samples and 5 % point of statsmodels."""
+    with warnings.catch_warnings():
+        # Newer versions announce another form of the result.
+        warnings.simplefilter("ignore")
+        options = {"autolag": "AIC"} if lags is None else {"maxlag": lags, "autolag": None}
+        statistic, p_value, used, n, points, *_ = adfuller(z, **options)
+    return statistic, p_value, used, n, points["5%"]
+
+
+ADF_RECORDS = {
+    "white": NOISE[:2000],
+    "walk": WALK[:2000],
+    "far": 1e4 + WALK[:2000],
+    "coloured": np.convolve(NOISE[:2100], 0.9 ** np.arange(100), mode="valid"),
+    "faint": NOISE[:2000] + 0.02 * WALK[5000:7000],
+    "short": NOISE[:40],
+    "coarse": np.round(WALK[:500]),
+}
+
+
+@pytest.mark.parametrize("z", ADF_RECORDS.values(), ids=ADF_RECORDS)
+@pytest.mark.parametrize("lags", [None, 0, 1, 7])
+def test_adf_equals_statsmodels(z, lags):
+    statistic, p_value, used, n, point = peer_adf(z, lags)
+    found = adf(z, lags)
+    # An offset of 1e4 takes four digits from the peer's regression, near a unit root six more.
+    assert found.statistic == pytest.approx(statistic, rel=1e-6)
+    assert found.p_value == pytest.approx(p_value, rel=1e-5, abs=1e-300)
+    assert found.lower == pytest.approx(point, rel=1e-12)
+    assert (found.n, found.note.split()[0]) == (n, str(used))
+    assert found.accepted == (statistic > point)
+
+
+def test_adf_starts_anew_after_gaps():
+    z = WALK[:4000].copy()
+    z[2000] = np.nan
+    found = adf(z, 2)
+    assert found.n == 4000 - 1 - 2 * 3
+    assert found.accepted
+    # A level of its own after the gap is no step of the walk.
+    z[2001:] += 1000.0
+    assert adf(z, 2).accepted
+    short = NOISE[:2000].copy()
+    short[::12] = np.nan
+    assert not adf(short).accepted
+
+
+def test_faint_drift_is_seen_by_kpss_but_not_by_adf():
+    found = np.zeros(3)
+    for seed in range(30):
+        noise = np.random.default_rng(seed).standard_normal((2, 5000))
+        z = noise[0] + 0.01 * np.cumsum(noise[1])
+        accepted = [adf(z).accepted, kpss(z).accepted, reverse_arrangements(z).accepted]
+        found += ~np.array(accepted)
+    unit_root, stationary, no_trend = found / 30
+    # There is a unit root, but the moving-average root is 0.99. A walk that comes back has no
+    # trend. Seen are 1.0, 1.0 and 0.83, of which chance takes at most 0.2 (three standard errors).
+    assert unit_root > 0.9
+    assert stationary > 0.7
+    assert no_trend > 0.5
+
+
 def test_tests_of_drift_do_not_depend_on_the_unit():
     z = 3.0 + NOISE[:4000] + 0.02 * WALK[:4000]
-    for test in (kpss, reverse_arrangements):
+    for test in (kpss, reverse_arrangements, lambda z: adf(z, 3)):
         # Powers of two round nothing.
         assert test(2.0**200 * z).statistic == test(z).statistic
         assert test(2.0**-200 * z).statistic == test(z).statistic
@@ -276,6 +340,10 @@ def test_drift_of_devices_is_seen(name):
         (lambda: kpss(NOISE[:9]), "the KPSS test needs at least 10 samples, got 9"),
         (lambda: kpss(NOISE, trend="none"), "trend must be one of 'constant', 'linear'"),
         (lambda: kpss(NOISE, lags=-1), "lags must be a whole number from 0 to 19999, got -1"),
+        (lambda: kpss(np.arange(99.0), trend="linear"), "samples that differ from a straight line"),
+        (lambda: adf(NOISE[:19]), "the Dickey-Fuller test needs at least 20 samples, got 19"),
+        (lambda: adf(NOISE, lags=64), "lags must be a whole number from 0 to 63, got 64"),
+        (lambda: adf(NOISE[:30], lags=14), "lags must be a whole number from 0 to 13, got 14"),
         (lambda: kpss(NOISE, lags=2.5), "lags must be a whole number from 0 to 19999, got 2.5"),
     ],
 )

@@ -281,3 +281,27 @@ def arma_residuals(
     centre: float,
     constant: float,
 ) -> _Floats: ...
+
+def arma_fit(
+    z: npt.ArrayLike, p: int, q: int, constant: bool, exact: bool
+) -> tuple[
+    tuple[_Floats, _Floats, float, float, _Floats],
+    tuple[int, float, float, float],
+    tuple[bool, bool, bool, int],
+]: ...
+def arma_grid(
+    z: npt.ArrayLike, p: int, q: int
+) -> tuple[_Floats, npt.NDArray[np.bool_], _Counts, int]: ...
+def arma_residuals(
+    z: npt.ArrayLike,
+    phi: Sequence[float] | _Floats,
+    theta: Sequence[float] | _Floats,
+    constant: float,
+    skip: int,
+) -> _Floats: ...
+def arma_likelihood(
+    z: npt.ArrayLike,
+    phi: Sequence[float] | _Floats,
+    theta: Sequence[float] | _Floats,
+    mean: float,
+) -> tuple[float, float, int]: ...

@@ -11,6 +11,12 @@ class AllanNoise:
         self.variance = 0.0
         self.previous = [np.nan, np.nan]
 
+    def believe(self, variance, samples):
+        """Stands at ``variance``, with the weight that so many samples leave."""
+        self.variance = variance
+        for _ in range(samples - (1 if self.kind == "allan" else 2)):
+            self.weight = self.weight / (self.weight + self.fading)
+
     def observe(self, z):
         square = self.squared_difference(z)
         if np.isfinite(square):

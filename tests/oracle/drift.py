@@ -19,6 +19,8 @@ FLOOR = 1e-12
 # The largest coefficient of a stationary autoregression of order three.
 COEFFICIENT_MAX = 3.0
 STARTUP_MIN = 10
+# Normalised samples that a filter expects before it has seen any.
+PEAK = 5.0
 
 
 class DriftFilter:
@@ -38,6 +40,7 @@ class DriftFilter:
         noise="allan",
         startup=1.0,
         scale=None,
+        start=None,
     ):
         size = order[0] + 1
         self.method = method
@@ -50,6 +53,27 @@ class DriftFilter:
         self.P = self.G = np.eye(size) * max(process_noise, FLOOR)
         self.k = process_noise_memory
         self.running = False
+        if start is not None:
+            self.know(start)
+
+    def know(self, start):
+        """Stands where ``start`` says, R and k as after the start-up that it spares."""
+        self.offset, self.scale = start["offset"], start["scale"]
+        variance = self.scale**2
+        *slopes, constant = start["coefficients"]
+        rest = 1.0 - np.sum(slopes[: self.model.p])
+        constant = (constant - rest * self.offset) / self.scale
+        self.model.parameters = np.array([*slopes, constant])
+        P = np.array(start["covariance"])
+        self.model.P = P / max(np.trace(P) / len(P), 1.0)
+        self.noise.believe(start["measurement_noise"] / variance, self.startup.window)
+        self.x[-1] = constant
+        self.P = np.array(start["state_covariance"]) / variance
+        self.G = np.eye(len(self.x)) * FLOOR
+        self.G[0, 0] = max(start["process_noise"] / variance, FLOOR)
+        self.k += self.startup.window
+        self.peak = PEAK
+        self.running = True
 
     def trace(self, z):
         """All that is known after each sample, as arrays by name."""

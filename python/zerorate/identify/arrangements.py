@@ -2,13 +2,14 @@
 
 import math
 from dataclasses import dataclass
-from typing import Final, Literal, NamedTuple, get_args
+from typing import Any, Final, Literal, NamedTuple, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.identify import mahonian
+from zerorate.identify.centring import size_of
 from zerorate.identify.records import as_record
 from zerorate.identify.trend import segments as cut
 from zerorate.identify.verdict import Verdict
@@ -105,23 +106,31 @@ def reverse_arrangements(
         names = ", ".join(repr(name) for name in get_args(Of))
         raise ValueError(f"of must be one of {names}, got {of!r}")
     record = as_record(z, _LEAST, "the reverse-arrangements test")
-    values, places, n = _values(record, segments, of)
+    unit = size_of(record[np.isfinite(record)])
+    values, places, n = _values(record / unit, segments, of)
     if values.size < _LEAST:
         raise ValueError(
             f"the reverse-arrangements test needs at least {_LEAST} segments with more than half "
             f"of their samples, got {values.size}"
         )
     what = "sample" if segments is None else of
-    return _judged(values, places, what, n, (segments or values.size) - values.size)
+    return ReverseArrangements(
+        **_judged(values),
+        n=n,
+        left_out=(segments or values.size) - values.size,
+        of=what,
+        where=_where(values, places, what, unit * unit if what == "variance" else unit),
+    )
 
 
-def _judged(values: Floats, places: Counts, of: str, n: int, left_out: int) -> ReverseArrangements:
+def _judged(values: Floats) -> dict[str, Any]:
+    """Return the verdict on values in order, by the names of its fields."""
     count, ties, tie_weight = _native.reversals(values)
     m = values.size
     null = _expected(m, ties, tie_weight)
     lower, upper = null.interval(m, ties)
     later = m * (m - 1) // 2 - ties - count
-    return ReverseArrangements(
+    return dict(
         name="reverse arrangements",
         hypothesis="no trend",
         statistic=float(count),
@@ -129,14 +138,10 @@ def _judged(values: Floats, places: Counts, of: str, n: int, left_out: int) -> R
         lower=lower,
         upper=upper,
         accepted=lower < count <= upper,
-        n=n,
         reversals=count,
         ties=ties,
         segments=m,
-        left_out=left_out,
-        of=of,
         z_score=(later + 0.5 - null.mean) / null.sigma if null.sigma else 0.0,
-        where=_where(values, places, of),
     )
 
 
@@ -186,18 +191,18 @@ def _moments(rows: Floats, there: npt.NDArray[np.bool_], counts: Counts, of: str
     if of == "mean":
         return np.asarray(means)
     distance = np.where(there, rows - means[:, None], 0.0)
-    return np.einsum("ij,ij->i", distance, distance) / counts
+    return np.asarray(np.einsum("ij,ij->i", distance, distance) / counts)
 
 
-def _where(values: Floats, places: Counts, of: str) -> str:
+def _where(values: Floats, places: Counts, of: str, unit: float) -> str:
     """Name the split whose two sides differ most beside the chance of so long ones."""
     m = values.size
     before = np.arange(1, m)
     level = values - values.mean()
     sums = np.cumsum(level)[:-1]
     split = int(np.argmax(np.abs(sums) / np.sqrt(before * (m - before))))
-    difference = sums[split] * m / (before[split] * (m - before[split]))
+    difference = float(sums[split] * m / (before[split] * (m - before[split])))
     side = "above" if difference > 0.0 else "below"
     noun = "samples" if of == "sample" else f"{of}s of segments"
     first, last = f"{places[0]} to {places[split]}", f"{places[split + 1]} to {places[-1]}"
-    return f"{noun} {first} lie {abs(difference):.3g} {side} {last} in the mean"
+    return f"{noun} {first} lie {abs(difference) * unit:.3g} {side} {last} in the mean"

@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from zerorate.noise.records import power_of_two
 
-__all__ = ["centred", "with_gaps"]
+__all__ = ["centred", "size_of", "with_gaps"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -24,11 +24,11 @@ def centred(record: Floats) -> Floats:
     """
     finite = np.isfinite(record)
     present = record if finite.all() else record[finite]
-    scaled = present / _scale(present)
+    scaled = present / size_of(present)
     scaled -= scaled[0]
     scaled -= scaled.mean()
     # Once more: a record that hardly differs is small now.
-    scaled /= _scale(scaled)
+    scaled /= size_of(scaled)
     if present is record:
         return scaled
     whole = np.full(record.size, np.nan)
@@ -36,5 +36,6 @@ def centred(record: Floats) -> Floats:
     return whole
 
 
-def _scale(values: Floats) -> float:
+def size_of(values: Floats) -> float:
+    """Return a power of two near the largest of finite values, 1 if all are 0."""
     return power_of_two(values) if np.any(values) else 1.0

@@ -93,8 +93,8 @@ def autocorrelation(z: npt.ArrayLike, lags: int) -> Correlogram:
     --------
     >>> noise = np.random.default_rng(1).standard_normal(10_002)
     >>> smoothed = noise[:-2] + noise[1:-1] + noise[2:]
-    >>> autocorrelation(smoothed, 4).acf.round(1).tolist()
-    [0.7, 0.3, -0.0, 0.0]
+    >>> autocorrelation(smoothed, 2).acf.round(1).tolist()
+    [0.7, 0.3]
     """
     return correlations(as_record(z, 2, "autocorrelation"), lags).correlogram()
 

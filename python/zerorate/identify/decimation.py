@@ -72,7 +72,7 @@ def decimate(z: npt.ArrayLike, factor: int) -> Floats:
         raise ValueError(
             f"decimation by {factor} needs {taps.size} samples in a row, and z nowhere has them"
         )
-    return slow
+    return np.asarray(slow)
 
 
 @lru_cache(maxsize=16)

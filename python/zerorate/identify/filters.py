@@ -39,13 +39,16 @@ def filter_of(
     """Return a drift filter of one signal that starts with this model, ready at its first sample.
 
     The model is split into an AR(p) drift driven by white noise of variance g and white noise of
-    variance R on the samples (exactly for ARMA(1, 1), by non-negative least squares over the
-    lags 0 to max(p, q) otherwise). With "kf" the filter of such a model is the optimal one from
-    the first sample on: on a simulated ARMA(1, 1) its error is that of the Kalman filter that
-    knows the truth, where the filter that starts ignorant has twice the error over ten minutes.
+    variance R on the samples: exactly where that is possible (ARMA(1, 1) with phi > 0 > theta),
+    else the likeliest g and R. With "kf" the filter of such a model is the optimal one from the
+    first sample on: over ten minutes of a simulated ARMA(1, 1) its error is within 0.1 % of that
+    of the Kalman filter that knows the truth, where the filter that starts ignorant has three
+    times that error.
+
     A model without a white part, such as every AR(p), would let the samples pass: R is then the
     model's Allan variance at the shortest averaging time, gamma_0 - gamma_1, to which Fu and Han's
-    recursion converges.
+    recursion converges. A model whose spectrum does not rise towards low frequencies has no drift
+    (g = 0), and "kf" answers its mean.
 
     Parameters
     ----------
@@ -167,6 +170,8 @@ def _start(
     offset: float | None,
     scale: float | None,
 ) -> Parts:
+    if not model.sigma2 > 0.0:
+        raise ValueError("a model whose innovations have variance 0 makes no filter")
     offset = _offset(model) if offset is None else offset
     scale = _scale(model) if scale is None else scale
     parts = _noises(model, measurement_noise, process_noise)

@@ -22,6 +22,8 @@ _CRITICAL: Final[dict[str, tuple[float, float, float, float]]] = {
     "linear": (0.119, 0.146, 0.176, 0.216),
 }
 _LEAST: Final = 10
+_ROUNDING: Final = 1e-12
+"""What a straight line of samples up to 1 is off by, at most."""
 
 
 def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -> Verdict:
@@ -71,7 +73,7 @@ def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -
         raise ValueError(f"trend must be one of 'constant', 'linear', got {trend!r}")
     residuals = centred(as_record(z, _LEAST, "the KPSS test"))
     if trend == "linear":
-        residuals = centred(detrend(residuals, "linear"))
+        residuals = _without_line(residuals)
     present = residuals[np.isfinite(residuals)]
     n = present.size
     sums = np.cumsum(present)
@@ -80,9 +82,15 @@ def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -
     return _judged(statistic, trend, n)
 
 
+def _without_line(record: Floats) -> Floats:
+    residuals = detrend(record, "linear")
+    if not np.any(np.abs(residuals) > _ROUNDING):
+        raise ValueError("the KPSS test needs samples that differ from a straight line")
+    return centred(residuals)
+
+
 def _judged(statistic: float, trend: Level, n: int) -> Verdict:
     table = _CRITICAL[trend]
-    beyond = "<" if statistic > table[-1] else ">" if statistic < table[0] else ""
     return Verdict(
         name="KPSS",
         hypothesis="stationary" + (" about a line" if trend == "linear" else ""),
@@ -92,8 +100,14 @@ def _judged(statistic: float, trend: Level, n: int) -> Verdict:
         upper=table[1],
         accepted=statistic <= table[1],
         n=n,
-        p_bound=beyond,
+        p_bound=_beyond(statistic, table),
     )
+
+
+def _beyond(statistic: float, table: tuple[float, ...]) -> Literal["", "<", ">"]:
+    if statistic > table[-1]:
+        return "<"
+    return ">" if statistic < table[0] else ""
 
 
 def _covariances(residuals: Floats, lags: int, n: int) -> Floats:

@@ -87,6 +87,9 @@ class ArmaModel:
     theta_1   -0.5
     constant  0.1
     sigma^2   4
+        What to beware of, a sentence each.
+    mean_sigma : float
+        Standard error of `mean`, NaN where it is not known.
     """
 
     phi: Floats
@@ -179,6 +182,7 @@ class ArmaModel:
         True
         """
         return from_json(source, cls)
+    mean_sigma: float = math.nan
 
     @property
     def order(self) -> tuple[int, int]:

@@ -1,7 +1,7 @@
 """A record made ready for identification, with all that was changed written down."""
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +31,8 @@ Floats = npt.NDArray[np.float64]
 Outliers = Literal["hampel", "moving-average"]
 
 
-class Change(NamedTuple):
+@dataclass(frozen=True)
+class Change:
     """What was done to a record, in a sentence, and to how many samples."""
 
     what: str

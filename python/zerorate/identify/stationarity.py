@@ -1,6 +1,7 @@
-"""Tests of drift: whether a record's level, variance or unit root move it."""
+"""Tests of drift: whether level or variance of a record change, and whether it has a unit root."""
 
 from zerorate.identify.arrangements import ReverseArrangements, reverse_arrangements
 from zerorate.identify.kpss import kpss
+from zerorate.identify.unit_root import adf
 
-__all__ = ["ReverseArrangements", "kpss", "reverse_arrangements"]
+__all__ = ["ReverseArrangements", "adf", "kpss", "reverse_arrangements"]

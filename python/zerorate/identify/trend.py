@@ -56,7 +56,7 @@ def detrend(z: npt.ArrayLike, kind: Trend = "mean") -> Floats:
     if kind == "linear":
         time = np.arange(record.size) - np.flatnonzero(there).mean()
         level -= time * (time[there] @ level[there] / (time[there] @ time[there]))
-    return level
+    return np.asarray(level)
 
 
 def segments(z: npt.ArrayLike, count: int) -> Floats:

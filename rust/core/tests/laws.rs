@@ -3,11 +3,13 @@
 
 mod common;
 
-use common::{any_params, any_sample, drifting};
+use common::{any_params, any_sample, drifting, some_start};
 use nalgebra::SMatrix;
 use proptest::prelude::*;
 use zerorate_core::checkpoint::{self, Kind, Label};
-use zerorate_core::{DriftFilter, Filter, Params, RecursiveLeastSquares, RlsParams, Snapshot};
+use zerorate_core::{
+    DriftFilter, Filter, Params, RecursiveLeastSquares, RlsParams, Snapshot, Start,
+};
 
 const LABEL: Label = Label { kind: Kind::DriftFilter, p: 2, q: 1 };
 
@@ -15,24 +17,46 @@ fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
-fn filter<const N: usize, const M: usize>(params: Params) -> DriftFilter<f64, N, M> {
-    DriftFilter::new(params).expect("the strategy makes valid parameters")
+/// A filter that learns its start or, with a seed, one that is given it.
+fn filter<const N: usize, const M: usize>(
+    params: Params,
+    start: Option<u64>,
+) -> DriftFilter<f64, N, M> {
+    filter_in_unit(params, start, 1.0)
+}
+
+fn filter_in_unit<const N: usize, const M: usize>(
+    params: Params,
+    start: Option<u64>,
+    unit: f64,
+) -> DriftFilter<f64, N, M> {
+    match start {
+        None => DriftFilter::new(params),
+        Some(seed) => DriftFilter::started(params, some_start(seed, unit)),
+    }
+    .expect("the strategies make valid parameters")
 }
 
 fn one_by_one<F: Filter<f64>>(filter: &mut F, samples: &[f64]) -> Vec<f64> {
     samples.iter().map(|z| filter.update(*z)).collect()
 }
 
+/// Of two filters, one learns its start.
+fn any_start() -> impl Strategy<Value = Option<u64>> {
+    prop::option::of(any::<u64>())
+}
+
 /// Batch, two batches, sample by sample, and across a checkpoint: the same bits.
 fn splits<const N: usize, const M: usize>(
     params: Params,
+    start: Option<u64>,
     samples: &[f64],
     at: usize,
 ) -> Result<(), TestCaseError> {
     let mut whole = samples.to_vec();
-    filter::<N, M>(params).process(&mut whole);
+    filter::<N, M>(params, start).process(&mut whole);
 
-    let mut first = filter::<N, M>(params);
+    let mut first = filter::<N, M>(params, start);
     let mut head = samples[..at].to_vec();
     first.process(&mut head);
     let mut buffer = [0; 4096];
@@ -65,9 +89,10 @@ fn semidefinite<const N: usize>(covariance: &SMatrix<f64, N, N>) -> bool {
 /// Nothing that goes in makes anything that comes out invalid.
 fn stays_valid<const N: usize, const M: usize>(
     params: Params,
+    start: Option<u64>,
     samples: &[f64],
 ) -> Result<(), TestCaseError> {
-    let mut filter = filter::<N, M>(params);
+    let mut filter = filter::<N, M>(params, start);
     for (k, z) in samples.iter().enumerate() {
         let estimate = filter.update(*z);
         let now = filter.snapshot();
@@ -82,13 +107,14 @@ fn stays_valid<const N: usize, const M: usize>(
 /// A power of two in, the same power out, to the last bit.
 fn scales<const N: usize, const M: usize>(
     params: Params,
+    start: Option<u64>,
     samples: &[f64],
     factor: f64,
 ) -> Result<(), TestCaseError> {
     let mut plain = samples.to_vec();
     let mut scaled: Vec<f64> = samples.iter().map(|z| z * factor).collect();
-    filter::<N, M>(params).process(&mut plain);
-    filter::<N, M>(params).process(&mut scaled);
+    filter::<N, M>(params, start).process(&mut plain);
+    filter_in_unit::<N, M>(params, start, factor).process(&mut scaled);
     let plain: Vec<f64> = plain.iter().map(|z| z * factor).collect();
     prop_assert_eq!(bits(&plain), bits(&scaled));
     Ok(())
@@ -116,24 +142,31 @@ proptest! {
     #[test]
     fn batches_samples_and_checkpoints_agree(
         params in any_params(),
+        start in any_start(),
         samples in prop::collection::vec(any_sample(), 2..300),
         part in 0.0..1.0,
     ) {
         let at = (samples.len() as f64 * part) as usize;
-        every_order!(splits(params, &samples, at));
+        every_order!(splits(params, start, &samples, at));
     }
 
     #[test]
     fn nothing_breaks_a_filter(
         params in any_params(),
+        start in any_start(),
         samples in prop::collection::vec(any_sample(), 1..300),
     ) {
-        every_order!(stays_valid(params, &samples));
+        every_order!(stays_valid(params, start, &samples));
     }
 
     #[test]
-    fn units_do_not_matter(params in any_params(), seed in any::<u64>(), exponent in -300i32..300) {
-        every_order!(scales(params, &drifting(400, seed), 2f64.powi(exponent)));
+    fn units_do_not_matter(
+        params in any_params(),
+        start in any_start(),
+        seed in any::<u64>(),
+        exponent in -300i32..300,
+    ) {
+        every_order!(scales(params, start, &drifting(400, seed), 2f64.powi(exponent)));
     }
 
     #[test]
@@ -150,10 +183,10 @@ proptest! {
         let signals: Vec<Vec<f64>> = (0..3).map(|c| drifting(500, seed ^ c)).collect();
         let mut rows: Vec<f64> =
             (0..500).flat_map(|k| signals.iter().map(move |signal| signal[k])).collect();
-        zerorate_core::Bank::new(&filter::<3, 4>(params), 3).process_on_threads(&mut rows, threads);
+        zerorate_core::Bank::new(&filter::<3, 4>(params, None), 3).process_on_threads(&mut rows, threads);
         for (c, signal) in signals.iter().enumerate() {
             let mut alone = signal.clone();
-            filter::<3, 4>(params).process(&mut alone);
+            filter::<3, 4>(params, None).process(&mut alone);
             let together: Vec<f64> = rows.iter().skip(c).step_by(3).copied().collect();
             prop_assert_eq!(bits(&alone), bits(&together));
         }
@@ -162,11 +195,32 @@ proptest! {
 
 #[test]
 fn reset_forgets_everything() {
-    let mut filter = filter::<3, 4>(Params::default());
-    let mut first = drifting(1000, 7);
-    filter.process(&mut first);
-    filter.reset();
-    let mut second = drifting(1000, 7);
-    filter.process(&mut second);
-    assert_eq!(bits(&first), bits(&second));
+    for start in [None, Some(5)] {
+        let mut filter = filter::<3, 4>(Params::default(), start);
+        let mut first = drifting(1000, 7);
+        filter.process(&mut first);
+        filter.reset();
+        assert_eq!(filter.ready(), start.is_some());
+        let mut second = drifting(1000, 7);
+        filter.process(&mut second);
+        assert_eq!(bits(&first), bits(&second));
+    }
+}
+
+#[test]
+fn a_start_that_is_none_is_refused() {
+    let refused = |change: fn(&mut Start<f64, 3, 4>), name: &str| {
+        let mut start = some_start(1, 1.0);
+        change(&mut start);
+        let error = DriftFilter::started(Params::default(), start).err().map(|e| e.to_string());
+        assert!(error.is_some_and(|text| text.starts_with(name)), "{name}");
+    };
+    refused(|start| start.offset = f64::NAN, "offset must be");
+    refused(|start| start.scale = 0.0, "scale must be");
+    refused(|start| start.coefficients[1] = f64::INFINITY, "coefficients must be");
+    refused(|start| start.measurement_noise = -1.0, "measurement_noise must be");
+    refused(|start| start.process_noise = f64::NAN, "process_noise must be");
+    refused(|start| start.covariance[(2, 2)] = -1.0, "covariance must be");
+    refused(|start| start.covariance[(0, 1)] += 1.0, "covariance must be");
+    refused(|start| start.state_covariance[(0, 0)] = f64::INFINITY, "state_covariance must be");
 }

@@ -35,6 +35,7 @@ mod _native {
     use crate::identify::residuals::arma_residuals;
     #[pymodule_export]
     use crate::identify::reversals::reversals;
+    use crate::identify::arma::{arma_fit, arma_grid, arma_likelihood, arma_residuals};
     #[pymodule_export]
     use crate::least_squares::RecursiveLeastSquares;
     #[pymodule_export]

@@ -8,6 +8,7 @@ mod hampel;
 mod products;
 mod residuals;
 mod reversals;
+pub mod arma;
 mod stretches;
 
 pub use autoregression::{Estimator, Fit, Refusal};

@@ -1,12 +1,13 @@
 //! Signals and a call for every order, shared by the tests.
 #![allow(dead_code)]
 
+use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 use zerorate_core::allan::AllanKind;
-use zerorate_core::{Method, Params};
+use zerorate_core::{Method, Params, Start};
 
 /// White noise of unit deviation.
 pub fn white_noise(n: usize, seed: u64) -> Vec<f64> {
@@ -25,6 +26,33 @@ pub fn drifting(n: usize, seed: u64) -> Vec<f64> {
         .zip(walk)
         .map(|(e, w)| ((w + 0.1 * e) / 0.05).round() * 0.05)
         .collect()
+}
+
+/// A start of a signal in some unit, from nearly certain to ignorant, some of it singular.
+pub fn some_start<const N: usize, const M: usize>(seed: u64, unit: f64) -> Start<f64, N, M> {
+    let numbers = white_noise(200, seed);
+    let size = |i: usize| 10f64.powi((seed >> (4 * i)) as i32 % 5 - 4);
+    let mut coefficients = SVector::from_iterator(numbers.iter().copied());
+    coefficients[M - 1] *= unit;
+    Start {
+        offset: 3.0 * numbers[20] * unit,
+        scale: (0.01 + numbers[21].abs()) * unit,
+        coefficients,
+        covariance: semidefinite(&numbers[30..]) * size(1),
+        measurement_noise: size(2) * unit * unit,
+        process_noise: size(3) * unit * unit,
+        state_covariance: semidefinite(&numbers[120..]) * (size(4) * unit * unit),
+    }
+}
+
+/// `A Aᵀ`, symmetric to the bit, with one direction that has no variance in some.
+fn semidefinite<const K: usize>(numbers: &[f64]) -> SMatrix<f64, K, K> {
+    let mut root = SMatrix::<f64, K, K>::from_iterator(numbers.iter().copied());
+    if numbers[K * K] > 0.0 {
+        root.row_mut(K - 1).fill(0.0);
+    }
+    let product = root * root.transpose();
+    SMatrix::from_fn(|i, j| product[(i.min(j), i.max(j))])
 }
 
 /// Any sample: ordinary, huge, tiny, or missing.

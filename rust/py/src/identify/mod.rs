@@ -5,3 +5,4 @@ pub mod outliers;
 pub mod products;
 pub mod residuals;
 pub mod reversals;
+pub mod arma;

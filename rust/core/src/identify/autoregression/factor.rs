@@ -61,9 +61,7 @@ impl Factor {
     }
 
     fn is_rounding(&self, j: usize) -> bool {
-        let first = usize::from(self.constant);
-        self.upper[(j, j)].abs()
-            <= ROUNDING * self.upper.view((first, j), (j + 1 - first, 1)).norm()
+        self.upper[(j, j)].abs() <= ROUNDING * self.upper.column(j).norm()
     }
 
     /// Coefficients of all columns but the last.
@@ -78,41 +76,41 @@ impl Factor {
         answer
     }
 
-    /// Inverse of the normal equations' matrix X'X.
-    pub fn inverse(&self) -> DMatrix<f64> {
-        let inverse = inverse_of_upper(&self.upper.view((0, 0), (self.size(), self.size())).into());
-        &inverse * inverse.transpose()
+    /// A root of the inverse of X'X, its transpose on the right.
+    pub fn inverse_root(&self) -> DMatrix<f64> {
+        inverse_of_upper(&self.columns(0, self.size()))
     }
 
     /// Condition number of X'X, the mean taken off and scaled to a unit diagonal.
     pub fn condition(&self) -> f64 {
-        let scaled = self.scaled(self.size());
-        let values = scaled.singular_values();
-        match values.is_empty() {
-            true => 1.0,
-            false => (values.max() / values.min()).powi(2),
+        if self.order() == 0 {
+            return 1.0;
         }
+        let columns = self.columns(usize::from(self.constant), self.size());
+        let values = of_unit_length(columns).singular_values();
+        (values.max() / values.min()).powi(2)
     }
 
-    /// At least the condition number of X'X with y_t among the columns: products of traces.
+    /// At least the condition number of all columns' products: that of traces.
     fn condition_bound(&self) -> f64 {
-        let scaled = self.scaled(self.size() + 1);
+        let scaled = of_unit_length(self.upper.clone());
         scaled.norm_squared() * inverse_of_upper(&scaled).norm_squared()
     }
 
-    /// The triangle of the columns up to `end` without the constant's, each of length one.
-    fn scaled(&self, end: usize) -> DMatrix<f64> {
-        let first = usize::from(self.constant);
-        let size = end - first;
-        let mut scaled: DMatrix<f64> = self.upper.view((first, first), (size, size)).into();
-        scaled.column_iter_mut().for_each(|mut column| column /= column.norm());
-        scaled
+    /// The triangle of the columns from `start` to `end`.
+    fn columns(&self, start: usize, end: usize) -> DMatrix<f64> {
+        self.upper.view((start, start), (end - start, end - start)).into()
     }
 
     /// Number of columns before y_t.
     fn size(&self) -> usize {
         self.upper.ncols() - 1
     }
+}
+
+fn of_unit_length(mut columns: DMatrix<f64>) -> DMatrix<f64> {
+    columns.column_iter_mut().for_each(|mut column| column /= column.norm());
+    columns
 }
 
 fn inverse_of_upper(upper: &DMatrix<f64>) -> DMatrix<f64> {

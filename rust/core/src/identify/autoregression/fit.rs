@@ -19,14 +19,26 @@ pub struct Fit {
     pub condition: f64,
 }
 
-impl Fit {
-    /// The fit of a record, from that of its distances from `level`.
-    pub(super) fn about(mut self, level: f64) -> Self {
-        let order = self.phi.len();
-        self.constant += level * (1.0 - self.phi.iter().sum::<f64>());
-        let mut change = DMatrix::identity(order + 1, order + 1);
-        change.view_mut((order, 0), (1, order)).fill(-level);
-        self.covariance = &change * self.covariance * change.transpose();
-        self
+/// The fit of a record's distances from a level.
+pub(super) struct NearFit {
+    pub phi: Vec<f64>,
+    pub constant: f64,
+    pub sigma2: f64,
+    /// Times its transpose and sigma2, the covariance of phi and, last, the constant.
+    pub root: DMatrix<f64>,
+    pub n: usize,
+    pub condition: f64,
+}
+
+impl NearFit {
+    /// The fit of the record itself.
+    pub fn with_level(self, level: f64) -> Fit {
+        let Self { phi, sigma2, mut root, n, condition, .. } = self;
+        let constant = self.constant + level * (1.0 - phi.iter().sum::<f64>());
+        // The root has the digits that a difference of variances would lose.
+        let with_phi = root.rows(0, phi.len()).row_sum() * level;
+        root.row_mut(phi.len()).zip_apply(&with_phi, |own, share| *own -= share);
+        let covariance = &root * root.transpose() * sigma2;
+        Fit { phi, constant, sigma2, covariance, n, condition }
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::centre::Centre;
 use super::factor::Factor;
-use super::fit::Fit;
+use super::fit::{Fit, NearFit};
 use super::products::LagProducts;
 use super::refusal::{Refusal, check};
 use super::rows::triangle;
@@ -24,18 +24,16 @@ pub fn variances(
 pub fn fit(record: &[f64], order: usize, constant: bool) -> Result<Fit, Refusal> {
     let centre = if constant { Centre::provisional(record) } else { Centre::default() };
     let (factor, n) = factor(record, order, constant, centre)?;
-    let sigma2 = factor.residual_sums()[order] / n as f64;
-    let (coefficients, inverse) = (factor.coefficients(), factor.inverse());
-    let first = usize::from(constant);
-    let fit = Fit {
+    let (first, coefficients) = (usize::from(constant), factor.coefficients());
+    let fit = NearFit {
         phi: coefficients.as_slice()[first..].to_vec(),
         constant: if constant { coefficients[0] } else { 0.0 },
-        sigma2,
-        covariance: constant_last(&(inverse * sigma2), order),
+        sigma2: factor.residual_sums()[order] / n as f64,
+        root: constant_last(factor.inverse_root(), constant),
         n,
         condition: factor.condition(),
     };
-    Ok(fit.about(centre.level()))
+    Ok(fit.with_level(centre.level()))
 }
 
 fn factor(
@@ -55,12 +53,11 @@ fn factor(
     }
 }
 
-/// A covariance whose first row is the constant's, if it has one, with that row last.
-fn constant_last(covariance: &DMatrix<f64>, order: usize) -> DMatrix<f64> {
-    let size = covariance.ncols();
-    let from = |i: usize| if i < order { i + size - order } else { 0 };
-    DMatrix::from_fn(order + 1, order + 1, |i, j| match i.max(j) == order && size == order {
-        true => 0.0,
-        false => covariance[(from(i), from(j))],
-    })
+/// Rows of which the first is the constant's, if it has one, with that or zeros last.
+fn constant_last(rows: DMatrix<f64>, constant: bool) -> DMatrix<f64> {
+    let (size, columns) = rows.shape();
+    if !constant {
+        return rows.insert_row(size, 0.0);
+    }
+    DMatrix::from_fn(size, columns, |i, j| rows[((i + 1) % size, j)])
 }

@@ -55,7 +55,7 @@ impl Estimator {
         }
         let centre = mean(record, constant);
         let (models, n) = self.models(record, order, constant, centre)?;
-        Ok(models.fit(n, constant).about(centre.level()))
+        Ok(models.fit(n, constant).with_level(centre.level()))
     }
 
     /// Variances of the residuals of orders 0..=order, and the number of residuals they share.

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::fit::Fit;
+use super::fit::NearFit;
 
 /// Models of orders 0, 1, ... of which each is the one before it, extended.
 #[derive(Debug, Clone)]
@@ -49,40 +49,38 @@ impl Reflections {
         self.variances
     }
 
-    /// The highest order as a fit to `n` samples of mean 0; the constant's variance if it has one.
-    pub fn fit(&self, n: usize, constant: bool) -> Fit {
+    /// The highest order as a fit to `n` samples of mean 0, that was taken off for a constant.
+    pub fn fit(&self, n: usize, constant: bool) -> NearFit {
         let (phi, sigma2) = (self.last().to_vec(), self.last_variance());
-        let order = phi.len();
-        let precision = self.precision();
-        let condition = condition(&precision);
-        let mut covariance = DMatrix::zeros(order + 1, order + 1);
-        covariance.view_mut((0, 0), (order, order)).copy_from(&(precision * (sigma2 / n as f64)));
-        covariance[(order, order)] = if constant { sigma2 / n as f64 } else { 0.0 };
-        Fit { phi, constant: 0.0, sigma2, covariance, n, condition }
+        let (order, precision_root) = (phi.len(), self.precision_root());
+        let scale = (n as f64).sqrt().recip();
+        let mut root = (&precision_root * scale).insert_row(order, 0.0).insert_column(order, 0.0);
+        root[(order, order)] = if constant { scale } else { 0.0 };
+        NearFit { phi, constant: 0.0, sigma2, root, n, condition: condition(&precision_root) }
     }
 
-    /// Inverse of the covariance of as many neighbouring samples as the highest order: residuals of
-    /// orders 0, 1, ... are uncorrelated.
-    fn precision(&self) -> DMatrix<f64> {
+    /// A root, its transpose on the right, of the inverse of the covariance of as many neighbouring
+    /// samples as the highest order: residuals of orders 0, 1, ... are uncorrelated.
+    fn precision_root(&self) -> DMatrix<f64> {
         let order = self.last().len();
-        let mut residuals = DMatrix::zeros(order, order);
+        let mut root = DMatrix::zeros(order, order);
         for k in 0..order {
             let weight = self.variances[k].sqrt().recip();
-            residuals[(k, k)] = weight;
+            root[(k, k)] = weight;
             self.phi[k]
                 .iter()
                 .enumerate()
-                .for_each(|(i, phi)| residuals[(k, k - 1 - i)] = -phi * weight);
+                .for_each(|(i, phi)| root[(k - 1 - i, k)] = -phi * weight);
         }
-        residuals.transpose() * residuals
+        root
     }
 }
 
-/// Of a matrix whose inverse has equal elements on its diagonal.
-fn condition(precision: &DMatrix<f64>) -> f64 {
-    if precision.is_empty() {
+/// Condition number of a matrix whose inverse has this root, and equal elements on its diagonal.
+fn condition(root: &DMatrix<f64>) -> f64 {
+    if root.is_empty() {
         return 1.0;
     }
-    let values = precision.symmetric_eigenvalues();
-    values.max() / values.min()
+    let values = root.singular_values();
+    (values.max() / values.min()).powi(2)
 }

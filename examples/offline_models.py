@@ -1,0 +1,166 @@
+"""The offline identifications of Bao & Yuan and of Fu & Han (2019), on recordings at rest.
+
+What the papers report is an order and its coefficients. Here their errors stand beside them, and
+what smoothing did, and what the residuals still hold.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+import zerorate as zr
+from recordings import Floats, Recording, at_rest, check_folder, parser, sensors_alone
+from tables import table
+from zerorate import identify
+
+SAMPLES, SEGMENTS = 15_000, 100
+WIDTH = 5
+HIGHEST = 20
+LEARNED_AFTER = 120.0
+
+Row = tuple[str, ...]
+
+STATIONARY_HEAD = ("recording", "axis", "λ of means", "λ of variances", "outliers")
+
+
+def stationary_rows(recording: Recording) -> list[Row]:
+    """Return for each axis what the test of reverse arrangements says of the first samples."""
+    rows = []
+    for axis, z in axes(recording, SAMPLES):
+        outliers = np.count_nonzero(identify.hampel(z, width=11, threshold=5.0)[1])
+        tests = [identify.reverse_arrangements(z, SEGMENTS, of=of) for of in ("mean", "variance")]
+        rows.append(
+            (recording.name, axis, *(f"{test.z_score:.2f}" for test in tests), f"{outliers}")
+        )
+    return rows
+
+
+SMOOTHED_HEAD = ("recording", "axis", "φ1 as it is", "φ1 smoothed", "FPE least", "FPE clear")
+
+
+def smoothed_rows(recording: Recording) -> list[Row]:
+    """Return AR(1) as it is and after a moving average, and the order by the final error."""
+    rows = []
+    for axis, z in axes(recording, SAMPLES):
+        smooth = identify.moving_average(z, WIDTH)
+        models = [identify.fit_ar(record, 1) for record in (z, smooth)]
+        orders = identify.select_order(z, kind="ar", criterion="fpe", max_order=HIGHEST)
+        cells = (with_error(model.phi[0], model.standard_errors[0], 4) for model in models)
+        rows.append((recording.name, axis, *cells, f"{orders.minimum[0]}", f"{orders.clear[0]}"))
+    return rows
+
+
+ORDERS_HEAD = ("recording", "axis", "AIC least", "clear", "AR by AIC", "predictable", "of AR(20)")
+
+
+def order_rows(recording: Recording) -> list[Row]:
+    """Return the orders that AIC takes, and what is left in the residuals of the clear one."""
+    rows = []
+    for axis, z in axes(recording):
+        arma = identify.select_order(z, kind="arma", criterion="aic")
+        ar = identify.select_order(z, kind="ar", criterion="aic", max_order=HIGHEST)
+        left = [
+            identify.whiteness(model.residuals(z), fitted=0).predictable
+            for model in (identify.fit_arma(z, *arma.clear), identify.fit_ar(z, HIGHEST))
+        ]
+        shares = (f"{100.0 * share:.2f} %" for share in left)
+        rows.append(
+            (
+                recording.name,
+                axis,
+                order(arma.minimum),
+                order(arma.clear),
+                f"{ar.clear[0]}",
+                *shares,
+            )
+        )
+    return rows
+
+
+MODEL_HEAD = ("recording", "axis", "φ1", "φ2", "θ1", "condition")
+
+
+def model_rows(recording: Recording) -> list[Row]:
+    """Return Fu and Han's ARMA(2, 1) of each axis with its errors."""
+    rows = []
+    for axis, z in axes(recording):
+        model = identify.fit_arma(z, 2, 1)
+        values = (*model.phi, *model.theta)
+        cells = (with_error(v, s, 4) for v, s in zip(values, model.standard_errors, strict=False))
+        rows.append((recording.name, axis, *cells, f"{model.condition:.1e}"))
+    return rows
+
+
+ONLINE_HEAD = ("recording", "axis", "order", "offline", "online, 120 s", "online, whole")
+
+
+def online_rows(recording: Recording) -> list[Row]:
+    """Return offline beside online coefficients, after two minutes and after the whole record."""
+    rows = []
+    for axis, z in axes(recording):
+        for p, q in ((2, 0), (2, 1)):
+            model = identify.fit_arma(z, p, q)
+            early = round(LEARNED_AFTER * recording.rate)
+            online = zr.RecursiveLeastSquares(order=(p, q))
+            online.process(z[:early])
+            after = listed(online.coefficients[:-1])
+            online.process(z[early:])
+            offline = listed((*model.phi, *model.theta))
+            whole = listed(online.coefficients[:-1])
+            rows.append((recording.name, axis, order((p, q)), offline, after, whole))
+    return rows
+
+
+def axes(recording: Recording, n: int | None = None) -> list[tuple[str, Floats]]:
+    """Return the first samples of each axis with its name."""
+    columns = np.ascontiguousarray(recording.z[:n].T)
+    return list(zip(recording.axes, columns, strict=True))
+
+
+def order(found: tuple[int, int]) -> str:
+    """Return orders as a word."""
+    return f"({found[0]}, {found[1]})"
+
+
+def with_error(value: float, sigma: float, digits: int) -> str:
+    """Return a number and its standard error."""
+    return f"{value:.{digits}f} ± {sigma:.{digits}f}"
+
+
+def listed(values: Sequence[float] | Floats) -> str:
+    """Return coefficients side by side."""
+    return ", ".join(f"{value:.3f}" for value in values)
+
+
+def print_tables(folder: Path, seconds: float, markdown: bool) -> None:
+    """Print each table over the recordings that are long enough for it."""
+    recordings = [r for r in at_rest(folder, seconds) if len(r.z) >= SAMPLES]
+    alone = sensors_alone(folder, seconds)
+    for title, head, rows, which in (
+        (
+            "Stationary? First 15000 samples, 100 segments",
+            STATIONARY_HEAD,
+            stationary_rows,
+            recordings,
+        ),
+        ("AR(1) before and after smoothing by 5", SMOOTHED_HEAD, smoothed_rows, recordings),
+        ("Orders by AIC, whole records", ORDERS_HEAD, order_rows, recordings),
+        ("ARMA(2, 1)", MODEL_HEAD, model_rows, recordings),
+        ("Offline and online", ONLINE_HEAD, online_rows, alone),
+    ):
+        found = [row for recording in which for row in rows(recording)]
+        print(table(title, head, found, markdown))
+
+
+def main() -> None:
+    """Run from the command line."""
+    options = parser(__doc__)
+    options.add_argument("--markdown", action="store_true", help="print tables in Markdown")
+    given = options.parse_args()
+    check_folder(given.folder)
+    print_tables(given.folder, given.seconds, given.markdown)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,67 @@
+//! A record as the estimators take it.
+
+use std::ops::Range;
+
+/// One axis about its mean and in units of its deviation, piece by piece between its gaps.
+#[derive(Debug, Clone)]
+pub struct Series {
+    /// NaN where a sample is missing.
+    pub(super) values: Vec<f64>,
+    pub(super) stretches: Vec<Range<usize>>,
+    /// What was taken off the samples, zero if they are not to be centred.
+    pub(super) origin: f64,
+    /// What the samples were then divided by.
+    pub(super) unit: f64,
+    pub(super) present: usize,
+}
+
+impl Series {
+    /// Takes samples of which those not finite are missing.
+    pub fn new(mut values: Vec<f64>, centred: bool) -> Self {
+        let stretches = stretches(&values);
+        let present = stretches.iter().map(Range::len).sum();
+        let origin = if centred { mean(&values, &stretches) } else { 0.0 };
+        values.iter_mut().for_each(|z| *z = if z.is_finite() { *z - origin } else { f64::NAN });
+        let unit = deviation(&values);
+        values.iter_mut().for_each(|z| *z /= unit);
+        Self { values, stretches, origin, unit, present }
+    }
+
+    /// How many residuals there are when each stretch gives up its first `skip` samples.
+    pub fn residuals(&self, skip: usize) -> usize {
+        self.stretches.iter().map(|stretch| stretch.len().saturating_sub(skip)).sum()
+    }
+}
+
+fn stretches(values: &[f64]) -> Vec<Range<usize>> {
+    let mut found: Vec<Range<usize>> = Vec::new();
+    let mut start = 0;
+    for part in values.split(|z| !z.is_finite()) {
+        if !part.is_empty() {
+            found.push(start..start + part.len());
+        }
+        start += part.len() + 1;
+    }
+    found
+}
+
+/// From the distances to the first sample, which are precise also on a large offset.
+fn mean(values: &[f64], stretches: &[Range<usize>]) -> f64 {
+    let Some(first) = stretches.first().map(|stretch| values[stretch.start]) else {
+        return 0.0;
+    };
+    let finite = values.iter().filter(|z| z.is_finite());
+    let (sum, count) = finite.fold((0.0, 0.0), |(sum, n), z| (sum + (z - first), n + 1.0));
+    first + sum / count
+}
+
+/// Root of the mean square, by way of the largest value so that no square overflows.
+fn deviation(values: &[f64]) -> f64 {
+    let finite = || values.iter().filter(|z| z.is_finite());
+    let largest = finite().fold(0.0, |largest: f64, z| largest.max(z.abs()));
+    if largest == 0.0 {
+        return 1.0;
+    }
+    let sum: f64 = finite().map(|z| (z / largest) * (z / largest)).sum();
+    largest * (sum / finite().count() as f64).sqrt()
+}
