@@ -29,6 +29,9 @@ __all__ = [
     "Trace",
     "__version__",
     "allan_deviations",
+    "arma_fit",
+    "arma_grid",
+    "arma_likelihood",
     "arma_residuals",
     "autoregression_variances",
     "chi_squared_quantile",
@@ -292,13 +295,6 @@ def arma_fit(
 def arma_grid(
     z: npt.ArrayLike, p: int, q: int
 ) -> tuple[_Floats, npt.NDArray[np.bool_], _Counts, int]: ...
-def arma_residuals(
-    z: npt.ArrayLike,
-    phi: Sequence[float] | _Floats,
-    theta: Sequence[float] | _Floats,
-    constant: float,
-    skip: int,
-) -> _Floats: ...
 def arma_likelihood(
     z: npt.ArrayLike,
     phi: Sequence[float] | _Floats,

@@ -69,6 +69,8 @@ class ArmaModel:
         Mean of the record; NaN if it is not known.
     record_deviation : float
         Standard deviation of the record; NaN if it is not known.
+    mean_sigma : float
+        Standard error of `mean`; NaN if it is not known.
 
     Raises
     ------
@@ -87,9 +89,6 @@ class ArmaModel:
     theta_1   -0.5
     constant  0.1
     sigma^2   4
-        What to beware of, a sentence each.
-    mean_sigma : float
-        Standard error of `mean`, NaN where it is not known.
     """
 
     phi: Floats
@@ -106,6 +105,7 @@ class ArmaModel:
     notes: tuple[str, ...] = field(default=())
     record_mean: float = math.nan
     record_deviation: float = math.nan
+    mean_sigma: float = math.nan
 
     to_json = to_json
     to_state_space = of_model
@@ -182,7 +182,6 @@ class ArmaModel:
         True
         """
         return from_json(source, cls)
-    mean_sigma: float = math.nan
 
     @property
     def order(self) -> tuple[int, int]:

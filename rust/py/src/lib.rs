@@ -26,6 +26,8 @@ mod _native {
     #[pymodule_export]
     use crate::drift::trace::Trace;
     #[pymodule_export]
+    use crate::identify::arma::{arma_fit, arma_grid, arma_likelihood};
+    #[pymodule_export]
     use crate::identify::autoregression::{autoregression_variances, fit_autoregression};
     #[pymodule_export]
     use crate::identify::outliers::without_outliers;
@@ -35,7 +37,6 @@ mod _native {
     use crate::identify::residuals::arma_residuals;
     #[pymodule_export]
     use crate::identify::reversals::reversals;
-    use crate::identify::arma::{arma_fit, arma_grid, arma_likelihood, arma_residuals};
     #[pymodule_export]
     use crate::least_squares::RecursiveLeastSquares;
     #[pymodule_export]

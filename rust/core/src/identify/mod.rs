@@ -3,12 +3,12 @@
 //! A record is a slice in which a value that is not finite is missing; what lies between two
 //! missing values is a *stretch*. Conditional estimators start anew at every stretch.
 
+pub mod arma;
 mod autoregression;
 mod hampel;
 mod products;
 mod residuals;
 mod reversals;
-pub mod arma;
 mod stretches;
 
 pub use autoregression::{Estimator, Fit, Refusal};

@@ -5,7 +5,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use zerorate_core::identify::arma::{
-    self, Cell, Estimate, MAX_ORDER, Method, Series, grid, likelihood, residuals,
+    self, Cell, Estimate, MAX_ORDER, Method, Series, grid, likelihood,
 };
 
 use crate::arrays;
@@ -108,23 +108,6 @@ pub fn arma_grid<'py>(
         arrays::array(py, cells.iter().map(|cell| cell.evaluations as i64).collect(), &shape)?,
         count,
     ))
-}
-
-/// Conditional residuals of a model, NaN where there is none.
-///
-/// Each stretch between missing samples starts anew and gives up its first `skip` samples, at
-/// least p.
-#[pyfunction]
-pub fn arma_residuals<'py>(
-    z: &Bound<'py, PyAny>,
-    phi: Vec<f64>,
-    theta: Vec<f64>,
-    constant: f64,
-    skip: usize,
-) -> PyResult<Bound<'py, PyAny>> {
-    let values = arrays::batch(z, None)?;
-    let found = z.py().detach(|| residuals(&values.values, &phi, &theta, constant, skip));
-    arrays::array(z.py(), found, &values.shape)
 }
 
 /// Parts of the exact Gaussian likelihood of a record under a stationary process.

@@ -19,7 +19,6 @@ mod partial;
 mod products;
 mod recursion;
 mod regression;
-mod residuals;
 mod series;
 mod starts;
 mod sweep;
@@ -27,7 +26,6 @@ mod sweep;
 pub use estimate::{Estimate, Method, fit};
 pub use gaussian::{Likelihood, likelihood};
 pub use lattice::{Cell, grid};
-pub use residuals::residuals;
 pub use series::Series;
 
 /// The highest order that a polynomial may have.

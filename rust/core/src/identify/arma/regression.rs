@@ -75,7 +75,7 @@ fn levinson(autocovariances: &[f64; LONG + 1]) -> Vec<f64> {
         let explained: f64 =
             phi.iter().zip(autocovariances[..=k].iter().rev()).map(|(phi, c)| phi * c).sum();
         let r = (autocovariances[k + 1] - explained) / variance;
-        if !(r.abs() < 1.0) {
+        if r.is_nan() || r.abs() >= 1.0 {
             break;
         }
         let before = phi.clone();
