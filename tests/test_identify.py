@@ -189,7 +189,10 @@ class TestNumbers:
         assert axis["tests"][2]["lower"] is None
 
     def test_text_is_narrow(self, found):
-        lines = format_identify([found]).split("\n")
+        # A quantised record has the longest notes.
+        coarse = identify(np.round(white()), RATE, name="gyro_y_dps", unit="deg/s")
+        assert any(test.note for test in coarse.tests.all)
+        lines = format_identify([found, coarse]).split("\n")
         assert max(map(len, lines)) <= WIDTH
         assert lines[0] == "gyro_x_dps [deg/s]"
 

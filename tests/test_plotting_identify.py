@@ -127,7 +127,7 @@ class TestPanels:
 
     def test_white_noise_has_nothing_to_learn(self):
         axes = by_title(identify(RECORDS["white"], RATE).plot(), "coefficients learned online")
-        assert [text.get_text() for text in axes.texts] == ["none of white noise"]
+        assert [text.get_text() for text in axes.texts] == ["white noise is not learned online"]
 
 
 def test_the_density_of_white_noise():

@@ -94,7 +94,8 @@ def draw_online(axes: Axes, found: Identification) -> None:
     online, rate = found.online, found.rate
     axes.set_xlim(100.0 / rate, found.prepared.data.size / rate)
     if online is None:
-        _say(axes, f"none of {model_name(found.model.order)}")
+        axes.set_yticks([])
+        _say(axes, f"{model_name(found.model.order)} is not learned online")
         return
     p = found.model.order[0]
     times = online.samples / rate
@@ -128,8 +129,9 @@ def _one_sided(measured: Spectrum, rate: float) -> tuple[Floats, Floats]:
 def _room(online: Online, known: Floats) -> tuple[float, float]:
     """Return limits that hold the end of the way, and as much of its beginning as reads well."""
     late = online.coefficients[online.coefficients.shape[0] // 3 :, : known.size]
-    low, high = limits(np.concatenate((late.ravel(), known)), 0.1, 0.3)
-    return low, high
+    low, high = limits(late, 0.1, 0.3)
+    span = known.max() - known.min()
+    return min(low, known.min() - 0.1 * span), max(high, known.max() + 0.3 * span)
 
 
 def _legend(

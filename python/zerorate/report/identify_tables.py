@@ -63,7 +63,7 @@ def _tests(found: Identification) -> Table:
         ("Ljung-Box of the residuals", found.whiteness.ljung_box),
     )
     rows = tuple(_tested(name, test) for name, test in named)
-    note = "; ".join(dict.fromkeys(test.note for _, test in named if test.note))
+    note = "; ".join(f"{name}: {test.note}" for name, test in named if test.note)
     return Table("Tests", head, rows, words=2, note=note)
 
 

@@ -1,5 +1,6 @@
 """Tables that a terminal and a page can both show."""
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -41,7 +42,8 @@ def as_text(table: Table) -> str:
     lines = [row for row in (table.head, *table.rows) if row]
     widths = _fitting([max(map(len, column)) for column in zip(*lines, strict=True)], table.words)
     texts = (f"{_GAP}{_line(cells, widths, table.words)}" for cells in lines)
-    return "\n".join(filter(None, (table.title, *texts, table.note and f"{_GAP}{table.note}")))
+    note = textwrap.fill(table.note, WIDTH, initial_indent=_GAP, subsequent_indent=_GAP)
+    return "\n".join(filter(None, (table.title, *texts, note)))
 
 
 def _fitting(widths: list[int], words: int) -> list[int]:
