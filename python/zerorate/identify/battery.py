@@ -11,7 +11,7 @@ from zerorate.identify.prepare import segments
 from zerorate.identify.stationarity import ReverseArrangements, adf, kpss, reverse_arrangements
 from zerorate.identify.verdict import Verdict
 
-__all__ = ["Battery", "tested"]
+__all__ = ["Battery", "examined"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -72,7 +72,7 @@ class Battery:
         return self.jarque_bera.accepted and self.anderson_darling.accepted
 
 
-def tested(record: Floats, rate: float, count: int) -> Battery:
+def examined(record: Floats, rate: float, count: int) -> Battery:
     """Return the tests of a record, those of stationarity over so many segments.
 
     There are fewer where a segment would have less than 10 samples.

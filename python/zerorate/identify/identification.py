@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from zerorate.identify.arma import fit_arma
 from zerorate.identify.autoregression import fit_ar
-from zerorate.identify.battery import tested
+from zerorate.identify.battery import examined
 from zerorate.identify.online import learned_online
 from zerorate.identify.order import Criterion, select_order
 from zerorate.identify.prepare import Prepared, prepare
@@ -123,7 +123,7 @@ def identify(
     prepared = _prepared(record, rate, preparation)
     data = prepared.data
     tell("tests", 0.1)
-    tests = tested(data, prepared.rate or rate, segments)
+    tests = examined(data, prepared.rate or rate, segments)
     tell("orders", 0.3)
     ar_orders = select_order(data, "ar", criterion, max_order=max_order)
     arma_orders = select_order(data, "arma", criterion, max_p=max_p, max_q=max_q)

@@ -94,7 +94,7 @@ def draw_online(axes: Axes, found: Identification) -> None:
     online, rate = found.online, found.rate
     axes.set_xlim(100.0 / rate, found.prepared.data.size / rate)
     if online is None:
-        axes.set_yticks([])
+        axes.tick_params(left=False, labelleft=False)
         _say(axes, f"{model_name(found.model.order)} is not learned online")
         return
     p = found.model.order[0]
