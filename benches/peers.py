@@ -15,6 +15,8 @@ import numpy as np
 
 SOURCE = Path(__file__).with_name("reference.c")
 DEVIATIONS = SOURCE.with_name("allan.c")
+AUTOREGRESSION = SOURCE.with_name("autoregression.c")
+ARMA = SOURCE.with_name("arma.c")
 BUILT = Path(tempfile.mkdtemp(prefix="zerorate-benches-"))
 
 
@@ -46,6 +48,39 @@ def c_deviations():
         return run
 
     return named
+
+
+def c_order(name, order=10):
+    """``name`` of the choice of an autoregression's order in C: a table of a row an order."""
+    flags = ["-O3", "-march=native", "-ffast-math"]
+    library = ctypes.CDLL(str(compile_library("order.so", *flags, source=AUTOREGRESSION)))
+    function = getattr(library, name)
+    floats = np.ctypeslib.ndpointer(np.float64, flags="C")
+    function.argtypes = [floats, ctypes.c_size_t, ctypes.c_int, floats]
+    function.restype = None
+
+    def run(z):
+        out = np.empty((order + 1, 4))
+        function(z, z.size, order, out)
+        return out
+
+    return run
+
+
+def c_arma_grid():
+    """A function of samples to the variances of all ARMA orders up to (3, 3), and the passes."""
+    flags = ["-O3", "-march=native", "-ffast-math"]
+    function = ctypes.CDLL(str(compile_library("arma.so", *flags, source=ARMA))).arma_grid
+    floats = np.ctypeslib.ndpointer(np.float64, flags="C")
+    function.argtypes = [floats, ctypes.c_size_t, floats, floats]
+    function.restype = ctypes.c_int
+
+    def run(z):
+        sigma2 = np.empty((4, 4))
+        passes = function(z, z.size, np.empty_like(z), sigma2)
+        return sigma2, passes
+
+    return run
 
 
 def c_batch(*flags):

@@ -14,6 +14,7 @@ from strategies import (
     TRACE,
     assert_same_bits,
     assert_same_state,
+    drift,
     drift_settings,
     records,
     traced,
@@ -175,8 +176,9 @@ def test_the_start_up_lasts_as_long_as_said(rate, startup, samples):
 
 @given(drift_settings(), records())
 def test_params_rebuild_an_equal_filter(arguments, z):
-    f = zr.DriftFilter(**arguments)
-    twin = zr.DriftFilter(**f.params)
+    f = drift(arguments)
+    started = {} if f.start is None else {"start": f.start}
+    twin = drift({**f.params, **started})
     assert twin.params == f.params
     expected, got = traced(f, z), traced(twin, z)
     for name in TRACE:

@@ -284,7 +284,6 @@ def arma_residuals(
     centre: float,
     constant: float,
 ) -> _Floats: ...
-
 def arma_fit(
     z: npt.ArrayLike, p: int, q: int, constant: bool, exact: bool
 ) -> tuple[

@@ -39,7 +39,8 @@ impl<T, const N: usize, const M: usize> Start<T, N, M>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
-    /// The start, if each number is in its range.
+    /// The start, if each number is in its range; offset and scale limited to what the type can
+    /// filter.
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
@@ -54,31 +55,29 @@ where
         check_variance("process_noise", self.process_noise)?;
         Factors::of("covariance", &self.covariance)?;
         Factors::of("state_covariance", &self.state_covariance)?;
-        Ok(self)
+        let offset = self.offset.within(T::RAW_MAX);
+        let scale = scale.at_most(T::RAW_MAX).at_least(T::one() / T::RAW_MAX);
+        Ok(Self { offset, scale, ..self })
     }
 
     /// `[φ, θ, c]` of the centred and scaled signal.
     pub(crate) fn normalised_coefficients(&self) -> SVector<T, M> {
         let rest = self.coefficients.iter().take(N - 1).fold(T::one(), |rest, phi| rest - *phi);
         let mut normalised = self.coefficients;
-        normalised[M - 1] = (self.coefficients[M - 1] - rest * self.offset) * self.inverse_scale();
+        normalised[M - 1] = (self.coefficients[M - 1] - rest * self.offset) / self.scale;
         normalised.map(|c| c.within(T::LESSON_MAX))
-    }
-
-    fn inverse_scale(&self) -> T {
-        (T::one() / self.scale).at_most(T::RAW_MAX)
     }
 
     /// A variance of the signal in those of the centred and scaled one.
     pub(crate) fn normalised_variance(&self, variance: T) -> T {
-        let ratio = self.inverse_scale();
+        let ratio = T::one() / self.scale;
         (variance * ratio * ratio).at_most(T::COVARIANCE_MAX)
     }
 
     /// The state's covariance in variances of the signal, semidefinite to rounding.
     pub(crate) fn normalised_state_covariance(&self) -> Result<SMatrix<T, N, N>, Error> {
         let bound = T::COVARIANCE_MAX;
-        let ratio = self.inverse_scale();
+        let ratio = T::one() / self.scale;
         let normalised = self.state_covariance.map(|p| (p * ratio * ratio).within(bound));
         Ok(Factors::of("state_covariance", &normalised)?.product())
     }

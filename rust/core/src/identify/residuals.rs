@@ -19,32 +19,43 @@ impl Arma<'_> {
     /// Every stretch starts anew: its first `p` samples have no residual (NaN, as for missing
     /// samples), and what their residuals were is taken as zero.
     pub fn residuals(&self, record: &[f64]) -> Vec<f64> {
-        let mut residuals = Vec::with_capacity(record.len() + 1);
+        let mut residuals = vec![f64::NAN; record.len()];
+        let mut first = 0;
         for stretch in record.split(|z| !z.is_finite()) {
-            self.extend(&mut residuals, stretch);
-            // The missing sample that ended the stretch.
-            residuals.push(f64::NAN);
+            let end = first + stretch.len();
+            if let Some(after) = residuals[first..end].get_mut(self.phi.len()..) {
+                self.autoregress(stretch, after);
+                self.invert(after);
+            }
+            // Past the missing sample that ended the stretch.
+            first = end + 1;
         }
-        residuals.pop();
         residuals
     }
 
-    fn extend(&self, residuals: &mut Vec<f64>, stretch: &[f64]) {
+    /// What the autoregression leaves of the samples after the first `p`.
+    fn autoregress(&self, stretch: &[f64], left: &mut [f64]) {
         let p = self.phi.len();
-        let first = residuals.len() + p;
-        residuals.extend(stretch.iter().take(p).map(|_| f64::NAN));
-        for k in p..stretch.len() {
-            let innovation = stretch[k] - self.centre - self.predicted(&stretch[..k]);
-            let past = residuals[first..].iter().rev();
-            let moving: f64 = self.theta.iter().zip(past).map(|(theta, a)| theta * a).sum();
-            residuals.push(innovation - moving);
+        for (w, z) in left.iter_mut().zip(&stretch[p..]) {
+            *w = z - self.centre - self.constant;
+        }
+        for (i, phi) in self.phi.iter().enumerate() {
+            for (w, z) in left.iter_mut().zip(&stretch[p - 1 - i..]) {
+                *w -= phi * (z - self.centre);
+            }
         }
     }
 
-    /// The constant and the autoregressive part.
-    fn predicted(&self, past: &[f64]) -> f64 {
-        let newest_first = past.iter().rev().map(|z| z - self.centre);
-        self.phi.iter().zip(newest_first).map(|(phi, y)| phi * y).sum::<f64>() + self.constant
+    /// The innovations whose moving average `left` is, in its place.
+    fn invert(&self, left: &mut [f64]) {
+        if self.theta.is_empty() {
+            return;
+        }
+        for k in 0..left.len() {
+            let (past, now) = left.split_at_mut(k);
+            let newest_first = past.iter().rev();
+            now[0] -= self.theta.iter().zip(newest_first).map(|(theta, a)| theta * a).sum::<f64>();
+        }
     }
 }
 

@@ -17,6 +17,8 @@ type Fit<'py> = (
     (bool, bool, bool, usize),
 );
 
+type Grid<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>, usize);
+
 /// The ARMA(p, q) model that fits a record best.
 ///
 /// Parameters
@@ -88,11 +90,7 @@ pub fn arma_fit<'py>(
 /// ValueError
 ///     An order beyond 8, or too few samples.
 #[pyfunction]
-pub fn arma_grid<'py>(
-    z: &Bound<'py, PyAny>,
-    p: usize,
-    q: usize,
-) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>, usize)> {
+pub fn arma_grid<'py>(z: &Bound<'py, PyAny>, p: usize, q: usize) -> PyResult<Grid<'py>> {
     let py = z.py();
     let values = arrays::batch(z, None)?.values;
     let (cells, count) = py.detach(|| {

@@ -1,5 +1,7 @@
 //! Sum of the squares of the conditional residuals.
 
+use std::ops::SubAssign;
+
 use nalgebra::{DMatrix, DVector};
 use pulp::Arch;
 
@@ -93,10 +95,15 @@ impl<'a> Conditional<'a> {
 
 impl Problem for Conditional<'_> {
     fn normal(&self, point: &[f64]) -> Normal {
-        let slopes = -partial::jacobian(&point[self.p..self.p + self.q]);
-        let mut all = DMatrix::identity(point.len(), point.len());
-        all.view_mut((self.p, self.p), (self.q, self.q)).copy_from(&slopes);
-        self.natural(&self.coefficients(point)).transformed(&all)
+        let (corner, size) = ((self.p, self.p), (self.q, self.q));
+        let free = &point[self.p..self.p + self.q];
+        let mut slopes = DMatrix::identity(point.len(), point.len());
+        slopes.view_mut(corner, size).copy_from(&-partial::jacobian(free));
+        let natural = self.natural(&self.coefficients(point));
+        let pull = -natural.descent.rows(self.p, self.q);
+        let mut normal = natural.transformed(&slopes);
+        normal.bend.view_mut(corner, size).sub_assign(&partial::bend(free, &pull));
+        normal
     }
 
     fn bounds(&self) -> &[f64] {

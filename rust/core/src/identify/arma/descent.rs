@@ -80,6 +80,18 @@ pub fn minimise(
     at
 }
 
+impl Descent {
+    /// The minimum that seems to lie ahead: from where a search ends, a step too short to be worth
+    /// a pass.
+    pub fn outlook(&self, problem: &impl Problem) -> Vec<f64> {
+        let model = self.normal.model(&frozen(self, problem.bounds()));
+        match self.end {
+            End::Minimum => moved(&self.point, &model.step(f64::INFINITY), problem.bounds()),
+            _ => self.point.clone(),
+        }
+    }
+}
+
 /// Goes the step if that leads no higher, and returns the radius of the next one.
 fn advance(at: &mut Descent, problem: &impl Problem, step: &Step, radius: f64) -> f64 {
     let point = moved(&at.point, step, problem.bounds());

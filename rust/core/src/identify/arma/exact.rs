@@ -27,13 +27,26 @@ pub struct Exact<'a> {
     p: usize,
     q: usize,
     bounds: Vec<f64>,
+    bend: DMatrix<f64>,
 }
 
 impl<'a> Exact<'a> {
     pub fn new(series: &'a Series, p: usize, q: usize, has_constant: bool) -> Self {
         let mut bounds = vec![EDGE; p + q];
         bounds.extend(has_constant.then_some(f64::INFINITY));
-        Self { series, p, q, bounds }
+        let bend = DMatrix::zeros(bounds.len(), bounds.len());
+        Self { series, p, q, bounds, bend }
+    }
+
+    /// Gives the normal equations near a point what theirs there lack of the likelihood's
+    /// curvature, and returns it.
+    pub fn bend(&mut self, at: &Normal, information: Option<DMatrix<f64>>) -> &DMatrix<f64> {
+        let sigma2 = at.sum_of_squares / self.count() as f64;
+        self.bend = match information {
+            Some(information) => information * sigma2 - &at.gram,
+            None => DMatrix::zeros(at.gram.nrows(), at.gram.ncols()),
+        };
+        &self.bend
     }
 
     /// `φ`, `θ` and the mean at a point.
@@ -85,13 +98,14 @@ impl<'a> Exact<'a> {
 
 impl Problem for Exact<'_> {
     fn normal(&self, point: &[f64]) -> Normal {
-        match self.p.max(self.q + 1) {
+        let normal = match self.p.max(self.q + 1) {
             1 => self.normal_of_size::<1>(point),
             2 => self.normal_of_size::<2>(point),
             3 => self.normal_of_size::<3>(point),
             4 => self.normal_of_size::<4>(point),
             _ => self.normal_of_size::<{ MAX_ORDER + 1 }>(point),
-        }
+        };
+        Normal { bend: self.bend.clone(), ..normal }
     }
 
     fn bounds(&self) -> &[f64] {

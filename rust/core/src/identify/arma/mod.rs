@@ -13,6 +13,7 @@ mod gaussian;
 mod hessian;
 mod kalman;
 mod lattice;
+mod maximum;
 mod model;
 mod normal;
 mod partial;

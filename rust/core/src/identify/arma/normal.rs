@@ -39,6 +39,9 @@ impl Normal {
             (self.gram[(i, j)] + self.bend[(i, j)]) * free(i) * free(j) + held
         });
         let descent = DVector::from_fn(frozen.len(), |i, _| self.descent[i] * free(i));
+        if frozen.is_empty() {
+            return Model { curvatures: descent.clone(), axes: curvature, descent, scale };
+        }
         let eigen = curvature.symmetric_eigen();
         let descent = eigen.eigenvectors.tr_mul(&descent);
         Model { curvatures: eigen.eigenvalues, axes: eigen.eigenvectors, descent, scale }

@@ -1,6 +1,6 @@
 //! Polynomials by their partial autocorrelations (Monahan 1984; Jones 1980).
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// Where a search ends: partial autocorrelations of 1 - 1e-10.
 pub const EDGE: f64 = 12.0;
@@ -87,6 +87,23 @@ pub fn jacobian(free: &[f64]) -> DMatrix<f64> {
         jacobian.column_mut(column).copy_from_slice(&slope);
     }
     jacobian
+}
+
+/// Second derivatives of `weightsᵀ φ` by the unbounded coordinates.
+pub fn bend(free: &[f64], weights: &DVector<f64>) -> DMatrix<f64> {
+    // Of the rounding and of the width squared, both are below 1e-9, and only the way depends on it.
+    const WIDTH: f64 = 1e-5;
+    let mut bend = DMatrix::zeros(free.len(), free.len());
+    for row in 0..free.len() {
+        let slopes = |step: f64| {
+            let mut moved = free.to_vec();
+            moved[row] += step;
+            jacobian(&moved).tr_mul(weights)
+        };
+        let column = (slopes(WIDTH) - slopes(-WIDTH)) / (2.0 * WIDTH);
+        bend.row_mut(row).copy_from(&column.transpose());
+    }
+    bend.symmetric_part()
 }
 
 #[cfg(test)]

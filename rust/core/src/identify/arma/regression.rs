@@ -35,8 +35,7 @@ impl Regression {
         let mut chosen: Vec<usize> = (0..p).chain(self.p..self.p + q).collect();
         chosen.extend(has_constant.then_some(one));
         let gram = DMatrix::from_fn(chosen.len(), chosen.len(), |i, j| {
-            let ridge = if i == j { 1.0 + 1e-10 } else { 1.0 };
-            self.products[(chosen[i], chosen[j])] * ridge
+            self.products[(chosen[i], chosen[j])]
         });
         let right = DVector::from_fn(chosen.len(), |i, _| self.products[(chosen[i], one + 1)]);
         Some(Cholesky::new(gram)?.solve(&right).as_slice().to_vec())

@@ -174,3 +174,55 @@ impl Pass {
         (before + sum).is_finite().then_some(sum)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::{BLOCK, Centre, LagProducts};
+    use crate::identify::stretches;
+
+    /// Small integers: every sum is exact in any order.
+    fn record(n: usize) -> Vec<f64> {
+        (0..n).map(|i| f64::from((i * i * i % 71) as u32)).collect()
+    }
+
+    fn gram(record: &[f64], order: usize) -> DMatrix<f64> {
+        let mut sums = DMatrix::zeros(order + 2, order + 2);
+        for stretch in stretches(record) {
+            for t in order..stretch.len() {
+                let lagged = (1..=order).chain([0]).map(|lag| stretch[t - lag]);
+                let row = DMatrix::from_iterator(1, order + 2, [1.0].into_iter().chain(lagged));
+                sums += row.transpose() * row;
+            }
+        }
+        sums
+    }
+
+    #[test]
+    fn all_products_follow_from_those_of_the_last_sample() {
+        for order in [0, 1, 3, 4, 10, 11, 12, 20, 64] {
+            for n in [0, 5, 90, BLOCK, BLOCK + order, BLOCK + order + 1, 2 * BLOCK + 77] {
+                let mut z = record(n);
+                assert_products(&z, order);
+                z.iter_mut().skip(30).step_by(611).for_each(|z| *z = f64::NAN);
+                assert_products(&z, order);
+            }
+        }
+    }
+
+    fn assert_products(z: &[f64], order: usize) {
+        let products = LagProducts::of(z, order, Centre::default());
+        let expected = gram(z, order);
+        assert_eq!(products.gram(true), expected);
+        assert_eq!(products.gram(false), expected.remove_row(0).remove_column(0));
+        let pairs = |lag: usize| -> f64 {
+            stretches(z)
+                .flat_map(|y| y.iter().skip(lag).zip(y))
+                .map(|(late, early)| late * early)
+                .sum()
+        };
+        assert_eq!(products.over_all_pairs(), (0..=order).map(pairs).collect::<Vec<_>>());
+        assert_eq!(products.present(), stretches(z).map(<[f64]>::len).sum());
+    }
+}
