@@ -8,12 +8,16 @@ from zerorate.cli.faults import UsageFault
 from zerorate.noise.taus import TauGrid
 
 __all__ = [
+    "Criterion",
     "CurveFormat",
+    "Estimator",
     "Export",
     "FigureFormat",
     "LogFormat",
     "Method",
     "Noise",
+    "Outliers",
+    "Trend",
     "parse_adapt_for",
     "parse_columns",
     "parse_exports",
@@ -62,6 +66,39 @@ class Export(StrEnum):
     orbslam3 = "orbslam3"
     px4 = "px4"
     json = "json"
+
+
+class Criterion(StrEnum):
+    """Criteria of order."""
+
+    fpe = "fpe"
+    aic = "aic"
+    aicc = "aicc"
+    bic = "bic"
+    hq = "hq"
+
+
+class Estimator(StrEnum):
+    """Estimates of an ARMA model."""
+
+    css = "css"
+    exact = "exact"
+
+
+class Outliers(StrEnum):
+    """Ways to replace outliers."""
+
+    none = "none"
+    hampel = "hampel"
+    moving_average = "moving-average"
+
+
+class Trend(StrEnum):
+    """What is taken off a record."""
+
+    none = "none"
+    mean = "mean"
+    linear = "linear"
 
 
 class FigureFormat(StrEnum):

@@ -3,6 +3,7 @@
 from zerorate.identify.arma import ArmaGrid, arma_grid, fit_arma
 from zerorate.identify.autoregression import fit_ar
 from zerorate.identify.filters import to_filter
+from zerorate.identify.identification import identify
 from zerorate.identify.model import ArmaModel
 from zerorate.identify.normality import anderson_darling, jarque_bera
 from zerorate.identify.order import OrderSelection, select_order
@@ -18,6 +19,7 @@ from zerorate.identify.prepare import (
     segments,
 )
 from zerorate.identify.rest import Span, moving_spans
+from zerorate.identify.result import Identification
 from zerorate.identify.state_space import StateSpace
 from zerorate.identify.stationarity import ReverseArrangements, adf, kpss, reverse_arrangements
 from zerorate.identify.verdict import Verdict
@@ -34,6 +36,7 @@ __all__ = [
     "ArmaModel",
     "Change",
     "Correlogram",
+    "Identification",
     "OrderSelection",
     "Prepared",
     "ReverseArrangements",
@@ -51,6 +54,7 @@ __all__ = [
     "fit_ar",
     "fit_arma",
     "hampel",
+    "identify",
     "jarque_bera",
     "kpss",
     "ljung_box",

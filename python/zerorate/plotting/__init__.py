@@ -3,5 +3,13 @@
 from zerorate.plotting.allan import plot_allan, plot_characterisation
 from zerorate.plotting.dynamic import plot_dynamic
 from zerorate.plotting.figure import plot_replay, save_figure
+from zerorate.plotting.identify import plot_identification
 
-__all__ = ["plot_allan", "plot_characterisation", "plot_dynamic", "plot_replay", "save_figure"]
+__all__ = [
+    "plot_allan",
+    "plot_characterisation",
+    "plot_dynamic",
+    "plot_identification",
+    "plot_replay",
+    "save_figure",
+]
