@@ -8,17 +8,9 @@ from scipy.optimize import least_squares
 from scipy.signal import lfilter
 from statsmodels.tsa.statespace.sarimax import SARIMAX
 
+from autoregressions import LH
 from zerorate import _native
 from zerorate.identify.arma import arma_grid, fit_arma
-
-# Diggle 1990, distributed with R.
-LH = np.loadtxt(
-    [
-        "2.4 2.4 2.4 2.2 2.1 1.5 2.3 2.3 2.5 2.0 1.9 1.7 2.2 1.8 3.2 3.2 2.7 2.2 2.2 1.9 1.9 1.8 2.7 "
-        "3.0 2.3 2.0 2.0 2.9 2.9 2.7 2.7 2.3 2.6 2.4 1.8 1.7 1.5 1.4 2.1 3.3 3.5 3.5 3.1 2.6 2.1 3.4 "
-        "3.0 2.9"
-    ]
-)
 
 
 def simulate(phi, theta, n, seed, constant=0.0):
