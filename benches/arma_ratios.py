@@ -10,11 +10,12 @@ where they differ most.
 
 import sys
 import time
+from functools import partial
 
 import numpy as np
 
 import peers
-from zerorate.identify.arma import arma_grid, fit_arma
+from zerorate.identify.estimation.arma import arma_grid, fit_arma
 
 ROUNDS = 5
 
@@ -72,8 +73,8 @@ def print_grid(name, z, c, peer):
 def print_exact(n):
     z = filtered([0.9], [-0.5], n, 4)
     for p, q in [(1, 1), (2, 1), (3, 3)]:
-        conditional = min(seconds(lambda z: fit_arma(z, p, q), z)[0] for _ in range(3))
-        exact = min(seconds(lambda z: fit_arma(z, p, q, "exact"), z)[0] for _ in range(3))
+        conditional = min(seconds(partial(fit_arma, p=p, q=q), z)[0] for _ in range(3))
+        exact = min(seconds(partial(fit_arma, p=p, q=q, method="exact"), z)[0] for _ in range(3))
         print(f"ARMA({p},{q}) {n:>12,}{conditional * 1e3:12.1f}{exact * 1e3:12.1f}", flush=True)
 
 

@@ -10,7 +10,7 @@ from statsmodels.tsa.statespace.sarimax import SARIMAX
 
 from autoregressions import LH
 from zerorate import _native
-from zerorate.identify.arma import arma_grid, fit_arma
+from zerorate.identify.estimation.arma import arma_grid, fit_arma
 
 
 def simulate(phi, theta, n, seed, constant=0.0):

@@ -7,10 +7,10 @@ import pytest
 
 from recordings import RECORDINGS, needs_recordings
 from zerorate.identify import ArmaModel, identify
-from zerorate.identify.as_json import as_json
-from zerorate.identify.fitness import is_fit
-from zerorate.identify.phrases import listed, model_name, per_cent
-from zerorate.identify.survey import surveyed
+from zerorate.identify.study.as_json import as_json
+from zerorate.identify.study.fitness import is_fit
+from zerorate.identify.study.phrases import listed, model_name, per_cent
+from zerorate.identify.study.survey import surveyed
 from zerorate.io import read_log
 from zerorate.report.identify import format_identify
 from zerorate.report.text import WIDTH

@@ -11,7 +11,8 @@ from statsmodels.tsa.ar_model import ar_select_order
 
 from autoregressions import LH, simulated, stationary_records
 from oracle.autoregression import least_squares
-from zerorate.identify import OrderSelection, criteria, select_order
+from zerorate.identify import OrderSelection, select_order
+from zerorate.identify.estimation import criteria
 
 NAMES = ("fpe", "aic", "aicc", "bic", "hq")
 
@@ -134,16 +135,16 @@ def test_among_equally_many_coefficients_the_better_is_taken():
 def test_mixed_models_come_from_their_grid(monkeypatch):
     # The search itself has tests of its own.
     sigma2 = np.array([[5.0, 4.0, 3.9], [2.0, 1.0, 0.999]])
-    grid = SimpleNamespace(sigma2=sigma2, n=500, converged=np.ones((2, 3), bool))
+    grid = SimpleNamespace(sigma2=sigma2, n=500, coefficients=())
     asked = []
 
     def arma_grid(z, max_p, max_q):
         asked.append((len(z), max_p, max_q))
         return grid
 
-    module = ModuleType("zerorate.identify.arma")
+    module = ModuleType("zerorate.identify.estimation.arma")
     module.arma_grid = arma_grid
-    monkeypatch.setitem(sys.modules, "zerorate.identify.arma", module)
+    monkeypatch.setitem(sys.modules, "zerorate.identify.estimation.arma", module)
     chosen = select_order(np.zeros(10), "arma", "bic", max_p=1, max_q=2)
     assert asked == [(10, 1, 2)]
     assert chosen.orders == ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2))

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zerorate.identify.prepare import (
+from zerorate.identify.preparation.prepare import (
     Change,
     decimate,
     detrend,

@@ -13,8 +13,10 @@ from statsmodels.tsa.stattools import kpss as statsmodels_kpss
 
 import zerorate as zr
 from zerorate._native import reversals
-from zerorate.identify import mahonian
-from zerorate.identify.stationarity import adf, kpss, reverse_arrangements
+from zerorate.identify.checks import mahonian
+from zerorate.identify.checks.arrangements import reverse_arrangements
+from zerorate.identify.checks.kpss import kpss
+from zerorate.identify.checks.unit_root import adf
 
 # J. S. Bendat, A. G. Piersol, Random Data, section 4.5.2: example and table A.6.
 BOOK = [5.2, 6.2, 3.7, 6.4, 3.9, 4.0, 3.9, 5.3, 4.0, 4.6]

@@ -6,7 +6,7 @@ NaN, infinities and ``None`` are missing samples. R is the measurement noise var
 process noise covariance of the state.
 """
 
-from zerorate import metrics
+from zerorate import identify, metrics
 from zerorate._native import (
     AllanNoise,
     DriftFilter,
@@ -53,6 +53,7 @@ __all__ = [
     "allan",
     "device",
     "dynamic_allan",
+    "identify",
     "metrics",
     "read_log",
     "simulate",

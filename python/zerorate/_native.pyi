@@ -285,7 +285,12 @@ def arma_residuals(
     constant: float,
 ) -> _Floats: ...
 def arma_fit(
-    z: npt.ArrayLike, p: int, q: int, constant: bool, exact: bool
+    z: npt.ArrayLike,
+    p: int,
+    q: int,
+    constant: bool,
+    exact: bool,
+    start: Sequence[float] | _Floats | None = None,
 ) -> tuple[
     tuple[_Floats, _Floats, float, float, _Floats],
     tuple[int, float, float, float],
@@ -293,7 +298,7 @@ def arma_fit(
 ]: ...
 def arma_grid(
     z: npt.ArrayLike, p: int, q: int
-) -> tuple[_Floats, npt.NDArray[np.bool_], _Counts, int]: ...
+) -> tuple[_Floats, _Flags, _Counts, int, list[_Floats]]: ...
 def arma_likelihood(
     z: npt.ArrayLike,
     phi: Sequence[float] | _Floats,

@@ -19,10 +19,10 @@ from zerorate.cli.options import (
     parse_order,
 )
 from zerorate.cli.progress import progress_bar
-from zerorate.identify.identification import LEAST_SAMPLES
-from zerorate.identify.identification import identify as identify_axis
 from zerorate.identify.records import as_record
-from zerorate.identify.result import Identification
+from zerorate.identify.study.identification import LEAST_SAMPLES
+from zerorate.identify.study.identification import identify as identify_axis
+from zerorate.identify.study.result import Identification
 from zerorate.io import Log, read_log
 from zerorate.replay.workers import Progress
 from zerorate.report.identify import format_identify, log_notes

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from zerorate.cli.faults import as_usage, require, writing
 from zerorate.cli.outputs import together
-from zerorate.identify.as_json import as_json
-from zerorate.identify.result import Identification
+from zerorate.identify.study.as_json import as_json
+from zerorate.identify.study.result import Identification
 from zerorate.io import Log, check_writable
 from zerorate.replay.workers import Progress
 from zerorate.report.identify import log_notes

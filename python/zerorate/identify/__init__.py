@@ -1,13 +1,24 @@
 """From a record at rest to a drift model, with the tests that justify it."""
 
-from zerorate.identify.arma import ArmaGrid, arma_grid, fit_arma
-from zerorate.identify.autoregression import fit_ar
-from zerorate.identify.filters import to_filter
-from zerorate.identify.identification import identify
-from zerorate.identify.model import ArmaModel
-from zerorate.identify.normality import anderson_darling, jarque_bera
-from zerorate.identify.order import OrderSelection, select_order
-from zerorate.identify.prepare import (
+from zerorate.identify.checks.arrangements import ReverseArrangements, reverse_arrangements
+from zerorate.identify.checks.kpss import kpss
+from zerorate.identify.checks.normality import anderson_darling, jarque_bera
+from zerorate.identify.checks.rest import Span, moving_spans
+from zerorate.identify.checks.unit_root import adf
+from zerorate.identify.checks.verdict import Verdict
+from zerorate.identify.checks.whiteness import (
+    Correlogram,
+    Whiteness,
+    autocorrelation,
+    ljung_box,
+    whiteness,
+)
+from zerorate.identify.estimation.arma import ArmaGrid, arma_grid, fit_arma
+from zerorate.identify.estimation.autoregression import fit_ar
+from zerorate.identify.estimation.order import OrderSelection, select_order
+from zerorate.identify.filters.start import to_filter
+from zerorate.identify.models.model import ArmaModel
+from zerorate.identify.preparation.prepare import (
     Change,
     Prepared,
     decimate,
@@ -18,18 +29,9 @@ from zerorate.identify.prepare import (
     prepare,
     segments,
 )
-from zerorate.identify.rest import Span, moving_spans
-from zerorate.identify.result import Identification
-from zerorate.identify.state_space import StateSpace
-from zerorate.identify.stationarity import ReverseArrangements, adf, kpss, reverse_arrangements
-from zerorate.identify.verdict import Verdict
-from zerorate.identify.whiteness import (
-    Correlogram,
-    Whiteness,
-    autocorrelation,
-    ljung_box,
-    whiteness,
-)
+from zerorate.identify.state_space.system import StateSpace
+from zerorate.identify.study.identification import identify
+from zerorate.identify.study.result import Identification
 
 __all__ = [
     "ArmaGrid",

@@ -5,8 +5,8 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING, Final
 
-from zerorate.identify.phrases import model_name
-from zerorate.identify.result import Identification
+from zerorate.identify.study.phrases import model_name
+from zerorate.identify.study.result import Identification
 from zerorate.plotting.identify_correlation import (
     draw_acf,
     draw_pacf,

@@ -14,8 +14,8 @@ from zerorate.report.text import significant
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from zerorate.identify.result import Identification
-    from zerorate.identify.whiteness import Correlogram
+    from zerorate.identify.checks.whiteness import Correlogram
+    from zerorate.identify.study.result import Identification
 
 __all__ = ["draw_acf", "draw_pacf", "draw_quantiles", "draw_residual_acf"]
 

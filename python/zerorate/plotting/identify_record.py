@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.identify.phrases import model_name
+from zerorate.identify.study.phrases import model_name
 from zerorate.noise.spectrum import Spectrum
 from zerorate.plotting.envelope import limits, spans
 from zerorate.plotting.style import (
@@ -25,8 +25,8 @@ from zerorate.plotting.style import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from zerorate.identify.online import Online
-    from zerorate.identify.result import Identification
+    from zerorate.identify.study.online import Online
+    from zerorate.identify.study.result import Identification
 
 __all__ = ["draw_online", "draw_series", "draw_spectrum", "style_times"]
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from zerorate.identify.result import Identification
+from zerorate.identify.study.result import Identification
 from zerorate.io import Log
 from zerorate.report.identify_tables import tables
 from zerorate.report.tables import as_text

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 
 from zerorate._native import __version__
-from zerorate.identify.fitness import is_fit
-from zerorate.identify.phrases import model_name, per_cent
-from zerorate.identify.result import Identification
+from zerorate.identify.study.fitness import is_fit
+from zerorate.identify.study.phrases import model_name, per_cent
+from zerorate.identify.study.result import Identification
 from zerorate.report.identify_tables import tables
 from zerorate.report.page import as_html, bullets, image, page
 from zerorate.report.tables import Table

@@ -5,12 +5,12 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.identify.model import ArmaModel
-from zerorate.identify.order import OrderSelection
-from zerorate.identify.phrases import model_name, per_cent
-from zerorate.identify.result import Identification
-from zerorate.identify.scores import CRITERIA, above_least
-from zerorate.identify.verdict import Verdict
+from zerorate.identify.checks.verdict import Verdict
+from zerorate.identify.estimation.order import OrderSelection
+from zerorate.identify.models.model import ArmaModel
+from zerorate.identify.study.phrases import model_name, per_cent
+from zerorate.identify.study.result import Identification
+from zerorate.identify.study.scores import CRITERIA, above_least
 from zerorate.report.tables import Table
 from zerorate.report.text import significant, with_error
 

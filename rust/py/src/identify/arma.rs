@@ -17,7 +17,7 @@ type Fit<'py> = (
     (bool, bool, bool, usize),
 );
 
-type Grid<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>, usize);
+type Grid<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>, usize, Vec<Floats<'py>>);
 
 /// The ARMA(p, q) model that fits a record best.
 ///
@@ -31,6 +31,8 @@ type Grid<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>, usize
 ///     Whether a constant is estimated.
 /// exact : bool
 ///     Whether by the exact Gaussian likelihood, not by conditional least squares.
+/// start : sequence of float, optional
+///     [phi, theta, c], without c if there is no constant: where to search, and nowhere else.
 ///
 /// Returns
 /// -------
@@ -47,20 +49,23 @@ type Grid<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>, usize
 /// ValueError
 ///     An order beyond 8, or too few samples.
 #[pyfunction]
+#[pyo3(signature = (z, p, q, constant, exact, start=None))]
 pub fn arma_fit<'py>(
     z: &Bound<'py, PyAny>,
     p: usize,
     q: usize,
     constant: bool,
     exact: bool,
+    start: Option<Vec<f64>>,
 ) -> PyResult<Fit<'py>> {
     let py = z.py();
     let values = arrays::batch(z, None)?.values;
+    check_start(start.as_deref(), p + q + usize::from(constant))?;
     let method = if exact { Method::Exact } else { Method::Conditional };
     let found = py.detach(|| {
         let series = Series::new(values, constant);
         checked(&series, p, q, p)?;
-        Ok::<_, PyErr>(arma::fit(&series, p, q, constant, method))
+        Ok::<_, PyErr>(arma::fit(&series, p, q, constant, method, start))
     })?;
     let size = p + q + 1;
     let Estimate { phi, theta, covariance, on_circle: (ar, ma), .. } = found;
@@ -84,6 +89,8 @@ pub fn arma_fit<'py>(
 ///     Passes over the record.
 /// count : int
 ///     Number of residuals.
+/// coefficients : list of ndarray
+///     [phi, theta, c] of each order, row after row of one p.
 ///
 /// Raises
 /// ------
@@ -105,6 +112,7 @@ pub fn arma_grid<'py>(z: &Bound<'py, PyAny>, p: usize, q: usize) -> PyResult<Gri
         arrays::array(py, cells.iter().map(|cell| cell.converged).collect(), &shape)?,
         arrays::array(py, cells.iter().map(|cell| cell.evaluations as i64).collect(), &shape)?,
         count,
+        cells.into_iter().map(|cell| PyArray1::from_vec(py, cell.coefficients)).collect(),
     ))
 }
 
@@ -159,4 +167,15 @@ fn within(p: usize, q: usize) -> PyResult<()> {
         )));
     }
     Ok(())
+}
+
+fn check_start(start: Option<&[f64]>, size: usize) -> PyResult<()> {
+    match start {
+        Some(start) if start.len() != size || start.iter().any(|c| !c.is_finite()) => {
+            Err(PyValueError::new_err(format!(
+                "start must be {size} finite coefficients [phi, theta, c], got {start:?}"
+            )))
+        }
+        _ => Ok(()),
+    }
 }

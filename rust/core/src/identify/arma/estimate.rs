@@ -63,12 +63,22 @@ pub struct Scaled {
     pub count: usize,
 }
 
-/// The model of orders (p, q), at most [`super::MAX_ORDER`], that fits a record best.
-pub fn fit(series: &Series, p: usize, q: usize, has_constant: bool, method: Method) -> Estimate {
+/// The model of orders (p, q), at most [`super::MAX_ORDER`], that fits a record best, or the one
+/// that a search from the `[φ, θ, c]` given leads to.
+pub fn fit(
+    series: &Series,
+    p: usize,
+    q: usize,
+    has_constant: bool,
+    method: Method,
+    start: Option<Vec<f64>>,
+) -> Estimate {
     let problem = Conditional::new(series, p, q, has_constant, p);
-    let mut found = lattice(series, p, q, has_constant, p);
-    let (start, evaluations) = found.swap_remove(found.len() - 1);
-    let descent = minimise(&problem, start.point, FINE, |_, _| false);
+    let (start, evaluations) = match start {
+        Some(start) => (problem.point(&series.without_units(start, p, p + q)), 0),
+        None => searched(series, p, q, has_constant),
+    };
+    let descent = minimise(&problem, start, FINE, |_, _| false);
     let evaluations = evaluations + descent.evaluations;
     let (scaled, descent) = match method {
         Method::Conditional => (conditional(&problem, &descent), descent),
@@ -78,6 +88,13 @@ pub fn fit(series: &Series, p: usize, q: usize, has_constant: bool, method: Meth
     };
     let converged = descent.end == End::Minimum;
     with_units(series, scaled, p, q, converged, evaluations + descent.evaluations)
+}
+
+/// The best point that starts at all orders below lead to, and the passes of the last search.
+fn searched(series: &Series, p: usize, q: usize, has_constant: bool) -> (Vec<f64>, usize) {
+    let mut found = lattice(series, p, q, has_constant, p);
+    let (descent, evaluations) = found.swap_remove(found.len() - 1);
+    (descent.point, evaluations)
 }
 
 fn conditional(problem: &Conditional<'_>, descent: &Descent) -> Scaled {

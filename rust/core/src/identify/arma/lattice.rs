@@ -18,8 +18,10 @@ const SECOND: Stop = Stop { step: 1e-2, evaluations: 25 };
 const SAME: f64 = 0.1;
 
 /// What a grid says of one order.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
+    /// `[φ, θ, c]` of the record, without `c` where it was not estimated.
+    pub coefficients: Vec<f64>,
     /// Sum of the squared residuals over their number, in the square of the record's unit.
     pub sigma2: f64,
     /// Whether the search came to its end.
@@ -33,12 +35,17 @@ pub struct Cell {
 /// No order fits worse than one that it contains.
 pub fn grid(series: &Series, p: usize, q: usize, has_constant: bool) -> Vec<Cell> {
     let count = series.residuals(p) as f64;
-    let cell = |(descent, evaluations): (Descent, usize)| Cell {
-        sigma2: descent.normal.sum_of_squares / count * series.unit * series.unit,
-        converged: descent.end == End::Minimum,
-        evaluations,
+    let cell = |(k, (descent, evaluations)): (usize, (Descent, usize))| {
+        let (i, j) = (k / (q + 1), k % (q + 1));
+        let problem = Conditional::new(series, i, j, has_constant, p);
+        Cell {
+            coefficients: series.with_units(problem.coefficients(&descent.point), i, i + j),
+            sigma2: descent.normal.sum_of_squares / count * series.unit * series.unit,
+            converged: descent.end == End::Minimum,
+            evaluations,
+        }
     };
-    lattice(series, p, q, has_constant, p).into_iter().map(cell).collect()
+    lattice(series, p, q, has_constant, p).into_iter().enumerate().map(cell).collect()
 }
 
 /// The best found at every order, and the passes that it took.

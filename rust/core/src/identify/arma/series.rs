@@ -31,6 +31,30 @@ impl Series {
     pub fn residuals(&self, skip: usize) -> usize {
         self.stretches.iter().map(|stretch| stretch.len().saturating_sub(skip)).sum()
     }
+
+    /// `[φ, θ, c]` of the record from those of the values; `c`, if it is there, at `constant`.
+    pub(super) fn with_units(&self, scaled: Vec<f64>, p: usize, constant: usize) -> Vec<f64> {
+        let room = self.origin * room(&scaled, p);
+        changed(scaled, constant, |c| room + self.unit * c)
+    }
+
+    /// The reverse of [`with_units`](Self::with_units).
+    pub(super) fn without_units(&self, raw: Vec<f64>, p: usize, constant: usize) -> Vec<f64> {
+        let room = self.origin * room(&raw, p);
+        changed(raw, constant, |c| (c - room) / self.unit)
+    }
+}
+
+/// `1 - φ_1 - … - φ_p`.
+fn room(coefficients: &[f64], p: usize) -> f64 {
+    1.0 - coefficients[..p].iter().sum::<f64>()
+}
+
+fn changed(mut values: Vec<f64>, place: usize, change: impl Fn(f64) -> f64) -> Vec<f64> {
+    if let Some(value) = values.get_mut(place) {
+        *value = change(*value);
+    }
+    values
 }
 
 fn stretches(values: &[f64]) -> Vec<Range<usize>> {

@@ -1,0 +1,1 @@
+"""The statistical tests: rest, stationarity, normality, whiteness."""

@@ -1,0 +1,1 @@
+"""Autoregressions and ARMA models of a record, and their orders."""

@@ -1,0 +1,1 @@
+"""Drift filters that begin with a model."""

@@ -1,0 +1,1 @@
+"""The model that an estimate gives, and what follows from its numbers."""

@@ -1,0 +1,116 @@
+"""What to beware of in a model: rules that follow from its numbers alone."""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.identify.models.polynomials import inverse_roots
+
+if TYPE_CHECKING:
+    from zerorate.identify.models.model import ArmaModel
+
+__all__ = ["Uncertain", "ar_uncertain", "diagnosis", "ma_uncertain", "undetermined_pairs"]
+
+Floats = npt.NDArray[np.float64]
+
+# Half of the digits of the normal equations are gone.
+_ILL_CONDITIONED: Final = 1e8
+# Within so many standard errors two numbers are the same at 95 %.
+_SAME_AT_95: Final = 1.96
+
+
+class Uncertain(NamedTuple):
+    """A reciprocal root and how it moves with each of [phi, theta, c]."""
+
+    value: complex
+    gradient: npt.NDArray[np.complex128]
+
+    def sigma(self, covariance: Floats) -> float:
+        """Return the standard error of its distance from the origin."""
+        radial = np.real(self.gradient * np.conj(self.value)) / abs(self.value)
+        return _deviation(radial, covariance)
+
+
+def ar_uncertain(model: "ArmaModel") -> list[Uncertain]:
+    """Return the reciprocal roots of the autoregression that are not zero."""
+    return _uncertain(-model.phi, 0, -1.0, len(model.covariance))
+
+
+def ma_uncertain(model: "ArmaModel") -> list[Uncertain]:
+    """Return the reciprocal roots of the moving average that are not zero."""
+    return _uncertain(model.theta, len(model.phi), 1.0, len(model.covariance))
+
+
+def _uncertain(coefficients: Floats, first: int, sign: float, size: int) -> list[Uncertain]:
+    """Differentiate y^n + c_1 y^(n-1) + ... + c_n = 0: dy/dc_i = -y^(n-i) / slope."""
+    n = coefficients.size
+    slope = np.polyder(np.concatenate(([1.0], coefficients)))
+    found = []
+    for root in inverse_roots(coefficients):
+        # A double root moves like a square root: its slope of zero is no standard error.
+        steepness = complex(np.polyval(slope, root))
+        if root == 0.0 or steepness == 0.0:
+            continue
+        gradient = np.zeros(size, dtype=np.complex128)
+        gradient[first : first + n] = -sign * root ** np.arange(n - 1, -1, -1) / steepness
+        found.append(Uncertain(complex(root), gradient))
+    return found
+
+
+def undetermined_pairs(model: "ArmaModel") -> list[tuple[complex, complex]]:
+    """Return the pairs of an AR and an MA root, reciprocal, that may be one common factor."""
+    pairs = ((ar, ma) for ar in ar_uncertain(model) for ma in ma_uncertain(model))
+    return [(ar.value, ma.value) for ar, ma in pairs if _same(ar, ma, model.covariance)]
+
+
+def _same(ar: Uncertain, ma: Uncertain, covariance: Floats) -> bool:
+    if ar.value.imag < 0.0 or ma.value.imag < 0.0:
+        return False
+    sigma = _deviation(ar.gradient - ma.gradient, covariance)
+    return sigma > 0.0 and abs(ar.value - ma.value) <= _SAME_AT_95 * sigma
+
+
+def _deviation(gradient: npt.NDArray[Any], covariance: Floats) -> float:
+    """Return the standard deviation along a gradient; NaN where the covariance has infinities."""
+    with np.errstate(invalid="ignore"):
+        variance = float(np.real(np.conj(gradient) @ covariance @ gradient))
+    return math.sqrt(max(variance, 0.0)) if math.isfinite(variance) else math.nan
+
+
+def diagnosis(model: "ArmaModel") -> Iterator[str]:
+    """Yield a sentence for each rule that the model meets; NaN in the covariance meets none."""
+    if not model.converged:
+        yield "the search for the estimate did not come to its end"
+    if model.condition > _ILL_CONDITIONED:
+        yield (
+            f"the normal equations have condition {model.condition:.1g}: the record hardly tells "
+            "the coefficients apart"
+        )
+    yield from _root_notes(model)
+    for ar, ma in undetermined_pairs(model):
+        yield (
+            f"the AR root {_shown(1.0 / ar)} and the MA root {_shown(1.0 / ma)} are closer than "
+            "their standard errors: the record does not determine this common factor"
+        )
+
+
+def _root_notes(model: "ArmaModel") -> Iterator[str]:
+    if not model.stationary:
+        yield "not stationary: an AR root lies on or inside the unit circle"
+    elif any(_reaches_one(root, model.covariance) for root in ar_uncertain(model)):
+        yield "an AR root is within two standard errors of the unit circle: the drift may be a walk"
+    if not model.invertible:
+        yield "not invertible: an MA root lies on or inside the unit circle"
+    elif any(_reaches_one(root, model.covariance) for root in ma_uncertain(model)):
+        yield "an MA root is within two standard errors of the unit circle"
+
+
+def _reaches_one(root: Uncertain, covariance: Floats) -> bool:
+    return abs(1.0 - abs(root.value)) <= _SAME_AT_95 * root.sigma(covariance)
+
+
+def _shown(root: complex) -> str:
+    return f"{root:.5g}" if root.imag else f"{root.real:.5g}"

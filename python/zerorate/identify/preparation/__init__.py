@@ -1,0 +1,1 @@
+"""Records made ready: outliers, smoothing, trend, decimation."""

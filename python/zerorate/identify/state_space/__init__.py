@@ -1,0 +1,1 @@
+"""State-space forms of a model, and the way from each to any other."""

@@ -1,0 +1,1 @@
+"""The whole way of one axis, from the record to a verdict."""
