@@ -258,7 +258,7 @@ class TestNotes:
         assert model.notes[1].startswith("the normal equations have condition 3e+09")
 
     def test_notes_of_the_estimate_come_first_and_none_twice(self):
-        model = with_errors(ArmaModel.of([0.5], []), 100, condition=3e9, notes=("beware",))
+        model = with_errors(ArmaModel.of([0.5], []), 100, condition=3e9, remarks=("beware",))
         assert model.notes[0] == "beware"
         assert ArmaModel.from_json(model.to_json()).notes == model.notes
 
@@ -279,7 +279,7 @@ def test_json_and_pickle_lose_nothing(model, number):
         covariance=np.full((size, size), number),
         log_likelihood=number,
         condition=np.inf,
-        notes=("é ±",),
+        remarks=("é ±",),
     )
     for twin in (ArmaModel.from_json(model.to_json()), pickle.loads(pickle.dumps(model))):
         assert twin == model

@@ -158,6 +158,24 @@ class TestVerdict:
         # Bartlett's bound for a moving average is wider than that of white noise: three of them.
         assert found.correlogram.acf[0] == pytest.approx(0.8, abs=3.0 * found.correlogram.bound)
 
+    def test_a_drift_that_the_order_leaves_out_is_seen(self):
+        # Residuals of the first order are nearly white, but the walk is not in them.
+        z = white(60_000) + np.cumsum(0.001 * white(60_000, seed=2))
+        blind = identify(z, RATE, order=(0, 0))
+        assert blind.slow_ratio > 3.0
+        assert "a slow drift is there that it does not contain" in said(blind)
+
+    def test_a_model_knows_its_own_slow_part(self, found):
+        # A hundred means tell a variance to a seventh: three of that.
+        assert found.slow_ratio == pytest.approx(1.0, abs=3.0 / 7.0)
+        assert "slow drift" not in said(found)
+        assert np.isnan(identify(white(), RATE, segments=20).slow_ratio)
+
+    def test_the_end_of_the_orders_is_said(self):
+        z = arma()
+        assert "an end of the orders" in said(identify(z, RATE, max_p=2, max_q=0))
+        assert "an end of the orders" not in said(identify(z, RATE))
+
     def test_much_data_reject_what_does_not_matter(self):
         # An echo of 1 %, far beyond the lags of any model of the grid.
         a = white(200_000)

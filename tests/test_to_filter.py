@@ -225,6 +225,17 @@ def test_given_noises_and_scale():
     assert f.process_noise[0, 0] == 0.5
 
 
+def test_a_fit_that_runs_away_brings_the_moments_of_its_record():
+    z = 2.0 + np.cumprod(np.full(2000, 1.002)) + np.random.default_rng(1).normal(0.0, 1e-3, 2000)
+    for model in (identify.fit_ar(z, 1), identify.fit_arma(z, 1, 0)):
+        assert not model.stationary
+        assert (model.record_mean, model.record_deviation) == (z.mean(), z.std())
+        started = model.to_filter(RATE, measurement_noise=1e-6)
+        # It begins at the mean, in deviations of the record.
+        assert (started.start["offset"], started.start["scale"]) == (z.mean(), z.std())
+    assert np.isnan(identify.fit_ar(np.random.default_rng(1).normal(size=500), 1).record_mean)
+
+
 def test_a_walk_takes_its_place_from_the_record():
     walk = ArmaModel.of([1.0], [-0.9])
     with pytest.raises(ValueError, match="does not tell the offset of a filter: give it"):

@@ -177,9 +177,11 @@ def _padded(cells: list[str], count: int) -> list[str]:
 
 def _residuals(found: Identification) -> Table:
     white, lags = found.whiteness, found.whiteness.correlogram.lags.size
+    slow = found.slow_ratio
     rows = (
         ("lags beyond the 5 % bounds", f"{white.outside} of {lags}, {0.05 * lags:g} expected"),
         ("variance still predictable", per_cent(white.predictable)),
         ("white", "yes" if white.white else "no"),
+        ("slow variance over the model's", "-" if np.isnan(slow) else significant(slow, 2)),
     )
     return Table(f"Residuals of {model_name(found.model.order)}", (), rows, words=2)

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
+from zerorate.identify.estimation.unstable import with_moments
 from zerorate.identify.models.model import ArmaModel
 from zerorate.identify.records import as_record
 
@@ -109,10 +110,10 @@ def fit_arma(
         raise ValueError(f"method must be 'css' or 'exact', got {method!r}")
     record = as_record(z, 2 * (p + q + 1) + p, f"ARMA({p}, {q})")
     begin = None if start is None else np.asarray(start, dtype=np.float64).ravel()
-    model, numbers, search = _native.arma_fit(record, p, q, constant, method == "exact", begin)
-    phi, theta, offset, sigma2, covariance = model
+    found, numbers, search = _native.arma_fit(record, p, q, constant, method == "exact", begin)
+    phi, theta, offset, sigma2, covariance = found
     n, log_likelihood, condition, mean_sigma = numbers
-    return ArmaModel(
+    model = ArmaModel(
         phi=phi,
         theta=theta,
         constant=offset,
@@ -124,9 +125,10 @@ def fit_arma(
         method=method,
         has_constant=constant,
         converged=search[0],
-        notes=_notes(on_circle=search[2]),
+        remarks=_remarks(on_circle=search[2]),
         mean_sigma=mean_sigma,
     )
+    return with_moments(model, record)
 
 
 def arma_grid(z: npt.ArrayLike, max_p: int, max_q: int) -> ArmaGrid:
@@ -170,7 +172,7 @@ def check_orders(p: int, q: int) -> None:
             raise ValueError(f"{name} must be a whole number from 0 to {MAX_ORDER}, got {order!r}")
 
 
-def _notes(on_circle: bool) -> tuple[str, ...]:
+def _remarks(on_circle: bool) -> tuple[str, ...]:
     if not on_circle:
         return ()
     return (

@@ -7,6 +7,7 @@ from typing import Literal, SupportsIndex
 import numpy.typing as npt
 
 from zerorate._native import fit_autoregression
+from zerorate.identify.estimation.unstable import with_moments
 from zerorate.identify.models.model import ArmaModel
 
 __all__ = ["HIGHEST_ORDER", "ArMethod", "checked_order", "fit_ar"]
@@ -73,7 +74,7 @@ def fit_ar(
     """
     order = checked_order("p", p)
     phi, c, sigma2, covariance, n, condition = fit_autoregression(z, order, method, bool(constant))
-    return ArmaModel(
+    model = ArmaModel(
         phi=phi,
         theta=phi[:0],
         constant=c,
@@ -85,6 +86,7 @@ def fit_ar(
         method=method,
         has_constant=bool(constant),
     )
+    return with_moments(model, z)
 
 
 def checked_order(name: str, value: SupportsIndex) -> int:

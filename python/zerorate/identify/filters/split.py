@@ -24,7 +24,9 @@ class Split(NamedTuple):
     R: float
 
 
-def split(phi: Floats, theta: Floats, sigma2: float) -> Split:
+def split(
+    phi: Floats, theta: Floats, sigma2: float, measurement_noise: float | None = None
+) -> Split:
     """Return the drift and the white noise whose sum is the process, or comes closest to it.
 
     w = phi(B) z has the autocovariance of theta(B) a, and must have that of a white g and of
@@ -35,12 +37,15 @@ def split(phi: Floats, theta: Floats, sigma2: float) -> Split:
 
     A model without an autoregression has no drift, and all of it is R. Without a white part R is
     the Allan variance at tau0, gamma_0 - gamma_1, to which the recursion of Fu & Han (2019),
-    equation 18, converges.
+    equation 18, converges. A `measurement_noise` that is given takes the place of R.
     """
     if not np.any(phi):
-        return Split(0.0, float(sigma2 * (1.0 + theta @ theta)))
+        white = float(sigma2 * (1.0 + theta @ theta))
+        return Split(0.0, white if measurement_noise is None else measurement_noise)
     auto, moving = np.concatenate(([1.0], -phi)), np.concatenate(([1.0], theta))
     found = _exact(auto, moving) or _closest(auto, moving)
+    if measurement_noise is not None:
+        return Split(found.g * sigma2, measurement_noise)
     if found.R > _ROUNDING:
         return Split(found.g * sigma2, found.R * sigma2)
     return Split(found.g * sigma2, _first_difference(phi, theta, sigma2))

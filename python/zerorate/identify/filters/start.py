@@ -206,11 +206,8 @@ def _noises(
 ) -> Split:
     if measurement_noise is not None and process_noise is not None:
         return Split(process_noise, measurement_noise)
-    parts = split(model.phi, model.theta, model.sigma2)
-    return Split(
-        parts.g if process_noise is None else process_noise,
-        parts.R if measurement_noise is None else measurement_noise,
-    )
+    parts = split(model.phi, model.theta, model.sigma2, measurement_noise)
+    return parts if process_noise is None else parts._replace(g=process_noise)
 
 
 def _offset(model: "ArmaModel") -> float:

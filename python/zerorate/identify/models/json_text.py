@@ -89,7 +89,7 @@ def _encoded(value: Any) -> Any:  # noqa: ANN401
 
 
 def _decoded(name: str, value: Any) -> Any:  # noqa: ANN401
-    if name == "notes":
+    if name == "remarks":
         return tuple(value)
     if name in ("phi", "theta", "covariance"):
         return np.array(value, dtype=np.float64)

@@ -3,7 +3,8 @@
 import math
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -59,12 +60,8 @@ class ArmaModel:
         Whether the constant was estimated; otherwise it is 0.
     converged : bool
         Whether the search for the estimate came to its end.
-    notes : tuple of str
-        What to beware of, a sentence each: what the estimate says, then what follows from the
-        numbers. The search did not end; the condition is above 1e8, where half of the digits are
-        gone; not stationary, not invertible, or a root within 1.96 standard errors (95 %) of the
-        unit circle; an AR and an MA root closer than 1.96 standard errors of their distance, a
-        common factor that the record does not determine.
+    remarks : tuple of str
+        What the search for the estimate has to say, a sentence each.
     record_mean : float
         Mean of the record; NaN if it is not known.
     record_deviation : float
@@ -102,7 +99,7 @@ class ArmaModel:
     method: str
     has_constant: bool = True
     converged: bool = True
-    notes: tuple[str, ...] = field(default=())
+    remarks: tuple[str, ...] = ()
     record_mean: float = math.nan
     record_deviation: float = math.nan
     mean_sigma: float = math.nan
@@ -112,14 +109,23 @@ class ArmaModel:
     to_filter = filter_of
 
     def __post_init__(self) -> None:
-        """Freeze the arrays, check them, and add what follows from the numbers to the notes."""
+        """Freeze the arrays and check them."""
         for name in ("phi", "theta", "covariance"):
             array = np.array(getattr(self, name), dtype=np.float64)
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         _check(self)
-        notes = dict.fromkeys((*self.notes, *diagnosis(self)))
-        object.__setattr__(self, "notes", tuple(notes))
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What to beware of, a sentence each: the remarks, then what follows from the numbers.
+
+        The search did not end; the condition is above 1e8, where half of the digits are gone; not
+        stationary, not invertible, or a root within 1.96 standard errors (95 %) of the unit
+        circle; an AR and an MA root closer than 1.96 standard errors of their distance, a common
+        factor that the record does not determine.
+        """
+        return tuple(dict.fromkeys((*self.remarks, *diagnosis(self))))
 
     @classmethod
     def of(

@@ -60,7 +60,11 @@ def as_dict(found: Identification) -> dict[str, Any]:
         ],
         "modelled_rate": found.rate,
         "tests": [_named(test) for test in (*found.tests.all, found.whiteness.ljung_box)],
-        "slow": {"part": found.tests.slow, "segment": found.tests.segment},
+        "slow": {
+            "part": found.tests.slow,
+            "segment": found.tests.segment,
+            "over_model": found.slow_ratio,
+        },
         "correlogram": _named(found.correlogram),
         "orders": {"ar": _orders(found.ar_orders), "arma": _orders(found.arma_orders)},
         "residuals": {

@@ -7,17 +7,23 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from zerorate.identify.study.drift import slow_ratio
 from zerorate.identify.study.fitness import on_distribution, on_fitness, on_smoothing
 from zerorate.identify.study.phrases import model_name, per_cent
 from zerorate.report.text import significant
 
 if TYPE_CHECKING:
+    from zerorate.identify.estimation.order import OrderSelection
     from zerorate.identify.study.result import Identification
 
 __all__ = ["judged"]
 
 _MATTERS: Final = 0.01
 """Predictable part of the residuals' variance from which on a model leaves something out."""
+
+_SLOW: Final = 1.5
+"""Slow variance over the model's from which on chance does not explain it: of 100 segments of a
+known model it scatters by a seventh."""
 
 _FAR: Final = 3.0
 """Standard errors between two estimates that chance does not explain."""
@@ -34,7 +40,7 @@ def judged(found: Identification) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        On the record, the order, the residuals and the coefficients, in this turn.
+        On the record, the order, the residuals, the drift and the coefficients, in this turn.
     """
     parts = (
         on_fitness,
@@ -42,6 +48,7 @@ def judged(found: Identification) -> tuple[str, ...]:
         on_smoothing,
         _on_order,
         _on_residuals,
+        _on_drift,
         _on_coefficients,
         _on_online,
     )
@@ -61,9 +68,17 @@ def _on_order(found: Identification) -> Iterator[str]:
             f"{rule} chooses {name}: the fewest coefficients within {orders.margin:g} of the "
             f"least, which {least} has."
         )
+    if not found.asked and _at_an_end(orders):
+        yield "That is at an end of the orders that were tried: a higher one may do better."
     if sum(found.model.order) and not found.moving:
         explained = max(0.0, 1.0 - found.model.sigma2 / float(np.nanvar(found.prepared.data)))
         yield f"The model explains {per_cent(explained)} of the variance."
+
+
+def _at_an_end(orders: OrderSelection) -> bool:
+    """Return whether the clear choice has one of the highest orders."""
+    highest = [max(order[i] for order in orders.orders) for i in (0, 1)]
+    return any(0 < most == own for most, own in zip(highest, orders.clear, strict=True))
 
 
 def _on_residuals(found: Identification) -> Iterator[str]:
@@ -82,6 +97,17 @@ def _on_residuals(found: Identification) -> Iterator[str]:
             f"The residuals are not white: {rest} of their variance could still be predicted; a "
             f"higher order would pay (the AR models ask for {model_name(found.ar_orders.clear)})."
         )
+
+
+def _on_drift(found: Identification) -> Iterator[str]:
+    ratio = slow_ratio(found)
+    if found.moving or not ratio > _SLOW:
+        return
+    yield (
+        f"The means of segments of {significant(found.tests.segment)} s vary with "
+        f"{significant(ratio, 2)} times the variance that the model gives them: a slow drift is "
+        "there that it does not contain. Decimate the record to model it."
+    )
 
 
 def _on_coefficients(found: Identification) -> Iterator[str]:

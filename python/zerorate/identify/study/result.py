@@ -14,6 +14,7 @@ from zerorate.identify.estimation.order import OrderSelection
 from zerorate.identify.models.model import ArmaModel
 from zerorate.identify.preparation.prepare import Prepared
 from zerorate.identify.study.battery import Battery
+from zerorate.identify.study.drift import slow_ratio
 from zerorate.identify.study.judgement import judged
 from zerorate.identify.study.online import Online
 from zerorate.identify.study.survey import Survey
@@ -86,6 +87,11 @@ class Identification:
     def residuals(self) -> Floats:
         """Innovations of `model`, shape (n,), NaN where there is none."""
         return self.model.residuals(self.prepared.data)
+
+    @property
+    def slow_ratio(self) -> float:
+        """Variance of the segments' means over what `model` says of it, about 1 at best."""
+        return slow_ratio(self)
 
     @property
     def verdict(self) -> tuple[str, ...]:
