@@ -14,22 +14,31 @@ typedef struct {
     double gram[SIZE][SIZE], descent[SIZE], rss;
 } Normal;
 
+/* One residual and its derivatives; before the record samples are at their mean, zero. */
+static inline void step(const double *y, size_t t, int p, int q, const double *b,
+                        double e[TOP], double d[TOP][SIZE], double x[SIZE], double *residual) {
+    int m = p + q + 1;
+    double r = y[t] - b[p + q];
+    for (int i = 0; i < p; i++) x[i] = t > (size_t)i ? y[t - 1 - i] : 0.0, r -= b[i] * x[i];
+    for (int j = 0; j < q; j++) r -= b[p + j] * e[j], x[p + j] = e[j];
+    x[p + q] = 1.0;
+    for (int j = 0; j < q; j++)
+        for (int k = 0; k < m; k++) x[k] -= b[p + j] * d[j][k];
+    for (int j = q - 1; j > 0; j--) {
+        e[j] = e[j - 1];
+        memcpy(d[j], d[j - 1], sizeof d[j]);
+    }
+    if (q) e[0] = r, memcpy(d[0], x, SIZE * sizeof *x);
+    *residual = r;
+}
+
 static void accumulate(const double *y, size_t n, int p, int q, const double *b, Normal *out) {
     int m = p + q + 1;
-    double e[TOP] = {0}, d[TOP][SIZE] = {{0}};
+    double e[TOP] = {0}, d[TOP][SIZE] = {{0}}, x[SIZE], r;
     memset(out, 0, sizeof *out);
+    for (size_t t = 0; t < TOP; t++) step(y, t, p, q, b, e, d, x, &r);
     for (size_t t = TOP; t < n; t++) {
-        double r = y[t] - b[p + q], x[SIZE];
-        for (int i = 0; i < p; i++) r -= b[i] * y[t - 1 - i], x[i] = y[t - 1 - i];
-        for (int j = 0; j < q; j++) r -= b[p + j] * e[j], x[p + j] = e[j];
-        x[p + q] = 1.0;
-        for (int j = 0; j < q; j++)
-            for (int k = 0; k < m; k++) x[k] -= b[p + j] * d[j][k];
-        for (int j = q - 1; j > 0; j--) {
-            e[j] = e[j - 1];
-            memcpy(d[j], d[j - 1], sizeof d[j]);
-        }
-        if (q) e[0] = r, memcpy(d[0], x, sizeof x);
+        step(y, t, p, q, b, e, d, x, &r);
         out->rss += r * r;
         for (int i = 0; i < m; i++) {
             out->descent[i] += x[i] * r;

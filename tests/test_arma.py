@@ -28,10 +28,12 @@ def from_partials(partials):
     return phi
 
 
-def conditional_residuals(parameters, z, p, q):
+def conditional_residuals(parameters, z, p, q, level=None):
+    """All from the first on, with samples at the level and no innovations before."""
     phi, theta, constant = np.split(parameters, [p, p + q])
-    regular = lfilter([1.0, *-phi], [1.0], z)[p:] - constant
-    return lfilter([1.0], [1.0, *theta], regular)
+    level = z.mean() if level is None else level
+    regular = lfilter([1.0, *-phi], [1.0], z - level) - (constant - level * (1.0 - phi.sum()))
+    return lfilter([1.0], [1.0, *theta], regular)[p:]
 
 
 @pytest.mark.parametrize(
@@ -258,7 +260,9 @@ def test_stretches_start_anew():
     parts = [z[:300], z[303:700], z[701:]]
 
     def residuals(parameters):
-        return np.concatenate([conditional_residuals(parameters, part, 2, 1) for part in parts])
+        level = np.nanmean(z)
+        found = [conditional_residuals(parameters, part, 2, 1, level) for part in parts]
+        return np.concatenate(found)
 
     oracle = least_squares(residuals, parameters, xtol=1e-15, ftol=1e-15, gtol=1e-15)
     # As without gaps.

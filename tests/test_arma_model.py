@@ -145,11 +145,11 @@ def test_residuals_invert_the_model(model, seed):
 
 
 def conditional(y, model, part):
-    """The textbook recursion over one stretch."""
-    p, a = len(model.phi), np.zeros(len(y[part]))
+    """The textbook recursion over one stretch, everything zero before it."""
     y = y[part]
-    for k in range(p, len(y)):
-        a[k] = y[k] - sum(model.phi[i] * y[k - 1 - i] for i in range(p))
+    a = np.zeros(len(y))
+    for k in range(len(y)):
+        a[k] = y[k] - sum(phi * y[k - 1 - i] for i, phi in enumerate(model.phi) if k - 1 - i >= 0)
         a[k] -= sum(t * a[k - 1 - j] for j, t in enumerate(model.theta) if k - 1 - j >= 0)
     return a
 

@@ -293,7 +293,7 @@ def arma_fit(
     start: Sequence[float] | _Floats | None = None,
 ) -> tuple[
     tuple[_Floats, _Floats, float, float, _Floats],
-    tuple[int, float, float, float],
+    tuple[int, float, float, float, float, float],
     tuple[bool, bool, bool, int],
 ]: ...
 def arma_grid(

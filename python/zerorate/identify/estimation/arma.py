@@ -7,7 +7,6 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
-from zerorate.identify.estimation.unstable import with_moments
 from zerorate.identify.models.model import ArmaModel
 from zerorate.identify.records import as_record
 
@@ -62,9 +61,9 @@ def fit_arma(
     p, q : int
         Autoregressive and moving-average order, 0 to 8.
     method : {"css", "exact"}
-        "css" makes the sum of the squared conditional residuals small: fast, the innovations
-        before the first residual are taken as zero, each stretch between missing samples starts
-        anew and gives up p samples. "exact" makes the Gaussian likelihood great, of all samples
+        "css" makes the sum of the squared conditional residuals small: fast; before each stretch
+        between missing samples innovations are taken as zero and samples as the record's mean, and
+        its first p residuals, which rest on that, are left out. "exact" makes the Gaussian likelihood great, of all samples
         and across what is missing; the process is then stationary. They differ by little on long
         records.
     constant : bool
@@ -112,8 +111,8 @@ def fit_arma(
     begin = None if start is None else np.asarray(start, dtype=np.float64).ravel()
     found, numbers, search = _native.arma_fit(record, p, q, constant, method == "exact", begin)
     phi, theta, offset, sigma2, covariance = found
-    n, log_likelihood, condition, mean_sigma = numbers
-    model = ArmaModel(
+    n, log_likelihood, condition, mean_sigma, record_mean, record_deviation = numbers
+    return ArmaModel(
         phi=phi,
         theta=theta,
         constant=offset,
@@ -127,8 +126,9 @@ def fit_arma(
         converged=search[0],
         remarks=_remarks(on_circle=search[2]),
         mean_sigma=mean_sigma,
+        record_mean=record_mean,
+        record_deviation=record_deviation,
     )
-    return with_moments(model, record)
 
 
 def arma_grid(z: npt.ArrayLike, max_p: int, max_q: int) -> ArmaGrid:

@@ -304,9 +304,9 @@ class ArmaModel:
     def residuals(self, z: npt.ArrayLike) -> Floats:
         """Return the innovations that the model sees in a record, shape (n,).
 
-        a_k = z_k - sum_i phi_i z_(k-i) - sum_j theta_j a_(k-j) - c, conditional on zero residuals
-        before. Every stretch between missing samples starts anew: its first p samples, and missing
-        ones, are NaN.
+        a_k = z_k - sum_i phi_i z_(k-i) - sum_j theta_j a_(k-j) - c. Every stretch between missing
+        samples starts anew, before it samples are taken to be at their mean and innovations zero:
+        its first p innovations, which rest on that, and those of missing samples are NaN.
 
         Raises
         ------
@@ -319,11 +319,16 @@ class ArmaModel:
         array([ nan,  1. , -0.5])
         """
         record = as_record(z)
-        # Any sample will do: the constant of the centred record follows exactly.
-        centre = float(record[int(np.argmax(np.isfinite(record)))])
+        centre = self._level(record)
         constant = math.fsum((self.constant, -centre * at_one(-self.phi)))
         phi, theta = self.phi.tolist(), self.theta.tolist()
         return arma_residuals(record, phi, theta, centre, constant)
+
+    def _level(self, record: Floats) -> float:
+        """Return where samples are taken to be before a record begins."""
+        if math.isfinite(self.record_mean):
+            return self.record_mean
+        return self.mean if self.stationary else float(np.nanmean(record))
 
     @property
     def standard_errors(self) -> Floats:

@@ -7,7 +7,7 @@ pub struct Arma<'a> {
     pub phi: &'a [f64],
     /// Moving-average coefficients.
     pub theta: &'a [f64],
-    /// Subtracted from every sample, so that a large offset costs no digits.
+    /// Subtracted from every sample: the level that the record is taken to come from.
     pub centre: f64,
     /// Constant of the centred samples.
     pub constant: f64,
@@ -16,31 +16,30 @@ pub struct Arma<'a> {
 impl Arma<'_> {
     /// The conditional residuals `a_k = z_k - Σφ z_{k-i} - Σθ a_{k-j} - c`.
     ///
-    /// Every stretch starts anew: its first `p` samples have no residual (NaN, as for missing
-    /// samples), and what their residuals were is taken as zero.
+    /// Every stretch starts anew: before it samples are taken to be at the centre and residuals
+    /// zero. Its first `p` residuals rest on that, and are NaN as those of missing samples.
     pub fn residuals(&self, record: &[f64]) -> Vec<f64> {
         let mut residuals = vec![f64::NAN; record.len()];
         let mut first = 0;
         for stretch in record.split(|z| !z.is_finite()) {
             let end = first + stretch.len();
-            if let Some(after) = residuals[first..end].get_mut(self.phi.len()..) {
-                self.autoregress(stretch, after);
-                self.invert(after);
-            }
+            let part = &mut residuals[first..end];
+            self.autoregress(stretch, part);
+            self.invert(part);
+            part.iter_mut().take(self.phi.len()).for_each(|a| *a = f64::NAN);
             // Past the missing sample that ended the stretch.
             first = end + 1;
         }
         residuals
     }
 
-    /// What the autoregression leaves of the samples after the first `p`.
+    /// What the autoregression leaves of the samples.
     fn autoregress(&self, stretch: &[f64], left: &mut [f64]) {
-        let p = self.phi.len();
-        for (w, z) in left.iter_mut().zip(&stretch[p..]) {
+        for (w, z) in left.iter_mut().zip(stretch) {
             *w = z - self.centre - self.constant;
         }
         for (i, phi) in self.phi.iter().enumerate() {
-            for (w, z) in left.iter_mut().zip(&stretch[p - 1 - i..]) {
+            for (w, z) in left.iter_mut().skip(i + 1).zip(stretch) {
                 *w -= phi * (z - self.centre);
             }
         }
@@ -68,7 +67,8 @@ mod tests {
     #[test]
     fn every_stretch_starts_anew() {
         let record = [2.0, 4.0, 6.0, 2.0, f64::NAN, f64::INFINITY, 6.0, f64::NAN, 2.0, 4.0, 6.0];
-        // Centred, the first stretch is 0, 2, 4, 0: 4 - 1 - 0 - 1 = 2, then 0 - 2 - 0.5 + 2 - 1.
+        // Centred, the first stretch is 0, 2, 4, 0. Its residuals: 0 - 1 = -1, 2 - 1 - 1 = 0,
+        // 4 - 1 - 0 - 1 + 0 = 2, then 0 - 2 - 0.5 - 1 + 2.
         let expected =
             [None, None, Some(2.0), Some(-1.5), None, None, None, None, None, None, Some(2.0)];
         let found = MODEL.residuals(&record).into_iter().map(|a| (!a.is_nan()).then_some(a));

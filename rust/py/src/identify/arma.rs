@@ -13,7 +13,7 @@ use crate::arrays;
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 type Fit<'py> = (
     (Floats<'py>, Floats<'py>, f64, f64, Bound<'py, PyArray2<f64>>),
-    (usize, f64, f64, f64),
+    (usize, f64, f64, f64, f64, f64),
     (bool, bool, bool, usize),
 );
 
@@ -39,7 +39,8 @@ type Grid<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>, usize
 /// model : tuple
 ///     phi, theta, constant, sigma2 and the covariance of [phi, theta, constant].
 /// numbers : tuple
-///     Count of innovations, log-likelihood, condition, standard error of the mean.
+///     Count of innovations, log-likelihood, condition, standard error of the mean; mean (zero
+///     without a constant) and deviation of the record.
 /// search : tuple
 ///     Whether it converged, whether a root of phi and one of theta lies on the unit circle, and
 ///     its passes over the record.
@@ -68,13 +69,14 @@ pub fn arma_fit<'py>(
         Ok::<_, PyErr>(arma::fit(&series, p, q, constant, method, start))
     })?;
     let size = p + q + 1;
-    let Estimate { phi, theta, covariance, on_circle: (ar, ma), .. } = found;
+    let Estimate { phi, theta, covariance, on_circle: (ar, ma), moments, .. } = found;
+    let (mean, deviation) = moments;
     let covariance = Array2::from_shape_vec((size, size), covariance)
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
     let [phi, theta] = [phi, theta].map(|values| PyArray1::from_vec(py, values));
     Ok((
         (phi, theta, found.constant, found.sigma2, PyArray2::from_owned_array(py, covariance)),
-        (found.count, found.log_likelihood, found.condition, found.mean_sigma),
+        (found.count, found.log_likelihood, found.condition, found.mean_sigma, mean, deviation),
         (found.converged, ar, ma, found.evaluations),
     ))
 }

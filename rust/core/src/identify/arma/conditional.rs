@@ -32,6 +32,11 @@ impl<'a> Conditional<'a> {
         Self { series, p, q, has_constant, skip, bounds, arch: Arch::new() }
     }
 
+    /// The same residuals of another order.
+    pub fn of_order(&self, p: usize, q: usize) -> Self {
+        Self::new(self.series, p, q, self.has_constant, self.skip)
+    }
+
     /// `[φ, θ, c]` at a point.
     pub fn coefficients(&self, point: &[f64]) -> Vec<f64> {
         let theta = partial::from_free(&point[self.p..self.p + self.q]).into_iter().map(|x| -x);

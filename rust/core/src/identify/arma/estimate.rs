@@ -49,6 +49,8 @@ pub struct Estimate {
     pub on_circle: (bool, bool),
     /// Passes over the record at the last order.
     pub evaluations: usize,
+    /// Mean and deviation of the record; the mean is zero if it was taken to be that.
+    pub moments: (f64, f64),
 }
 
 /// Coefficients of a scaled record, before they get back its units.
@@ -149,6 +151,7 @@ fn with_units(
         condition: scaled.condition,
         converged,
         evaluations,
+        moments: (origin, unit),
         phi,
     }
 }

@@ -6,7 +6,7 @@ use super::conditional::Conditional;
 use super::descent::{Descent, End, Problem, Stop, minimise};
 use super::regression::Regression;
 use super::series::Series;
-use super::starts::starts;
+use super::starts::{Lower, starts};
 
 /// Good to 1e-4 in a criterion on the scale of `N ln σ²`.
 const COARSE: Stop = Stop { step: 1e-2, evaluations: 100 };
@@ -63,11 +63,12 @@ pub fn lattice(
             (diagonal.saturating_sub(q)..=p.min(diagonal)).map(|i| (i, diagonal - i)).collect();
         let fit = |(i, j): &(usize, usize)| {
             let problem = Conditional::new(series, *i, *j, has_constant, skip);
-            let at = |i: usize, j: usize| found[i * (q + 1) + j].as_ref().map(|(at, _)| (i, j, at));
-            let left = i.checked_sub(1).and_then(|i| at(i, *j));
-            let upper = j.checked_sub(1).and_then(|j| at(*i, j));
-            let below: Vec<_> = left.into_iter().chain(upper).collect();
-            best(&problem, starts(&problem, &regression, has_constant, &below))
+            let lower = |less_p: usize, less_q: usize| {
+                let (p, j) = (i.checked_sub(less_p)?, j.checked_sub(less_q)?);
+                found[p * (q + 1) + j].as_ref().map(|(at, _)| Lower { p, q: j, at })
+            };
+            let below: Vec<_> = lower(1, 0).into_iter().chain(lower(0, 1)).collect();
+            best(&problem, starts(&problem, &regression, has_constant, lower(1, 1), &below))
         };
         for ((i, j), fitted) in orders.iter().zip(each(&orders, fit)) {
             found[i * (q + 1) + j] = Some(fitted);

@@ -2,7 +2,6 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::MAX_ORDER;
 use super::columns::{Columns, Sums};
 use super::products::against;
 use super::recursion::{BLOCK, HISTORY, Line, Recursion};
@@ -23,8 +22,7 @@ pub struct Sweep<'a, const Q: usize> {
 }
 
 /// Blocks of the residuals `e`, of `u = y/θ(B)`, `v = e/θ(B)`, `w = v/θ(B)`, `x = u/θ(B)`,
-/// `g = 1/θ(B)` and the impulse response `h`, each from zero at the first residual, and of
-/// `y_{t-i}/θ(B)`, which is `u_{t-i}` once the start is forgotten.
+/// `g = 1/θ(B)` and the impulse response `h`, each from zero at the first sample of a stretch.
 #[derive(Debug)]
 struct Lines {
     e: Line,
@@ -34,22 +32,12 @@ struct Lines {
     x: Line,
     g: Line,
     h: Line,
-    lagged: [Line; MAX_ORDER],
 }
 
 impl Lines {
     fn new() -> Self {
         let zero = [0.0; HISTORY + BLOCK];
-        Self {
-            e: zero,
-            u: zero,
-            v: zero,
-            w: zero,
-            x: zero,
-            g: zero,
-            h: zero,
-            lagged: [zero; MAX_ORDER],
-        }
+        Self { e: zero, u: zero, v: zero, w: zero, x: zero, g: zero, h: zero }
     }
 
     /// Keeps the end of a block of `n` samples as the history of the next.
@@ -61,9 +49,9 @@ impl Lines {
     }
 
     #[inline(always)]
-    fn all(&mut self) -> impl Iterator<Item = &mut Line> {
-        let Self { e, u, v, w, x, g, h, lagged } = self;
-        [e, u, v, w, x, g, h].into_iter().chain(lagged)
+    fn all(&mut self) -> [&mut Line; 7] {
+        let Self { e, u, v, w, x, g, h } = self;
+        [e, u, v, w, x, g, h]
     }
 }
 
@@ -75,7 +63,7 @@ impl<const Q: usize> WithSimd for Sweep<'_, Q> {
         let mut total = Sums::default();
         let mut lines = Lines::new();
         for stretch in &self.series.stretches {
-            lines.all().for_each(|line| line[..HISTORY].fill(0.0));
+            lines.all().into_iter().for_each(|line| line[..HISTORY].fill(0.0));
             self.stretch(simd, &self.series.values[stretch.clone()], &mut lines, &mut total);
         }
         total
@@ -83,22 +71,32 @@ impl<const Q: usize> WithSimd for Sweep<'_, Q> {
 }
 
 impl<const Q: usize> Sweep<'_, Q> {
+    /// What is before a stretch is taken as zero: its samples at the mean of the record, and no
+    /// innovations. Were a single sample taken for the level, its noise would stay as long as the
+    /// drift's, and no faint drift would be worth it.
     #[inline(always)]
     fn stretch<S: Simd>(&self, simd: S, y: &[f64], lines: &mut Lines, total: &mut Sums) {
         let recursion = Recursion::<S, Q>::new(simd, self.theta);
         let mut is_young = true;
-        for start in (self.skip..y.len()).step_by(BLOCK) {
-            let n = BLOCK.min(y.len() - start);
+        let skip = self.skip.min(y.len());
+        let summed =
+            (skip..y.len()).step_by(BLOCK).map(|start| (start, BLOCK.min(y.len() - start)));
+        for (start, n) in std::iter::once((0, skip)).chain(summed) {
             self.put_inputs(y, start, n, lines);
-            let Lines { e, u, v, w, x, .. } = lines;
+            let Lines { e, u, v, w, x, g, h } = lines;
             recursion.run_repeatedly([e, v, w], [u, x], n);
             if is_young {
-                self.run_young(&recursion, y, start, n, lines);
+                g[HISTORY..].fill(1.0);
+                h[HISTORY..].fill(0.0);
+                h[HISTORY] = f64::from(u8::from(start == 0));
+                recursion.run([g, h], n);
             }
-            self.columns(lines, n, is_young).add_products(simd, &mut total.products);
-            self.add_bends(simd, lines, n, total);
+            if start >= self.skip {
+                self.columns(lines, n).add_products(simd, &mut total.products);
+                self.add_bends(simd, lines, n, total);
+            }
             lines.carry(n);
-            if is_young && lines.h[..HISTORY].iter().all(|h| h.abs() < GONE) {
+            if is_young && start > 0 && lines.h[..HISTORY].iter().all(|h| h.abs() < GONE) {
                 is_young = false;
                 let settled = lines.g[HISTORY - 1];
                 lines.g.fill(settled);
@@ -115,49 +113,17 @@ impl<const Q: usize> Sweep<'_, Q> {
             *e = y - self.constant;
         }
         for (i, phi) in self.phi.iter().enumerate() {
-            for (e, y) in e.iter_mut().zip(&y[start - 1 - i..]) {
+            let absent = (i + 1).saturating_sub(start).min(n);
+            for (e, y) in e[absent..].iter_mut().zip(&y[(start + absent).saturating_sub(i + 1)..]) {
                 *e -= phi * y;
             }
         }
     }
 
-    /// The lines that differ from others only near a start.
     #[inline(always)]
-    fn run_young<S: Simd>(
-        &self,
-        recursion: &Recursion<S, Q>,
-        y: &[f64],
-        start: usize,
-        n: usize,
-        lines: &mut Lines,
-    ) {
-        let Lines { g, h, lagged, .. } = lines;
-        g[HISTORY..].fill(1.0);
-        h[HISTORY..].fill(0.0);
-        h[HISTORY] = f64::from(u8::from(start == self.skip));
-        recursion.run([g, h], n);
-        let p = self.phi.len();
-        for (i, line) in lagged.iter_mut().enumerate().take(p) {
-            line[HISTORY..HISTORY + n].copy_from_slice(&y[start - 1 - i..][..n]);
-        }
-        let (pairs, rest) = lagged[..p].as_chunks_mut::<2>();
-        for [a, b] in pairs {
-            recursion.run([a, b], n);
-        }
-        for line in rest {
-            recursion.run([line], n);
-        }
-    }
-
-    #[inline(always)]
-    fn columns<'a>(&self, lines: &'a Lines, n: usize, is_young: bool) -> Columns<'a> {
+    fn columns<'a>(&self, lines: &'a Lines, n: usize) -> Columns<'a> {
         let mut columns = Columns::new(n);
-        for i in 0..self.phi.len() {
-            match is_young {
-                true => columns.push(&lines.lagged[i], 0),
-                false => columns.push(&lines.u, i + 1),
-            }
-        }
+        (0..self.phi.len()).for_each(|i| columns.push(&lines.u, i + 1));
         (0..self.theta.len()).for_each(|j| columns.push(&lines.v, j + 1));
         if self.has_constant {
             columns.push(&lines.g, 0);
@@ -167,8 +133,7 @@ impl<const Q: usize> Sweep<'_, Q> {
     }
 
     /// The second derivatives by `φ_i` and `θ_j` are `x_{t-i-j}`, those by `θ_i` and `θ_j` are
-    /// `2 w_{t-i-j}`. Near a start they are not, but there they may be rough: they bend the way
-    /// to the minimum, not the minimum.
+    /// `2 w_{t-i-j}`.
     #[inline(always)]
     fn add_bends<S: Simd>(&self, simd: S, lines: &Lines, n: usize, total: &mut Sums) {
         let (p, q) = (self.phi.len(), self.theta.len());

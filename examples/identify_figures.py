@@ -1,0 +1,119 @@
+"""The figures of the guide to offline identification, all of simulated signals.
+
+python examples/identify_figures.py
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+import zerorate as zr
+from zerorate import identify
+from zerorate.plotting import save_figure
+from zerorate.plotting.style import (
+    BLACK,
+    BLUE,
+    FONT,
+    GREEN,
+    GREY,
+    ORANGE,
+    VERMILION,
+    new_figure,
+    style_panels,
+)
+
+FOLDER = Path(__file__).parents[1] / "docs" / "figures"
+RATE = 100.0
+N = 60_000
+MODEL = identify.ArmaModel.of([1.2, -0.4], [-0.5], sigma2=0.01)
+DRIFT = identify.ArmaModel.of([0.999], [-0.97], sigma2=0.01)
+WIDTHS = np.arange(1, 16)
+
+
+def simulated(model: identify.ArmaModel, n: int, seed: int) -> np.ndarray:
+    """Return a record of a model, by its response to white noise."""
+    response = model.psi_weights(20_000)
+    a = np.sqrt(model.sigma2) * np.random.default_rng(seed).standard_normal(n + response.size)
+    size = 1 << (a.size + response.size).bit_length()
+    product = np.fft.rfft(a, size) * np.fft.rfft(response, size)
+    return np.asarray(np.fft.irfft(product, size)[response.size : response.size + n])
+
+
+def page() -> None:
+    """Draw what the command draws of one axis."""
+    found = identify.identify(simulated(MODEL, N, 1), RATE, name="gyro_x", unit="deg/s")
+    save(found.plot(), "identify_axis")
+
+
+def smoothing() -> None:
+    """Draw the AR(1) coefficient that a moving average makes of white noise."""
+    z = np.random.default_rng(1).standard_normal(15_000)
+    models = [identify.fit_ar(identify.moving_average(z, int(w)), 1) for w in WIDTHS]
+    figure = new_figure(88.0, 58.0)
+    axes = figure.add_axes((0.14, 0.17, 0.83, 0.72))
+    axes.plot(WIDTHS, (WIDTHS - 1) / WIDTHS, "-", color=BLACK, lw=0.7, label="(w − 1)/w")
+    phi = [model.phi[0] for model in models]
+    errors = [3.0 * model.standard_errors[0] for model in models]
+    axes.errorbar(
+        WIDTHS, phi, errors, fmt="o", ms=2.5, lw=0.8, color=BLUE, label="fit_ar, ± 3 s.e."
+    )
+    axes.axhline(0.8023, color=VERMILION, lw=0.7, ls="--", label="published, 0.8023")
+    axes.set_xlabel("width w of the moving average [samples]")
+    axes.set_ylabel("φ₁ of AR(1)")
+    axes.set_title("white noise, smoothed")
+    axes.legend(fontsize=FONT, frameon=False, loc="lower right")
+    style_panels([axes])
+    save(figure, "identify_smoothing")
+
+
+def online() -> None:
+    """Draw coefficients learned online beside the offline ones, for an easy and a faint model."""
+    figure = new_figure(180.0, 62.0)
+    panels = [figure.add_axes((left, 0.17, 0.41, 0.71)) for left in (0.07, 0.57)]
+    for axes, model, title in zip(
+        panels,
+        (MODEL, DRIFT),
+        ("well determined: φ 1.2, −0.4, θ −0.5", "faint drift: φ 0.999, θ −0.97"),
+        strict=True,
+    ):
+        draw_online(axes, model, title)
+    panels[0].set_ylabel("coefficient")
+    style_panels(panels)
+    save(figure, "identify_online")
+
+
+def draw_online(axes: object, model: identify.ArmaModel, title: str) -> None:
+    """Draw one model's coefficients over time, with the band of the offline fit."""
+    z = simulated(model, 10 * N, 3)
+    p, q = model.order
+    offline = identify.fit_arma(z, p, q)
+    recursion = zr.RecursiveLeastSquares(order=(p, q))
+    ends = np.unique(np.geomspace(200, z.size, 300).astype(int))
+    path, start = [], 0
+    for end in ends:
+        recursion.process(z[start:end])
+        path.append(recursion.coefficients[:-1])
+        start = end
+    names = [f"φ{i + 1}" for i in range(p)] + [f"θ{i + 1}" for i in range(q)]
+    values = (*offline.phi, *offline.theta)
+    for i, colour in zip(range(p + q), (BLUE, GREEN, ORANGE), strict=False):
+        error = offline.standard_errors[i]
+        axes.axhspan(values[i] - error, values[i] + error, color=colour, alpha=0.3, lw=0)
+        axes.plot(ends / RATE, np.array(path)[:, i], color=colour, lw=0.9, label=names[i])
+    axes.axvline(120.0, color=GREY, lw=0.8)
+    axes.set_xscale("log")
+    axes.set_xlim(ends[0] / RATE, ends[-1] / RATE)
+    axes.set_xlabel("time [s]")
+    axes.set_title(title)
+    axes.legend(fontsize=FONT, frameon=False, loc="center right")
+
+
+def save(figure: object, name: str) -> None:
+    """Write a figure into the folder of the documentation."""
+    save_figure(figure, FOLDER / f"{name}.png")
+    print(f"wrote docs/figures/{name}.png")
+
+
+if __name__ == "__main__":
+    for draw in (page, smoothing, online):
+        draw()
