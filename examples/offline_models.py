@@ -21,18 +21,15 @@ LEARNED_AFTER = 120.0
 
 Row = tuple[str, ...]
 
-STATIONARY_HEAD = ("recording", "axis", "λ of means", "λ of variances", "outliers")
+STATIONARY_HEAD = ("recording", "axis", "λ of means", "λ of variances")
 
 
 def stationary_rows(recording: Recording) -> list[Row]:
     """Return for each axis what the test of reverse arrangements says of the first samples."""
     rows = []
     for axis, z in axes(recording, SAMPLES):
-        outliers = np.count_nonzero(identify.hampel(z, width=11, threshold=5.0)[1])
         tests = [identify.reverse_arrangements(z, SEGMENTS, of=of) for of in ("mean", "variance")]
-        rows.append(
-            (recording.name, axis, *(f"{test.z_score:.2f}" for test in tests), f"{outliers}")
-        )
+        rows.append((recording.name, axis, *(f"{test.z_score:.2f}" for test in tests)))
     return rows
 
 
@@ -51,30 +48,18 @@ def smoothed_rows(recording: Recording) -> list[Row]:
     return rows
 
 
-ORDERS_HEAD = ("recording", "axis", "AIC least", "clear", "AR by AIC", "predictable", "of AR(20)")
+ORDERS_HEAD = ("recording", "axis", "least", "clear", "AR", "predictable", "slow over model")
 
 
 def order_rows(recording: Recording) -> list[Row]:
-    """Return the orders that AIC takes, and what is left in the residuals of the clear one."""
+    """Return the orders that AIC takes, and what the clear one leaves out."""
     rows = []
     for axis, z in axes(recording):
-        arma = identify.select_order(z, kind="arma", criterion="aic")
-        ar = identify.select_order(z, kind="ar", criterion="aic", max_order=HIGHEST)
-        left = [
-            identify.whiteness(model.residuals(z), fitted=0).predictable
-            for model in (identify.fit_arma(z, *arma.clear), identify.fit_ar(z, HIGHEST))
-        ]
-        shares = (f"{100.0 * share:.2f} %" for share in left)
-        rows.append(
-            (
-                recording.name,
-                axis,
-                order(arma.minimum),
-                order(arma.clear),
-                f"{ar.clear[0]}",
-                *shares,
-            )
-        )
+        found = identify.identify(z, recording.rate, max_order=HIGHEST)
+        orders = (found.arma_orders.minimum, found.arma_orders.clear)
+        left = f"{100.0 * found.whiteness.predictable:.2f} %"
+        names = (*(order(chosen) for chosen in orders), f"{found.ar_orders.clear[0]}")
+        rows.append((recording.name, axis, *names, left, f"{found.slow_ratio:.1f}"))
     return rows
 
 
@@ -137,19 +122,14 @@ def print_tables(folder: Path, seconds: float, markdown: bool) -> None:
     """Print each table over the recordings that are long enough for it."""
     recordings = [r for r in at_rest(folder, seconds) if len(r.z) >= SAMPLES]
     alone = sensors_alone(folder, seconds)
-    for title, head, rows, which in (
-        (
-            "Stationary? First 15000 samples, 100 segments",
-            STATIONARY_HEAD,
-            stationary_rows,
-            recordings,
-        ),
-        ("AR(1) before and after smoothing by 5", SMOOTHED_HEAD, smoothed_rows, recordings),
+    for title, head, rows, measured in (
+        ("Reverse arrangements", STATIONARY_HEAD, stationary_rows, recordings),
+        ("AR(1) as it is, and smoothed over 5", SMOOTHED_HEAD, smoothed_rows, recordings),
         ("Orders by AIC, whole records", ORDERS_HEAD, order_rows, recordings),
-        ("ARMA(2, 1)", MODEL_HEAD, model_rows, recordings),
+        ("ARMA(2, 1), whole records", MODEL_HEAD, model_rows, recordings),
         ("Offline and online", ONLINE_HEAD, online_rows, alone),
     ):
-        found = [row for recording in which for row in rows(recording)]
+        found = [row for recording in measured for row in rows(recording)]
         print(table(title, head, found, markdown))
 
 

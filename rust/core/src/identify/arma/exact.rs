@@ -11,7 +11,7 @@ use super::descent::Problem;
 use super::gaussian::{Likelihood, likelihood};
 use super::kalman::Kalman;
 use super::normal::Normal;
-use super::partial::{self, EDGE};
+use super::partial;
 use super::products::against;
 use super::recursion::BLOCK;
 use super::series::Series;
@@ -19,6 +19,10 @@ use super::series::Series;
 /// Half the width of a difference, in free coordinates and in deviations of the record: its
 /// error, of the order of the width squared, and that of rounding are both near 1e-10.
 const WIDTH: f64 = 1e-5;
+
+/// How far a search goes: partial autocorrelations of 1 - 2e-7. Beyond, the variance of the
+/// stationary state is lost in rounding.
+pub const EDGE: f64 = 8.0;
 
 /// ARMA(p, q) about a mean; a point is the free coordinates of `φ` and of `θ`, and the mean.
 #[derive(Debug, Clone)]

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::descent::{Descent, Problem, Stop, minimise};
 use super::estimate::{FINE, Scaled};
-use super::exact::Exact;
+use super::exact::{EDGE, Exact};
 use super::hessian::curvature;
 use super::normal::Normal;
 use super::partial;
@@ -22,6 +22,10 @@ const HESSIAN_STEP: f64 = 0.02;
 /// The same at most, in free coordinates and deviations of the record.
 const LARGEST_STEP: f64 = 0.05;
 
+/// How much a point is drawn towards zero at a time, and how often: to a hundredth of 8 at last.
+const DRAW: f64 = 0.9;
+const MOST_DRAWS: usize = 64;
+
 /// The most likely stationary model near conditional coefficients, and the search for it.
 pub fn maximum(
     series: &Series,
@@ -31,7 +35,7 @@ pub fn maximum(
 ) -> (Scaled, Descent) {
     let mut problem = Exact::new(series, p, q, has_constant);
     let mut evaluations = 0;
-    let mut start = inside(start, p, q);
+    let mut start = settled(&problem, inside(start, p, q));
     for legs in 1.. {
         let normal = problem.normal(&start);
         let bend = problem.bend(&normal, information(&problem, &start, &normal));
@@ -42,12 +46,32 @@ pub fn maximum(
         let variance = normal.sum_of_squares / problem.count() as f64;
         if legs == LEGS || curved.length(&leg) <= SHORT * SHORT * variance {
             let free = curved.inverse().0 * variance;
-            let scaled = scaled(&problem, &found.outlook(&problem), &free, has_constant);
+            let scaled = scaled(&problem, &end(&problem, &found), &free, has_constant);
             return (scaled, Descent { evaluations, ..found });
         }
         start = found.point;
     }
     unreachable!("the last leg returns")
+}
+
+/// Where the search seems to end, or where it stands if there is no likelihood there.
+fn end(problem: &Exact<'_>, found: &Descent) -> Vec<f64> {
+    let ahead = found.outlook(problem);
+    if is_likely(problem, &ahead) { ahead } else { found.point.clone() }
+}
+
+/// The point drawn towards zero until its stationary state can be told from rounding.
+fn settled(problem: &Exact<'_>, mut point: Vec<f64>) -> Vec<f64> {
+    let mut draws = 0;
+    while !is_likely(problem, &point) && draws < MOST_DRAWS {
+        point.iter_mut().for_each(|x| *x *= DRAW);
+        draws += 1;
+    }
+    point
+}
+
+fn is_likely(problem: &Exact<'_>, point: &[f64]) -> bool {
+    problem.likelihood(point).is_some_and(|found| found.log_likelihood().is_finite())
 }
 
 /// `[φ, θ, c]` from a point and the covariance of its coordinates.
@@ -82,7 +106,8 @@ fn inside(coefficients: &[f64], p: usize, q: usize) -> Vec<f64> {
     let (theta, constant) = rest.split_at(q);
     let free = |x: &[f64]| {
         let shrunk = || partial::to_free(&partial::shrunk(x));
-        partial::to_free(x).or_else(shrunk).unwrap_or_default()
+        let free = partial::to_free(x).or_else(shrunk).unwrap_or_default();
+        free.into_iter().map(|x| x.clamp(-EDGE, EDGE)).collect::<Vec<_>>()
     };
     let minus_theta: Vec<f64> = theta.iter().map(|x| -x).collect();
     // The record's mean is zero, and near it that of any process that could have made it.
