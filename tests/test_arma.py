@@ -11,6 +11,7 @@ from statsmodels.tsa.statespace.sarimax import SARIMAX
 from autoregressions import LH
 from zerorate import _native
 from zerorate.identify.estimation.arma import arma_grid, fit_arma
+from zerorate.identify.estimation.order import select_order
 
 
 def simulate(phi, theta, n, seed, constant=0.0):
@@ -209,6 +210,20 @@ def test_white_noise_is_finite_and_ill_conditioned(order, method):
     numbers = [*model.phi, *model.theta, *model.covariance.ravel(), model.log_likelihood]
     assert np.isfinite([*numbers, model.sigma2, model.mean_sigma]).all()
     assert model.condition > 100.0
+
+
+def test_what_white_noise_makes_of_a_model_too_large_is_said():
+    significant, noted, refused = 0, 0, 0
+    for seed in range(50):
+        z = np.random.default_rng(seed).standard_normal(1000)
+        model = fit_arma(z, 1, 1)
+        significant += abs(model.phi[0]) > 3.0 * model.standard_errors[0]
+        noted += any("common factor" in note or "unit circle" in note for note in model.notes)
+        refused += select_order(z, "arma", "aic").clear == (0, 0)
+    # Of 200 such records 68 %, 96 % and 94 %; less three binomial deviations of 50.
+    assert significant >= 24
+    assert noted >= 44
+    assert refused >= 42
 
 
 @pytest.mark.parametrize("missing", [False, True])

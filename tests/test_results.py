@@ -10,12 +10,12 @@ import pytest
 
 import zerorate as zr
 from recordings import RECORDINGS, needs_recordings
-from zerorate import metrics
+from zerorate import identify, metrics
 from zerorate.io import read_log
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 AT_REST = ("adis16405_static_100hz_run1.parquet", "mpu6050_static_100hz.parquet")
-SCRIPTS = ("published_tables.py", "process_noise_sweep.py")
+SCRIPTS = ("published_tables.py", "process_noise_sweep.py", "offline_models.py")
 METHODS = ("kf", "akf", "fading")
 
 
@@ -93,6 +93,41 @@ def test_the_tables_are_made():
     assert done.returncode == 0, done.stderr
     assert "fading" in done.stdout
     assert "nan" not in done.stdout
+
+
+@needs_recordings
+def test_the_offline_tables_are_made():
+    done = run("offline_models.py", RECORDINGS, "--seconds", "160", "--markdown")
+    assert done.returncode == 0, done.stderr
+    assert "AR(1) as it is" in done.stdout
+    assert "nan" not in done.stdout
+
+
+@needs_recordings
+@pytest.mark.parametrize("axis", range(3))
+def test_smoothed_white_noise_has_the_published_coefficient(axis):
+    z = read_log(RECORDINGS / AT_REST[1], rate=100.0).data[:15_000, axis]
+    plain, smooth = (identify.fit_ar(x, 1) for x in (z, identify.moving_average(z, 5)))
+    assert abs(plain.phi[0]) < 3.0 * plain.standard_errors[0]
+    # Bao & Yuan, z axis of another sensor, 15 000 samples.
+    assert abs(smooth.phi[0] - 0.8023) < 3.0 * smooth.standard_errors[0]
+
+
+@needs_recordings
+def test_a_hump_hides_the_drift_from_the_criterion_but_not_from_us():
+    z = read_log(RECORDINGS / AT_REST[0], rate=100.0).data[:, 2]
+    whole, slow = identify.identify(z, 100.0), identify.identify(z, 100.0, decimate=100)
+    assert whole.slow_ratio > 5.0
+    # A hundred means tell a variance to a seventh: three of that.
+    assert slow.slow_ratio == pytest.approx(1.0, abs=3.0 / 7.0)
+
+
+@needs_recordings
+@pytest.mark.parametrize(("name", "axis"), [(AT_REST[0], 1), (AT_REST[1], 1), (AT_REST[1], 2)])
+def test_the_published_kind_of_model_is_a_drift_under_white_noise(name, axis):
+    model = identify.fit_arma(read_log(RECORDINGS / name, rate=100.0).data[:, axis], 2, 1)
+    assert abs(1.0 - model.phi.sum()) < 1e-3
+    assert -1.0 < model.theta[0] < -0.99
 
 
 @needs_recordings
