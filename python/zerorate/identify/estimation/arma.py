@@ -63,9 +63,9 @@ def fit_arma(
     method : {"css", "exact"}
         "css" makes the sum of the squared conditional residuals small: fast; before each stretch
         between missing samples innovations are taken as zero and samples as the record's mean, and
-        its first p residuals, which rest on that, are left out. "exact" makes the Gaussian likelihood great, of all samples
-        and across what is missing; the process is then stationary. They differ by little on long
-        records.
+        its first p residuals, which rest on that, are left out. "exact" makes the Gaussian
+        likelihood great, of all samples and across what is missing; the process is then
+        stationary. They differ by little on long records.
     constant : bool
         Whether a constant is estimated; otherwise the process has mean zero.
     start : array_like, shape (p + q + 1,), optional
