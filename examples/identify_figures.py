@@ -4,6 +4,7 @@ python examples/identify_figures.py
 """
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from zerorate.plotting.style import (
     new_figure,
     style_panels,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 FOLDER = Path(__file__).parents[1] / "docs" / "figures"
 RATE = 100.0
@@ -70,19 +74,18 @@ def online() -> None:
     """Draw coefficients learned online beside the offline ones, for an easy and a faint model."""
     figure = new_figure(180.0, 62.0)
     panels = [figure.add_axes((left, 0.17, 0.41, 0.71)) for left in (0.07, 0.57)]
-    for axes, model, title in zip(
-        panels,
-        (MODEL, DRIFT),
-        ("well determined: φ 1.2, −0.4, θ −0.5", "faint drift: φ 0.999, θ −0.97"),
-        strict=True,
-    ):
-        draw_online(axes, model, title)
+    draw_online(panels[0], MODEL, False)
+    panels[0].set_title("well determined: φ 1.2, −0.4, θ −0.5")
     panels[0].set_ylabel("coefficient")
+    draw_online(panels[1], DRIFT, True)
+    panels[1].set_title("faint drift: φ 0.999, θ −0.97")
+    panels[1].set_ylabel("distance from the unit circle")
+    panels[1].set_yscale("log")
     style_panels(panels)
     save(figure, "identify_online")
 
 
-def draw_online(axes: object, model: identify.ArmaModel, title: str) -> None:
+def draw_online(axes: "Axes", model: identify.ArmaModel, from_circle: bool) -> None:
     """Draw one model's coefficients over time, with the band of the offline fit."""
     z = simulated(model, 10 * N, 3)
     p, q = model.order
@@ -94,18 +97,20 @@ def draw_online(axes: object, model: identify.ArmaModel, title: str) -> None:
         recursion.process(z[start:end])
         path.append(recursion.coefficients[:-1])
         start = end
+    values, paths = np.concatenate((offline.phi, offline.theta)), np.array(path)
     names = [f"φ{i + 1}" for i in range(p)] + [f"θ{i + 1}" for i in range(q)]
-    values = (*offline.phi, *offline.theta)
+    if from_circle:
+        values, paths = 1.0 - np.abs(values), 1.0 - np.abs(paths)
+        names = ["1 − φ1", "1 + θ1"]
     for i, colour in zip(range(p + q), (BLUE, GREEN, ORANGE), strict=False):
         error = offline.standard_errors[i]
         axes.axhspan(values[i] - error, values[i] + error, color=colour, alpha=0.3, lw=0)
-        axes.plot(ends / RATE, np.array(path)[:, i], color=colour, lw=0.9, label=names[i])
+        axes.plot(ends / RATE, paths[:, i], color=colour, lw=0.9, label=names[i])
     axes.axvline(120.0, color=GREY, lw=0.8)
     axes.set_xscale("log")
     axes.set_xlim(ends[0] / RATE, ends[-1] / RATE)
     axes.set_xlabel("time [s]")
-    axes.set_title(title)
-    axes.legend(fontsize=FONT, frameon=False, loc="center right")
+    axes.legend(fontsize=FONT, frameon=False, loc="best")
 
 
 def save(figure: object, name: str) -> None:
