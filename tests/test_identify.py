@@ -124,7 +124,7 @@ class TestVerdict:
         # A second more or less: it is looked for in windows of that length.
         assert span.start == pytest.approx(60.0, abs=1.0)
         assert span.end == pytest.approx(70.0, abs=1.0)
-        assert f"not at rest from {span.start:g} to {span.end:g} s" in said(found)
+        assert f"not at rest from {span.start:.1f} to {span.end:.1f} s" in said(found)
 
     def test_a_walk_is_not_fit(self):
         z = white() + np.cumsum(white(seed=2))

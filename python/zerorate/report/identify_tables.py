@@ -46,7 +46,7 @@ def _facts(found: Identification) -> Iterator[Row]:
     yield "deviation", f"{significant(survey.deviation, 4)} {unit}"
     if survey.step:
         yield "quantised", f"in steps of {significant(survey.step)} {unit}"
-    spans = [f"{span.start:g} to {span.end:g} s" for span in found.moving]
+    spans = [f"{span.start:.1f} to {span.end:.1f} s" for span in found.moving]
     more = f" and {len(spans) - 4} more" if len(spans) > 4 else ""
     yield "not at rest", ", ".join(spans[:4]) + more if spans else "nowhere"
     for i, change in enumerate(found.prepared.changes):

@@ -122,7 +122,9 @@ def _oddity(tests: Battery) -> float:
 def _where(spans: Sequence[Span]) -> str:
     """Return up to three spans, the longest ones, and how many more there are."""
     longest = sorted(spans, key=lambda span: span.start - span.end)[:_SHOWN_SPANS]
-    shown = [f"{s.start:g} to {s.end:g} s" for s in sorted(longest, key=lambda span: span.start)]
-    if len(spans) > len(shown):
-        shown.append(f"{len(spans) - len(shown)} shorter spans")
+    ordered = sorted(longest, key=lambda span: span.start)
+    shown = [f"{span.start:.1f} to {span.end:.1f} s" for span in ordered]
+    more = len(spans) - len(shown)
+    if more:
+        shown.append(f"{more} shorter span{'s' if more > 1 else ''}")
     return f"from {listed(shown)}"

@@ -68,7 +68,7 @@ def _on_order(found: Identification) -> Iterator[str]:
             f"{rule} chooses {name}: the fewest coefficients within {orders.margin:g} of the "
             f"least, which {least} has."
         )
-    if not found.asked and _at_an_end(orders):
+    if not found.asked and not found.moving and _at_an_end(orders):
         yield "That is at an end of the orders that were tried: a higher one may do better."
     if sum(found.model.order) and not found.moving:
         explained = max(0.0, 1.0 - found.model.sigma2 / float(np.nanvar(found.prepared.data)))
