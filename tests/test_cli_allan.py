@@ -14,8 +14,8 @@ from zerorate.characterise import MOVED, characterise, largest_step
 from zerorate.cli import run
 from zerorate.io.sensors import read_sensors
 from zerorate.noise.kinds import KINDS
+from zerorate.numerals import significant, with_error
 from zerorate.report import WIDTH
-from zerorate.report.text import significant, with_error
 
 RATE = 100.0
 STEM = "run-zerorate-allan"

@@ -124,7 +124,7 @@ def test_a_hump_hides_the_drift_from_the_criterion_but_not_from_us():
 
 @needs_recordings
 @pytest.mark.parametrize(("name", "axis"), [(AT_REST[0], 1), (AT_REST[1], 1), (AT_REST[1], 2)])
-def test_the_published_kind_of_model_is_a_drift_under_white_noise(name, axis):
+def test_an_arma_2_1_of_a_drift_nearly_cancels(name, axis):
     model = identify.fit_arma(read_log(RECORDINGS / name, rate=100.0).data[:, axis], 2, 1)
     assert abs(1.0 - model.phi.sum()) < 1e-3
     assert -1.0 < model.theta[0] < -0.99

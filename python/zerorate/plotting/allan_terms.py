@@ -14,8 +14,8 @@ from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import TERMS, Term
 from zerorate.noise.records import si_unit
 from zerorate.noise.shown import shown_unit
+from zerorate.numerals import significant, with_error
 from zerorate.plotting.style import GREEN, ORANGE, PURPLE, SKY, VERMILION
-from zerorate.report.text import significant, with_error
 from zerorate.units import convert
 
 __all__ = ["COLOURS", "DrawnTerm", "drawn_terms", "fitted_curve", "other_terms"]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.numerals import significant
 from zerorate.plotting.style import BLACK, BLUE, GREY, VERMILION
-from zerorate.report.text import significant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,7 +10,8 @@ from zerorate.noise import AllanResult, Coefficient, NoiseModel
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import TERMS, Quantity, Term, term_of
 from zerorate.noise.shown import shown_unit
-from zerorate.report.text import WIDTH, bulleted, on_clock, significant, with_error
+from zerorate.numerals import significant, with_error
+from zerorate.report.text import WIDTH, bulleted, on_clock
 from zerorate.units import convert
 
 __all__ = ["format_allan", "format_allan_notes"]

@@ -11,8 +11,8 @@ from zerorate.identify.models.model import ArmaModel
 from zerorate.identify.study.phrases import model_name, per_cent
 from zerorate.identify.study.result import Identification
 from zerorate.identify.study.scores import CRITERIA, above_least
+from zerorate.numerals import significant, with_error
 from zerorate.report.tables import Table
-from zerorate.report.text import significant, with_error
 
 __all__ = ["tables"]
 

@@ -32,7 +32,7 @@ class ArmaGrid:
     converged : ndarray of bool, shape (max_p + 1, max_q + 1)
         Whether the search came to a minimum.
     evaluations : ndarray of int, shape (max_p + 1, max_q + 1)
-        How often the search went over the record.
+        How often the searches went over the record, without those that value slow starts.
     coefficients : tuple of ndarray
         [phi, theta, c] of each order, row after row of one p.
     """

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from zerorate.identify.study.phrases import listed, per_cent
-from zerorate.report.text import significant
+from zerorate.numerals import significant
 
 if TYPE_CHECKING:
     from zerorate.identify.checks.arrangements import ReverseArrangements

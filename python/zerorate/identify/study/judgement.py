@@ -10,7 +10,7 @@ import numpy as np
 from zerorate.identify.study.drift import slow_ratio
 from zerorate.identify.study.fitness import on_distribution, on_fitness, on_smoothing
 from zerorate.identify.study.phrases import model_name, per_cent
-from zerorate.report.text import significant
+from zerorate.numerals import significant
 
 if TYPE_CHECKING:
     from zerorate.identify.estimation.order import OrderSelection

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from zerorate.report.text import significant
+from zerorate.numerals import significant
 
 __all__ = ["listed", "model_name", "per_cent"]
 
