@@ -3,6 +3,7 @@ from typing import (
     Any,
     Final,
     Literal,
+    Required,
     Self,
     SupportsFloat,
     SupportsIndex,
@@ -14,7 +15,9 @@ from typing import (
 import numpy as np
 import numpy.typing as npt
 
-_Method: TypeAlias = Literal["kf", "akf", "fading"]
+_Method: TypeAlias = Literal["kf", "akf", "fading", "auto"]
+_Motion: TypeAlias = Literal["hold", "ignore"]
+_Output: TypeAlias = Literal["estimate", "compensated"]
 _Noise: TypeAlias = Literal["allan", "hadamard"]
 _Sample: TypeAlias = SupportsFloat | SupportsIndex | npt.ArrayLike | None
 _Floats: TypeAlias = npt.NDArray[np.float64]
@@ -46,19 +49,21 @@ __all__ = [
 
 __version__: Final[str]
 
-class _Params(TypedDict):
-    rate: float
+class _Params(TypedDict, total=False):
+    rate: Required[float]
     order: tuple[int, int]
-    method: _Method
+    method: Required[_Method]
+    motion: Required[_Motion]
+    output: Required[_Output]
     fading: float
     adapt_for: float | None
     forgetting_factor: float
-    channels: int | None
+    channels: Required[int | None]
     process_noise: float
     process_noise_memory: float
     noise: _Noise
-    startup: float
-    scale: float | None
+    startup: Required[float]
+    scale: Required[float | None]
 
 class _Start(TypedDict):
     offset: float | _Floats
@@ -81,6 +86,8 @@ class DriftFilter:
         forgetting_factor: float = 1.0,
         channels: int | None = None,
         *,
+        motion: _Motion | None = None,
+        output: _Output = "estimate",
         process_noise: float = 0.1,
         process_noise_memory: float = 0.0,
         noise: _Noise = "allan",
@@ -95,6 +102,7 @@ class DriftFilter:
     ) -> _Floats: ...
     def trace(self, z: npt.ArrayLike) -> Trace: ...
     def reset(self) -> None: ...
+    def power_on(self) -> None: ...
     def copy(self) -> DriftFilter: ...
     def to_bytes(self) -> bytes: ...
     @staticmethod
@@ -104,6 +112,14 @@ class DriftFilter:
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
     @property
     def estimate(self) -> Any: ...
+    @property
+    def bias(self) -> Any: ...
+    @property
+    def bias_sigma(self) -> Any: ...
+    @property
+    def at_rest(self) -> Any: ...
+    @property
+    def status(self) -> Any: ...
     @property
     def innovation(self) -> Any: ...
     @property
@@ -129,7 +145,7 @@ class DriftFilter:
     @property
     def rate(self) -> float: ...
     @property
-    def order(self) -> tuple[int, int]: ...
+    def order(self) -> tuple[int, int] | None: ...
     @property
     def method(self) -> _Method: ...
     @property
@@ -160,6 +176,12 @@ class Trace:
     def missing(self) -> _Flags: ...
     @property
     def guarded(self) -> _Flags: ...
+    @property
+    def bias(self) -> _Floats: ...
+    @property
+    def bias_sigma(self) -> _Floats: ...
+    @property
+    def at_rest(self) -> _Flags: ...
 
 @final
 class RecursiveLeastSquares:

@@ -176,6 +176,12 @@ pub struct Snapshot<T, const N: usize, const M: usize> {
     pub missing: bool,
     /// The step of the process noise was shortened.
     pub guarded: bool,
+    /// The drift, learned at rest.
+    pub bias: T,
+    /// Standard deviation of the drift.
+    pub bias_sigma: T,
+    /// The sensor is at rest, or is taken to be.
+    pub at_rest: bool,
 }
 
 /// Online drift filter of one signal: ARMA(p, q) by recursive least squares, R by Allan variance,
@@ -222,6 +228,11 @@ where
         &self.params
     }
 
+    /// The filtered rate after the last sample.
+    pub fn estimate(&self) -> T {
+        self.estimate
+    }
+
     /// The start-up is over: offset, scale and noise are learned.
     pub fn ready(&self) -> bool {
         self.scaling.is_some()
@@ -258,6 +269,9 @@ where
             covariance: scaling.raw_covariance(&inner.belief.P),
             missing: self.missing,
             guarded: self.guarded,
+            bias: self.estimate,
+            bias_sigma: scaling.raw_difference(inner.belief.P.at(0, 0).simd_sqrt()),
+            at_rest: true,
         }
     }
 
@@ -282,6 +296,9 @@ where
             covariance: SMatrix::from_diagonal_element(start),
             missing: self.missing,
             guarded: false,
+            bias: self.estimate,
+            bias_sigma: start.simd_sqrt(),
+            at_rest: true,
         }
     }
 

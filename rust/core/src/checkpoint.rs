@@ -25,6 +25,10 @@ pub enum Kind {
     AllanNoise = 3,
     /// `StreamingAllan`, one a channel.
     StreamingAllan = 4,
+    /// [`MotionSafe`](crate::MotionSafe) drift filters, one a channel.
+    MotionSafe = 6,
+    /// [`AutoFilter`](crate::AutoFilter)s, one a channel.
+    AutoFilter = 7,
 }
 
 /// What a checkpoint holds: the kind of filter and the orders of its model.
@@ -45,6 +49,8 @@ impl fmt::Display for Label {
             Kind::RecursiveLeastSquares => "a RecursiveLeastSquares",
             Kind::AllanNoise => "an AllanNoise",
             Kind::StreamingAllan => "a StreamingAllan",
+            Kind::MotionSafe => "a DriftFilter that holds or compensates",
+            Kind::AutoFilter => "a DriftFilter that tunes itself",
         })?;
         if self.p == 0 {
             return Ok(());
@@ -143,6 +149,8 @@ pub fn label(bytes: &[u8]) -> Result<Label, Error> {
         2 => Kind::RecursiveLeastSquares,
         3 => Kind::AllanNoise,
         4 => Kind::StreamingAllan,
+        6 => Kind::MotionSafe,
+        7 => Kind::AutoFilter,
         _ => return Err(Error::Content),
     };
     Ok(Label { kind, p: header[7], q: header[8] })

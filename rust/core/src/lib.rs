@@ -19,6 +19,7 @@
 #![forbid(unsafe_code)]
 
 pub mod allan;
+pub mod auto;
 #[cfg(feature = "std")]
 mod bank;
 mod chain;
@@ -28,8 +29,10 @@ mod filter;
 #[cfg(feature = "std")]
 pub mod identify;
 pub mod kalman;
+mod motion;
 mod params;
 mod real;
+pub mod rest;
 mod rls;
 mod start;
 mod startup;
@@ -37,9 +40,11 @@ mod symmetric;
 
 #[cfg(feature = "std")]
 pub use bank::Bank;
+pub use auto::{AutoFilter, AutoParams, Status};
 pub use chain::{DriftFilter, DriftLoop, Snapshot};
 pub use error::Error;
 pub use filter::Filter;
+pub use motion::{Conduct, MotionSafe};
 pub use params::{Method, Params};
 pub use real::{Limits, Real};
 pub use rls::{RecursiveLeastSquares, Rls, RlsParams};

@@ -82,7 +82,7 @@ impl Params {
     }
 
     pub(crate) fn startup_samples(&self) -> u64 {
-        rounded((self.startup * self.rate).max(STARTUP_SAMPLES_MIN))
+        window(self.rate, self.startup)
     }
 
     pub(crate) fn adapt_samples(&self) -> u64 {
@@ -101,6 +101,18 @@ impl Params {
     pub(crate) fn memory(&self) -> f64 {
         if self.method == Method::Fading { self.fading } else { 1.0 }
     }
+}
+
+/// Samples of a start-up window.
+fn window(rate: f64, startup: f64) -> u64 {
+    rounded((startup * rate).max(STARTUP_SAMPLES_MIN))
+}
+
+/// [`window`] of parameters that are in their range.
+pub(crate) fn checked_window(rate: f64, startup: f64) -> Result<u64, Error> {
+    check_positive("rate", "a positive number of samples a second", rate)?;
+    check_positive("startup", "a positive number of seconds", startup)?;
+    Ok(window(rate, startup))
 }
 
 /// Nearest whole number; `as` saturates.

@@ -192,6 +192,13 @@ impl<T: Real> Scaling<T> {
         (self.scale * y).within(Self::raw_max())
     }
 
+    /// The normalised size of a raw variance.
+    #[inline(always)]
+    pub(crate) fn normalised_variance(&self, v: T) -> T {
+        let bound = T::limit(<T::Element as Limits>::INPUT_MAX);
+        (v.within(Self::raw_max()) * self.inverse).within(bound) * self.inverse
+    }
+
     /// The raw size of a normalised variance, limited to what the type can hold.
     #[inline(always)]
     pub fn raw_variance(&self, v: T) -> T {

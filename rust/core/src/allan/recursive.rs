@@ -97,6 +97,11 @@ impl<T: Real> AllanNoise<T> {
         }
     }
 
+    /// The next sample does not follow the last one.
+    pub(crate) fn interrupt(&mut self) {
+        self.previous = [T::of(f64::NAN); 2];
+    }
+
     /// Stands at `variance`, with the weight that `samples` samples without a gap would have.
     pub(crate) fn believe(&mut self, variance: T, samples: u64) {
         let order = match self.kind {

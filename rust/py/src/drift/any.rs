@@ -1,53 +1,40 @@
-//! Drift filters of every order behind one trait: the order is a type in the core, a value here.
+//! Drift filters of every method and order behind one trait: a type in the core, a value here.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use zerorate_core::checkpoint::{self, Kind, Label};
-use zerorate_core::{Bank, DriftFilter, Error, Filter, Params, Start};
+use zerorate_core::{AutoFilter, Bank, Conduct, DriftFilter, Error, MotionSafe, Params, Start};
 
+use super::channel::Channel;
+use super::settings::Settings;
 use super::start::Known;
-use super::trace::Record;
+use super::trace::{Readings, Record};
 use crate::errors::NativeError;
 use crate::stream::{Labelled, Stream};
 
-/// A bank of drift filters whose order only the box knows.
+/// A bank of drift filters whose kind only the box knows.
 pub trait AnyDrift: Stream + std::fmt::Debug {
     fn clone_box(&self) -> Box<dyn AnyDrift>;
-    fn params(&self) -> Params;
-    fn order(&self) -> (usize, usize);
+    fn settings(&self) -> Settings;
     fn samples_seen(&self) -> u64;
     fn guard_counts(&self) -> Vec<u64>;
     fn ready(&self) -> Vec<bool>;
+    fn status(&self) -> Vec<&'static str>;
     fn readings(&self) -> Vec<Readings>;
     /// One a channel, none for filters that learned their start themselves.
     fn starts(&self) -> Vec<Known>;
     fn trace(&mut self, rows: &[f64]) -> Record;
+    /// Forgets the drift but not the noise; false if it can't.
+    fn power_on(&mut self) -> bool;
 }
 
-/// What one channel's filter knows; matrices row after row.
-#[derive(Debug)]
-pub struct Readings {
-    pub estimate: f64,
-    pub innovation: f64,
-    pub innovation_variance: f64,
-    pub measurement_noise: f64,
-    pub gain: Vec<f64>,
-    pub process_noise: Vec<f64>,
-    pub coefficients: Vec<f64>,
-    pub covariance: Vec<f64>,
-}
-
-impl<const N: usize, const M: usize> AnyDrift for Labelled<DriftFilter<f64, N, M>> {
+impl<F: Channel> AnyDrift for Labelled<F> {
     fn clone_box(&self) -> Box<dyn AnyDrift> {
         Box::new(self.clone())
     }
 
-    fn params(&self) -> Params {
-        *self.bank.filters()[0].params()
-    }
-
-    fn order(&self) -> (usize, usize) {
-        (N - 1, M - N)
+    fn settings(&self) -> Settings {
+        self.bank.filters()[0].settings()
     }
 
     fn samples_seen(&self) -> u64 {
@@ -55,46 +42,40 @@ impl<const N: usize, const M: usize> AnyDrift for Labelled<DriftFilter<f64, N, M
     }
 
     fn guard_counts(&self) -> Vec<u64> {
-        self.bank.filters().iter().map(DriftFilter::guard_count).collect()
+        self.bank.filters().iter().map(Channel::guard_count).collect()
     }
 
     fn ready(&self) -> Vec<bool> {
-        self.bank.filters().iter().map(DriftFilter::ready).collect()
+        self.bank.filters().iter().map(Channel::ready).collect()
+    }
+
+    fn status(&self) -> Vec<&'static str> {
+        self.bank.filters().iter().map(Channel::status).collect()
     }
 
     fn readings(&self) -> Vec<Readings> {
-        self.bank.filters().iter().map(readings).collect()
+        self.bank.filters().iter().map(Channel::readings).collect()
     }
 
     fn starts(&self) -> Vec<Known> {
-        self.bank.filters().iter().filter_map(DriftFilter::start).map(Known::from).collect()
+        self.bank.filters().iter().filter_map(Channel::start).collect()
     }
 
     fn trace(&mut self, rows: &[f64]) -> Record {
+        let (n, m) = self.settings().sizes();
         let filters = self.bank.filters_mut();
-        let mut record = Record::with_capacity(rows.len(), N, M);
+        let mut record = Record::with_capacity(rows.len(), n, m);
         for row in rows.chunks_exact(filters.len()) {
             for (filter, z) in filters.iter_mut().zip(row) {
                 filter.update(*z);
-                record.push(&filter.snapshot());
+                filter.record(&mut record);
             }
         }
         record
     }
-}
 
-fn readings<const N: usize, const M: usize>(filter: &DriftFilter<f64, N, M>) -> Readings {
-    let now = filter.snapshot();
-    // Column after column equals row after row: the matrices are symmetric.
-    Readings {
-        estimate: now.estimate,
-        innovation: now.innovation,
-        innovation_variance: now.innovation_variance,
-        measurement_noise: now.measurement_noise,
-        gain: now.gain.as_slice().to_vec(),
-        process_noise: now.process_noise.as_slice().to_vec(),
-        coefficients: now.coefficients.as_slice().to_vec(),
-        covariance: now.covariance.as_slice().to_vec(),
+    fn power_on(&mut self) -> bool {
+        self.bank.filters_mut().iter_mut().all(Channel::power_on)
     }
 }
 
@@ -152,8 +133,16 @@ pub fn order_error((p, q): (i64, i64)) -> PyErr {
 }
 
 /// A bank of new filters.
-pub fn new(order: (i64, i64), params: Params, channels: usize) -> PyResult<Box<dyn AnyDrift>> {
-    for_order!(order, new_sized(params, channels), Err(order_error(order)))
+pub fn new(settings: Settings, channels: usize) -> PyResult<Box<dyn AnyDrift>> {
+    match settings {
+        Settings::Auto(params) => {
+            let filter = AutoFilter::<f64>::new(params).map_err(NativeError::from)?;
+            Ok(boxed(Bank::new(&filter, channels)))
+        }
+        Settings::Published { order, params, conduct } => {
+            for_order!(order, new_sized(params, conduct, channels), Err(not_supported(order)))
+        }
+    }
 }
 
 /// What a filter of these sizes is called in a checkpoint.
@@ -161,49 +150,81 @@ pub fn label(kind: Kind, n: usize, m: usize) -> Label {
     Label { kind, p: (n - 1) as u8, q: (m - n) as u8 }
 }
 
+fn boxed<F: Channel>(bank: Bank<F>) -> Box<dyn AnyDrift> {
+    Box::new(Labelled { label: F::label(), bank })
+}
+
+fn not_supported((p, q): (usize, usize)) -> PyErr {
+    order_error((p as i64, q as i64))
+}
+
 fn new_sized<const N: usize, const M: usize>(
     params: Params,
+    conduct: Conduct,
     channels: usize,
 ) -> PyResult<Box<dyn AnyDrift>> {
     let filter = DriftFilter::<f64, N, M>::new(params).map_err(NativeError::from)?;
-    let bank = Bank::new(&filter, channels);
-    Ok(Box::new(Labelled { label: label(Kind::DriftFilter, N, M), bank }))
+    behaved(vec![filter; channels], conduct)
+}
+
+/// The filters as they are, or, where something is asked of them, made safe for motion.
+fn behaved<const N: usize, const M: usize>(
+    filters: Vec<DriftFilter<f64, N, M>>,
+    conduct: Conduct,
+) -> PyResult<Box<dyn AnyDrift>> {
+    if !conduct.hold && !conduct.compensated {
+        return Ok(boxed(Bank::of(filters)));
+    }
+    let safe = filters.into_iter().map(|filter| MotionSafe::new(filter, conduct));
+    Ok(boxed(Bank::of(safe.collect::<Result<_, _>>().map_err(NativeError::from)?)))
 }
 
 /// A bank of filters that are ready, one for each start.
-pub fn started(
-    order: (usize, usize),
-    params: Params,
-    starts: &[Known],
-) -> PyResult<Box<dyn AnyDrift>> {
-    let (p, q) = (order.0 as i64, order.1 as i64);
-    for_order!(order, started_sized(params, starts), Err(order_error((p, q))))
+pub fn started(settings: Settings, starts: &[Known]) -> PyResult<Box<dyn AnyDrift>> {
+    let Settings::Published { order, params, conduct } = settings else {
+        return Err(PyValueError::new_err(
+            "method 'auto' learns its own start: start 'kf', 'akf' or 'fading', or use power_on()",
+        ));
+    };
+    for_order!(order, started_sized(params, conduct, starts), Err(not_supported(order)))
 }
 
 fn started_sized<const N: usize, const M: usize>(
     params: Params,
+    conduct: Conduct,
     starts: &[Known],
 ) -> PyResult<Box<dyn AnyDrift>> {
     let started = |known| DriftFilter::<f64, N, M>::started(params, Start::from(known));
     let filters = starts.iter().map(started).collect::<Result<_, _>>();
-    let bank = Bank::of(filters.map_err(NativeError::from)?);
-    Ok(Box::new(Labelled { label: label(Kind::DriftFilter, N, M), bank }))
+    behaved(filters.map_err(NativeError::from)?, conduct)
 }
 
 type Saved = (Option<usize>, Box<dyn AnyDrift>);
 
 /// The bank that a checkpoint holds.
 pub fn from_bytes(bytes: &[u8]) -> Result<Saved, Error> {
-    let found = checkpoint::label_of(Kind::DriftFilter, bytes)?;
-    for_order!((found.p, found.q), from_bytes_sized(bytes), Err(Error::Content))
+    let found = checkpoint::label(bytes)?;
+    let order = (found.p, found.q);
+    match found.kind {
+        Kind::AutoFilter => saved::<AutoFilter<f64>>(bytes),
+        Kind::MotionSafe => for_order!(order, saved_safe(bytes), Err(Error::Content)),
+        Kind::DriftFilter => for_order!(order, saved_plain(bytes), Err(Error::Content)),
+        _ => Err(Error::Kind { found, expected: Label { kind: Kind::DriftFilter, p: 0, q: 0 } }),
+    }
 }
 
-fn from_bytes_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Saved, Error> {
-    let label = label(Kind::DriftFilter, N, M);
-    let (channels, bank): (Option<usize>, Bank<DriftFilter<f64, N, M>>) =
-        checkpoint::read::<(_, Bank<DriftFilter<f64, N, M>>)>(label, bytes)?;
+fn saved_plain<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Saved, Error> {
+    saved::<DriftFilter<f64, N, M>>(bytes)
+}
+
+fn saved_safe<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Saved, Error> {
+    saved::<MotionSafe<f64, N, M>>(bytes)
+}
+
+fn saved<F: Channel>(bytes: &[u8]) -> Result<Saved, Error> {
+    let (channels, bank): (Option<usize>, Bank<F>) = checkpoint::read(F::label(), bytes)?;
     if bank.filters().len() != channels.unwrap_or(1) || bank.filters().is_empty() {
         return Err(Error::Content);
     }
-    Ok((channels, Box::new(Labelled { label, bank })))
+    Ok((channels, boxed(bank)))
 }

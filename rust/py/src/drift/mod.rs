@@ -1,47 +1,36 @@
 //! The drift filter for Python.
 
 pub mod any;
+mod channel;
+mod settings;
 mod start;
 pub mod trace;
 
 use pyo3::exceptions::PyValueError;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use zerorate_core::{Method, Params};
+use zerorate_core::Params;
 
-use self::any::{AnyDrift, Order, Readings};
-use self::trace::Trace;
+use self::any::{AnyDrift, Order};
+use self::settings::{Arguments, Settings};
+use self::trace::{Readings, Trace};
 use crate::errors::NativeError;
 use crate::shared::{self, Shared, exclusive, reading};
 use crate::{allan, arrays};
 
-fn method(name: &str) -> PyResult<Method> {
-    match name {
-        "kf" => Ok(Method::Kf),
-        "akf" => Ok(Method::Akf),
-        "fading" => Ok(Method::Fading),
-        _ => Err(PyValueError::new_err(format!(
-            "method must be 'kf', 'akf' or 'fading', got '{name}'"
-        ))),
-    }
-}
-
-fn method_name(method: Method) -> &'static str {
-    match method {
-        Method::Kf => "kf",
-        Method::Akf => "akf",
-        Method::Fading => "fading",
-    }
-}
-
 /// Online random-drift filter of a gyro, one or more axes.
 ///
-/// Learns an ARMA(p, q) model of the drift by recursive least squares, the measurement noise R
-/// from the Allan variance at the shortest averaging time, the process noise G by Sage-Husa, and
-/// runs the Kalman filter of that model (Fu & Han 2019, equations 8 to 31). Nothing needs a unit:
-/// offset and scale come from the first samples, during which the answer is the mean so far. A
-/// sample that is not finite (or ``update(None)``) is missing: it is predicted, not corrected. One filter
-/// serves one thread at a time.
+/// ``"auto"`` needs no tuning: it finds rest and motion itself, weighs random walks of every
+/// strength by their likelihood, learns the drift at rest and holds it in motion.
+///
+/// The other methods are those of Fu & Han 2019, equations 8 to 31: an ARMA(p, q) model of the drift
+/// by recursive least squares, the measurement noise R from the Allan variance at the shortest
+/// averaging time, the process noise G by Sage-Husa, and the Kalman filter of that model.
+///
+/// Nothing needs a unit: offset and scale come from the first samples, during which the answer is
+/// the mean so far. A sample that is not finite (or ``update(None)``) is missing: it is predicted,
+/// not corrected. One filter serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -49,9 +38,10 @@ fn method_name(method: Method) -> &'static str {
 ///     Samples a second.
 /// order : (int, int), default (2, 1)
 ///     Orders p from 1 to 3 and q from 0 to 3; (p, 0) is AR(p).
-/// method : {"kf", "akf", "fading"}, default "fading"
+/// method : {"kf", "akf", "fading", "auto"}, default "fading"
 ///     ``"kf"`` keeps G and R as the start-up says; ``"akf"`` adapts R with equal weights;
-///     ``"fading"`` adapts R with fading memory, and G.
+///     ``"fading"`` adapts R with fading memory, and G. ``"auto"`` tunes itself and takes, of the
+///     parameters, only rate, channels, motion, output, startup and scale.
 /// fading : float, default 0.97
 ///     Memory b of R in (0, 1] for ``"fading"``: small follows changes of the noise quickly, large
 ///     averages (Fu & Han: 0.95 to 0.99 for an MTi-100, 0.90 to 0.95 for a 3DM-GX4-25).
@@ -61,6 +51,13 @@ fn method_name(method: Method) -> &'static str {
 ///     λ of the least squares in (0, 1]: small forgets old samples quickly, 1 never forgets.
 /// channels : int, optional
 ///     Number of signals side by side; None is a single one.
+/// motion : {"hold", "ignore"}, optional
+///     ``"hold"`` learns at rest only, as a ``RestDetector`` sees it, and takes back the quarter
+///     second in which a motion began; ``"ignore"`` takes every sample for rest, as the published
+///     filters do. Default: ``"hold"`` for ``"auto"``, ``"ignore"`` for the others.
+/// output : {"estimate", "compensated"}, default "estimate"
+///     What ``update`` and ``process`` answer: the estimate, or the sample minus ``bias``, which has
+///     no delay (NaN for a missing sample).
 /// process_noise : float, default 0.1
 ///     Initial process noise G and covariance P, in variances of the start-up window. Large follows
 ///     the signal, small smooths it.
@@ -89,8 +86,7 @@ fn method_name(method: Method) -> &'static str {
 #[pyclass(module = "zerorate")]
 #[derive(Debug)]
 pub struct DriftFilter {
-    params: Params,
-    order: (usize, usize),
+    settings: Settings,
     shared: Shared<dyn AnyDrift>,
 }
 
@@ -99,11 +95,11 @@ impl DriftFilter {
     #[new]
     #[pyo3(signature = (
         rate, order=Order::default(), method="fading", fading=0.97, adapt_for=Some(120.0),
-        forgetting_factor=1.0, channels=None, *, process_noise=0.1, process_noise_memory=0.0,
-        noise="allan", startup=1.0, scale=None,
+        forgetting_factor=1.0, channels=None, *, motion=None, output="estimate", process_noise=0.1,
+        process_noise_memory=0.0, noise="allan", startup=1.0, scale=None,
     ), text_signature = "(rate, order=(2, 1), method='fading', fading=0.97, adapt_for=120.0, \
-        forgetting_factor=1.0, channels=None, *, process_noise=0.1, process_noise_memory=0.0, \
-        noise='allan', startup=1.0, scale=None)")]
+        forgetting_factor=1.0, channels=None, *, motion=None, output='estimate', \
+        process_noise=0.1, process_noise_memory=0.0, noise='allan', startup=1.0, scale=None)")]
     #[allow(clippy::too_many_arguments)]
     fn new(
         rate: f64,
@@ -113,6 +109,8 @@ impl DriftFilter {
         adapt_for: Option<f64>,
         forgetting_factor: f64,
         channels: Option<i128>,
+        motion: Option<&str>,
+        output: &str,
         process_noise: f64,
         process_noise_memory: f64,
         noise: &str,
@@ -121,7 +119,6 @@ impl DriftFilter {
     ) -> PyResult<Self> {
         let params = Params {
             rate,
-            method: self::method(method)?,
             fading,
             noise: allan::kind(noise)?,
             adapt_for,
@@ -130,10 +127,12 @@ impl DriftFilter {
             process_noise_memory,
             startup,
             scale,
+            ..Params::default()
         };
         let params = params.checked().map_err(NativeError::from)?;
+        let settings = Settings::read(Arguments { order, method, motion, output, params })?;
         let channels = shared::channels(channels)?;
-        let filter = any::new(order.0, params, channels.unwrap_or(1))?;
+        let filter = any::new(settings, channels.unwrap_or(1))?;
         Ok(Self::wrap(channels, filter))
     }
 
@@ -165,8 +164,9 @@ impl DriftFilter {
     fn started(start: &Bound<'_, PyDict>, params: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let plain = start.py().get_type::<Self>().call((), params)?;
         let plain = plain.cast::<Self>()?.borrow();
-        let starts = start::read(start, plain.shared.channels, plain.order)?;
-        let filter = any::started(plain.order, plain.params, &starts)?;
+        let order = plain.settings.order().unwrap_or_default();
+        let starts = start::read(start, plain.shared.channels, order)?;
+        let filter = any::started(plain.settings, &starts)?;
         Ok(Self::wrap(plain.shared.channels, filter))
     }
 
@@ -209,13 +209,31 @@ impl DriftFilter {
         let samples = arrays::batch(z, this.shared.channels)?;
         let filter = &mut *this.shared.filter;
         let record = py.detach(|| filter.trace(&samples.values));
-        Trace::new(py, record, this.shared.channels, this.order)
+        Trace::new(py, record, this.shared.channels, this.settings.sizes())
     }
 
     /// Back to before the first sample, with the same parameters and the same start.
     fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
         exclusive(slf)?.shared.filter.reset();
         Ok(())
+    }
+
+    /// Forgets the drift, but not what was learned about the noise: for a sensor that was switched
+    /// off and on, whose drift begins anew and whose noise does not.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     The method is not ``"auto"``.
+    fn power_on(slf: &Bound<'_, Self>) -> PyResult<()> {
+        let mut this = exclusive(slf)?;
+        if this.shared.filter.power_on() {
+            return Ok(());
+        }
+        Err(PyValueError::new_err(format!(
+            "power_on() is for method 'auto', this is '{}': make a new filter or reset() it",
+            this.settings.method()
+        )))
     }
 
     /// Parameters and state as bytes, with a format version and a checksum.
@@ -255,13 +273,14 @@ impl DriftFilter {
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = reading(slf)?;
         let channels = this.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
-        Ok(format!(
-            "DriftFilter(rate={:?}, order={:?}, method='{}', fading={:?}{channels})",
-            this.params.rate,
-            this.order,
-            method_name(this.params.method),
-            this.params.fading,
-        ))
+        let settings = &this.settings;
+        let model = match settings {
+            Settings::Published { order, params, .. } => {
+                format!(", order={order:?}, method='{}', fading={:?}", settings.method(), params.fading)
+            }
+            Settings::Auto(_) => ", method='auto'".to_owned(),
+        };
+        Ok(format!("DriftFilter(rate={:?}{model}{channels})", settings.rate()))
     }
 
     /// The last filtered rate: float, with channels (k,).
@@ -285,6 +304,44 @@ impl DriftFilter {
         this.number(py, |r| r.innovation_variance)
     }
 
+    /// The drift learned at rest, held in motion: float, with channels (k,). The estimate for
+    /// every method.
+    #[getter]
+    fn bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.number(py, |r| r.bias)
+    }
+
+    /// Standard deviation of the bias as the filter sees it: float, with channels (k,). Before
+    /// anything is known, the size of the largest sample.
+    #[getter]
+    fn bias_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.number(py, |r| r.bias_sigma)
+    }
+
+    /// The sensor is not seen to move, so the filter learns: bool, with channels (k,). Always true
+    /// with ``motion="ignore"``.
+    #[getter]
+    fn at_rest<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let at_rest = this.shared.filter.readings().iter().map(|r| r.at_rest).collect();
+        this.shared.numbers(py, at_rest)
+    }
+
+    /// What the filter is doing: ``"starting"`` (the bias is the mean so far), ``"at rest"`` (it
+    /// learns), ``"in motion"`` (it holds the bias) or ``"no rest yet"`` (the sensor moved before
+    /// anything was learned; the bias is 0). With channels a list of k.
+    #[getter]
+    fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let status = this.shared.filter.status();
+        match this.shared.channels {
+            None => status[0].into_bound_py_any(py),
+            Some(_) => status.into_bound_py_any(py),
+        }
+    }
+
     /// Measurement noise variance R: float, with channels (k,).
     #[getter]
     fn measurement_noise<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
@@ -296,14 +353,14 @@ impl DriftFilter {
     #[getter]
     fn gain<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
-        this.array(py, &[this.order.0 + 1], |r| &r.gain)
+        this.array(py, &[this.settings.sizes().0], |r| &r.gain)
     }
 
     /// Process noise covariance G: (p + 1, p + 1), with channels (k, p + 1, p + 1).
     #[getter]
     fn process_noise<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
-        this.array(py, &[this.order.0 + 1; 2], |r| &r.process_noise)
+        this.array(py, &[this.settings.sizes().0; 2], |r| &r.process_noise)
     }
 
     /// Model ``[φ…, θ…, c]``, c in the unit of the samples: (p + q + 1,), with channels
@@ -311,14 +368,14 @@ impl DriftFilter {
     #[getter]
     fn coefficients<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
-        this.array(py, &[this.order.0 + this.order.1 + 1], |r| &r.coefficients)
+        this.array(py, &[this.settings.sizes().1], |r| &r.coefficients)
     }
 
     /// State covariance P: (p + 1, p + 1), with channels (k, p + 1, p + 1).
     #[getter]
     fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
-        this.array(py, &[this.order.0 + 1; 2], |r| &r.covariance)
+        this.array(py, &[this.settings.sizes().0; 2], |r| &r.covariance)
     }
 
     /// Samples given so far, missing ones included.
@@ -353,19 +410,19 @@ impl DriftFilter {
     /// Samples a second.
     #[getter]
     fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.params.rate)
+        Ok(reading(slf)?.settings.rate())
     }
 
-    /// Orders (p, q) of the model.
+    /// Orders (p, q) of the model; None for ``"auto"``, which has no ARMA model.
     #[getter]
-    fn order(slf: &Bound<'_, Self>) -> PyResult<(usize, usize)> {
-        Ok(reading(slf)?.order)
+    fn order(slf: &Bound<'_, Self>) -> PyResult<Option<(usize, usize)>> {
+        Ok(reading(slf)?.settings.order())
     }
 
-    /// ``"kf"``, ``"akf"`` or ``"fading"``.
+    /// ``"kf"``, ``"akf"``, ``"fading"`` or ``"auto"``.
     #[getter]
     fn method(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
-        Ok(method_name(reading(slf)?.params.method))
+        Ok(reading(slf)?.settings.method())
     }
 
     /// What ``DriftFilter.started`` was given, None for a filter that learns it from its start-up.
@@ -376,7 +433,7 @@ impl DriftFilter {
         if starts.is_empty() {
             return Ok(None);
         }
-        start::write(py, &starts, &this.shared, this.order).map(Some)
+        start::write(py, &starts, &this.shared, this.settings.order().unwrap_or_default()).map(Some)
     }
 
     /// Every argument that makes such a filter anew: ``DriftFilter(**f.params)``, or
@@ -384,28 +441,14 @@ impl DriftFilter {
     #[getter]
     fn params<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, this) = (slf.py(), reading(slf)?);
-        let params = PyDict::new(py);
-        params.set_item("rate", this.params.rate)?;
-        params.set_item("order", this.order)?;
-        params.set_item("method", method_name(this.params.method))?;
-        params.set_item("fading", this.params.fading)?;
-        params.set_item("adapt_for", this.params.adapt_for)?;
-        params.set_item("forgetting_factor", this.params.forgetting_factor)?;
-        params.set_item("channels", this.shared.channels)?;
-        params.set_item("process_noise", this.params.process_noise)?;
-        params.set_item("process_noise_memory", this.params.process_noise_memory)?;
-        params.set_item("noise", allan::name(this.params.noise))?;
-        params.set_item("startup", this.params.startup)?;
-        params.set_item("scale", this.params.scale)?;
-        Ok(params)
+        this.settings.write(py, this.shared.channels)
     }
 }
 
 impl DriftFilter {
     fn wrap(channels: Option<usize>, filter: Box<dyn AnyDrift>) -> Self {
         Self {
-            params: filter.params(),
-            order: filter.order(),
+            settings: filter.settings(),
             shared: Shared::new(channels, filter),
         }
     }

@@ -5,6 +5,22 @@ use zerorate_core::Snapshot;
 
 use crate::arrays;
 
+/// What one channel's filter knows; matrices row after row.
+#[derive(Debug)]
+pub struct Readings {
+    pub estimate: f64,
+    pub innovation: f64,
+    pub innovation_variance: f64,
+    pub measurement_noise: f64,
+    pub bias: f64,
+    pub bias_sigma: f64,
+    pub at_rest: bool,
+    pub gain: Vec<f64>,
+    pub process_noise: Vec<f64>,
+    pub coefficients: Vec<f64>,
+    pub covariance: Vec<f64>,
+}
+
 /// Snapshots, one after the other.
 #[derive(Debug, Default)]
 pub struct Record {
@@ -19,6 +35,9 @@ pub struct Record {
     covariance: Vec<f64>,
     missing: Vec<bool>,
     guarded: Vec<bool>,
+    bias: Vec<f64>,
+    bias_sigma: Vec<f64>,
+    at_rest: Vec<bool>,
 }
 
 impl Record {
@@ -36,6 +55,9 @@ impl Record {
             covariance: Vec::with_capacity(samples * n * n),
             missing: Vec::with_capacity(samples),
             guarded: Vec::with_capacity(samples),
+            bias: Vec::with_capacity(samples),
+            bias_sigma: Vec::with_capacity(samples),
+            at_rest: Vec::with_capacity(samples),
         }
     }
 
@@ -52,6 +74,9 @@ impl Record {
         self.covariance.extend_from_slice(now.covariance.as_slice());
         self.missing.push(now.missing);
         self.guarded.push(now.guarded);
+        self.bias.push(now.bias);
+        self.bias_sigma.push(now.bias_sigma);
+        self.at_rest.push(now.at_rest);
     }
 }
 
@@ -66,7 +91,8 @@ impl Record {
 /// innovation_variance : ndarray, float64, (n,)
 ///     Variance S that the filter expected of the innovation.
 /// gain : ndarray, float64, (n, p + 1)
-///     Kalman gain; zero where the sample is missing.
+///     Kalman gain; zero where the sample is missing. The state of "auto" is the drift alone: 1 in
+///     place of p + 1, and of p + q + 1 below.
 /// measurement_noise : ndarray, float64, (n,)
 ///     Variance R.
 /// process_noise : ndarray, float64, (n, p + 1, p + 1)
@@ -79,6 +105,12 @@ impl Record {
 ///     The sample was not finite.
 /// guarded : ndarray, bool, (n,)
 ///     The step of the process noise was shortened to keep it positive semidefinite.
+/// bias : ndarray, float64, (n,)
+///     Drift learned at rest and held in motion, in the unit of the samples.
+/// bias_sigma : ndarray, float64, (n,)
+///     Its standard deviation as the filter sees it.
+/// at_rest : ndarray, bool, (n,)
+///     The filter learned; always true with ``motion="ignore"``.
 #[pyclass(frozen, get_all, module = "zerorate")]
 #[derive(Debug)]
 pub struct Trace {
@@ -92,6 +124,9 @@ pub struct Trace {
     covariance: Py<PyAny>,
     missing: Py<PyAny>,
     guarded: Py<PyAny>,
+    bias: Py<PyAny>,
+    bias_sigma: Py<PyAny>,
+    at_rest: Py<PyAny>,
 }
 
 impl Trace {
@@ -100,9 +135,8 @@ impl Trace {
         py: Python<'_>,
         record: Record,
         channels: Option<usize>,
-        (p, q): (usize, usize),
+        (n, m): (usize, usize),
     ) -> PyResult<Self> {
-        let (n, m) = (p + 1, p + q + 1);
         let axes = match channels {
             None => vec![record.samples],
             Some(k) => vec![record.samples / k, k],
@@ -124,6 +158,9 @@ impl Trace {
             covariance: floats(record.covariance, &[n, n])?,
             missing: flags(record.missing)?,
             guarded: flags(record.guarded)?,
+            bias: floats(record.bias, &[])?,
+            bias_sigma: floats(record.bias_sigma, &[])?,
+            at_rest: flags(record.at_rest)?,
         })
     }
 }

@@ -1,0 +1,158 @@
+//! What is known of one sensor: its noise, and its drift as far as it has been at rest.
+
+use serde::{Deserialize, Serialize};
+
+use super::block::Block;
+use super::walks::{Drift, Walks};
+use crate::allan::{AllanKind, AllanNoise};
+use crate::error::Error;
+use crate::real::{Limits, Real};
+use crate::rest::Tick;
+use crate::startup::Scaling;
+
+/// Ticks of a block: two seconds of quarters.
+const BLOCK: f64 = 8.0;
+
+/// Ticks after which a noise level counts for 1/e: a minute of quarter seconds.
+const NOISE_MEMORY: f64 = 240.0;
+
+/// Noise and drift, in units of the start-up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct Learned<T> {
+    scaling: Scaling<T>,
+    /// Samples of a tick.
+    length: T,
+    block: Block<T>,
+    walks: Walks<T>,
+    /// R of the ticks' means: noise that averages out within a tick is not in it.
+    tick_noise: AllanNoise<T>,
+    /// Variance of a sample about its tick's mean.
+    sample_noise: T,
+    /// Ticks that `sample_noise` averages.
+    ticks: T,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Learned<T> {
+    /// What `samples` samples of a start-up say, their noise taken to be white.
+    ///
+    /// # Errors
+    /// None for the constants in use.
+    pub fn new(scaling: Scaling<T>, length: T, samples: T) -> Result<Self, Error> {
+        let fading = 1.0 - 1.0 / NOISE_MEMORY;
+        let floor = T::VARIANCE_FLOOR;
+        let mut tick_noise = AllanNoise::with_floor(fading, AllanKind::Allan, floor)?;
+        let ticks = samples / length;
+        tick_noise.believe(T::one() / length, ticks.to_subset().map_or(0, |n: f64| n as u64));
+        let block = Block::new(length * T::of(BLOCK));
+        let mut learned = Self {
+            scaling,
+            length,
+            block,
+            walks: Walks::new(T::one() / (length * T::of(BLOCK))),
+            tick_noise,
+            sample_noise: T::one(),
+            ticks,
+        };
+        learned.begin(T::zero(), samples);
+        Ok(learned)
+    }
+
+    /// The drift anew, from the mean of `samples` samples; what is known of the noise stays.
+    pub fn begin(&mut self, mean: T, samples: T) {
+        let variance = self.noise() / samples.at_least(T::one());
+        self.walks.begin(Drift { mean, variance });
+        self.block.restart();
+        self.tick_noise.interrupt();
+    }
+
+    /// [`begin`](Self::begin) with a mean in the unit of the samples.
+    pub fn begin_at(&mut self, mean: T, samples: T) {
+        self.begin(self.scaling.normalise(mean), samples);
+    }
+
+    /// A tick at rest.
+    pub fn learn(&mut self, tick: &Tick<T>) {
+        let there = tick.present + tick.present >= self.length;
+        let mean = self.scaling.normalise(tick.mean);
+        self.tick_noise.observe(if there { mean } else { T::of(f64::NAN) });
+        if there {
+            self.learn_sample_noise(tick.variance);
+        }
+        self.block.add(self.length, tick.present, mean);
+        if self.block.is_full() {
+            self.finish_block();
+        }
+    }
+
+    /// A tick in motion: the drift goes on unseen, and so does what the block has lost.
+    pub fn wait(&mut self) {
+        self.tick_noise.interrupt();
+        let lost = self.block.restart();
+        self.walks.wait(lost + T::of(1.0 / BLOCK));
+    }
+
+    /// Mean of the drift now, in the unit of the samples.
+    #[inline]
+    pub fn drift(&self) -> T {
+        let mean = match self.block.mean(self.noise()) {
+            Some(block) => self.walks.mean(&block),
+            None => self.walks.now().mean,
+        };
+        self.scaling.raw(mean)
+    }
+
+    /// Its standard deviation.
+    pub fn deviation(&self) -> T {
+        self.scaling.raw_difference(self.variance().simd_sqrt())
+    }
+
+    /// Variance of a sample about the drift.
+    pub fn measurement_noise(&self) -> T {
+        self.scaling.raw_variance(self.sample_noise)
+    }
+
+    /// Process noise of one sample.
+    pub fn process_noise(&self) -> T {
+        let samples = self.length * T::of(BLOCK);
+        self.scaling.raw_variance(self.walks.process_noise() / samples)
+    }
+
+    /// Weight of one sample against the drift.
+    pub fn gain(&self) -> T {
+        let variance = self.variance();
+        variance / (variance + self.noise())
+    }
+
+    /// Variance of one sample whose means have the noise of the ticks' means.
+    #[inline]
+    fn noise(&self) -> T {
+        self.tick_noise.variance() * self.length
+    }
+
+    fn variance(&self) -> T {
+        match self.block.mean(self.noise()) {
+            Some(block) => self.walks.drift(&block).variance,
+            None => self.walks.now().variance,
+        }
+    }
+
+    fn learn_sample_noise(&mut self, raw: T) {
+        let variance = self.scaling.normalised_variance(raw);
+        self.ticks = (self.ticks + T::one()).at_most(T::of(NOISE_MEMORY));
+        self.sample_noise += (variance - self.sample_noise) / self.ticks;
+    }
+
+    fn finish_block(&mut self) {
+        match self.block.mean(self.noise()) {
+            Some(block) => {
+                self.walks.correct(&block);
+                self.block.restart();
+            }
+            None => {
+                let time = self.block.restart();
+                self.walks.wait(time);
+            }
+        }
+    }
+}
