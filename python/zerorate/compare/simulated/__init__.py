@@ -1,5 +1,26 @@
 """Simulated gyros whose true drift is known, and how near to the optimum methods come."""
 
+from zerorate.compare.simulated.format import format_regret
+from zerorate.compare.simulated.methods import Estimate, Method
 from zerorate.compare.simulated.models import MODELS, DeviceModel
+from zerorate.compare.simulated.optimal import Optimum, optimum
+from zerorate.compare.simulated.parts import GaussMarkov, Resonance, WarmUp, flicker
+from zerorate.compare.simulated.records import record
+from zerorate.compare.simulated.regret import Regret, run
 
-__all__ = ["MODELS", "DeviceModel"]
+__all__ = [
+    "MODELS",
+    "DeviceModel",
+    "Estimate",
+    "GaussMarkov",
+    "Method",
+    "Optimum",
+    "Regret",
+    "Resonance",
+    "WarmUp",
+    "flicker",
+    "format_regret",
+    "optimum",
+    "record",
+    "run",
+]

@@ -82,11 +82,7 @@ MODELS: Final = (
         drift=(GaussMarkov(0.006, 150.0),),
         disturbances=_hump(0.6),
     ),
-    DeviceModel(
-        "coloured", rate_random_walk=3e-4, disturbances=(GaussMarkov(0.05, 0.1),)
-    ),
-    DeviceModel(
-        "warm-up", rate_random_walk=2e-4, drift=(WarmUp(0.1, 300.0),), transient=True
-    ),
+    DeviceModel("coloured", rate_random_walk=3e-4, disturbances=(GaussMarkov(0.05, 0.1),)),
+    DeviceModel("warm-up", rate_random_walk=2e-4, drift=(WarmUp(0.1, 300.0),), transient=True),
 )
 """Classes of gyro from no drift at all to a warm-up, the transient ones last."""

@@ -13,9 +13,7 @@ __all__ = ["record", "records"]
 Floats = npt.NDArray[np.float64]
 
 
-def records(
-    model: DeviceModel, rate: float, n: int, seeds: Iterable[int]
-) -> tuple[Floats, Floats]:
+def records(model: DeviceModel, rate: float, n: int, seeds: Iterable[int]) -> tuple[Floats, Floats]:
     """Return output and true drift of several gyros of one model, shape (n, seeds), deg/s."""
     pairs = [record(model, rate, n, seed) for seed in seeds]
     signals, truths = zip(*pairs, strict=True)
