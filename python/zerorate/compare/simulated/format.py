@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.compare.simulated.regret import Regret
+from zerorate.compare.simulated.result import Regret
 from zerorate.numerals import significant
 from zerorate.report.tables import Table, as_text
 

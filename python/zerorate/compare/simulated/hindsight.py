@@ -13,8 +13,8 @@ GAINS: Final[Floats] = np.geomspace(1e-6, 1e-1, 25)
 """Gains that are tried: averages over ten samples to a million."""
 
 
-def best_moving_average(signal: Floats, truth: Floats, first: int) -> float:
-    """Return the least mean squared error of moving averages, one gain for all records.
+def best_moving_average(signal: Floats, truth: Floats, first: int) -> Floats:
+    """Return the mean squared error of each record at the one gain that is best for all of them.
 
     Until a gain is reached each is the plain mean, so that none has to forget its first sample.
 
@@ -32,4 +32,5 @@ def best_moving_average(signal: Floats, truth: Floats, first: int) -> float:
         x += np.maximum(gains, 1.0 / (k + 1)) * (z - x)
         if k >= first:
             total += (x - drift) ** 2
-    return float(total.mean(axis=1).min()) / (len(signal) - first)
+    best: Floats = total[total.sum(axis=1).argmin()]
+    return best / (len(signal) - first)

@@ -2,64 +2,16 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-
-import numpy as np
-import numpy.typing as npt
 
 from zerorate.compare.simulated.methods import Method, check, name_of
 from zerorate.compare.simulated.models import MODELS, DeviceModel
 from zerorate.compare.simulated.optimal import optimum
 from zerorate.compare.simulated.records import records
+from zerorate.compare.simulated.result import Regret, from_scores
 from zerorate.compare.simulated.scores import Score, Trial
 from zerorate.replay.workers import Progress, silent
 
-__all__ = ["Regret", "run"]
-
-Floats = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Regret:
-    """Regret of methods on models of gyros.
-
-    Attributes
-    ----------
-    methods : tuple of str
-        Names of the methods.
-    models : tuple of DeviceModel
-        The gyros.
-    regret : ndarray, shape (models, methods)
-        RMSE to the true drift over that of the optimum on the same records.
-    coverage : ndarray, shape (models, methods)
-        Share of samples and records whose error is within one sigma of the method, 0.683 for an
-        honest Gaussian one; NaN for a method that gives no sigma.
-    optimum : ndarray, shape (models,)
-        RMSE of the Kalman filter that knows the model, deg/s.
-    """
-
-    methods: tuple[str, ...]
-    models: tuple[DeviceModel, ...]
-    regret: Floats
-    coverage: Floats
-    optimum: Floats
-
-    @property
-    def lasting(self) -> npt.NDArray[np.bool_]:
-        """Which models are not transient, shape (models,)."""
-        return np.array([not model.transient for model in self.models])
-
-    @property
-    def mean(self) -> Floats:
-        """Mean over the models that are not transient, shape (methods,); NaN if there is none."""
-        kept = self.regret[self.lasting]
-        return kept.mean(axis=0) if len(kept) else np.full(len(self.methods), np.nan)
-
-    @property
-    def worst(self) -> Floats:
-        """Largest over the models that are not transient, shape (methods,); NaN if none."""
-        kept = self.regret[self.lasting]
-        return kept.max(axis=0) if len(kept) else np.full(len(self.methods), np.nan)
+__all__ = ["run"]
 
 
 def run(
@@ -125,7 +77,7 @@ def run(
             done = len(rows) + len(scores) / (1 + len(methods))
             report(model.name, done / len(chosen))
         rows.append(scores)
-    return _result(names, chosen, np.array(rows))
+    return from_scores(names, chosen, rows)
 
 
 def _scores(
@@ -142,11 +94,6 @@ def _scores(
     yield trial.score(lambda z, _: optimum(model, rate, n).estimate(z))
     for method in methods:
         yield trial.score(method)
-
-
-def _result(names: tuple[str, ...], models: tuple[DeviceModel, ...], scores: Floats) -> Regret:
-    error, coverage = np.moveaxis(scores, -1, 0)
-    return Regret(names, models, error[:, 1:] / error[:, :1], coverage[:, 1:], error[:, 0])
 
 
 def _checked(methods: Sequence[str | Method]) -> tuple[str, ...]:

@@ -14,9 +14,9 @@ Floats = npt.NDArray[np.float64]
 
 
 class Score(NamedTuple):
-    """Root mean squared error in deg/s, and how often it was within one sigma (NaN: no sigma)."""
+    """Mean squared error of each record, shape (k,), and how often it was within one sigma."""
 
-    error: float
+    squares: Floats
     coverage: float
 
 
@@ -32,9 +32,9 @@ class Trial(NamedTuple):
     first: int
 
     def score(self, method: str | Method) -> Score:
-        """Return the score of a method over all samples and records together."""
+        """Return the score of a method; its coverage is NaN if it gives no sigma."""
         if method == HINDSIGHT:
-            return Score(best_moving_average(self.signal, self.truth, self.first) ** 0.5, np.nan)
+            return Score(best_moving_average(self.signal, self.truth, self.first), np.nan)
         answer = known(method)(self.signal, self.rate)
         drift = answer.drift if isinstance(answer, Estimate) else answer
         if drift.shape != self.truth.shape:
@@ -43,7 +43,7 @@ class Trial(NamedTuple):
                 f"got {drift.shape}"
             )
         error = np.abs(drift[self.first :] - self.truth[self.first :])
-        return Score(float(np.sqrt(np.mean(error**2))), self._coverage(error, answer))
+        return Score(np.mean(error**2, axis=0), self._coverage(error, answer))
 
     def _coverage(self, error: Floats, answer: Floats | Estimate) -> float:
         if not isinstance(answer, Estimate):
