@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.compare.simulated.span import span
 from zerorate.compare.simulated.walks import Walks, watched
 
 __all__ = ["Bound", "walk_bound"]
@@ -15,6 +16,7 @@ Floats = npt.NDArray[np.float64]
 
 _ROUNDS: Final = 60
 _INSTANTS: Final = 40
+_TINY: Final = 1e-300
 # Of the records that choose the weights and of those that then judge them.
 _SEARCH, _JUDGE = 1, 2
 
@@ -78,7 +80,7 @@ def walk_bound(
     Raises
     ------
     ValueError
-        If a size is not positive, there is none, or fewer than two records.
+        If a size is not positive, there is none, fewer than two records, or no sample that counts.
 
     Notes
     -----
@@ -100,15 +102,10 @@ def walk_bound(
     >>> round(found.lower, 2), found.sizes.tolist()
     (1.0, [0.0, 3e-05])
     """
-    walks = np.concatenate([[0.0], np.asarray(sizes, dtype=np.float64)])
-    if not (walks.size > 1 and np.all(walks[1:] > 0.0) and records > 1):
-        raise ValueError(
-            f"sizes must be positive, at least one, and records at least 2, got {walks[1:]} and "
-            f"{records}"
-        )
+    walks = _with_none(sizes, records)
+    first, n = span(duration, score_from, rate)
     ratios = (walks / (rate * angle_random_walk)) ** 2
-    first, last = round(score_from * rate), round(duration * rate) - 1
-    times = np.unique(np.linspace(first, last, _INSTANTS).astype(np.intp))
+    times = np.unique(np.linspace(first, n - 1, _INSTANTS).astype(np.intp))
     weights = _hardest(watched(ratios, times, records, _SEARCH))
     excess = _excess(watched(ratios, times, records, _JUDGE), weights)
     squared = 1.0 + excess.mean(axis=1)
@@ -117,13 +114,23 @@ def walk_bound(
     return Bound(walks, weights, lower, math.sqrt(variance) / (2.0 * lower), np.sqrt(squared))
 
 
+def _with_none(sizes: npt.ArrayLike, records: int) -> Floats:
+    walks = np.atleast_1d(np.asarray(sizes, dtype=np.float64))
+    if walks.ndim > 1 or walks.size == 0 or not np.all(np.isfinite(walks) & (walks > 0.0)):
+        raise ValueError(f"sizes must be a list of positive random walks, got {sizes!r}")
+    if records < 2:
+        raise ValueError(f"records must be at least 2 for each size, got {records}")
+    return np.concatenate([[0.0], walks])
+
+
 def _hardest(walks: Walks) -> Floats:
     """Return weights that nearly maximise the Bayes risk."""
     sizes = walks.optimum.size
     weights = np.full(sizes, 1.0 / sizes)
     for _ in range(_ROUNDS):
-        # At the maximum the excess is the same wherever there is weight.
-        weights *= _excess(walks, weights).mean(axis=1)
+        # At the maximum the excess is the same wherever there is weight; sizes that no filter can
+        # tell apart have none at all.
+        weights *= _excess(walks, weights).mean(axis=1) + _TINY
         weights /= weights.sum()
     return weights
 

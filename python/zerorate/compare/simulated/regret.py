@@ -1,6 +1,5 @@
 """Error of methods over that of the optimum, on simulated gyros."""
 
-import math
 from collections.abc import Iterator, Sequence
 
 from zerorate.compare.simulated.methods import Method, check, name_of
@@ -9,6 +8,7 @@ from zerorate.compare.simulated.optimal import optimum
 from zerorate.compare.simulated.records import records
 from zerorate.compare.simulated.result import Regret, from_scores
 from zerorate.compare.simulated.scores import Score, Trial
+from zerorate.compare.simulated.span import span
 from zerorate.replay.workers import Progress, silent
 
 __all__ = ["run"]
@@ -65,14 +65,14 @@ def run(
     """
     names = _checked(methods)
     chosen = tuple(MODELS if models is None else models)
-    span = _span(duration, score_from, rate)
+    counted = span(duration, score_from, rate)
     if not chosen or seeds < 1:
         raise ValueError(f"regret needs models and seeds, got {len(chosen)} and {seeds}")
     report = silent if progress is None else progress
     rows: list[list[Score]] = []
     for model in chosen:
         scores: list[Score] = []
-        for score in _scores(model, methods, seeds, rate, span):
+        for score in _scores(model, methods, seeds, rate, counted):
             scores.append(score)
             done = len(rows) + len(scores) / (1 + len(methods))
             report(model.name, done / len(chosen))
@@ -85,10 +85,10 @@ def _scores(
     methods: Sequence[str | Method],
     seeds: int,
     rate: float,
-    span: tuple[int, int],
+    counted: tuple[int, int],
 ) -> Iterator[Score]:
     """Yield the score of the optimum, then of each method."""
-    first, n = span
+    first, n = counted
     signal, truth = records(model, rate, n, range(seeds))
     trial = Trial(signal, truth, rate, first)
     yield trial.score(lambda z, _: optimum(model, rate, n).estimate(z))
@@ -103,16 +103,3 @@ def _checked(methods: Sequence[str | Method]) -> tuple[str, ...]:
     for method in methods:
         check(method)
     return names
-
-
-def _span(duration: float, score_from: float, rate: float) -> tuple[int, int]:
-    """Return the first sample that counts and the number of all."""
-    if not (0.0 <= score_from < duration < math.inf and 0.0 < rate < math.inf):
-        raise ValueError(
-            f"rate must be positive and score_from from 0 to below duration, got {rate} Hz, "
-            f"{score_from} s and {duration} s"
-        )
-    first, n = round(score_from * rate), round(duration * rate)
-    if not first < n:
-        raise ValueError(f"no sample at {rate} Hz lies between {score_from} s and {duration} s")
-    return first, n
