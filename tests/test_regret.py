@@ -19,7 +19,7 @@ def knows(model, sigmas=1.0):
     def knowing(signal, rate):
         best = optimum(model, rate, len(signal))
         sigma = np.broadcast_to(np.sqrt(best.variance)[:, np.newaxis], signal.shape)
-        return Estimate(best.estimate(signal), sigmas * sigma)
+        return Estimate(best.filtered(signal)[0], sigmas * sigma)
 
     return knowing
 

@@ -1,6 +1,6 @@
 """Simulated gyros whose true drift is known, and how near to the optimum methods come."""
 
-from zerorate.compare.simulated.bounds import Bound, walk_bound
+from zerorate.compare.simulated.bounds import Bound, least_regret
 from zerorate.compare.simulated.format import format_regret
 from zerorate.compare.simulated.methods import Estimate, Method
 from zerorate.compare.simulated.models import MODELS, DeviceModel
@@ -23,8 +23,8 @@ __all__ = [
     "WarmUp",
     "flicker",
     "format_regret",
+    "least_regret",
     "optimum",
     "record",
     "run",
-    "walk_bound",
 ]

@@ -26,22 +26,26 @@ class Optimum:
         What each innovation adds to the m states.
     variance : ndarray, shape (n,)
         Of the error of the drift after each sample, (deg/s)^2.
+    innovation_variance : ndarray, shape (n,)
+        Of each innovation, (deg/s)^2; infinite for the first, as the level has no prior.
     """
 
     system: System
     gains: Floats
     variance: Floats
+    innovation_variance: Floats
 
-    def estimate(self, signal: Floats) -> Floats:
-        """Return the drift of n samples of k gyros, shape (n, k), in the unit of the model."""
+    def filtered(self, signal: Floats) -> tuple[Floats, Floats]:
+        """Return drift and innovation of n samples of k gyros, both of shape (n, k), deg/s."""
         known = self.system
         x = np.zeros((known.H.size, signal.shape[1]))
-        drift = np.empty_like(signal)
+        drift, innovation = np.empty_like(signal), np.empty_like(signal)
         for k, (z, gain) in enumerate(zip(signal, self.gains, strict=True)):
-            x += np.multiply.outer(gain, z - known.H @ x)
+            innovation[k] = z - known.H @ x
+            x += np.multiply.outer(gain, innovation[k])
             drift[k] = known.drift @ x
             x = known.F @ x
-        return drift
+        return drift, innovation
 
 
 def optimum(model: DeviceModel, rate: float, n: int) -> Optimum:
@@ -70,19 +74,19 @@ def optimum(model: DeviceModel, rate: float, n: int) -> Optimum:
     [1.0, 0.5, 0.333, 0.25]
     """
     known = system(model, rate)
-    gains, variance = np.empty((n, known.H.size)), np.empty(n)
-    gains[0], P = np.eye(1, known.H.size)[0], _after_first(known)
+    gains, variance, innovation_variance = np.empty((n, known.H.size)), np.empty(n), np.empty(n)
+    gains[0], P, innovation_variance[0] = np.eye(1, known.H.size)[0], _after_first(known), math.inf
     variance[0] = known.drift @ P @ known.drift
     for k in range(1, n):
         P = known.F @ P @ known.F.T + known.Q
         shown = P @ known.H
-        innovation = float(shown @ known.H) + known.R
-        gains[k] = shown / innovation
+        innovation_variance[k] = S = float(shown @ known.H) + known.R
+        gains[k] = shown / S
         # A square, so that rounding does not take the symmetry away.
-        root = shown / math.sqrt(innovation)
+        root = shown / math.sqrt(S)
         P -= np.multiply.outer(root, root)
         variance[k] = known.drift @ P @ known.drift
-    return Optimum(known, gains, variance)
+    return Optimum(known, gains, variance, innovation_variance)
 
 
 def _after_first(known: System) -> Floats:

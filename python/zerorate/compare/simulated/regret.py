@@ -91,7 +91,7 @@ def _scores(
     first, n = counted
     signal, truth = records(model, rate, n, range(seeds))
     trial = Trial(signal, truth, rate, first)
-    yield trial.score(lambda z, _: optimum(model, rate, n).estimate(z))
+    yield trial.score(lambda z, _: optimum(model, rate, n).filtered(z)[0])
     for method in methods:
         yield trial.score(method)
 
