@@ -119,3 +119,8 @@ def test_the_bias_is_no_matter():
     np.testing.assert_allclose(
         best.filtered(signal + 1000.0)[0] - 1000.0, best.filtered(signal)[0], rtol=0.0, atol=1e-10
     )
+
+
+def test_a_gyro_without_noise_has_no_optimum():
+    with pytest.raises(ValueError, match="the optimum of 'silent' needs white noise or rounding"):
+        optimum(DeviceModel("silent", 0.0), RATE, 10)

@@ -50,7 +50,7 @@ def test_series_have_the_autocovariance_of_the_states(part, lag):
 
 
 def test_stationary_noise_has_its_deviation_from_the_first_sample_on():
-    draws = 20_000
+    draws = 5000
     random = np.random.default_rng(1)
     first = [Resonance(0.2, 18.0, 0.3283).series(1, RATE, random)[0] for _ in range(draws)]
     # The mean square of independent draws has the relative deviation sqrt(2/draws): five of them.
@@ -120,3 +120,22 @@ def test_a_rounded_output_stands_on_its_steps():
     steps = signal / model.resolution
     # Multiples of the step are rounded once each.
     np.testing.assert_allclose(steps, np.round(steps), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: GaussMarkov(-0.1, 1.0), "deviation must be finite and not negative, got -0.1"),
+        (lambda: GaussMarkov(0.1, 0.0), "time must be finite and positive, got 0.0"),
+        (lambda: WarmUp(math.nan, 1.0), "amplitude must be finite and not negative, got nan"),
+        (lambda: Resonance(0.1, math.inf, 1.0), "frequency must be finite and positive, got inf"),
+        (lambda: DeviceModel("x", resolution=-1.0), "resolution must be finite and not negative"),
+        (
+            lambda: Resonance(0.1, 50.0, 1.0).block(RATE),
+            "at 50.0 Hz needs twice that, got 100.0 Hz",
+        ),
+    ],
+)
+def test_numbers_that_mean_nothing_are_refused(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()

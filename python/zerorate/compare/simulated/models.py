@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
+from zerorate.compare.simulated.checks import check_not_negative
 from zerorate.compare.simulated.parts import GaussMarkov, Part, Resonance, WarmUp, flicker
 
 __all__ = ["MODELS", "DeviceModel"]
@@ -31,6 +32,11 @@ class DeviceModel:
     transient : bool
         Whether the drift dies away: such a model is reported apart.
 
+    Raises
+    ------
+    ValueError
+        If a number is negative or not finite.
+
     Examples
     --------
     >>> MODELS[2].name, MODELS[2].rate_random_walk
@@ -45,6 +51,12 @@ class DeviceModel:
     resolution: float = 0.0
     turn_on_bias: float = 0.5
     transient: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        check_not_negative(
+            self, "angle_random_walk", "rate_random_walk", "resolution", "turn_on_bias"
+        )
 
 
 def _hump(deviation: float) -> tuple[Resonance]:

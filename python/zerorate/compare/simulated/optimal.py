@@ -67,6 +67,11 @@ def optimum(model: DeviceModel, rate: float, n: int) -> Optimum:
         Gains and error variance. The level has no prior: the first sample sets it, which is the
         exact limit of an ever wider one.
 
+    Raises
+    ------
+    ValueError
+        If the model has neither white noise nor rounding, or a resonance above half the rate.
+
     Examples
     --------
     >>> from zerorate.compare.simulated import MODELS

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.compare.simulated.checks import check_not_negative, check_positive
 from zerorate.noise import series
 
 __all__ = ["Block", "GaussMarkov", "Part", "Resonance", "WarmUp", "flicker"]
@@ -44,6 +45,11 @@ class GaussMarkov:
     deviation: float
     time: float
 
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        check_not_negative(self, "deviation")
+        check_positive(self, "time")
+
     def block(self, rate: float) -> Block:
         """Return its one state, exact at the samples."""
         variance, step = self.deviation**2, 1.0 / (rate * self.time)
@@ -66,6 +72,11 @@ class WarmUp:
     amplitude: float
     time: float
 
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        check_not_negative(self, "amplitude")
+        check_positive(self, "time")
+
     def block(self, rate: float) -> Block:
         """Return its one state, which no noise drives."""
         return _scalar(math.exp(-1.0 / (rate * self.time)), 0.0, self.amplitude**2)
@@ -87,6 +98,11 @@ class Resonance:
     deviation: float
     frequency: float
     time: float
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        check_not_negative(self, "deviation")
+        check_positive(self, "frequency", "time")
 
     def block(self, rate: float) -> Block:
         """Return this sample and the one before as states."""
@@ -113,6 +129,8 @@ class Resonance:
         return self._innovation(rate) * ringing
 
     def _pole(self, rate: float) -> complex:
+        if not 2.0 * self.frequency < rate:
+            raise ValueError(f"a resonance at {self.frequency} Hz needs twice that, got {rate} Hz")
         return cmath.exp(complex(-1.0 / self.time, 2.0 * math.pi * self.frequency) / rate)
 
     def _coefficients(self, rate: float) -> tuple[float, float]:

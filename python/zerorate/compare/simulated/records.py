@@ -39,6 +39,11 @@ def record(model: DeviceModel, rate: float, n: int, seed: int) -> tuple[Floats, 
     signal, truth : ndarray, shape (n,)
         Output, and its drift with the turn-on bias, deg/s.
 
+    Raises
+    ------
+    ValueError
+        If the model has a resonance above half the rate.
+
     Examples
     --------
     >>> from zerorate.compare.simulated import MODELS

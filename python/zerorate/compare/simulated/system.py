@@ -44,7 +44,15 @@ def system(model: DeviceModel, rate: float) -> System:
     """Return the system of a model at a sampling rate in Hz.
 
     Turn-on bias and random walk are one state, the level.
+
+    Raises
+    ------
+    ValueError
+        If there is neither white noise nor rounding, or a resonance lies above half the rate.
     """
+    R = model.angle_random_walk**2 * rate + model.resolution**2 / 12.0
+    if R == 0.0:
+        raise ValueError(f"the optimum of {model.name!r} needs white noise or rounding above 0")
     drifts = [part.block(rate) for part in model.drift]
     blocks = drifts + [part.block(rate) for part in model.disturbances]
     H = np.concatenate([[1.0], *(block.H for block in blocks)])
@@ -53,7 +61,7 @@ def system(model: DeviceModel, rate: float) -> System:
         F=_diagonal([np.ones((1, 1)), *(block.F for block in blocks)]),
         Q=_diagonal([_walk(model, rate), *(block.Q for block in blocks)]),
         H=H,
-        R=model.angle_random_walk**2 * rate + model.resolution**2 / 12.0,
+        R=R,
         drift=np.where(np.arange(H.size) < counted, H, 0.0),
         P=_priors(blocks),
     )
