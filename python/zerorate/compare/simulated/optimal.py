@@ -1,0 +1,105 @@
+"""The Kalman filter that knows the true model: no linear method has a smaller error."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.compare.simulated.models import DeviceModel
+from zerorate.compare.simulated.system import System, system
+
+__all__ = ["Optimum", "optimum"]
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """Gains of a Kalman filter over time; they do not depend on the data.
+
+    Attributes
+    ----------
+    system : System
+        The model that it knows.
+    gains : ndarray, shape (n, m)
+        What each innovation adds to the m states.
+    variance : ndarray, shape (n,)
+        Of the error of the drift after each sample, (deg/s)^2.
+    innovation_variance : ndarray, shape (n,)
+        Of each innovation, (deg/s)^2; infinite for the first, as the level has no prior.
+    """
+
+    system: System
+    gains: Floats
+    variance: Floats
+    innovation_variance: Floats
+
+    def filtered(self, signal: Floats) -> tuple[Floats, Floats]:
+        """Return drift and innovation of n samples of k gyros, both of shape (n, k), deg/s."""
+        known = self.system
+        x = np.zeros((known.H.size, signal.shape[1]))
+        drift, innovation = np.empty_like(signal), np.empty_like(signal)
+        for k, (z, gain) in enumerate(zip(signal, self.gains, strict=True)):
+            innovation[k] = z - known.H @ x
+            x += np.multiply.outer(gain, innovation[k])
+            drift[k] = known.drift @ x
+            x = known.F @ x
+        return drift, innovation
+
+
+def optimum(model: DeviceModel, rate: float, n: int) -> Optimum:
+    """Return the Kalman filter of a model for n samples.
+
+    Parameters
+    ----------
+    model : DeviceModel
+        The gyro. Where its output is rounded the filter takes rounding for white noise of
+        variance step^2/12: nearly the optimum, as the noise fills a step.
+    rate : float
+        Samples per second, Hz.
+    n : int
+        Number of samples.
+
+    Returns
+    -------
+    Optimum
+        Gains and error variance. The level has no prior: the first sample sets it, which is the
+        exact limit of an ever wider one.
+
+    Raises
+    ------
+    ValueError
+        If the model has neither white noise nor rounding, or a resonance above half the rate.
+
+    Examples
+    --------
+    >>> from zerorate.compare.simulated import MODELS
+    >>> optimum(MODELS[0], 100.0, 4).gains[:, 0].round(3).tolist()
+    [1.0, 0.5, 0.333, 0.25]
+    """
+    known = system(model, rate)
+    gains, variance, innovation_variance = np.empty((n, known.H.size)), np.empty(n), np.empty(n)
+    gains[0], P, innovation_variance[0] = np.eye(1, known.H.size)[0], _after_first(known), math.inf
+    variance[0] = known.drift @ P @ known.drift
+    for k in range(1, n):
+        P = known.F @ P @ known.F.T + known.Q
+        shown = P @ known.H
+        innovation_variance[k] = S = float(shown @ known.H) + known.R
+        gains[k] = shown / S
+        # A square, so that rounding does not take the symmetry away.
+        root = shown / math.sqrt(S)
+        P -= np.multiply.outer(root, root)
+        variance[k] = known.drift @ P @ known.drift
+    return Optimum(known, gains, variance, innovation_variance)
+
+
+def _after_first(known: System) -> Floats:
+    """Return the covariance when the level is the first sample less all else in it."""
+    others = known.H[1:]
+    shared = known.P @ others
+    P = np.empty_like(known.F)
+    P[0, 0] = others @ shared + known.R
+    P[0, 1:] = P[1:, 0] = -shared
+    P[1:, 1:] = known.P
+    return P
