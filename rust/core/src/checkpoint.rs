@@ -25,6 +25,8 @@ pub enum Kind {
     AllanNoise = 3,
     /// `StreamingAllan`, one a channel.
     StreamingAllan = 4,
+    /// [`RestDetector`](crate::RestDetector)s, one a channel.
+    RestDetector = 5,
 }
 
 /// What a checkpoint holds: the kind of filter and the orders of its model.
@@ -45,6 +47,7 @@ impl fmt::Display for Label {
             Kind::RecursiveLeastSquares => "a RecursiveLeastSquares",
             Kind::AllanNoise => "an AllanNoise",
             Kind::StreamingAllan => "a StreamingAllan",
+            Kind::RestDetector => "a RestDetector",
         })?;
         if self.p == 0 {
             return Ok(());
@@ -143,6 +146,7 @@ pub fn label(bytes: &[u8]) -> Result<Label, Error> {
         2 => Kind::RecursiveLeastSquares,
         3 => Kind::AllanNoise,
         4 => Kind::StreamingAllan,
+        5 => Kind::RestDetector,
         _ => return Err(Error::Content),
     };
     Ok(Label { kind, p: header[7], q: header[8] })
