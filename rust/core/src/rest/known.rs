@@ -13,7 +13,10 @@ const SCALES: usize = 3;
 /// Ticks that the noise is averaged over: a minute.
 const MEMORY: f64 = 240.0;
 
-/// How tick and samples vary at rest.
+/// Square over its mean that is nothing out of the way.
+const LIKELY: f64 = 9.0;
+
+/// How ticks and samples vary at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Noise<T> {
     /// Mean of the ticks' variances.
@@ -47,13 +50,20 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
     }
 
     fn is_quiet(&self, seen: &Seen<T>) -> bool {
+        let most = self.variance * T::of(LOUD) + flips(seen.step);
+        if seen.variance <= most {
+            return true;
+        }
         let freedom = T::of(2.0) * self.variance * self.variance / self.spread.at_least(T::TINY);
         let bound = chi_squared_bound(freedom.at_least(T::one()), CERTAIN);
-        seen.variance <= self.variance * bound.at_least(T::of(LOUD)) + flips(seen.step)
+        seen.variance <= self.variance * bound + flips(seen.step)
     }
 
     fn is_steady(&self, differences: &[T; SCALES], step: T) -> bool {
         (0..SCALES).all(|i| {
+            if differences[i] * differences[i] <= T::of(LIKELY) * self.differences[i] {
+                return true;
+            }
             let freedom = self.weights[i] / (T::of(2.0) * ticks_of::<T>(i));
             // Student's distribution, roughly: a variance of few terms may be far too small.
             let unsure = T::one() + T::of(8.0) / (freedom + T::one());
@@ -72,7 +82,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
             let most = T::of(MEMORY) * ticks_of::<T>(i);
             self.weights[i] = (self.weights[i] + T::one()).at_most(most);
             // A slow start of motion is not to widen its own bounds.
-            let likely = T::of(9.0) * self.differences[i] + step * step;
+            let likely = T::of(LIKELY) * self.differences[i] + step * step;
             let square = (differences[i] * differences[i]).at_most(likely);
             self.differences[i] += (square - self.differences[i]) / self.weights[i];
         }

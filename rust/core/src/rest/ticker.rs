@@ -27,8 +27,9 @@ pub(super) struct Ticker<T> {
     count: u32,
     sum: T,
     squares: T,
-    /// The sample farthest from the centre, from there.
-    extreme: T,
+    /// The samples farthest below and above the centre, from there.
+    lowest: T,
+    highest: T,
 }
 
 /// One tick, in the ticker's own units.
@@ -65,7 +66,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             count: 0,
             sum: zero,
             squares: zero,
-            extreme: zero,
+            lowest: zero,
+            highest: zero,
         }
     }
 
@@ -98,9 +100,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
         self.previous = y;
         let distance = y - self.centre;
-        if distance.simd_abs() >= self.extreme.simd_abs() {
-            self.extreme = distance;
-        }
+        self.lowest = distance.at_most(self.lowest);
+        self.highest = distance.at_least(self.highest);
         self.count += 1;
         self.sum += distance;
         self.squares += distance * distance;
@@ -143,8 +144,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             return (self.centre, T::zero());
         }
         let n = T::of(f64::from(self.count - 1));
-        let sum = self.sum - self.extreme;
-        let squares = self.squares - self.extreme * self.extreme;
+        let farthest = choose(self.highest >= -self.lowest, self.highest, self.lowest);
+        let sum = self.sum - farthest;
+        let squares = self.squares - farthest * farthest;
         let variance = (squares - sum * sum / n) / (n - T::one());
         (self.centre + sum / n, variance.at_least(T::zero()))
     }
@@ -156,6 +158,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.count = 0;
         self.sum = zero;
         self.squares = zero;
-        self.extreme = zero;
+        self.lowest = zero;
+        self.highest = zero;
     }
 }
