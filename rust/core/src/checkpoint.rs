@@ -25,6 +25,8 @@ pub enum Kind {
     AllanNoise = 3,
     /// `StreamingAllan`, one a channel.
     StreamingAllan = 4,
+    /// [`RestDetector`](crate::RestDetector)s, one a channel.
+    RestDetector = 5,
     /// [`MotionSafe`](crate::MotionSafe) drift filters, one a channel.
     MotionSafe = 6,
     /// [`AutoFilter`](crate::AutoFilter)s, one a channel.
@@ -49,6 +51,7 @@ impl fmt::Display for Label {
             Kind::RecursiveLeastSquares => "a RecursiveLeastSquares",
             Kind::AllanNoise => "an AllanNoise",
             Kind::StreamingAllan => "a StreamingAllan",
+            Kind::RestDetector => "a RestDetector",
             Kind::MotionSafe => "a DriftFilter that holds or compensates",
             Kind::AutoFilter => "a DriftFilter that tunes itself",
         })?;
@@ -149,6 +152,7 @@ pub fn label(bytes: &[u8]) -> Result<Label, Error> {
         2 => Kind::RecursiveLeastSquares,
         3 => Kind::AllanNoise,
         4 => Kind::StreamingAllan,
+        5 => Kind::RestDetector,
         6 => Kind::MotionSafe,
         7 => Kind::AutoFilter,
         _ => return Err(Error::Content),

@@ -90,13 +90,9 @@ where
                 self.filter = self.calm;
                 self.at_rest = false;
             }
-            Some(Event::Forget) => {
+            Some(Event::Restart) => {
                 self.filter.reset();
-                self.at_rest = false;
-            }
-            Some(Event::Jump) => {
-                self.filter.reset();
-                self.at_rest = true;
+                self.at_rest = self.detector.at_rest();
             }
             None => {}
         }

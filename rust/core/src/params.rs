@@ -67,7 +67,7 @@ impl Params {
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
     pub fn checked(self) -> Result<Self, Error> {
-        check_positive("rate", "a positive number of samples a second", self.rate)?;
+        check_rate(self.rate)?;
         check_fading(self.fading)?;
         check_forgetting_factor(self.forgetting_factor)?;
         if let Some(seconds) = self.adapt_for {
@@ -126,6 +126,10 @@ fn check_positive(name: &'static str, expected: &'static str, value: f64) -> Res
 
 fn check_not_negative(name: &'static str, expected: &'static str, value: f64) -> Result<(), Error> {
     require(value >= 0.0 && value.is_finite(), name, expected, value)
+}
+
+pub(crate) fn check_rate(value: f64) -> Result<(), Error> {
+    check_positive("rate", "a positive number of samples a second", value)
 }
 
 pub(crate) fn check_fading(value: f64) -> Result<(), Error> {

@@ -192,11 +192,10 @@ impl<T: Real> Scaling<T> {
         (self.scale * y).within(Self::raw_max())
     }
 
-    /// The normalised size of a raw variance.
+    /// The normalised size of a raw difference.
     #[inline(always)]
-    pub(crate) fn normalised_variance(&self, v: T) -> T {
-        let bound = T::limit(<T::Element as Limits>::INPUT_MAX);
-        (v.within(Self::raw_max()) * self.inverse).within(bound) * self.inverse
+    pub(crate) fn normalised_difference(&self, y: T) -> T {
+        (y * self.inverse).within(T::limit(<T::Element as Limits>::INPUT_MAX))
     }
 
     /// The raw size of a normalised variance, limited to what the type can hold.

@@ -8,6 +8,7 @@ mod drift;
 mod errors;
 mod identify;
 mod least_squares;
+mod rest;
 mod shared;
 mod statistics;
 mod stream;
@@ -39,6 +40,8 @@ mod _native {
     use crate::identify::reversals::reversals;
     #[pymodule_export]
     use crate::least_squares::RecursiveLeastSquares;
+    #[pymodule_export]
+    use crate::rest::RestDetector;
     #[pymodule_export]
     use crate::statistics::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
     #[pymodule_export]

@@ -170,8 +170,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         match tick.event.filter(|_| self.params.conduct.hold) {
             Some(Event::Rest) => self.rest(),
             Some(Event::Motion) => self.status = Status::InMotion,
-            Some(Event::Forget) => self.forget(),
-            Some(Event::Jump) => self.jump(tick),
+            Some(Event::Restart) if self.detector.at_rest() => self.jump(tick),
+            Some(Event::Restart) => self.forget(),
             None => {}
         }
         match self.status {
@@ -183,10 +183,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     }
 
     fn rest(&mut self) {
-        self.status = match self.status {
-            Status::NoRestYet | Status::Starting => Status::Starting,
-            Status::InMotion | Status::AtRest => Status::AtRest,
-        };
+        let known = self.learned.is_some() && !self.begins();
+        self.status = if known { Status::AtRest } else { Status::Starting };
     }
 
     /// What looked like rest was none.
@@ -201,18 +199,25 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
 
     /// Rest at another level.
     fn jump(&mut self, tick: &Tick<T>) {
-        if let Some(learned) = &mut self.learned {
-            learned.begin_at(tick.mean, tick.present);
-            self.status = Status::AtRest;
+        match &mut self.learned {
+            Some(learned) => {
+                learned.begin_at(tick.mean, T::of(f64::from(tick.count)));
+                self.status = Status::AtRest;
+            }
+            None => {
+                self.startup.reset();
+                self.status = Status::Starting;
+            }
         }
     }
 
     fn finish_startup(&mut self) {
         let Some(scaling) = self.startup.finished() else { return };
         let samples = T::of(self.startup.samples() as f64);
+        let length = T::of(f64::from(self.detector.tick_length()));
         match &mut self.learned {
             Some(learned) => learned.begin_at(self.startup.mean(), samples),
-            None => self.learned = Learned::new(scaling, self.detector.tick_samples(), samples).ok(),
+            None => self.learned = Learned::new(scaling, length, samples).ok(),
         }
         self.status = Status::AtRest;
     }

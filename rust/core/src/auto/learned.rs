@@ -73,13 +73,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Learned<T> {
 
     /// A tick at rest.
     pub fn learn(&mut self, tick: &Tick<T>) {
-        let there = tick.present + tick.present >= self.length;
+        let present = T::of(f64::from(tick.count));
+        let there = present + present >= self.length;
         let mean = self.scaling.normalise(tick.mean);
         self.tick_noise.observe(if there { mean } else { T::of(f64::NAN) });
         if there {
-            self.learn_sample_noise(tick.variance);
+            self.learn_sample_noise(tick.deviation);
         }
-        self.block.add(self.length, tick.present, mean);
+        self.block.add(self.length, present, mean);
         if self.block.is_full() {
             self.finish_block();
         }
@@ -138,7 +139,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Learned<T> {
     }
 
     fn learn_sample_noise(&mut self, raw: T) {
-        let variance = self.scaling.normalised_variance(raw);
+        let deviation = self.scaling.normalised_difference(raw);
+        let variance = deviation * deviation;
         self.ticks = (self.ticks + T::one()).at_most(T::of(NOISE_MEMORY));
         self.sample_noise += (variance - self.sample_noise) / self.ticks;
     }

@@ -1,0 +1,40 @@
+//! How far chance goes.
+
+use crate::real::{Limits, Real};
+
+/// Deviations that chance exceeds once in a million: four tests a tick, one false alarm a day.
+pub(super) const CERTAIN: f64 = 4.9;
+
+/// Variance over that of rest, at least, that is motion: no noise keeps its variance to a hair.
+pub(super) const LOUD: f64 = 3.0;
+
+/// Deviations from the level of the last rest that a tick, and the mean of all that make a new one,
+/// may have. Of 472 poses of the MIMU4444 array nine in ten begin within one deviation, one in
+/// twenty beyond four.
+pub(super) const NEAR_TICK: f64 = 6.0;
+pub(super) const NEAR_MEAN: f64 = 3.0;
+
+/// Variance of the levels over that of the samples, at most, of a sensor that may be at rest: the
+/// slowest noise of gyros stays below, motion at ten times above.
+pub(super) const LEVEL_SHARE: f64 = 0.25;
+
+/// Degrees of freedom of a tick's variance at most, whatever its length: vibration is coloured.
+pub(super) const ALIKE_FREEDOM: f64 = 14.0;
+
+/// Bound of a mean of `freedom` squares of unit normal numbers that lies `deviations` off, after
+/// Wilson & Hilferty, *Proc. Natl. Acad. Sci.* 17, 684 (1931).
+pub(super) fn chi_squared_bound<T: Limits + Real<Element = T>>(freedom: T, deviations: f64) -> T {
+    let a = T::of(2.0) / (T::of(9.0) * freedom);
+    let root = (T::one() - a + T::of(deviations) * a.simd_sqrt()).at_least(T::zero());
+    root * root * root
+}
+
+/// Largest variance of samples that lie on two neighbouring steps, and a hair more.
+pub(super) fn flips<T: Limits + Real<Element = T>>(step: T) -> T {
+    T::of(0.26) * step * step
+}
+
+/// One step, and a hair more.
+pub(super) fn one_step<T: Limits + Real<Element = T>>(step: T) -> T {
+    T::of(1.01) * step
+}

@@ -1,0 +1,73 @@
+//! Steady ticks that may be a rest not known before.
+
+use serde::{Deserialize, Serialize};
+
+use super::bounds::{ALIKE_FREEDOM, CERTAIN, LEVEL_SHARE, chi_squared_bound, flips};
+use super::ticker::Seen;
+use crate::real::{Limits, Real};
+
+/// Successive ticks of much the same variance whose levels vary far less than the samples do.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Candidate<T> {
+    pub ticks: u32,
+    pub level: T,
+    /// Sum of squares of the ticks' levels about their mean.
+    squares: T,
+    /// Mean of the ticks' variances.
+    pub variance: T,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
+    pub(super) fn none() -> Self {
+        let zero = T::zero();
+        Self { ticks: 0, level: zero, squares: zero, variance: zero }
+    }
+
+    pub(super) fn of(seen: &Seen<T>) -> Self {
+        Self { ticks: 1, level: seen.level, squares: T::zero(), variance: seen.variance }
+    }
+
+    /// Goes on with a tick, or begins anew with it if it is unlike those before.
+    pub(super) fn take(&mut self, seen: &Seen<T>, length: u32) {
+        let longer = self.with(seen);
+        *self = match self.ticks > 0 && longer.is_alike(seen, length) && longer.stands(seen, length)
+        {
+            true => longer,
+            false => Self::of(seen),
+        };
+    }
+
+    fn with(&self, seen: &Seen<T>) -> Self {
+        let ticks = self.ticks.saturating_add(1);
+        let share = T::one() / T::of(f64::from(ticks));
+        let before = seen.level - self.level;
+        let level = self.level + before * share;
+        Self {
+            ticks,
+            level,
+            squares: self.squares + before * (seen.level - level),
+            variance: self.variance + (seen.variance - self.variance) * share,
+        }
+    }
+
+    /// Whether the tick's variance is that of the others: shaking changes from tick to tick.
+    fn is_alike(&self, seen: &Seen<T>, length: u32) -> bool {
+        let freedom = T::of(f64::from(length) - 2.0).at_most(T::of(ALIKE_FREEDOM));
+        let most = chi_squared_bound(freedom, CERTAIN);
+        let least = chi_squared_bound(freedom, -CERTAIN);
+        let flips = flips(seen.step);
+        seen.variance <= self.variance * most + flips
+            && seen.variance + flips >= self.variance * least
+    }
+
+    /// Whether the levels stand still: those of motion vary as much as the samples do.
+    fn stands(&self, seen: &Seen<T>, length: u32) -> bool {
+        let share = T::of(LEVEL_SHARE + 4.0 / f64::from(length));
+        self.level_variance() <= share * self.variance + flips(seen.step)
+    }
+
+    /// Variance of the ticks' levels.
+    pub(super) fn level_variance(&self) -> T {
+        self.squares / T::of(f64::from(self.ticks.max(2) - 1))
+    }
+}

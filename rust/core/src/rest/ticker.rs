@@ -1,0 +1,173 @@
+//! Samples put together to ticks.
+
+use serde::{Deserialize, Serialize};
+
+use super::LEAST;
+use crate::real::{Limits, Real, choose};
+
+/// Sums over the samples of the tick that is under way.
+///
+/// Samples are counted from the first one, in units of the first difference that is not zero, and
+/// summed up about the level of the tick before, so neither an offset nor a unit costs precision.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Ticker<T> {
+    length: u32,
+    /// NaN before the first sample.
+    origin: T,
+    /// Zero as long as all samples were equal.
+    unit: T,
+    inverse: T,
+    bound: T,
+    /// NaN after a missing sample.
+    previous: T,
+    /// The smallest difference of successive samples so far that is not zero.
+    step: T,
+    centre: T,
+    position: u32,
+    count: u32,
+    sum: T,
+    squares: T,
+    /// The samples farthest below and above the centre, from there.
+    lowest: T,
+    highest: T,
+}
+
+/// One tick, in the ticker's own units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Seen<T> {
+    /// Samples that were not missing.
+    pub count: u32,
+    /// Mean of the samples, in their unit.
+    pub mean: T,
+    /// Deviation of the samples, in their unit.
+    pub deviation: T,
+    /// Mean of the samples without the farthest.
+    pub level: T,
+    /// Their variance without the farthest, about that mean.
+    pub variance: T,
+    /// What brings a difference from the level to the deviation that one of a full tick has.
+    pub weight: T,
+    /// One step of the sensor's output: no motion, however quiet it is.
+    pub step: T,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
+    pub(super) fn new(length: u32) -> Self {
+        let zero = T::zero();
+        Self {
+            length,
+            origin: T::of(f64::NAN),
+            unit: zero,
+            inverse: zero,
+            // Fourth powers of differences must be finite.
+            bound: T::DIFFERENCE_MAX.simd_sqrt(),
+            previous: T::of(f64::NAN),
+            step: T::MAX,
+            centre: zero,
+            position: 0,
+            count: 0,
+            sum: zero,
+            squares: zero,
+            lowest: zero,
+            highest: zero,
+        }
+    }
+
+    pub(super) fn length(&self) -> u32 {
+        self.length
+    }
+
+    /// Takes one sample; answers the tick that it completes.
+    #[inline(always)]
+    pub(super) fn observe(&mut self, z: T) -> Option<Seen<T>> {
+        if z.finite() {
+            self.add(z);
+        } else {
+            self.previous = T::of(f64::NAN);
+        }
+        self.position += 1;
+        (self.position >= self.length).then(|| self.end())
+    }
+
+    #[inline(always)]
+    fn add(&mut self, z: T) {
+        let z = z.within(T::RAW_MAX);
+        if self.unit == T::zero() {
+            self.find_unit(z);
+        }
+        let y = ((z - self.origin) * self.inverse).within(self.bound);
+        let change = (y - self.previous).simd_abs();
+        if change > T::zero() && change < self.step {
+            self.step = change;
+        }
+        self.previous = y;
+        let distance = y - self.centre;
+        self.lowest = distance.at_most(self.lowest);
+        self.highest = distance.at_least(self.highest);
+        self.count += 1;
+        self.sum += distance;
+        self.squares += distance * distance;
+    }
+
+    #[cold]
+    fn find_unit(&mut self, z: T) {
+        if !self.origin.finite() {
+            self.origin = z;
+        }
+        let difference = (z - self.origin).simd_abs();
+        if difference > T::zero() {
+            self.unit = difference;
+            self.inverse = T::one() / difference.at_least(T::TINY);
+        }
+    }
+
+    #[cold]
+    fn end(&mut self) -> Seen<T> {
+        let count = T::of(f64::from(self.count.max(1)));
+        let mean = self.origin + self.unit * (self.centre + self.sum / count);
+        let (level, variance) = self.without_farthest();
+        // Sums of samples that are all equal are off their mean by some roundings.
+        let rounding = T::ROUNDING * level.simd_abs();
+        let seen = Seen {
+            count: self.count,
+            mean,
+            deviation: self.unit * self.variance_about_mean().simd_sqrt(),
+            level,
+            variance,
+            weight: (count / T::of(f64::from(self.length))).simd_sqrt(),
+            step: choose(self.step < T::MAX, self.step, T::zero()).at_least(rounding),
+        };
+        self.begin(level);
+        seen
+    }
+
+    fn variance_about_mean(&self) -> T {
+        let count = T::of(f64::from(self.count));
+        let squares = self.squares - self.sum * self.sum / count.at_least(T::one());
+        squares.at_least(T::zero()) / (count - T::one()).at_least(T::one())
+    }
+
+    /// Level and variance: one sample far off is an outlier and no motion.
+    fn without_farthest(&self) -> (T, T) {
+        if self.count < LEAST {
+            return (self.centre, T::zero());
+        }
+        let n = T::of(f64::from(self.count - 1));
+        let farthest = choose(self.highest >= -self.lowest, self.highest, self.lowest);
+        let sum = self.sum - farthest;
+        let squares = self.squares - farthest * farthest;
+        let variance = (squares - sum * sum / n) / (n - T::one());
+        (self.centre + sum / n, variance.at_least(T::zero()))
+    }
+
+    fn begin(&mut self, centre: T) {
+        let zero = T::zero();
+        self.centre = centre;
+        self.position = 0;
+        self.count = 0;
+        self.sum = zero;
+        self.squares = zero;
+        self.lowest = zero;
+        self.highest = zero;
+    }
+}
