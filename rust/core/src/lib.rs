@@ -23,6 +23,7 @@ pub mod allan;
 mod bank;
 mod chain;
 pub mod checkpoint;
+mod ema;
 mod error;
 mod filter;
 #[cfg(feature = "std")]
@@ -38,6 +39,7 @@ mod symmetric;
 #[cfg(feature = "std")]
 pub use bank::Bank;
 pub use chain::{DriftFilter, DriftLoop, Snapshot};
+pub use ema::exponential_mean;
 pub use error::Error;
 pub use filter::Filter;
 pub use params::{Method, Params};
