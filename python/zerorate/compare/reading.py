@@ -1,0 +1,142 @@
+"""Reading gyros together with what they are compared with."""
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Final
+
+import numpy as np
+
+from zerorate.compare.recording import Recording, Reference
+from zerorate.compare.slope import slope
+from zerorate.io import Log, LogError
+from zerorate.io.columns import looks_like_gyro, plain
+from zerorate.io.quantity import UNKNOWN, canonical_unit, common_unit, split_unit
+from zerorate.io.reading import Group, read_groups
+from zerorate.units import UNITS, convert
+
+__all__ = ["read_recording"]
+
+_QUATERNION: Final = re.compile(r"quat(ernion)?_?[wxyz]$")
+_TURN: Final = {"deg": 360.0, "rad": 2.0 * np.pi}
+
+
+def read_recording(
+    path: str | os.PathLike[str],
+    rate: float | None = None,
+    columns: Sequence[str | int] | None = None,
+    unit: str | None = None,
+    reference: str | None = None,
+    quaternion: Sequence[str] | None = None,
+) -> Recording:
+    """Return the gyros of a log with the reference that it holds.
+
+    Parameters
+    ----------
+    path, rate, columns, unit
+        As of `zerorate.read_log`.
+    reference : str, optional
+        Column of an angle or a rate about the axis of one gyro, from a shaft encoder or a rate
+        table. It is a rate if its unit or its name says so, else an angle, in deg unless its name
+        ends in rad. Scale and sign may differ from the gyro's.
+    quaternion : sequence of str, optional
+        Four columns w, x, y, z of the orientation from sensor to world. By default those whose
+        names end so after ``quat``, such as ``ref_quat_w``.
+
+    Returns
+    -------
+    Recording
+        In rad/s where the unit is known.
+
+    Raises
+    ------
+    LogError, ValueError, OSError, ImportError
+        As `zerorate.read_log`, if a reference has another length than a quaternion or is not
+        there, or if there is more than one of both.
+    """
+    if reference is not None and quaternion is not None:
+        raise ValueError("a log is compared with a reference or with a quaternion, not with both")
+    given = None if unit is None else canonical_unit(unit)
+    asked = None if columns is None else [*columns, *_others(reference, quaternion)]
+    grouped = partial(_grouped, given, reference, quaternion, None if asked is None else columns)
+    chosen = partial(_wanted, reference, quaternion)
+    gyros, *others = read_groups(path, rate, asked, grouped, chosen)
+    log = _in_si(gyros)
+    if not others:
+        return Recording(log)
+    if log.unit != "rad/s":
+        raise LogError(f"{path}: motion needs gyros of a known unit, got '{log.unit}'; give unit=")
+    if reference is None:
+        return Recording(log, quaternions=others[0].data)
+    return Recording(log, Reference(reference, _rate_of(others[0])))
+
+
+def _others(reference: str | None, quaternion: Sequence[str] | None) -> list[str]:
+    if quaternion is not None and len(quaternion) != 4:
+        raise ValueError(f"a quaternion has four columns w, x, y, z, got {len(quaternion)}")
+    return [*([] if reference is None else [reference]), *(quaternion or ())]
+
+
+def _wanted(reference: str | None, quaternion: Sequence[str] | None, name: str) -> bool:
+    if looks_like_gyro(name) or name in _others(reference, quaternion):
+        return True
+    return reference is None and quaternion is None and _is_quaternion(name)
+
+
+def _is_quaternion(name: str) -> bool:
+    return _QUATERNION.search(plain(name)) is not None
+
+
+def _grouped(
+    given: str | None,
+    reference: str | None,
+    quaternion: Sequence[str] | None,
+    columns: Sequence[str | int] | None,
+    names: list[str],
+    file_unit: str | None,
+) -> list[Group]:
+    others = _others(reference, quaternion)
+    for name in others:
+        if name not in names:
+            raise LogError(f"there is no column '{name}'")
+    if not others and columns is None:
+        others = _quaternion_of(names)
+    gyros = [name for name in names if name not in others]
+    if not gyros:
+        raise LogError("no column looks like a gyro; choose with columns=")
+    groups = [_group(names, gyros, common_unit(gyros, given, file_unit))]
+    if others:
+        groups.append(_group(names, others, split_unit(others[0])[1] or UNKNOWN))
+    return groups
+
+
+def _group(names: list[str], wanted: Sequence[str], unit: str) -> Group:
+    return Group(tuple(names.index(name) for name in wanted), unit)
+
+
+def _quaternion_of(names: list[str]) -> list[str]:
+    """Return the columns w, x, y, z of the one quaternion, if there is one."""
+    found = sorted(
+        (plain(name)[:-1], plain(name)[-1], name) for name in names if _is_quaternion(name)
+    )
+    if not found:
+        return []
+    if [(stem, letter) for stem, letter, _ in found] != [(found[0][0], x) for x in "wxyz"]:
+        listed = ", ".join(name for *_, name in found)
+        raise LogError(f"these columns are not one quaternion w, x, y, z: {listed}")
+    return [name for *_, name in found]
+
+
+def _in_si(log: Log) -> Log:
+    if log.unit not in UNITS or UNITS[log.unit].kind != "rate":
+        return log
+    return replace(log, data=convert(log.data, log.unit, "rad/s"), unit="rad/s")
+
+
+def _rate_of(log: Log) -> np.typing.NDArray[np.float64]:
+    values, (name,) = log.data[:, 0], log.names
+    if log.unit not in _TURN and (log.unit != UNKNOWN or looks_like_gyro(name)):
+        return values
+    return slope(values, log.rate, _TURN.get(log.unit, _TURN["deg"]))
