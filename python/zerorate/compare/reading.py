@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.compare.recording import Recording, Reference
+from zerorate.compare.recording import Orientation, Recording, Reference
 from zerorate.compare.slope import slope
 from zerorate.io import Log, LogError
 from zerorate.io.columns import looks_like_gyro, plain
@@ -20,7 +20,6 @@ from zerorate.units import UNITS, convert
 __all__ = ["read_recording"]
 
 _QUATERNION: Final = re.compile(r"quat(ernion)?_?[wxyz]$")
-_TURN: Final = {"deg": 360.0, "rad": 2.0 * np.pi}
 
 
 def read_recording(
@@ -69,8 +68,8 @@ def read_recording(
     if log.unit != "rad/s":
         raise LogError(f"{path}: motion needs gyros of a known unit, got '{log.unit}'; give unit=")
     if reference is None:
-        return Recording(log, quaternions=others[0].data)
-    return Recording(log, Reference(reference, _rate_of(others[0])))
+        return Recording(log, orientation=Orientation(others[0].names, others[0].data))
+    return Recording(log, Reference(reference, _reference_rate(path, others[0])))
 
 
 def _others(reference: str | None, quaternion: Sequence[str] | None) -> list[str]:
@@ -135,8 +134,12 @@ def _in_si(log: Log) -> Log:
     return replace(log, data=convert(log.data, log.unit, "rad/s"), unit="rad/s")
 
 
-def _rate_of(log: Log) -> np.typing.NDArray[np.float64]:
-    values, (name,) = log.data[:, 0], log.names
-    if log.unit not in _TURN and (log.unit != UNKNOWN or looks_like_gyro(name)):
-        return values
-    return slope(values, log.rate, _TURN.get(log.unit, _TURN["deg"]))
+def _reference_rate(path: str | os.PathLike[str], log: Log) -> np.typing.NDArray[np.float64]:
+    """Return a reference in rad/s where its unit is known; an angle without one is in deg."""
+    rate = _in_si(log)
+    if rate.unit == "rad/s" or (log.unit == UNKNOWN and looks_like_gyro(log.names[0])):
+        return rate.data[:, 0]
+    unit = "deg" if log.unit == UNKNOWN else log.unit
+    if unit not in UNITS or UNITS[unit].kind != "angle":
+        raise LogError(f"{path}: column '{log.names[0]}' is in {unit}, expected an angle or a rate")
+    return slope(convert(log.data[:, 0], unit, "rad"), log.rate)

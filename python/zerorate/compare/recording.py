@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from zerorate.io import Log
 
-__all__ = ["Kind", "Recording", "Reference"]
+__all__ = ["Kind", "Orientation", "Recording", "Reference"]
 
 Floats = npt.NDArray[np.float64]
 Kind = Literal["rest", "turning", "orientation"]
@@ -23,11 +23,27 @@ class Reference:
     name : str
         Of the column.
     rate : ndarray, shape (n,)
-        In any unit per second; NaN where missing.
+        In rad/s, or any unit if that is not known; NaN where missing.
     """
 
     name: str
     rate: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Orientation:
+    """Where the sensor's axes point, measured by something else.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the four columns.
+    quaternions : ndarray, shape (n, 4)
+        w, x, y, z from sensor to world; NaN where missing.
+    """
+
+    names: tuple[str, ...]
+    quaternions: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,18 +56,18 @@ class Recording:
         In rad/s, or in a unit of its own if that is not known.
     reference : Reference or None
         Rate about the axis of one of the gyros.
-    quaternions : ndarray, shape (n, 4), or None
-        Orientation w, x, y, z, from sensor to world; NaN where missing.
+    orientation : Orientation or None
+        Of the three gyros together.
     """
 
     log: Log
     reference: Reference | None = None
-    quaternions: Floats | None = None
+    orientation: Orientation | None = None
 
     @property
     def kind(self) -> Kind:
         """What it can tell: without a reference it has to be at rest."""
-        if self.quaternions is not None:
+        if self.orientation is not None:
             return "orientation"
         return "rest" if self.reference is None else "turning"
 

@@ -40,15 +40,14 @@ def rest_rows(recording: Recording, methods: Sequence[str]) -> Iterator[Row]:
 
 
 def rest_notes(recording: Recording) -> Iterator[str]:
-    """Yield where the sensor seems to move, which counts as error here."""
+    """Yield that there is no reference, and where the sensor seems to move nonetheless."""
+    yield f"{recording.source}: without a reference, so it is taken to be at rest"
     for name, z in zip(recording.log.names, recording.log.data.T, strict=True):
         spans = moving_spans(z, recording.log.rate)
         if spans:
             seconds = sum(span.end - span.start for span in spans)
-            yield (
-                f"{recording.source}: {name} was moved for some {seconds:.0f} s, and at rest "
-                "turning counts as error: compare motion with --reference or --quaternion"
-            )
+            moves = f"{name} seems to move for {seconds:.0f} s"
+            yield f"{recording.source}: {moves}, which counts as error"
 
 
 class _Judge:

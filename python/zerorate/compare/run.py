@@ -5,7 +5,7 @@ from typing import Final
 
 from zerorate.compare.methods import METHODS
 from zerorate.compare.orientation import orientation_rows
-from zerorate.compare.recording import Kind, Recording
+from zerorate.compare.recording import Kind, Orientation, Recording
 from zerorate.compare.rest import rest_notes, rest_rows
 from zerorate.compare.result import Comparison, Row
 from zerorate.compare.turning import fitted, turning_rows
@@ -63,7 +63,8 @@ def _compared(
     rows: list[Row] = []
     notes: list[str] = []
     for recording in recordings:
-        notes.extend(recording.log.meta.get("notes", ()))
+        said = (f"{recording.source}: {note}" for note in recording.log.meta.get("notes", ()))
+        notes.extend(said)
         for one in _measured(recording, methods, notes):
             rows.append(one)
             report.one_more()
@@ -71,14 +72,19 @@ def _compared(
 
 
 def _measured(recording: Recording, methods: list[str], notes: list[str]) -> Iterator[Row]:
-    if recording.kind == "orientation":
-        return orientation_rows(recording, methods)
+    if recording.orientation is not None:
+        notes.append(_on_orientation(recording.source, recording.orientation))
+        return orientation_rows(recording, recording.orientation, methods)
     if recording.reference is not None:
         match = fitted(recording.log, recording.reference)
         notes.append(match.note(recording.source, recording.reference.name))
         return turning_rows(recording, match, methods)
     notes.extend(rest_notes(recording))
     return rest_rows(recording, methods)
+
+
+def _on_orientation(source: str, truth: Orientation) -> str:
+    return f"{source}: the reference is the orientation in {', '.join(truth.names)}"
 
 
 class _Report:

@@ -9,41 +9,48 @@ __all__ = ["slope"]
 
 Floats = npt.NDArray[np.float64]
 
-_HALF_WIDTH: Final = 0.05
-"""Seconds: an encoder has steps, and one in one sample would be a rate of step times rate."""
+_HALF_WIDTH: Final = 0.03
+"""Seconds: wide enough for the steps of an encoder, narrow enough for a shaft that vibrates."""
+
+_LEAST: Final = 2
+_DEGREE: Final = 3
 
 
-def slope(angle: Floats, rate: float, turn: float) -> Floats:
-    """Return the slope of the straight line through 0.1 s of angles around each sample.
+def slope(angle: Floats, rate: float) -> Floats:
+    """Return the slope of the cubic that fits 60 ms of angles around each sample best.
 
-    It is not late, and blunts what changes within a tenth of a second.
+    It is not late, and keeps nearly all of what turns to and fro up to ten times a second.
 
     Parameters
     ----------
     angle : ndarray, shape (n,)
-        May jump by whole turns.
+        In rad; it may jump by whole turns.
     rate : float
         Samples per second, Hz.
-    turn : float
-        A whole turn in the unit of the angle.
 
     Returns
     -------
     ndarray, shape (n,)
-        Per second; NaN at both ends and near missing angles.
+        In rad/s; NaN at both ends and near missing angles.
     """
-    half = max(1, round(_HALF_WIDTH * rate))
+    half = max(_LEAST, round(_HALF_WIDTH * rate))
     slopes = np.full(angle.size, np.nan)
     if angle.size > 2 * half:
-        steps = np.arange(-half, half + 1) / rate
         # A convolution turns its second factor round.
-        weights = -steps / np.dot(steps, steps)
-        slopes[half:-half] = np.convolve(_unwrapped(angle, turn), weights, mode="valid")
+        weights = _weights(half)[::-1] * rate
+        slopes[half:-half] = np.convolve(_unwrapped(angle), weights, mode="valid")
     return slopes
 
 
-def _unwrapped(angle: Floats, turn: float) -> Floats:
+def _weights(half: int) -> Floats:
+    """Return what each of 2 half + 1 samples counts in the slope of their cubic."""
+    steps = np.arange(-half, half + 1)
+    weights: Floats = np.linalg.pinv(np.vander(steps, _DEGREE + 1, increasing=True))[1]
+    return weights
+
+
+def _unwrapped(angle: Floats) -> Floats:
     there = np.isfinite(angle)
     whole = np.full(angle.size, np.nan)
-    whole[there] = np.unwrap(angle[there], period=turn)
+    whole[there] = np.unwrap(angle[there])
     return whole
