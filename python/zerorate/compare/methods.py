@@ -39,7 +39,8 @@ class Answer:
     bias : ndarray, shape (n,)
         What is taken off the raw rate.
     smooth : ndarray or None
-        The rate of a method that smooths, for use in place of the raw one.
+        The rate of a method that smooths, for use in place of the raw one; NaN where that is
+        missing, for a prediction is no measurement.
     memory : float
         Time in which the estimate makes 63 % of a step, s; infinite if that time keeps growing,
         NaN if it is not known.
@@ -115,7 +116,8 @@ def _filtered(method: str, z: Floats, rate: float) -> Answer:
     if method not in _SMOOTHERS:
         return Answer(**found)
     seconds = float(memory(recorder.history(), filter_.order, rate)[0])
-    return Answer(**found, smooth=found["estimate"], memory=seconds)
+    smooth = np.where(np.isfinite(z), found["estimate"], np.nan)
+    return Answer(**found, smooth=smooth, memory=seconds)
 
 
 _READINGS: Final = {

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io import Log
+from zerorate.io import Log, LogError
 
 __all__ = ["Kind", "Orientation", "Recording", "Reference"]
 
@@ -70,6 +70,12 @@ class Recording:
         if self.orientation is not None:
             return "orientation"
         return "rest" if self.reference is None else "turning"
+
+    def check_axes(self) -> None:
+        """Raise LogError if an axis holds no sample."""
+        for name, z in zip(self.log.names, self.log.data.T, strict=True):
+            if not np.isfinite(z).any():
+                raise LogError(f"{self.source}: {name} holds no sample: all are missing")
 
     @property
     def angle(self) -> str:

@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+import numpy as np
+
 from zerorate.compare.methods import METHODS
 from zerorate.compare.orientation import orientation_rows
 from zerorate.compare.recording import Kind, Orientation, Recording
@@ -50,10 +52,12 @@ def compare(
         raise ValueError(f"methods must be at least one and all different, got {listed}")
     report = _Report(recordings, len(listed), silent if progress is None else progress)
     found = []
-    for kind in _KINDS:
-        own = [recording for recording in recordings if recording.kind == kind]
-        if own:
-            found.append(_compared(kind, own, listed, report))
+    # Numbers near the largest double overflow when squared: the answer is then infinite.
+    with np.errstate(over="ignore", invalid="ignore"):
+        for kind in _KINDS:
+            own = [recording for recording in recordings if recording.kind == kind]
+            if own:
+                found.append(_compared(kind, own, listed, report))
     return tuple(found)
 
 
@@ -72,11 +76,13 @@ def _compared(
 
 
 def _measured(recording: Recording, methods: list[str], notes: list[str]) -> Iterator[Row]:
+    if recording.reference is None:
+        recording.check_axes()
     if recording.orientation is not None:
         notes.append(_on_orientation(recording.source, recording.orientation))
         return orientation_rows(recording, recording.orientation, methods)
     if recording.reference is not None:
-        match = fitted(recording.log, recording.reference)
+        match = fitted(recording, recording.reference)
         notes.append(match.note(recording.source, recording.reference.name))
         return turning_rows(recording, match, methods)
     notes.extend(rest_notes(recording))

@@ -13,7 +13,7 @@ from zerorate.compare.measures import consistency, if_possible
 from zerorate.compare.methods import Answer, answer
 from zerorate.compare.recording import Recording, Reference
 from zerorate.compare.result import Row
-from zerorate.io import Log, LogError
+from zerorate.io import LogError
 from zerorate.metrics import BestEma, MotionError
 from zerorate.metrics.shift import moved
 
@@ -26,6 +26,9 @@ MOVING: Final = math.radians(2.0)
 
 _LATEST: Final = 0.5
 """Seconds by which a reference and a gyro may disagree on the time."""
+
+_ENDS: Final = 4
+"""Samples that a delay needs besides."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,26 +59,32 @@ class Fitted:
     def note(self, source: str, name: str) -> str:
         """Return what was fitted, as a sentence."""
         return (
-            f"{source}: {name} fits {self.axis}: gyro = {self.scale:.5g} times the reference, late "
+            f"{source}: {name} fits {self.axis}: gyro = {self.scale:.4g} times the reference, late "
             f"by {1e3 * self.delay:.3g} ms; scale, sign and delay are taken out of the reference"
         )
 
 
-def fitted(log: Log, reference: Reference) -> Fitted:
+def fitted(recording: Recording, reference: Reference) -> Fitted:
     """Return the reference as the gyro that follows it best would see it.
 
     Raises
     ------
     LogError
-        If the reference is constant or no gyro follows it.
+        If the record is too short, the reference constant, or no gyro follows it.
     """
+    log = recording.log
+    if not log.duration > 2.0 * _LATEST + _ENDS / log.rate:
+        raise LogError(
+            f"{recording.source}: motion needs more than {2.0 * _LATEST:g} s, "
+            f"got {log.duration:g} s"
+        )
     fits = [_fit(z, reference.rate) for z in log.data.T]
     best = int(np.argmax([abs(fit.correlation) for fit in fits]))
     z, fit = np.ascontiguousarray(log.data[:, best]), fits[best]
     try:
         late = float(metrics.delay(np.sign(fit.scale) * reference.rate, z, log.rate, _LATEST))
     except ValueError as error:
-        raise LogError(f"no gyro follows {reference.name}: {error}") from None
+        raise LogError(f"{recording.source}: no gyro follows {reference.name}: {error}") from None
     timely = moved(reference.rate, late * log.rate)
     fit = _fit(z, timely)
     return Fitted(log.names[best], z, fit.scale * timely, fit.scale, fit.offset, late)

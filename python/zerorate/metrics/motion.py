@@ -104,5 +104,7 @@ def _one(
         return whole, math.nan, math.nan, math.nan
     lowpass = math.nan
     if z is not None:
-        lowpass = float(rmse(x, equal_delay_lowpass(z, rate, max(late, 0.0))))
+        smooth = equal_delay_lowpass(z, rate, max(late, 0.0))
+        # What it holds through a gap is no measurement.
+        lowpass = float(rmse(x, np.where(np.isfinite(z), smooth, np.nan)))
     return whole, late, float(rmse(moved(x, late * rate), y)), lowpass

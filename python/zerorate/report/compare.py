@@ -35,10 +35,9 @@ def format_compare(found: Sequence[Comparison], per_axis: bool = False) -> str:
 def _parts(found: Comparison, per_axis: bool) -> Iterator[str]:
     axes = [list(rows) for _, rows in groupby(found.rows, lambda row: (row.source, row.axis))]
     for section in SECTIONS[found.kind]:
-        if per_axis or len(axes) == 1:
-            yield from (as_text(_of_one(section, rows)) for rows in axes)
-        else:
-            yield as_text(_of_all(section, axes))
+        alone = per_axis or len(axes) == 1
+        tables = [_of_one(section, one) for one in axes] if alone else [_of_all(section, axes)]
+        yield from (as_text(table) for table in tables if table.rows)
     yield bulleted((*LEGENDS[found.kind], *found.notes))
 
 
