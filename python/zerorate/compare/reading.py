@@ -4,10 +4,10 @@ import os
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
 from zerorate.compare.recording import Orientation, Recording, Reference
 from zerorate.compare.slope import slope
@@ -41,8 +41,8 @@ def read_recording(
         table. It is a rate if its unit or its name says so, else an angle, in deg unless its name
         ends in rad. Scale and sign may differ from the gyro's.
     quaternion : sequence of str, optional
-        Four columns w, x, y, z of the orientation from sensor to world. By default those whose
-        names end so after ``quat``, such as ``ref_quat_w``.
+        Four columns w, x, y, z of the orientation from sensor to world. Unless `columns` are
+        chosen, those whose names end so after ``quat``, such as ``ref_quat_w``, are found.
 
     Returns
     -------
@@ -52,16 +52,11 @@ def read_recording(
     Raises
     ------
     LogError, ValueError, OSError, ImportError
-        As `zerorate.read_log`, if a reference has another length than a quaternion or is not
-        there, or if there is more than one of both.
+        As `zerorate.read_log`; also if a reference and a quaternion are given, one of them is not
+        there or is not what its name says, or the gyros beside it are of no known unit.
     """
-    if reference is not None and quaternion is not None:
-        raise ValueError("a log is compared with a reference or with a quaternion, not with both")
-    given = None if unit is None else canonical_unit(unit)
-    asked = None if columns is None else [*columns, *_others(reference, quaternion)]
-    grouped = partial(_grouped, given, reference, quaternion, None if asked is None else columns)
-    chosen = partial(_wanted, reference, quaternion)
-    gyros, *others = read_groups(path, rate, asked, grouped, chosen)
+    request = _Request(columns, unit, reference, quaternion)
+    gyros, *others = read_groups(path, rate, request.asked, request.groups, request.wants)
     log = _in_si(gyros)
     if not others:
         return Recording(log)
@@ -72,47 +67,52 @@ def read_recording(
     return Recording(log, Reference(reference, _reference_rate(path, others[0])))
 
 
-def _others(reference: str | None, quaternion: Sequence[str] | None) -> list[str]:
-    if quaternion is not None and len(quaternion) != 4:
-        raise ValueError(f"a quaternion has four columns w, x, y, z, got {len(quaternion)}")
-    return [*([] if reference is None else [reference]), *(quaternion or ())]
+class _Request:
+    """Which columns are gyros, and which the truth."""
 
+    def __init__(
+        self,
+        columns: Sequence[str | int] | None,
+        unit: str | None,
+        reference: str | None,
+        quaternion: Sequence[str] | None,
+    ) -> None:
+        if reference is not None and quaternion is not None:
+            raise ValueError("a log is compared with a reference or a quaternion, not with both")
+        if quaternion is not None and len(quaternion) != 4:
+            raise ValueError(f"a quaternion has four columns w, x, y, z, got {len(quaternion)}")
+        self._unit = None if unit is None else canonical_unit(unit)
+        self._truth = [reference] if reference is not None else list(quaternion or ())
+        self.asked = None if columns is None else [*columns, *self._truth]
 
-def _wanted(reference: str | None, quaternion: Sequence[str] | None, name: str) -> bool:
-    if looks_like_gyro(name) or name in _others(reference, quaternion):
-        return True
-    return reference is None and quaternion is None and _is_quaternion(name)
+    def wants(self, name: str) -> bool:
+        """Whether a column is read where none are chosen."""
+        found = not self._truth and _is_quaternion(name)
+        return looks_like_gyro(name) or name in self._truth or found
 
-
-def _is_quaternion(name: str) -> bool:
-    return _QUATERNION.search(plain(name)) is not None
-
-
-def _grouped(
-    given: str | None,
-    reference: str | None,
-    quaternion: Sequence[str] | None,
-    columns: Sequence[str | int] | None,
-    names: list[str],
-    file_unit: str | None,
-) -> list[Group]:
-    others = _others(reference, quaternion)
-    for name in others:
-        if name not in names:
-            raise LogError(f"there is no column '{name}'")
-    if not others and columns is None:
-        others = _quaternion_of(names)
-    gyros = [name for name in names if name not in others]
-    if not gyros:
-        raise LogError("no column looks like a gyro; choose with columns=")
-    groups = [_group(names, gyros, common_unit(gyros, given, file_unit))]
-    if others:
-        groups.append(_group(names, others, split_unit(others[0])[1] or UNKNOWN))
-    return groups
+    def groups(self, names: list[str], file_unit: str | None) -> list[Group]:
+        """Return the gyros and, where there is one, the truth."""
+        for name in self._truth:
+            if name not in names:
+                raise LogError(f"there is no column '{name}'")
+        truth = self._truth
+        if not truth and self.asked is None:
+            truth = _quaternion_of(names)
+        gyros = [name for name in names if name not in truth]
+        if not gyros:
+            raise LogError("no column looks like a gyro; choose with columns=")
+        groups = [_group(names, gyros, common_unit(gyros, self._unit, file_unit))]
+        if truth:
+            groups.append(_group(names, truth, split_unit(truth[0])[1] or UNKNOWN))
+        return groups
 
 
 def _group(names: list[str], wanted: Sequence[str], unit: str) -> Group:
     return Group(tuple(names.index(name) for name in wanted), unit)
+
+
+def _is_quaternion(name: str) -> bool:
+    return _QUATERNION.search(plain(name)) is not None
 
 
 def _quaternion_of(names: list[str]) -> list[str]:
@@ -134,7 +134,7 @@ def _in_si(log: Log) -> Log:
     return replace(log, data=convert(log.data, log.unit, "rad/s"), unit="rad/s")
 
 
-def _reference_rate(path: str | os.PathLike[str], log: Log) -> np.typing.NDArray[np.float64]:
+def _reference_rate(path: str | os.PathLike[str], log: Log) -> npt.NDArray[np.float64]:
     """Return a reference in rad/s where its unit is known; an angle without one is in deg."""
     rate = _in_si(log)
     if rate.unit == "rad/s" or (log.unit == UNKNOWN and looks_like_gyro(log.names[0])):
