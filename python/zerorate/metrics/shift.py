@@ -21,8 +21,9 @@ def moved(x: Floats, samples: float) -> Floats:
     first = np.arange(x.size) + whole - 1
     inside = (first >= 0) & (first + len(_NODES) <= x.size)
     start = first[inside]
+    known = np.where(np.isfinite(x), x, np.nan)
     shifted = np.full(x.size, np.nan)
-    shifted[inside] = sum(w * x[start + i] for i, w in enumerate(weights))
+    shifted[inside] = sum(w * known[start + i] for i, w in enumerate(weights))
     return shifted
 
 

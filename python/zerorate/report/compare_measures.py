@@ -129,9 +129,9 @@ _DAGGER: Final = "†: chosen with knowledge of the record, which no filter has"
 LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
     "rest": (
         "10 s and 60 s: angle lost by holding the estimate so long, over that of the best moving "
-        "average; Allan: deviation of the estimate over raw at ten times its memory, 1 if no noise "
-        "is claimed away; NIS: 1 for a filter that knows its errors; deviation: of the estimate "
-        "over raw, which any low-pass filter wins",
+        "average; Allan: deviation of the estimate over raw at ten times its memory, 0.92 or more "
+        "if no noise is claimed away; NIS: 1 for a filter that knows its errors; deviation: of the "
+        "estimate over raw, which any low-pass filter wins",
         _DAGGER,
     ),
     "turning": (
