@@ -29,6 +29,10 @@ TWO_ARRAYS = {
     "coasting_error": lambda x, y: metrics.coasting_error(x, y, RATE, 0.1),
     "delay": lambda x, y: metrics.delay(x, y, RATE, 0.1),
     "nis": lambda x, y: metrics.nis(x, np.asarray(y) ** 2 + 1.0),
+    "coverage": lambda x, y: metrics.coverage(x, np.abs(y)),
+    "settling_time": lambda x, y: metrics.settling_time(x, y, 0.4, RATE),
+    "motion_error": lambda x, y: metrics.motion_error(x, y, RATE, 0.1, raw=x).rmse_lowpass,
+    "best_ema": lambda x, y: metrics.best_ema(x, RATE, truth=y).error,
 }
 BY_NAME = pytest.mark.parametrize("metric", TWO_ARRAYS.values(), ids=TWO_ARRAYS)
 

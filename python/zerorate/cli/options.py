@@ -21,6 +21,7 @@ __all__ = [
     "parse_adapt_for",
     "parse_columns",
     "parse_exports",
+    "parse_names",
     "parse_order",
     "parse_taus",
     "parse_units",
@@ -117,6 +118,14 @@ def parse_columns(text: str | None) -> list[str | int] | None:
     if not all(words):
         raise UsageFault(f"--columns takes names or indices with commas between, got '{text}'")
     return [int(word) if re.fullmatch(r"-?\d+", word) else word for word in words]
+
+
+def parse_names(option: str, text: str) -> list[str]:
+    """Return the names of a list with commas."""
+    words = [word.strip() for word in text.split(",")]
+    if not all(words):
+        raise UsageFault(f"{option} takes names with commas between, got '{text}'")
+    return words
 
 
 def parse_order(text: str) -> tuple[int, int]:

@@ -1,1 +1,9 @@
-"""How methods compare, where the truth is known and where it is not."""
+"""Many methods on the same recordings, each measured by what it costs its user."""
+
+from zerorate.compare.methods import METHODS
+from zerorate.compare.reading import read_recording
+from zerorate.compare.recording import Kind, Recording
+from zerorate.compare.result import Comparison, Row
+from zerorate.compare.run import compare
+
+__all__ = ["METHODS", "Comparison", "Kind", "Recording", "Row", "compare", "read_recording"]

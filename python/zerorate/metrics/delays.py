@@ -9,6 +9,11 @@ from zerorate.metrics.series import answer, columns, positive, same_shape
 
 Floats = npt.NDArray[np.float64]
 
+
+class UnseenDelay(ValueError):
+    """The series show no delay, though the question was a fair one."""
+
+
 _NOTHING: Final = 1e-24
 _BLOCK: Final = 8192
 
@@ -67,20 +72,20 @@ def _best_lag(x: Floats, y: Floats, most: int) -> float:
     y = _centred("estimate", y)
     best = int(np.argmax(_correlations(inner, y, most)))
     if best in (0, 2 * most):
-        raise ValueError("the best lag lies at the end of the range: raise max_delay")
+        raise UnseenDelay("the best lag lies at the end of the range: raise max_delay")
     before, least, after = (_misfit(inner, y, lag) for lag in (best - 1, best, best + 1))
     curvature = before - 2.0 * least + after
     if not curvature > 0.0:
-        raise ValueError("no lag fits clearly better than its neighbours, so no delay can be seen")
+        raise UnseenDelay("no lag fits clearly better than its neighbours, so no delay can be seen")
     return best - most + 0.5 * (before - after) / curvature
 
 
 def _centred(name: str, x: Floats) -> Floats:
     present = x[np.isfinite(x)]
     if present.size == 0:
-        raise ValueError(f"no sample is present in {name}")
+        raise UnseenDelay(f"no sample is present in {name}")
     if present.max() == present.min():
-        raise ValueError(f"{name} is constant, so no delay can be seen")
+        raise UnseenDelay(f"{name} is constant, so no delay can be seen")
     # Offset and gain do not count, and numbers of order 1 neither overflow nor vanish when squared.
     mean = float(present.mean())
     scaled: Floats = (x - mean) / max(present.max() - mean, mean - present.min())

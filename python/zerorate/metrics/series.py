@@ -1,6 +1,7 @@
 """Series of samples in columns, and which of them are there."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -73,6 +74,6 @@ def positive(name: str, value: float) -> float:
     return float(value)
 
 
-def answer(values: list[float], like: npt.ArrayLike) -> float | Floats:
+def answer(values: Sequence[float], like: npt.ArrayLike) -> float | Floats:
     """Return a float for one channel, an array for several."""
     return float(values[0]) if np.ndim(like) == 1 else np.array(values, dtype=np.float64)

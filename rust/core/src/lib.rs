@@ -24,6 +24,7 @@ pub mod auto;
 mod bank;
 mod chain;
 pub mod checkpoint;
+mod ema;
 mod error;
 mod filter;
 #[cfg(feature = "std")]
@@ -42,6 +43,7 @@ mod symmetric;
 pub use bank::Bank;
 pub use auto::{AutoFilter, AutoParams, Status};
 pub use chain::{DriftFilter, DriftLoop, Snapshot};
+pub use ema::exponential_mean;
 pub use error::Error;
 pub use filter::Filter;
 pub use motion::{Conduct, MotionSafe};

@@ -5,6 +5,7 @@ mod allan;
 mod arrays;
 mod deviations;
 mod drift;
+mod ema;
 mod errors;
 mod identify;
 mod least_squares;
@@ -26,6 +27,8 @@ mod _native {
     use crate::drift::DriftFilter;
     #[pymodule_export]
     use crate::drift::trace::Trace;
+    #[pymodule_export]
+    use crate::ema::exponential_mean;
     #[pymodule_export]
     use crate::identify::arma::{arma_fit, arma_grid, arma_likelihood};
     #[pymodule_export]

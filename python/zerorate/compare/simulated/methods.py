@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any, Final, Literal, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -69,12 +69,11 @@ def _learned(signal: Floats, rate: float) -> Estimate:
 
 
 def _learned_of_one(record: Floats, rate: float) -> tuple[Floats, Floats]:
-    options: Any = {"method": "auto"}
-    drift_filter = DriftFilter(rate, **options)
+    drift_filter = DriftFilter(rate, method="auto")
     drift, sigma = np.empty_like(record), np.empty_like(record)
     for begin in range(0, record.size, _SLAB):
         slab = slice(begin, begin + _SLAB)
-        trace: Any = drift_filter.trace(record[slab])
+        trace = drift_filter.trace(record[slab])
         drift[slab], sigma[slab] = trace.bias, trace.bias_sigma
     return drift, sigma
 

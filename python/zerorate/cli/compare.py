@@ -1,0 +1,99 @@
+"""``zerorate compare``: many methods on the same logs."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zerorate.cli.faults import DataFault, UsageFault, as_usage, in_options, reading, writing
+from zerorate.cli.options import parse_columns, parse_names
+from zerorate.cli.progress import progress_bar
+from zerorate.compare import METHODS, Comparison, Recording, read_recording
+from zerorate.compare import compare as run_methods
+from zerorate.compare.as_json import as_json
+from zerorate.compare.simulated import Regret, format_regret
+from zerorate.compare.simulated import run as run_simulated
+from zerorate.io import LogError, atomic_path, check_writable
+from zerorate.replay.workers import Progress
+from zerorate.report.compare import format_compare
+
+__all__ = ["compare"]
+
+
+def compare(
+    logs: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Recordings: csv, tsv, txt, npy, npz or parquet.", show_default=False),
+    ] = None,
+    simulated: Annotated[
+        bool, typer.Option("--simulated", help="Also simulated gyros, whose best filter is known.")
+    ] = False,
+    reference: Annotated[
+        str | None, typer.Option(help="Column of an encoder's angle or of a true rate.")
+    ] = None,
+    quaternion: Annotated[
+        str | None, typer.Option(help="Columns w,x,y,z of the true orientation.")
+    ] = None,
+    seeds: Annotated[int, typer.Option(help="Simulated records of each gyro.")] = 12,
+    methods: Annotated[str, typer.Option(help="Names with commas between.")] = ",".join(METHODS),
+    columns: Annotated[
+        str | None, typer.Option(help="Names or indices with commas between.")
+    ] = None,
+    rate: Annotated[float | None, typer.Option(help="Samples per second, Hz.")] = None,
+    unit: Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")] = None,
+    per_axis: Annotated[bool, typer.Option("--per-axis", help="A table of every axis.")] = False,
+    json: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Write all numbers, too.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+) -> None:
+    """Compare filters on logs by what they cost their user, at rest and in motion."""
+    if not logs and not simulated:
+        raise UsageFault("give at least one log, or --simulated")
+    wanted = parse_columns(columns)
+    names = parse_names("--methods", methods)
+    truth = None if quaternion is None else parse_names("--quaternion", quaternion)
+    if json is not None:
+        with as_usage():
+            check_writable(json, force)
+    with progress_bar() as progress:
+        recordings = []
+        for log in logs or []:
+            with reading(bool(wanted or reference or truth)):
+                recordings.append(read_recording(log, rate, wanted, unit, reference, truth))
+        found = _compared(recordings, names, progress)
+        regret = _simulated(names, seeds, progress) if simulated else None
+    if json is not None:
+        with writing(), atomic_path(json, force) as temporary:
+            temporary.write_text(as_json(found, regret), encoding="utf-8", newline="\n")
+    print("\n\n".join(_texts(found, regret, per_axis)))
+    if json is not None:
+        print(f"\nwrote {json}")
+
+
+def _texts(found: tuple[Comparison, ...], regret: Regret | None, per_axis: bool) -> Iterator[str]:
+    if found:
+        yield format_compare(found, per_axis)
+    if regret is not None:
+        yield format_regret(regret)
+
+
+def _compared(
+    recordings: list[Recording], methods: list[str], progress: Progress
+) -> tuple[Comparison, ...]:
+    if not recordings:
+        return ()
+    try:
+        return run_methods(recordings, methods, progress)
+    except LogError as error:
+        raise DataFault(in_options(error)) from None
+    except ValueError as error:
+        raise UsageFault(in_options(error)) from None
+
+
+def _simulated(methods: list[str], seeds: int, progress: Progress) -> Regret:
+    # Simulated gyros rest.
+    plain = [name for name in methods if not name.endswith("+hold")]
+    with as_usage():
+        return run_simulated(plain, seeds=seeds, progress=progress)

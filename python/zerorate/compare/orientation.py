@@ -1,0 +1,95 @@
+"""What methods make of a sensor whose orientation is known."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate import metrics
+from zerorate.compare.measures import consistency, if_possible
+from zerorate.compare.methods import Answer, answer, first_rest
+from zerorate.compare.recording import Orientation, Recording
+from zerorate.compare.result import Row
+from zerorate.compare.turning import MOVING
+from zerorate.io import LogError
+from zerorate.metrics import BestEma, rotations
+
+__all__ = ["HORIZONS", "orientation_rows"]
+
+Floats = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+Growth = Callable[[str, Floats], dict[str, float]]
+
+HORIZONS: Final = (1.0, 10.0, 60.0)
+"""Seconds to integrate."""
+
+_FIRST_REST: Final = "first rest"
+
+_SPEED_OVER: Final = 0.2
+"""Seconds over which the reference's speed is taken."""
+
+
+def orientation_rows(
+    recording: Recording, truth: Orientation, methods: Sequence[str]
+) -> Iterator[Row]:
+    """Yield the measures of every method, the axes together.
+
+    A best average in hindsight is not among them: it would have to be chosen for three axes.
+    """
+    log = recording.log
+    if log.channels != 3:
+        raise LogError(
+            f"{recording.source}: orientation needs three gyros, got {', '.join(log.names)}; "
+            "choose with columns="
+        )
+    moving = _moving(truth.quaternions, log.rate)
+    known = [method for method in methods if method != "ema"]
+    for method in (*known[:1], _FIRST_REST, *known[1:]):
+        answers = [_answer(method, np.ascontiguousarray(z), log.rate) for z in log.data.T]
+        growth = partial(_growth, truth.quaternions, log.rate)
+        values = _measured(log.data, answers, growth) | _consistency(answers, moving)
+        yield Row(recording.source, "all", method, recording.angle, values)
+
+
+def _answer(method: str, z: Floats, rate: float) -> Answer:
+    return first_rest(z, rate) if method == _FIRST_REST else answer(method, z, rate, _no_ema)
+
+
+def _no_ema() -> BestEma:
+    raise ValueError("there is no best average of three axes at once")
+
+
+def _measured(raw: Floats, answers: list[Answer], growth: Growth) -> dict[str, float]:
+    values = growth("growth", raw - np.column_stack([found.bias for found in answers]))
+    smooth = [found.smooth for found in answers if found.smooth is not None]
+    if smooth:
+        values |= growth("smooth_growth", np.column_stack(smooth))
+    return values
+
+
+def _growth(quaternions: Floats, rate: float, name: str, rates: Floats) -> dict[str, float]:
+    measure = partial(metrics.orientation_error_growth, rates, quaternions, rate)
+    horizons = {f"{name}_{horizon:g}": (horizon,) for horizon in HORIZONS}
+    return {key: if_possible(partial(measure, horizons=h)) for key, h in horizons.items()}
+
+
+def _consistency(answers: list[Answer], moving: Flags) -> dict[str, float]:
+    parts = {"nis_rest": ~moving, "nis_motion": moving}
+    return {
+        name: float(np.mean([consistency(found, where) for found in answers]))
+        for name, where in parts.items()
+    }
+
+
+def _moving(quaternions: Floats, rate: float) -> Flags:
+    """Return when the reference turns; where it is missing it is taken to."""
+    span = max(1, round(_SPEED_OVER * rate))
+    q = rotations.unit(quaternions)
+    turned = rotations.angle(rotations.product(rotations.inverse(q[:-span]), q[span:]))
+    speed = np.full(len(q), math.inf)
+    middle = slice(span // 2, span // 2 + turned.size)
+    speed[middle] = np.where(np.isfinite(turned), turned * rate / span, math.inf)
+    return speed > MOVING

@@ -1,0 +1,108 @@
+"""What methods make of a sensor at rest."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate import metrics
+from zerorate.compare.measures import allan, consistency, if_possible
+from zerorate.compare.methods import Answer, answer
+from zerorate.compare.recording import Recording
+from zerorate.compare.result import Row
+from zerorate.identify.checks.rest import moving_spans
+from zerorate.io import LogError
+from zerorate.metrics import BestEma
+
+__all__ = ["HORIZONS", "rest_notes", "rest_rows", "scored_from"]
+
+Floats = npt.NDArray[np.float64]
+
+HORIZONS: Final = (10.0, 60.0)
+"""Seconds to coast."""
+
+_LEARNING: Final = 120.0
+
+
+def scored_from(duration: float) -> float:
+    """Return the time from which a record of so many seconds is scored, s."""
+    return min(_LEARNING, duration / 3.0)
+
+
+def rest_rows(recording: Recording, methods: Sequence[str]) -> Iterator[Row]:
+    """Yield the measures of every axis and method, one after the other."""
+    for axis, z in zip(recording.log.names, recording.log.data.T, strict=True):
+        judge = _Judge(np.ascontiguousarray(z), recording.log.rate, f"{recording.source}: {axis}")
+        for method in methods:
+            yield Row(recording.source, axis, method, recording.angle, judge.measured(method))
+
+
+def rest_notes(recording: Recording) -> Iterator[str]:
+    """Yield that there is no reference, and where the sensor seems to move nonetheless."""
+    yield f"{recording.source}: without a reference, so it is taken to be at rest"
+    for name, z in zip(recording.log.names, recording.log.data.T, strict=True):
+        spans = moving_spans(z, recording.log.rate)
+        if spans:
+            seconds = sum(span.end - span.start for span in spans)
+            moves = f"{name} seems to move for {seconds:.0f} s"
+            yield f"{recording.source}: {moves}, which counts as error"
+
+
+class _Judge:
+    """One axis, and the best averages that methods are measured by."""
+
+    def __init__(self, z: Floats, rate: float, where: str) -> None:
+        self._z, self._rate = z, rate
+        self._start = scored_from(z.size / rate)
+        bests = {horizon: self._best(horizon) for horizon in HORIZONS}
+        self._bests = {horizon: best for horizon, best in bests.items() if best is not None}
+        if not self._bests:
+            raise LogError(
+                f"{where} holds no {HORIZONS[0]:g} s without missing samples to coast through "
+                f"after the first {self._start:.3g} s"
+            )
+
+    def measured(self, method: str) -> dict[str, float]:
+        """Return the measures of one method."""
+        found = answer(method, self._z, self._rate, self._ema)
+        values = {}
+        for horizon in HORIZONS:
+            error = self._coasting(method, found.estimate, horizon)
+            values[f"coasting_{horizon:g}"] = error
+            values[f"coasting_{horizon:g}_over_best"] = error / self._least(horizon)
+        return values | self._others(found)
+
+    def _others(self, found: Answer) -> dict[str, float]:
+        z, x = self._scored(self._z), self._scored(found.estimate)
+        counted = np.arange(self._z.size) >= self._z.size - z.size
+        return {
+            "allan_ratio": allan(self._z, found, self._rate),
+            "nis": consistency(found, counted),
+            "reduction": if_possible(lambda: metrics.reduction(z, x)),
+        }
+
+    def _coasting(self, method: str, estimate: Floats, horizon: float) -> float:
+        if method == "ema":
+            # Each horizon has a best gain of its own.
+            return float(self._bests[horizon].error) if horizon in self._bests else math.nan
+        z, x = self._scored(self._z), self._scored(estimate)
+        return if_possible(lambda: metrics.coasting_error(z, x, self._rate, horizon))
+
+    def _least(self, horizon: float) -> float:
+        """Return the error of the best average, NaN if there is none or it is without error."""
+        least = float(self._bests[horizon].error) if horizon in self._bests else 0.0
+        return least if least > 0.0 else math.nan
+
+    def _ema(self) -> BestEma:
+        return self._bests[max(self._bests)]
+
+    def _best(self, horizon: float) -> BestEma | None:
+        try:
+            return metrics.best_ema(self._z, self._rate, horizon, start=self._start)
+        except ValueError:
+            return None
+
+    def _scored(self, x: Floats) -> Floats:
+        return x[round(self._start * self._rate) :]

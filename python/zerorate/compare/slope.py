@@ -1,0 +1,56 @@
+"""From the angle of an encoder to its rate."""
+
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["slope"]
+
+Floats = npt.NDArray[np.float64]
+
+_HALF_WIDTH: Final = 0.03
+"""Seconds: wide enough for the steps of an encoder, narrow enough for a shaft that vibrates."""
+
+_LEAST: Final = 2
+_DEGREE: Final = 3
+
+
+def slope(angle: Floats, rate: float) -> Floats:
+    """Return the slope of the cubic that fits 60 ms of angles around each sample best.
+
+    It is not late, and keeps nearly all of what turns to and fro up to ten times a second.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (n,)
+        In rad; it may jump by whole turns.
+    rate : float
+        Samples per second, Hz.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In rad/s; NaN at both ends and near missing angles.
+    """
+    half = max(_LEAST, round(_HALF_WIDTH * rate))
+    slopes = np.full(angle.size, np.nan)
+    if angle.size > 2 * half:
+        # A convolution turns its second factor round.
+        weights = _weights(half)[::-1] * rate
+        slopes[half:-half] = np.convolve(_unwrapped(angle), weights, mode="valid")
+    return slopes
+
+
+def _weights(half: int) -> Floats:
+    """Return what each of 2 half + 1 samples counts in the slope of their cubic."""
+    steps = np.arange(-half, half + 1)
+    weights: Floats = np.linalg.pinv(np.vander(steps, _DEGREE + 1, increasing=True))[1]
+    return weights
+
+
+def _unwrapped(angle: Floats) -> Floats:
+    there = np.isfinite(angle)
+    whole = np.full(angle.size, np.nan)
+    whole[there] = np.unwrap(angle[there])
+    return whole

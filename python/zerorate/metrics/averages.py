@@ -1,0 +1,152 @@
+"""The averages that any filter has to beat."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import exponential_mean
+from zerorate.metrics.coasting import coasting_error
+from zerorate.metrics.series import answer, columns, positive, same_shape
+from zerorate.metrics.statistics import rmse
+
+Floats = npt.NDArray[np.float64]
+Error = Callable[[Floats], float]
+
+_GAINS: Final = 25
+"""On a grid: from the running mean of the record to the samples, four a decade at a million."""
+
+
+@dataclass(frozen=True, eq=False)
+class BestEma:
+    """The exponential moving average that would have had the least error.
+
+    Attributes
+    ----------
+    estimate : ndarray, the shape of the data
+        Its averages.
+    gain : float or ndarray, shape (k,)
+        Of each channel, from 0 to 1.
+    error : float or ndarray, shape (k,)
+        The error that was least.
+    """
+
+    estimate: Floats
+    gain: float | Floats
+    error: float | Floats
+
+
+def running_mean(raw: npt.ArrayLike) -> Floats:
+    """Return the mean of all samples so far, the best estimate of a bias that never moves.
+
+    Parameters
+    ----------
+    raw : array_like, shape (n,) or (n, k)
+        Gyro output in any unit.
+
+    Returns
+    -------
+    ndarray of float64, the shape of `raw`
+        At a missing sample the mean is held; before the first present one it is NaN.
+
+    Raises
+    ------
+    ValueError
+        If `raw` is empty or not of such a shape.
+
+    Examples
+    --------
+    >>> running_mean([1.0, 3.0, 5.0]).tolist()
+    [1.0, 2.0, 3.0]
+    """
+    return _shaped([exponential_mean(z, 0.0) for z in columns("raw", raw)], raw)
+
+
+def best_ema(
+    raw: npt.ArrayLike,
+    rate: float,
+    horizon: float | None = None,
+    *,
+    truth: npt.ArrayLike | None = None,
+    start: float = 0.0,
+) -> BestEma:
+    """Return the exponential moving average that is best in hindsight: a yardstick, not a filter.
+
+    Its gain is chosen with knowledge of the whole record, which no filter has: 25 gains are tried,
+    from 1/n to 1 in equal ratios. Each average begins as the running mean, y += max(1/k, g) (z - y)
+    at the k-th sample, so that a small gain costs nothing at the start.
+
+    Parameters
+    ----------
+    raw : array_like, shape (n,) or (n, k)
+        Gyro output in any unit.
+    rate : float
+        Samples per second, Hz.
+    horizon : float, optional
+        Seconds; the error is then `coasting_error`. Either this or `truth`.
+    truth : array_like, shape of `raw`, optional
+        True drift; the error is then `rmse`.
+    start : float, default 0
+        Seconds from which errors count.
+
+    Returns
+    -------
+    BestEma
+        Every channel has a gain of its own.
+
+    Raises
+    ------
+    ValueError
+        If not exactly one of `horizon` and `truth` is given, `start` is negative or not before the
+        record's end, or as of `coasting_error` and `rmse`.
+
+    Examples
+    --------
+    >>> z = np.random.default_rng(1).standard_normal(4096)
+    >>> best_ema(z, rate=100.0, truth=np.zeros(4096), start=20.0).gain == 1 / 4096
+    True
+    """
+    z = columns("raw", raw)
+    begin = _first(start, positive("rate", rate), z.shape[1])
+    if truth is not None and horizon is None:
+        known = columns("truth", truth)
+        same_shape("raw", z, "truth", known)
+        errors = [partial(_to_truth, row, begin) for row in known]
+    elif horizon is not None and truth is None:
+        errors = [partial(_coasting, row, begin, rate, horizon) for row in z]
+    else:
+        raise ValueError("best_ema takes either a horizon or a truth")
+    found = [_best(row, error) for row, error in zip(z, errors, strict=True)]
+    estimates, gains, least = zip(*found, strict=True)
+    return BestEma(_shaped(estimates, raw), answer(gains, raw), answer(least, raw))
+
+
+def _best(z: Floats, error: Error) -> tuple[Floats, float, float]:
+    gains = np.minimum(np.geomspace(1.0 / z.size, 1.0, _GAINS), 1.0).tolist()
+    errors = [error(exponential_mean(z, gain)) for gain in gains]
+    least = int(np.argmin(errors))
+    return exponential_mean(z, gains[least]), gains[least], errors[least]
+
+
+def _coasting(z: Floats, begin: int, rate: float, horizon: float, x: Floats) -> float:
+    return float(coasting_error(z[begin:], x[begin:], rate, horizon))
+
+
+def _to_truth(truth: Floats, begin: int, x: Floats) -> float:
+    return float(rmse(truth[begin:], x[begin:]))
+
+
+def _first(start: float, rate: float, n: int) -> int:
+    if not 0.0 <= start * rate < n:
+        raise ValueError(
+            f"start must be 0 or more and less than the record's {n / rate:g} s, got {start}"
+        )
+    return round(start * rate)
+
+
+def _shaped(rows: Sequence[Floats], like: npt.ArrayLike) -> Floats:
+    """Return rows as channels of the shape of the data."""
+    return rows[0] if np.ndim(like) == 1 else np.column_stack(rows)

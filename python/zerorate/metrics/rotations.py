@@ -1,0 +1,63 @@
+"""Unit quaternions w, x, y, z in arrays of shape (..., 4)."""
+
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+_BLOCK: Final = 256
+_IDENTITY: Final = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def of_rotation_vectors(vectors: Floats) -> Floats:
+    """Return the rotations about vectors of shape (..., 3) by their lengths in rad."""
+    half = 0.5 * np.linalg.norm(vectors, axis=-1, keepdims=True)
+    # numpy's sinc is sin(pi x) / (pi x), and 1 at 0.
+    return np.concatenate((np.cos(half), 0.5 * np.sinc(half / np.pi) * vectors), axis=-1)
+
+
+def product(p: Floats, q: Floats) -> Floats:
+    """Return the rotation p after q, or seen as axes: first p, then q about the new axes."""
+    a, u = p[..., :1], p[..., 1:]
+    b, v = q[..., :1], q[..., 1:]
+    scalar = a * b - np.sum(u * v, axis=-1, keepdims=True)
+    return np.concatenate((scalar, a * v + b * u + np.cross(u, v)), axis=-1)
+
+
+def inverse(q: Floats) -> Floats:
+    """Return the inverses."""
+    conjugate: Floats = q * np.array([1.0, -1.0, -1.0, -1.0])
+    return conjugate
+
+
+def angle(q: Floats) -> Floats:
+    """Return the angles turned, 0 to pi, exact also for small ones."""
+    vector = np.linalg.norm(q[..., 1:], axis=-1)
+    turned: Floats = 2.0 * np.arctan2(vector, np.abs(q[..., 0]))
+    return turned
+
+
+def unit(q: Floats) -> Floats:
+    """Return the quaternions at length 1; NaN where one has no length."""
+    length = np.linalg.norm(q, axis=-1, keepdims=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        scaled: Floats = np.where(length > 0.0, q / length, np.nan)
+    return scaled
+
+
+def cumulative_product(steps: Floats) -> Floats:
+    """Return the products of the first 1, 2, ... rotations of shape (n, 4).
+
+    Blocks side by side, then each after the whole of those before it.
+    """
+    n = len(steps)
+    filled = np.concatenate((steps, np.tile(_IDENTITY, (-n % _BLOCK, 1))))
+    blocks = filled.reshape(-1, _BLOCK, 4).copy()
+    for i in range(1, _BLOCK):
+        blocks[:, i] = product(blocks[:, i - 1], blocks[:, i])
+    starts = np.tile(_IDENTITY, (len(blocks), 1))
+    for i in range(1, len(blocks)):
+        starts[i] = product(starts[i - 1], blocks[i - 1, -1])
+    return unit(product(starts[:, None], blocks).reshape(-1, 4)[:n])
