@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
 METHODS: Final = ("raw", "mean", "ema", "kf", "akf", "fading", "fading+hold", "auto")
-"""What is compared unless something else is asked for; +hold is a method that learns at rest only."""
+"""What is compared unless something else is asked for; ``+hold`` learns at rest only."""
 
 FIRST_REST: Final = 10.0
 """Seconds at the start whose mean is taken for the bias."""
@@ -112,7 +112,8 @@ def _filtered(method: str, z: Floats, rate: float) -> Answer:
     found: dict[str, Any]
     found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     if filter_.order is None:
-        return Answer(**found, memory=float(1.0 / (filter_.gain[0, 0] * rate)))
+        gain = float(filter_.gain[0, 0])
+        return Answer(**found, memory=1.0 / (gain * rate) if gain > 0.0 else np.nan)
     seconds = float(memory(recorder.history(), filter_.order, rate)[0])
     smooth = np.where(np.isfinite(z), found["estimate"], np.nan)
     return Answer(**found, smooth=smooth, memory=seconds)

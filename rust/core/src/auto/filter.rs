@@ -52,7 +52,7 @@ pub struct AutoFilter<T> {
     /// What is learned was so before the sensor was last switched on.
     experienced: bool,
     estimate: T,
-    /// The sample minus the estimate before it.
+    /// The sample minus the estimate before it; zero where it is missing or in motion.
     innovation: T,
     /// Largest sample so far: the drift is no larger as long as nothing else is known.
     reach: T,
@@ -245,6 +245,18 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
+    /// The innovation, zero for a sample that is not used.
+    #[inline(always)]
+    fn judge(&mut self, z: T) {
+        let present = z.within(T::RAW_MAX);
+        let used = self.learns() && !self.missing;
+        self.innovation =
+            if used { (present - self.estimate).within(T::RAW_MAX) } else { T::zero() };
+        if !self.missing {
+            self.reach = self.reach.at_least(present.simd_abs());
+        }
+    }
+
     /// Answers with the mean so far.
     #[cold]
     fn start(&mut self, z: T) {
@@ -258,9 +270,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Filter<T> for AutoFilter<T>
     fn update(&mut self, z: T) -> T {
         self.samples_seen += 1;
         self.missing = !z.finite();
-        let present = if self.missing { self.estimate } else { z.within(T::RAW_MAX) };
-        self.innovation = (present - self.estimate).within(T::RAW_MAX);
-        self.reach = self.reach.at_least(present.simd_abs());
+        self.judge(z);
         if self.status == Status::Starting {
             self.start(z);
         }

@@ -24,7 +24,7 @@ const FAINTEST: f64 = 1e-8;
 const STEP: f64 = 3.162_277_660_168_379_5;
 
 /// Weight at the start of the member without drift; the others share the rest.
-const NO_DRIFT: f64 = 0.2;
+const NO_DRIFT: f64 = 0.3;
 
 /// Blocks after which evidence counts for 1/e: devices warm up and calm down.
 const MEMORY: f64 = 500.0;
