@@ -17,6 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 N = 1_000_000
 ROUNDS = 9
+START = 100
+"""Samples before the first block of the self-tuning filter."""
 
 
 def _filter(**options):
@@ -41,6 +43,29 @@ def _learned_update():
     return drift.update
 
 
+def _self_tuned():
+    drift = zr.DriftFilter(rate=100.0, method="auto")
+    drift.process(np.random.default_rng(2).standard_normal(20_000))
+    return drift
+
+
+def _at_the_end_of(period):
+    """The sample that ends a tick or a block of the self-tuning filter, least of many calls."""
+
+    def run(z):
+        drift = _self_tuned()
+        least = np.inf
+        for _ in range(20):
+            into = (drift.samples_seen - START) % period
+            drift.process(z[: period - into - 1])
+            start = time.perf_counter()
+            drift.update(0.5)
+            least = min(least, time.perf_counter() - start)
+        return least
+
+    return run
+
+
 def _oracle(z):
     from oracle.drift import DriftFilter
 
@@ -60,6 +85,10 @@ def batch_rows():
         ("zerorate fading, always learning", _filter(**learning), N),
         ("zerorate akf, default", _filter(method="akf"), N),
         ("zerorate kf, default", _filter(method="kf"), N),
+        ("zerorate auto", _filter(method="auto"), N),
+        ("zerorate auto, output='compensated'", _filter(method="auto", output="compensated"), N),
+        ("zerorate fading, default, motion='hold'", _filter(motion="hold"), N),
+        ("zerorate RestDetector", lambda z: zr.RestDetector(rate=100.0).process(z), N),
         ("zerorate fading, small G0, default", _filter(process_noise=1e-4), N),
         ("zerorate fading, order (1, 1)", _filter(order=(1, 1)), N),
         ("zerorate fading, order (3, 3)", _filter(order=(3, 3)), N),
@@ -102,6 +131,9 @@ def main():
     calls = [
         ("C extension, update(float), no guard", _calls(peers.c_extension, 100_000)),
         ("zerorate DriftFilter.update", _calls(_learned_update, 100_000)),
+        ("zerorate DriftFilter.update, auto", _calls(lambda: _self_tuned().update, 100_000)),
+        ("the same, the sample that ends a tick", _at_the_end_of(25)),
+        ("the same, the sample that ends a block", _at_the_end_of(200)),
         ("zerorate AllanNoise.update", _calls(lambda: zr.AllanNoise().update, 100_000)),
         ("math.fabs, an empty call", _calls(lambda: __import__("math").fabs, 100_000)),
     ]

@@ -1,0 +1,222 @@
+"""The self-tuning filter on recordings: how fast it starts, what it does in motion; with figures.
+
+python examples/self_tuning.py [FOLDER] [--seconds S]
+
+The column vqf needs ``pip install vqf`` and is left out without it.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+import zerorate as zr
+from recordings import BROAD, BROAD_RATE, Recording, check_folder, parser, sensors_alone
+from tables import table
+from zerorate.plotting import save_figure
+from zerorate.plotting.style import (
+    BLACK,
+    BLUE,
+    FONT,
+    ORANGE,
+    VERMILION,
+    new_figure,
+    style_panels,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Floats = npt.NDArray[np.float64]
+
+FIGURES = Path(__file__).parents[1] / "docs" / "figures"
+RATE = 100.0
+WHITE, WALK = 0.01, 3e-4  # deg/s/sqrt(Hz), deg/s/sqrt(s)
+AFTER = np.array([0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 90.0, 120.0, 180.0])
+HORIZON = 10.0
+NEAR = 0.05
+"""deg/s, the bias that a start must have found."""
+
+
+@dataclass(frozen=True)
+class Starts:
+    """What a filter switched on at many moments of a record knows after so many seconds."""
+
+    coasting: Floats
+    """RMS angle after coasting for `HORIZON`, deg, shape (AFTER,)."""
+    settled: Floats
+    """Time to within `NEAR` of the best estimate of the whole record, s, one a start."""
+
+
+def main() -> None:
+    """Print the tables and draw the figures."""
+    options = parser(__doc__)
+    arguments = options.parse_args()
+    check_folder(arguments.folder)
+    learning()
+    for recording in sensors_alone(arguments.folder, arguments.seconds):
+        starting(recording)
+    orientation(arguments.folder / BROAD)
+
+
+def learning() -> None:
+    """Draw what the filter makes of a simulated gyro whose drift is known."""
+    model = zr.NoiseModel(angle_random_walk=WHITE, rate_random_walk=WALK)
+    z, truth = zr.simulate(model, RATE, 1800.0, 4)
+    trace = zr.DriftFilter(RATE, method="auto").trace(z)
+    some = slice(200, None, 50)
+    t = np.arange(z.size)[some] / RATE
+    figure = new_figure(180.0, 70.0)
+    left, right = (
+        figure.add_axes((0.07, 0.16, 0.52, 0.75)),
+        figure.add_axes((0.68, 0.16, 0.3, 0.75)),
+    )
+    _drift(left, t, truth[some], trace.bias[some], trace.bias_sigma[some])
+    density = np.sqrt(trace.measurement_noise[some] / RATE)
+    strength = np.sqrt(trace.process_noise[some, 0, 0] * RATE)
+    right.semilogy(t, density, color=BLUE, lw=0.9, label="N [deg/s/√Hz]")
+    right.semilogy(t, strength, color=ORANGE, lw=0.9, label="K [deg/s/√s]")
+    for value in (WHITE, WALK):
+        right.axhline(value, color=BLACK, lw=0.6, ls="--")
+    right.set_xlabel("time [s]")
+    right.set_title("noise learned (dashed: true)")
+    right.legend(fontsize=FONT, frameon=False, loc="center right")
+    style_panels([left, right])
+    save_figure(figure, FIGURES / "auto_learns.png")
+
+
+def _drift(axes: "Axes", t: Floats, truth: Floats, bias: Floats, sigma: Floats) -> None:
+    axes.fill_between(t, bias - 2 * sigma, bias + 2 * sigma, color=BLUE, alpha=0.2, lw=0)
+    axes.plot(t, truth, color=BLACK, lw=0.6, label="true drift")
+    axes.plot(t, bias, color=BLUE, lw=0.9, label="bias ± 2 σ")
+    spread = 6.0 * float(np.std(truth))
+    axes.set_ylim(float(truth.mean()) - spread, float(truth.mean()) + spread)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("rate [deg/s]")
+    axes.set_title("drift under white noise of 0.1 deg/s, which is not shown")
+    axes.legend(fontsize=FONT, frameon=False, loc="upper left")
+
+
+def starting(recording: Recording) -> None:
+    """Print how fast a filter that was just switched on is as good as one that has long run."""
+    rows = []
+    for i, axis in enumerate(recording.axes):
+        z = recording.z[:, i]
+        running = zr.DriftFilter(recording.rate, method="auto")
+        estimate = running.process(z)
+        cold = starts(z, recording.rate, zr.DriftFilter(recording.rate, method="auto"), estimate)
+        running.power_on()
+        known = starts(z, recording.rate, running, estimate)
+        best = _best(z, estimate, recording.rate)
+        for name, found in (("cold", cold), ("power_on", known)):
+            enough = AFTER[found.coasting <= 1.1 * best]
+            first = f"{enough[0]:g}" if enough.size else f"over {AFTER[-1]:g}"
+            ratios = (f"{c / best:.2f}" for c in found.coasting[[2, 4, 7, 9]])
+            rows.append((axis, name, f"{np.median(found.settled):.2f}", first, *ratios))
+    head = ("axis", "start", "to 0.05 deg/s, s", "to 1.1, s", "2 s", "10 s", "60 s", "120 s")
+    title = f"{recording.name}: coasting error after a start over that of a filter long running"
+    print(table(title, head, rows, markdown=True))
+
+
+def starts(z: Floats, rate: float, ready: zr.DriftFilter, estimate: Floats) -> Starts:
+    """Switch a copy of a filter on at every hundredth of a record."""
+    length, coast = round(AFTER[-1] * rate), round(HORIZON * rate)
+    begins = np.linspace(0, z.size - length - coast - 1, 60).astype(int)
+    ends = np.round(AFTER * rate).astype(int)
+    square, settled = np.zeros(AFTER.size), []
+    for begin in begins:
+        bias = ready.copy().process(z[begin : begin + length])
+        for j, end in enumerate(ends):
+            ahead = z[begin + end : begin + end + coast] - bias[end - 1]
+            square[j] += (ahead.sum() / rate) ** 2
+        error = bias - estimate[begin + length]
+        settled.append(zr.metrics.settling_time(error, 0.0, NEAR, rate))
+    return Starts(np.sqrt(square / begins.size), np.array(settled))
+
+
+def _best(z: Floats, estimate: Floats, rate: float) -> float:
+    late = slice(min(z.size // 3, round(AFTER[-1] * rate)), None)
+    return float(zr.metrics.coasting_error(z[late], estimate[late], rate, HORIZON))
+
+
+def orientation(path: Path) -> None:
+    """Print and draw a hand-moved gyro beside an optical reference."""
+    log = zr.read_log(path, rate=BROAD_RATE)
+    columns = zr.read_log(path, rate=BROAD_RATE, columns=[f"ref_quat_{a}" for a in "wxyz"])
+    trace = zr.DriftFilter(BROAD_RATE, method="auto", channels=3).trace(log.data)
+    biases = {
+        "raw": np.zeros(3),
+        "mean of the first 10 s": log.data[: round(10 * BROAD_RATE)].mean(axis=0),
+        "auto": trace.bias,
+        **_vqf(path, log),
+    }
+    horizons = (1.0, 10.0, 60.0)
+    rows = []
+    for name, bias in biases.items():
+        error = zr.metrics.orientation_error_growth(
+            log.data - bias, columns.data, BROAD_RATE, horizons
+        )
+        rows.append((name, *(f"{np.degrees(e):.3g}" for e in np.atleast_1d(error))))
+    title = "myon aktos-t, moved by hand: growth of the orientation error, deg"
+    print(table(title, ("filter", *(f"{h:g} s" for h in horizons)), rows, markdown=True))
+    motion_figure(log, trace)
+
+
+def _vqf(path: Path, log: zr.Log) -> dict[str, Floats]:
+    try:
+        from vqf import VQF
+    except ImportError:
+        return {}
+    force = zr.read_log(path, rate=BROAD_RATE, columns=[f"accel_{a}_mps2" for a in "xyz"])
+    out = VQF(1.0 / BROAD_RATE).updateBatch(
+        np.ascontiguousarray(log.data), np.ascontiguousarray(force.data)
+    )
+    return {"vqf, with accelerometer": out["bias"]}
+
+
+def _means(t: Floats, z: Floats, rate: float) -> Floats:
+    """Return time and value of the means of whole seconds."""
+    length = round(rate)
+    whole = z.size // length * length
+    return np.stack([x[:whole].reshape(-1, length).mean(axis=1) for x in (t, z)])
+
+
+def motion_figure(log: zr.Log, trace: zr.Trace) -> None:
+    """Draw one axis, its bias, and where the filter saw motion."""
+    z, bias, sigma = (np.degrees(x[:, 2]) for x in (log.data, trace.bias, trace.bias_sigma))
+    t = np.arange(z.size) / log.rate
+    figure = new_figure(180.0, 80.0)
+    above = figure.add_axes((0.07, 0.57, 0.91, 0.34))
+    below = figure.add_axes((0.07, 0.14, 0.91, 0.34))
+    above.plot(t, z, color=BLACK, lw=0.3)
+    above.set_ylabel("rate [deg/s]")
+    above.set_title("hand-moved gyro, z; shaded: the filter sees motion and holds")
+    below.plot(*_means(t, z, log.rate), ".", color=BLACK, ms=2.0, label="means of 1 s, raw")
+    below.fill_between(t, bias - 2 * sigma, bias + 2 * sigma, color=BLUE, alpha=0.3, lw=0)
+    below.plot(t, bias, color=BLUE, lw=1.0, label="bias ± 2 σ")
+    late = t > 2.0
+    middle, reach = float(np.median(bias[late])), 5.0 * float(sigma[late].max())
+    below.set_ylim(middle - reach, middle + reach)
+    below.set_xlabel("time [s]")
+    below.set_ylabel("rate [deg/s]")
+    below.legend(fontsize=FONT, frameon=False, loc="upper left")
+    for axes in (above, below):
+        axes.fill_between(
+            t,
+            0,
+            1,
+            where=~trace.at_rest[:, 2],
+            transform=axes.get_xaxis_transform(),
+            color=VERMILION,
+            alpha=0.12,
+            lw=0,
+        )
+        axes.set_xlim(0.0, float(t[-1]))
+    style_panels([above, below])
+    save_figure(figure, FIGURES / "auto_motion.png")
+
+
+if __name__ == "__main__":
+    main()
