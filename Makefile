@@ -7,7 +7,9 @@ STAMP := $(VENV)/.installed
 SOURCES := $(shell find rust python -name '*.rs' -o -name '*.toml' -o -name 'pyproject.toml') \
 	Cargo.toml Cargo.lock pyproject.toml .cargo/config.toml
 
-.PHONY: help demo test lint bench results clean check-python check-cargo
+RECORDINGS ?= ../shared/data
+
+.PHONY: help demo test lint bench results compare clean check-python check-cargo
 
 help: ## Show this help
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -38,6 +40,18 @@ results: $(STAMP) ## Rebuild the tables and figures of docs/ from recordings and
 	$(BIN)/python examples/offline_models.py
 	$(BIN)/python examples/allan_figures.py
 	$(BIN)/python examples/identify_figures.py
+	$(BIN)/python examples/self_tuning.py
+
+compare: $(STAMP) ## Compare all methods on simulated gyros and on the recordings in RECORDINGS
+	$(BIN)/zerorate compare --simulated --rate 100 $(RECORDINGS)/adis16405_static_100hz_run1.parquet
+	$(BIN)/zerorate compare --rate 100 $(RECORDINGS)/mpu6050_static_100hz.parquet
+	$(BIN)/zerorate compare $(RECORDINGS)/mpu6050_encoder_yaw_slow_100hz.parquet \
+		--columns fixed_gyro_x_dps,fixed_gyro_y_dps,fixed_gyro_z_dps
+	$(BIN)/zerorate compare $(RECORDINGS)/mpu6050_encoder_yaw_slow_100hz.parquet \
+		--reference encoder_deg --columns shaft_gyro_z_dps
+	$(BIN)/zerorate compare --rate 285.7142857 \
+		$(RECORDINGS)/broad_05_undisturbed_slow_rotation_with_breaks_B.parquet
+	$(BIN)/python examples/self_tuning.py $(RECORDINGS)
 
 clean: ## Remove what was built
 	rm -rf target $(VENV) demo

@@ -4,7 +4,7 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use super::learned::Learned;
+use super::learned::{Following, Learned};
 use crate::chain::Snapshot;
 use crate::error::Error;
 use crate::filter::Filter;
@@ -52,6 +52,7 @@ pub struct AutoFilter<T> {
     /// What is learned was so before the sensor was last switched on.
     experienced: bool,
     estimate: T,
+    following: Following<T>,
     /// The sample minus the estimate before it; zero where it is missing or in motion.
     innovation: T,
     /// Largest sample so far: the drift is no larger as long as nothing else is known.
@@ -76,6 +77,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             status: Status::Starting,
             experienced: false,
             estimate: T::zero(),
+            following: Following::held(),
             innovation: T::zero(),
             reach: T::zero(),
             missing: false,
@@ -132,17 +134,16 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         let sigma = self.bias_sigma();
         let variance = (sigma.at_most(T::DIFFERENCE_MAX) * sigma).at_most(T::RAW_MAX);
         let one = |x: T| SVector::<T, 1>::repeat(x);
-        let (R, G, K) = match &self.learned {
-            Some(learned) => {
-                (learned.measurement_noise(), learned.process_noise(), learned.gain())
-            }
-            None => (self.startup.variance(), T::zero(), T::zero()),
+        let (R, G) = match &self.learned {
+            Some(learned) => (learned.measurement_noise(), learned.process_noise()),
+            None => (self.startup.variance(), T::zero()),
         };
+        let K = if self.missing { T::zero() } else { self.following.gain() };
         Snapshot {
             estimate: self.estimate,
             innovation: self.innovation,
             innovation_variance: (R + variance).at_most(T::RAW_MAX),
-            gain: one(if self.learns() && !self.missing { K } else { T::zero() }),
+            gain: one(K),
             measurement_noise: R,
             process_noise: SMatrix::repeat(G),
             coefficients: one(T::one()),
@@ -167,10 +168,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     }
 
     fn take(&mut self, tick: &Tick<T>) {
+        self.following = Following::held();
         match tick.event.filter(|_| self.params.conduct.hold) {
             Some(Event::Rest) => self.rest(),
             Some(Event::Motion) => self.status = Status::InMotion,
-            Some(Event::Restart) if self.detector.at_rest() => self.jump(tick),
+            Some(Event::Restart) if self.detector.at_rest() => return self.jump(tick),
             Some(Event::Restart) => self.forget(),
             None => {}
         }
@@ -199,15 +201,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
 
     /// Rest at another level.
     fn jump(&mut self, tick: &Tick<T>) {
-        match &mut self.learned {
-            Some(learned) => {
-                learned.begin_at(tick.mean, T::of(f64::from(tick.count)));
-                self.status = Status::AtRest;
-            }
-            None => {
-                self.startup.reset();
-                self.status = Status::Starting;
-            }
+        self.startup.reset();
+        self.status = Status::Starting;
+        if let Some(learned) = &mut self.learned {
+            learned.begin_at(tick.mean, T::of(f64::from(tick.count)));
+            self.run();
         }
     }
 
@@ -219,20 +217,28 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             Some(learned) => learned.begin_at(self.startup.mean(), samples),
             None => self.learned = Learned::new(scaling, length, samples).ok(),
         }
-        self.status = Status::AtRest;
+        self.run();
     }
 
     fn learn(&mut self, tick: &Tick<T>) {
         if let Some(learned) = &mut self.learned {
             learned.learn(tick);
-            self.estimate = learned.drift();
+            self.run();
+        }
+    }
+
+    /// Goes on from what is learned.
+    fn run(&mut self) {
+        if let Some(learned) = &self.learned {
+            (self.estimate, self.following) = learned.drift();
+            self.status = Status::AtRest;
         }
     }
 
     fn wait(&mut self) {
         if let Some(learned) = &mut self.learned {
             learned.wait();
-            self.estimate = learned.drift();
+            self.estimate = learned.drift().0;
         }
     }
 
@@ -245,15 +251,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// The innovation, zero for a sample that is not used.
+    /// Follows a sample that is there until its tick is judged.
     #[inline(always)]
-    fn judge(&mut self, z: T) {
-        let present = z.within(T::RAW_MAX);
-        let used = self.learns() && !self.missing;
-        self.innovation =
-            if used { (present - self.estimate).within(T::RAW_MAX) } else { T::zero() };
-        if !self.missing {
-            self.reach = self.reach.at_least(present.simd_abs());
+    fn follow(&mut self, z: T) {
+        let z = z.within(T::RAW_MAX);
+        self.reach = self.reach.at_least(z.simd_abs());
+        if self.learns() {
+            self.innovation = (z - self.estimate).within(T::RAW_MAX);
+            self.estimate = self.following.step(self.estimate, z);
         }
     }
 
@@ -270,7 +275,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Filter<T> for AutoFilter<T>
     fn update(&mut self, z: T) -> T {
         self.samples_seen += 1;
         self.missing = !z.finite();
-        self.judge(z);
+        self.innovation = T::zero();
+        if !self.missing {
+            self.follow(z);
+        }
         if self.status == Status::Starting {
             self.start(z);
         }

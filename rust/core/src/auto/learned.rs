@@ -16,6 +16,35 @@ const BLOCK: f64 = 8.0;
 /// Ticks after which a noise level counts for 1/e: a minute of quarter seconds.
 const NOISE_MEMORY: f64 = 240.0;
 
+/// Deviations of a sample beyond which it moves the drift no further until its tick is judged.
+const SURPRISE: f64 = 4.0;
+
+/// What a sample does to the drift before its tick is complete.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Following<T> {
+    gain: T,
+    /// The largest difference that counts, in the unit of the samples.
+    most: T,
+}
+
+impl<T: Real> Following<T> {
+    /// Stands still.
+    pub fn held() -> Self {
+        Self { gain: T::zero(), most: T::zero() }
+    }
+
+    /// Weight of a sample.
+    pub fn gain(&self) -> T {
+        self.gain
+    }
+
+    /// The drift after a sample.
+    #[inline(always)]
+    pub fn step(&self, drift: T, z: T) -> T {
+        drift + self.gain * (z - drift).within(self.most)
+    }
+}
+
 /// Noise and drift, in units of the start-up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
@@ -93,17 +122,20 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Learned<T> {
         self.walks.wait(lost + T::of(1.0 / BLOCK));
     }
 
-    /// Mean of the drift now, in the unit of the samples.
+    /// Mean of the drift now, in the unit of the samples, and how to go on from there.
     #[inline]
-    pub fn drift(&self) -> T {
-        let mean = match self.block.mean(self.noise()) {
-            Some(block) => self.walks.mean(&block),
-            None => self.walks.now().mean,
+    pub fn drift(&self) -> (T, Following<T>) {
+        let noise = self.noise();
+        let now = match self.block.mean(noise) {
+            Some(block) => self.walks.filtered(&block),
+            None => self.walks.predicted(),
         };
-        self.scaling.raw(mean)
+        let most = self.sample_noise.simd_sqrt() * T::of(SURPRISE);
+        let most = self.scaling.raw_difference(most);
+        (self.scaling.raw(now.mean), Following { gain: now.P / (now.P + noise), most })
     }
 
-    /// Its standard deviation.
+    /// Standard deviation of the drift.
     pub fn deviation(&self) -> T {
         self.scaling.raw_difference(self.variance().simd_sqrt())
     }
@@ -117,12 +149,6 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Learned<T> {
     pub fn process_noise(&self) -> T {
         let samples = self.length * T::of(BLOCK);
         self.scaling.raw_variance(self.walks.process_noise() / samples)
-    }
-
-    /// Weight of one sample against the drift.
-    pub fn gain(&self) -> T {
-        let variance = self.variance();
-        variance / (variance + self.noise())
     }
 
     /// Variance of one sample whose means have the noise of the ticks' means.

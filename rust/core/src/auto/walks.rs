@@ -54,6 +54,15 @@ pub struct Drift<T> {
     pub variance: T,
 }
 
+/// The drift on average over the members, and how sure one of them is of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Filtered<T> {
+    /// Mean of the drift.
+    pub mean: T,
+    /// Mean of its variances, as [`BlockMean::noise`] not yet scaled.
+    pub P: T,
+}
+
 /// What a block does to one member.
 #[derive(Clone, Copy)]
 struct Step<T> {
@@ -126,17 +135,24 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Walks<T> {
 
     /// What a block, perhaps not yet full, says of the drift at its end.
     #[inline]
-    pub fn mean(&self, block: &BlockMean<T>) -> T {
-        let mut mean = T::zero();
+    pub fn filtered(&self, block: &BlockMean<T>) -> Filtered<T> {
+        let (mut mean, mut P) = (T::zero(), T::zero());
         for m in 0..MEMBERS {
-            mean += self.weight[m] * self.step(m, block).end(self.x[m]);
+            let step = self.step(m, block);
+            mean += self.weight[m] * step.end(self.x[m]);
+            P += self.weight[m] * step.P;
         }
-        mean
+        Filtered { mean, P }
     }
 
-    /// [`mean`](Self::mean) and its variance.
+    /// [`filtered`](Self::filtered) when no block has begun.
+    pub fn predicted(&self) -> Filtered<T> {
+        Filtered { mean: self.weight.dot(&self.x), P: self.weight.dot(&self.P) }
+    }
+
+    /// Mean and variance of the drift at the end of a block, perhaps not yet full.
     pub fn drift(&self, block: &BlockMean<T>) -> Drift<T> {
-        let mean = self.mean(block);
+        let mean = self.filtered(block).mean;
         let mut variance = T::zero();
         for m in 0..MEMBERS {
             let step = self.step(m, block);
@@ -148,7 +164,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Walks<T> {
 
     /// The drift when no block has begun.
     pub fn now(&self) -> Drift<T> {
-        let mean = self.weight.dot(&self.x);
+        let mean = self.predicted().mean;
         let mut variance = T::zero();
         for m in 0..MEMBERS {
             let apart = self.x[m] - mean;
