@@ -39,9 +39,9 @@ mod start;
 mod startup;
 mod symmetric;
 
+pub use auto::{AutoFilter, AutoParams, Status};
 #[cfg(feature = "std")]
 pub use bank::Bank;
-pub use auto::{AutoFilter, AutoParams, Status};
 pub use chain::{DriftFilter, DriftLoop, Snapshot};
 pub use ema::exponential_mean;
 pub use error::Error;

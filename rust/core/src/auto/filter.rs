@@ -52,6 +52,8 @@ pub struct AutoFilter<T> {
     /// What is learned was so before the sensor was last switched on.
     experienced: bool,
     estimate: T,
+    /// Standard deviation of the estimate, once the noise is known.
+    sigma: T,
     following: Following<T>,
     /// The sample minus the estimate before it; zero where it is missing or in motion.
     innovation: T,
@@ -77,6 +79,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             status: Status::Starting,
             experienced: false,
             estimate: T::zero(),
+            sigma: T::zero(),
             following: Following::held(),
             innovation: T::zero(),
             reach: T::zero(),
@@ -112,13 +115,18 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
 
     /// Its standard deviation.
     pub fn bias_sigma(&self) -> T {
-        match &self.learned {
-            Some(learned) if !self.begins() => learned.deviation(),
-            _ if self.startup.samples() > 1 => {
-                (self.startup.variance() / T::of(self.startup.samples() as f64)).simd_sqrt()
-            }
-            _ => self.reach,
+        if !self.begins() {
+            return self.sigma;
         }
+        match self.startup.samples() {
+            0 | 1 => self.reach,
+            n => (self.startup.variance() / T::of(n as f64)).simd_sqrt(),
+        }
+    }
+
+    /// Variances of a sample's white noise and of the drift's step in a sample, once they are known.
+    pub fn noise(&self) -> Option<(T, T)> {
+        self.learned.map(|learned| (learned.white_noise(), learned.process_noise()))
     }
 
     /// The sensor was switched off and on: its drift is forgotten, its noise is not.
@@ -230,7 +238,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     /// Goes on from what is learned.
     fn run(&mut self) {
         if let Some(learned) = &self.learned {
-            (self.estimate, self.following) = learned.drift();
+            let drift = learned.drift();
+            (self.estimate, self.sigma) = (drift.mean, drift.sigma);
+            self.following = drift.following;
             self.status = Status::AtRest;
         }
     }
@@ -238,7 +248,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     fn wait(&mut self) {
         if let Some(learned) = &mut self.learned {
             learned.wait();
-            self.estimate = learned.drift().0;
+            let drift = learned.drift();
+            (self.estimate, self.sigma) = (drift.mean, drift.sigma);
         }
     }
 

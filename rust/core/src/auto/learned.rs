@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::block::Block;
-use super::walks::{Drift, Walks};
+use super::walks::Walks;
 use crate::allan::{AllanKind, AllanNoise};
 use crate::error::Error;
 use crate::real::{Limits, Real};
@@ -47,6 +47,17 @@ impl<T: Real> Following<T> {
     pub fn step(&self, drift: T, z: T) -> T {
         drift + self.gain * (z - drift).within(self.most)
     }
+}
+
+/// The drift in the unit of the samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Drift<T> {
+    /// Mean.
+    pub mean: T,
+    /// Standard deviation.
+    pub sigma: T,
+    /// How it goes on until the next tick.
+    pub following: Following<T>,
 }
 
 /// Noise and drift, in units of the start-up.
@@ -94,7 +105,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Learned<T> {
     /// The drift anew, from the mean of `samples` samples; what is known of the noise stays.
     pub fn begin(&mut self, mean: T, samples: T) {
         let variance = self.noise() / samples.at_least(T::one());
-        self.walks.begin(Drift { mean, variance });
+        self.walks.begin(mean, variance);
         self.block.restart();
         self.tick_noise.interrupt();
     }
@@ -126,22 +137,30 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Learned<T> {
         self.walks.wait(lost + T::of(1.0 / BLOCK));
     }
 
-    /// Mean of the drift now, in the unit of the samples, and how to go on from there.
+    /// The drift now.
     #[inline]
-    pub fn drift(&self) -> (T, Following<T>) {
+    pub fn drift(&self) -> Drift<T> {
         let noise = self.noise();
         let now = match self.block.mean(noise) {
             Some(block) => self.walks.filtered(&block),
             None => self.walks.predicted(),
         };
+        let sigma = now.variance.simd_sqrt() * T::of(CAUTION);
         let most = self.sample_noise.simd_sqrt() * T::of(SURPRISE);
-        let most = self.scaling.raw_difference(most);
-        (self.scaling.raw(now.mean), Following { gain: now.P / (now.P + noise), most })
+        Drift {
+            mean: self.scaling.raw(now.mean),
+            sigma: self.scaling.raw_difference(sigma),
+            following: Following {
+                gain: now.P / (now.P + noise),
+                most: self.scaling.raw_difference(most),
+            },
+        }
     }
 
-    /// Standard deviation of the drift.
-    pub fn deviation(&self) -> T {
-        self.scaling.raw_difference(self.variance().simd_sqrt() * T::of(CAUTION))
+    /// Variance of a sample whose means have the noise of the ticks' means: colour that averages
+    /// out within a tick is not in it.
+    pub fn white_noise(&self) -> T {
+        self.scaling.raw_variance(self.noise())
     }
 
     /// Variance of a sample about the drift.
@@ -159,13 +178,6 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Learned<T> {
     #[inline]
     fn noise(&self) -> T {
         self.tick_noise.variance() * self.length
-    }
-
-    fn variance(&self) -> T {
-        match self.block.mean(self.noise()) {
-            Some(block) => self.walks.drift(&block).variance,
-            None => self.walks.now().variance,
-        }
     }
 
     fn learn_sample_noise(&mut self, raw: T) {

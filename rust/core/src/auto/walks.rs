@@ -45,21 +45,14 @@ pub struct BlockMean<T> {
     pub time: T,
 }
 
-/// Mean and variance of the drift now.
+/// The drift on average over the members.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drift<T> {
-    /// Expectation.
-    pub mean: T,
-    /// Variance, disagreement of the members included.
-    pub variance: T,
-}
-
-/// The drift on average over the members, and how sure one of them is of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Filtered<T> {
+pub struct Mixture<T> {
     /// Mean of the drift.
     pub mean: T,
-    /// Mean of its variances, as [`BlockMean::noise`] not yet scaled.
+    /// Its variance, disagreement of the members included.
+    pub variance: T,
+    /// Mean of the members' own variances, as [`BlockMean::noise`] not yet scaled.
     pub P: T,
 }
 
@@ -121,9 +114,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Walks<T> {
     }
 
     /// The drift anew, with everything that was learned about the noise.
-    pub fn begin(&mut self, drift: Drift<T>) {
-        self.x = Each::repeat(drift.mean);
-        self.P = Each::repeat(drift.variance);
+    pub fn begin(&mut self, mean: T, variance: T) {
+        self.x = Each::repeat(mean);
+        self.P = Each::repeat(variance);
     }
 
     /// Time passes without a measurement.
@@ -135,42 +128,16 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Walks<T> {
 
     /// What a block, perhaps not yet full, says of the drift at its end.
     #[inline]
-    pub fn filtered(&self, block: &BlockMean<T>) -> Filtered<T> {
-        let (mut mean, mut P) = (T::zero(), T::zero());
-        for m in 0..MEMBERS {
+    pub fn filtered(&self, block: &BlockMean<T>) -> Mixture<T> {
+        self.mixture(|m| {
             let step = self.step(m, block);
-            mean += self.weight[m] * step.end(self.x[m]);
-            P += self.weight[m] * step.P;
-        }
-        Filtered { mean, P }
-    }
-
-    /// [`filtered`](Self::filtered) when no block has begun.
-    pub fn predicted(&self) -> Filtered<T> {
-        Filtered { mean: self.weight.dot(&self.x), P: self.weight.dot(&self.P) }
-    }
-
-    /// Mean and variance of the drift at the end of a block, perhaps not yet full.
-    pub fn drift(&self, block: &BlockMean<T>) -> Drift<T> {
-        let mean = self.filtered(block).mean;
-        let mut variance = T::zero();
-        for m in 0..MEMBERS {
-            let step = self.step(m, block);
-            let apart = step.end(self.x[m]) - mean;
-            variance += self.weight[m] * (step.P * self.scale(m) + apart * apart);
-        }
-        Drift { mean, variance }
+            (step.end(self.x[m]), step.P)
+        })
     }
 
     /// The drift when no block has begun.
-    pub fn now(&self) -> Drift<T> {
-        let mean = self.predicted().mean;
-        let mut variance = T::zero();
-        for m in 0..MEMBERS {
-            let apart = self.x[m] - mean;
-            variance += self.weight[m] * (self.P[m] * self.scale(m) + apart * apart);
-        }
-        Drift { mean, variance }
+    pub fn predicted(&self) -> Mixture<T> {
+        self.mixture(|m| (self.x[m], self.P[m]))
     }
 
     /// Learns from a full block.
@@ -194,6 +161,24 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Walks<T> {
         noise
     }
 
+    /// Mean and variance over members of given means and variances.
+    #[inline(always)]
+    fn mixture(&self, member: impl Fn(usize) -> (T, T)) -> Mixture<T> {
+        let (origin, _) = member(0);
+        let (mut mean, mut square) = (T::zero(), T::zero());
+        let (mut P, mut scaled) = (T::zero(), T::zero());
+        for m in 0..MEMBERS {
+            let (x, own) = member(m);
+            let apart = x - origin;
+            mean += self.weight[m] * apart;
+            square += self.weight[m] * apart * apart;
+            P += self.weight[m] * own;
+            scaled += self.weight[m] * own * self.S[m];
+        }
+        let spread = (square - mean * mean).at_least(T::zero());
+        Mixture { mean: origin + mean, variance: scaled / self.degrees + spread, P }
+    }
+
     /// One Kalman step of a member.
     #[inline(always)]
     fn step(&self, m: usize, block: &BlockMean<T>) -> Step<T> {
@@ -203,12 +188,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Walks<T> {
         let S = P + third + R;
         // P + moved - C^2/S with C = P + moved/2, over one denominator: nothing cancels.
         let left = P * (third + R) + moved * (R + moved * T::of(1.0 / 12.0));
-        Step {
-            innovation: block.mean - self.x[m],
-            S,
-            K: (P + moved * T::of(0.5)) / S,
-            P: left / S,
-        }
+        Step { innovation: block.mean - self.x[m], S, K: (P + moved * T::of(0.5)) / S, P: left / S }
     }
 
     #[inline(always)]

@@ -130,7 +130,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     fn judged(&mut self, seen: &Seen<T>) -> Tick<T> {
         let telling = seen.count >= LEAST;
         let event = if telling { self.judge(seen) } else { None };
-        Tick { count: seen.count, mean: seen.mean, deviation: seen.deviation, calm: telling && self.at_rest, event }
+        Tick {
+            count: seen.count,
+            mean: seen.mean,
+            deviation: seen.deviation,
+            calm: telling && self.at_rest,
+            event,
+        }
     }
 
     fn judge(&mut self, seen: &Seen<T>) -> Option<Event> {

@@ -6,8 +6,8 @@ mod settings;
 mod start;
 pub mod trace;
 
-use pyo3::exceptions::PyValueError;
 use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use zerorate_core::Params;
@@ -276,7 +276,11 @@ impl DriftFilter {
         let settings = &this.settings;
         let model = match settings {
             Settings::Published { order, params, .. } => {
-                format!(", order={order:?}, method='{}', fading={:?}", settings.method(), params.fading)
+                format!(
+                    ", order={order:?}, method='{}', fading={:?}",
+                    settings.method(),
+                    params.fading
+                )
             }
             Settings::Auto(_) => ", method='auto'".to_owned(),
         };
@@ -447,10 +451,7 @@ impl DriftFilter {
 
 impl DriftFilter {
     fn wrap(channels: Option<usize>, filter: Box<dyn AnyDrift>) -> Self {
-        Self {
-            settings: filter.settings(),
-            shared: Shared::new(channels, filter),
-        }
+        Self { settings: filter.settings(), shared: Shared::new(channels, filter) }
     }
 
     fn number<'py>(

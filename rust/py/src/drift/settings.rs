@@ -137,9 +137,9 @@ fn hold(motion: Option<&str>) -> PyResult<Option<bool>> {
         None => Ok(None),
         Some("hold") => Ok(Some(true)),
         Some("ignore") => Ok(Some(false)),
-        Some(other) => Err(PyValueError::new_err(format!(
-            "motion must be 'hold' or 'ignore', got '{other}'"
-        ))),
+        Some(other) => {
+            Err(PyValueError::new_err(format!("motion must be 'hold' or 'ignore', got '{other}'")))
+        }
     }
 }
 
