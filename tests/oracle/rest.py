@@ -203,8 +203,7 @@ class RestDetector:
     def rest(self, seen):
         if self.goes_home(seen) or self.known.holds(seen):
             return
-        self.at_rest, self.candidate = False, Candidate(seen)
-        self.back, self.home_again = [], []
+        self.at_rest, self.candidate, self.back = False, Candidate(seen), []
         if self.known.trust < self.short:
             self.known, self.deceived = None, True
         elif self.known.rested >= self.short:

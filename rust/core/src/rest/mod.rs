@@ -50,7 +50,7 @@ pub enum Event {
 pub struct Tick<T> {
     /// Samples that were not missing.
     pub count: u32,
-    /// Their mean, or the level before if there is none.
+    /// Their mean, if there are any.
     pub mean: T,
     /// Whether it belongs to a rest. A tick of fewer than four samples tells nothing and does not.
     pub calm: bool,
@@ -164,7 +164,6 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.at_rest = false;
         self.candidate = Candidate::of(seen);
         self.back = Run::none();
-        self.home_again = Run::none();
         if known.trust < self.times.short {
             self.known = None;
             self.deceived = true;
