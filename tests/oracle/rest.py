@@ -7,7 +7,7 @@ from copy import deepcopy
 import numpy as np
 
 CERTAIN, LOUD, LIKELY = 4.9, 3.0, 9.0
-NEAR_TICK, NEAR_MEAN = 6.0, 3.0
+NEAR_TICK, NEAR_MEAN = 6.0, 2.0
 SCALES = range(3)
 MEMORY = 240
 
@@ -140,10 +140,12 @@ class Known:
         return True
 
     def is_steady(self, differences, step):
+        youth = max(1.0 / self.ticks - 1.0 / 64.0, 0.0)
         for i in SCALES:
             freedom = self.weights[i] / (2.0 * 4**i)
             unsure = 1.0 + 8.0 / (freedom + 1.0)
-            if abs(differences[i]) > CERTAIN * math.sqrt(self.squares[i] * unsure) + 1.01 * step:
+            square = self.squares[i] * unsure + self.squares[0] * youth
+            if abs(differences[i]) > CERTAIN * math.sqrt(square) + 1.01 * step:
                 return False
         return True
 
