@@ -1,4 +1,5 @@
-//! Time a sample of `StreamingAllan` by octaves: a batch, which takes blocks, and one by one.
+//! Time a sample of `StreamingAllan` by octaves, a batch, which takes blocks, and one by one; and of
+//! `RestDetector`, the ends of ticks included.
 
 use std::hint::black_box;
 
@@ -6,14 +7,19 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
+use zerorate_core::RestDetector;
 use zerorate_core::allan::StreamingAllan;
 
 const N: usize = 1 << 20;
 
+fn white_noise() -> Vec<f64> {
+    let mut random = Pcg64::seed_from_u64(1);
+    (0..N).map(|_| StandardNormal.sample(&mut random)).collect()
+}
+
 /// Times `take` on white noise, with a ring that is full already.
 fn streaming(c: &mut Criterion, name: &str, octaves: usize, take: fn(&mut StreamingAllan, &[f64])) {
-    let mut random = Pcg64::seed_from_u64(1);
-    let signal: Vec<f64> = (0..N).map(|_| StandardNormal.sample(&mut random)).collect();
+    let signal = white_noise();
     let mut allan = StreamingAllan::new(octaves).expect("the octaves are in range");
     allan.extend(&signal);
     let mut group = c.benchmark_group("streaming");
@@ -35,5 +41,22 @@ fn octaves(c: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, octaves);
+fn rest(c: &mut Criterion) {
+    let signal = white_noise();
+    let mut group = c.benchmark_group("rest");
+    group.throughput(Throughput::Elements(N as u64)).sample_size(10);
+    for rate in [100.0, 1000.0] {
+        let mut detector = RestDetector::new(rate).expect("a rate");
+        group.bench_function(BenchmarkId::new("one by one, Hz", rate), |b| {
+            b.iter(|| {
+                for z in black_box(&signal) {
+                    black_box(detector.observe(*z));
+                }
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, octaves, rest);
 criterion_main!(benches);

@@ -27,6 +27,7 @@ PROPERTIES = {
     zr.DriftFilter: DRIFT_PROPERTIES,
     zr.RecursiveLeastSquares: MODEL_PROPERTIES,
     zr.AllanNoise: ["variance"],
+    zr.RestDetector: ["at_rest"],
     zr.StreamingAllan: [
         "deviation",
         "hadamard_deviation",

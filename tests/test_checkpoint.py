@@ -45,6 +45,7 @@ FILTERS = {
     ),
     "least-squares": zr.RecursiveLeastSquares,
     "allan-noise": zr.AllanNoise,
+    "rest-detector": lambda **more: zr.RestDetector(rate=RATE, **more),
     "streaming-allan": lambda **more: zr.StreamingAllan(rate=RATE, octaves=2, **more),
 }
 BY_KIND = pytest.mark.parametrize("kind", FILTERS)

@@ -3,6 +3,7 @@
 from oracle.allan_noise import AllanNoise
 from oracle.drift import DriftFilter
 from oracle.least_squares import LeastSquares, RecursiveLeastSquares
+from oracle.rest import RestDetector
 from oracle.startup import Startup
 from oracle.streaming_allan import StreamingAllan
 
@@ -11,6 +12,7 @@ __all__ = [
     "DriftFilter",
     "LeastSquares",
     "RecursiveLeastSquares",
+    "RestDetector",
     "Startup",
     "StreamingAllan",
 ]

@@ -11,7 +11,7 @@ use crate::rest::{Event, RestDetector, Tick};
 /// What a filter does about motion, and what it answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Conduct {
-    /// In motion every sample is missing, and the tick in which it began is taken back.
+    /// In motion every sample is missing, and the two ticks in which it began are taken back.
     pub hold: bool,
     /// Answers the sample minus the drift, instead of the drift.
     pub compensated: bool,
@@ -24,8 +24,9 @@ pub struct MotionSafe<T, const N: usize, const M: usize> {
     conduct: Conduct,
     detector: RestDetector<T>,
     filter: DriftFilter<T, N, M>,
-    /// The filter as it was after the last tick at rest.
-    calm: DriftFilter<T, N, M>,
+    /// The filter as it was after the last tick at rest, and after the one before: a motion is
+    /// seen in its second tick at times.
+    calm: [DriftFilter<T, N, M>; 2],
     at_rest: bool,
     missing: bool,
     samples_seen: u64,
@@ -44,7 +45,7 @@ where
             conduct,
             detector: RestDetector::new(filter.params().rate)?,
             filter,
-            calm: filter,
+            calm: [filter; 2],
             at_rest: true,
             missing: false,
             samples_seen: 0,
@@ -87,7 +88,7 @@ where
         match tick.event {
             Some(Event::Rest) => self.at_rest = true,
             Some(Event::Motion) => {
-                self.filter = self.calm;
+                self.filter = self.calm[1];
                 self.at_rest = false;
             }
             Some(Event::Restart) => {
@@ -97,7 +98,7 @@ where
             None => {}
         }
         if self.at_rest {
-            self.calm = self.filter;
+            self.calm = [self.filter, self.calm[0]];
         }
     }
 }
@@ -121,7 +122,7 @@ where
     fn reset(&mut self) {
         self.filter.reset();
         self.detector.reset();
-        self.calm = self.filter;
+        self.calm = [self.filter; 2];
         (self.at_rest, self.missing, self.samples_seen) = (true, false, 0);
     }
 }

@@ -25,8 +25,8 @@ type Detectors = Bank<Core<f64>>;
 /// 10 s, no rest is believed in that has not lasted for 10 s. Slow turning at one rate and a bias
 /// look alike: a new level that stands still is taken for rest after 10 s if it is near, after 60 s
 /// if it lies five deviations of the samples off; so is a new noise, such as an engine's. What was
-/// known before is kept and returned to in 1.5 s. Motion slower than a tenth of the samples'
-/// deviation is not seen.
+/// known before is kept and returned to in 1.5 s. Turning at less than about half of the samples'
+/// deviation may pass for drift.
 ///
 /// One that is not finite is a missing sample. A channel is judged by itself. One object serves one
 /// thread at a time.

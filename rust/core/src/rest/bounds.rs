@@ -9,13 +9,12 @@ pub(super) const CERTAIN: f64 = 4.9;
 pub(super) const LOUD: f64 = 3.0;
 
 /// Deviations from the level of the last rest that a tick, and the mean of all that make a new one,
-/// may have. Of 472 poses of the MIMU4444 array nine in ten begin within one deviation, one in
-/// twenty beyond four.
+/// may have: of 468 poses between turns of MEMS gyros, 99 in 100 begin within two.
 pub(super) const NEAR_TICK: f64 = 6.0;
-pub(super) const NEAR_MEAN: f64 = 3.0;
+pub(super) const NEAR_MEAN: f64 = 2.0;
 
-/// Variance of the levels over that of the samples, at most, of a sensor that may be at rest: the
-/// slowest noise of gyros stays below, motion at ten times above.
+/// Variance of the levels over that of the samples, at most, of a sensor that may be at rest: motion
+/// slower than a tick moves its level more than its samples.
 pub(super) const LEVEL_SHARE: f64 = 0.25;
 
 /// Degrees of freedom of a tick's variance at most, whatever its length: vibration is coloured.

@@ -59,7 +59,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
         seen.variance <= self.variance * bound + flips(seen.step)
     }
 
-    fn is_steady(&self, differences: &[T; SCALES], step: T) -> bool {
+    /// `youth` is what the averages lack, as a share of a tick's variance.
+    fn is_steady(&self, differences: &[T; SCALES], youth: T, step: T) -> bool {
         (0..SCALES).all(|i| {
             if differences[i] * differences[i] <= T::of(LIKELY) * self.differences[i] {
                 return true;
@@ -67,7 +68,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
             let freedom = self.weights[i] / (T::of(2.0) * ticks_of::<T>(i));
             // Student's distribution, roughly: a variance of few terms may be far too small.
             let unsure = T::one() + T::of(8.0) / (freedom + T::one());
-            let limit = T::of(CERTAIN) * (self.differences[i] * unsure).simd_sqrt();
+            let square = self.differences[i] * unsure + self.differences[0] * youth;
+            let limit = T::of(CERTAIN) * square.simd_sqrt();
             differences[i].simd_abs() <= limit + one_step(step)
         })
     }
@@ -103,7 +105,12 @@ struct Levels<T> {
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Levels<T> {
     fn at(level: T, ticks: u32) -> Self {
-        Self { averages: [level; SCALES], ticks: T::of(f64::from(ticks)) }
+        Self { averages: [level; SCALES], ticks: T::of(f64::from(ticks.clamp(1, 64))) }
+    }
+
+    /// How much more than later averages these of few ticks vary, as a share of a tick's variance.
+    fn youth(&self) -> T {
+        T::one() / self.ticks - T::one() / ticks_of::<T>(SCALES)
     }
 
     /// Takes a tick's level; answers how far off each average was.
@@ -152,7 +159,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Known<T> {
         let mut levels = self.levels;
         let mut differences = levels.follow(seen.level);
         differences[0] *= seen.weight;
-        let calm = self.noise.is_quiet(seen) && self.noise.is_steady(&differences, seen.step);
+        let youth = self.levels.youth();
+        let calm =
+            self.noise.is_quiet(seen) && self.noise.is_steady(&differences, youth, seen.step);
         if calm {
             self.noise.learn(seen.variance, &differences, seen.step);
             self.levels = levels;

@@ -153,11 +153,17 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             return (self.centre, T::zero());
         }
         let n = T::of(f64::from(self.count - 1));
-        let farthest = choose(self.highest >= -self.lowest, self.highest, self.lowest);
-        let sum = self.sum - farthest;
+        let sum = self.sum - self.farthest();
+        let farthest = self.highest.at_least(-self.lowest);
         let squares = self.squares - farthest * farthest;
         let variance = (squares - sum * sum / n) / (n - T::one());
         (self.centre + sum / n, variance.at_least(T::zero()))
+    }
+
+    /// Of two as far, one below and one above, neither: a sign must change nothing.
+    fn farthest(&self) -> T {
+        let lower = choose(-self.lowest > self.highest, self.lowest, T::zero());
+        choose(self.highest > -self.lowest, self.highest, lower)
     }
 
     fn begin(&mut self, centre: T) {

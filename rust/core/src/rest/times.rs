@@ -1,10 +1,13 @@
-//! How long rest and motion last at least.
+//! How long a tick is, and how long rest and motion last at least.
 
 use serde::{Deserialize, Serialize};
 
-/// Times in ticks.
+use super::LEAST;
+
+/// Samples in a tick, and times in ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Times {
+    pub tick: u32,
     /// Near the level known, until rest begins.
     pub dwell: u32,
     /// Until a rest is believed in, and until one at a level not known begins.
@@ -14,9 +17,11 @@ pub(super) struct Times {
 }
 
 impl Times {
-    pub(super) fn new(rate: f64, length: u32) -> Self {
-        let ticks = |seconds: f64| (seconds * rate / f64::from(length) + 0.5) as u32;
+    pub(super) fn new(rate: f64) -> Self {
+        let tick = ((rate * 0.25 + 0.5) as u32).max(LEAST);
+        let ticks = |seconds: f64| (seconds * rate / f64::from(tick) + 0.5) as u32;
         // At low rates ticks are long, and few say little.
-        Self { dwell: ticks(1.5).max(6), short: ticks(10.0).max(10), long: ticks(60.0).max(30) }
+        let [dwell, short, long] = [ticks(1.5).max(6), ticks(10.0).max(10), ticks(60.0).max(30)];
+        Self { tick, dwell, short, long }
     }
 }

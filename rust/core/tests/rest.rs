@@ -1,0 +1,162 @@
+//! `RestDetector`: its laws, and what it tells at the ends of ticks.
+
+mod common;
+
+use common::{any_sample, white_noise};
+use proptest::prelude::*;
+use zerorate_core::checkpoint::{self, Kind, Label};
+use zerorate_core::{Error, Event, Filter, RestDetector, Tick};
+
+const RATE: f64 = 100.0;
+
+fn new(rate: f64) -> RestDetector<f64> {
+    RestDetector::new(rate).expect("the tests' rates are positive")
+}
+
+/// What changed, and at which sample.
+fn events(samples: &[f64]) -> Vec<(usize, Event)> {
+    let mut detector = new(RATE);
+    let mut changes = Vec::new();
+    for (k, z) in samples.iter().enumerate() {
+        if let Some(Tick { event: Some(event), .. }) = detector.observe(*z) {
+            changes.push((k + 1, event));
+        }
+    }
+    changes
+}
+
+/// Noise of unit deviation, with `rate` added from one sample to another.
+fn turned(n: usize, from: usize, to: usize, rate: f64) -> Vec<f64> {
+    let mut samples = white_noise(n, 1);
+    samples[from..to].iter_mut().for_each(|z| *z += rate);
+    samples
+}
+
+/// Through a checkpoint.
+fn restored(detector: &RestDetector<f64>) -> RestDetector<f64> {
+    let label = Label { kind: Kind::RestDetector, p: 0, q: 0 };
+    let mut buffer = [0; 2048];
+    let bytes = checkpoint::write(label, detector, &mut buffer).expect("it fits");
+    checkpoint::read(label, bytes).expect("it was just written")
+}
+
+fn bytes(detector: &RestDetector<f64>) -> Vec<u8> {
+    let label = Label { kind: Kind::RestDetector, p: 0, q: 0 };
+    let mut buffer = [0; 2048];
+    checkpoint::write(label, detector, &mut buffer).expect("it fits").to_vec()
+}
+
+#[test]
+fn rest_motion_and_rest_again() {
+    let expected = [(150, Event::Rest), (6025, Event::Motion), (6650, Event::Rest)];
+    assert_eq!(events(&turned(12_000, 6_000, 6_500, 5.0)), expected);
+}
+
+#[test]
+fn a_rest_believed_in_too_early_is_to_be_forgotten() {
+    let changes = events(&turned(12_000, 500, 12_000, 50.0));
+    // The tick that ends it is the first of ten seconds.
+    let expected = [(150, Event::Rest), (525, Event::Restart), (1500, Event::Rest)];
+    assert_eq!(changes, expected);
+}
+
+#[test]
+fn a_level_that_stays_is_a_restart_and_so_is_the_way_back() {
+    let expected = [
+        (150, Event::Rest),
+        (10_025, Event::Motion),
+        (16_000, Event::Restart),
+        (20_025, Event::Motion),
+        (20_150, Event::Restart),
+    ];
+    assert_eq!(events(&turned(30_000, 10_000, 20_000, 50.0)), expected);
+}
+
+#[test]
+fn a_tick_tells_the_mean_of_the_samples_present() {
+    let mut detector = new(16.0);
+    for z in [1e7, f64::NAN, 1e7 + 2.0] {
+        assert_eq!(detector.observe(z), None);
+    }
+    let tick = detector.observe(f64::INFINITY);
+    let expected = Tick { count: 2, mean: 1e7 + 1.0, calm: false, event: None };
+    assert_eq!((detector.tick_length(), tick), (4, Some(expected)));
+}
+
+#[test]
+fn a_tick_is_calm_if_it_belongs_to_a_rest() {
+    let mut detector = new(RATE);
+    for z in turned(12_000, 6_000, 6_500, 5.0) {
+        if let Some(tick) = detector.observe(z) {
+            assert_eq!(tick.calm, detector.at_rest());
+        }
+    }
+    assert!(detector.at_rest());
+    let blank = (0..25).find_map(|_| detector.observe(f64::NAN)).expect("a whole tick");
+    assert_eq!((blank.count, blank.calm, detector.at_rest()), (0, false, true));
+}
+
+#[test]
+fn a_rate_that_is_none_is_refused() {
+    for rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let refused = RestDetector::<f64>::new(rate).expect_err("no rate");
+        assert!(matches!(refused, Error::Parameter { name: "rate", .. }));
+    }
+}
+
+#[test]
+fn single_precision_tells_the_same() {
+    let mut detector = RestDetector::<f32>::new(RATE).expect("a rate");
+    let changes: Vec<(usize, Event)> = turned(30_000, 10_000, 20_000, 50.0)
+        .iter()
+        .enumerate()
+        .filter_map(|(k, z)| Some((k + 1, detector.observe(*z as f32)?.event?)))
+        .collect();
+    assert_eq!(changes, events(&turned(30_000, 10_000, 20_000, 50.0)));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn batches_samples_and_checkpoints_agree(
+        seed in any::<u64>(),
+        wild in prop::collection::vec((any::<prop::sample::Index>(), any_sample()), 0..6),
+        part in 0.0..1.0,
+    ) {
+        let mut samples = white_noise(2000, seed);
+        for (place, z) in wild {
+            let place = place.index(samples.len());
+            samples[place] = z;
+        }
+        let at = (samples.len() as f64 * part) as usize;
+        let mut whole = new(20.0);
+        samples.iter().for_each(|z| { whole.observe(*z); });
+        let mut parts = new(20.0);
+        let mut answers = samples.clone();
+        parts.process(&mut answers[..at]);
+        let mut parts = restored(&parts);
+        parts.process(&mut answers[at..]);
+        prop_assert_eq!(bytes(&parts), bytes(&whole));
+        prop_assert!(answers.iter().all(|answer| *answer == 0.0 || *answer == 1.0));
+        whole.reset();
+        prop_assert_eq!(bytes(&whole), bytes(&new(20.0)));
+    }
+
+    #[test]
+    fn nothing_breaks_it(
+        rate in prop::sample::select(vec![1.0, 10.0, 100.0]),
+        samples in prop::collection::vec(any_sample(), 1..400),
+    ) {
+        let mut double = new(rate);
+        let mut single = RestDetector::<f32>::new(rate).expect("a rate");
+        for z in samples {
+            if let Some(tick) = double.observe(z) {
+                prop_assert!(tick.mean.is_finite() || tick.count == 0);
+            }
+            if let Some(tick) = single.observe(z as f32) {
+                prop_assert!(tick.mean.is_finite() || tick.count == 0);
+            }
+        }
+    }
+}
