@@ -15,6 +15,7 @@ __all__ = [
     "FigureFormat",
     "LogFormat",
     "Method",
+    "Motion",
     "Noise",
     "Outliers",
     "Trend",
@@ -33,6 +34,14 @@ class Method(StrEnum):
     kf = "kf"
     akf = "akf"
     fading = "fading"
+    auto = "auto"
+
+
+class Motion(StrEnum):
+    """What the filter does while the sensor moves."""
+
+    hold = "hold"
+    ignore = "ignore"
 
 
 class Noise(StrEnum):
