@@ -21,6 +21,7 @@ __all__ = ["draw_bias", "draw_learned"]
 Floats = npt.NDArray[np.float64]
 
 _MEANS = 60
+_DEPTH = 1e4
 
 
 def draw_bias(axes: "Axes", replay: Replay, i: int) -> None:
@@ -39,9 +40,7 @@ def draw_bias(axes: "Axes", replay: Replay, i: int) -> None:
     shade_motion(axes, replay, i)
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
     late = t > t[-1] / 10.0
-    axes.set_ylim(
-        *limits(np.concatenate((means, (bias - sigma)[late], (bias + sigma)[late])), 0.1, 0.35)
-    )
+    axes.set_ylim(*_holding(means, (bias - 2.0 * sigma)[late], (bias + 2.0 * sigma)[late]))
     axes.set_xlabel(f"time [{unit}]")
     if not replay.ready[i]:
         say(axes, "no drift known")
@@ -64,9 +63,24 @@ def draw_learned(axes: "Axes", replay: Replay, i: int) -> "Axes":
         say(axes, "nothing learned")
     right = axes.twinx()
     right.plot(t, drift, color=ORANGE, lw=0.9, label="drift")
-    right.set_ylim(0.0, limits(drift)[1] * 1.3)
+    right.set_yscale("log")
+    right.set_ylim(*_decades(drift))
     right.tick_params(axis="y", colors=ORANGE)
     return right
+
+
+def _holding(*series: Floats) -> tuple[float, float]:
+    """Return limits that hold each series, with room for a legend above."""
+    known = [limits(z) for z in series if np.isfinite(z).any()] or [(0.0, 1.0)]
+    low, high = min(low for low, _ in known), max(high for _, high in known)
+    return low, high + 0.3 * (high - low)
+
+
+def _decades(values: Floats) -> tuple[float, float]:
+    """Return limits of a logarithmic scale, of at most so many decades as can be read."""
+    high = float(np.max(values, where=values > 0.0, initial=0.0)) or 1.0
+    least = float(np.min(values, where=values > 0.0, initial=high))
+    return max(least, high / _DEPTH) / 2.0, high * 2.0
 
 
 def _means_at_rest(replay: Replay, i: int) -> tuple[Floats, Floats]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -38,7 +39,7 @@ _GREY: Final = {
     "estimate": f"Grey: averaging times below {MEMORIES:g} filter time constants, where the "
     "filtered curve shows smoothing, not a better sensor.",
     "compensated": "Grey: averaging times above the filter's time constant, where the drift is "
-    "taken off as it is learned; held in motion it is as good as its σ.",
+    "taken off while it is learned. In motion it is held, and as good as its σ.",
 }
 
 
@@ -159,8 +160,8 @@ def _explain(column: Grid) -> None:
 def _share(grid: Grid, right: list[Axes], replay: Replay) -> None:
     """Give panels side by side the same scale where that helps to compare."""
     if replay.method == "auto":
-        _share_tops(grid[2])
-        _share_tops(np.array(right, dtype=np.object_))
+        _share_limits(grid[2])
+        _share_limits(right)
         for axes in grid[2, 1:]:
             axes.tick_params(labelleft=False)
     else:
@@ -168,11 +169,12 @@ def _share(grid: Grid, right: list[Axes], replay: Replay) -> None:
     _share_decades(grid[3])
 
 
-def _share_tops(row: Grid) -> None:
-    """Give panels that begin at zero the largest of their upper limits."""
-    top = max(axes.get_ylim()[1] for axes in row)
-    for axes in row:
-        axes.set_ylim(0.0, top)
+def _share_limits(row: Iterable[Axes]) -> None:
+    """Give panels the limits that hold those of each."""
+    panels = list(row)
+    lows, highs = zip(*(axes.get_ylim() for axes in panels), strict=True)
+    for axes in panels:
+        axes.set_ylim(min(lows), max(highs))
 
 
 def _share_heights(row: Grid) -> None:
