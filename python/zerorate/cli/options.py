@@ -18,6 +18,7 @@ __all__ = [
     "Motion",
     "Noise",
     "Outliers",
+    "OutputKind",
     "Trend",
     "parse_adapt_for",
     "parse_columns",
@@ -42,6 +43,13 @@ class Motion(StrEnum):
 
     hold = "hold"
     ignore = "ignore"
+
+
+class OutputKind(StrEnum):
+    """What the filtered log holds."""
+
+    estimate = "estimate"
+    compensated = "compensated"
 
 
 class Noise(StrEnum):

@@ -13,6 +13,7 @@ from zerorate.cli.options import (
     Method,
     Motion,
     Noise,
+    OutputKind,
     parse_adapt_for,
     parse_columns,
     parse_order,
@@ -22,7 +23,6 @@ from zerorate.cli.progress import progress_bar
 from zerorate.io import Log, LogError, read_log
 from zerorate.replay import FilterOptions, Replay
 from zerorate.replay import replay as run_filters
-from zerorate.replay.result import Output
 from zerorate.replay.workers import Progress
 from zerorate.report import format_learned, format_notes, format_table
 
@@ -44,13 +44,17 @@ def replay(
     order: Annotated[str, typer.Option(help="Orders p,q of a published method.")] = "2,1",
     method: Annotated[Method, typer.Option(help="Method of the filtered log.")] = Method.auto,
     motion: Annotated[
-        Motion | None, typer.Option(help="Learn at rest alone, or always; auto holds by default.")
-    ] = None,
-    compensated: Annotated[
-        bool | None,
+        Motion | None,
         typer.Option(
-            "--compensated/--estimate",
-            help="Filtered log: raw minus drift, or the drift; auto compensates by default.",
+            metavar="<kind>",
+            help="'hold' the drift in motion, the default of auto, or 'ignore' motion.",
+        ),
+    ] = None,
+    output_kind: Annotated[
+        OutputKind | None,
+        typer.Option(
+            metavar="<kind>",
+            help="Filtered log: the 'estimate', or the 'compensated' rate, the default of auto.",
         ),
     ] = None,
     fading: Annotated[float, typer.Option(help="Memory of R, 0 to 1.")] = 0.97,
@@ -82,9 +86,7 @@ def replay(
     with progress_bar() as progress:
         with reading(wanted is not None):
             recording = read_log(log, rate=rate, columns=wanted, unit=unit)
-        result = filtered(
-            recording, method, options, progress, not no_figure, output=_asked(compensated)
-        )
+        result = filtered(recording, method, options, progress, not no_figure, output=output_kind)
         outputs.write(result, progress)
     print_result(result, outputs)
 
@@ -96,7 +98,7 @@ def filtered(
     progress: Progress,
     with_figure: bool,
     truth: npt.ArrayLike | None = None,
-    output: Output | None = None,
+    output: OutputKind | None = None,
 ) -> Replay:
     """Return the log after the published methods up to the chosen one, or raise a fault."""
     baselines = _PUBLISHED if method is Method.auto else _PUBLISHED[:2]
@@ -106,7 +108,7 @@ def filtered(
             return run_filters(
                 log,
                 methods=methods,
-                output=output,
+                output=None if output is None else output.value,
                 truth=truth,
                 allan=with_figure,
                 progress=progress,
@@ -114,12 +116,6 @@ def filtered(
             )
     except LogError as error:
         raise DataFault(f"{log.meta.get('source', 'the log')}: {error}") from None
-
-
-def _asked(compensated: bool | None) -> Output | None:
-    if compensated is None:
-        return None
-    return "compensated" if compensated else "estimate"
 
 
 def print_result(result: Replay, outputs: Outputs) -> None:

@@ -32,14 +32,14 @@ MOST_AXES: Final = 6
 # Millimetres. A layout engine would draw everything three times to find the same places.
 _COLUMN: Final = 60.0
 _HEIGHT: Final = 189.0
-_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 10.5, 16.0, 19.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 11.5, 16.0, 19.0
 _BETWEEN_COLUMNS, _BETWEEN_ROWS = 13.0, 12.0
 
 _GREY: Final = {
     "estimate": f"Grey: averaging times below {MEMORIES:g} filter time constants, where the "
     "filtered curve shows smoothing, not a better sensor.",
     "compensated": "Grey: averaging times above the filter's time constant, where the drift is "
-    "taken off while it is learned. In motion it is held, and as good as its σ.",
+    "taken off as it is learned.",
 }
 
 
