@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from zerorate.plotting.envelope import limits
 from zerorate.plotting.motion import shade_motion
-from zerorate.plotting.panels import moments_of, rising, say
+from zerorate.plotting.panels import evenly, moments_of, rising, say
 from zerorate.plotting.style import BLUE, ORANGE, SKY, VERMILION, time_unit
 from zerorate.replay import Replay
 from zerorate.replay.learned import angle_random_walk, rate_random_walk
@@ -26,8 +26,9 @@ _DEPTH = 1e4
 
 def draw_bias(axes: "Axes", replay: Replay, i: int) -> None:
     """Draw the bias with two standard deviations to either side, over means of the raw rate."""
-    (unit, seconds), history = time_unit(replay.log.duration), replay.history
-    t, bias, sigma = moments_of(replay), history.bias[:, i], history.bias_sigma[:, i]
+    (unit, seconds), even = time_unit(replay.log.duration), evenly(replay)
+    t, history = moments_of(replay)[even], replay.history
+    bias, sigma = history.bias[even, i], history.bias_sigma[even, i]
     axes.fill_between(
         t / seconds, bias - 2.0 * sigma, bias + 2.0 * sigma, color=VERMILION, alpha=0.25, lw=0.0
     )

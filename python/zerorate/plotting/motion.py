@@ -20,14 +20,12 @@ def shade_motion(axes: "Axes", replay: Replay, i: int) -> None:
         return
     rest, n = replay.readings.at_rest[:, i], replay.log.n
     starts = np.unique(np.linspace(0, n, min(2 * BUCKETS, n), endpoint=False).astype(int))
-    moved = ~np.logical_and.reduceat(rest, starts)
-    times = np.append(starts, n) / replay.log.rate / time_unit(replay.log.duration)[1]
-    axes.fill_between(
-        times,
-        0.0,
-        1.0,
-        where=np.append(moved, moved[-1]),
-        step="post",
+    edges = np.append(starts, n) / replay.log.rate / time_unit(replay.log.duration)[1]
+    moved = np.concatenate(([False], ~np.logical_and.reduceat(rest, starts), [False]))
+    begins, ends = edges[moved[1:] & ~moved[:-1]], edges[moved[:-1] & ~moved[1:]]
+    axes.broken_barh(
+        list(zip(begins, ends - begins, strict=True)),
+        (0.0, 1.0),
         transform=axes.get_xaxis_transform(),
         color=GREY,
         lw=0.0,

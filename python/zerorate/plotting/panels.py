@@ -30,6 +30,7 @@ __all__ = [
     "draw_model",
     "draw_noise",
     "draw_rate",
+    "evenly",
     "moments_of",
     "rising",
     "say",
@@ -71,7 +72,7 @@ def draw_noise(axes: "Axes", replay: Replay, i: int) -> "Axes":
     """Draw the root of R, and the Kalman gain on a second scale, which is returned."""
     t, (unit, seconds) = moments_of(replay), time_unit(replay.log.duration)
     root = np.sqrt(replay.history.measurement_noise[:, i])
-    even = _evenly(replay)
+    even = evenly(replay)
     axes.plot(t[even] / seconds, root[even], color=BLUE, lw=0.5, label="√R")
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
     low, high = limits(root)
@@ -154,7 +155,7 @@ def moments_of(replay: Replay) -> Floats:
     return t
 
 
-def _evenly(replay: Replay) -> Places:
+def evenly(replay: Replay) -> Places:
     """Return the moments that are about evenly spaced, for a linear axis."""
     last = replay.history.samples[-1]
     return _nearest(replay, np.linspace(last / _MOMENTS, last, _MOMENTS))
