@@ -363,8 +363,8 @@ class TestTextOfAuto:
         assert [row[8:].split()[0] for row in rows] == ["raw", *PUBLISHED, "auto"]
 
     def test_it_says_what_the_columns_are(self, auto, result):
-        assert "raw minus drift" in format_table(auto)
-        assert "raw minus drift" not in format_table(result)
+        assert "the filtered log is raw minus it" in format_table(auto)
+        assert "filtered log" not in format_table(result)
 
     def test_what_was_learned(self, auto):
         title, head, *rows = format_learned(auto).split("\n")
@@ -386,6 +386,12 @@ class TestTextOfAuto:
         cells = [format_learned(r).split("\n")[2].split()[3:6] for r in (auto, per_hour)]
         assert cells[0] == cells[1]
         assert "noise [unit √s]" in format_learned(replay(make_log(noise(500), unit="unit")))
+
+    def test_a_memory_beyond_the_record(self, auto):
+        endless = dataclasses.replace(auto, memory=np.array([np.inf, 20.0]))
+        cells = [row.split() for row in format_learned(endless).split("\n")[2:4]]
+        assert cells[0][5:7] == [">", "90"]
+        assert cells[1][5] == "20.0"
 
     def test_motion_is_told(self, auto):
         shown = moved(auto)

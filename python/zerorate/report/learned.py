@@ -70,7 +70,7 @@ def _rows(replay: Replay) -> Iterator[tuple[str, ...]]:
             *_times(replay, i),
             _number(noise[i]),
             _number(drift[i]),
-            _number(replay.memory[i]),
+            _memory(replay, i),
             _bias(replay, i),
         )
 
@@ -85,6 +85,11 @@ def _times(replay: Replay, i: int) -> tuple[str, str]:
 def _bias(replay: Replay, i: int) -> str:
     bias, sigma = replay.history.bias[-1, i], replay.history.bias_sigma[-1, i]
     return with_error(bias, sigma) if np.isfinite(bias) else "-"
+
+
+def _memory(replay: Replay, i: int) -> str:
+    seconds = replay.memory[i]
+    return f"> {replay.log.duration:.4g}" if np.isinf(seconds) else _number(seconds)
 
 
 def _number(value: float) -> str:
