@@ -149,6 +149,12 @@ def test_the_bias_is_compared_with_the_rest_alone():
     assert times.size > 0.7 * dots.get_xdata().size
 
 
+def test_an_axis_that_learned_nothing_does_not_stretch_the_others():
+    alone = figure_of(1e-3 * noise(3000, 1))
+    beside = figure_of(np.column_stack((1e-3 * noise(3000, 1), np.full(3000, np.nan))))
+    assert beside.axes[4].get_ylim() == beside.axes[5].get_ylim() == alone.axes[2].get_ylim()
+
+
 def test_the_band_of_the_bias_is_two_sigma():
     result = replay(make_log(noise(4000, 1)), methods=("auto",))
     band = plot_replay(result).axes[1].collections[0].get_paths()[0].vertices

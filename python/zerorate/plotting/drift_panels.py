@@ -10,8 +10,7 @@ from zerorate.plotting.motion import shade_motion
 from zerorate.plotting.panels import evenly, moments_of, rising, say
 from zerorate.plotting.style import BLUE, ORANGE, SKY, VERMILION, time_unit
 from zerorate.replay import Replay
-from zerorate.replay.learned import angle_random_walk, rate_random_walk
-from zerorate.report.learned import noise_units
+from zerorate.replay.learned import angle_random_walk, noise_units, rate_random_walk
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

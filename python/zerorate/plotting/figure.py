@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from zerorate.plotting.drift_panels import draw_bias, draw_learned
-from zerorate.plotting.envelope import limits
 from zerorate.plotting.panels import MEMORIES, draw_allan, draw_model, draw_noise, draw_rate
+from zerorate.plotting.scales import share_decades, share_heights, share_limits
 from zerorate.plotting.style import BLUE, DPI, FONT, ORANGE, new_figure, style_panels
 from zerorate.replay import Replay
-from zerorate.report.learned import noise_units
+from zerorate.replay.learned import noise_units
 
 if TYPE_CHECKING:
     import os
@@ -160,49 +159,13 @@ def _explain(column: Grid) -> None:
 def _share(grid: Grid, right: list[Axes], replay: Replay) -> None:
     """Give panels side by side the same scale where that helps to compare."""
     if replay.method == "auto":
-        _share_limits(grid[2])
-        _share_limits(right)
+        share_limits(grid[2])
+        share_limits(right)
         for axes in grid[2, 1:]:
             axes.tick_params(labelleft=False)
     else:
-        _share_heights(grid[2])
-    _share_decades(grid[3])
-
-
-def _share_limits(row: Iterable[Axes]) -> None:
-    """Give panels the limits that hold those of each."""
-    panels = list(row)
-    lows, highs = zip(*(axes.get_ylim() for axes in panels), strict=True)
-    for axes in panels:
-        axes.set_ylim(min(lows), max(highs))
-
-
-def _share_heights(row: Grid) -> None:
-    """Give panels the same limits, from all of their lines but for the first leaps."""
-    start = 2.0 * row[0].get_xlim()[0]
-    drawn = [
-        np.where(line.get_xdata() > start, line.get_ydata(), np.nan)
-        for axes in row
-        for line in axes.lines
-        if not line.get_label().startswith("_")
-    ]
-    low, high = limits(np.concatenate(drawn), 0.1, 0.35)
-    for axes in row:
-        axes.set_ylim(low, high)
-    for axes in row[1:]:
-        axes.tick_params(labelleft=False)
-
-
-def _share_decades(row: Grid) -> None:
-    """Give logarithmic panels the same limits, with room for a legend below the lines."""
-    drawn = np.concatenate([line.get_ydata() for axes in row for line in axes.lines])
-    drawn = drawn[np.isfinite(drawn)]
-    least, most = (drawn.min(), drawn.max()) if drawn.size else (1.0, 1.0)
-    room = max(most / least, 10.0) ** 0.15
-    for axes in row:
-        axes.set_ylim(least / room**1.5, most * room)
-    for axes in row[1:]:
-        axes.tick_params(labelleft=False)
+        share_heights(grid[2])
+    share_decades(grid[3])
 
 
 def _title(replay: Replay, letters: int) -> str:

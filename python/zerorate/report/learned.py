@@ -5,20 +5,17 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.noise.quantities import term_of
 from zerorate.numerals import significant, with_error
 from zerorate.replay import Replay
-from zerorate.replay.learned import angle_random_walk, last_known, rate_random_walk
+from zerorate.replay.learned import angle_random_walk, last_known, noise_units, rate_random_walk
 from zerorate.report.tables import Table, as_text
-from zerorate.units import convert
 
-__all__ = ["format_learned", "noise_units"]
+__all__ = ["format_learned"]
 
 _NOTE: Final = (
     "White noise as angle random walk, drift as rate random walk; 63 %: the time in which the bias "
     "follows a small step; bias and its standard deviation as they are at the end."
 )
-_RATES: Final = ("rad/s", "deg/s", "deg/h")
 
 
 def format_learned(replay: Replay) -> str:
@@ -32,26 +29,14 @@ def format_learned(replay: Replay) -> str:
     Returns
     -------
     str
-        Lines without an end, a row for each axis; empty for the published methods, whose
-        parameters are not learned.
+        Lines without an end, a row for each axis; empty for the published methods, which have no
+        such parameters.
     """
     if replay.method != "auto":
         return ""
     head = ("axis", "rest [s]", "motion [s]", *_heads(replay.log.unit))
     title = f"Learned by {replay.method}"
     return as_text(Table(title, head, tuple(_rows(replay)), note=_NOTE))
-
-
-def noise_units(unit: str) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Return unit and factor of the angle random walk and the rate random walk of a log's unit."""
-    if unit not in _RATES:
-        return (f"{unit} √s", 1.0), (f"{unit}/√s", 1.0)
-    factor = convert(1.0, unit, "rad/s")
-    terms = (term_of("angular rate", field) for field in ("angle_random_walk", "rate_random_walk"))
-    first, second = (
-        (t.shown.replace("sqrt(h)", "√h"), factor * convert(1.0, t.unit, t.shown)) for t in terms
-    )
-    return first, second
 
 
 def _heads(unit: str) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ _WARNING: Final = (
     "Coasting error is the angle lost by holding the estimate: what a user pays for a wrong bias.",
 )
 _COMPENSATED: Final = (
-    "Methods are measured by the drift they find; the filtered log is raw minus it, as noisy as raw."
+    "Measured is the drift that a method finds; the filtered log is raw minus it, as noisy as raw."
 )
 _ANGLE: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 1.0 / 3600.0)}
 
