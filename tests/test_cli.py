@@ -54,8 +54,38 @@ class TestReplay:
         assert f"wrote {out / 'run-zerorate.parquet'}" in text
         raw, filtered = read_log(log), read_log(out / "run-zerorate.parquet")
         assert (filtered.names, filtered.rate, filtered.unit) == (raw.names, raw.rate, raw.unit)
-        expected = DriftFilter(100.0, channels=2).process(raw.data)
-        np.testing.assert_array_equal(filtered.data, expected)
+        alone = DriftFilter(100.0, method="auto", output="compensated", channels=2)
+        np.testing.assert_array_equal(filtered.data, alone.process(raw.data))
+
+    @pytest.mark.parametrize("kind", ["parquet", "csv"])
+    def test_bias_and_rest_stand_beside_the_compensated_rate(self, cli, log, out, kind):
+        code, text, _ = cli("replay", log, "-o", out, "--no-figure", "--format", kind)
+        assert code == 0
+        assert "Learned by auto" in text
+        trace = DriftFilter(100.0, method="auto", channels=2).trace(read_log(log).data)
+        columns = ["bias_gyro_x_dps", "bias_sigma_gyro_y_dps", "at_rest_gyro_y"]
+        beside = [read_log(out / f"run-zerorate.{kind}", columns=name) for name in columns]
+        expected = [trace.bias[:, 0], trace.bias_sigma[:, 1], trace.at_rest[:, 1]]
+        for one, values in zip(beside, expected, strict=True):
+            np.testing.assert_array_equal(one.data[:, 0], values)
+
+    def test_arrays_beside_the_compensated_rate(self, cli, log, out):
+        assert cli("replay", log, "-o", out, "--no-figure", "--format", "npz")[0] == 0
+        trace = DriftFilter(100.0, method="auto", channels=2).trace(read_log(log).data)
+        with np.load(out / "run-zerorate.npz") as arrays:
+            np.testing.assert_array_equal(arrays["bias_gyro_x_dps"], trace.bias[:, 0])
+            np.testing.assert_array_equal(arrays["at_rest_gyro_y"], trace.at_rest[:, 1])
+
+    @pytest.mark.parametrize("method", ["auto", "kf"])
+    @pytest.mark.parametrize("kind", ["estimate", "compensated"])
+    @pytest.mark.parametrize("motion", ["hold", "ignore"])
+    def test_output_and_motion(self, cli, log, out, method, kind, motion):
+        options = ("--method", method, "--output-kind", kind, "--motion", motion)
+        assert cli("replay", log, "-o", out, "--no-figure", *options)[0] == 0
+        raw = read_log(log)
+        alone = DriftFilter(100.0, method=method, output=kind, motion=motion, channels=2)
+        filtered = read_log(out / "run-zerorate.parquet")
+        np.testing.assert_array_equal(filtered.data, alone.process(raw.data))
 
     def test_options_reach_the_filter(self, cli, log, out):
         options = "--order 1,1 --method akf --adapt-for always --forgetting-factor 0.999 "
@@ -129,6 +159,8 @@ DATA_FAULTS = {
 USAGE_FAULTS = {
     "no such option": (("--colour",), "No such option: --colour"),
     "method": (("--method", "median"), "'median' is not one of"),
+    "motion": (("--motion", "stop"), "'stop' is not one of"),
+    "output kind": (("--output-kind", "bias"), "'bias' is not one of"),
     "noise": (("--noise", "pink"), "'pink' is not one of"),
     "format": (("--format", "xls"), "'xls' is not one of"),
     "figure format": (("--figure-format", "gif"), "'gif' is not one of"),
@@ -205,7 +237,7 @@ class TestFaults:
         self.check_line(errors, "")
 
     def test_full_disk(self, cli, log, out, monkeypatch):
-        def fail(*_):
+        def fail(*_, **__):
             raise OSError(28, "No space left on device")
 
         monkeypatch.setattr("zerorate.cli.outputs.write_log", fail)
@@ -284,6 +316,7 @@ class TestDemo:
         code, text, errors = cli("demo", "-o", out, "--duration", "20")
         assert (code, errors) == (0, "")
         assert "true error" in text
+        assert "Learned by auto" in text
         assert names(out) == ["demo-zerorate.parquet", "demo-zerorate.png"]
         assert cli("demo", "-o", out, "--duration", "20")[0] == 2
         assert cli("demo", "-o", out, "--duration", "20", "--force")[0] == 0

@@ -145,6 +145,51 @@ def test_columns_named_alike_after_the_suffix_are_refused(tmp_path):
         write_log(log, tmp_path / "a.csv")
 
 
+BESIDE = {
+    "bias_gyro_x_dps": np.array([0.1, np.nan, 0.3]),
+    "at_rest_x": np.array([True, False, True]),
+}
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("name", ["gyro_x_dps", "gyro_x", "z"])
+@pytest.mark.parametrize("other", ["temp", "gyro_y_dps"])
+def test_columns_beside_a_log_do_not_change_it(tmp_path, suffix, name, other):
+    log = make_log([1.0, np.nan, 3.0], names=[name])
+    write_log(log, tmp_path / f"a{suffix}", beside={**BESIDE, other: np.zeros(3)})
+    assert_equal(read_log(tmp_path / f"a{suffix}"), log)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".tsv", ".parquet"])
+def test_columns_beside_a_log_come_back_when_asked_for(tmp_path, suffix):
+    log = make_log([1.0, np.nan, 3.0], names=["gyro_x_dps"])
+    write_log(log, tmp_path / f"a{suffix}", beside=BESIDE)
+    for name, values in BESIDE.items():
+        column = read_log(tmp_path / f"a{suffix}", columns=name).data[:, 0]
+        np.testing.assert_array_equal(column, values)
+
+
+def test_columns_beside_a_log_of_an_npz_are_arrays_of_their_own(tmp_path):
+    write_log(make_log([1.0, 2.0, 3.0]), tmp_path / "a.npz", beside=BESIDE)
+    with np.load(tmp_path / "a.npz") as arrays:
+        for name, values in BESIDE.items():
+            np.testing.assert_array_equal(arrays[name], values)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "beside", "message"),
+    [
+        (".csv", {"temp": np.zeros(2)}, r"'temp' must have shape \(3,\), got \(2,\)"),
+        (".csv", {"gyro_0_dps": np.zeros(3)}, "share a name: time_s, gyro_0_dps, gyro_0_dps"),
+        (".npz", {"rate": np.zeros(3)}, "a place of its own for: rate"),
+    ],
+)
+def test_columns_that_cannot_stand_beside_a_log(tmp_path, suffix, beside, message):
+    with pytest.raises(LogError, match=message):
+        write_log(make_log([1.0, 2.0, 3.0]), tmp_path / f"a{suffix}", beside=beside)
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("suffix", [".npy", ".xlsx", ""])
 def test_unknown_format_to_write(tmp_path, suffix):
     with pytest.raises(ValueError, match=r"known: \.csv, \.tsv, \.npz, \.parquet"):

@@ -214,7 +214,10 @@ GYROS = """
 gyro_x_dps wx gx gyroX GyroscopeZ angular_velocity.x imu1_gyro_z rate_x w_x imu_wz rate wz_radps
 field.angular_velocity.y AngularVelocityX rotationRateZ
 """
-OTHERS = "accel_x_g mag_x gyro_temp time_s x angular_velocity_covariance[0] ax sample_rate"
+OTHERS = """
+accel_x_g mag_x gyro_temp time_s x angular_velocity_covariance[0] ax sample_rate
+bias_gyro_x bias_sigma_gyro_x_dps at_rest_gyro_x
+"""
 
 
 @pytest.mark.parametrize("name", [*GYROS.split(), "w_RS_S_x [rad s^-1]", "Gyro X (deg/s)"])

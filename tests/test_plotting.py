@@ -1,5 +1,6 @@
 """The figure of a replay: panels, limits, sizes, and no label over another."""
 
+import dataclasses
 import itertools
 import subprocess
 import sys
@@ -40,14 +41,18 @@ LOGS = {
 }
 
 
-def figure_of(data, **options):
-    return plot_replay(replay(make_log(data), **options))
+METHODS = ("auto", "fading")
 
 
+def figure_of(data, method="auto", **options):
+    return plot_replay(replay(make_log(data), methods=(method,), **options))
+
+
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", LOGS)
-def test_panels_and_limits(name):
+def test_panels_and_limits(name, method):
     data = LOGS[name]
-    figure = figure_of(data)
+    figure = figure_of(data, method)
     assert len(figure.axes) == 5 * data.shape[1]
     for axes in figure.axes:
         for low, high in (axes.get_xlim(), axes.get_ylim()):
@@ -61,9 +66,10 @@ def test_drawing(name, tmp_path):
     assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", ["plain", "one axis", "walk", "far from zero", "tiny", "stuck"])
-def test_nothing_lies_over_a_neighbour_or_outside(name):
-    figure = figure_of(LOGS[name])
+def test_nothing_lies_over_a_neighbour_or_outside(name, method):
+    figure = figure_of(LOGS[name], method)
     figure.draw_without_rendering()
     right = figure.axes[LOGS[name].shape[1] * 4 :]
     panels = [axes for axes in figure.axes if axes not in right]
@@ -91,26 +97,84 @@ def test_axes_that_do_not_fit_are_named():
 
 @pytest.mark.parametrize("order", [(1, 0), (3, 3), (2, 0)])
 def test_orders(order):
-    figure = figure_of(noise(2000, 1), order=order, adapt_for=None)
+    figure = figure_of(noise(2000, 1), "fading", order=order, adapt_for=None)
     labels = [line.get_label() for line in figure.axes[2].lines]
     assert len(labels) == sum(order) + 1
 
 
 @pytest.mark.parametrize("method", ["kf", "akf"])
 def test_methods(method):
-    assert figure_of(noise(2000, 1), methods=(method,)).axes
+    figure = figure_of(noise(2000, 1), method, output="compensated")
+    assert [line.get_label() for line in figure.axes[3].lines] == ["raw", "compensated"]
 
 
-def test_a_million_samples_make_small_vector_files(tmp_path):
-    figure = figure_of(noise(1_000_000, 3), methods=("fading",))
+def with_motion(spans, n=4000, method="auto"):
+    """Return a replay whose first axis was taken for moving in spans of samples."""
+    result = replay(make_log(noise(n, 2)), methods=(method,), motion="hold")
+    at_rest = result.readings.at_rest.copy()
+    for begin, end in spans:
+        at_rest[begin:end, 0] = False
+    return dataclasses.replace(
+        result, readings=dataclasses.replace(result.readings, at_rest=at_rest)
+    )
+
+
+def shaded(axes):
+    """Return the spans of time in which a panel is shaded, s."""
+    (band,) = [c for c in axes.collections if c.get_zorder() == 0.5]
+    return [(path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in band.get_paths()]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_motion_is_shaded_where_it_was(method):
+    figure = plot_replay(with_motion([(1000, 2000), (3500, 4000)], method=method))
+    # The figure has 400 places over 40 s.
+    assert np.ravel(shaded(figure.axes[0])) == pytest.approx([10.0, 20.0, 35.0, 40.0], abs=0.1)
+    assert "motion" in figure.texts[-1].get_text()
+
+
+def test_a_short_motion_is_seen_and_the_other_axis_stays_white():
+    figure = plot_replay(with_motion([(1234, 1235)]))
+    ((begin, end),) = shaded(figure.axes[0])
+    assert begin <= 12.34 < end
+    assert all(c.get_zorder() != 0.5 for c in figure.axes[1].collections)
+
+
+def test_the_bias_is_compared_with_the_rest_alone():
+    figure = plot_replay(with_motion([(1000, 2000)]))
+    dots = next(line for line in figure.axes[2].lines if line.get_label() == "raw, mean at rest")
+    times = dots.get_xdata()[np.isfinite(dots.get_ydata())]
+    # The half second before a motion is in doubt; a mean is of 2/3 s and stands at its middle.
+    assert not ((times > 9.5 + 1 / 3) & (times < 20.0 - 1 / 3)).any()
+    assert times.size > 0.7 * dots.get_xdata().size
+
+
+def test_an_axis_that_learned_nothing_does_not_stretch_the_others():
+    alone = figure_of(1e-3 * noise(3000, 1))
+    beside = figure_of(np.column_stack((1e-3 * noise(3000, 1), np.full(3000, np.nan))))
+    assert beside.axes[4].get_ylim() == beside.axes[5].get_ylim() == alone.axes[2].get_ylim()
+
+
+def test_the_band_of_the_bias_is_two_sigma():
+    result = replay(make_log(noise(4000, 1)), methods=("auto",))
+    band = plot_replay(result).axes[1].collections[0].get_paths()[0].vertices
+    bias, sigma = result.history.bias[-1, 0], result.history.bias_sigma[-1, 0]
+    last = band[band[:, 0] == 40.0, 1]
+    assert (last.min(), last.max()) == pytest.approx((bias - 2 * sigma, bias + 2 * sigma))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_million_samples_make_small_vector_files(tmp_path, method):
+    figure = figure_of(noise(1_000_000, 3), method)
     for suffix in ("svg", "pdf"):
         path = tmp_path / f"figure.{suffix}"
         save_figure(figure, path)
         assert path.stat().st_size < 500_000
 
 
-def test_six_axes_make_a_small_svg(tmp_path):
-    save_figure(figure_of(noise(20_000, 6), methods=("fading",)), tmp_path / "figure.svg")
+@pytest.mark.parametrize("method", METHODS)
+def test_six_axes_make_a_small_svg(tmp_path, method):
+    save_figure(figure_of(noise(20_000, 6), method), tmp_path / "figure.svg")
     assert (tmp_path / "figure.svg").stat().st_size < 500_000
 
 

@@ -1,5 +1,6 @@
 """One log through the filters: data, scores, history, curves and text."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -10,7 +11,10 @@ from zerorate import Log, LogError, metrics
 from zerorate._native import allan_deviations
 from zerorate.replay import replay
 from zerorate.replay.history import moments
-from zerorate.report import WIDTH, format_notes, format_table
+from zerorate.replay.learned import angle_random_walk, last_known
+from zerorate.replay.measure import Measuring
+from zerorate.replay.readings import Readings
+from zerorate.report import WIDTH, format_learned, format_notes, format_table
 
 RATE = 100.0
 
@@ -26,12 +30,20 @@ def noise(n=6000, axes=2, seed=1):
     return 0.5 + 0.1 * np.random.default_rng(seed).standard_normal((n, axes))
 
 
+PUBLISHED = ("kf", "akf", "fading")
+
+
 @pytest.fixture(scope="module")
 def result():
+    return replay(make_log(noise(9000)), methods=PUBLISHED)
+
+
+@pytest.fixture(scope="module")
+def auto():
     return replay(make_log(noise(9000)))
 
 
-@pytest.mark.parametrize("method", ["kf", "akf", "fading"])
+@pytest.mark.parametrize("method", PUBLISHED)
 def test_filtered_equals_the_filter_alone_to_the_last_bit(result, method):
     alone = zr.DriftFilter(RATE, method=method, channels=2).process(result.log.data)
     np.testing.assert_array_equal(result.filtered[method], alone)
@@ -39,7 +51,7 @@ def test_filtered_equals_the_filter_alone_to_the_last_bit(result, method):
 
 def test_filtered_log_is_that_of_the_last_method():
     last = replay(make_log(noise(500)), methods=("fading", "kf"))
-    assert last.method == "kf"
+    assert (last.method, last.output, last.beside) == ("kf", "estimate", {})
     np.testing.assert_array_equal(last.filtered_log.data, last.filtered["kf"])
     assert last.filtered_log.names == last.log.names
 
@@ -47,7 +59,7 @@ def test_filtered_log_is_that_of_the_last_method():
 def test_scores_are_the_public_metrics(result):
     scores = {(s.axis, s.method): s for s in result.scores}
     assert list(scores) == [
-        (axis, method) for axis in result.log.names for method in ("raw", "kf", "akf", "fading")
+        (axis, method) for axis in result.log.names for method in ("raw", *PUBLISHED)
     ]
     raw, kf = result.log.data[:, 1], result.filtered["kf"][:, 1]
     one = scores[("gyro_1", "kf")]
@@ -75,6 +87,9 @@ def test_history_ends_with_the_state_of_the_filter(result):
     np.testing.assert_array_equal(history.measurement_noise[-1], filter_.measurement_noise)
     np.testing.assert_array_equal(history.gain[-1], filter_.gain)
     np.testing.assert_array_equal(history.coefficients[-1], filter_.coefficients)
+    np.testing.assert_array_equal(history.process_noise[-1], filter_.process_noise[:, 0, 0])
+    np.testing.assert_array_equal(history.bias[-1], filter_.bias)
+    np.testing.assert_array_equal(history.bias_sigma[-1], filter_.bias_sigma)
     np.testing.assert_array_equal(result.guard_count["fading"], filter_.guard_count)
 
 
@@ -152,6 +167,8 @@ def test_progress_rises_step_by_step():
         ({"methods": ("kf", "kf")}, "all different"),
         ({"fading": 2.0}, "fading"),
         ({"order": (7, 1)}, "order"),
+        ({"motion": "stop"}, "motion"),
+        ({"output": "bias"}, "output must be 'estimate' or 'compensated'"),
         ({"truth": [1.0, 2.0]}, "truth must have the log's shape"),
     ],
 )
@@ -184,6 +201,105 @@ def test_samples_before_the_first_one_stay_missing():
     assert np.isfinite(filtered[:, 1]).all()
 
 
+class TestAuto:
+    def test_it_is_the_default_and_compensates(self, auto):
+        alone = zr.DriftFilter(RATE, method="auto", output="compensated", channels=2)
+        assert (auto.method, auto.output) == ("auto", "compensated")
+        np.testing.assert_array_equal(auto.filtered_log.data, alone.process(auto.log.data))
+
+    def test_drift_and_scores_are_of_the_estimate(self, auto):
+        drift = zr.DriftFilter(RATE, method="auto", channels=2).process(auto.log.data)
+        np.testing.assert_array_equal(auto.drift, drift)
+        score = next(s for s in auto.scores if s.method == "auto")
+        assert score.deviation == pytest.approx(drift[:, 0].std(), rel=1e-12)
+
+    @pytest.mark.parametrize("method", ["fading", "auto"])
+    @pytest.mark.parametrize("output", ["estimate", "compensated"])
+    def test_either_output_of_either_kind(self, method, output):
+        log = make_log(noise(700))
+        log.data[300:320, 1] = np.nan
+        options = {"motion": "hold", "output": output}
+        result = replay(log, methods=(method,), allan=False, **options)
+        alone = zr.DriftFilter(RATE, method=method, channels=2, **options)
+        np.testing.assert_array_equal(result.filtered_log.data, alone.process(log.data))
+
+    def test_columns_beside_the_compensated_rate(self, auto):
+        trace = zr.DriftFilter(RATE, method="auto", channels=2).trace(auto.log.data)
+        columns = auto.beside
+        assert list(columns)[:3] == ["bias_gyro_0_dps", "bias_sigma_gyro_0_dps", "at_rest_gyro_0"]
+        np.testing.assert_array_equal(columns["bias_gyro_1_dps"], trace.bias[:, 1])
+        np.testing.assert_array_equal(columns["bias_sigma_gyro_1_dps"], trace.bias_sigma[:, 1])
+        np.testing.assert_array_equal(columns["at_rest_gyro_1"], trace.at_rest[:, 1])
+
+    def test_nothing_is_known_before_the_first_sample(self):
+        z = noise(500)
+        z[:50, 0] = np.nan
+        columns = replay(make_log(z), methods=("auto",)).beside
+        for name in ("bias_gyro_0_dps", "bias_sigma_gyro_0_dps"):
+            assert np.isnan(columns[name][:50]).all()
+            assert np.isfinite(columns[name][50:]).all()
+
+    def test_memory_is_the_time_of_a_small_step(self, auto):
+        filter_ = zr.DriftFilter(RATE, method="auto", channels=2)
+        filter_.process(auto.log.data)
+        np.testing.assert_allclose(auto.memory, 1.0 / (filter_.gain[:, 0] * RATE), rtol=1e-12)
+        stepped, n = filter_.copy(), round(2.0 * auto.memory.max() * RATE)
+        quiet, step = noise(n, seed=2), 0.1 * filter_.bias_sigma
+        response = (stepped.process(quiet + step) - filter_.process(quiet)) / step
+        reached = (response > 1.0 - math.exp(-1.0)).argmax(axis=0) / RATE
+        # Members of unlike memories make no exponential, and learn while they follow.
+        np.testing.assert_allclose(reached, auto.memory, rtol=0.5)
+
+    def test_learned_noise_is_that_of_the_data(self):
+        z = 0.5 + 0.1 * np.random.default_rng(3).standard_normal((60_000, 1))
+        learned = angle_random_walk(replay(make_log(z), methods=("auto",)).history, RATE)
+        # It is learned from the last 240 ticks or so, whose Allan variance is known to 8 %.
+        assert last_known(learned)[0] == pytest.approx(0.1 / math.sqrt(RATE), rel=0.2)
+
+    def test_last_known_value(self):
+        values = np.array([[1.0, np.nan], [2.0, 3.0], [np.nan, np.nan]])
+        np.testing.assert_array_equal(last_known(values), [2.0, 3.0])
+        assert np.isnan(last_known(np.full((2, 1), np.nan))).all()
+
+    def test_measures_are_of_the_rest(self):
+        log, rest = make_log(noise(3000, 1)), np.ones((3000, 1), dtype=bool)
+        log.data[1000:2000] += 50.0
+        rest[1000:2000] = False
+        measuring = Measuring(log, {"auto": np.full((3000, 1), 0.5)}, log.data, rest, None, (5.0,))
+        raw, auto = measuring.scores(lambda step, fraction: None)
+        calm = np.where(rest, log.data, np.nan)
+        there = np.isfinite(calm)
+        assert raw.mean == pytest.approx(calm[there].mean(), rel=1e-12)
+        assert raw.deviation == pytest.approx(calm[there].std(), rel=1e-12)
+        expected = metrics.coasting_error(calm[:, 0], np.full(3000, 0.5), RATE, 5.0)
+        assert auto.coasting[0] == pytest.approx(expected, rel=1e-12)
+
+
+class TestReadings:
+    @staticmethod
+    def rest(*, moving, n=400):
+        at_rest = np.ones((n, 1), dtype=bool)
+        at_rest[moving] = False
+        return Readings(np.zeros((n, 1)), at_rest)
+
+    def test_half_a_second_before_a_motion_is_in_doubt(self):
+        certain = self.rest(moving=slice(200, 300)).certain_rest(RATE)
+        expected = np.ones(400, dtype=bool)
+        expected[150:300] = False
+        np.testing.assert_array_equal(certain[:, 0], expected)
+
+    def test_at_low_rates_it_is_eight_samples(self):
+        certain = self.rest(moving=slice(200, 300)).certain_rest(2.0)
+        assert np.flatnonzero(~certain)[0] == 192
+
+    def test_motion_near_the_start(self):
+        certain = self.rest(moving=slice(5, 8)).certain_rest(RATE)
+        assert np.flatnonzero(certain)[0] == 8
+
+    def test_a_sensor_that_never_moves_rests(self):
+        assert self.rest(moving=slice(0)).certain_rest(RATE).all()
+
+
 class TestText:
     def test_table_is_aligned_and_narrow(self, result):
         lines = format_table(result).split("\n")
@@ -211,7 +327,7 @@ class TestText:
 
     def test_stuck_axis_has_no_ratio(self):
         log = make_log(np.column_stack((noise(3000, 1), np.full(3000, 2.5))))
-        result = replay(log)
+        result = replay(log, methods=PUBLISHED)
         assert math.isnan(result.scores[-1].reduction)
         assert "gyro_1: all samples are equal" in format_notes(result)
 
@@ -233,8 +349,74 @@ class TestText:
         assert float(cells[0]) == pytest.approx(float(cells[1]), rel=1e-3)
 
 
+def moved(replay, status="in motion"):
+    """Return a replay whose first axis moves in the second half of it."""
+    at_rest = replay.readings.at_rest.copy()
+    at_rest[len(at_rest) // 2 :, 0] = False
+    readings = dataclasses.replace(replay.readings, at_rest=at_rest)
+    return dataclasses.replace(replay, readings=readings, status=(status, *replay.status[1:]))
+
+
+class TestTextOfAuto:
+    def test_published_methods_stand_beside_it(self, auto):
+        rows = format_table(auto).split("\n")[2:7]
+        assert [row[8:].split()[0] for row in rows] == ["raw", *PUBLISHED, "auto"]
+
+    def test_it_says_what_the_columns_are(self, auto, result):
+        assert "the filtered log is raw minus it" in format_table(auto)
+        assert "filtered log" not in format_table(result)
+
+    def test_what_was_learned(self, auto):
+        title, head, *rows = format_learned(auto).split("\n")
+        assert title == "Learned by auto"
+        assert head.split("  ")[1] == "axis"
+        assert [row.split()[0] for row in rows[:2]] == ["gyro_0", "gyro_1"]
+        assert rows[0].split()[1:3] == ["90.0", "0.0"]
+        bias, _, sigma = rows[0].split()[-3:]
+        # Four deviations: one in sixteen thousand is farther.
+        assert abs(float(bias) - 0.5) < 4.0 * float(sigma)
+        assert max(map(len, format_learned(auto).split("\n"))) <= WIDTH
+
+    def test_published_methods_learn_no_such_thing(self, result):
+        assert format_learned(result) == ""
+
+    def test_units_of_the_noise(self, auto):
+        """The same sensor in deg/s and in deg/h has the same noise in data-sheet units."""
+        per_hour = replay(make_log(3600.0 * noise(9000), unit="deg/h"), methods=("auto",))
+        cells = [format_learned(r).split("\n")[2].split()[3:6] for r in (auto, per_hour)]
+        assert cells[0] == cells[1]
+        assert "noise [unit √s]" in format_learned(replay(make_log(noise(500), unit="unit")))
+
+    def test_a_memory_beyond_the_record(self, auto):
+        endless = dataclasses.replace(auto, memory=np.array([np.inf, 20.0]))
+        cells = [row.split() for row in format_learned(endless).split("\n")[2:4]]
+        assert cells[0][5:7] == [">", "90"]
+        assert cells[1][5] == "20.0"
+
+    def test_motion_is_told(self, auto):
+        shown = moved(auto)
+        assert format_learned(shown).split("\n")[2].split()[1:3] == ["45.0", "45.0"]
+        notes = " ".join(format_notes(shown).split())
+        assert "in motion, where the drift is held: gyro_0 45 s; all measures are" in notes
+        assert "in motion" not in format_notes(auto)
+
+    def test_no_rest_at_all_is_told(self, auto):
+        notes = " ".join(format_notes(moved(auto, status="no rest yet")).split())
+        assert "gyro_0: no rest was found, so no drift is known" in notes
+
+    def test_columns_of_the_log_are_told(self, auto, result):
+        assert "bias_sigma_gyro_0_dps" in format_notes(auto)
+        assert "bias" not in format_notes(result)
+
+    def test_a_short_record_has_dashes(self):
+        rows = format_learned(replay(make_log(noise(20, 1)))).split("\n")
+        assert rows[2].split()[3:] == ["-", "-", "-", "-"]
+
+
 @pytest.mark.parametrize("scale", [1e-150, 1e150])
 def test_hostile_scales(scale):
     result = replay(make_log(scale * noise(1500, 1)))
-    assert max(map(len, format_table(result).split("\n"))) <= WIDTH
+    text = f"{format_table(result)}\n{format_learned(result)}"
+    assert max(map(len, text.split("\n"))) <= WIDTH
     assert np.isfinite(result.filtered["fading"]).all()
+    assert np.isfinite(result.filtered_log.data).all()

@@ -46,7 +46,7 @@ def demo(
         names = tuple(f"gyro_{axis}_dps" for axis in AXES)
         meta = {"source": f"simulated {gyro.name}", "sensor": f"simulated {gyro.name}"}
         log = Log(np.arange(len(signal)) / rate, rate, signal, names, "deg/s", meta)
-        result = filtered(log, Method.fading, FilterOptions(), progress, True, truth)
+        result = filtered(log, Method.auto, FilterOptions(), progress, True, truth)
         outputs.write(result, progress)
     print(f"{gyro.name}, simulated: {duration:g} s at {rate:g} Hz, seed {seed}\n")
     print_result(result, outputs)

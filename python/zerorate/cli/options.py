@@ -15,8 +15,10 @@ __all__ = [
     "FigureFormat",
     "LogFormat",
     "Method",
+    "Motion",
     "Noise",
     "Outliers",
+    "OutputKind",
     "Trend",
     "parse_adapt_for",
     "parse_columns",
@@ -34,6 +36,21 @@ class Method(StrEnum):
     kf = "kf"
     akf = "akf"
     fading = "fading"
+    auto = "auto"
+
+
+class Motion(StrEnum):
+    """What the filter does while the sensor moves."""
+
+    hold = "hold"
+    ignore = "ignore"
+
+
+class OutputKind(StrEnum):
+    """What the filtered log holds."""
+
+    estimate = "estimate"
+    compensated = "compensated"
 
 
 class Noise(StrEnum):

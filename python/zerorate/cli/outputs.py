@@ -51,7 +51,9 @@ class Outputs:
             together(self.paths, self.force) as temporary,
             ThreadPoolExecutor(1) as executor,
         ):
-            job = executor.submit(write_log, result.filtered_log, temporary[0])
+            job = executor.submit(
+                write_log, result.filtered_log, temporary[0], beside=result.beside
+            )
             if self.figure is not None:
                 progress("drawing", 0.0)
                 _draw(result, temporary[1])

@@ -11,7 +11,9 @@ from zerorate.cli.options import (
     FigureFormat,
     LogFormat,
     Method,
+    Motion,
     Noise,
+    OutputKind,
     parse_adapt_for,
     parse_columns,
     parse_order,
@@ -22,11 +24,11 @@ from zerorate.io import Log, LogError, read_log
 from zerorate.replay import FilterOptions, Replay
 from zerorate.replay import replay as run_filters
 from zerorate.replay.workers import Progress
-from zerorate.report import format_notes, format_table
+from zerorate.report import format_learned, format_notes, format_table
 
 __all__ = ["filtered", "print_result", "replay"]
 
-_BASELINES = ("kf", "akf")
+_PUBLISHED = (Method.kf, Method.akf, Method.fading)
 
 
 def replay(
@@ -39,8 +41,22 @@ def replay(
     ] = None,
     rate: Annotated[float | None, typer.Option(help="Samples per second, Hz.")] = None,
     unit: Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")] = None,
-    order: Annotated[str, typer.Option(help="Orders p,q of the ARMA model.")] = "2,1",
-    method: Annotated[Method, typer.Option(help="Method of the filtered log.")] = Method.fading,
+    order: Annotated[str, typer.Option(help="Orders p,q of a published method.")] = "2,1",
+    method: Annotated[Method, typer.Option(help="Method of the filtered log.")] = Method.auto,
+    motion: Annotated[
+        Motion | None,
+        typer.Option(
+            metavar="<kind>",
+            help="'hold' the drift in motion, the default of auto, or 'ignore' motion.",
+        ),
+    ] = None,
+    output_kind: Annotated[
+        OutputKind | None,
+        typer.Option(
+            metavar="<kind>",
+            help="Filtered log: the 'estimate', or the 'compensated' rate, the default of auto.",
+        ),
+    ] = None,
     fading: Annotated[float, typer.Option(help="Memory of R, 0 to 1.")] = 0.97,
     adapt_for: Annotated[str, typer.Option(help="Seconds of learning, or 'always'.")] = "120",
     forgetting_factor: Annotated[float, typer.Option(help="Of the least squares, 0 to 1.")] = 1.0,
@@ -63,13 +79,14 @@ def replay(
         process_noise=process_noise,
         startup=startup,
         noise=noise.value,
+        motion=None if motion is None else motion.value,
     )
     wanted = parse_columns(columns)
     outputs = Outputs.of(output, log.stem, format, None if no_figure else figure_format, force)
     with progress_bar() as progress:
         with reading(wanted is not None):
             recording = read_log(log, rate=rate, columns=wanted, unit=unit)
-        result = filtered(recording, method, options, progress, not no_figure)
+        result = filtered(recording, method, options, progress, not no_figure, output=output_kind)
         outputs.write(result, progress)
     print_result(result, outputs)
 
@@ -81,14 +98,17 @@ def filtered(
     progress: Progress,
     with_figure: bool,
     truth: npt.ArrayLike | None = None,
+    output: OutputKind | None = None,
 ) -> Replay:
-    """Return the log after the baselines and the chosen method, or raise a fault."""
-    methods = (*(other for other in _BASELINES if other != method.value), method.value)
+    """Return the log after the published methods up to the chosen one, or raise a fault."""
+    baselines = _PUBLISHED if method is Method.auto else _PUBLISHED[:2]
+    methods = (*(other.value for other in baselines if other is not method), method.value)
     try:
         with as_usage():
             return run_filters(
                 log,
                 methods=methods,
+                output=None if output is None else output.value,
                 truth=truth,
                 allan=with_figure,
                 progress=progress,
@@ -100,10 +120,8 @@ def filtered(
 
 def print_result(result: Replay, outputs: Outputs) -> None:
     """Print the table, the notes, and which files were written."""
-    print(format_table(result))
-    notes = format_notes(result)
-    if notes:
-        print(f"\n{notes}")
+    parts = (format_table(result), format_learned(result), format_notes(result))
+    print("\n\n".join(filter(None, parts)))
     print()
     for path in outputs.paths:
         print(f"wrote {path}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,14 +37,14 @@ def read_parquet(path: Path) -> Table:
     return listed_names(table)
 
 
-def write_parquet(log: Log, path: Path, names: Sequence[str]) -> None:
-    """Write a log, its rate, unit and names in the key-value metadata."""
+def write_parquet(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
+    """Write a log and columns beside it; its rate, unit and names as key-value metadata."""
     pa, pq = _pyarrow()
-    columns = [log.time, *np.asfortranarray(log.data).T]
+    columns = [log.time, *np.asfortranarray(log.data).T, *beside.values()]
     fields = {"rate": repr(log.rate), "unit": log.unit, "names": json.dumps(log.names)}
     if "sensor" in log.meta:
         fields["sensor"] = str(log.meta["sensor"])
-    table = pa.table(columns, names=[TIME_NAME, *names])
+    table = pa.table(columns, names=[TIME_NAME, *names, *beside])
     pq.write_table(table.replace_schema_metadata(fields), path, compression="zstd")
 
 

@@ -50,11 +50,23 @@ class Table:
 
 
 def listed_names(table: Table) -> Table:
-    """Return the table with the names its metadata lists for the columns after the time."""
-    names = table.meta.names
-    if table.names is None or names is None or len(names) != table.width - 1:
+    """Return the table with the names its metadata lists for the columns after the time.
+
+    Columns after those are no data, but can be asked for.
+    """
+    listed = table.meta.names
+    if table.names is None or listed is None or not _begins_with(table.names[1:], listed):
         return table
-    return replace(table, names=(table.names[0], *names), time=0, data=tuple(range(1, table.width)))
+    end = 1 + len(listed)
+    names = (table.names[0], *listed, *table.names[end:])
+    return replace(table, names=names, time=0, data=tuple(range(1, end)))
+
+
+def _begins_with(columns: Sequence[str], listed: Sequence[str]) -> bool:
+    if len(listed) >= len(columns):
+        return len(listed) == len(columns)
+    # A foreign list of fewer names may speak of anything.
+    return all(column.startswith(name) for column, name in zip(columns, listed, strict=False))
 
 
 def as_numbers(column: Column, label: str) -> Column:

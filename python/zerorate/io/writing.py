@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from zerorate.io.atomic import atomic_path, check_writable
 from zerorate.io.clock import fit_grid
@@ -17,12 +18,21 @@ from zerorate.io.layout import META_MARK
 from zerorate.io.log import Log
 from zerorate.io.parquet import TIME_NAME, write_parquet
 from zerorate.io.quantity import UNKNOWN, split_unit, with_suffix
+from zerorate.io.table import Column
 from zerorate.io.text import text_header
+
+_Writer = Callable[[Log, Path, Sequence[str], Mapping[str, Column]], None]
 
 _ROWS_AT_ONCE = 100_000
 
 
-def write_log(log: Log, path: str | os.PathLike[str], *, force: bool = False) -> None:
+def write_log(
+    log: Log,
+    path: str | os.PathLike[str],
+    *,
+    force: bool = False,
+    beside: Mapping[str, npt.NDArray[np.float64 | np.bool_]] | None = None,
+) -> None:
     """Write a log so that `read_log` gives it back: data and time bit for bit.
 
     Parameters
@@ -34,13 +44,17 @@ def write_log(log: Log, path: str | os.PathLike[str], *, force: bool = False) ->
         where its columns alone would not give back the rate, unit and names.
     force
         Whether to replace an existing file; default no.
+    beside
+        Further columns of shape (n,), numbers or flags, by the names they get. `read_log` leaves
+        them out unless it is asked for them by name; in an ``.npz`` they are arrays of their own.
 
     Raises
     ------
     ValueError
         If the suffix is not one of these.
     LogError
-        If two columns would have one name, or a name ends in another unit than the log's.
+        If two columns would have one name, a name ends in another unit than the log's, or a column
+        beside the log has another length.
     OSError
         If the file exists (without ``force``) or the folder is missing or not writable. Nothing
         is left half-written.
@@ -62,24 +76,29 @@ def write_log(log: Log, path: str | os.PathLike[str], *, force: bool = False) ->
     target = Path(path)
     write = _writer(target.suffix.lower())
     check_writable(target, force)
-    names = _column_names(log)
+    others = dict(beside or {})
+    names = _column_names(log, others)
     with atomic_path(target, force) as temporary:
-        write(log, temporary, names)
+        write(log, temporary, names, others)
 
 
-def _column_names(log: Log) -> list[str]:
+def _column_names(log: Log, beside: Mapping[str, Column]) -> list[str]:
+    for name, column in beside.items():
+        if column.shape != (log.n,):
+            raise LogError(f"column '{name}' must have shape ({log.n},), got {column.shape}")
     for name in log.names:
         unit = split_unit(name)[1]
         if unit not in (None, log.unit):
             raise LogError(f"channel '{name}' is named in {unit}, but the log's unit is {log.unit}")
     names = [with_suffix(name, log.unit) for name in log.names]
-    if len({TIME_NAME, *names}) != log.channels + 1:
-        raise LogError(f"columns would share a name: {', '.join([TIME_NAME, *names])}")
+    listed = [TIME_NAME, *names, *beside]
+    if len(set(listed)) != len(listed):
+        raise LogError(f"columns would share a name: {', '.join(listed)}")
     return names
 
 
-def _writer(suffix: str) -> Callable[[Log, Path, Sequence[str]], None]:
-    writers: dict[str, Callable[[Log, Path, Sequence[str]], None]] = {
+def _writer(suffix: str) -> _Writer:
+    writers: dict[str, _Writer] = {
         ".csv": _write_text,
         ".tsv": _write_text,
         ".npz": _write_npz,
@@ -90,26 +109,30 @@ def _writer(suffix: str) -> Callable[[Log, Path, Sequence[str]], None]:
     return writers[suffix]
 
 
-def _write_npz(log: Log, path: Path, names: Sequence[str]) -> None:
-    sensor = {"sensor": np.array(str(log.meta["sensor"]))} if "sensor" in log.meta else {}
-    np.savez(
-        path,
-        time=log.time,
-        data=log.data,
-        rate=np.array(log.rate),
-        unit=np.array(log.unit),
-        names=np.array(log.names),
-        **sensor,  # type: ignore[arg-type]
-    )
+def _write_npz(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
+    arrays: dict[str, Column] = {
+        "time": log.time,
+        "data": log.data,
+        "rate": np.array(log.rate),
+        "unit": np.array(log.unit),
+        "names": np.array(log.names),
+    }
+    if "sensor" in log.meta:
+        arrays["sensor"] = np.array(str(log.meta["sensor"]))
+    taken = sorted(arrays.keys() & beside.keys())
+    if taken:
+        raise LogError(f"an .npz has a place of its own for: {', '.join(taken)}")
+    np.savez(path, **arrays, **beside)  # type: ignore[arg-type]
 
 
-def _write_text(log: Log, path: Path, names: Sequence[str]) -> None:
+def _write_text(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
     delimiter = "\t" if path.suffix.lower() == ".tsv" else ","
-    head = "" if _says_all(log, names) else f"# {META_MARK} {_as_json(log)}\n"
-    head += text_header([TIME_NAME, *names], delimiter) + "\n"
+    alone = _says_all(log, names) and not any(map(looks_like_gyro, beside))
+    head = "" if alone else f"# {META_MARK} {_as_json(log)}\n"
+    head += text_header([TIME_NAME, *names, *beside], delimiter) + "\n"
     with path.open("wb") as file:
         file.write(head.encode())
-        rows = np.column_stack((log.time, log.data))
+        rows = np.column_stack((log.time, log.data, *beside.values()))
         for first in range(0, log.n, _ROWS_AT_ONCE):
             file.write(_as_text(rows[first : first + _ROWS_AT_ONCE], delimiter))
 

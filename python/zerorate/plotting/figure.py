@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from zerorate.plotting.envelope import limits
+from zerorate.plotting.drift_panels import draw_bias, draw_learned
 from zerorate.plotting.panels import MEMORIES, draw_allan, draw_model, draw_noise, draw_rate
+from zerorate.plotting.scales import share_decades, share_heights, share_limits
 from zerorate.plotting.style import BLUE, DPI, FONT, ORANGE, new_figure, style_panels
 from zerorate.replay import Replay
+from zerorate.replay.learned import noise_units
 
 if TYPE_CHECKING:
     import os
@@ -29,8 +31,15 @@ MOST_AXES: Final = 6
 # Millimetres. A layout engine would draw everything three times to find the same places.
 _COLUMN: Final = 60.0
 _HEIGHT: Final = 189.0
-_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 10.5, 16.0, 19.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 11.5, 16.0, 19.0
 _BETWEEN_COLUMNS, _BETWEEN_ROWS = 13.0, 12.0
+
+_GREY: Final = {
+    "estimate": f"Grey: averaging times below {MEMORIES:g} filter time constants, where the "
+    "filtered curve shows smoothing, not a better sensor.",
+    "compensated": "Grey: averaging times above the filter's time constant, where the drift is "
+    "taken off as it is learned.",
+}
 
 
 def plot_replay(replay: Replay) -> Figure:
@@ -44,9 +53,10 @@ def plot_replay(replay: Replay) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Rows: raw and filtered rate; measurement noise and Kalman gain of the chosen filter; its
-        ARMA coefficients; Allan deviations before and after. No global state of matplotlib is
-        used. Up to three axes are 180 mm wide at most, for a page.
+        Rows: raw rate and drift; then of a published method measurement noise and Kalman gain, and
+        the ARMA coefficients; of "auto" the bias with two standard deviations, and the noise and
+        the drift that were learned; last Allan deviations before and after. Motion is shaded. No
+        global state of matplotlib is used. Up to three axes are 180 mm wide at most, for a page.
 
     Raises
     ------
@@ -60,9 +70,8 @@ def plot_replay(replay: Replay) -> Figure:
     figure = new_figure(width, _HEIGHT)
     grid = figure.subplots(4, shown, squeeze=False, gridspec_kw=_places(width, shown))
     right = [_draw_column(grid[:, i], replay, i) for i in range(shown)]
-    _label(grid, right, replay.log.unit)
-    _share_heights(grid[2])
-    _share_decades(grid[3])
+    _label(grid, right, replay)
+    _share(grid, right, replay)
     style_panels([*grid.ravel(), *right])
     title = _title(replay, round(0.55 * width))
     figure.text(0.5, 1.0 - 2.0 / _HEIGHT, title, ha="center", va="top", size=FONT + 1.5)
@@ -104,24 +113,37 @@ def _places(width: float, columns: int) -> dict[str, float]:
 
 def _draw_column(column: Grid, replay: Replay, i: int) -> Axes:
     draw_rate(column[0], replay, i)
-    right = draw_noise(column[1], replay, i)
-    draw_model(column[2], replay, i)
+    if replay.method == "auto":
+        draw_bias(column[1], replay, i)
+        right = draw_learned(column[2], replay, i)
+    else:
+        right = draw_noise(column[1], replay, i)
+        draw_model(column[2], replay, i)
     draw_allan(column[3], replay, i)
     return right
 
 
-def _label(grid: Grid, right: list[Axes], unit: str) -> None:
+def _label(grid: Grid, right: list[Axes], replay: Replay) -> None:
     """Name the scales at the outer edges, and the lines in the first column."""
-    labels = (f"rate [{unit}]", f"√R [{unit}]", "ARMA coefficients", f"Allan deviation [{unit}]")
+    unit = replay.log.unit
+    if replay.method == "auto":
+        (white, _), (walk, _) = noise_units(unit)
+        between, last, two_scales = (f"bias [{unit}]", f"noise [{white}]"), f"drift [{walk}]", 2
+    else:
+        between, last, two_scales = (f"√R [{unit}]", "ARMA coefficients"), "Kalman gain", 1
+    labels = (f"rate [{unit}]", *between, f"Allan deviation [{unit}]")
     for axes, label in zip(grid[:, 0], labels, strict=True):
         axes.set_ylabel(label)
-    right[-1].set_ylabel("Kalman gain", color=ORANGE)
-    grid[1, 0].yaxis.label.set_color(BLUE)
+    right[-1].set_ylabel(last, color=ORANGE)
+    grid[two_scales, 0].yaxis.label.set_color(BLUE)
     for axes in right[:-1]:
         axes.tick_params(labelright=False)
-    for axes, place in zip(
-        grid[[0, 2, 3], 0], ("upper right", "upper right", "lower left"), strict=True
-    ):
+    _explain(grid[[0, 3 - two_scales, 3], 0])
+
+
+def _explain(column: Grid) -> None:
+    """Name the lines of panels, the last of which falls to the right."""
+    for axes, place in zip(column, ("upper right", "upper right", "lower left"), strict=True):
         axes.legend(
             loc=place,
             ncols=4,
@@ -134,32 +156,16 @@ def _label(grid: Grid, right: list[Axes], unit: str) -> None:
         )
 
 
-def _share_heights(row: Grid) -> None:
-    """Give panels the same limits, from all of their lines but for the first leaps."""
-    start = 2.0 * row[0].get_xlim()[0]
-    drawn = [
-        np.where(line.get_xdata() > start, line.get_ydata(), np.nan)
-        for axes in row
-        for line in axes.lines
-        if not line.get_label().startswith("_")
-    ]
-    low, high = limits(np.concatenate(drawn), 0.1, 0.35)
-    for axes in row:
-        axes.set_ylim(low, high)
-    for axes in row[1:]:
-        axes.tick_params(labelleft=False)
-
-
-def _share_decades(row: Grid) -> None:
-    """Give logarithmic panels the same limits, with room for a legend below the lines."""
-    drawn = np.concatenate([line.get_ydata() for axes in row for line in axes.lines])
-    drawn = drawn[np.isfinite(drawn)]
-    least, most = (drawn.min(), drawn.max()) if drawn.size else (1.0, 1.0)
-    room = max(most / least, 10.0) ** 0.15
-    for axes in row:
-        axes.set_ylim(least / room**1.5, most * room)
-    for axes in row[1:]:
-        axes.tick_params(labelleft=False)
+def _share(grid: Grid, right: list[Axes], replay: Replay) -> None:
+    """Give panels side by side the same scale where that helps to compare."""
+    if replay.method == "auto":
+        share_limits(grid[2])
+        share_limits(right)
+        for axes in grid[2, 1:]:
+            axes.tick_params(labelleft=False)
+    else:
+        share_heights(grid[2])
+    share_decades(grid[3])
 
 
 def _title(replay: Replay, letters: int) -> str:
@@ -167,20 +173,22 @@ def _title(replay: Replay, letters: int) -> str:
     source = replay.log.meta.get("sensor") or Path(replay.log.meta.get("source", "log")).name
     if len(source) > letters:
         source = f"{source[: letters // 2]}…{source[-(letters // 2) :]}"
-    p, q = replay.params["order"]
-    return (
-        f"{source}\n{replay.method}, ARMA({p}, {q}), {replay.log.n:,} samples at "
-        f"{replay.log.rate:.4g} Hz"
-    )
+    order = replay.params.get("order")
+    model = "" if order is None else f"ARMA({order[0]}, {order[1]}), "
+    return f"{source}\n{replay.method}, {model}{replay.log.n:,} samples at {replay.log.rate:.4g} Hz"
 
 
 def _caption(replay: Replay, shown: int, width: int) -> str:
     """Return what a reader must know, in lines of at most so many letters."""
-    sentences = [
-        f"Grey: averaging times below {MEMORIES:g} filter time constants, where the filtered curve "
-        "shows smoothing, not a better sensor.",
-        "Dotted: end of learning.",
-    ]
+    sentences = [_GREY[replay.output], _last_sentence(replay)]
     if shown < replay.log.channels:
         sentences[1] += f" Shown are the first {shown} of {replay.log.channels} axes."
     return "\n".join(textwrap.fill(sentence, width) for sentence in sentences)
+
+
+def _last_sentence(replay: Replay) -> str:
+    moved = replay.readings is not None and not replay.readings.at_rest.all()
+    sentences = [] if replay.method == "auto" else ["Dotted: end of learning."]
+    if moved:
+        sentences.append("Shaded over time: motion; Allan deviations are of the rest.")
+    return " ".join(sentences)

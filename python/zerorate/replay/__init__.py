@@ -2,7 +2,8 @@
 
 from zerorate.replay.allan import AllanCurves
 from zerorate.replay.history import History
+from zerorate.replay.passes import FilterOptions
 from zerorate.replay.result import Replay, Score
-from zerorate.replay.run import FilterOptions, replay
+from zerorate.replay.run import replay
 
 __all__ = ["AllanCurves", "FilterOptions", "History", "Replay", "Score", "replay"]

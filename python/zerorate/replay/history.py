@@ -29,15 +29,23 @@ class History:
     measurement_noise : ndarray, shape (m, k)
         Variance R, unit of the data squared.
     gain : ndarray, shape (m, k, p + 1)
-        Kalman gain; its first component weighs the newest sample.
+        Kalman gain; its first component weighs the newest sample. The drift is all that "auto"
+        has for a state: 1 in place of p + 1, and of p + q + 1 below.
     coefficients : ndarray, shape (m, k, p + q + 1)
         ARMA model [φ…, θ…, c], c in the unit of the data.
+    process_noise : ndarray, shape (m, k)
+        Variance G that the rate, or the drift, gains in a sample, unit of the data squared.
+    bias, bias_sigma : ndarray, shape (m, k)
+        Drift and its standard deviation, in the unit of the data.
     """
 
     samples: Counts
     measurement_noise: Floats
     gain: Floats
     coefficients: Floats
+    process_noise: Floats
+    bias: Floats
+    bias_sigma: Floats
 
 
 def moments(n: int) -> Counts:
@@ -57,24 +65,25 @@ class Recorder:
     """Collects a history, one moment after the other."""
 
     def __init__(self) -> None:
-        self._rows: list[tuple[int, Floats, Floats, Floats]] = []
+        self._samples: list[int] = []
+        self._rows: list[tuple[Floats, ...]] = []
 
     def take(self, filter_: "DriftFilter") -> None:
         """Note the state of the filter."""
         ready = filter_.ready
+        each = ready[:, np.newaxis]
         row = (
             np.where(ready, filter_.measurement_noise, np.nan),
-            np.where(ready[:, np.newaxis], filter_.gain, np.nan),
-            np.where(ready[:, np.newaxis], filter_.coefficients, np.nan),
+            np.where(each, filter_.gain, np.nan),
+            np.where(each, filter_.coefficients, np.nan),
+            np.where(ready, filter_.process_noise[:, 0, 0], np.nan),
+            np.where(ready, filter_.bias, np.nan),
+            np.where(ready, filter_.bias_sigma, np.nan),
         )
-        self._rows.append((filter_.samples_seen, *row))
+        self._samples.append(filter_.samples_seen)
+        self._rows.append(row)
 
     def history(self) -> History:
         """Return what was noted."""
-        samples, noise, gain, coefficients = zip(*self._rows, strict=True)
-        return History(
-            np.array(samples, dtype=np.int64),
-            np.stack(noise),
-            np.stack(gain),
-            np.stack(coefficients),
-        )
+        columns = (np.stack(column) for column in zip(*self._rows, strict=True))
+        return History(np.array(self._samples, dtype=np.int64), *columns)

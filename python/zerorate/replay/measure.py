@@ -15,17 +15,22 @@ from zerorate.replay.workers import Progress, workers
 __all__ = ["Measuring"]
 
 Floats = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class Measuring:
-    """What is to be measured: the log, its series by method, raw first, and the truth, if known.
+    """What is to be measured: the log, its drift by method, and the true one, if known.
 
-    Series and truth have shape (n, k), horizons are in s.
+    Of a sensor that moves only what it shows at rest says something: `at_rest` tells where the
+    chosen filter is certain of that, None stands for everywhere. All arrays have shape (n, k),
+    horizons are in s.
     """
 
     log: Log
-    series: dict[str, Floats]
+    drift: dict[str, Floats]
+    answer: Floats
+    at_rest: Flags | None
     truth: Floats | None
     horizons: tuple[float, ...]
 
@@ -34,21 +39,28 @@ class Measuring:
         return self._scores(self._rows(), progress, 1.0)
 
     def with_curves(self, progress: Progress) -> tuple[tuple[Score, ...], AllanCurves]:
-        """Return the scores, and Allan deviations of the first and the last series."""
+        """Return the scores, and Allan deviations of the raw data and of the filter's answer."""
         rows = self._rows()
-        raw, *_, last = self.series.values()
+        raw = self._measured()
         with workers() as executor:
             # Scores are many short NumPy calls, which threads would only hinder.
             # Predictions in a gap are no measurement: both curves are of the same samples.
-            compared = last if np.isfinite(raw).all() else np.where(np.isfinite(raw), last, np.nan)
+            there = np.isfinite(raw)
+            compared = self.answer if there.all() else np.where(there, self.answer, np.nan)
             job = AllanJob(executor, raw, compared, self.log.rate)
             scores = self._scores(rows, progress, 0.5)
             for done in job:
                 progress("measuring", 0.5 + 0.5 * done)
             return scores, job.curves()
 
+    def _measured(self) -> Floats:
+        """Return the raw data, NaN where they say nothing of the drift."""
+        data = self.log.data
+        return data if self.at_rest is None else np.where(self.at_rest, data, np.nan)
+
     def _rows(self) -> dict[str, Floats]:
-        return {method: np.ascontiguousarray(data.T) for method, data in self.series.items()}
+        series = {"raw": self._measured()} | self.drift
+        return {method: np.ascontiguousarray(data.T) for method, data in series.items()}
 
     def _scores(self, rows: dict[str, Floats], progress: Progress, end: float) -> tuple[Score, ...]:
         scores = []

@@ -15,18 +15,19 @@ Floats = npt.NDArray[np.float64]
 _REACHED: Final = 1.0 - math.exp(-1.0)
 
 
-def memory(history: History, order: tuple[int, int], rate: float) -> Floats:
+def memory(history: History, order: tuple[int, int] | None, rate: float) -> Floats:
     """Return the time in which each axis' estimate makes 63 % of a step, s.
 
-    The filter is taken as it stood at the end, with its median gain over the record's second
-    half, since a fading gain goes up and down.
+    The filter is taken as it stood at the end. Of a published method the gain is the median over
+    the record's second half, since a fading gain goes up and down.
 
     Parameters
     ----------
     history : History
         Of a filter of k axes.
-    order : (int, int)
-        Orders (p, q) of its model.
+    order : (int, int) or None
+        Orders (p, q) of its model; None for a random walk, which is an exponential average: the
+        gain is the part of a small step that it makes in a sample.
     rate : float
         Samples per second, Hz.
 
@@ -37,12 +38,15 @@ def memory(history: History, order: tuple[int, int], rate: float) -> Floats:
         estimate would not get so far within the record.
     """
     late = history.samples > history.samples[-1] // 2
-    gains = (_middle(gain) for gain in history.gain[late].swapaxes(0, 1))
+    gains = history.gain[late].swapaxes(0, 1)
     most = int(history.samples[-1])
-    samples = [
-        _samples(coefficients, gain, order[0], most)
-        for coefficients, gain in zip(history.coefficients[-1], gains, strict=True)
-    ]
+    if order is None:
+        samples = [_samples_of_walk(gain[:, 0], most) for gain in gains]
+    else:
+        samples = [
+            _samples(coefficients, _middle(gain), order[0], most)
+            for coefficients, gain in zip(history.coefficients[-1], gains, strict=True)
+        ]
     return np.array(samples, dtype=np.float64) / rate
 
 
@@ -51,6 +55,13 @@ def _middle(gain: Floats) -> Floats:
     used = gain[gain[:, 0] != 0.0]
     median: Floats = np.median(used, axis=0) if used.size else np.full(gain.shape[1], np.nan)
     return median
+
+
+def _samples_of_walk(gain: Floats, most: int) -> float:
+    """Return 1/K for the last gain that was not that of a missing sample."""
+    used = gain[gain > 0.0]
+    samples = 1.0 / float(used[-1]) if used.size else math.nan
+    return math.inf if samples > most else samples
 
 
 def _samples(coefficients: Floats, gain: Floats, p: int, most: int) -> float:

@@ -1,9 +1,8 @@
 """The filters' way through a log."""
 
-import time
 from collections.abc import Sequence
 from concurrent.futures import wait
-from typing import Final, Literal, TypedDict, Unpack, cast
+from typing import Final, Unpack, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -11,10 +10,11 @@ import numpy.typing as npt
 from zerorate._native import DriftFilter
 from zerorate.io import Log, LogError
 from zerorate.replay.allan import AllanCurves
-from zerorate.replay.history import History, Recorder, moments
+from zerorate.replay.history import moments
 from zerorate.replay.measure import Measuring
 from zerorate.replay.memory import memory
-from zerorate.replay.result import Replay, Score
+from zerorate.replay.passes import FilterOptions, Run, Watch
+from zerorate.replay.result import Output, Replay, Score, compensated
 from zerorate.replay.workers import Progress, silent, workers
 
 __all__ = ["FilterOptions", "replay"]
@@ -24,24 +24,11 @@ Floats = npt.NDArray[np.float64]
 _SLABS: Final = 50
 
 
-class FilterOptions(TypedDict, total=False):
-    """Keyword arguments of `zerorate.DriftFilter` besides rate, method and channels."""
-
-    order: tuple[int, int]
-    fading: float
-    adapt_for: float | None
-    forgetting_factor: float
-    process_noise: float
-    process_noise_memory: float
-    noise: Literal["allan", "hadamard"]
-    startup: float
-    scale: float | None
-
-
 def replay(
     log: Log,
     *,
-    methods: Sequence[str] = ("kf", "akf", "fading"),
+    methods: Sequence[str] = ("kf", "akf", "fading", "auto"),
+    output: Output | None = None,
     truth: npt.ArrayLike | None = None,
     horizons: Sequence[float] = (10.0, 60.0),
     allan: bool = True,
@@ -56,7 +43,10 @@ def replay(
         The recording.
     methods : sequence of str
         Methods of `zerorate.DriftFilter`, all different. The last is the chosen one, whose
-        history is kept.
+        history is kept; by default the one that tunes itself, beside the published ones.
+    output : {"estimate", "compensated"}, optional
+        What the filtered log holds: the drift, or the raw rate minus it. The latter is the default
+        of "auto", the former that of the published methods. Scores are of the drift in any case.
     truth : array_like, optional
         True drift, of the shape and unit of the log's data, where it is known.
     horizons : sequence of float
@@ -66,7 +56,7 @@ def replay(
     progress : callable, optional
         Called in this thread with a step's name and the fraction of it that is done.
     **options
-        Arguments of `zerorate.DriftFilter`.
+        Arguments of `zerorate.DriftFilter`, for every method that knows them.
 
     Returns
     -------
@@ -86,83 +76,75 @@ def replay(
     >>> z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)
     >>> result = replay(Log(np.arange(6000) / 100.0, 100.0, z, ["gyro_z_dps"], "deg/s"))
     >>> [(s.method, s.reduction < 0.6) for s in result.scores]
-    [('raw', False), ('kf', True), ('akf', True), ('fading', True)]
+    [('raw', False), ('kf', True), ('akf', True), ('fading', True), ('auto', True)]
     """
     report = silent if progress is None else progress
     known = None if truth is None else _like(truth, log)
-    runs = {method: _Run(log, method, options) for method in _checked(methods)}
+    runs = {method: Run(log, method, options) for method in _checked(methods)}
     if not np.isfinite(log.data).any():
         raise LogError("no axis holds a sample: all are missing")
-    recorder = Recorder()
-    _filter_all(log, runs, recorder, report)
-    filtered = {method: run.filtered for method, run in runs.items()}
-    measuring = Measuring(log, {"raw": log.data} | filtered, known, tuple(horizons))
+    *_, chosen = runs.values()
+    kind = _output(output, chosen.filter)
+    watch = Watch(log, chosen.filter, kind)
+    _filter_all(log, runs, watch, report)
+    drift_alone = kind == "estimate"
+    answer = chosen.filtered if drift_alone else compensated(log.data, chosen.filtered)
+    drift = {method: run.filtered for method, run in runs.items()}
+    measuring = Measuring(log, drift, answer, watch.certain_rest(), known, tuple(horizons))
     curves: AllanCurves | None
     if allan:
         scores, curves = measuring.with_curves(report)
     else:
         scores, curves = measuring.scores(report), None
-    return _result(measuring, runs, recorder.history(), scores, curves)
+    return _result(measuring, runs, kind, watch, scores, curves)
 
 
 def _result(
     measuring: Measuring,
-    runs: dict[str, "_Run"],
-    history: History,
+    runs: dict[str, Run],
+    output: Output,
+    watch: Watch,
     scores: tuple[Score, ...],
     curves: AllanCurves | None,
 ) -> Replay:
     *_, chosen = (run.filter for run in runs.values())
+    history = watch.recorder.history()
     return Replay(
         log=measuring.log,
         method=chosen.method,
+        output=output,
         params=chosen.params,
-        filtered={method: run.filtered for method, run in runs.items()},
+        filtered=measuring.drift,
         scores=scores,
         horizons=measuring.horizons,
         speed={method: run.speed for method, run in runs.items()},
         guard_count={method: np.asarray(run.filter.guard_count) for method, run in runs.items()},
         ready=np.asarray(chosen.ready),
+        status=tuple(chosen.status),
         history=history,
         memory=memory(history, chosen.order, measuring.log.rate),
         allan=curves,
+        readings=watch.readings,
     )
 
 
-class _Run:
-    """One filter, its output so far, and the time that it took."""
-
-    def __init__(self, log: Log, method: str, options: FilterOptions) -> None:
-        known = cast(Literal["kf", "akf", "fading"], method)  # the filter refuses any other
-        self.filter = DriftFilter(log.rate, method=known, channels=log.channels, **options)
-        self.filtered = np.empty_like(log.data)
-        self._data = log.data
-        self._seconds = 0.0
-
-    def advance(self, stops: Sequence[int], recorder: Recorder | None = None) -> None:
-        """Filter up to each stop; only the processor's time of this thread counts."""
-        for stop in stops:
-            block = slice(self.filter.samples_seen, stop)
-            z, out = self._data[block], self.filtered[block]
-            begin = time.thread_time()
-            self.filter.process(z, out=out, threads=1)
-            self._seconds += time.thread_time() - begin
-            if recorder is not None:
-                recorder.take(self.filter)
-
-    @property
-    def speed(self) -> float:
-        return self.filtered.size / self._seconds if self._seconds > 0.0 else np.nan
+def _output(asked: Output | None, filter_: DriftFilter) -> Output:
+    """Return what is asked for, or what the method is for."""
+    if asked is None:
+        return "compensated" if filter_.method == "auto" else "estimate"
+    if asked not in get_args(Output):
+        raise ValueError(f"output must be 'estimate' or 'compensated', got {asked!r}")
+    return asked
 
 
-def _filter_all(log: Log, runs: dict[str, _Run], recorder: Recorder, progress: Progress) -> None:
-    """Run all filters side by side, the last of them with its history."""
+def _filter_all(log: Log, runs: dict[str, Run], watch: Watch, progress: Progress) -> None:
+    """Run all filters side by side, and watch the last of them."""
     *others, chosen = runs.values()
     stops = moments(log.n)
     with workers() as executor:
         for slab in np.array_split(stops, min(_SLABS, len(stops))):
             ends = slab.tolist()
-            jobs = [executor.submit(chosen.advance, ends, recorder)]
+            jobs = [executor.submit(chosen.advance, ends, watch)]
             jobs += [executor.submit(run.advance, ends[-1:]) for run in others]
             wait(jobs)
             for job in jobs:

@@ -1,7 +1,15 @@
 """Results as plain text: tables, and the sentences under them."""
 
 from zerorate.report.allan import format_allan, format_allan_notes
+from zerorate.report.learned import format_learned
 from zerorate.report.replay import format_notes, format_table
 from zerorate.report.text import WIDTH
 
-__all__ = ["WIDTH", "format_allan", "format_allan_notes", "format_notes", "format_table"]
+__all__ = [
+    "WIDTH",
+    "format_allan",
+    "format_allan_notes",
+    "format_learned",
+    "format_notes",
+    "format_table",
+]

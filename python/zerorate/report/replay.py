@@ -13,9 +13,13 @@ from zerorate.report.text import WIDTH, bulleted, on_clock
 __all__ = ["format_notes", "format_table"]
 
 _GAP: Final = "  "
+_NO_REST: Final = "no rest yet"
 _WARNING: Final = (
     "At rest any low-pass filter lowers the deviation, and pays with delay when the sensor turns.",
     "Coasting error is the angle lost by holding the estimate: what a user pays for a wrong bias.",
+)
+_COMPENSATED: Final = (
+    "Measured is the drift that a method finds; the filtered log is raw minus it, as noisy as raw."
 )
 _ANGLE: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 1.0 / 3600.0)}
 
@@ -31,7 +35,7 @@ def format_table(replay: Replay) -> str:
     Returns
     -------
     str
-        Lines without an end: two of headings, one a row, two on what the numbers mean. A dash
+        Lines without an end: two of headings, one a row, some on what the numbers mean. A dash
         stands where a number means nothing.
     """
     columns = list(_columns(replay))
@@ -42,7 +46,8 @@ def format_table(replay: Replay) -> str:
         first, method, *numbers = (_fit(c, w) for c, w in zip(cells, widths, strict=True))
         right = (cell.strip().rjust(w) for cell, w in zip(numbers, widths[2:], strict=True))
         lines.append(_GAP.join((first, method, *right)).rstrip())
-    return "\n".join((*lines, "", *_WARNING))
+    said = (*_WARNING, _COMPENSATED) if replay.output == "compensated" else _WARNING
+    return "\n".join((*lines, "", *said))
 
 
 def format_notes(replay: Replay) -> str:
@@ -112,7 +117,10 @@ def _notes(replay: Replay) -> Iterator[str]:
             f"{replay.method}: {guarded} of {steps} steps of the process noise were shortened to "
             "keep it positive"
         )
-    yield from _on_memory(replay)
+    if replay.method != "auto":
+        yield from _on_memory(replay)
+    yield from _on_motion(replay)
+    yield from _on_output(replay)
 
 
 def _on_log(log: Log) -> Iterator[str]:
@@ -126,9 +134,10 @@ def _on_log(log: Log) -> Iterator[str]:
 
 def _on_start(replay: Replay) -> Iterator[str]:
     needed = max(10, round(replay.params["startup"] * replay.log.rate))
-    for name, z, ready in zip(replay.log.names, replay.log.data.T, replay.ready, strict=True):
+    axes = zip(replay.log.names, replay.log.data.T, replay.ready, replay.status, strict=True)
+    for name, z, ready, status in axes:
         present = z[np.isfinite(z)]
-        if ready or present.size == 0:
+        if ready or present.size == 0 or status == _NO_REST:
             continue
         if present.min() == present.max() and present.size >= needed:
             yield f"{name}: all samples are equal, so no noise, model or gain was learned"
@@ -148,3 +157,23 @@ def _on_memory(replay: Replay) -> Iterator[str]:
     if times:
         listed = ", ".join(f"{name} {text}" for name, text in times.items())
         yield f"{replay.method} follows 63 % of a step in: {listed}"
+
+
+def _on_motion(replay: Replay) -> Iterator[str]:
+    for name, status in zip(replay.log.names, replay.status, strict=True):
+        if status == _NO_REST:
+            yield f"{name}: no rest was found, so no drift is known: a filter learns while it rests"
+    if replay.readings is None or replay.readings.at_rest.all():
+        return
+    moved = np.count_nonzero(~replay.readings.at_rest, axis=0) / replay.log.rate
+    listed = ", ".join(f"{n} {s:.4g} s" for n, s in zip(replay.log.names, moved, strict=True) if s)
+    yield f"in motion, where the drift is held: {listed}; all measures are of the rest"
+
+
+def _on_output(replay: Replay) -> Iterator[str]:
+    columns = list(replay.beside)[:3]
+    if columns:
+        yield (
+            "the filtered log holds raw minus drift under the names of the raw columns, and "
+            f"{', '.join(columns)} and so on: the drift, its standard deviation, and rest"
+        )
