@@ -11,7 +11,7 @@ from zerorate import Log, LogError, metrics
 from zerorate._native import allan_deviations
 from zerorate.replay import replay
 from zerorate.replay.history import moments
-from zerorate.replay.learned import angle_random_walk, last_known
+from zerorate.replay.learned import last_known
 from zerorate.replay.measure import Measuring
 from zerorate.replay.readings import Readings
 from zerorate.report import WIDTH, format_learned, format_notes, format_table
@@ -87,7 +87,7 @@ def test_history_ends_with_the_state_of_the_filter(result):
     np.testing.assert_array_equal(history.measurement_noise[-1], filter_.measurement_noise)
     np.testing.assert_array_equal(history.gain[-1], filter_.gain)
     np.testing.assert_array_equal(history.coefficients[-1], filter_.coefficients)
-    np.testing.assert_array_equal(history.process_noise[-1], filter_.process_noise[:, 0, 0])
+    np.testing.assert_array_equal(history.angle_random_walk[-1], filter_.angle_random_walk)
     np.testing.assert_array_equal(history.bias[-1], filter_.bias)
     np.testing.assert_array_equal(history.bias_sigma[-1], filter_.bias_sigma)
     np.testing.assert_array_equal(result.guard_count["fading"], filter_.guard_count)
@@ -252,7 +252,7 @@ class TestAuto:
 
     def test_learned_noise_is_that_of_the_data(self):
         z = 0.5 + 0.1 * np.random.default_rng(3).standard_normal((60_000, 1))
-        learned = angle_random_walk(replay(make_log(z), methods=("auto",)).history, RATE)
+        learned = replay(make_log(z), methods=("auto",)).history.angle_random_walk
         # It is learned from the last 240 ticks or so, whose Allan variance is known to 8 %.
         assert last_known(learned)[0] == pytest.approx(0.1 / math.sqrt(RATE), rel=0.2)
 

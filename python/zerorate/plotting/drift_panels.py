@@ -10,7 +10,7 @@ from zerorate.plotting.motion import shade_motion
 from zerorate.plotting.panels import evenly, moments_of, rising, say
 from zerorate.plotting.style import BLUE, ORANGE, SKY, VERMILION, time_unit
 from zerorate.replay import Replay
-from zerorate.replay.learned import angle_random_walk, noise_units, rate_random_walk
+from zerorate.replay.learned import noise_units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,10 +49,10 @@ def draw_bias(axes: "Axes", replay: Replay, i: int) -> None:
 def draw_learned(axes: "Axes", replay: Replay, i: int) -> "Axes":
     """Draw white noise, and the strength of the drift on a second scale, which is returned."""
     (_, white), (_, walk) = noise_units(replay.log.unit)
-    rate, places = replay.log.rate, rising(replay)
+    places = rising(replay)
     t = moments_of(replay)[places]
-    noise = white * angle_random_walk(replay.history, rate)[places, i]
-    drift = walk * rate_random_walk(replay.history, rate)[places, i]
+    noise = white * replay.history.angle_random_walk[places, i]
+    drift = walk * replay.history.rate_random_walk[places, i]
     axes.plot(t, noise, color=BLUE, lw=0.9, label="noise")
     axes.set_xscale("log")
     axes.set_xlim(replay.params["startup"], max(replay.log.duration, 2 * replay.params["startup"]))

@@ -33,8 +33,10 @@ class History:
         has for a state: 1 in place of p + 1, and of p + q + 1 below.
     coefficients : ndarray, shape (m, k, p + q + 1)
         ARMA model [φ…, θ…, c], c in the unit of the data.
-    process_noise : ndarray, shape (m, k)
-        Variance G that the rate, or the drift, gains in a sample, unit of the data squared.
+    angle_random_walk : ndarray, shape (m, k)
+        Density of the white noise as learned, unit of the data times root second.
+    rate_random_walk : ndarray, shape (m, k)
+        How far the drift walks in a root second as learned by "auto", unit of the data.
     bias, bias_sigma : ndarray, shape (m, k)
         Drift and its standard deviation, in the unit of the data.
     """
@@ -43,7 +45,8 @@ class History:
     measurement_noise: Floats
     gain: Floats
     coefficients: Floats
-    process_noise: Floats
+    angle_random_walk: Floats
+    rate_random_walk: Floats
     bias: Floats
     bias_sigma: Floats
 
@@ -76,7 +79,8 @@ class Recorder:
             np.where(ready, filter_.measurement_noise, np.nan),
             np.where(each, filter_.gain, np.nan),
             np.where(each, filter_.coefficients, np.nan),
-            np.where(ready, filter_.process_noise[:, 0, 0], np.nan),
+            filter_.angle_random_walk,
+            filter_.rate_random_walk,
             np.where(ready, filter_.bias, np.nan),
             np.where(ready, filter_.bias_sigma, np.nan),
         )

@@ -6,32 +6,13 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.noise.quantities import term_of
-from zerorate.replay.history import History
 from zerorate.units import convert
 
-__all__ = ["angle_random_walk", "last_known", "noise_units", "rate_random_walk"]
+__all__ = ["last_known", "noise_units"]
 
 Floats = npt.NDArray[np.float64]
 
 _RATES: Final = ("rad/s", "deg/s", "deg/h")
-
-
-def angle_random_walk(history: History, rate: float) -> Floats:
-    """Return the density of the white noise, unit of the data times root second, shape (m, k).
-
-    It follows from the gain K = P / (P + R), so it is the noise against which the drift is weighed:
-    noise that averages out within a quarter of a second, which R of the samples has, is not in it.
-    NaN in motion and where a sample is missing.
-    """
-    gain = history.gain[:, :, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.where(gain > 0.0, 1.0 / gain - 1.0, np.nan)
-    return history.bias_sigma * np.sqrt(ratio / rate)
-
-
-def rate_random_walk(history: History, rate: float) -> Floats:
-    """Return how far the drift walks in a root second, unit of the data, shape (m, k)."""
-    return np.sqrt(history.process_noise * rate)
 
 
 def last_known(values: Floats) -> Floats:

@@ -7,7 +7,7 @@ import numpy as np
 
 from zerorate.numerals import significant, with_error
 from zerorate.replay import Replay
-from zerorate.replay.learned import angle_random_walk, last_known, noise_units, rate_random_walk
+from zerorate.replay.learned import last_known, noise_units
 from zerorate.report.tables import Table, as_text
 
 __all__ = ["format_learned"]
@@ -46,9 +46,9 @@ def _heads(unit: str) -> tuple[str, ...]:
 
 def _rows(replay: Replay) -> Iterator[tuple[str, ...]]:
     (_, white), (_, walk) = noise_units(replay.log.unit)
-    rate, history = replay.log.rate, replay.history
-    noise = white * last_known(angle_random_walk(history, rate))
-    drift = walk * last_known(rate_random_walk(history, rate))
+    history = replay.history
+    noise = white * last_known(history.angle_random_walk)
+    drift = walk * last_known(history.rate_random_walk)
     for i, name in enumerate(replay.log.names):
         yield (
             name,

@@ -21,6 +21,8 @@ pub trait AnyDrift: Stream + std::fmt::Debug {
     fn ready(&self) -> Vec<bool>;
     fn status(&self) -> Vec<&'static str>;
     fn readings(&self) -> Vec<Readings>;
+    /// Densities of the white noise and of the drift's walk.
+    fn densities(&self) -> Vec<[f64; 2]>;
     /// One a channel, none for filters that learned their start themselves.
     fn starts(&self) -> Vec<Known>;
     fn trace(&mut self, rows: &[f64]) -> Record;
@@ -55,6 +57,10 @@ impl<F: Channel> AnyDrift for Labelled<F> {
 
     fn readings(&self) -> Vec<Readings> {
         self.bank.filters().iter().map(Channel::readings).collect()
+    }
+
+    fn densities(&self) -> Vec<[f64; 2]> {
+        self.bank.filters().iter().map(Channel::densities).collect()
     }
 
     fn starts(&self) -> Vec<Known> {

@@ -1,4 +1,5 @@
 //! The filter of one channel, whichever it is.
+#![allow(non_snake_case)]
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -22,6 +23,8 @@ pub trait Channel:
     fn ready(&self) -> bool;
     fn status(&self) -> &'static str;
     fn readings(&self) -> Readings;
+    /// Densities of the white noise and of the drift's walk, NaN where they are not known.
+    fn densities(&self) -> [f64; 2];
     fn record(&self, record: &mut Record);
     /// What it was started with, if it did not learn that itself.
     fn start(&self) -> Option<Known> {
@@ -57,6 +60,10 @@ impl<const N: usize, const M: usize> Channel for DriftFilter<f64, N, M> {
 
     fn status(&self) -> &'static str {
         published_status(self.ready(), true)
+    }
+
+    fn densities(&self) -> [f64; 2] {
+        published_densities(self)
     }
 
     fn readings(&self) -> Readings {
@@ -96,6 +103,10 @@ impl<const N: usize, const M: usize> Channel for MotionSafe<f64, N, M> {
 
     fn status(&self) -> &'static str {
         published_status(self.ready(), self.snapshot().at_rest)
+    }
+
+    fn densities(&self) -> [f64; 2] {
+        published_densities(self.filter())
     }
 
     fn readings(&self) -> Readings {
@@ -141,6 +152,11 @@ impl Channel for AutoFilter<f64> {
         }
     }
 
+    fn densities(&self) -> [f64; 2] {
+        let rate = self.params().rate;
+        self.noise().map_or([f64::NAN; 2], |(R, G)| [(R / rate).sqrt(), (G * rate).sqrt()])
+    }
+
     fn readings(&self) -> Readings {
         Readings::of(&self.snapshot())
     }
@@ -153,6 +169,15 @@ impl Channel for AutoFilter<f64> {
         self.power_on();
         true
     }
+}
+
+/// R is the white noise; the drift is no walk.
+fn published_densities<const N: usize, const M: usize>(
+    filter: &DriftFilter<f64, N, M>,
+) -> [f64; 2] {
+    let ready = filter.ready();
+    let R = if ready { filter.snapshot().measurement_noise } else { f64::NAN };
+    [(R / filter.params().rate).sqrt(), f64::NAN]
 }
 
 fn published_status(ready: bool, at_rest: bool) -> &'static str {

@@ -346,6 +346,23 @@ impl DriftFilter {
         }
     }
 
+    /// Density of the white noise as learned, unit of the samples over root Hz: float, with channels
+    /// (k,). For ``"auto"`` of noise slower than a quarter second, for the others from R. NaN until
+    /// it is known.
+    #[getter]
+    fn angle_random_walk<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.shared.numbers(py, this.density(0))
+    }
+
+    /// How far the drift walks in a root second as learned by ``"auto"``, unit of the samples: float,
+    /// with channels (k,). NaN until it is known, and for the other methods.
+    #[getter]
+    fn rate_random_walk<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.shared.numbers(py, this.density(1))
+    }
+
     /// Measurement noise variance R: float, with channels (k,).
     #[getter]
     fn measurement_noise<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
@@ -452,6 +469,10 @@ impl DriftFilter {
 impl DriftFilter {
     fn wrap(channels: Option<usize>, filter: Box<dyn AnyDrift>) -> Self {
         Self { settings: filter.settings(), shared: Shared::new(channels, filter) }
+    }
+
+    fn density(&self, i: usize) -> Vec<f64> {
+        self.shared.filter.densities().iter().map(|both| both[i]).collect()
     }
 
     fn number<'py>(
