@@ -7,9 +7,9 @@ from scipy.signal import lfilter
 import oracle
 import zerorate as zr
 
-# Both sides round some thousand operations a block to 1.1e-16, and the evidence forgets what lies
-# 500 blocks back. The twin's P + qt - C^2/S cancels: P is at most 1e3 times what is left of it
-# unless a gap lasts for hours, so three digits of sixteen go.
+# Both sides round some hundred operations a block to 1.1e-16, and forget old errors: 4e-14 is seen.
+# The twin's P + qt - C^2/S cancels where a gap has left a P far beyond the noise: after an hour
+# unseen, q of a hundred noises a block loses five digits of sixteen.
 TOLERANCE = 1e-10
 EPSILON = np.finfo(float).eps
 RATE = 100.0
@@ -75,7 +75,7 @@ def record(signal, n, seed=1):
 
 
 def tick_rounding(z, length):
-    """What rounding a tick's mean to the unit of the samples may change, in its deviations."""
+    """What a last place in the mean of a tick, in the unit of the samples, is in its deviations."""
     seen = z[np.isfinite(z)]
     return 4.0 * EPSILON * np.max(np.abs(seen)) / np.std(seen) * np.sqrt(length)
 
@@ -104,19 +104,30 @@ def assert_equal_to_twin(z, rate=RATE, **arguments):
 
 
 @pytest.mark.parametrize("signal", SIGNALS)
-def test_a_hundred_thousand_samples(signal):
-    assert_equal_to_twin(record(signal, 100_000))
+def test_every_signal(signal):
+    assert_equal_to_twin(record(signal, 15_000))
+
+
+def test_a_hundred_thousand_samples():
+    assert_equal_to_twin(record("with_missing", 100_000))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2, 5))
+@pytest.mark.parametrize("signal", SIGNALS)
+def test_a_hundred_thousand_samples_of_every_kind(signal, seed):
+    assert_equal_to_twin(record(signal, 100_000, seed))
 
 
 @pytest.mark.parametrize("signal", ["white", "with_missing"])
 @pytest.mark.parametrize("rate", [1.0, 10.0, 62.5, 2000.0 / 7.0, 1000.0])
 def test_every_rate(rate, signal):
-    assert_equal_to_twin(record(signal, min(20_000, int(2000 * rate))), rate)
+    assert_equal_to_twin(record(signal, min(15_000, int(600 * rate))), rate)
 
 
 @pytest.mark.parametrize("offset", [-1e7, 1e4])
 def test_far_from_zero(offset):
-    assert_equal_to_twin(offset + record("walk", 20_000))
+    assert_equal_to_twin(offset + record("walk", 10_000))
 
 
 @pytest.mark.parametrize(
@@ -132,7 +143,7 @@ def test_far_from_zero(offset):
     ids=str,
 )
 def test_every_setting(arguments):
-    assert_equal_to_twin(record("with_missing", 20_000), **arguments)
+    assert_equal_to_twin(record("with_missing", 10_000), **arguments)
 
 
 def test_a_start_up_of_equal_samples_goes_on_until_two_differ():
@@ -148,10 +159,10 @@ def test_motion():
     assert_equal_to_twin(z)
 
 
-@pytest.mark.parametrize("seen", [0, 50, 777, 9999])
+@pytest.mark.parametrize("seen", [0, 50, 777, 5999])
 def test_switched_on_again(seen):
     """What was learned about the noise stays, the drift begins anew."""
-    z = record("walk", 20_000)
+    z = record("walk", 12_000)
     f, twin = zr.DriftFilter(RATE, method="auto"), oracle.AutoFilter(RATE)
     f.process(z[:seen])
     for sample in z[:seen]:

@@ -20,10 +20,7 @@ class Walks:
         self.degrees = DEGREES
         self.squares = np.full(RATIOS.size, DEGREES)
         self.evidence = np.zeros(RATIOS.size)
-
-    @property
-    def weight(self):
-        return softmax(np.log(PRIOR) + self.evidence)
+        self.weight = PRIOR
 
     @property
     def scale(self):
@@ -61,6 +58,7 @@ class Walks:
         self.squares = KEPT * self.squares + e**2 / S
         self.degrees = KEPT * self.degrees + 1.0
         self.x, self.P = x, P
+        self.weight = softmax(np.log(PRIOR) + self.evidence)
 
     @property
     def process_noise(self):
