@@ -133,9 +133,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         let variance = (sigma.at_most(T::DIFFERENCE_MAX) * sigma).at_most(T::RAW_MAX);
         let one = |x: T| SVector::<T, 1>::repeat(x);
         let (R, G, K) = match &self.learned {
-            Some(learned) => {
-                (learned.measurement_noise(), learned.process_noise(), learned.gain())
-            }
+            Some(learned) => (learned.measurement_noise(), learned.process_noise(), learned.gain()),
             None => (self.startup.variance(), T::zero(), T::zero()),
         };
         Snapshot {
@@ -169,9 +167,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     fn take(&mut self, tick: &Tick<T>) {
         match tick.event.filter(|_| self.params.conduct.hold) {
             Some(Event::Rest) => self.rest(),
-            Some(Event::Motion) => self.status = Status::InMotion,
+            Some(Event::Motion) => self.motion(),
             Some(Event::Forget) => self.forget(),
-            Some(Event::Jump) => self.jump(tick),
+            Some(Event::Jump) => return self.jump(tick),
             None => {}
         }
         match self.status {
@@ -189,6 +187,15 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         };
     }
 
+    /// A start-up that it ends has learned nothing.
+    fn motion(&mut self) {
+        if self.begins() {
+            self.forget();
+        } else {
+            self.status = Status::InMotion;
+        }
+    }
+
     /// What looked like rest was none.
     fn forget(&mut self) {
         self.startup.reset();
@@ -199,10 +206,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.estimate = T::zero();
     }
 
-    /// Rest at another level.
+    /// Rest at another level, of which the tick is the first to know.
     fn jump(&mut self, tick: &Tick<T>) {
-        if let Some(learned) = &mut self.learned {
+        if self.begins() {
+            self.startup.reset();
+            self.status = Status::Starting;
+        } else if let Some(learned) = &mut self.learned {
             learned.begin_at(tick.mean, tick.present);
+            self.estimate = learned.drift();
             self.status = Status::AtRest;
         }
     }
@@ -212,7 +223,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         let samples = T::of(self.startup.samples() as f64);
         match &mut self.learned {
             Some(learned) => learned.begin_at(self.startup.mean(), samples),
-            None => self.learned = Learned::new(scaling, self.detector.tick_samples(), samples).ok(),
+            None => {
+                self.learned = Learned::new(scaling, self.detector.tick_samples(), samples).ok()
+            }
         }
         self.status = Status::AtRest;
     }
