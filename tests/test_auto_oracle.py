@@ -65,9 +65,7 @@ def louder(rng, n):
     return walk(rng, n) * np.where(np.arange(n) < n // 2, 1.0, 10.0)
 
 
-SIGNALS = {
-    f.__name__: f for f in (white, walk, strong_walk, quantised, hump, with_missing, louder)
-}
+SIGNALS = {f.__name__: f for f in (white, walk, strong_walk, quantised, hump, with_missing, louder)}
 
 
 def record(signal, n, seed=1):
@@ -135,7 +133,7 @@ def test_far_from_zero(offset):
     [
         {"startup": 1e-3},
         {"startup": 0.37},
-        {"startup": 30.0},
+        {"startup": 5.0},
         {"scale": 0.1},
         {"scale": 7.0},
         {"motion": "ignore"},

@@ -85,6 +85,8 @@ class AutoFilter:
     def take(self, tick):
         if self.hold and tick.event is not None:
             getattr(self, tick.event)(tick)
+        if self.hold and tick.event == "jump":
+            return
         if self.status == "starting" and self.startup.finished:
             self.finish_startup()
         elif self.status == "at rest":
@@ -96,7 +98,10 @@ class AutoFilter:
         self.status = "starting" if self.begins else "at rest"
 
     def motion(self, tick):
-        self.status = "in motion"
+        if self.begins:
+            self.forget()
+        else:
+            self.status = "in motion"
 
     def forget(self, tick=None):
         self.startup = Startup(self.window, self.known_scale)
@@ -105,8 +110,12 @@ class AutoFilter:
         self.status = "no rest yet"
 
     def jump(self, tick):
-        self.learned.begin(tick.mean, tick.present)
-        self.status = "at rest"
+        if self.begins:
+            self.startup = Startup(self.window, self.known_scale)
+            self.status = "starting"
+        else:
+            self.learned.begin(tick.mean, tick.present)
+            self.status = "at rest"
 
     def finish_startup(self):
         offset, samples = self.startup.mean, len(self.startup.samples)
