@@ -127,20 +127,19 @@ def test_before_two_samples_the_sigma_is_the_sample():
 
 @pytest.mark.parametrize("factor", [10.0, 0.1])
 def test_noise_that_changes_tenfold_is_found(factor):
-    n, half = 20 * MINUTE, 10 * MINUTE
-    deviations = np.where(np.arange(n) < half, 1.0, factor)[:, np.newaxis]
-    z = deviations * np.random.default_rng(6).standard_normal((n, 50))
-    f = auto(channels=50)
-    f.process(z)
+    n, half, channels = 20 * MINUTE, 10 * MINUTE, 100
+    deviations = np.where(np.arange(n) < half, 1.0, factor)
+    noise = np.random.default_rng(6).standard_normal((n, channels))
+    f = auto(channels=channels)
+    f.process(deviations[:, np.newaxis] * noise)
     # It forgets by e a minute: 100 exp(-10) = 0.005 is left of the louder noise. 480 ticks of 25
     # samples leave it uncertain by 0.013, times five. A tick's variance about its own mean may
     # count 25 samples or 24: 0.04.
     np.testing.assert_allclose(f.measurement_noise, factor**2, rtol=0.005 + 5 * 0.013 + 0.04)
-    weights = deviations**-2.0
-    best = rms(np.sum(z * weights, axis=0) / weights.sum())
-    # The weights of the walks hold for ratios to the noise at the start, and forget in 500 blocks:
-    # for a while it takes the louder noise for drift. 1.5 is seen either way, known to 0.15.
-    assert rms(f.bias) <= 2.0 * best
+    best = np.sum(deviations**-2.0) ** -0.5
+    # The strengths of the walks are ratios to the noise at the start, and what was learned of them
+    # fades in 500 blocks: 1.27 to 1.44 is seen, 100 channels know it to 0.1, three times that.
+    assert rms(f.bias) <= 1.75 * best
 
 
 def test_switched_on_again_it_knows_its_noise_at_once():
