@@ -6,6 +6,8 @@ from hypothesis import strategies as st
 import zerorate as zr
 
 METHODS = ["kf", "akf", "fading"]
+MOTIONS = ["ignore", "hold"]
+OUTPUTS = ["estimate", "compensated"]
 ORDERS = [(p, q) for p in (1, 2, 3) for q in (0, 1, 2, 3)]
 RATE = 100.0
 
@@ -18,6 +20,9 @@ DRIFT_PROPERTIES = [
     "process_noise",
     "coefficients",
     "covariance",
+    "bias",
+    "bias_sigma",
+    "at_rest",
     "guard_count",
     "ready",
     "samples_seen",
@@ -47,11 +52,19 @@ TRACE = [
     "covariance",
     "missing",
     "guarded",
+    "bias",
+    "bias_sigma",
+    "at_rest",
 ]
 
 
 def drift_settings(channels=None):
-    """Arguments of a DriftFilter, half of them with a start; `drift` takes both."""
+    """Arguments of a DriftFilter of any method; `drift` takes them."""
+    return st.one_of(published_settings(channels), auto_settings(channels))
+
+
+def published_settings(channels=None):
+    """Arguments of a filter with an ARMA model, half of them with a start."""
     return plain_settings(channels).flatmap(
         lambda arguments: st.one_of(
             st.just(arguments),
@@ -75,10 +88,29 @@ def plain_settings(channels):
             "process_noise": st.sampled_from([0.0, 1e-12, 1e-8, 1e-4, 0.1, 1.0, 1e6]),
             "process_noise_memory": st.sampled_from([0.0, 0.5, 10.0, 1e6]),
             "noise": st.sampled_from(["allan", "hadamard"]),
-            "startup": st.sampled_from([1e-3, 0.2, 1.0]),
-            "scale": st.sampled_from([None, 1e-6, 1.0, 1e6]),
+            **COMMON,
         },
     )
+
+
+def auto_settings(channels=None):
+    """Arguments of the filter that tunes itself; ticks from one sample to many."""
+    return st.fixed_dictionaries(
+        {
+            "rate": st.sampled_from([1.0, 10.0, 62.5, RATE]),
+            "method": st.just("auto"),
+            "channels": st.just(channels),
+        },
+        optional=COMMON,
+    )
+
+
+COMMON = {
+    "motion": st.sampled_from(MOTIONS),
+    "output": st.sampled_from(OUTPUTS),
+    "startup": st.sampled_from([1e-3, 0.2, 1.0]),
+    "scale": st.sampled_from([None, 1e-6, 1.0, 1e6]),
+}
 
 
 def drift(arguments):
@@ -291,6 +323,15 @@ def traced(f, z):
     """A trace as arrays by name."""
     trace = f.trace(z)
     return {name: getattr(trace, name) for name in TRACE}
+
+
+def answers(arguments, trace, z):
+    """What `process` answers where `trace` told this."""
+    if arguments.get("output") != "compensated":
+        return trace["estimate"]
+    # The bound of all samples keeps the difference finite.
+    compensated = np.clip(np.clip(z, -1e300, 1e300) - trace["bias"], -1e300, 1e300)
+    return np.where(np.isfinite(z), compensated, np.nan)
 
 
 def assert_same_bits(got, expected):

@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 import zerorate as zr
 from strategies import (
     METHODS,
+    MOTIONS,
     ORDERS,
+    OUTPUTS,
     RATE,
     assert_same_bits,
     assert_same_state,
@@ -43,6 +45,9 @@ FILTERS = {
             **more,
         }
     ),
+    "auto": lambda **more: zr.DriftFilter(rate=RATE, method="auto", **more),
+    "holding": lambda **more: zr.DriftFilter(rate=RATE, motion="hold", **more),
+    "compensating": lambda **more: zr.DriftFilter(rate=RATE, output="compensated", **more),
     "least-squares": zr.RecursiveLeastSquares,
     "allan-noise": zr.AllanNoise,
     "rest-detector": lambda **more: zr.RestDetector(rate=RATE, **more),
@@ -185,7 +190,7 @@ def test_an_unknown_kind(kind):
     refuses(f, changed(f.to_bytes(), KIND, 77), "content is not the state of this filter")
 
 
-@pytest.mark.parametrize("kind", ["drift", "started", "least-squares"])
+@pytest.mark.parametrize("kind", ["drift", "started", "holding", "least-squares"])
 @pytest.mark.parametrize(("place", "value"), [(P, 0), (P, 4), (Q, 4), (P, 3), (Q, 0)])
 def test_another_order_than_the_content_has(kind, place, value):
     f = used(kind, order=(2, 1))
@@ -228,6 +233,27 @@ def test_every_started_filter_returns_with_its_start(order, method, channels):
     assert twin.params == f.params
     for name, value in f.start.items():
         np.testing.assert_array_equal(twin.start[name], value)
+
+
+@pytest.mark.parametrize("method", [*METHODS, "auto"])
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("output", OUTPUTS)
+@pytest.mark.parametrize("channels", [None, 3])
+def test_every_conduct_returns(method, motion, output, channels):
+    f = used("drift", method=method, motion=motion, output=output, channels=channels)
+    twin = zr.DriftFilter.from_bytes(f.to_bytes())
+    assert_same_state(twin, f)
+    assert twin.params == f.params
+    assert (twin.status, repr(twin)) == (f.status, repr(f))
+
+
+def test_what_was_learned_before_switching_on_again_returns():
+    f = used("auto")
+    f.power_on()
+    twin = zr.DriftFilter.from_bytes(f.to_bytes())
+    z = np.random.default_rng(10).standard_normal(3000)
+    assert_same_bits(twin.process(z), f.process(z))
+    assert_same_state(twin, f)
 
 
 @pytest.mark.parametrize("order", ORDERS, ids=str)

@@ -10,7 +10,7 @@ import pandas
 import pytest
 
 import zerorate as zr
-from strategies import RATE, assert_same_bits
+from strategies import METHODS, MOTIONS, RATE, assert_same_bits, random_start
 
 Z = np.random.default_rng(10).standard_normal(300)
 NAN, INF = math.nan, math.inf
@@ -20,9 +20,23 @@ def drift(**arguments):
     return zr.DriftFilter(**{"rate": RATE, **arguments})
 
 
-FILTERS = {"drift": drift, "least-squares": zr.RecursiveLeastSquares, "allan-noise": zr.AllanNoise}
+def auto(**arguments):
+    return drift(method="auto", **arguments)
+
+
+def holding(**arguments):
+    return drift(motion="hold", output="compensated", **arguments)
+
+
+FILTERS = {
+    "drift": drift,
+    "auto": auto,
+    "holding": holding,
+    "least-squares": zr.RecursiveLeastSquares,
+    "allan-noise": zr.AllanNoise,
+}
 BY_KIND = pytest.mark.parametrize("kind", FILTERS)
-MODELS = pytest.mark.parametrize("make", [drift, zr.RecursiveLeastSquares])
+MODELS = pytest.mark.parametrize("make", [drift, auto, zr.RecursiveLeastSquares])
 
 OUT_OF_RANGE = [
     (drift, "rate", [0, -1, NAN, INF, -INF], "a positive number of samples a second"),
@@ -34,7 +48,14 @@ OUT_OF_RANGE = [
     (drift, "startup", [0, -0.1, NAN, INF], "a positive number of seconds"),
     (drift, "scale", [0, -0.1, NAN, INF], "a positive number"),
     (drift, "channels", [0, -1], "at least 1"),
-    (drift, "method", ["KF", "", "robust"], "'kf', 'akf' or 'fading'"),
+    (drift, "method", ["KF", "", "robust"], "'kf', 'akf', 'fading' or 'auto'"),
+    (drift, "motion", ["Hold", "", "none"], "'hold' or 'ignore'"),
+    (drift, "output", ["Estimate", "", "bias"], "'estimate' or 'compensated'"),
+    (auto, "rate", [0, -1, NAN, INF, -INF], "a positive number of samples a second"),
+    (auto, "startup", [0, -0.1, NAN, INF], "a positive number of seconds"),
+    (auto, "scale", [0, -0.1, NAN, INF], "a positive number"),
+    (auto, "channels", [0, -1], "at least 1"),
+    (auto, "fading", [0, NAN], "above 0 and at most 1"),
     (drift, "noise", ["Allan", ""], "'allan' or 'hadamard'"),
     (zr.RecursiveLeastSquares, "forgetting_factor", [0, 2, NAN], "above 0 and at most 1"),
     (zr.RecursiveLeastSquares, "startup", [-1, 0, 1], "at least two samples long"),
@@ -77,7 +98,8 @@ def test_orders_that_are_no_pair_of_integers(make, order):
 @MODELS
 @pytest.mark.parametrize("order", [[2, 1], (np.int64(2), np.int64(1)), np.array([2, 1])])
 def test_every_pair_of_integers_is_an_order(make, order):
-    assert make(order=order).order == (2, 1)
+    # "auto" takes it as any method does, but has no model to use it for.
+    assert make(order=order).order == (None if make is auto else (2, 1))
 
 
 @pytest.mark.parametrize("value", ["x", [1.0], 1j, {}])
@@ -105,6 +127,31 @@ def test_every_pair_of_integers_is_an_order(make, order):
 def test_values_of_another_type(make, name, value):
     with pytest.raises(TypeError, match=name):
         make(**{name: value})
+
+
+@pytest.mark.parametrize("name", ["method", "motion", "output", "noise"])
+@pytest.mark.parametrize("value", [1, True, ["hold"], b"hold"])
+def test_words_of_another_type(name, value):
+    with pytest.raises(TypeError, match=name):
+        drift(**{name: value})
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_only_the_self_tuning_filter_can_be_switched_on_again(method, motion):
+    f = drift(method=method, motion=motion)
+    f.process(Z)
+    before = f.to_bytes()
+    words = rf"power_on\(\) is for method 'auto', this is '{method}': make a new filter or reset"
+    with pytest.raises(ValueError, match=words):
+        f.power_on()
+    assert f.to_bytes() == before
+
+
+def test_the_self_tuning_filter_takes_no_start():
+    start = random_start(np.random.default_rng(1), (2, 1))
+    with pytest.raises(ValueError, match="method 'auto' learns its own start: start 'kf'"):
+        zr.DriftFilter.started(start, rate=RATE, method="auto")
 
 
 @BY_KIND
@@ -462,7 +509,21 @@ def test_every_thread_with_a_filter_of_its_own(kind):
 
 
 @pytest.mark.parametrize(
-    "name", ["estimate", "gain", "covariance", "guard_count", "params", "rate", "order", "method"]
+    "name",
+    [
+        "estimate",
+        "bias",
+        "bias_sigma",
+        "at_rest",
+        "status",
+        "gain",
+        "covariance",
+        "guard_count",
+        "params",
+        "rate",
+        "order",
+        "method",
+    ],
 )
 def test_properties_are_read_only(name):
     with pytest.raises(AttributeError, match=name):
@@ -479,6 +540,25 @@ def test_changing_a_property_in_place_changes_no_filter(channels):
     f.params["rate"] = 1.0
     assert f.to_bytes() == before
     assert f.params["rate"] == RATE
+
+
+@pytest.mark.parametrize("channels", [None, 3])
+def test_shapes_and_types_of_the_self_tuning_filter(channels):
+    lead = () if channels is None else (channels,)
+    f = auto(channels=channels)
+    f.process(np.zeros((5, *lead)))
+    shapes = {"gain": (1,), "covariance": (1, 1), "process_noise": (1, 1), "coefficients": (1,)}
+    for name, shape in shapes.items():
+        assert getattr(f, name).shape == lead + shape
+        assert getattr(f, name).dtype == np.float64
+    for name in ("bias", "bias_sigma", "at_rest", "ready", "guard_count"):
+        assert np.shape(getattr(f, name)) == lead
+    assert f.status == ("starting" if channels is None else ["starting"] * channels)
+    trace = f.trace(np.zeros((7, *lead)))
+    assert trace.gain.shape == (7, *lead, 1)
+    assert trace.covariance.shape == (7, *lead, 1, 1)
+    assert trace.bias.shape == trace.bias_sigma.shape == trace.at_rest.shape == (7, *lead)
+    assert trace.at_rest.dtype == bool
 
 
 @pytest.mark.parametrize("channels", [None, 3])

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import zerorate as zr
 from strategies import (
     METHODS,
+    MOTIONS,
     ORDERS,
     RATE,
     assert_covariance,
@@ -113,6 +114,7 @@ HOSTILE = {
 }
 BY_RECORD = pytest.mark.parametrize("record", HOSTILE)
 BY_METHOD = pytest.mark.parametrize("method", METHODS)
+BY_EVERY_METHOD = pytest.mark.parametrize("method", [*METHODS, "auto"])
 BY_FORGETTING = pytest.mark.parametrize("forgetting_factor", [0.9, 0.99, 1.0])
 
 
@@ -122,8 +124,8 @@ def check_drift(f, z):
     assert_finite(state(f))
     assert_covariance(trace["process_noise"])
     assert_covariance(trace["covariance"])
-    assert np.all(trace["innovation_variance"] >= 0.0)
-    assert np.all(trace["measurement_noise"] >= 0.0)
+    for name in ("innovation_variance", "measurement_noise", "bias_sigma"):
+        assert np.all(trace[name] >= 0.0)
     np.testing.assert_array_equal(trace["missing"], ~np.isfinite(z))
     return trace
 
@@ -159,6 +161,48 @@ def test_drift_filter_of_the_shortest_start_up(record, method):
     for order in ORDERS:
         f = zr.DriftFilter(rate=1.0, order=order, method=method, scale=1.0, startup=1.0)
         check_drift(f, HOSTILE[record])
+
+
+# At one sample a second a tick is a sample, and a block is full after eight of them.
+@BY_RECORD
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("rate", [1.0, 20.0, RATE])
+def test_self_tuning_filter(record, motion, rate):
+    check_drift(zr.DriftFilter(rate, method="auto", motion=motion), HOSTILE[record])
+
+
+@BY_RECORD
+def test_self_tuning_filter_of_every_known_scale(record):
+    for scale in [DENORMAL, 1e-300, 1e-30, 1.0, 1e30, 1e300, LARGEST]:
+        check_drift(zr.DriftFilter(1.0, method="auto", scale=scale), HOSTILE[record])
+
+
+@BY_RECORD
+@pytest.mark.parametrize("again", ["noise-then-denormals", "step-largest-and-back", "all-missing"])
+def test_self_tuning_filter_switched_on_again(record, again):
+    f = zr.DriftFilter(1.0, method="auto")
+    check_drift(f, HOSTILE[record])
+    f.power_on()
+    check_drift(f, HOSTILE[again])
+
+
+@BY_RECORD
+@BY_METHOD
+def test_drift_filter_that_holds_in_motion(record, method):
+    for rate in (1.0, RATE):
+        f = zr.DriftFilter(rate, method=method, motion="hold", adapt_for=None)
+        check_drift(f, HOSTILE[record])
+
+
+@BY_RECORD
+@BY_EVERY_METHOD
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_compensated_rate(record, method, motion):
+    z = HOSTILE[record]
+    f = zr.DriftFilter(1.0, method=method, motion=motion, output="compensated")
+    rates = f.process(z)
+    np.testing.assert_array_equal(np.isnan(rates), ~np.isfinite(z))
+    assert_finite({"rates": rates[np.isfinite(z)], **state(f)})
 
 
 @BY_RECORD
@@ -197,6 +241,19 @@ def test_drift_filter_after_a_long_gap(record, method):
         assert_covariance(f.covariance)
         assert_covariance(f.process_noise)
         check_drift(f, HOSTILE[record])
+
+
+@BY_RECORD
+@pytest.mark.parametrize("rate", [1.0, RATE])
+def test_self_tuning_filter_after_a_long_gap(record, rate):
+    f = zr.DriftFilter(rate, method="auto")
+    f.process(HOSTILE[record])
+    gap = f.process(np.full(100_000, np.nan))
+    # Once the block under way is over: walks lead nowhere, so what is expected of them stays.
+    after = gap[int(4.0 * rate) :] if rate > 1.0 else gap[16:]
+    np.testing.assert_array_equal(after, after[0])
+    assert_finite(state(f))
+    check_drift(f, HOSTILE[record])
 
 
 @pytest.mark.parametrize("forgetting_factor", [1e-300, 1e-3, 0.9, 0.99])
@@ -239,13 +296,13 @@ def test_allan_noise(record, noise, fading):
     assert np.all(variances >= 0.0)
 
 
-@BY_METHOD
+@BY_EVERY_METHOD
 def test_a_constant_is_answered_exactly(method):
     f = zr.DriftFilter(rate=RATE, method=method)
     np.testing.assert_array_equal(f.process(np.full(N, -0.35)), -0.35)
 
 
-@BY_METHOD
+@BY_EVERY_METHOD
 def test_before_the_first_sample_the_answer_is_zero(method):
     f = zr.DriftFilter(rate=RATE, method=method)
     np.testing.assert_array_equal(f.process(np.full(N, np.nan)), 0.0)
@@ -263,7 +320,7 @@ def test_a_stuck_sensor_does_not_wind_up(forgetting_factor):
 
 @pytest.mark.parametrize("record", ["step-1e12-and-back", "outlier-later"])
 # Not akf: with equal weights its R never forgets.
-@pytest.mark.parametrize("method", ["kf", "fading"])
+@pytest.mark.parametrize("method", ["kf", "fading", "auto"])
 def test_the_filter_comes_back_after_an_outlier(record, method):
     f = zr.DriftFilter(rate=RATE, method=method)
     f.process(HOSTILE[record])

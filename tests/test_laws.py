@@ -13,14 +13,18 @@ from hypothesis import strategies as st
 import zerorate as zr
 from strategies import (
     METHODS,
+    MOTIONS,
     ORDERS,
+    OUTPUTS,
     RATE,
     SIGNALS,
+    answers,
     assert_covariance,
     assert_finite,
     assert_same_bits,
     assert_same_state,
     assert_semidefinite,
+    auto_settings,
     drift,
     drift_settings,
     hostile_records,
@@ -37,6 +41,12 @@ from strategies import (
 
 EVERY = [
     *((zr.DriftFilter, {"rate": RATE, "order": o, "method": m}) for o in ORDERS for m in METHODS),
+    *(
+        (zr.DriftFilter, {"rate": RATE, "method": m, "motion": motion, "output": output})
+        for m in [*METHODS, "auto"]
+        for motion in MOTIONS
+        for output in OUTPUTS
+    ),
     *((zr.RecursiveLeastSquares, {"order": order}) for order in ORDERS),
     (zr.AllanNoise, {}),
     (zr.AllanNoise, {"noise": "hadamard", "fading": 1.0}),
@@ -80,7 +90,8 @@ def test_trace_is_process(arguments, z, data):
     cut = data.draw(cuts(z))
     batch, parts = drift(arguments), drift(arguments)
     expected = batch.process(z)
-    assert_same_bits(np.append(parts.process(z[:cut]), parts.trace(z[cut:]).estimate), expected)
+    first, trace = parts.process(z[:cut]), traced(parts, z[cut:])
+    assert_same_bits(np.append(first, answers(arguments, trace, z[cut:])), expected)
     assert_same_state(parts, batch)
 
 
@@ -88,7 +99,9 @@ def test_trace_is_process(arguments, z, data):
 def test_trace_is_what_the_properties_tell(arguments, z):
     f, stream = drift(arguments), drift(arguments)
     trace = traced(f, z)
-    assert trace["guarded"].sum() == f.guard_count
+    # A tick in which motion began is taken back, its guarded steps with it.
+    if trace["at_rest"].all():
+        assert trace["guarded"].sum() == f.guard_count
     for k, sample in enumerate(z[:150].tolist()):
         stream.update(sample)
         for name, values in trace.items():
@@ -174,6 +187,8 @@ UNIT = {
     "measurement_noise": 2,
     "process_noise": 2,
     "covariance": 2,
+    "bias": 1,
+    "bias_sigma": 1,
 }
 
 
@@ -203,9 +218,12 @@ def test_a_power_of_two_scales_without_rounding(arguments, z, power):
     scaled = traced(drift(in_unit(arguments, a)), z * a)
     for name, exponent in UNIT.items():
         assert_same_bits(scaled[name], plain[name] * a**exponent)
+    # The walk of "auto" has a single coefficient, and that no unit.
+    unit = a if "order" in arguments else 1.0
     assert_same_bits(scaled["coefficients"][:, :-1], plain["coefficients"][:, :-1])
-    assert_same_bits(scaled["coefficients"][:, -1], plain["coefficients"][:, -1] * a)
-    assert_same_bits(scaled["guarded"], plain["guarded"])
+    assert_same_bits(scaled["coefficients"][:, -1], plain["coefficients"][:, -1] * unit)
+    for name in ("guarded", "at_rest"):
+        assert_same_bits(scaled[name], plain[name])
 
 
 @given(model_settings(), ordinary_records(), st.integers(-60, 60))
@@ -237,7 +255,7 @@ def mild_settings():
         {
             "rate": st.just(RATE),
             "order": st.sampled_from(ORDERS),
-            "method": st.sampled_from(METHODS),
+            "method": st.sampled_from([*METHODS, "auto"]),
             "process_noise": st.sampled_from([1e-8, 1e-4, 0.1, 1.0]),
             "forgetting_factor": st.sampled_from([0.99, 1.0]),
             "noise": st.sampled_from(["allan", "hadamard"]),
@@ -251,7 +269,7 @@ def test_any_unit_scales_to_rounding(arguments, z, a, sign):
     plain = traced(drift(arguments), z)
     scaled = traced(drift(arguments), z * a)
     deviation = np.std(z[np.isfinite(z)])
-    for name in ("estimate", "innovation"):
+    for name in ("estimate", "innovation", "bias"):
         difference = np.abs(scaled[name] / a - plain[name])
         assert difference.max() <= UNIT_TOLERANCE * deviation, name
 
@@ -292,7 +310,8 @@ def test_channels_of_a_trace_do_not_mix(arguments, data):
     z = np.stack([z, z[::-1], 2.0 * np.roll(np.clip(z, -1e300, 1e300), 7)], axis=-1)
     together = traced(drift(arguments), z)
     rows = drift(arguments)
-    assert_same_bits(np.array([rows.update(row) for row in z]), together["estimate"])
+    got = np.array([rows.update(row) for row in z])
+    assert_same_bits(got, answers(arguments, together, z))
     for channel in range(3):
         alone = traced(drift(of_channel(arguments, channel)), z[:, channel].copy())
         for name, value in alone.items():
@@ -317,8 +336,46 @@ def test_nothing_finite_breaks_a_drift_filter(arguments, z):
     assert_covariance(trace["process_noise"])
     assert_covariance(trace["covariance"])
     np.testing.assert_array_equal(trace["missing"], ~np.isfinite(z))
-    for name in ("innovation_variance", "measurement_noise"):
+    for name in ("innovation_variance", "measurement_noise", "bias_sigma"):
         assert np.all(trace[name] >= 0.0)
+
+
+@given(drift_settings(), records())
+def test_the_compensated_rate_is_the_sample_minus_the_bias(arguments, z):
+    arguments = {**arguments, "output": "compensated"}
+    got = drift(arguments).process(z)
+    assert_same_bits(got, answers(arguments, traced(drift(arguments), z), z))
+    np.testing.assert_array_equal(np.isnan(got), ~np.isfinite(z))
+    assert np.all(np.isfinite(got[np.isfinite(z)]))
+
+
+@given(drift_settings(), records())
+def test_the_output_changes_nothing_but_the_answers(arguments, z):
+    plain, other = (drift({**arguments, "output": output}) for output in OUTPUTS)
+    expected, got = traced(plain, z), traced(other, z)
+    for name in expected:
+        assert_same_bits(got[name], expected[name])
+
+
+@given(auto_settings(), records())
+def test_the_bias_of_auto_is_its_estimate(arguments, z):
+    trace = traced(drift(arguments), z)
+    assert_same_bits(trace["bias"], trace["estimate"])
+
+
+@given(auto_settings(), records(), records())
+def test_switching_on_again_forgets_the_drift_but_not_the_noise(arguments, before, after):
+    """The drift is counted from the new samples alone, the weights of the walks are kept."""
+    f, twin = drift(arguments), drift(arguments)
+    f.process(before)
+    noise = np.asarray(f.measurement_noise)
+    f.power_on()
+    assert (f.bias, f.status) == (0.0, "starting")
+    assert_same_bits(f.samples_seen, len(before))
+    if f.ready:
+        assert_same_bits(f.measurement_noise, noise)
+    # As long as the new start-up lasts, the bias is that of a filter that has seen nothing.
+    assert_same_bits(f.process(after[:9]), twin.process(after[:9]))
 
 
 @given(model_settings(), records())

@@ -9,7 +9,9 @@ from hypothesis import given
 import zerorate as zr
 from strategies import (
     METHODS,
+    MOTIONS,
     ORDERS,
+    OUTPUTS,
     RATE,
     TRACE,
     assert_same_bits,
@@ -56,6 +58,12 @@ DRIFT_OPTIONS = [
     ({}, {"startup": 0.5}),
     ({}, {"scale": 3.0}),
     ({"scale": 3.0}, {"scale": 4.0}),
+    ({}, {"method": "auto"}),
+    ({"method": "auto"}, {"startup": 2.0}),
+    ({"method": "auto"}, {"rate": 50.0}),
+    ({}, {"output": "compensated"}),
+    ({"method": "auto"}, {"output": "compensated"}),
+    ({"motion": "hold"}, {"output": "compensated"}),
 ]
 LEAST_SQUARES_OPTIONS = [
     ({}, {"order": (1, 1)}),
@@ -105,7 +113,8 @@ def test_every_option_of_allan_noise_matters(base, option):
 )
 def test_no_option_was_forgotten_above(kind, options):
     tried = {name for _, option in options for name in option}
-    assert tried | {"channels"} == set(inspect.signature(kind).parameters)
+    # What channels and motion do shows in other records: test_laws.py, test_motion.py.
+    assert set(inspect.signature(kind).parameters) - tried <= {"channels", "motion"}
 
 
 def test_no_two_orders_or_methods_are_the_same():
@@ -138,6 +147,26 @@ def test_options_of_the_fading_method_are_its_own(method, option):
     plain = zr.DriftFilter(rate=RATE, method=method)
     other = zr.DriftFilter(rate=RATE, method=method, **option)
     assert_same_bits(other.process(record()), plain.process(record()))
+
+
+@pytest.mark.parametrize(
+    "option",
+    [
+        {"order": (3, 2)},
+        {"fading": 0.5},
+        {"adapt_for": 0.0},
+        {"forgetting_factor": 0.9},
+        {"process_noise": 1.0},
+        {"process_noise_memory": 100.0},
+        {"noise": "hadamard"},
+    ],
+    ids=str,
+)
+def test_the_self_tuning_filter_uses_no_option_of_the_others(option):
+    plain = zr.DriftFilter(rate=RATE, method="auto")
+    other = zr.DriftFilter(rate=RATE, method="auto", **option)
+    assert_same_bits(other.process(record()), plain.process(record()))
+    assert other.params == plain.params
 
 
 @pytest.mark.parametrize("method", ["akf", "fading"])
@@ -192,6 +221,27 @@ def test_params_name_every_argument():
     assert list(f.params) == list(inspect.signature(zr.DriftFilter).parameters)
 
 
+def test_params_of_the_self_tuning_filter_name_those_that_it_uses():
+    f = zr.DriftFilter(rate=RATE, method="auto")
+    used = ["rate", "method", "channels", "motion", "output", "startup", "scale"]
+    assert list(f.params) == used
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("output", OUTPUTS)
+def test_params_say_the_conduct(method, motion, output):
+    f = zr.DriftFilter(rate=RATE, method=method, motion=motion, output=output)
+    assert (f.params["motion"], f.params["output"]) == (motion, output)
+
+
+@pytest.mark.parametrize("method", [*METHODS, "auto"])
+def test_only_the_self_tuning_filter_holds_unasked(method):
+    expected = "hold" if method == "auto" else "ignore"
+    assert zr.DriftFilter(rate=RATE, method=method).params["motion"] == expected
+    assert zr.DriftFilter(rate=RATE, method=method, motion=None).params["motion"] == expected
+
+
 def test_params_say_what_was_given():
     given = {
         "rate": 8000.0,
@@ -201,6 +251,8 @@ def test_params_say_what_was_given():
         "adapt_for": None,
         "forgetting_factor": 0.75,
         "channels": 2,
+        "motion": "hold",
+        "output": "compensated",
         "process_noise": 0.25,
         "process_noise_memory": 3.0,
         "noise": "hadamard",
@@ -219,6 +271,8 @@ def test_the_documented_defaults_are_the_defaults():
         "adapt_for": 120.0,
         "forgetting_factor": 1.0,
         "channels": None,
+        "motion": "ignore",
+        "output": "estimate",
         "process_noise": 0.1,
         "process_noise_memory": 0.0,
         "noise": "allan",

@@ -1,6 +1,7 @@
 """A slow, literal NumPy twin of the core: the printed formulas, sample by sample."""
 
 from oracle.allan_noise import AllanNoise
+from oracle.auto import AutoFilter
 from oracle.drift import DriftFilter
 from oracle.least_squares import LeastSquares, RecursiveLeastSquares
 from oracle.rest import RestDetector
@@ -9,6 +10,7 @@ from oracle.streaming_allan import StreamingAllan
 
 __all__ = [
     "AllanNoise",
+    "AutoFilter",
     "DriftFilter",
     "LeastSquares",
     "RecursiveLeastSquares",

@@ -13,7 +13,7 @@ class AllanNoise:
 
     def believe(self, variance, samples):
         """Stands at ``variance``, with the weight that so many samples leave."""
-        self.variance = variance
+        self.variance, self.weight = variance, 1.0
         for _ in range(samples - (1 if self.kind == "allan" else 2)):
             self.weight = self.weight / (self.weight + self.fading)
 

@@ -180,6 +180,8 @@ class RestDetector:
         self.back, self.home_again = [], []
 
     def update(self, z):
+        """Whether it rests; ``event`` is what changed: a rest, a motion, a restart or None."""
+        self.event = None
         seen = self.ticker.observe(z)
         if seen and seen.count >= 4:
             if self.known is None:
@@ -201,13 +203,15 @@ class RestDetector:
         if self.candidate.ticks >= (self.short if self.deceived else self.dwell):
             trust = self.short if self.deceived else 0
             self.known, self.at_rest = Known(self.candidate, self.length, trust), True
+            self.event = "rest"
 
     def rest(self, seen):
         if self.goes_home(seen) or self.known.holds(seen):
             return
         self.at_rest, self.candidate, self.back = False, Candidate(seen), []
+        self.event = "motion"
         if self.known.trust < self.short:
-            self.known, self.deceived = None, True
+            self.known, self.deceived, self.event = None, True, "restart"
         elif self.known.rested >= self.short:
             self.known.reference = self.known.averages[1]
 
@@ -216,8 +220,13 @@ class RestDetector:
         self.back = [*self.back, seen.level] if self.known.is_near(seen) else []
         if self.has_arrived(self.back, self.known, seen):
             self.resume(self.known, self.back)
+            self.event = "rest"
         elif not self.goes_home(seen) and self.candidate.ticks >= self.needed(seen.step):
+            self.event = self.returned(self.known, self.candidate.level, seen)
             self.adopt()
+
+    def returned(self, known, level, seen):
+        return "rest" if known.is_level(level, seen.step) else "restart"
 
     def has_arrived(self, levels, known, seen):
         return len(levels) >= self.dwell and known.is_level(mean(levels), seen.step)
@@ -232,6 +241,7 @@ class RestDetector:
         self.home_again = [*self.home_again, seen.level] if self.home.is_near(seen) else []
         louder = self.known.variance > LOUD * self.home.variance
         if self.has_arrived(self.home_again, self.home, seen) and (louder or not self.at_rest):
+            self.event = self.returned(self.home, self.known.averages[2], seen)
             self.resume(self.home, self.home_again)
             self.home = None
             return True

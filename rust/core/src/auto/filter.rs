@@ -115,7 +115,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
 
     /// Its standard deviation.
     pub fn bias_sigma(&self) -> T {
-        if !self.begins() {
+        if !begins(self.status) {
             return self.sigma;
         }
         match self.startup.samples() {
@@ -164,12 +164,6 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// The drift comes from a start-up that is not over.
-    #[inline(always)]
-    fn begins(&self) -> bool {
-        matches!(self.status, Status::Starting | Status::NoRestYet)
-    }
-
     #[inline(always)]
     fn learns(&self) -> bool {
         matches!(self.status, Status::Starting | Status::AtRest)
@@ -178,8 +172,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     fn take(&mut self, tick: &Tick<T>) {
         self.following = Following::held();
         match tick.event.filter(|_| self.params.conduct.hold) {
-            Some(Event::Rest) => self.rest(),
-            Some(Event::Motion) => self.status = Status::InMotion,
+            Some(Event::Rest) => self.rest(tick),
+            Some(Event::Motion) => self.motion(),
             Some(Event::Restart) if self.detector.at_rest() => return self.jump(tick),
             Some(Event::Restart) => self.forget(),
             None => {}
@@ -192,9 +186,25 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    fn rest(&mut self) {
-        let known = self.learned.is_some() && !self.begins();
-        self.status = if known { Status::AtRest } else { Status::Starting };
+    fn rest(&mut self, tick: &Tick<T>) {
+        match &mut self.learned {
+            Some(learned) if !begins(self.status) => {
+                if learned.is_another(tick) {
+                    learned.listen_anew(tick);
+                }
+                self.status = Status::AtRest;
+            }
+            _ => self.status = Status::Starting,
+        }
+    }
+
+    /// A start-up that it ends has learned nothing.
+    fn motion(&mut self) {
+        if begins(self.status) {
+            self.forget();
+        } else {
+            self.status = Status::InMotion;
+        }
     }
 
     /// What looked like rest was none.
@@ -205,15 +215,24 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
         self.status = Status::NoRestYet;
         self.estimate = T::zero();
+        self.following = Following::held();
     }
 
-    /// Rest at another level.
+    /// Rest at another level, of which the tick is the first to know.
     fn jump(&mut self, tick: &Tick<T>) {
-        self.startup.reset();
-        self.status = Status::Starting;
-        if let Some(learned) = &mut self.learned {
-            learned.begin_at(tick.mean, T::of(f64::from(tick.count)));
-            self.run();
+        if self.learned.is_some_and(|learned| learned.is_another(tick)) {
+            self.learned = None;
+        }
+        match &mut self.learned {
+            Some(learned) if !begins(self.status) => {
+                learned.begin_at(tick.mean, T::of(f64::from(tick.count)));
+                self.run();
+            }
+            _ => {
+                self.startup.reset();
+                self.status = Status::Starting;
+                self.start(tick.mean);
+            }
         }
     }
 
@@ -304,4 +323,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Filter<T> for AutoFilter<T>
             *self = new;
         }
     }
+}
+
+/// The drift comes from a start-up that is not over.
+#[inline(always)]
+fn begins(status: Status) -> bool {
+    matches!(status, Status::Starting | Status::NoRestYet)
 }

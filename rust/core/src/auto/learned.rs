@@ -19,6 +19,12 @@ const NOISE_MEMORY: f64 = 240.0;
 /// Deviations of a sample beyond which it moves the drift no further until its tick is judged.
 const SURPRISE: f64 = 4.0;
 
+/// Ratio of variances that no noise of one sensor at rest has.
+const ANOTHER: f64 = 9.0;
+
+/// Ticks that a noise counts for which one tick has shown.
+const FRESH: u64 = 8;
+
 /// Widens the interval of the drift: no sensor's drift is quite a walk. So chosen that over the
 /// simulated gyros of the package two thirds of all errors lie within one deviation.
 const CAUTION: f64 = 1.15;
@@ -113,6 +119,23 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Learned<T> {
     /// [`begin`](Self::begin) with a mean in the unit of the samples.
     pub fn begin_at(&mut self, mean: T, samples: T) {
         self.begin(self.scaling.normalise(mean), samples);
+    }
+
+    /// Whether a tick's noise is far from what is known: what was learned was not rest.
+    pub fn is_another(&self, tick: &Tick<T>) -> bool {
+        let deviation = self.scaling.normalised_difference(tick.deviation);
+        let (now, known) = (deviation * deviation, self.sample_noise);
+        now > known * T::of(ANOTHER) || now * T::of(ANOTHER) < known
+    }
+
+    /// The noise anew, from the first tick of it; what is known of the drift stays.
+    pub fn listen_anew(&mut self, tick: &Tick<T>) {
+        let deviation = self.scaling.normalised_difference(tick.deviation);
+        let variance = (deviation * deviation).at_least(T::VARIANCE_FLOOR);
+        let louder = variance / self.sample_noise.at_least(T::VARIANCE_FLOOR);
+        self.tick_noise.believe(self.tick_noise.variance() * louder, FRESH);
+        self.sample_noise = variance;
+        self.ticks = T::one();
     }
 
     /// A tick at rest.

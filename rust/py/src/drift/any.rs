@@ -185,12 +185,17 @@ fn behaved<const N: usize, const M: usize>(
     Ok(boxed(Bank::of(safe.collect::<Result<_, _>>().map_err(NativeError::from)?)))
 }
 
+/// The error for a start that is given to the filter that tunes itself.
+pub fn start_error() -> PyErr {
+    PyValueError::new_err(
+        "method 'auto' learns its own start: start 'kf', 'akf' or 'fading', or use power_on()",
+    )
+}
+
 /// A bank of filters that are ready, one for each start.
 pub fn started(settings: Settings, starts: &[Known]) -> PyResult<Box<dyn AnyDrift>> {
     let Settings::Published { order, params, conduct } = settings else {
-        return Err(PyValueError::new_err(
-            "method 'auto' learns its own start: start 'kf', 'akf' or 'fading', or use power_on()",
-        ));
+        return Err(start_error());
     };
     for_order!(order, started_sized(params, conduct, starts), Err(not_supported(order)))
 }

@@ -164,7 +164,7 @@ impl DriftFilter {
     fn started(start: &Bound<'_, PyDict>, params: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let plain = start.py().get_type::<Self>().call((), params)?;
         let plain = plain.cast::<Self>()?.borrow();
-        let order = plain.settings.order().unwrap_or_default();
+        let order = plain.settings.order().ok_or_else(any::start_error)?;
         let starts = start::read(start, plain.shared.channels, order)?;
         let filter = any::started(plain.settings, &starts)?;
         Ok(Self::wrap(plain.shared.channels, filter))

@@ -29,6 +29,7 @@ impl Settings {
     /// The settings that the arguments ask for.
     pub fn read(given: Arguments<'_>) -> PyResult<Self> {
         let method = method(given.method)?;
+        let order = checked(given.order)?;
         let conduct = Conduct {
             hold: hold(given.motion)?.unwrap_or(method.is_none()),
             compensated: compensated(given.output)?,
@@ -37,12 +38,8 @@ impl Settings {
         let Some(method) = method else {
             return Ok(Self::Auto(AutoParams { rate, startup, scale, conduct }));
         };
-        let (Ok(p), Ok(q)) = (usize::try_from(given.order.0.0), usize::try_from(given.order.0.1))
-        else {
-            return Err(order_error(given.order.0));
-        };
         let params = Params { method, ..given.params };
-        Ok(Self::Published { order: (p, q), params, conduct })
+        Ok(Self::Published { order, params, conduct })
     }
 
     pub fn rate(&self) -> f64 {
@@ -83,7 +80,7 @@ impl Settings {
         }
     }
 
-    /// Every argument that makes such a filter anew.
+    /// Every argument that makes such a filter anew, in the order of the signature.
     pub fn write<'py>(
         &self,
         py: Python<'py>,
@@ -91,16 +88,19 @@ impl Settings {
     ) -> PyResult<Bound<'py, PyDict>> {
         let arguments = PyDict::new(py);
         arguments.set_item("rate", self.rate())?;
-        arguments.set_item("method", self.method())?;
+        if let Self::Published { order, params, .. } = self {
+            arguments.set_item("order", *order)?;
+            arguments.set_item("method", self.method())?;
+            write_model(&arguments, params)?;
+        } else {
+            arguments.set_item("method", self.method())?;
+        }
         arguments.set_item("channels", channels)?;
-        arguments.set_item("motion", if self.conduct().hold { "hold" } else { "ignore" })?;
-        let compensated = self.conduct().compensated;
-        arguments.set_item("output", if compensated { "compensated" } else { "estimate" })?;
+        write_conduct(&arguments, self.conduct())?;
         let (startup, scale) = match self {
             Self::Auto(params) => (params.startup, params.scale),
-            Self::Published { order, params, .. } => {
-                arguments.set_item("order", *order)?;
-                write_published(&arguments, params)?;
+            Self::Published { params, .. } => {
+                write_noise(&arguments, params)?;
                 (params.startup, params.scale)
             }
         };
@@ -110,10 +110,18 @@ impl Settings {
     }
 }
 
-fn write_published(arguments: &Bound<'_, PyDict>, params: &Params) -> PyResult<()> {
+fn write_model(arguments: &Bound<'_, PyDict>, params: &Params) -> PyResult<()> {
     arguments.set_item("fading", params.fading)?;
     arguments.set_item("adapt_for", params.adapt_for)?;
-    arguments.set_item("forgetting_factor", params.forgetting_factor)?;
+    arguments.set_item("forgetting_factor", params.forgetting_factor)
+}
+
+fn write_conduct(arguments: &Bound<'_, PyDict>, conduct: Conduct) -> PyResult<()> {
+    arguments.set_item("motion", if conduct.hold { "hold" } else { "ignore" })?;
+    arguments.set_item("output", if conduct.compensated { "compensated" } else { "estimate" })
+}
+
+fn write_noise(arguments: &Bound<'_, PyDict>, params: &Params) -> PyResult<()> {
     arguments.set_item("process_noise", params.process_noise)?;
     arguments.set_item("process_noise_memory", params.process_noise_memory)?;
     arguments.set_item("noise", allan::name(params.noise))
@@ -129,6 +137,13 @@ fn method(name: &str) -> PyResult<Option<Method>> {
         _ => Err(PyValueError::new_err(format!(
             "method must be 'kf', 'akf', 'fading' or 'auto', got '{name}'"
         ))),
+    }
+}
+
+fn checked(Order((p, q)): Order) -> PyResult<(usize, usize)> {
+    match (p, q) {
+        (1..=3, 0..=3) => Ok((p as usize, q as usize)),
+        _ => Err(order_error((p, q))),
     }
 }
 
