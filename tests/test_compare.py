@@ -238,7 +238,8 @@ class TestOrientation:
     def test_the_bias_of_the_first_rest_is_what_counts(self, tmp_path):
         (found,) = compare([read_recording(oriented(tmp_path / "a.csv"))])
         values = by_method(found)
-        assert list(values) == ["raw", "first rest", "mean", "kf", "akf", "fading"]
+        methods = ["kf", "akf", "fading", "fading+hold", "auto"]
+        assert list(values) == ["raw", "first rest", "mean", *methods]
         # The mean of ten seconds is off by 0.05 deg/s / sqrt(1000) an axis, and noise walks as far.
         assert math.degrees(values["first rest"]["growth_10"]) < 0.1
         # No angle grows faster than the size of the bias.

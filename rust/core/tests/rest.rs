@@ -79,7 +79,8 @@ fn a_tick_tells_the_mean_of_the_samples_present() {
         assert_eq!(detector.observe(z), None);
     }
     let tick = detector.observe(f64::INFINITY);
-    let expected = Tick { count: 2, mean: 1e7 + 1.0, calm: false, event: None };
+    let deviation = std::f64::consts::SQRT_2;
+    let expected = Tick { count: 2, mean: 1e7 + 1.0, deviation, calm: false, event: None };
     assert_eq!((detector.tick_length(), tick), (4, Some(expected)));
 }
 
