@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.io.quantity import split_unit
 from zerorate.numerals import significant, with_error
 from zerorate.replay import Replay
 from zerorate.replay.learned import last_known, noise_units
@@ -51,7 +52,7 @@ def _rows(replay: Replay) -> Iterator[tuple[str, ...]]:
     drift = walk * last_known(history.rate_random_walk)
     for i, name in enumerate(replay.log.names):
         yield (
-            name,
+            split_unit(name)[0],
             *_times(replay, i),
             _number(noise[i]),
             _number(drift[i]),

@@ -18,7 +18,7 @@ fn any_conduct() -> impl Strategy<Value = Conduct> {
     any::<(bool, bool)>().prop_map(|(hold, compensated)| Conduct { hold, compensated })
 }
 
-/// At one sample a second every sample is a tick, and a block is full after eight.
+/// At one sample a second a tick is four samples, and a block eight ticks.
 fn any_auto() -> impl Strategy<Value = AutoParams> {
     let rate = prop::sample::select(vec![1.0, 62.5, 100.0]);
     (rate, 0.01..2.0, any_conduct()).prop_map(|(rate, startup, conduct)| AutoParams {
