@@ -13,8 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 import zerorate as zr
-from recordings import BROAD, BROAD_RATE, Recording, check_folder, parser, sensors_alone
+from recordings import BROAD, BROAD_RATE, Recording, at_rest, check_folder, parser, sensors_alone
 from tables import table
+from zerorate._native import exponential_mean
 from zerorate.plotting import save_figure
 from zerorate.plotting.style import (
     BLACK,
@@ -36,6 +37,9 @@ RATE = 100.0
 WHITE, WALK = 0.01, 3e-4  # deg/s/sqrt(Hz), deg/s/sqrt(s)
 AFTER = np.array([0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 90.0, 120.0, 180.0])
 HORIZON = 10.0
+SHORT = (60.0, 120.0, 180.0, 300.0)
+MOST_PIECES = 40
+GAINS = np.logspace(-5.0, -1.0, 25)
 NEAR = 0.05
 """deg/s, the bias that a start must have found."""
 
@@ -58,6 +62,8 @@ def main() -> None:
     learning()
     for recording in sensors_alone(arguments.folder, arguments.seconds):
         starting(recording)
+        pieces(recording)
+    pieces(at_rest(arguments.folder, arguments.seconds)[2])
     orientation(arguments.folder / BROAD)
 
 
@@ -139,6 +145,32 @@ def starts(z: Floats, rate: float, ready: zr.DriftFilter, estimate: Floats) -> S
 def _best(z: Floats, estimate: Floats, rate: float) -> float:
     late = slice(min(z.size // 3, round(AFTER[-1] * rate)), None)
     return float(zr.metrics.coasting_error(z[late], estimate[late], rate, HORIZON))
+
+
+def pieces(recording: Recording) -> None:
+    """Print how a filter does on short records: pieces of a long one, each filtered anew."""
+    rows = []
+    for seconds in SHORT:
+        n = round(seconds * recording.rate)
+        for i, axis in enumerate(recording.axes):
+            z = recording.z[:, i]
+            starts = range(0, min(len(z) - n + 1, MOST_PIECES * n), n)
+            found = np.mean([_piece(z[k : k + n], recording.rate) for k in starts], axis=0)
+            auto, mean, best = found[0], found[1], found[2:].min()
+            ratios = (f"{np.sqrt(auto / mean):.3f}", f"{np.sqrt(auto / best):.3f}")
+            rows.append((axis, f"{seconds:g}", f"{len(starts)}", *ratios))
+    title = f"{recording.name}, short pieces: coasting error over 10 s from a third of the piece on"
+    head = ("axis", "length, s", "pieces", "over mean so far", "over best average")
+    print(table(title, head, rows, markdown=True))
+
+
+def _piece(z: Floats, rate: float) -> Floats:
+    """Return squared coasting errors: auto, mean so far, and moving averages of many gains."""
+    estimates = [zr.DriftFilter(rate, method="auto").process(z), zr.metrics.running_mean(z)]
+    estimates += [exponential_mean(z, gain) for gain in GAINS]
+    late = slice(len(z) // 3, None)
+    errors = (zr.metrics.coasting_error(z[late], x[late], rate, HORIZON) for x in estimates)
+    return np.array([float(error) ** 2 for error in errors])
 
 
 def orientation(path: Path) -> None:
