@@ -4,7 +4,8 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use super::learned::{Following, Learned};
+use super::following::Following;
+use super::learned::Learned;
 use crate::chain::Snapshot;
 use crate::error::Error;
 use crate::filter::Filter;
@@ -146,7 +147,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             Some(learned) => (learned.measurement_noise(), learned.process_noise()),
             None => (self.startup.variance(), T::zero()),
         };
-        let K = if self.missing { T::zero() } else { self.following.gain() };
+        let K = if self.missing { T::zero() } else { self.following.gain };
         Snapshot {
             estimate: self.estimate,
             innovation: self.innovation,

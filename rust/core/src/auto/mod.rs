@@ -9,7 +9,9 @@
 
 mod block;
 mod filter;
+mod following;
 mod learned;
+mod noise;
 mod walks;
 
 pub use filter::{AutoFilter, AutoParams, Status};
