@@ -24,11 +24,16 @@ def if_possible(measure: Callable[[], object]) -> float:
 
 
 def consistency(found: Answer, where: Flags) -> float:
-    """Return the mean normalised innovation squared of some samples, NaN without innovations."""
+    """Return the mean normalised innovation squared of some samples, NaN without innovations.
+
+    A sample in what the method takes for motion is not used, and has none.
+    """
     innovation, variance = found.innovation, found.innovation_variance
     if innovation is None or variance is None:
         return math.nan
     known = where & (variance > 0.0)
+    if found.at_rest is not None:
+        known &= found.at_rest
     honest = np.where(known, variance, 1.0)
     return if_possible(lambda: metrics.nis(innovation, honest, where=known))
 
