@@ -32,6 +32,10 @@ fn towards(mean: f64, z: f64, gain: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+
+    use std::vec::Vec;
+
     use super::*;
 
     fn averaged(samples: &[f64], gain: f64) -> Vec<f64> {
