@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 
 import numpy as np
 
@@ -32,8 +33,10 @@ class Asked:
         self._watchdog.cancel()
         self.process.kill()
         for pipe in (self.process.stdin, self.process.stdout, self.process.stderr):
-            if pipe is not None and not pipe.closed:
-                pipe.close()
+            # What was still to be sent to a process that was killed is nobody's loss.
+            with suppress(BrokenPipeError):
+                if pipe is not None:
+                    pipe.close()
         self.process.wait()
 
     def send(self, line):

@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tty
 
 import numpy as np
 import pytest
@@ -119,6 +120,8 @@ class TestSources:
 
     def test_a_terminal_as_serial_devices_are(self):
         device, theirs = os.openpty()
+        # As `stty raw` does: else the device's CR LF would be two line ends.
+        tty.setraw(theirs)
         with Asked(*RATE, os.ttyname(theirs), stdin=subprocess.DEVNULL) as asked:
             for line, expected in zip(LINES[:50], EXPECTED, strict=False):
                 os.write(device, f"{line}\r\n".encode())

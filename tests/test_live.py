@@ -47,10 +47,12 @@ def test_answers_are_those_of_the_filter(method, output, channels):
 
 
 def test_columns_beside_the_rate():
-    answers = taken(stream(beside=tuple(Beside)), lines_of(Z))
+    z = Z.copy()
+    z[200:] += 20.0 * np.sin(np.arange(200) / 10.0)[:, None]
+    answers = taken(stream(beside=tuple(Beside)), lines_of(z))
     alone = zr.DriftFilter(RATE, method="auto", output="compensated", channels=3)
-    trace = alone.copy().trace(Z)
-    rate = alone.process(Z)
+    trace = alone.copy().trace(z)
+    rate = alone.process(z)
     expected = np.hstack([rate, trace.bias, trace.bias_sigma, trace.at_rest])
     found = np.array([[float(cell) for cell in answer.split(",")] for answer in answers])
     np.testing.assert_array_equal(found, expected)
