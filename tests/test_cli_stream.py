@@ -158,6 +158,7 @@ class TestDatagrams:
             ("127.0.0.1:x", "takes HOST:PORT"),
             ("127.0.0.1:70000", "takes HOST:PORT"),
             ("0.0.0.0:0", "of this machine alone"),
+            ("no host:5005", "--udp cannot use no host:5005: "),
         ],
     )
     def test_addresses_that_are_refused(self, capsys, address, told):
@@ -185,6 +186,12 @@ class TestRefused:
         errors = capsys.readouterr().err
         assert told in errors
         assert len(errors.splitlines()) == 1
+
+    @pytest.mark.parametrize("name", ["stdin", "stdout"])
+    def test_a_closed_pipe(self, capsys, monkeypatch, name):
+        monkeypatch.setattr(sys, name, None)
+        assert run(["stream", *RATE, os.devnull] if name == "stdout" else ["stream", *RATE]) == 1
+        assert capsys.readouterr().err == f"zerorate: {name} is closed\n"
 
     def test_a_first_line_that_holds_no_sample(self):
         code, answers, errors = streamed(["0.1,abc"], *RATE)

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import BinaryIO, Final, TextIO
 
 import typer
 
@@ -47,7 +47,7 @@ def run(server: Server, source: Path | None, udp: str | None) -> None:
 def report(server: Server) -> None:
     """Tell what was lost, if samples were numbered, and how many lines were garbled."""
     count = server.stream.sequence
-    if server.stream.settings.sequence is not None:
+    if server.stream.open and server.stream.settings.sequence is not None:
         tell(
             f"{server.stream.samples} samples, {count.lost} of them lost; {count.late} came late "
             f"or again; the numbers began anew {count.restarts} times"
@@ -81,9 +81,16 @@ def _source(
     elif source is not None:
         # To open a FIFO is to wait for its writer.
         with interrupts.wait(lambda: _opened(source)) as file:
-            yield lines(file, sys.stdout.buffer, interrupts)
+            yield lines(file, _bytes_of(sys.stdout, "stdout"), interrupts)
     else:
-        yield lines(sys.stdin.buffer, sys.stdout.buffer, interrupts)
+        yield lines(_bytes_of(sys.stdin, "stdin"), _bytes_of(sys.stdout, "stdout"), interrupts)
+
+
+def _bytes_of(stream: TextIO | None, name: str) -> BinaryIO:
+    # None is what a closed descriptor becomes.
+    if stream is None:
+        raise DataFault(f"{name} is closed")
+    return stream.buffer
 
 
 def _opened(source: Path) -> BinaryIO:

@@ -4,7 +4,7 @@ import ipaddress
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from typing import BinaryIO, Final, TypeAlias
+from typing import Any, BinaryIO, Final, TypeAlias
 
 from zerorate.live.interrupts import Interrupts
 
@@ -46,19 +46,24 @@ def loopback(address: str) -> socket.socket:
     Raises
     ------
     ValueError
-        If the text is no such address, or is open to other machines: datagrams are taken from
-        whoever sends them.
-    OSError
-        If the address is not known or is in use.
+        If the text is no such address, is open to other machines, not known, or in use.
     """
     host, _, number = address.rpartition(":")
     if not host or not number.isdecimal() or int(number) > 65535:
         raise ValueError(f"--udp takes HOST:PORT such as 127.0.0.1:5005, got '{address}'")
-    family, kind, _, _, place = socket.getaddrinfo(
-        host.strip("[]"), int(number), type=socket.SOCK_DGRAM
-    )[0]
+    try:
+        found = socket.getaddrinfo(host.strip("[]"), int(number), type=socket.SOCK_DGRAM)
+        return _bound(*found[0])
+    except OSError as error:
+        raise ValueError(f"--udp cannot use {address}: {error.strerror}") from None
+
+
+def _bound(
+    family: int, kind: int, _protocol: int, _name: str, place: tuple[Any, ...]
+) -> socket.socket:
+    # Datagrams are taken from whoever sends them, so from this machine alone.
     if not ipaddress.ip_address(place[0]).is_loopback:
-        raise ValueError(f"--udp takes an address of this machine alone, got '{host}'")
+        raise ValueError(f"--udp takes an address of this machine alone, got '{place[0]}'")
     port = socket.socket(family, kind)
     try:
         port.bind(place)
