@@ -1,7 +1,8 @@
 """How long an answer takes: by call, by line, and through the pipe. ``python benches/latency.py``.
 
 Prints the median and the time that one sample in a thousand exceeds, back to back, each round trip
-timed alone. Only the pipes include the two switches between processes.
+timed alone. `cat` and an empty call show what the machine itself costs: the two switches between
+processes, and the time that others take.
 """
 
 import subprocess
@@ -19,7 +20,7 @@ RATE = 1000.0
 CALLS = 200_000
 LINES = 50_000
 WARM = 5000
-COMMAND = [sys.executable, "-m", "zerorate", "stream", "--rate", f"{RATE:g}"]
+STREAM = (sys.executable, "-m", "zerorate", "stream", "--rate", f"{RATE:g}")
 
 
 def samples(n, channels):
@@ -51,9 +52,9 @@ def by_line(channels):
     return timed(LineStream(Settings(RATE)).take, lines(CALLS, channels))
 
 
-def through_pipe(channels, *options):
+def through_pipe(channels, *command):
     pipe = subprocess.PIPE
-    with subprocess.Popen([*COMMAND, *options], stdin=pipe, stdout=pipe) as process:
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe) as process:
 
         def ask(line):
             process.stdin.write(line)
@@ -70,16 +71,15 @@ def show(name, times):
 
 def main():
     print(f"{'microseconds':36}{'median':>10}{'99.9 %':>12}")
-    for channels in (1, 3):
-        axes = f"{channels} axis" if channels == 1 else f"{channels} axes"
+    show("empty call", timed(abs, samples(CALLS, 1)))
+    show("pipe, cat", through_pipe(3, "cat"))
+    for channels, axes in ((1, "1 axis"), (3, "3 axes")):
         show(f"update(), {axes}", by_call(channels))
         show(f"line in Python, {axes}", by_line(channels))
-        show(f"pipe, {axes}", through_pipe(channels))
+        show(f"pipe, {axes}", through_pipe(channels, *STREAM))
         with tempfile.TemporaryDirectory() as folder:
-            checkpoint = str(Path(folder) / "state")
-            show(
-                f"pipe with checkpoints, {axes}", through_pipe(channels, "--checkpoint", checkpoint)
-            )
+            saved = ("--checkpoint", str(Path(folder) / "state"))
+            show(f"pipe with checkpoints, {axes}", through_pipe(channels, *STREAM, *saved))
 
 
 if __name__ == "__main__":

@@ -171,7 +171,8 @@ class LineStream:
     def _answer(self, row: list[float]) -> str:
         self.samples += 1
         filter_ = self._running
-        rate = filter_.update(row[0] if filter_.channels is None else row)
+        # An array saves the filter the conversion of a list, half of its time.
+        rate = filter_.update(row[0] if filter_.channels is None else np.array(row))
         return answer(rate, filter_, self.settings.beside)
 
     def _miss(self, count: int) -> None:
