@@ -144,6 +144,21 @@ def test_other_columns_end_the_stream():
         some.take("wy,wx")
 
 
+@pytest.mark.parametrize("line", ["ERROR", "0.1wx,wy", "0.1,wy", "wx", "no,sensor"])
+def test_garbled_words_do_not_end_the_stream(line):
+    some = stream()
+    taken(some, ["wx,wy", "1,2"])
+    with pytest.raises(LineError) as told:
+        some.take(line)
+    assert told.type is LineError
+    assert some.samples == 2
+
+
+def test_a_name_may_be_empty():
+    some = stream(columns=(1,))
+    assert taken(some, [",wx", "0,1.0", ",wx"]) == ["wx", "0.0", "wx"]
+
+
 def test_columns_by_name_and_position():
     header, line = "n,time,wx,wy", "7,0.01,3,4"
     by_name = stream(method="kf", output="estimate", columns=("wy", "wx"), sequence="n")
@@ -174,7 +189,7 @@ def test_a_late_sample_is_answered_but_not_taken():
     assert (some.samples, some.sequence.late) == (before, 2)
 
 
-@pytest.mark.parametrize("number", ["", "x", "1.5", "-"])
+@pytest.mark.parametrize("number", ["", "x", "1.5", "-", "+-11", "1_1", "1" * 5000])
 def test_a_number_that_cannot_be_read_is_found_as_a_gap(number):
     some = stream(sequence=0)
     some.take("10,1")

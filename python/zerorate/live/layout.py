@@ -1,11 +1,16 @@
 """Which cells of a line are channels, and which is the sequence number."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
-from zerorate.live.rows import ColumnError, LineError, is_number, number
+from zerorate.live.rows import ColumnError, LineError, is_number, number, shortened
 
 __all__ = ["Layout", "Wanted", "find_layout"]
+
+# As many digits as a counter of 64 bits may have.
+_INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
 
 
 @dataclass(frozen=True)
@@ -35,19 +40,22 @@ class Layout:
         """Return the sequence number in the cells of a line; LineError if there is none."""
         self._check_count(cells)
         cell = cells[self.sequence or 0]
-        if not cell.lstrip("+-").isdecimal():
-            raise LineError(f"the sequence number is '{cell[:40]}', expected an integer")
+        if not _INTEGER.fullmatch(cell):
+            raise LineError(f"the sequence number is '{shortened(cell)}', expected an integer")
         return int(cell)
 
     def is_header(self, cells: Sequence[str]) -> bool:
         """Return whether a line names the columns again; ColumnError if it names others."""
-        if self.names is None or not _name_like(cells[0]):
+        if self.names is None or not any(cell[:1].isalpha() for cell in cells):
             return False
-        if tuple(cells) == self.names:
+        found = _filled(cells)
+        if found == self.names:
             return True
-        if len(cells) == self.fields and all(map(_name_like, cells)):
-            found, known = ",".join(cells), ",".join(self.names)
-            raise ColumnError(f"it names the columns {found}, before they were {known}")
+        # A garbled line may hold any words, but hardly some of the names and nothing else.
+        whole = len(found) == self.fields and all(map(_name_like, found))
+        if whole and set(found) & set(self.names):
+            names, known = ",".join(found), ",".join(self.names)
+            raise ColumnError(f"it names the columns {names}, before they were {known}")
         return False
 
     def _check_count(self, cells: Sequence[str]) -> None:
@@ -89,6 +97,10 @@ def _names(cells: Sequence[str]) -> tuple[str, ...]:
     # A header of numbers and names is more likely a sample that was garbled.
     if any(cell and is_number(cell) for cell in cells):
         raise LineError("it holds names and numbers, expected one or the other")
+    return _filled(cells)
+
+
+def _filled(cells: Sequence[str]) -> tuple[str, ...]:
     return tuple(cell or f"column_{i}" for i, cell in enumerate(cells))
 
 

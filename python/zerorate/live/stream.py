@@ -1,6 +1,6 @@
 """A filter that takes lines and answers lines."""
 
-from typing import Any, Self
+from typing import Any, Final, Self
 
 import numpy as np
 
@@ -14,7 +14,8 @@ from zerorate.live.settings import Settings
 
 __all__ = ["LineStream"]
 
-_CHUNK = 1 << 16
+_CHUNK: Final = 1 << 16
+_COUNTS: Final = ("last", "lost", "late", "restarts")
 
 
 class LineStream:
@@ -182,6 +183,3 @@ class LineStream:
             n = min(count, _CHUNK)
             self._running.process(np.full(n if channels is None else (n, channels), np.nan))
             count -= n
-
-
-_COUNTS = ("last", "lost", "late", "restarts")
