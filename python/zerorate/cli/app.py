@@ -11,6 +11,7 @@ from zerorate.cli.demo import demo
 from zerorate.cli.identify import identify
 from zerorate.cli.replay import replay
 from zerorate.cli.simulate import simulate
+from zerorate.cli.stream import stream
 
 __all__ = ["app", "invoke"]
 
@@ -40,7 +41,7 @@ def _root(
     """Models, measures and removes the random drift of MEMS gyroscopes."""
 
 
-for _command in (replay, compare, allan, identify, demo, simulate):
+for _command in (replay, compare, allan, identify, demo, simulate, stream):
     app.command()(_command)
 
 
