@@ -1,0 +1,81 @@
+"""Recordings of ROS 1 and 2, and MCAP files: the messages of one inertial sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from zerorate.io.errors import LogError
+from zerorate.io.imu_message import imu_of_cdr, imu_of_ros1
+from zerorate.io.table import Column, Metadata, Table
+
+__all__ = ["read_bag"]
+
+_Reader = Any
+
+_IMU = "sensor_msgs/msg/Imu"
+_AXES = "xyz"
+_NAMES = (
+    "stamp_ns",
+    *(f"angular_velocity_{axis}_radps" for axis in _AXES),
+    *(f"linear_acceleration_{axis}_mps2" for axis in _AXES),
+)
+
+
+def read_bag(path: Path, topic: str | None) -> Table:
+    """Return the table of the messages ``sensor_msgs/Imu`` on a topic, None for the only one."""
+    with _opened(path) as reader:
+        topic = _chosen(_topics(reader), topic)
+
+    def load(wanted: Sequence[int]) -> list[Column]:
+        stamps, values = _messages(path, topic)
+        columns = [stamps, *values.T]
+        return [columns[i] for i in wanted]
+
+    return Table(len(_NAMES), load, names=_NAMES, meta=Metadata(sensor=topic), time=0)
+
+
+def _topics(reader: _Reader) -> list[str]:
+    return sorted({c.topic for c in reader.connections if c.msgtype == _IMU})
+
+
+def _chosen(topics: list[str], asked: str | None) -> str:
+    listed = ", ".join(topics)
+    if not topics:
+        raise LogError(f"no topic holds {_IMU}, expected the messages of a gyro")
+    if asked is not None and asked not in topics:
+        raise LogError(f"there is no topic '{asked}' of {_IMU}; the recording has: {listed}")
+    if asked is None and len(topics) > 1:
+        raise LogError(f"{len(topics)} topics hold {_IMU}; choose with topic= from: {listed}")
+    return topics[0] if asked is None else asked
+
+
+def _messages(path: Path, topic: str) -> tuple[Column, Column]:
+    """Return the stamps in ns (n,) and the values (n, 6) of a topic."""
+    decoded = imu_of_ros1 if path.suffix.lower() == ".bag" else imu_of_cdr
+    with _opened(path) as reader:
+        on_topic = [c for c in reader.connections if (c.topic, c.msgtype) == (topic, _IMU)]
+        messages = [decoded(raw) for _, _, raw in reader.messages(connections=on_topic)]
+    stamps = [seconds * 1_000_000_000 + nanoseconds for seconds, nanoseconds, *_ in messages]
+    values = np.array([row[2:] for row in messages], np.float64).reshape(-1, 6)
+    return np.array(stamps, np.int64), values
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[_Reader]:
+    try:
+        from rosbags import rosbag1, rosbag2
+    except ImportError:
+        raise ImportError("a ROS recording needs rosbags: pip install 'zerorate[ros]'") from None
+    package = rosbag1 if path.suffix.lower() == ".bag" else rosbag2
+    try:
+        with package.Reader(path) as reader:
+            yield reader
+    except (LogError, MemoryError):
+        raise
+    except Exception:  # what damaged bytes raise there has no common base
+        raise LogError("cannot be read as a ROS recording: it is truncated or damaged") from None
