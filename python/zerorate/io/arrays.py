@@ -11,7 +11,14 @@ from zerorate.io.errors import LogError
 from zerorate.io.quantity import split_unit
 from zerorate.io.table import Column, Metadata, Table
 
-__all__ = ["SCALARS", "from_array", "from_arrays", "metadata_of", "without_common_folder"]
+__all__ = [
+    "SCALARS",
+    "from_array",
+    "from_arrays",
+    "metadata_of",
+    "upright",
+    "without_common_folder",
+]
 
 SCALARS = ("rate", "unit", "names", "sensor")
 _WIDEST = 64
@@ -43,6 +50,11 @@ def without_common_folder(arrays: Mapping[str, Column]) -> dict[str, Column]:
     return without_common_folder({name.partition("/")[2]: a for name, a in arrays.items()})
 
 
+def upright(array: Column) -> Column:
+    """Return the row and column vectors of MATLAB as one dimension."""
+    return array.reshape(-1) if array.ndim == 2 and 1 in array.shape else array
+
+
 def _check_rows(array: Column) -> None:
     if array.ndim != 1 or array.size == 0:
         raise LogError(f"the array has shape {array.shape}, expected rows of named columns (n,)")
@@ -72,7 +84,7 @@ def _with_data(arrays: Mapping[str, Column], meta: Metadata) -> Table:
     time = next((name for name in arrays if looks_like_time(name)), None)
     first = 0 if time is None else 1
     if time is not None:
-        columns = [_upright(arrays[time]), *columns]
+        columns = [upright(arrays[time]), *columns]
         names = (time, *names)
         _check_lengths(names, columns)
     return Table(
@@ -95,13 +107,8 @@ def _one_array_a_column(arrays: Mapping[str, Column], meta: Metadata) -> Table:
         return _with_data(kept | {"data": arrays[others[0]]}, meta)
     flat: dict[str, Column] = {}
     for name, array in arrays.items():
-        flat |= _as_columns(name, _upright(array))
+        flat |= _as_columns(name, upright(array))
     return _named(flat, meta)
-
-
-def _upright(array: Column) -> Column:
-    """Return the row and column vectors of MATLAB as one dimension."""
-    return array.reshape(-1) if array.ndim == 2 and 1 in array.shape else array
 
 
 def _as_columns(name: str, array: Column) -> dict[str, Column]:

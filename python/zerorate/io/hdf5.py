@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from zerorate.io.arrays import SCALARS, from_arrays, without_common_folder
+from zerorate.io.arrays import SCALARS, from_arrays, upright, without_common_folder
 from zerorate.io.errors import LogError
 from zerorate.io.quantity import spelled, with_suffix
 from zerorate.io.table import Column, Table
@@ -64,7 +64,7 @@ def _arrays(name: str, node: _Node, matlab: bool) -> dict[str, Column]:
     if node.dtype.kind not in "fiub" or node.ndim not in (1, 2):
         return {}
     # MATLAB writes its columns as rows.
-    return {_with_unit(name, node): node[()].T if matlab else node[()]}
+    return {_with_unit(name, node): upright(node[()].T) if matlab else node[()]}
 
 
 def _with_unit(name: str, node: _Node) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from zerorate.io.arrays import SCALARS, from_arrays, without_common_folder
+from zerorate.io.arrays import SCALARS, from_arrays, upright, without_common_folder
 from zerorate.io.errors import LogError
 from zerorate.io.hdf5 import read_matlab_hdf5
 from zerorate.io.table import Column, Table
@@ -52,7 +52,7 @@ def _arrays(name: str, value: Column) -> Iterator[tuple[str, Column]]:
     elif name.rpartition("/")[2] in SCALARS:
         yield name, _texts(value)
     elif value.dtype.kind in "fiub" and value.ndim == 2 and value.size > 1:
-        yield name, value
+        yield name, upright(value)
 
 
 def _texts(value: Column) -> Column:
