@@ -6,6 +6,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.typesys import Stores, get_typestore
 
 IMU = "sensor_msgs/msg/Imu"
+WIND = "geometry_msgs/msg/Vector3Stamped"
 EPOCH = 1_700_000_000_000_000_000
 KINDS = ("bag", "folder", "db3", "mcap")
 
@@ -20,13 +21,14 @@ def write_recording(
 ):
     """Write messages on each topic; return the file or folder to read."""
     store = get_typestore(Stores.ROS1_NOETIC if kind == "bag" else Stores.ROS2_HUMBLE)
+    made = imu_message if msgtype == IMU else _wind_message
     path = folder / ("run.bag" if kind == "bag" else f"run_{kind}")
     with _writer(path, kind) as writer:
         for topic in topics:
             connection = writer.add_connection(topic, msgtype, typestore=store)
             for i, row in ((i, row) for i, row in enumerate(values(n)) if i not in lost):
                 stamp = EPOCH + i * period
-                message = _message(store, msgtype, i, stamp, row, frame)
+                message = made(store, stamp, row, frame)
                 # Received late, so that only the header's stamps make a regular clock.
                 writer.write(connection, stamp + (i % 7) * 1_000_000, _bytes(store, message, kind))
     return next(path.glob(f"*.{kind}")) if kind in ("db3", "mcap") else path
@@ -44,15 +46,24 @@ def _bytes(store, message, kind):
     return serialize(message, message.__msgtype__)
 
 
-def _message(store, msgtype, i, stamp, row, frame):
+def imu_message(store, stamp, row, frame):
+    """Return the message of one sample at a stamp in ns."""
     types = store.types
-    time = types["builtin_interfaces/msg/Time"](*divmod(stamp, 1_000_000_000))
-    header = types["std_msgs/msg/Header"]
-    counted = {"seq": i} if "seq" in header.__dataclass_fields__ else {}
-    stamped = header(stamp=time, frame_id=frame, **counted)
     vector = types["geometry_msgs/msg/Vector3"]
-    if msgtype != IMU:
-        return types[msgtype](stamped, vector(*row[:3]))
     covariance, upright = np.arange(9.0), types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
     gyro, accelerometer = vector(*row[:3]), vector(*row[3:])
-    return types[IMU](stamped, upright, covariance, gyro, covariance, accelerometer, covariance)
+    header = _header(types, stamp, frame)
+    return types[IMU](header, upright, covariance, gyro, covariance, accelerometer, covariance)
+
+
+def _wind_message(store, stamp, row, frame):
+    types = store.types
+    wind = types["geometry_msgs/msg/Vector3"](*row[:3])
+    return types[WIND](_header(types, stamp, frame), wind)
+
+
+def _header(types, stamp, frame):
+    time = types["builtin_interfaces/msg/Time"](*divmod(stamp, 1_000_000_000))
+    header = types["std_msgs/msg/Header"]
+    counted = {"seq": 7} if "seq" in header.__dataclass_fields__ else {}
+    return header(stamp=time, frame_id=frame, **counted)

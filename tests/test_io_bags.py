@@ -4,9 +4,11 @@ import sys
 
 import numpy as np
 import pytest
+from rosbags.typesys import Stores, get_typestore
 
-from bags import EPOCH, IMU, KINDS, values, write_recording
+from bags import EPOCH, IMU, KINDS, WIND, imu_message, values, write_recording
 from zerorate.io import LogError, read_log
+from zerorate.io.imu_message import imu_of_cdr
 from zerorate.io.sensors import read_sensors
 
 
@@ -39,7 +41,7 @@ def test_a_topic_is_chosen_by_name(tmp_path, kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_recording_without_a_gyro(tmp_path, kind):
-    path = write_recording(tmp_path, kind, ["/wind"], msgtype="geometry_msgs/msg/Vector3Stamped")
+    path = write_recording(tmp_path, kind, ["/wind"], msgtype=WIND)
     with pytest.raises(LogError, match=f"no topic holds {IMU}"):
         read_log(path)
 
@@ -56,14 +58,30 @@ def test_a_truncated_recording(tmp_path, kind, part):
     path = write_recording(tmp_path, kind, ["/imu"], n=500)
     whole = path.read_bytes()
     path.write_bytes(whole[: int(part * len(whole))])
-    with pytest.raises(LogError, match=r"truncated or damaged"):
+    with pytest.raises(LogError, match="ROS recording: truncated, damaged or of a foreign kind"):
         read_log(path)
+
+
+def test_an_mcap_of_another_profile(tmp_path):
+    path = write_recording(tmp_path, "mcap", ["/imu"])
+    path.write_bytes(path.read_bytes().replace(b"ros2", b"ros1", 1))
+    with pytest.raises(LogError, match=r"of a foreign kind \(Profile is not ros2\)"):
+        read_log(path)
+
+
+def test_either_order_of_bytes():
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    row = values(1)[0]
+    message = imu_message(store, EPOCH, row, frame="imu")
+    for little in (True, False):
+        raw = bytes(store.serialize_cdr(message, IMU, little_endian=little))
+        assert imu_of_cdr(raw) == (*divmod(EPOCH, 1_000_000_000), *row)
 
 
 def test_a_bag_folder_without_its_file(tmp_path):
     path = write_recording(tmp_path, "folder", ["/imu"])
     next(path.glob("*.db3")).unlink()
-    with pytest.raises(LogError, match=r"truncated or damaged"):
+    with pytest.raises(LogError, match="ROS recording: truncated, damaged or of a foreign kind"):
         read_log(path)
 
 

@@ -37,7 +37,14 @@ def arrow_table(schema: _Schema, read: Callable[[Sequence[int]], Sequence[_Chunk
         return [_to_numpy(column) for column in read(wanted)]
 
     meta = _metadata(schema.metadata or {})
-    return listed_names(Table(len(schema), load, names=tuple(schema.names), meta=meta))
+    return listed_names(Table(len(schema), load, names=_column_names(schema), meta=meta))
+
+
+def _column_names(schema: _Schema) -> tuple[str, ...]:
+    try:
+        return tuple(schema.names)
+    except UnicodeDecodeError:
+        raise LogError("a column's name is no UTF-8 text: the content is damaged") from None
 
 
 def _check_type(field: _Schema) -> None:

@@ -16,6 +16,7 @@ from zerorate.io.table import Column, Metadata, Table
 __all__ = ["read_bag"]
 
 _Reader = Any
+_Connection = Any
 
 _IMU = "sensor_msgs/msg/Imu"
 _AXES = "xyz"
@@ -40,7 +41,13 @@ def read_bag(path: Path, topic: str | None) -> Table:
 
 
 def _topics(reader: _Reader) -> list[str]:
-    return sorted({c.topic for c in reader.connections if c.msgtype == _IMU})
+    return sorted({c.topic for c in reader.connections if _is_imu(c)})
+
+
+def _is_imu(connection: _Connection) -> bool:
+    # An MCAP file may hold messages in JSON and others.
+    encoding = getattr(connection.ext, "serialization_format", "cdr")
+    return connection.msgtype == _IMU and encoding == "cdr"
 
 
 def _chosen(topics: list[str], asked: str | None) -> str:
@@ -58,7 +65,7 @@ def _messages(path: Path, topic: str) -> tuple[Column, Column]:
     """Return the stamps in ns (n,) and the values (n, 6) of a topic."""
     decoded = imu_of_ros1 if path.suffix.lower() == ".bag" else imu_of_cdr
     with _opened(path) as reader:
-        on_topic = [c for c in reader.connections if (c.topic, c.msgtype) == (topic, _IMU)]
+        on_topic = [c for c in reader.connections if c.topic == topic and _is_imu(c)]
         messages = [decoded(raw) for _, _, raw in reader.messages(connections=on_topic)]
     stamps = [seconds * 1_000_000_000 + nanoseconds for seconds, nanoseconds, *_ in messages]
     values = np.array([row[2:] for row in messages], np.float64).reshape(-1, 6)
@@ -77,5 +84,8 @@ def _opened(path: Path) -> Iterator[_Reader]:
             yield reader
     except (LogError, MemoryError):
         raise
-    except Exception:  # what damaged bytes raise there has no common base
-        raise LogError("cannot be read as a ROS recording: it is truncated or damaged") from None
+    except Exception as error:  # what damaged bytes raise there has no common base
+        reason = str(error).partition("\n")[0].rstrip(".") or type(error).__name__
+        raise LogError(
+            f"cannot be read as a ROS recording: truncated, damaged or of a foreign kind ({reason})"
+        ) from None

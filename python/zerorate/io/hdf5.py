@@ -36,7 +36,8 @@ def _read(path: Path, called: str, matlab: bool) -> Table:
     try:
         with h5py.File(path) as file:
             arrays |= _attributes(file)
-            file.visititems(lambda name, node: arrays.update(_arrays(name, node, matlab)))
+            # A name that is no text comes as bytes.
+            file.visititems(lambda name, node: arrays.update(_arrays(str(name), node, matlab)))
     except (OSError, RuntimeError, KeyError, ValueError):
         raise LogError(f"cannot be read as {called}: it is truncated or damaged") from None
     return from_arrays(without_common_folder(arrays))
