@@ -65,6 +65,12 @@ def test_arrays_without_names():
     assert read_log(frame).names == ("column_1",)
 
 
+def test_fields_of_three_axes():
+    rows = np.zeros(N, [("t", "f8"), ("gyro_dps", "f4", (3,))])
+    rows["t"] = TIME
+    assert read_log(rows).names == ("gyro_x_dps", "gyro_y_dps", "gyro_z_dps")
+
+
 def test_a_dict_says_what_an_npz_says():
     log = read_log({"data": np.ones((5, 2)), "rate": 50, "unit": "deg/s", "names": ["p", "q"]})
     assert (log.rate, log.unit, log.names) == (50, "deg/s", ("p", "q"))

@@ -28,7 +28,7 @@ def from_array(array: Column) -> Table:
     """Return the table of one array: of one or two dimensions, or structured."""
     if array.dtype.names is not None:
         _check_rows(array)
-        return _named({name: array[name] for name in array.dtype.names}, Metadata())
+        return _named(_flat({name: array[name] for name in array.dtype.names}), Metadata())
     columns = _columns(array, "the array")
     return Table(len(columns), lambda wanted: [columns[i] for i in wanted])
 
@@ -105,10 +105,14 @@ def _one_array_a_column(arrays: Mapping[str, Column], meta: Metadata) -> Table:
     if len(others) == 1 and arrays[others[0]].ndim == 2 and not looks_like_sensor(others[0]):
         kept = {name: arrays[name] for name in time}
         return _with_data(kept | {"data": arrays[others[0]]}, meta)
-    flat: dict[str, Column] = {}
+    return _named(_flat(arrays), meta)
+
+
+def _flat(arrays: Mapping[str, Column]) -> dict[str, Column]:
+    columns: dict[str, Column] = {}
     for name, array in arrays.items():
-        flat |= _as_columns(name, upright(array))
-    return _named(flat, meta)
+        columns |= _as_columns(name, upright(array))
+    return columns
 
 
 def _as_columns(name: str, array: Column) -> dict[str, Column]:

@@ -1,4 +1,4 @@
-"""The message ``sensor_msgs/Imu`` from its bytes: several times faster than through an object.
+"""The message ``sensor_msgs/Imu`` from its bytes; to make objects of it would take the most time.
 
 Behind the header stand 37 numbers: the orientation (4), the angular velocity (3) and the
 acceleration (3), each followed by its covariance (9).
