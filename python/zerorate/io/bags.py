@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from zerorate.io.errors import LogError
 from zerorate.io.imu_message import imu_of_cdr, imu_of_ros1
@@ -20,10 +21,13 @@ _Connection = Any
 
 _IMU = "sensor_msgs/msg/Imu"
 _AXES = "xyz"
-_NAMES = (
-    "stamp_ns",
+_VALUES = (
     *(f"angular_velocity_{axis}_radps" for axis in _AXES),
     *(f"linear_acceleration_{axis}_mps2" for axis in _AXES),
+)
+_NAMES = ("stamp_ns", *_VALUES)
+_ROW = np.dtype(
+    [("seconds", np.int64), ("nanoseconds", np.int64), *((name, np.float64) for name in _VALUES)]
 )
 
 
@@ -33,8 +37,9 @@ def read_bag(path: Path, topic: str | None) -> Table:
         topic = _chosen(_topics(reader), topic)
 
     def load(wanted: Sequence[int]) -> list[Column]:
-        stamps, values = _messages(path, topic)
-        columns = [stamps, *values.T]
+        rows = _messages(path, topic)
+        stamps = rows["seconds"] * 1_000_000_000 + rows["nanoseconds"]
+        columns = [stamps, *(rows[name] for name in _VALUES)]
         return [columns[i] for i in wanted]
 
     return Table(len(_NAMES), load, names=_NAMES, meta=Metadata(sensor=topic), time=0)
@@ -61,15 +66,13 @@ def _chosen(topics: list[str], asked: str | None) -> str:
     return topics[0] if asked is None else asked
 
 
-def _messages(path: Path, topic: str) -> tuple[Column, Column]:
-    """Return the stamps in ns (n,) and the values (n, 6) of a topic."""
+def _messages(path: Path, topic: str) -> npt.NDArray[np.void]:
+    """Return the messages of a topic, (n,), as rows of named fields."""
     decoded = imu_of_ros1 if path.suffix.lower() == ".bag" else imu_of_cdr
     with _opened(path) as reader:
         on_topic = [c for c in reader.connections if c.topic == topic and _is_imu(c)]
-        messages = [decoded(raw) for _, _, raw in reader.messages(connections=on_topic)]
-    stamps = [seconds * 1_000_000_000 + nanoseconds for seconds, nanoseconds, *_ in messages]
-    values = np.array([row[2:] for row in messages], np.float64).reshape(-1, 6)
-    return np.array(stamps, np.int64), values
+        messages = (decoded(raw) for _, _, raw in reader.messages(connections=on_topic))
+        return np.fromiter(messages, _ROW)
 
 
 @contextmanager
