@@ -1,5 +1,6 @@
 """NumPy and Parquet files, the choice of columns, units and rates."""
 
+import subprocess
 import sys
 
 import numpy as np
@@ -158,6 +159,13 @@ def test_missing_file_and_folder(tmp_path):
         read_log(tmp_path / "a.csv")
     with pytest.raises(IsADirectoryError, match="is a folder"):
         read_log(tmp_path)
+
+
+def test_no_reader_is_loaded_before_it_is_needed():
+    extras = "{'pyarrow', 'h5py', 'scipy', 'rosbags', 'pandas', 'polars'}"
+    script = f"import sys, zerorate; print({extras} & sys.modules.keys())"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert (done.stdout.strip(), done.stderr) == ("set()", "")
 
 
 def test_parquet_without_pyarrow_names_the_extra(tmp_path, monkeypatch):

@@ -12,6 +12,8 @@ from zerorate.cli.allan_outputs import AllanOutputs
 from zerorate.cli.background import in_background, preloaded
 from zerorate.cli.faults import DataFault, UsageFault, as_usage, in_options, reading
 from zerorate.cli.options import (
+    RECORDING,
+    TOPIC,
     CurveFormat,
     FigureFormat,
     parse_columns,
@@ -30,13 +32,14 @@ __all__ = ["allan"]
 
 
 def allan(
-    log: Annotated[Path, typer.Argument(help="Recording: csv, tsv, txt, npy, npz or parquet.")],
+    log: Annotated[Path, typer.Argument(help=RECORDING)],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the files.")
     ] = Path("."),
     columns: Annotated[
         str | None, typer.Option(help="Names or indices with commas between.")
     ] = None,
+    topic: Annotated[str | None, typer.Option(help=TOPIC)] = None,
     rate: Annotated[float | None, typer.Option(help="Samples per second, Hz.")] = None,
     unit: Annotated[
         str | None, typer.Option(help="Of gyros, of accelerometers, or both: deg/s,g.")
@@ -79,7 +82,7 @@ def allan(
         preloaded(_load_plotting)
     with progress_bar() as progress:
         with reading(wanted is not None):
-            sensors = read_sensors(log, rate=rate, columns=wanted, units=units)
+            sensors = read_sensors(log, rate=rate, columns=wanted, units=units, topic=topic)
         found = in_background(lambda: [_found(analysis, s, progress) for s in sensors])
         outputs.write(found, progress)
     _print_result(found, outputs)

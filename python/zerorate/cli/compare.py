@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from zerorate.cli.faults import DataFault, UsageFault, as_usage, in_options, reading, writing
-from zerorate.cli.options import parse_columns, parse_names
+from zerorate.cli.options import RECORDING, TOPIC, parse_columns, parse_names
 from zerorate.cli.progress import progress_bar
 from zerorate.compare import METHODS, Comparison, Recording, read_recording
 from zerorate.compare import compare as run_methods
@@ -24,7 +24,7 @@ __all__ = ["compare"]
 def compare(
     logs: Annotated[
         list[Path] | None,
-        typer.Argument(help="Recordings: csv, tsv, txt, npy, npz or parquet.", show_default=False),
+        typer.Argument(help=RECORDING, show_default=False),
     ] = None,
     simulated: Annotated[
         bool, typer.Option("--simulated", help="Also simulated gyros, whose best filter is known.")
@@ -40,6 +40,7 @@ def compare(
     columns: Annotated[
         str | None, typer.Option(help="Names or indices with commas between.")
     ] = None,
+    topic: Annotated[str | None, typer.Option(help=TOPIC)] = None,
     rate: Annotated[float | None, typer.Option(help="Samples per second, Hz.")] = None,
     unit: Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")] = None,
     per_axis: Annotated[bool, typer.Option("--per-axis", help="A table of every axis.")] = False,
@@ -61,7 +62,7 @@ def compare(
         recordings = []
         for log in logs or []:
             with reading(bool(wanted or reference or truth)):
-                recordings.append(read_recording(log, rate, wanted, unit, reference, truth))
+                recordings.append(read_recording(log, rate, wanted, unit, reference, truth, topic))
         found = _compared(recordings, names, progress)
         regret = _simulated(names, seeds, progress) if simulated else None
     if json is not None:

@@ -18,7 +18,8 @@ __all__ = [
     "writing",
 ]
 
-_KEYWORD = re.compile(r"\b(rate|columns|unit|bridge)=")
+_KEYWORD = re.compile(r"\b(rate|columns|unit|bridge|topic)=")
+_ON_TOPIC = re.compile(r"there is no topic|topic= chooses")
 _ON_COLUMNS = re.compile(r"there is no column|columns=|columns are named")
 
 
@@ -45,7 +46,8 @@ def reading(columns_asked: bool) -> Iterator[None]:
         yield
     except LogError as error:
         about_columns = columns_asked and _ON_COLUMNS.search(str(error))
-        raise (UsageFault if about_columns else DataFault)(in_options(error)) from None
+        typed = about_columns or _ON_TOPIC.search(str(error))
+        raise (UsageFault if typed else DataFault)(in_options(error)) from None
     except OSError as error:
         raise DataFault(str(error)) from None
     except ImportError as error:

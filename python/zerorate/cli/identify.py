@@ -11,6 +11,8 @@ from zerorate.cli.background import in_background, preloaded
 from zerorate.cli.faults import DataFault, UsageFault, in_options, reading
 from zerorate.cli.identify_outputs import IdentifyOutputs
 from zerorate.cli.options import (
+    RECORDING,
+    TOPIC,
     Criterion,
     Estimator,
     Outliers,
@@ -43,13 +45,14 @@ _TRENDS: Final[dict[Trend, Literal["mean", "linear"] | None]] = {
 
 
 def identify(
-    log: Annotated[Path, typer.Argument(help="Recording: csv, tsv, txt, npy, npz or parquet.")],
+    log: Annotated[Path, typer.Argument(help=RECORDING)],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the files.")
     ] = Path("."),
     columns: Annotated[
         str | None, typer.Option(help="Names or indices with commas between.")
     ] = None,
+    topic: Annotated[str | None, typer.Option(help=TOPIC)] = None,
     rate: Annotated[float | None, typer.Option(help="Samples per second, Hz.")] = None,
     unit: Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")] = None,
     order: Annotated[
@@ -87,7 +90,7 @@ def identify(
         preloaded(_load_plotting)
     with progress_bar() as progress:
         with reading(wanted is not None):
-            recording = read_log(log, rate=rate, columns=wanted, unit=unit)
+            recording = read_log(log, rate=rate, columns=wanted, unit=unit, topic=topic)
         found = in_background(lambda: _found(analysis, recording, progress))
         outputs.write(recording, found, progress)
     _print_result(recording, found, outputs)

@@ -2,12 +2,14 @@
 
 import re
 from enum import StrEnum
-from typing import cast, get_args
+from typing import Final, cast, get_args
 
 from zerorate.cli.faults import UsageFault
 from zerorate.noise.taus import TauGrid
 
 __all__ = [
+    "RECORDING",
+    "TOPIC",
     "Criterion",
     "CurveFormat",
     "Estimator",
@@ -28,6 +30,13 @@ __all__ = [
     "parse_taus",
     "parse_units",
 ]
+
+
+RECORDING: Final = (
+    "Recording: csv, tsv, txt, npy, npz, parquet, arrow, feather, h5, mat, bag, mcap, "
+    "or the folder of a ROS 2 bag."
+)
+TOPIC: Final = "Topic of a ROS recording, where several hold an IMU."
 
 
 class Method(StrEnum):

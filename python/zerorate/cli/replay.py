@@ -8,6 +8,8 @@ import typer
 
 from zerorate.cli.faults import DataFault, as_usage, reading
 from zerorate.cli.options import (
+    RECORDING,
+    TOPIC,
     FigureFormat,
     LogFormat,
     Method,
@@ -32,13 +34,14 @@ _PUBLISHED = (Method.kf, Method.akf, Method.fading)
 
 
 def replay(
-    log: Annotated[Path, typer.Argument(help="Recording: csv, tsv, txt, npy, npz or parquet.")],
+    log: Annotated[Path, typer.Argument(help=RECORDING)],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the files.")
     ] = Path("."),
     columns: Annotated[
         str | None, typer.Option(help="Names or indices with commas between.")
     ] = None,
+    topic: Annotated[str | None, typer.Option(help=TOPIC)] = None,
     rate: Annotated[float | None, typer.Option(help="Samples per second, Hz.")] = None,
     unit: Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")] = None,
     order: Annotated[str, typer.Option(help="Orders p,q of a published method.")] = "2,1",
@@ -85,7 +88,7 @@ def replay(
     outputs = Outputs.of(output, log.stem, format, None if no_figure else figure_format, force)
     with progress_bar() as progress:
         with reading(wanted is not None):
-            recording = read_log(log, rate=rate, columns=wanted, unit=unit)
+            recording = read_log(log, rate=rate, columns=wanted, unit=unit, topic=topic)
         result = filtered(recording, method, options, progress, not no_figure, output=output_kind)
         outputs.write(result, progress)
     print_result(result, outputs)

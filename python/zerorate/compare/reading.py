@@ -29,12 +29,13 @@ def read_recording(
     unit: str | None = None,
     reference: str | None = None,
     quaternion: Sequence[str] | None = None,
+    topic: str | None = None,
 ) -> Recording:
     """Return the gyros of a log with the reference that it holds.
 
     Parameters
     ----------
-    path, rate, columns, unit
+    path, rate, columns, unit, topic
         As of `zerorate.read_log`.
     reference : str, optional
         Column of an angle or a rate about the axis of one gyro, from a shaft encoder or a rate
@@ -56,7 +57,7 @@ def read_recording(
         there or is not what its name says, or the gyros beside it are of no known unit.
     """
     request = _Request(columns, unit, reference, quaternion)
-    gyros, *others = read_groups(path, rate, request.asked, request.groups, request.wants)
+    gyros, *others = read_groups(path, rate, request.asked, request.groups, request.wants, topic)
     log = _in_si(gyros)
     if not others:
         return Recording(log)

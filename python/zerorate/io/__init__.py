@@ -1,4 +1,4 @@
-"""Read and write sensor logs: text tables, NumPy files and Parquet, one `Log` type out."""
+"""Read and write sensor logs: files of many formats and objects, one `Log` type out."""
 
 from zerorate.io.atomic import atomic_path, check_writable
 from zerorate.io.clock import ClockReport

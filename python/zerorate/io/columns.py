@@ -6,6 +6,7 @@ import difflib
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 import numpy as np
 
@@ -76,7 +77,7 @@ def choose(
     if table.names is None:
         time, counter = _unnamed_time(table, asked or ())
     else:
-        time, counter = _named_time(table, table.names, asked or ()), None
+        time, counter = _named_time(table, table.names, asked, wanted), None
     if asked is None:
         asked = _default(table, {time, counter}, wanted)
     return Choice(time, asked)
@@ -138,11 +139,28 @@ def _listed(table: Table) -> str:
     return ", ".join(shown)
 
 
-def _named_time(table: Table, names: tuple[str, ...], taken: Sequence[int]) -> int | None:
+def _named_time(
+    table: Table,
+    names: tuple[str, ...],
+    asked: Sequence[int] | None,
+    wanted: Callable[[str], bool],
+) -> int | None:
+    taken = asked or ()
     if table.time is not None:
         return table.time if table.time not in taken else None
-    free = (i for i, name in enumerate(names) if i not in taken and looks_like_time(name))
-    return next(free, None)
+    free = [i for i, name in enumerate(names) if i not in taken and looks_like_time(name)]
+    others = (i for i, name in enumerate(names) if i not in free and wanted(name))
+    data = next(iter(taken), next(others, None))
+    if data is None:
+        return next(iter(free), None)
+    return max(free, key=lambda i: _belongs(table, names, i, data), default=None)
+
+
+def _belongs(table: Table, names: tuple[str, ...], time: int, data: int) -> tuple[bool, int]:
+    """Return how well a time fits a data column: by its length, then by the folders they share."""
+    same = table.lengths is None or table.lengths[time] == table.lengths[data]
+    folders = zip(names[time].split("/")[:-1], names[data].split("/")[:-1], strict=False)
+    return same, sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], folders))
 
 
 def _unnamed_time(table: Table, taken: Sequence[int]) -> tuple[int | None, int | None]:

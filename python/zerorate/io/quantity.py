@@ -76,7 +76,7 @@ def common_unit(names: list[str], given: str | None, file_unit: str | None) -> s
     for name, unit in suffixes.items():
         if given is not None and unit is not None and unit != given:
             raise LogError(f"unit '{given}' was given, but column '{name}' is in {unit}")
-    fallback = given or _spelled(file_unit) or UNKNOWN
+    fallback = given or spelled(file_unit or "") or UNKNOWN
     units = {name: unit or fallback for name, unit in suffixes.items()}
     if len(set(units.values())) > 1:
         listed = ", ".join(f"'{n}' {_described(u)}" for n, u in units.items())
@@ -84,8 +84,9 @@ def common_unit(names: list[str], given: str | None, file_unit: str | None) -> s
     return next(iter(units.values()))
 
 
-def _spelled(unit: str | None) -> str | None:
-    return unit and _UNIT.get(unit.strip().lower(), unit.strip())
+def spelled(unit: str) -> str:
+    """Return the unit in its one spelling where it is known, else as it stands."""
+    return _UNIT.get(unit.strip().lower(), unit.strip())
 
 
 def _described(unit: str) -> str:

@@ -1,10 +1,8 @@
-"""Reading a log of any format."""
+"""Reading a log of any format, or from an object."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -13,15 +11,12 @@ import numpy.typing as npt
 from zerorate.io.clock import Grid, fit_grid, unstamped
 from zerorate.io.columns import choose, looks_like_gyro
 from zerorate.io.errors import LogError
-from zerorate.io.formats import format_of
 from zerorate.io.log import Log
-from zerorate.io.npy import read_npy, read_npz
-from zerorate.io.parquet import read_parquet
 from zerorate.io.quantity import UNKNOWN, canonical_unit, common_unit
 from zerorate.io.rates import checked_rate
+from zerorate.io.sources import LogSource, label_of, opened
 from zerorate.io.stamps import Stamps, to_seconds
 from zerorate.io.table import Column, Table, as_numbers
-from zerorate.io.text import read_text
 
 
 class Group(NamedTuple):
@@ -32,20 +27,22 @@ class Group(NamedTuple):
 
 
 def read_log(
-    path: str | os.PathLike[str],
+    source: LogSource,
     rate: float | None = None,
     columns: str | int | Sequence[str | int] | None = None,
     unit: str | None = None,
+    topic: str | None = None,
 ) -> Log:
     r"""Return the gyro channels of a recording on a uniform time grid.
 
     Parameters
     ----------
-    path
-        A text table (``.csv .tsv .txt .dat``), ``.npy``, ``.npz`` or ``.parquet`` file. The
-        delimiter, header, comments (``#``, ``%``), decimal comma and missing cells (empty,
-        ``nan``, ``NA``) of a text table are found from its content. An ``.npz`` holds ``data``
-        or one array a column, and optionally ``time``, ``rate``, ``unit``, ``names``.
+    source
+        A file: a text table (``.csv .tsv .txt .dat``), ``.npy``, ``.npz``, ``.parquet``, Arrow IPC
+        (``.arrow .feather .ipc``), HDF5 (``.h5 .hdf5``), ``.mat``, a ROS 1 ``.bag``, the folder
+        or ``.db3`` of a ROS 2 bag, ``.mcap``. Or an object: a data frame of pandas or polars, a
+        pyarrow table or another with ``__arrow_c_stream__``, a dict of arrays by name, a
+        structured array, an array (n,) or (n, k). ``docs/logs.md`` says what is read of each.
     rate
         Samples per second, Hz. Needed where the file has neither timestamps nor a rate in its
         metadata; elsewhere it must agree with the timestamps to 1 % and then is the log's rate.
@@ -57,6 +54,8 @@ def read_log(
         ``"rad/s"``, ``"deg/s"``, ``"deg/h"``, ``"g"`` or ``"m/s^2"``, where the file does not
         say it. By default the suffix of the columns' names (``_dps``, ``[rad s^-1]``), then the
         metadata; ``"unit"`` where nothing is known. Values are never converted.
+    topic
+        Which topic of a ROS recording to read; needed where several hold ``sensor_msgs/Imu``.
 
     Returns
     -------
@@ -70,10 +69,12 @@ def read_log(
         If the content is not as expected; the message names file, place and expectation.
     ValueError
         If ``rate`` or ``unit`` is not valid.
+    TypeError
+        If the object is none of these.
     OSError
         If the file is missing, a folder, or not readable.
     ImportError
-        For Parquet without pyarrow: ``pip install 'zerorate[io]'``.
+        If the format needs a package that is not installed; the message names the extra.
 
     Notes
     -----
@@ -96,6 +97,8 @@ def read_log(
     >>> _ = path.write_text("time_s,gyro_x_dps\n0.00,0.1\n0.01,0.2\n0.02,0.1\n")
     >>> read_log(path)
     Log(3 samples at 100 Hz, 0.03 s, deg/s: gyro_x_dps)
+    >>> read_log({"gyro_x": [0.1, 0.2, 0.1]}, rate=100, unit="deg/s")
+    Log(3 samples at 100 Hz, 0.03 s, deg/s: gyro_x)
     """
     given_unit = None if unit is None else canonical_unit(unit)
 
@@ -103,39 +106,40 @@ def read_log(
         places = tuple(range(len(names)))
         return [Group(places, common_unit(names, given_unit, file_unit))]
 
-    return read_groups(path, rate, columns, one_group, looks_like_gyro)[0]
+    return read_groups(source, rate, columns, one_group, looks_like_gyro, topic)[0]
 
 
 def read_groups(
-    path: str | os.PathLike[str],
+    source: LogSource,
     rate: float | None,
     columns: str | int | Sequence[str | int] | None,
     grouped: Callable[[list[str], str | None], list[Group]],
     wanted: Callable[[str], bool],
+    topic: str | None = None,
 ) -> list[Log]:
-    """Return a log for each group of a file's columns, all from one reading.
+    """Return a log for each group of a source's columns, all from one reading.
 
     ``grouped`` makes groups of the chosen names and the unit of the metadata; ``wanted`` tells
     which columns are chosen where the caller names none. Faults are as of `read_log`.
     """
     given_rate = None if rate is None else checked_rate(rate)
-    file = Path(path)
-    _check_readable(file)
+    label = label_of(source)
     try:
-        return _read(file, given_rate, columns, grouped, wanted)
+        kind, table = opened(source, topic)
+        meta = {"source": label, "format": kind}
+        return _read(table, meta, given_rate, columns, grouped, wanted)
     except LogError as error:
-        raise LogError(f"{file}: {error}") from None
+        raise LogError(f"{label}: {error}") from None
 
 
 def _read(
-    file: Path,
+    table: Table,
+    told: dict[str, str],
     rate: float | None,
     columns: str | int | Sequence[str | int] | None,
     grouped: Callable[[list[str], str | None], list[Group]],
     wanted: Callable[[str], bool],
 ) -> list[Log]:
-    kind = format_of(file)
-    table = _open(file, kind)
     if table.names is None:
         table = table.loaded()
     choice = choose(table, columns, wanted)
@@ -147,7 +151,7 @@ def _read(
     loaded = table.load(choice.data if choice.time is None else (*choice.data, choice.time))
     stamps = None if choice.time is None else _stamps(loaded[-1], table.label(choice.time), stated)
     grid = _grid(len(loaded[0]), stamps, stated)
-    meta: dict[str, object] = {"source": str(file), "format": kind, "clock": grid.report}
+    meta: dict[str, object] = {**told, "clock": grid.report}
     if table.meta.sensor is not None:
         meta["sensor"] = table.meta.sensor
     return [_log(loaded, names, group, grid, stamps, meta) for group in groups]
@@ -168,25 +172,6 @@ def _log(
     return Log(time, grid.rate, data, tuple(own), group.unit, {**meta, "notes": notes})
 
 
-def _check_readable(file: Path) -> None:
-    if file.is_dir():
-        raise IsADirectoryError(f"{file} is a folder, expected a log file")
-    if not file.exists():
-        raise FileNotFoundError(f"{file} does not exist")
-    if not os.access(file, os.R_OK):
-        raise PermissionError(f"{file} cannot be read: permission denied")
-
-
-def _open(file: Path, kind: str) -> Table:
-    if kind == "parquet":
-        return read_parquet(file)
-    if kind == "npy":
-        return read_npy(file)
-    if kind == "npz":
-        return read_npz(file)
-    return read_text(file.read_bytes())
-
-
 def _stated_rate(rate: float | None, table: Table) -> float | None:
     if rate is not None or table.meta.rate is None:
         return rate
@@ -198,7 +183,7 @@ def _stated_rate(rate: float | None, table: Table) -> float | None:
 
 def _stamps(column: Column, name: str, rate: float | None) -> Stamps:
     if len(column) == 0:
-        raise LogError("the file has columns but no rows")
+        raise LogError("there are columns but no rows")
     return to_seconds(column, name, rate)
 
 
@@ -210,7 +195,7 @@ def _grid(n: int, stamps: Stamps | None, rate: float | None) -> Grid:
 
 def _stacked(columns: list[Column], names: list[str]) -> npt.NDArray[np.float64]:
     if len(columns[0]) == 0:
-        raise LogError("the file has columns but no rows")
+        raise LogError("there are columns but no rows")
     values = np.empty((len(columns[0]), len(columns)))
     for i, (column, name) in enumerate(zip(columns, names, strict=True)):
         values[:, i] = as_numbers(column, name)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from typing import Final
 
@@ -11,6 +10,7 @@ from zerorate.io.errors import LogError
 from zerorate.io.log import Log
 from zerorate.io.quantity import canonical_unit, common_unit, split_unit
 from zerorate.io.reading import Group, read_groups
+from zerorate.io.sources import LogSource
 
 __all__ = ["read_sensors"]
 
@@ -26,16 +26,17 @@ _KINDS: Final = tuple(dict.fromkeys(_KIND.values()))
 
 
 def read_sensors(
-    path: str | os.PathLike[str],
+    source: LogSource,
     rate: float | None = None,
     columns: Sequence[str | int] | None = None,
     units: Sequence[str] = (),
+    topic: str | None = None,
 ) -> tuple[Log, ...]:
     """Return the gyros of a recording as one log, and its accelerometers as another.
 
     Parameters
     ----------
-    path, rate
+    source, rate, topic
         As of `read_log`.
     columns
         Names or indices. By default every column named like a gyro or an accelerometer; in a
@@ -51,7 +52,7 @@ def read_sensors(
 
     Raises
     ------
-    LogError, ValueError, OSError, ImportError
+    LogError, ValueError, TypeError, OSError, ImportError
         As `read_log`, and if two units of one kind, or of a kind without columns, are given.
     """
     given = _by_kind([canonical_unit(unit) for unit in units])
@@ -59,7 +60,7 @@ def read_sensors(
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
         return _groups(names, file_unit, given)
 
-    return tuple(read_groups(path, rate, columns, grouped, looks_like_sensor))
+    return tuple(read_groups(source, rate, columns, grouped, looks_like_sensor, topic))
 
 
 def _by_kind(units: list[str]) -> dict[str, str]:

@@ -40,8 +40,9 @@ def to_seconds(column: Column, name: str, rate: float | None) -> Stamps:
     ``rate``; without that, the step decides: below 0.5 it is seconds, below 100 milliseconds,
     below 100 000 microseconds, and nanoseconds above.
     """
-    if column.dtype.kind == "M":
-        column, unit, assumed = column.astype("datetime64[ns]").astype(np.int64), "ns", False
+    if column.dtype.kind in "Mm":
+        kind = "datetime64[ns]" if column.dtype.kind == "M" else "timedelta64[ns]"
+        column, unit, assumed = column.astype(kind).astype(np.int64), "ns", False
     else:
         column = _wide(column, name)
         known = _unit_of_name(name)

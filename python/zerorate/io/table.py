@@ -29,7 +29,8 @@ class Table:
     """Columns of a file, not yet loaded.
 
     ``names`` is None for a table without names, ``time`` the index of the time column where
-    the format says it, ``data`` the data columns where the file lists them.
+    the format says it, ``data`` the data columns where the file lists them, ``lengths`` the
+    number of values of each column where they may differ.
     """
 
     width: int
@@ -38,6 +39,7 @@ class Table:
     meta: Metadata = field(default_factory=Metadata)
     time: int | None = None
     data: tuple[int, ...] | None = None
+    lengths: tuple[int, ...] | None = None
 
     def label(self, index: int) -> str:
         """Return the column's name, or one made from its index."""

@@ -1,0 +1,98 @@
+"""What Parquet, Arrow IPC and objects of Arrow share: a schema, its metadata, and its columns."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from zerorate.io.errors import LogError
+from zerorate.io.table import Column, Metadata, Table, listed_names
+
+__all__ = ["arrow_table", "needs_pyarrow"]
+
+# Of type Any, for the stubs of pyarrow come from elsewhere and lag behind it.
+_Schema = Any
+_Chunks = Any
+
+
+def needs_pyarrow(what: str) -> Any:  # noqa: ANN401
+    """Return the module pyarrow, or say what needs it."""
+    try:
+        import pyarrow
+        import pyarrow.ipc
+    except ImportError:
+        raise ImportError(f"{what} needs pyarrow: pip install 'zerorate[io]'") from None
+    return pyarrow
+
+
+def arrow_table(schema: _Schema, read: Callable[[Sequence[int]], Sequence[_Chunks]]) -> Table:
+    """Return the table of a schema; ``read`` gives the columns at some indices."""
+    if len(schema) == 0:
+        raise LogError("there are no columns")
+
+    def load(wanted: Sequence[int]) -> list[Column]:
+        for index in wanted:
+            _check_type(schema.field(index))
+        return [_to_numpy(column) for column in read(wanted)]
+
+    meta = _metadata(schema.metadata or {})
+    return listed_names(Table(len(schema), load, names=_column_names(schema), meta=meta))
+
+
+def _column_names(schema: _Schema) -> tuple[str, ...]:
+    try:
+        return tuple(schema.names)
+    except UnicodeDecodeError:
+        raise LogError("a column's name is no UTF-8 text: the content is damaged") from None
+
+
+def _check_type(field: _Schema) -> None:
+    types = needs_pyarrow("Arrow").types
+    known = (
+        types.is_integer,
+        types.is_floating,
+        types.is_boolean,
+        types.is_timestamp,
+        types.is_duration,
+    )
+    if not any(is_known(field.type) for is_known in known):
+        raise LogError(f"column '{field.name}' holds {field.type}, expected numbers")
+
+
+def _to_numpy(column: _Chunks) -> Column:
+    pa = needs_pyarrow("Arrow")
+    if pa.types.is_boolean(column.type):
+        column = column.cast(pa.int8())
+    values: Column = column.to_numpy()
+    return values
+
+
+def _metadata(pairs: Mapping[bytes, bytes]) -> Metadata:
+    text = {key.decode(errors="replace"): value for key, value in pairs.items()}
+    return Metadata(
+        rate=_rate(text.get("rate")),
+        unit=_text(text.get("unit")),
+        sensor=_text(text.get("sensor")),
+        names=_names(text.get("names")),
+    )
+
+
+def _text(value: bytes | None) -> str | None:
+    return None if value is None else value.decode(errors="replace")
+
+
+def _rate(value: bytes | None) -> float | None:
+    try:
+        return None if value is None else float(value)
+    except ValueError:
+        raise LogError(f"the metadata's rate is {value!r}, expected a number of Hz") from None
+
+
+def _names(value: bytes | None) -> tuple[str, ...] | None:
+    try:
+        listed = json.loads(value or b"null")
+    except ValueError:
+        return None
+    strings = isinstance(listed, list) and all(isinstance(name, str) for name in listed)
+    return tuple(listed) if strings else None
