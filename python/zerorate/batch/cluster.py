@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from typing import Any, Final, TypeVar
 
 from zerorate.batch.engine import Died, Finished
+from zerorate.batch.interrupts import for_the_parent_alone
 from zerorate.batch.threads import single_threaded
 
 __all__ = ["Cluster", "local_cluster", "scheduler_at"]
@@ -71,18 +72,17 @@ def local_cluster(count: int) -> Iterator[Cluster]:
     if count < 1:
         raise ValueError(f"local_cluster must be at least 1 worker, got {count}")
     distributed = _distributed()
-    with (
-        single_threaded(),
-        distributed.LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            host="127.0.0.1",
-            dashboard_address=None,
-            silence_logs=logging.CRITICAL,
-        ) as cluster,
-        distributed.Client(cluster) as client,
-    ):
-        yield Cluster(client)
+    with single_threaded():
+        with for_the_parent_alone():
+            cluster = distributed.LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                host="127.0.0.1",
+                dashboard_address=None,
+                silence_logs=logging.CRITICAL,
+            )
+        with cluster, distributed.Client(cluster) as client:
+            yield Cluster(client)
 
 
 @contextmanager

@@ -7,15 +7,14 @@ by which task. Here each worker has a pipe of its own: its end names the task.
 import os
 import signal
 import sys
-import threading
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Sequence
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final, Generic, TypeVar
 
 from zerorate.batch.engine import Died, Finished
+from zerorate.batch.interrupts import for_the_parent_alone
 from zerorate.batch.threads import single_threaded
 
 __all__ = ["Processes"]
@@ -82,7 +81,7 @@ class _Worker(Generic[T, R]):
         self.pipe, theirs = _SPAWN.Pipe()
         self._task: T
         self._process = _SPAWN.Process(target=_serve, args=(work, theirs), daemon=True)
-        with single_threaded(), _deaf_to_interrupts():
+        with single_threaded(), for_the_parent_alone():
             self._process.start()
         # The pipe must end with the process, so nobody else may hold its other side.
         theirs.close()
@@ -118,19 +117,6 @@ def _serve(work: Callable[[Any], Any], pipe: Connection) -> None:
             pipe.send(work(pipe.recv()))
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return
-
-
-@contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Start a process that leaves Ctrl-C to its parent from its first moment on."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _how(code: int) -> str:

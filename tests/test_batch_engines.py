@@ -1,0 +1,85 @@
+"""Engines: every task ends once, whatever becomes of the workers."""
+
+import os
+from contextlib import closing
+
+import pytest
+
+import batch_work
+from zerorate.batch.cluster import local_cluster
+from zerorate.batch.engine import Died, Finished, outlived
+from zerorate.batch.processes import Processes
+from zerorate.batch.threads import single_threaded
+
+
+def tasks(folder, count=8):
+    return [(str(folder), number) for number in range(count)]
+
+
+def ran(folder):
+    return sorted(int(line) for line in (folder / "ran.txt").read_text().split())
+
+
+@pytest.fixture(params=["processes", "cluster"])
+def engine(request):
+    if request.param == "processes":
+        yield Processes(2)
+        return
+    with local_cluster(2) as cluster:
+        yield cluster
+
+
+def test_a_task_that_kills_its_workers_is_named_and_the_others_run_once(engine, tmp_path):
+    listed = tasks(tmp_path)
+    ends = list(outlived(engine, batch_work.die_at_three, listed))
+    died = [end for end in ends if isinstance(end, Died)]
+    answers = {end.task[1]: end.answer for end in ends if isinstance(end, Finished)}
+    assert [end.task for end in died] == [listed[3]]
+    assert "worker process" in died[0].reason
+    assert answers == {number: 10 * number for number in range(8) if number != 3}
+    assert sorted(set(ran(tmp_path))) == sorted(answers)
+
+
+def test_processes_name_the_signal_and_repeat_nothing(tmp_path):
+    *_, last = outlived(Processes(2), batch_work.die_at_three, tasks(tmp_path))
+    assert last.reason == "its worker process was ended by SIGKILL"
+    assert ran(tmp_path) == [0, 1, 2, 4, 5, 6, 7]
+
+
+def test_a_task_whose_worker_died_once_succeeds_alone(tmp_path):
+    *_, last = outlived(Processes(2), batch_work.die_once_at_three, tasks(tmp_path))
+    assert last.answer == 30
+    assert ran(tmp_path) == list(range(8))
+
+
+def test_leaving_early_ends_the_workers(tmp_path):
+    import psutil
+
+    with closing(Processes(2).run(batch_work.note_and_answer, tasks(tmp_path))) as ends:
+        next(ends)
+        children = [child for child in psutil.Process().children() if is_worker(child)]
+        assert children
+    assert not any(child.is_running() for child in children)
+
+
+def is_worker(process):
+    return any("spawn_main" in word for word in process.cmdline())
+
+
+def test_workers_have_one_thread_and_the_parent_its_own_setting(monkeypatch):
+    names = ("RAYON_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    monkeypatch.setenv(names[0], "5")
+    monkeypatch.delenv(names[1], raising=False)
+    (end,) = Processes(1).run(batch_work.environment, [names])
+    assert end.answer == ["1", "1"]
+    assert (os.environ[names[0]], names[1] in os.environ) == ("5", False)
+    with single_threaded():
+        assert os.environ[names[1]] == "1"
+
+
+@pytest.mark.parametrize("count", [0, -1])
+def test_no_worker_is_no_engine(count):
+    with pytest.raises(ValueError, match=f"workers must be at least 1, got {count}"):
+        Processes(count)
+    with pytest.raises(ValueError, match="at least 1 worker"), local_cluster(count):
+        pass
