@@ -3,10 +3,15 @@
 import os
 from contextlib import closing
 
+import dask.config
+import psutil
 import pytest
+from distributed import LocalCluster
 
 import batch_work
-from zerorate.batch.cluster import local_cluster
+from zerorate.batch import cluster as clusters
+from zerorate.batch import run_batch
+from zerorate.batch.cluster import local_cluster, scheduler_at
 from zerorate.batch.engine import Died, Finished, outlived
 from zerorate.batch.processes import Processes
 from zerorate.batch.threads import single_threaded
@@ -20,12 +25,25 @@ def ran(folder):
     return sorted(int(line) for line in (folder / "ran.txt").read_text().split())
 
 
+@pytest.fixture(scope="module")
+def address():
+    """Address of a scheduler with two workers that somebody else has started."""
+    settings = {"distributed.scheduler.allowed-failures": 1}
+    with (
+        dask.config.set(settings),
+        LocalCluster(
+            n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+        ) as cluster,
+    ):
+        yield cluster.scheduler_address
+
+
 @pytest.fixture(params=["processes", "cluster"])
 def engine(request):
     if request.param == "processes":
         yield Processes(2)
         return
-    with local_cluster(2) as cluster:
+    with scheduler_at(request.getfixturevalue("address")) as cluster:
         yield cluster
 
 
@@ -53,8 +71,6 @@ def test_a_task_whose_worker_died_once_succeeds_alone(tmp_path):
 
 
 def test_leaving_early_ends_the_workers(tmp_path):
-    import psutil
-
     with closing(Processes(2).run(batch_work.note_and_answer, tasks(tmp_path))) as ends:
         next(ends)
         children = [child for child in psutil.Process().children() if is_worker(child)]
@@ -82,4 +98,19 @@ def test_no_worker_is_no_engine(count):
     with pytest.raises(ValueError, match=f"workers must be at least 1, got {count}"):
         Processes(count)
     with pytest.raises(ValueError, match="at least 1 worker"), local_cluster(count):
+        pass
+
+
+def test_a_batch_on_a_running_scheduler(address, tmp_path):
+    batch_work.make_logs(tmp_path / "logs", 3)
+    pattern = str(tmp_path / "logs" / "*" / "*")
+    result = run_batch(pattern, tmp_path / "out", scheduler=address)
+    assert result.counts == {"done": 3}
+    assert run_batch(pattern, tmp_path / "out", scheduler=address).counts == {"skipped": 3}
+
+
+def test_no_scheduler_at_an_address(monkeypatch):
+    monkeypatch.setattr(clusters, "_PATIENCE", 0.3)
+    expected = "no scheduler answers at 'tcp://127.0.0.1:9'"
+    with pytest.raises(ConnectionError, match=expected), scheduler_at("tcp://127.0.0.1:9"):
         pass

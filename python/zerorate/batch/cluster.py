@@ -72,7 +72,10 @@ def local_cluster(count: int) -> Iterator[Cluster]:
     if count < 1:
         raise ValueError(f"local_cluster must be at least 1 worker, got {count}")
     distributed = _distributed()
-    with single_threaded():
+    from dask import config as dask_config
+
+    # A second try beside others would tell nothing: suspects are run alone later.
+    with single_threaded(), dask_config.set({"distributed.scheduler.allowed-failures": 0}):
         with for_the_parent_alone():
             cluster = distributed.LocalCluster(
                 n_workers=count,
