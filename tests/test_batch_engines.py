@@ -71,15 +71,16 @@ def test_a_task_whose_worker_died_once_succeeds_alone(tmp_path):
 
 
 def test_leaving_early_ends_the_workers(tmp_path):
+    others = workers_here()
     with closing(Processes(2).run(batch_work.note_and_answer, tasks(tmp_path))) as ends:
         next(ends)
-        children = [child for child in psutil.Process().children() if is_worker(child)]
-        assert children
-    assert not any(child.is_running() for child in children)
+        assert workers_here() > others
+    assert workers_here() == others
 
 
-def is_worker(process):
-    return any("spawn_main" in word for word in process.cmdline())
+def workers_here():
+    children = psutil.Process().children(recursive=True)
+    return {child.pid for child in children if "--multiprocessing-fork" in child.cmdline()}
 
 
 def test_workers_have_one_thread_and_the_parent_its_own_setting(monkeypatch):
