@@ -85,7 +85,7 @@ def run_batch(
     >>> from zerorate.batch import run_batch
     >>> folder = Path(tempfile.mkdtemp())
     >>> z = np.random.default_rng(1).standard_normal(3000)
-    >>> write_log(Log(np.arange(3000) / 100.0, 100.0, z, ["gyro_z_dps"]), folder / "a.parquet")
+    >>> write_log(Log(np.arange(3000) / 100.0, 100.0, z, ["gyro_z"]), folder / "a.parquet")
     >>> result = run_batch(f"{folder}/*.parquet", folder / "out", workers=1)
     >>> result.counts["done"], sorted(path.name for path in (folder / "out").iterdir())
     (1, ['a-zerorate.json', 'a-zerorate.parquet', 'summary.parquet'])
