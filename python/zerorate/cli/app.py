@@ -6,6 +6,7 @@ import typer
 
 from zerorate import __version__
 from zerorate.cli.allan import allan
+from zerorate.cli.batch import batch
 from zerorate.cli.compare import compare
 from zerorate.cli.demo import demo
 from zerorate.cli.identify import identify
@@ -41,7 +42,7 @@ def _root(
     """Models, measures and removes the random drift of MEMS gyroscopes."""
 
 
-for _command in (replay, compare, allan, identify, demo, simulate, stream):
+for _command in (replay, batch, compare, allan, identify, demo, simulate, stream):
     app.command()(_command)
 
 

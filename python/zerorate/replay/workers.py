@@ -4,14 +4,16 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Final
 
-__all__ = ["Progress", "silent", "workers"]
+__all__ = ["Progress", "on_threads", "silent", "workers"]
 
 Progress = Callable[[str, float], None]
 """Called with the step's name and the fraction of it that is done."""
 
 _MOST: Final = 16
+_asked: ContextVar[int | None] = ContextVar("threads of a replay", default=None)
 
 
 def silent(step: str, fraction: float) -> None:
@@ -19,9 +21,19 @@ def silent(step: str, fraction: float) -> None:
 
 
 @contextmanager
+def on_threads(count: int) -> Iterator[None]:
+    """Let `workers` have this many threads instead, where many logs share the cores."""
+    before = _asked.set(count)
+    try:
+        yield
+    finally:
+        _asked.reset(before)
+
+
+@contextmanager
 def workers() -> Iterator[ThreadPoolExecutor]:
     """Yield as many threads as there are cores; an interrupt drops what is not yet begun."""
-    executor = ThreadPoolExecutor(min(os.cpu_count() or 1, _MOST))
+    executor = ThreadPoolExecutor(_asked.get() or min(os.cpu_count() or 1, _MOST))
     try:
         yield executor
     finally:
