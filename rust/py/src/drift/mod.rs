@@ -52,9 +52,10 @@ use crate::{allan, arrays};
 /// channels : int, optional
 ///     Number of signals side by side; None is a single one.
 /// motion : {"hold", "ignore"}, optional
-///     ``"hold"`` learns at rest only, as a ``RestDetector`` sees it, and takes back the quarter
-///     second in which a motion began; ``"ignore"`` takes every sample for rest, as the published
-///     filters do. Default: ``"hold"`` for ``"auto"``, ``"ignore"`` for the others.
+///     ``"hold"`` learns at rest only, as a ``RestDetector`` sees it, and takes back what came just
+///     before a motion was seen (half a second, for ``"auto"`` up to two); ``"ignore"`` takes every
+///     sample for rest, as the published filters do. Default: ``"hold"`` for ``"auto"``, ``"ignore"``
+///     for the others.
 /// output : {"estimate", "compensated"}, default "estimate"
 ///     What ``update`` and ``process`` answer: the estimate, or the sample minus ``bias``, which has
 ///     no delay (NaN for a missing sample).
