@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use zerorate_core::checkpoint::{self, Label};
-use zerorate_core::{Bank, Error, Filter};
+use zerorate_core::{Bank, Error, SideBySide};
 
 /// One filter a channel.
 pub trait Stream: Send + Sync {
@@ -25,7 +25,7 @@ pub struct Labelled<F> {
     pub bank: Bank<F>,
 }
 
-impl<F: Filter<f64> + Clone + Send + Sync + Serialize> Stream for Labelled<F> {
+impl<F: SideBySide<f64> + Clone + Send + Sync + Serialize> Stream for Labelled<F> {
     #[inline]
     fn update(&mut self, z: f64) -> f64 {
         self.bank.filters_mut().first_mut().map_or(f64::NAN, |filter| filter.update(z))

@@ -91,7 +91,7 @@ pub fn adapt<T: Real, const N: usize>(
     large: T::SimdBool,
 ) -> T::SimdBool {
     if large.any() {
-        return adapt_large(G, floor, column, sample, weight, large);
+        return T::aside(move || adapt_large(G, floor, column, sample, weight, large));
     }
     // The fifteen factors of four rows underflow on a small G.
     let room = match N {
@@ -105,8 +105,7 @@ pub fn adapt<T: Real, const N: usize>(
 
 /// [`adapt`] where the floor does not outweigh rounding: `G` is settled before the step, which may
 /// take away nearly all of it and leave what was rounded, and after it.
-#[cold]
-#[inline(never)]
+#[inline(always)]
 fn adapt_large<T: Real, const N: usize>(
     G: &mut Symmetric<T, N>,
     floor: T,
@@ -131,7 +130,8 @@ fn bounded_step<T: Real>(sample: &Correction<T>, weight: T, room: Room<T>) -> (T
     let height = room.height * variance * variance;
     let guarded = step.simd_lt(T::zero()) & (-step * room.slope).simd_ge(height);
     let step = step * inverse * inverse;
-    if guarded.any() {
+    // Of several lanes one is guarded nearly always: no branch could be foretold.
+    if T::LANES > 1 || guarded.any() {
         let limit = room.height / room.slope.at_least(T::tiny());
         return (choose(guarded, -limit, step), guarded);
     }
