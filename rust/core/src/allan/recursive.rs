@@ -85,9 +85,10 @@ impl<T: Real> AllanNoise<T> {
         let square = self.squared_difference(z);
         // Not so for NaN: a sample or the one before it was missing.
         let seen = square.simd_ge(T::zero());
-        let one = choose(seen, T::one(), T::zero());
-        self.weight_sum = self.weight_sum * choose(seen, self.fading, T::one()) + one;
-        let weight = one / self.weight_sum;
+        // Not a choice between two sums, which a compiler may store lane by lane.
+        self.weight_sum = self.weight_sum * choose(seen, self.fading, T::one())
+            + choose(seen, T::one(), T::zero());
+        let weight = choose(seen, T::one() / self.weight_sum, T::zero());
         self.variance += (choose(seen, square, T::zero()) - self.variance) * weight;
         self.previous = [z, self.previous[0]];
     }
