@@ -18,6 +18,7 @@ from zerorate.batch.result import BatchResult
 from zerorate.batch.settings import Settings
 from zerorate.batch.summary import SUMMARY, write_summary
 from zerorate.batch.task import Task, run_task
+from zerorate.io import check_writable
 from zerorate.io.litter import sweep
 
 __all__ = ["Progress", "run_batch"]
@@ -98,6 +99,7 @@ def run_batch(
     engine = _engine(workers, local_cluster, scheduler)
     tasks = find_tasks(listed, folder, settings or Settings(), force)
     folder.mkdir(parents=True, exist_ok=True)
+    check_writable(folder / SUMMARY, force=True)
     ends = {task.name: end for task in tasks if (end := task.finished("skipped")) is not None}
     todo = [task for task in tasks if task.name not in ends]
     if todo:
