@@ -120,7 +120,7 @@ def handed_on(go_on):
 
 
 def process(f, z):
-    """Go on, in a process that a function of a test module cannot be sent to."""
+    """Go on in another process, which can import this module."""
     return f.process(z)
 
 

@@ -104,20 +104,20 @@ def stream(
     note_on_options(context, method)
     with as_usage():
         settings = Settings(
-            rate,
-            method.value,
-            None if motion is None else motion.value,
-            output_kind.value,
-            _beside(beside),
-            _columns(columns),
-            _column(sequence),
-            parse_order(order),
-            fading,
-            parse_adapt_for(adapt_for),
-            forgetting_factor,
-            process_noise,
-            startup,
-            noise.value,
+            rate=rate,
+            method=method.value,
+            motion=None if motion is None else motion.value,
+            output=output_kind.value,
+            beside=_beside(beside),
+            columns=_columns(columns),
+            sequence=_column(sequence),
+            order=parse_order(order),
+            fading=fading,
+            adapt_for=parse_adapt_for(adapt_for),
+            forgetting_factor=forgetting_factor,
+            process_noise=process_noise,
+            startup=startup,
+            noise=noise.value,
         )
     saver = None if checkpoint is None else _saver(checkpoint, every * rate)
     lines = resumed(checkpoint, settings, fields, force)
