@@ -6,6 +6,7 @@ from typing import Annotated
 import numpy.typing as npt
 import typer
 
+from zerorate.cli.effects import note_on_options
 from zerorate.cli.faults import DataFault, as_usage, reading
 from zerorate.cli.options import (
     RECORDING,
@@ -34,6 +35,7 @@ _PUBLISHED = (Method.kf, Method.akf, Method.fading)
 
 
 def replay(
+    context: typer.Context,
     log: Annotated[Path, typer.Argument(help=RECORDING)],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the files.")
@@ -84,6 +86,7 @@ def replay(
         noise=noise.value,
         motion=None if motion is None else motion.value,
     )
+    note = note_on_options(context, method, _baselines(method))
     wanted = parse_columns(columns)
     outputs = Outputs.of(output, log.stem, format, None if no_figure else figure_format, force)
     with progress_bar() as progress:
@@ -92,6 +95,8 @@ def replay(
         result = filtered(recording, method, options, progress, not no_figure, output=output_kind)
         outputs.write(result, progress)
     print_result(result, outputs)
+    if note is not None:
+        print(note)
 
 
 def filtered(
@@ -104,8 +109,7 @@ def filtered(
     output: OutputKind | None = None,
 ) -> Replay:
     """Return the log after the published methods up to the chosen one, or raise a fault."""
-    baselines = _PUBLISHED if method is Method.auto else _PUBLISHED[:2]
-    methods = (*(other.value for other in baselines if other is not method), method.value)
+    methods = (*(other.value for other in _baselines(method)), method.value)
     try:
         with as_usage():
             return run_filters(
@@ -119,6 +123,12 @@ def filtered(
             )
     except LogError as error:
         raise DataFault(f"{log.meta.get('source', 'the log')}: {error}") from None
+
+
+def _baselines(method: Method) -> tuple[Method, ...]:
+    """Return the published methods that the chosen one is compared to."""
+    published = _PUBLISHED if method is Method.auto else _PUBLISHED[:2]
+    return tuple(other for other in published if other is not method)
 
 
 def print_result(result: Replay, outputs: Outputs) -> None:

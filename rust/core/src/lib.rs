@@ -1,6 +1,4 @@
-//! The mathematics of `zerorate`: online drift models, Allan-variance noise estimates and
-//! adaptive Kalman filters for MEMS gyroscopes.
-//!
+#![doc = include_str!("../README.md")]
 //! # Conventions
 //!
 //! - A sample is one angular rate of one axis, in any unit: everything is learned from the data's
