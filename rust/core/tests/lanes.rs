@@ -74,6 +74,7 @@ fn together_and_alone<const N: usize, const M: usize>(
     for (i, z) in expected.iter_mut().enumerate() {
         *z = alone[i % channels].update(*z);
     }
+    assert!(expected.iter().all(|answer| answer.is_finite()));
     (outcome(bank.filters(), &answers), outcome(&alone, &expected))
 }
 
