@@ -67,8 +67,9 @@ impl<F: Clone> Bank<F> {
         if share >= channels {
             return self.process(rows);
         }
+        let mut parts = vec![Vec::new(); channels.div_ceil(share)];
         for block in rows.chunks_mut(THREAD_BLOCK * channels) {
-            let parts = answers(&mut self.filters, share, block);
+            take_out(&mut self.filters, share, block, &mut parts);
             put_back(&parts, share, channels, block);
         }
     }
@@ -84,29 +85,26 @@ impl<F: Clone> Bank<F> {
     }
 }
 
-/// Columns of `rows` after their filters, by a thread for each `share` of these.
-fn answers<T, F>(filters: &mut [F], share: usize, rows: &[T]) -> Vec<Vec<T>>
+/// Fills each part with `share` columns of `rows` after their filters, on a thread of its own.
+fn take_out<T, F>(filters: &mut [F], share: usize, rows: &[T], parts: &mut [Vec<T>])
 where
     T: Copy + Send + Sync + 'static,
     F: SideBySide<T> + Send,
 {
     let channels = filters.len();
     std::thread::scope(|scope| {
-        let threads = filters.chunks_mut(share).enumerate().map(|(i, filters)| {
+        for (i, (filters, part)) in filters.chunks_mut(share).zip(parts).enumerate() {
             scope.spawn(move || {
-                let own = i * share..i * share + filters.len();
-                let mut part: Vec<T> = rows
-                    .chunks_exact(channels)
-                    .flat_map(|row| &row[own.clone()])
-                    .copied()
-                    .collect();
-                F::process_rows(filters, &mut part);
-                part
-            })
-        });
-        let threads: Vec<_> = threads.collect();
-        threads.into_iter().map(joined).collect()
-    })
+                let first = i * share;
+                let own = first..first + filters.len();
+                part.clear();
+                for row in rows.chunks_exact(channels) {
+                    part.extend_from_slice(&row[own.clone()]);
+                }
+                F::process_rows(filters, part);
+            });
+        }
+    });
 }
 
 /// Puts the columns back into `rows`, a part of these by each thread.
@@ -121,18 +119,12 @@ fn put_back<T: Copy + Send + Sync>(
         for (i, rows) in rows.chunks_mut(length * channels).enumerate() {
             scope.spawn(move || {
                 for (k, row) in rows.chunks_exact_mut(channels).enumerate() {
-                    let row = row.chunks_mut(share);
-                    for (own, part) in row.zip(parts) {
-                        let width = own.len();
-                        let first = (i * length + k) * width;
-                        own.copy_from_slice(&part[first..first + width]);
+                    for (own, part) in row.chunks_mut(share).zip(parts) {
+                        let first = (i * length + k) * own.len();
+                        own.copy_from_slice(&part[first..first + own.len()]);
                     }
                 }
             });
         }
     });
-}
-
-fn joined<T>(thread: std::thread::ScopedJoinHandle<'_, T>) -> T {
-    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
