@@ -63,7 +63,7 @@ impl<F: Clone> Bank<F> {
         F: SideBySide<T> + Send,
     {
         let channels = self.filters.len();
-        let share = channels.div_ceil(threads).max(F::abreast());
+        let share = channels.div_ceil(threads.max(1)).max(F::abreast());
         if share >= channels {
             return self.process(rows);
         }

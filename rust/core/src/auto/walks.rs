@@ -188,7 +188,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Walks<T> {
         let S = P + third + R;
         // P + moved - C^2/S with C = P + moved/2, over one denominator: nothing cancels.
         let left = P * (third + R) + moved * (R + moved * T::of(1.0 / 12.0));
-        Step { innovation: block.mean - self.x[m], S, K: (P + moved * T::of(0.5)) / S, P: left / S }
+        let inverse = T::one() / S;
+        Step {
+            innovation: block.mean - self.x[m],
+            S,
+            K: (P + moved * T::of(0.5)) * inverse,
+            P: left * inverse,
+        }
     }
 
     #[inline(always)]

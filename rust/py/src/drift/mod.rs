@@ -187,7 +187,8 @@ impl DriftFilter {
     /// out : ndarray, optional
     ///     A float64 array of the same shape for the answers; may be ``z`` itself.
     /// threads : int, optional
-    ///     Threads over which several channels are spread; the result does not depend on it.
+    ///     Threads over which several channels are spread, as far as they do not share a vector
+    ///     register; the result does not depend on it.
     ///
     /// Returns
     /// -------
