@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Annotated
 
-import numpy.typing as npt
 import typer
 
-from zerorate.cli.faults import DataFault, as_usage, reading
+from zerorate.cli.chosen import Chosen
+from zerorate.cli.faults import reading
 from zerorate.cli.options import (
     RECORDING,
     TOPIC,
@@ -22,13 +22,12 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import Outputs
 from zerorate.cli.progress import progress_bar
-from zerorate.io import Log, LogError, read_log
-from zerorate.replay import FilterOptions, Replay
-from zerorate.replay import replay as run_filters
-from zerorate.replay.workers import Progress
+from zerorate.io import open_recording
+from zerorate.replay import FilterOptions, Summary
+from zerorate.replay.result import Output
 from zerorate.report import format_learned, format_notes, format_table
 
-__all__ = ["filtered", "print_result", "replay"]
+__all__ = ["compared", "print_result", "replay"]
 
 _PUBLISHED = (Method.kf, Method.akf, Method.fading)
 
@@ -71,6 +70,9 @@ def replay(
     format: Annotated[LogFormat, typer.Option(help="Of the filtered log.")] = LogFormat.parquet,
     figure_format: Annotated[FigureFormat, typer.Option(help="Of the figure.")] = FigureFormat.png,
     no_figure: Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")] = False,
+    only: Annotated[
+        bool, typer.Option("--only", help="The method alone, without those it is compared with.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
 ) -> None:
     """Filter every axis of a log, print what it brought, write the filtered log and a figure."""
@@ -86,42 +88,29 @@ def replay(
     )
     wanted = parse_columns(columns)
     outputs = Outputs.of(output, log.stem, format, None if no_figure else figure_format, force)
+    methods = (method.value,) if only else compared(method)
+    kind: Output | None = None if output_kind is None else output_kind.value
     with progress_bar() as progress:
         with reading(wanted is not None):
-            recording = read_log(log, rate=rate, columns=wanted, unit=unit, topic=topic)
-        result = filtered(recording, method, options, progress, not no_figure, output=output_kind)
-        outputs.write(result, progress)
+            recording = open_recording(log, rate, wanted, unit, topic)
+        chosen = Chosen(methods, kind, options)
+        if no_figure:
+            result = chosen.into_file(recording, outputs.log, force, progress)
+        else:
+            with reading(wanted is not None):
+                whole = recording.log()
+            result = chosen.in_memory(whole, progress)
+            outputs.write(result, progress)
     print_result(result, outputs)
 
 
-def filtered(
-    log: Log,
-    method: Method,
-    options: FilterOptions,
-    progress: Progress,
-    with_figure: bool,
-    truth: npt.ArrayLike | None = None,
-    output: OutputKind | None = None,
-) -> Replay:
-    """Return the log after the published methods up to the chosen one, or raise a fault."""
+def compared(method: Method) -> tuple[str, ...]:
+    """Return the published methods up to the chosen one, and that one."""
     baselines = _PUBLISHED if method is Method.auto else _PUBLISHED[:2]
-    methods = (*(other.value for other in baselines if other is not method), method.value)
-    try:
-        with as_usage():
-            return run_filters(
-                log,
-                methods=methods,
-                output=None if output is None else output.value,
-                truth=truth,
-                allan=with_figure,
-                progress=progress,
-                **options,
-            )
-    except LogError as error:
-        raise DataFault(f"{log.meta.get('source', 'the log')}: {error}") from None
+    return (*(other.value for other in baselines if other is not method), method.value)
 
 
-def print_result(result: Replay, outputs: Outputs) -> None:
+def print_result(result: Summary, outputs: Outputs) -> None:
     """Print the table, the notes, and which files were written."""
     parts = (format_table(result), format_learned(result), format_notes(result))
     print("\n\n".join(filter(None, parts)))
