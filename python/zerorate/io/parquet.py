@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from zerorate.io.row_groups import RowGroups
 from zerorate.io.table import Column, Table
 
 TIME_NAME = "time_s"
+_BUFFER: Final = 1 << 20
 
 
 def read_parquet(path: Path) -> Table:
@@ -71,7 +72,19 @@ def _load(path: Path, names: list[str]) -> list[Any]:
 
 
 def _pieces(path: Path, names: list[str], most: int) -> Iterator[Sequence[Any]]:
-    # Through buffers, for a row group may be as large as its file.
-    with _opened(path, buffer_size=1 << 20) as file:
-        for batch in file.iter_batches(most, columns=names):
-            yield [batch.column(name) for name in names]
+    with _opened(path, buffer_size=_BUFFER) as file:
+        for groups in _spans(file.metadata, most):
+            # All groups in one go would stay in memory until the last is read.
+            for batch in file.iter_batches(most, groups, names, use_threads=False):
+                yield [batch.column(name) for name in names]
+
+
+def _spans(metadata: Any, rows: int) -> Iterator[list[int]]:  # noqa: ANN401
+    """Yield neighbouring row groups of so many rows together, or the last of them."""
+    groups, count = [], 0
+    for group in range(metadata.num_row_groups):
+        groups.append(group)
+        count += metadata.row_group(group).num_rows
+        if count >= rows or group + 1 == metadata.num_row_groups:
+            yield groups
+            groups, count = [], 0

@@ -30,9 +30,9 @@ class Places:
     place: Counts
 
     @classmethod
-    def of(cls, place: Counts, length: int) -> Places:
-        """Return the runs in the rising places of all rows, shape (n,)."""
-        if len(place) == length:
+    def of(cls, place: Counts | None, length: int) -> Places:
+        """Return the runs in the rising places of all rows, shape (n,), None for no gaps."""
+        if place is None:
             none = np.zeros(1, np.int64)
             return cls(length, length, none, none)
         first = np.concatenate(([0], np.flatnonzero(np.diff(place) != 1) + 1))

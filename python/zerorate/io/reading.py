@@ -244,10 +244,10 @@ def _stacked(columns: list[Column], names: list[str]) -> npt.NDArray[np.float64]
 
 
 def _on_grid(values: npt.NDArray[np.float64], grid: Grid) -> npt.NDArray[np.float64]:
-    if grid.length == len(values):
+    if grid.spread is None:
         return values
     data = np.full((grid.length, values.shape[1]), np.nan)
-    data[grid.place] = values
+    data[grid.spread] = values
     return data
 
 

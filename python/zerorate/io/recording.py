@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +31,8 @@ from zerorate.io.table import Column, Table, as_numbers
 __all__ = ["Recording", "open_recording"]
 
 Floats = npt.NDArray[np.float64]
+
+_ROWS: Final = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -104,14 +107,14 @@ def open_recording(
 
 def _in_pieces(chosen: Selection, told: dict[str, str], label: str) -> Recording:
     table, time = chosen.table, chosen.time
-    column = None if time is None else table.load([time])[0]
+    column = None if time is None else _whole(table, time)
     if table.rows == 0:
         raise LogError("there are columns but no rows")
     clock = clock_of(chosen, column, table.rows)
     grid, start = clock.grid, clock.start
     meta = {**chosen.meta(told, grid), "notes": tuple(notes_on_clock(chosen.groups[0].unit, clock))}
     header = Header(grid.length, grid.rate, tuple(chosen.names), chosen.groups[0].unit, meta)
-    places = Places.of(grid.place, grid.length)
+    places = Places.of(grid.spread, grid.length)
 
     def times(first: int, end: int) -> Floats:
         return start + np.arange(first, end) / grid.rate
@@ -123,6 +126,21 @@ def _in_pieces(chosen: Selection, told: dict[str, str], label: str) -> Recording
             raise LogError(f"{label}: {error}") from None
 
     return Recording(header, times, blocks)
+
+
+def _whole(table: Table, index: int) -> Column:
+    """Return one column, without a copy of it beside it."""
+    assert table.pieces is not None
+    column = None
+    done = 0
+    for (piece,) in table.pieces([index], _ROWS):
+        column = np.empty(table.rows, piece.dtype) if column is None else column
+        if piece.dtype != column.dtype:
+            break
+        column[done : done + len(piece)] = piece
+        done += len(piece)
+    # Missing values turn whole numbers into floats, in some of the pieces only.
+    return table.load([index])[0] if column is None or done < table.rows else column
 
 
 def _numbers(table: Table, chosen: Selection, rows: int) -> Iterator[list[Column]]:

@@ -108,20 +108,19 @@ class _Filtered(RowGroups):
 
     def __init__(self, path: Path, recording: Recording, filters: Filters) -> None:
         header = recording.header
-        self._recording, self._filters = recording, filters
+        self._recording = recording
+        # Not the filter itself: it works on the next block while this one is written.
+        self._method = filters.chosen.method
+        self._compensates = filters.output == "compensated"
         every = list(beside_names(header.names, header.unit))
         others = [name for names in every for name in names] if self._compensates else []
         names = column_names(header.names, header.unit, others)
         super().__init__(path, [TIME_NAME, *names, *others], about(header))
 
-    @property
-    def _compensates(self) -> bool:
-        return self._filters.output == "compensated"
-
     def take(self, block: Block) -> None:
         """Write one block."""
         time = self._recording.time(block.first, block.end)
-        drift = block.drift[self._filters.chosen.method]
+        drift = block.drift[self._method]
         if not self._compensates or block.bias_sigma is None or block.at_rest is None:
             self.write([time, *drift])
             return

@@ -1,7 +1,7 @@
 //! The measures of one axis: raw, and after each of several filters.
 
 use super::BLOCK;
-use super::coasting::Coasting;
+use super::coasting::{Coasting, Way};
 use super::moments::Moments;
 use super::sum::{Sum, widened};
 
@@ -51,6 +51,8 @@ pub struct AxisScores {
     truth: Vec<f64>,
     moments: Vec<Moments>,
     errors: Vec<Sum>,
+    /// The first sample that was measured.
+    level: Option<f64>,
     coasting: Vec<Coasting>,
 }
 
@@ -66,6 +68,7 @@ impl AxisScores {
             truth: Vec::new(),
             moments: vec![Moments::new(); series],
             errors: vec![Sum::default(); series],
+            level: None,
             coasting: horizons.iter().map(|m| Coasting::new(*m, series)).collect(),
         }
     }
@@ -164,8 +167,11 @@ impl AxisScores {
                 error.add(present(raw, wrong, &mut used).iter().map(|x| x * x).sum());
             }
         }
+        let level = self.level.or_else(|| raw.iter().copied().find(|z| z.is_finite()));
+        self.level = level;
+        let way = Way::new(raw, whole, level.unwrap_or_default());
         for coasting in &mut self.coasting {
-            coasting.take(raw, &series);
+            coasting.take(&way, &series);
         }
     }
 }

@@ -1,7 +1,32 @@
 //! What holding an estimate costs over a horizon.
 
+use std::ops::Range;
+
 use super::BLOCK;
 use super::sum::{Sum, summed};
+
+/// The samples of one block, and the way they go.
+#[derive(Debug)]
+pub(super) struct Way<'a> {
+    z: &'a [f64],
+    whole: bool,
+    level: f64,
+    /// Sums of the distances from the level, from the block's first sample up to each.
+    sums: [f64; BLOCK],
+}
+
+impl<'a> Way<'a> {
+    /// Of samples that are `whole` if none is missing. The `level` is taken off, so that an offset
+    /// costs no digits.
+    pub(super) fn new(z: &'a [f64], whole: bool, level: f64) -> Self {
+        let (mut sums, mut sum) = ([0.0; BLOCK], 0.0);
+        for (z, so_far) in z.iter().zip(&mut sums) {
+            sum += if z.is_finite() { z - level } else { 0.0 };
+            *so_far = sum;
+        }
+        Self { z, whole, level, sums }
+    }
+}
 
 /// Coasting errors of several series at one horizon: the angle that is lost when each estimate is
 /// held through the next `length` samples.
@@ -16,17 +41,16 @@ impl Coasting {
         Self { windows: Windows::new(length), held: vec![Held::new(length); series] }
     }
 
-    /// Takes one block: samples, NaN for a missing one, and the estimates at the same times.
-    pub(super) fn take(&mut self, z: &[f64], series: &[&[f64]]) {
-        let mut angles = [0.0; BLOCK];
-        let mut done = 0;
-        while done < z.len() {
+    /// Takes one block, and the estimates at the same times.
+    pub(super) fn take(&mut self, way: &Way<'_>, series: &[&[f64]]) {
+        let (mut angles, mut done) = ([0.0; BLOCK], 0);
+        while done < way.z.len() {
             let at = self.windows.at;
-            let end = z.len().min(done + self.windows.sums.len() - at);
+            let end = way.z.len().min(done + self.windows.sums.len() - at);
             let angles = &mut angles[..end - done];
-            let level = self.windows.take(&z[done..end], angles);
+            self.windows.take(way, done..end, angles);
             for (held, x) in self.held.iter_mut().zip(series) {
-                held.take(at, angles, &x[done..end], level);
+                held.take(at, angles, &x[done..end], way.level);
             }
             done = end;
         }
@@ -39,69 +63,54 @@ impl Coasting {
     }
 }
 
-/// Sums of the last samples, each made of two parts of fixed blocks: none is the small difference
-/// of two sums over the whole record.
+/// Sums of the last samples, each made of two parts of fixed stretches: none is the small
+/// difference of two sums over the whole record.
 #[derive(Debug, Clone)]
 struct Windows {
-    /// Taken off every sample, so that an offset costs no digits; the first one present.
-    level: Option<f64>,
-    /// Place in the block.
+    /// Place in the stretch.
     at: usize,
-    /// Up to and with each place: of this block before `at`, of the one before from there on.
+    /// Up to and with each place: of this stretch before `at`, of the last one from there on.
     sums: Vec<f64>,
     before: f64,
     now: f64,
+    /// Samples without a missing one until now, counted up to the length.
     present: usize,
 }
 
 impl Windows {
     fn new(length: usize) -> Self {
-        Self { level: None, at: 0, sums: vec![0.0; length], before: 0.0, now: 0.0, present: 0 }
+        Self { at: 0, sums: vec![0.0; length], before: 0.0, now: 0.0, present: 0 }
     }
 
-    /// Answers the level, and puts into `angles` the sum that ends at each sample, above the level;
-    /// NaN where one of its samples is missing.
-    fn take(&mut self, z: &[f64], angles: &mut [f64]) -> f64 {
-        if self.level.is_none() {
-            self.level = z.iter().copied().find(|z| z.is_finite());
+    /// Puts into `angles` the sum that ends at each sample, above the level; NaN where one of its
+    /// samples is missing. The samples are of one stretch.
+    fn take(&mut self, way: &Way<'_>, part: Range<usize>, angles: &mut [f64]) {
+        let start = if part.start == 0 { 0.0 } else { way.sums[part.start - 1] };
+        let (before, now) = (self.before, self.now);
+        let sums = &mut self.sums[self.at..self.at + part.len()];
+        for ((so_far, sum), angle) in way.sums[part.clone()].iter().zip(sums).zip(&mut *angles) {
+            let up_to_here = now + (so_far - start);
+            *angle = (before - *sum) + up_to_here;
+            *sum = up_to_here;
         }
-        let (level, length) = (self.level.unwrap_or(0.0), self.sums.len());
-        let sums = &mut self.sums[self.at..self.at + z.len()];
-        match self.present >= length && z.iter().all(|z| z.is_finite()) {
-            true => whole(z, level, self.before, &mut self.now, sums, angles),
-            false => self.with_gaps(z, level, angles),
+        self.now += way.sums[part.end - 1] - start;
+        if !way.whole || self.present < self.sums.len() {
+            self.leave_out(&way.z[part.clone()], angles);
         }
-        self.at += z.len();
-        if self.at == length {
+        self.at += part.len();
+        if self.at == self.sums.len() {
             (self.at, self.before, self.now) = (0, self.now, 0.0);
         }
-        level
     }
 
-    fn with_gaps(&mut self, z: &[f64], level: f64, angles: &mut [f64]) {
+    fn leave_out(&mut self, z: &[f64], angles: &mut [f64]) {
         let length = self.sums.len();
-        let sums = &mut self.sums[self.at..self.at + z.len()];
-        for ((z, sum), angle) in z.iter().zip(sums).zip(angles) {
-            let there = z.is_finite();
-            self.present = if there { self.present + 1 } else { 0 };
-            self.now += if there { z - level } else { 0.0 };
-            let window = (self.before - *sum) + self.now;
-            *angle = if self.present < length { f64::NAN } else { window };
-            *sum = self.now;
+        for (z, angle) in z.iter().zip(angles) {
+            self.present = if z.is_finite() { length.min(self.present + 1) } else { 0 };
+            if self.present < length {
+                *angle = f64::NAN;
+            }
         }
-    }
-}
-
-/// The same where no sample was missing for a horizon, in two loops: only sums wait for each other.
-fn whole(z: &[f64], level: f64, before: f64, now: &mut f64, sums: &mut [f64], angles: &mut [f64]) {
-    for (z, angle) in z.iter().zip(angles.iter_mut()) {
-        *now += z - level;
-        *angle = *now;
-    }
-    for (sum, angle) in sums.iter_mut().zip(angles) {
-        let up_to_here = *angle;
-        *angle = (before - *sum) + up_to_here;
-        *sum = up_to_here;
     }
 }
 
@@ -110,7 +119,7 @@ fn whole(z: &[f64], level: f64, before: f64, now: &mut f64, sums: &mut [f64], an
 struct Held {
     estimates: Vec<f64>,
     squares: Sum,
-    count: u64,
+    count: usize,
 }
 
 impl Held {
@@ -123,13 +132,20 @@ impl Held {
         let estimates = &mut self.estimates[at..at + x.len()];
         let mut errors = [0.0; BLOCK];
         let errors = &mut errors[..x.len()];
-        for ((error, angle), estimate) in errors.iter_mut().zip(angles).zip(estimates.iter()) {
-            *error = angle - length * (estimate - level);
+        for (((error, angle), estimate), x) in errors.iter_mut().zip(angles).zip(estimates).zip(x) {
+            *error = angle - length * (*estimate - level);
+            *estimate = *x;
         }
-        estimates.copy_from_slice(x);
-        let known = |x: f64| if x.is_finite() { x } else { 0.0 };
-        self.squares.add(summed(errors, |x| known(x) * known(x)));
-        self.count += errors.iter().map(|x| u64::from(x.is_finite())).sum::<u64>();
+        let squares = summed(errors, |error| error * error);
+        if squares.is_finite() {
+            self.squares.add(squares);
+            self.count += errors.len();
+            return;
+        }
+        for error in errors.iter().filter(|error| error.is_finite()) {
+            self.squares.add(error * error);
+            self.count += 1;
+        }
     }
 }
 
@@ -137,20 +153,22 @@ impl Held {
 mod tests {
     use super::*;
 
+    fn error(length: usize, z: &[f64], x: &[f64]) -> f64 {
+        let mut coasting = Coasting::new(length, 1);
+        let whole = z.iter().all(|z| z.is_finite());
+        coasting.take(&Way::new(z, whole, 1.0), &[x]);
+        coasting.error(0)
+    }
+
     #[test]
     fn a_bias_costs_its_angle() {
-        let mut coasting = Coasting::new(2, 1);
-        coasting.take(&[1.0; 5], &[&[1.5; 5]]);
-        assert_eq!(coasting.error(0), 1.0);
+        assert_eq!(error(2, &[1.0; 5], &[1.5; 5]), 1.0);
     }
 
     #[test]
     fn no_window_spans_a_missing_sample() {
-        let mut coasting = Coasting::new(2, 1);
-        coasting.take(&[1.0, 1.0, f64::NAN, 1.0, 1.0], &[&[7.0, 1.0, 2.0, 9.0, 9.0]]);
-        assert_eq!(coasting.error(0), 2.0, "the estimate of the missing sample alone is held");
-        let mut short = Coasting::new(2, 1);
-        short.take(&[1.0, 1.0], &[&[1.0, 1.0]]);
-        assert!(short.error(0).is_nan());
+        // The estimate at the missing sample alone is held through two that are there.
+        assert_eq!(error(2, &[1.0, 1.0, f64::NAN, 1.0, 1.0], &[7.0, 1.0, 2.0, 9.0, 9.0]), 2.0);
+        assert!(error(2, &[1.0; 2], &[1.0; 2]).is_nan());
     }
 }

@@ -23,14 +23,14 @@ impl Sum {
     }
 }
 
-const LANES: usize = 4;
+const LANES: usize = 8;
 
 /// The sum of `term` over a block, several at a time.
 pub(super) fn summed(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
-    let (fours, rest) = values.as_chunks::<LANES>();
+    let (eights, rest) = values.as_chunks::<LANES>();
     let mut lanes = [0.0; LANES];
-    for four in fours {
-        for (lane, x) in lanes.iter_mut().zip(four) {
+    for eight in eights {
+        for (lane, x) in lanes.iter_mut().zip(eight) {
             *lane += term(*x);
         }
     }
@@ -40,10 +40,10 @@ pub(super) fn summed(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
 
 /// Least and largest of a block and of what was known before; NaN is neither.
 pub(super) fn widened(known: [f64; 2], values: &[f64]) -> [f64; 2] {
-    let (fours, rest) = values.as_chunks::<LANES>();
+    let (eights, rest) = values.as_chunks::<LANES>();
     let (mut least, mut most) = ([known[0]; LANES], [known[1]; LANES]);
-    for four in fours {
-        for ((least, most), x) in least.iter_mut().zip(&mut most).zip(four) {
+    for eight in eights {
+        for ((least, most), x) in least.iter_mut().zip(&mut most).zip(eight) {
             *least = if x < least { *x } else { *least };
             *most = if x > most { *x } else { *most };
         }
