@@ -1,5 +1,7 @@
 //! The measures of one axis: raw, and after each of several filters.
 
+use pulp::Arch;
+
 use super::BLOCK;
 use super::coasting::{Coasting, Way};
 use super::moments::Moments;
@@ -144,15 +146,19 @@ impl AxisScores {
 
     /// Measures so many of the samples that wait.
     fn measure(&mut self, count: usize) {
-        for first in (0..count).step_by(BLOCK) {
-            self.measure_block(first, count.min(first + BLOCK));
-        }
+        // On the widest registers that the processor has; no sum changes its order for that.
+        Arch::new().dispatch(|| {
+            for first in (0..count).step_by(BLOCK) {
+                self.measure_block(first, count.min(first + BLOCK));
+            }
+        });
         for waiting in &mut self.waiting {
             waiting.drain(..count);
         }
         self.truth.drain(..count.min(self.truth.len()));
     }
 
+    #[inline(always)]
     fn measure_block(&mut self, first: usize, end: usize) {
         let series: Vec<&[f64]> = self.waiting.iter().map(|x| &x[first..end]).collect();
         let raw = series[0];

@@ -18,6 +18,7 @@ pub(super) struct Way<'a> {
 impl<'a> Way<'a> {
     /// Of samples that are `whole` if none is missing. The `level` is taken off, so that an offset
     /// costs no digits.
+    #[inline(always)]
     pub(super) fn new(z: &'a [f64], whole: bool, level: f64) -> Self {
         let (mut sums, mut sum) = ([0.0; BLOCK], 0.0);
         for (z, so_far) in z.iter().zip(&mut sums) {
@@ -42,6 +43,7 @@ impl Coasting {
     }
 
     /// Takes one block, and the estimates at the same times.
+    #[inline(always)]
     pub(super) fn take(&mut self, way: &Way<'_>, series: &[&[f64]]) {
         let (mut angles, mut done) = ([0.0; BLOCK], 0);
         while done < way.z.len() {
@@ -84,6 +86,7 @@ impl Windows {
 
     /// Puts into `angles` the sum that ends at each sample, above the level; NaN where one of its
     /// samples is missing. The samples are of one stretch.
+    #[inline(always)]
     fn take(&mut self, way: &Way<'_>, part: Range<usize>, angles: &mut [f64]) {
         let start = if part.start == 0 { 0.0 } else { way.sums[part.start - 1] };
         let (before, now) = (self.before, self.now);
@@ -127,6 +130,7 @@ impl Held {
         Self { estimates: vec![f64::NAN; length], squares: Sum::default(), count: 0 }
     }
 
+    #[inline(always)]
     fn take(&mut self, at: usize, angles: &[f64], x: &[f64], level: f64) {
         let length = self.estimates.len() as f64;
         let estimates = &mut self.estimates[at..at + x.len()];

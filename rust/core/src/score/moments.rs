@@ -18,6 +18,7 @@ impl Moments {
     }
 
     /// Takes the samples of one block.
+    #[inline(always)]
     pub(super) fn take(&mut self, values: &[f64]) {
         if values.is_empty() {
             return;

@@ -8,6 +8,7 @@ pub(super) struct Sum {
 }
 
 impl Sum {
+    #[inline(always)]
     pub(super) fn add(&mut self, x: f64) {
         let total = self.total + x;
         self.lost += match self.total.abs() >= x.abs() {
@@ -26,6 +27,7 @@ impl Sum {
 const LANES: usize = 8;
 
 /// The sum of `term` over a block, several at a time.
+#[inline(always)]
 pub(super) fn summed(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
     let (eights, rest) = values.as_chunks::<LANES>();
     let mut lanes = [0.0; LANES];
@@ -39,6 +41,7 @@ pub(super) fn summed(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Least and largest of a block and of what was known before; NaN is neither.
+#[inline(always)]
 pub(super) fn widened(known: [f64; 2], values: &[f64]) -> [f64; 2] {
     let (eights, rest) = values.as_chunks::<LANES>();
     let (mut least, mut most) = ([known[0]; LANES], [known[1]; LANES]);
