@@ -72,19 +72,7 @@ def _load(path: Path, names: list[str]) -> list[Any]:
 
 
 def _pieces(path: Path, names: list[str], most: int) -> Iterator[Sequence[Any]]:
-    with _opened(path, buffer_size=_BUFFER) as file:
-        for groups in _spans(file.metadata, most):
-            # All groups in one go would stay in memory until the last is read.
-            for batch in file.iter_batches(most, groups, names, use_threads=False):
-                yield [batch.column(name) for name in names]
-
-
-def _spans(metadata: Any, rows: int) -> Iterator[list[int]]:  # noqa: ANN401
-    """Yield neighbouring row groups of so many rows together, or the last of them."""
-    groups, count = [], 0
-    for group in range(metadata.num_row_groups):
-        groups.append(group)
-        count += metadata.row_group(group).num_rows
-        if count >= rows or group + 1 == metadata.num_row_groups:
-            yield groups
-            groups, count = [], 0
+    # Else pyarrow would keep every column chunk it has read, which is the whole file in the end.
+    with _opened(path, buffer_size=_BUFFER, pre_buffer=False) as file:
+        for batch in file.iter_batches(most, columns=names, use_threads=False):
+            yield [batch.column(name) for name in names]

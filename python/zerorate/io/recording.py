@@ -32,7 +32,7 @@ __all__ = ["Recording", "open_recording"]
 
 Floats = npt.NDArray[np.float64]
 
-_ROWS: Final = 1 << 18
+_ROWS: Final = 1 << 17
 
 
 @dataclass(frozen=True)

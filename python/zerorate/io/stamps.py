@@ -50,9 +50,10 @@ def to_seconds(column: Column, name: str, rate: float | None) -> Stamps:
         unit, assumed = known or _unit_of_step(column, rate), known is None
     per_second = _PER_SECOND[unit]
     with np.errstate(over="ignore"):
-        seconds = (column - column[0]).astype(np.float64, copy=False)
+        since = column - column[0] if column[0] else column
+        seconds = since.astype(np.float64, copy=False)
     if per_second != 1.0:
-        seconds /= per_second
+        seconds = seconds / per_second
     if not np.ptp(seconds) < _LONGEST:
         raise LogError(f"time column '{name}' spans more than 300 years in {unit}")
     note = f"time column '{name}' read as {unit}, judged by its step" if assumed else None
