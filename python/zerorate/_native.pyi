@@ -28,6 +28,7 @@ __all__ = [
     "AllanNoise",
     "DriftFilter",
     "RecursiveLeastSquares",
+    "ReplayScores",
     "RestDetector",
     "StreamingAllan",
     "Trace",

@@ -7,10 +7,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from zerorate.io.errors import LogError
 from zerorate.io.table import Column, Metadata, Table, listed_names
 
-__all__ = ["arrow_table", "in_pieces", "needs_pyarrow"]
+__all__ = ["arrow_table", "in_pieces", "needs_pyarrow", "to_arrow"]
 
 # Of type Any, for the stubs of pyarrow come from elsewhere and lag behind it.
 _Schema = Any
@@ -83,10 +85,27 @@ def _check_type(field: _Schema) -> None:
 
 def _to_numpy(column: _Chunks) -> Column:
     pa = needs_pyarrow("Arrow")
+    chunks = getattr(column, "chunks", [column])
+    plain = pa.types.is_integer(column.type) or pa.types.is_floating(column.type)
+    if plain and chunks and not column.null_count:
+        # `to_numpy` would import pandas where that is installed, which takes longer than the rest.
+        parts = [np.from_dlpack(chunk) for chunk in chunks]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
     if pa.types.is_boolean(column.type):
         column = column.cast(pa.int8())
     values: Column = column.to_numpy(zero_copy_only=False)
     return values
+
+
+def to_arrow(column: Column) -> _Chunks:
+    """Return an array of doubles or flags for Arrow, doubles without a copy."""
+    pa = needs_pyarrow("Arrow")
+    if column.dtype == np.bool_:
+        bits = pa.py_buffer(np.packbits(column, bitorder="little"))
+        return pa.Array.from_buffers(pa.bool_(), len(column), [None, bits])
+    # `pa.array` would import pandas, as above.
+    doubles = pa.py_buffer(np.ascontiguousarray(column, dtype=np.float64))
+    return pa.Array.from_buffers(pa.float64(), len(column), [None, doubles])
 
 
 def _metadata(pairs: Mapping[bytes, bytes]) -> Metadata:

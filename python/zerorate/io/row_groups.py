@@ -9,7 +9,7 @@ from typing import Any, Final, Self
 
 import numpy as np
 
-from zerorate.io.arrow import needs_pyarrow
+from zerorate.io.arrow import needs_pyarrow, to_arrow
 from zerorate.io.table import Column
 
 __all__ = ["RowGroups"]
@@ -72,7 +72,7 @@ class RowGroups:
         waiting = zip(*self._waiting, strict=True)
         columns = [parts[0] if len(parts) == 1 else np.concatenate(parts) for parts in waiting]
         self._waiting, self._rows = [], 0
-        table = self._arrow.table(columns, names=self._names)
+        table = self._arrow.table([to_arrow(column) for column in columns], names=self._names)
         table = table.replace_schema_metadata(self._metadata)
         if self._writer is None:
             self._writer = self._opened(table.schema)
