@@ -12,6 +12,7 @@ import numpy as np
 
 from zerorate.io.arrow import arrow_table, in_pieces, needs_pyarrow
 from zerorate.io.errors import LogError
+from zerorate.io.header import Header
 from zerorate.io.log import Log
 from zerorate.io.row_groups import RowGroups
 from zerorate.io.table import Column, Table
@@ -39,8 +40,8 @@ def write_parquet(log: Log, path: Path, names: Sequence[str], beside: Mapping[st
         file.write(columns)
 
 
-def about(log: Any) -> dict[str, str]:  # noqa: ANN401
-    """Return the metadata of a log, or of a header like one."""
+def about(log: Log | Header) -> dict[str, str]:
+    """Return the metadata of a file of a log."""
     fields = {"rate": repr(log.rate), "unit": log.unit, "names": json.dumps(log.names)}
     if "sensor" in log.meta:
         fields["sensor"] = str(log.meta["sensor"])

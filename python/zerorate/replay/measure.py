@@ -67,23 +67,11 @@ class Measures:
             found.error[:] = np.nan
         coasting = np.full((*found.mean.shape, len(self._lengths)), np.nan)
         coasting[..., self._used] = found.coasting / self._header.rate
-        scores = []
-        for i, axis in enumerate(self._header.names):
-            spread = found.deviation[i, 0]
-            for j, method in enumerate(("raw", *self._methods)):
-                deviation = float(found.deviation[i, j])
-                scores.append(
-                    Score(
-                        axis=axis,
-                        method=method,
-                        mean=float(found.mean[i, j]),
-                        deviation=deviation,
-                        reduction=float(deviation / spread) if spread > 0.0 else np.nan,
-                        coasting=tuple(coasting[i, j].tolist()),
-                        error=float(found.error[i, j]),
-                    )
-                )
-        return scores
+        return [
+            _score(found, i, j, (axis, method), coasting[i, j])
+            for i, axis in enumerate(self._header.names)
+            for j, method in enumerate(("raw", *self._methods))
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,3 +85,15 @@ class _Found:
 
 
 _NAMES = ("mean", "deviation", "error", "coasting")
+
+
+def _score(found: _Found, i: int, j: int, of: tuple[str, str], coasting: Floats) -> Score:
+    raw, deviation = float(found.deviation[i, 0]), float(found.deviation[i, j])
+    return Score(
+        *of,
+        mean=float(found.mean[i, j]),
+        deviation=deviation,
+        reduction=deviation / raw if raw > 0.0 else np.nan,
+        coasting=tuple(coasting.tolist()),
+        error=float(found.error[i, j]),
+    )

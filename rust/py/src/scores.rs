@@ -66,15 +66,12 @@ impl ReplayScores {
         let truth = truth.as_ref().map(|truth| truth.as_array());
         let at_rest = at_rest.as_ref().map(|flags| blocks::rows("at_rest", flags)).transpose()?;
         let truth = truth.as_ref().map(|truth| blocks::rows("truth", truth)).transpose()?;
-        let minds_motion = this.minds_motion;
-        let axes = &mut this.axes;
+        let (minds_motion, axes) = (this.minds_motion, &mut this.axes);
         slf.py().detach(|| {
             for (i, axis) in axes.iter_mut().enumerate() {
                 let series: Vec<&[f64]> = estimates.iter().map(|estimate| estimate[i]).collect();
                 let flags = at_rest.as_ref().map(|flags| flags[i]);
-                if let Some(flags) = flags {
-                    axis.count_rest(flags);
-                }
+                axis.count_rest(flags.unwrap_or_default());
                 let rest = flags.filter(|_| minds_motion);
                 axis.take(raw[i], rest, &series, truth.as_ref().map(|truth| truth[i]));
             }
@@ -92,25 +89,34 @@ impl ReplayScores {
         let seen: Vec<Seen> = this.axes.iter().map(AxisScores::seen).collect();
         let (k, series) = (this.axes.len(), this.estimates + 1);
         let found = PyDict::new(py);
-        let numbers = |of: fn(&Score) -> f64| {
-            arrays::array(py, scores.iter().map(of).collect::<Vec<_>>(), &[k, series])
-        };
-        found.set_item("mean", numbers(|score| score.mean)?)?;
-        found.set_item("deviation", numbers(|score| score.deviation)?)?;
-        found.set_item("error", numbers(|score| score.error)?)?;
-        let coasting = scores.iter().flat_map(|score| score.coasting.iter().copied()).collect();
-        let coasting: Vec<f64> = coasting;
+        for (name, of) in NUMBERS {
+            let values: Vec<f64> = scores.iter().map(of).collect();
+            found.set_item(name, arrays::array(py, values, &[k, series])?)?;
+        }
+        let coasting: Vec<f64> = scores.into_iter().flat_map(|score| score.coasting).collect();
         found.set_item("coasting", arrays::array(py, coasting, &[k, series, this.horizons])?)?;
-        let counts = |of: fn(&Seen) -> u64| {
-            arrays::array(py, seen.iter().map(|s| of(s) as i64).collect::<Vec<_>>(), &[k])
-        };
-        found.set_item("missing", counts(|seen| seen.missing)?)?;
-        found.set_item("present", counts(|seen| seen.present)?)?;
-        found.set_item("at_rest", counts(|seen| seen.at_rest)?)?;
-        let ends =
-            |of: fn(&Seen) -> f64| arrays::array(py, seen.iter().map(of).collect::<Vec<_>>(), &[k]);
-        found.set_item("least", ends(|seen| seen.ends[0])?)?;
-        found.set_item("most", ends(|seen| seen.ends[1])?)?;
+        for (name, of) in COUNTS {
+            let values: Vec<i64> = seen.iter().map(|seen| of(seen) as i64).collect();
+            found.set_item(name, arrays::array(py, values, &[k])?)?;
+        }
+        for (i, name) in ["least", "most"].into_iter().enumerate() {
+            let values: Vec<f64> = seen.iter().map(|seen| seen.ends[i]).collect();
+            found.set_item(name, arrays::array(py, values, &[k])?)?;
+        }
         Ok(found)
     }
 }
+
+type Named<T, V> = (&'static str, fn(&T) -> V);
+
+const NUMBERS: [Named<Score, f64>; 3] = [
+    ("mean", |score| score.mean),
+    ("deviation", |score| score.deviation),
+    ("error", |score| score.error),
+];
+
+const COUNTS: [Named<Seen, u64>; 3] = [
+    ("missing", |seen| seen.missing),
+    ("present", |seen| seen.present),
+    ("at_rest", |seen| seen.at_rest),
+];
