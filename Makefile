@@ -24,6 +24,7 @@ test: $(STAMP) ## Run all tests of the core and of the package
 lint: $(STAMP) ## Check format, lints, types and stubs
 	cargo fmt --all --check
 	cargo clippy --all-targets -- -D warnings
+	cargo clippy --package zerorate-bare --profile bare -- -D warnings
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy

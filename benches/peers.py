@@ -84,7 +84,7 @@ def c_arma_grid():
 
 
 def c_batch(*flags):
-    """The chain in C over a batch, compiled with ``flags``."""
+    """The chain in C over a batch, (n,), or (n, k) with ``-DLANES=k``, compiled with ``flags``."""
     name = "batch" + "".join(flags).replace("=", "-") + ".so"
     library = ctypes.CDLL(str(compile_library(name, *flags)))
     pointer = np.ctypeslib.ndpointer(np.float64, flags="C")
@@ -96,7 +96,7 @@ def c_batch(*flags):
         state = ctypes.create_string_buffer(library.chain_size())
         library.chain_init(state, 0.97, 0.1, 100.0)
         out = np.empty_like(z)
-        library.chain_process(state, z, out, z.size)
+        library.chain_process(state, z, out, len(z))
         return out
 
     return run

@@ -140,11 +140,6 @@ def main():
     timed = [lambda run=run: run(z) for _, run in calls]
     print_table("A call from Python, loop included", [name for name, _ in calls], least(timed))
 
-    channels = [1, 3, 8]
-    arrays = [np.random.default_rng(k).standard_normal((N // 4, k)) for k in channels]
-    timed = [lambda z=z: seconds_per_sample(_filter(channels=z.shape[1]), z) for z in arrays]
-    print_table("A row of channels", [f"channels={k}" for k in channels], least(timed))
-
     lengths = [10**k for k in range(3, 9)]
     z = np.random.default_rng(1).standard_normal(lengths[-1])
     timed = [

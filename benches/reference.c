@@ -1,47 +1,58 @@
-/* The speed that the filter is held to: the same chain for one channel, ARMA(2, 1), hand-written
- * with the same identities on plain doubles. It has no start-up, no missing samples, no limits and
- * no guard of the process noise, so it is a floor and not a filter to use.
+/* The speed that the filter is held to: the same chain, ARMA(2, 1), hand-written with the same
+ * identities on plain doubles or, with -DLANES=4, on vectors of one double a channel. It has no
+ * start-up, no missing samples, no limits and no guard of the process noise, so it is a floor and
+ * not a filter to use.
  *
  * Build: cc -O3 -march=native -shared -fPIC reference.c -o reference.so
  */
 #include <stddef.h>
+#include <string.h>
+
+#ifdef LANES
+typedef double number __attribute__((vector_size(8 * LANES), aligned(8)));
+#else
+#define LANES 1
+typedef double number;
+#endif
 
 typedef struct {
-    double b, r, weight_sum, last;         /* Allan measurement noise */
-    double beta[4], f[4], c[10];           /* least squares; upper triangle of the covariance */
-    double x[3], p[6], g[6];               /* Kalman; 00 01 02 11 12 22 */
-    double k;                              /* Sage-Husa */
+    number b, r, weight_sum, last;         /* Allan measurement noise */
+    number beta[4], f[4], c[10];           /* least squares; upper triangle of the covariance */
+    number x[3], p[6], g[6];               /* Kalman; 00 01 02 11 12 22 */
+    number k;                              /* Sage-Husa */
 } chain;
 
+static inline number all(double x) { return (number){0} + x; }
+
 void chain_init(chain *s, double b, double g0, double k0) {
-    *s = (chain){.b = b, .r = 1.0, .weight_sum = 1.0, .k = k0};
-    s->f[3] = 1.0;
-    s->c[0] = s->c[4] = s->c[7] = s->c[9] = 1.0;
-    s->p[0] = s->p[3] = s->p[5] = g0;
-    s->g[0] = s->g[3] = s->g[5] = g0;
+    *s = (chain){.b = all(b), .r = all(1.0), .weight_sum = all(1.0), .k = all(k0)};
+    s->f[3] = all(1.0);
+    s->c[0] = s->c[4] = s->c[7] = s->c[9] = all(1.0);
+    s->p[0] = s->p[3] = s->p[5] = all(g0);
+    s->g[0] = s->g[3] = s->g[5] = all(g0);
 }
 
-static inline double step(chain *s, double y) {
+static inline number step(chain *s, number y) {
     /* R, FH 31 */
-    double d = y - s->last;
+    number d = y - s->last;
     s->weight_sum = s->b * s->weight_sum + 1.0;
     s->r += (0.5 * d * d - s->r) / s->weight_sum;
     s->last = y;
 
     /* prediction, FH 19 and 20 */
-    double a0 = s->beta[0], a1 = s->beta[1], *p = s->p, *g = s->g, *x = s->x;
-    double u0 = p[0] * a0 + p[1] * a1 + p[2];
-    double u1 = p[1] * a0 + p[3] * a1 + p[4];
-    double u2 = p[2] * a0 + p[4] * a1 + p[5];
-    double q00 = a0 * u0 + a1 * u1 + u2 + g[0];
-    double q01 = u0 + g[1], q02 = u2 + g[2];
-    double q11 = p[0] + g[3], q12 = p[2] + g[4], q22 = p[5] + g[5];
-    double x0 = a0 * x[0] + a1 * x[1] + x[2], x1 = x[0], x2 = x[2];
+    number a0 = s->beta[0], a1 = s->beta[1], *p = s->p, *g = s->g, *x = s->x;
+    number u0 = p[0] * a0 + p[1] * a1 + p[2];
+    number u1 = p[1] * a0 + p[3] * a1 + p[4];
+    number u2 = p[2] * a0 + p[4] * a1 + p[5];
+    number q00 = a0 * u0 + a1 * u1 + u2 + g[0];
+    number q01 = u0 + g[1], q02 = u2 + g[2];
+    number q11 = p[0] + g[3], q12 = p[2] + g[4], q22 = p[5] + g[5];
+    number x0 = a0 * x[0] + a1 * x[1] + x[2], x1 = x[0], x2 = x[2];
 
     /* correction, FH 21 to 24 */
-    double variance = q00 + s->r, inverse = 1.0 / variance;
-    double k0 = q00 * inverse, k1 = q01 * inverse, k2 = q02 * inverse;
-    double e = y - x0;
+    number variance = q00 + s->r, inverse = 1.0 / variance;
+    number k0 = q00 * inverse, k1 = q01 * inverse, k2 = q02 * inverse;
+    number e = y - x0;
     x[0] = x0 + k0 * e;
     x[1] = x1 + k1 * e;
     x[2] = x2 + k2 * e;
@@ -54,8 +65,8 @@ static inline double step(chain *s, double y) {
 
     /* G, FH 25 as a rank-one update */
     s->k += 1.0;
-    double alpha = (e * e - variance) / s->k;
-    double s0 = alpha * k0, s1 = alpha * k1, s2 = alpha * k2;
+    number alpha = (e * e - variance) / s->k;
+    number s0 = alpha * k0, s1 = alpha * k1, s2 = alpha * k2;
     g[0] += s0 * k0;
     g[1] += s0 * k1;
     g[2] += s0 * k2;
@@ -64,14 +75,14 @@ static inline double step(chain *s, double y) {
     g[5] += s2 * k2;
 
     /* model, FH 10 to 13 */
-    double *c = s->c, *f = s->f, *beta = s->beta;
-    double v0 = c[0] * f[0] + c[1] * f[1] + c[2] * f[2] + c[3];
-    double v1 = c[1] * f[0] + c[4] * f[1] + c[5] * f[2] + c[6];
-    double v2 = c[2] * f[0] + c[5] * f[1] + c[7] * f[2] + c[8];
-    double v3 = c[3] * f[0] + c[6] * f[1] + c[8] * f[2] + c[9];
-    double w = 1.0 / (1.0 + f[0] * v0 + f[1] * v1 + f[2] * v2 + v3);
-    double error = y - (beta[0] * f[0] + beta[1] * f[1] + beta[2] * f[2] + beta[3]);
-    double h0 = v0 * w, h1 = v1 * w, h2 = v2 * w, h3 = v3 * w;
+    number *c = s->c, *f = s->f, *beta = s->beta;
+    number v0 = c[0] * f[0] + c[1] * f[1] + c[2] * f[2] + c[3];
+    number v1 = c[1] * f[0] + c[4] * f[1] + c[5] * f[2] + c[6];
+    number v2 = c[2] * f[0] + c[5] * f[1] + c[7] * f[2] + c[8];
+    number v3 = c[3] * f[0] + c[6] * f[1] + c[8] * f[2] + c[9];
+    number w = 1.0 / (1.0 + f[0] * v0 + f[1] * v1 + f[2] * v2 + v3);
+    number error = y - (beta[0] * f[0] + beta[1] * f[1] + beta[2] * f[2] + beta[3]);
+    number h0 = v0 * w, h1 = v1 * w, h2 = v2 * w, h3 = v3 * w;
     beta[0] += h0 * error;
     beta[1] += h1 * error;
     beta[2] += h2 * error;
@@ -86,17 +97,21 @@ static inline double step(chain *s, double y) {
     c[7] -= h2 * v2;
     c[8] -= h2 * v3;
     c[9] -= h3 * v3;
-    double residual = y - (beta[0] * f[0] + beta[1] * f[1] + beta[2] * f[2] + beta[3]);
+    number residual = y - (beta[0] * f[0] + beta[1] * f[1] + beta[2] * f[2] + beta[3]);
     f[1] = f[0];
     f[0] = y;
     f[2] = residual;
     return x[0];
 }
 
+/* Rows of LANES samples. */
 void chain_process(chain *state, const double *z, double *out, size_t n) {
     chain s = *state;
     for (size_t i = 0; i < n; i++) {
-        out[i] = step(&s, z[i]);
+        number y;
+        memcpy(&y, z + i * LANES, sizeof y);
+        y = step(&s, y);
+        memcpy(out + i * LANES, &y, sizeof y);
     }
     *state = s;
 }

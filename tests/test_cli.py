@@ -57,6 +57,17 @@ class TestReplay:
         alone = DriftFilter(100.0, method="auto", output="compensated", channels=2)
         np.testing.assert_array_equal(filtered.data, alone.process(raw.data))
 
+    def test_options_that_the_chosen_method_does_not_know_are_told(self, cli, log, out):
+        options = ("--order", "3,1", "--fading", "0.9", "--startup", "2", "--no-figure")
+        code, text, errors = cli("replay", log, "-o", out, *options)
+        assert (code, errors) == (0, "")
+        assert text.endswith("\n--order, --fading act on the methods beside auto alone\n")
+
+    def test_options_that_no_method_knows_are_refused(self, cli, log, out):
+        told = "zerorate: --fading has no effect on --method kf\n"
+        assert cli("replay", log, "-o", out, "--method", "kf", "--fading", "0.9") == (2, "", told)
+        assert names(out) == []
+
     @pytest.mark.parametrize("kind", ["parquet", "csv"])
     def test_bias_and_rest_stand_beside_the_compensated_rate(self, cli, log, out, kind):
         code, text, _ = cli("replay", log, "-o", out, "--no-figure", "--format", kind)

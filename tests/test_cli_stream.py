@@ -47,6 +47,27 @@ def test_options_reach_the_filter():
     np.testing.assert_array_equal(found, np.stack(columns, axis=1))
 
 
+def test_parameters_of_a_published_method_reach_the_filter():
+    options = (
+        "--method fading --output-kind estimate --order 3,0 --fading 0.9 --adapt-for always "
+        "--forgetting-factor 0.999 --process-noise 0.2 --startup 0.5 --noise hadamard"
+    )
+    code, answers, errors = streamed(LINES, *RATE, *options.split())
+    alone = zr.DriftFilter(
+        100.0,
+        order=(3, 0),
+        method="fading",
+        fading=0.9,
+        adapt_for=None,
+        forgetting_factor=0.999,
+        process_noise=0.2,
+        startup=0.5,
+        noise="hadamard",
+        channels=2,
+    )
+    assert (code, answers, errors) == (0, lines_of(alone.process(Z)), "")
+
+
 def test_a_garbled_line_is_told_and_the_stream_goes_on():
     lines = [*LINES[:100], "0.1,*", *LINES[101:]]
     code, answers, errors = streamed(lines, *RATE)
@@ -178,6 +199,11 @@ class TestRefused:
             ([*RATE, "--checkpoint", "none/state"], "the folder none does not exist"),
             (["--rate", "-1"], "a positive number of samples a second"),
             (["--position"], "--position needs --checkpoint"),
+            ([*RATE, "--order", "1,1"], "--order has no effect on --method auto"),
+            ([*RATE, "--adapt-for", "1"], "--adapt-for has no effect on --method auto"),
+            ([*RATE, "--method", "akf", "--fading", "0.9"], "has no effect on --method akf"),
+            ([*RATE, "--method", "kf", "--order", "2"], "--order takes two numbers"),
+            ([*RATE, "--method", "kf", "--order", "9,1"], "order must be (p, q)"),
         ],
     )
     def test_usage(self, capsys, tmp_path, monkeypatch, options, told):
@@ -224,6 +250,7 @@ class TestCheckpoints:
             (["--rate", "200"], "made with --rate 100, now it is 200"),
             ([*RATE, "--output-kind", "estimate"], "made with --output-kind compensated, now"),
             ([*RATE, "--with", "bias"], "made with --with none, now it is bias"),
+            ([*RATE, "--startup", "2"], "made with --startup 1, now it is 2"),
         ],
     )
     def test_other_options_are_refused(self, checkpoint, options, told, capsys):
@@ -247,6 +274,14 @@ class TestCheckpoints:
         forced = streamed(LINES[:100], *RATE, "--checkpoint", checkpoint, "--force")
         assert forced == (0, EXPECTED[:100], "")
         assert checkpoint.read_bytes() == whole
+
+    def test_what_a_kill_left_is_removed_at_the_next_start(self, checkpoint):
+        ours, others = ".state.0123456789ab", [".state.backup", ".other.0123456789ab", ".state"]
+        for name in (ours, *others):
+            (checkpoint.parent / name).write_bytes(b"half")
+        assert streamed(LINES[100:], *RATE, "--checkpoint", checkpoint)[0] == 0
+        names = sorted(path.name for path in checkpoint.parent.iterdir())
+        assert names == sorted([*others, "state"])
 
     def test_force_goes_on_with_a_whole_one(self, checkpoint):
         forced = streamed(LINES[100:], *RATE, "--checkpoint", checkpoint, "--force")

@@ -261,6 +261,40 @@ def test_none_in_a_row_is_a_missing_sample(kind):
     assert_same_bits(FILTERS[kind](channels=2).update([1.0, None]), expected)
 
 
+ROW = np.array([0.5, NAN, -2.0])
+ROWS = {
+    "list": ROW.tolist(),
+    "tuple": tuple(ROW.tolist()),
+    "list with an integer": [0.5, None, -2],
+    "list of NumPy's floats": list(ROW),
+    "single precision": ROW.astype(np.float32),
+    "big-endian": ROW.astype(">f8"),
+    "strided": np.repeat(ROW, 2)[::2],
+    "packed": np.array([(1, ROW)], dtype=[("id", "i1"), ("rates", "f8", 3)])["rates"][0],
+    "masked": np.ma.MaskedArray([0.5, 7.0, -2.0], [False, True, False]),
+    "series": pandas.Series(ROW),
+}
+
+
+@BY_KIND
+@pytest.mark.parametrize("way", ROWS)
+def test_every_way_to_give_a_sample_of_three_channels(kind, way):
+    f, twin = FILTERS[kind](channels=3), FILTERS[kind](channels=3)
+    for _ in range(3):
+        assert_same_bits(f.update(ROWS[way]), twin.update(ROW))
+
+
+@BY_KIND
+def test_the_answer_to_a_row_is_the_caller_s_own(kind):
+    f, row = FILTERS[kind](channels=3), np.array([0.5, 1.0, -2.0])
+    first = f.update(row)
+    before = first.copy()
+    f.update(np.zeros(3))
+    assert_same_bits(first, before)
+    assert_same_bits(row, np.array([0.5, 1.0, -2.0]))
+    assert first.flags.writeable
+
+
 @BY_KIND
 @pytest.mark.parametrize(
     "number",

@@ -1,5 +1,6 @@
 """Files appear whole or not at all."""
 
+import errno
 import os
 
 import numpy as np
@@ -33,6 +34,12 @@ def test_any_exception_leaves_the_old_file(tmp_path, error):
         write_half()
     assert target.read_text() == "old"
     assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_write_without_room_says_where(tmp_path):
+    with pytest.raises(OSError, match="No space left") as told, atomic_path(tmp_path / "a.csv"):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert str(told.value).endswith(f": '{tmp_path}'")
 
 
 def test_existing_file_needs_force(tmp_path):

@@ -252,6 +252,8 @@ def test_a_header_is_known_after_a_restart():
         ({"beside": (Beside.bias,)}, "beside=none, now it is bias"),
         ({"columns": (0,)}, "columns=none, now it is 0"),
         ({"sequence": 0}, "sequence=none, now it is 0"),
+        ({"order": (3, 1)}, "order=2,1, now it is 3,1"),
+        ({"adapt_for": 60.0}, "adapt_for=120, now it is 60"),
     ],
 )
 def test_other_settings_are_refused(changed, told):

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from typing import Any, Final, TypeVar
 
@@ -95,7 +96,7 @@ def scheduler_at(address: str) -> Iterator[Cluster]:
     Raises
     ------
     ConnectionError
-        If it cannot be reached, or has no worker within half a minute.
+        If it cannot be reached, has no worker within half a minute, or is lost meanwhile.
     ImportError
         Without the package distributed: ``pip install 'zerorate[cluster]'``.
     """
@@ -104,12 +105,30 @@ def scheduler_at(address: str) -> Iterator[Cluster]:
         client = distributed.Client(address, timeout=_PATIENCE)
     except (OSError, ValueError, TimeoutError):
         raise ConnectionError(f"no scheduler answers at '{address}'") from None
-    with client:
+    with _told_in_words(), client:
         try:
             client.wait_for_workers(1, timeout=_PATIENCE)
         except TimeoutError:
             raise ConnectionError(f"the scheduler at '{address}' has no workers") from None
-        yield Cluster(client)
+        try:
+            yield Cluster(client)
+        except (CancelledError, OSError):
+            # A log's own faults are answers: what is raised here is the connection's end.
+            raise ConnectionError(
+                f"the scheduler at '{address}' is gone: a later run goes on from here"
+            ) from None
+
+
+@contextmanager
+def _told_in_words() -> Iterator[None]:
+    """Keep a client's log, which shows a lost connection by tracebacks, to itself."""
+    log = logging.getLogger("distributed.client")
+    before = log.level
+    log.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
 
 
 def _distributed() -> Any:  # noqa: ANN401

@@ -11,13 +11,15 @@ from zerorate.batch.cluster import local_cluster as on_local_cluster
 from zerorate.batch.cluster import scheduler_at
 from zerorate.batch.engine import Died, Engine, Finished, outlived
 from zerorate.batch.found import find_tasks
-from zerorate.batch.litter import sweep
 from zerorate.batch.outcome import Outcome
 from zerorate.batch.processes import Processes
+from zerorate.batch.record import record_path
 from zerorate.batch.result import BatchResult
 from zerorate.batch.settings import Settings
 from zerorate.batch.summary import SUMMARY, write_summary
 from zerorate.batch.task import Task, run_task
+from zerorate.io import check_writable
+from zerorate.io.litter import sweep
 
 __all__ = ["Progress", "run_batch"]
 
@@ -97,6 +99,7 @@ def run_batch(
     engine = _engine(workers, local_cluster, scheduler)
     tasks = find_tasks(listed, folder, settings or Settings(), force)
     folder.mkdir(parents=True, exist_ok=True)
+    check_writable(folder / SUMMARY, force=True)
     ends = {task.name: end for task in tasks if (end := task.finished("skipped")) is not None}
     todo = [task for task in tasks if task.name not in ends]
     if todo:
@@ -131,7 +134,7 @@ def _ended(
     finally:
         # On another's cluster tasks that were begun go on after an interrupt.
         if whole or sweeping:
-            sweep(task.output for task in tasks)
+            sweep(path for task in tasks for path in (task.output, record_path(task.output)))
 
 
 def _outcome(end: Finished[Task, Outcome] | Died[Task]) -> Outcome:

@@ -34,10 +34,13 @@ def run(arguments: Sequence[str]) -> int:
 
     try:
         code = invoke(list(arguments) or ["--help"])
+        _flush()
     except Fault as fault:
         return _fail(str(fault), fault.code)
     except (KeyboardInterrupt, typer.Abort):
         return _fail("interrupted", 130)
+    except OSError as error:
+        return _unprinted(error)
     except MemoryError:
         return _fail("there is not enough memory for this much data", 1)
     except Exception as error:
@@ -47,6 +50,24 @@ def run(arguments: Sequence[str]) -> int:
         return _fail(error.format_message(), 2)
     # Some versions of typer turn an interrupt into this code by themselves.
     return _fail("interrupted", 130) if code == 130 else code
+
+
+def _flush() -> None:
+    # None is what a closed descriptor becomes.
+    if sys.stdout is not None:
+        sys.stdout.flush()
+
+
+def _unprinted(error: OSError) -> int:
+    """Return the exit code if stdout failed: files have names, and faults of their own."""
+    from zerorate.cli.stdout import BROKEN_PIPE, drop_stdout
+
+    if error.filename is not None:
+        raise error
+    drop_stdout()
+    if isinstance(error, BrokenPipeError):
+        return BROKEN_PIPE
+    return _fail(f"the results cannot be printed: {error}", 1)
 
 
 def _fail(message: str, code: int) -> int:

@@ -1,6 +1,7 @@
 """The stream that a checkpoint goes on with."""
 
 import re
+from dataclasses import fields
 from pathlib import Path
 
 from zerorate.cli.faults import DataFault, UsageFault
@@ -8,7 +9,7 @@ from zerorate.live import CheckpointError, LineStream, Settings, SettingsError
 
 __all__ = ["position_of", "resumed"]
 
-_SETTING = re.compile(r"\b(rate|method|motion|output|beside|columns|sequence)=")
+_SETTING = re.compile(rf"\b({'|'.join(field.name for field in fields(Settings))})=")
 _OPTION = {"output": "output-kind", "beside": "with"}
 
 
@@ -18,9 +19,9 @@ def position_of(path: Path) -> int:
     return 0 if found is None else found.position
 
 
-def resumed(path: Path | None, settings: Settings, fields: int | None, force: bool) -> LineStream:
+def resumed(path: Path | None, settings: Settings, cells: int | None, force: bool) -> LineStream:
     """Return the stream in a checkpoint, or a new one if there is none, or none of use."""
-    new = LineStream(settings, fields)
+    new = LineStream(settings, cells)
     if path is None:
         return new
     try:
@@ -45,4 +46,8 @@ def _read(path: Path, settings: Settings | None) -> LineStream | None:
 
 
 def _in_options(error: SettingsError) -> str:
-    return _SETTING.sub(lambda found: f"--{_OPTION.get(found[1], found[1])} ", str(error))
+    return _SETTING.sub(lambda found: f"--{_option(found[1])} ", str(error))
+
+
+def _option(setting: str) -> str:
+    return _OPTION.get(setting, setting.replace("_", "-"))

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from zerorate.cli.chosen import Chosen
+from zerorate.cli.effects import note_on_options
 from zerorate.cli.faults import reading
 from zerorate.cli.options import (
     RECORDING,
@@ -33,6 +34,7 @@ _PUBLISHED = (Method.kf, Method.akf, Method.fading)
 
 
 def replay(
+    context: typer.Context,
     log: Annotated[Path, typer.Argument(help=RECORDING)],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the files.")
@@ -86,6 +88,7 @@ def replay(
         noise=noise.value,
         motion=None if motion is None else motion.value,
     )
+    note = note_on_options(context, method, () if only else _baselines(method))
     wanted = parse_columns(columns)
     outputs = Outputs.of(output, log.stem, format, None if no_figure else figure_format, force)
     methods = (method.value,) if only else compared(method)
@@ -102,12 +105,19 @@ def replay(
             result = chosen.in_memory(whole, progress)
             outputs.write(result, progress)
     print_result(result, outputs)
+    if note is not None:
+        print(note)
 
 
 def compared(method: Method) -> tuple[str, ...]:
     """Return the published methods up to the chosen one, and that one."""
-    baselines = _PUBLISHED if method is Method.auto else _PUBLISHED[:2]
-    return (*(other.value for other in baselines if other is not method), method.value)
+    return (*(other.value for other in _baselines(method)), method.value)
+
+
+def _baselines(method: Method) -> tuple[Method, ...]:
+    """Return the published methods that the chosen one is compared to."""
+    published = _PUBLISHED if method is Method.auto else _PUBLISHED[:2]
+    return tuple(other for other in published if other is not method)
 
 
 def print_result(result: Summary, outputs: Outputs) -> None:

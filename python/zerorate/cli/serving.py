@@ -1,6 +1,5 @@
 """How a stream on the command line begins and ends."""
 
-import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -11,6 +10,7 @@ from typing import BinaryIO, Final, TextIO
 import typer
 
 from zerorate.cli.faults import DataFault, as_usage
+from zerorate.cli.stdout import BROKEN_PIPE, drop_stdout
 from zerorate.live import LineError
 from zerorate.live.interrupts import Interrupted, Interrupts
 from zerorate.live.serving import Server
@@ -19,7 +19,6 @@ from zerorate.live.sources import Line, datagrams, lines, loopback
 __all__ = ["report", "run", "tell"]
 
 _BY_SIGNAL: Final = 128
-_BROKEN_PIPE: Final = _BY_SIGNAL + 13
 
 
 def tell(sentence: str) -> None:
@@ -107,14 +106,7 @@ def _faults() -> Iterator[None]:
     except LineError as error:
         raise DataFault(str(error)) from None
     except BrokenPipeError:
-        _drop_stdout()
-        raise typer.Exit(_BROKEN_PIPE) from None
+        drop_stdout()
+        raise typer.Exit(BROKEN_PIPE) from None
     except OSError as error:
         raise DataFault(f"a sample could not be read, or not answered: {error}") from None
-
-
-def _drop_stdout() -> None:
-    """Let the answer that nobody reads vanish, or the interpreter complains of it at its end."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
-    os.close(nowhere)

@@ -7,8 +7,17 @@ from typing import Annotated
 import typer
 
 from zerorate.cli.checkpoints import position_of, resumed
+from zerorate.cli.effects import note_on_options
 from zerorate.cli.faults import UsageFault, as_usage
-from zerorate.cli.options import Method, Motion, OutputKind, parse_columns
+from zerorate.cli.options import (
+    Method,
+    Motion,
+    Noise,
+    OutputKind,
+    parse_adapt_for,
+    parse_columns,
+    parse_order,
+)
 from zerorate.cli.serving import report, run, tell
 from zerorate.io import check_writable
 from zerorate.live import Beside, Settings
@@ -19,6 +28,7 @@ __all__ = ["stream"]
 
 
 def stream(
+    context: typer.Context,
     source: Annotated[
         Path | None,
         typer.Argument(help="Device, FIFO or file; stdin without it.", show_default=False),
@@ -47,6 +57,15 @@ def stream(
     output_kind: Annotated[
         OutputKind, typer.Option(help="What is answered.")
     ] = OutputKind.compensated,
+    order: Annotated[str, typer.Option(help="Orders p,q of a published method.")] = "2,1",
+    fading: Annotated[float, typer.Option(help="Memory of R, 0 to 1.")] = 0.97,
+    adapt_for: Annotated[str, typer.Option(help="Seconds of learning, or 'always'.")] = "120",
+    forgetting_factor: Annotated[float, typer.Option(help="Of the least squares, 0 to 1.")] = 1.0,
+    process_noise: Annotated[
+        float, typer.Option(help="Initial G and P, in variances of the start-up.")
+    ] = 0.1,
+    startup: Annotated[float, typer.Option(help="Seconds of the start-up.")] = 1.0,
+    noise: Annotated[Noise, typer.Option(help="Variance that R is taken from.")] = Noise.allan,
     beside: Annotated[
         str | None, typer.Option("--with", help="More columns: bias,bias_sigma,at_rest.")
     ] = None,
@@ -82,15 +101,23 @@ def stream(
         raise UsageFault("give either a source or --udp, not both")
     if rate is None:
         raise UsageFault("--rate is required: samples per second")
+    note_on_options(context, method)
     with as_usage():
         settings = Settings(
-            rate,
-            method.value,
-            None if motion is None else motion.value,
-            output_kind.value,
-            _beside(beside),
-            _columns(columns),
-            _column(sequence),
+            rate=rate,
+            method=method.value,
+            motion=None if motion is None else motion.value,
+            output=output_kind.value,
+            beside=_beside(beside),
+            columns=_columns(columns),
+            sequence=_column(sequence),
+            order=parse_order(order),
+            fading=fading,
+            adapt_for=parse_adapt_for(adapt_for),
+            forgetting_factor=forgetting_factor,
+            process_noise=process_noise,
+            startup=startup,
+            noise=noise.value,
         )
     saver = None if checkpoint is None else _saver(checkpoint, every * rate)
     lines = resumed(checkpoint, settings, fields, force)

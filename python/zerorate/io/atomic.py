@@ -80,8 +80,11 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
         _flush(temporary)
         _check_free(target, force)
         os.replace(temporary, target)
-    except BaseException:
+    except BaseException as error:
         temporary.unlink(missing_ok=True)
+        # A write that fails, for want of room for instance, does not say where.
+        if isinstance(error, OSError) and error.filename is None:
+            error.filename = os.fspath(target.parent)
         raise
     _flush_folder(target.parent)
 

@@ -5,6 +5,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from zerorate.io import atomic_path
+from zerorate.io.litter import sweep
 from zerorate.live.stream import LineStream
 
 __all__ = ["Saver"]
@@ -24,6 +25,8 @@ class Saver:
     """
 
     def __init__(self, path: Path, every: int, warn: Callable[[str], None]) -> None:
+        # The last run may have been killed while it wrote.
+        sweep([path])
         self._path = path
         self._every = every
         self._warn = warn

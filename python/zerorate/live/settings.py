@@ -2,13 +2,26 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, Self
+from typing import Any, Final, Self
 
 from zerorate._native import DriftFilter
 from zerorate.live.answers import Beside
 from zerorate.live.layout import Wanted
 
 __all__ = ["Settings"]
+
+_OF_THE_FILTER: Final = (
+    "method",
+    "motion",
+    "output",
+    "order",
+    "fading",
+    "adapt_for",
+    "forgetting_factor",
+    "process_noise",
+    "startup",
+    "noise",
+)
 
 
 @dataclass(frozen=True)
@@ -27,6 +40,8 @@ class Settings:
         Channels by name or position; None is all but the sequence number.
     sequence : str or int, optional
         Column of the sequence number; None for no such column.
+    order, fading, adapt_for, forgetting_factor, process_noise, startup, noise
+        As `zerorate.DriftFilter` takes them, with its defaults; "auto" knows `startup` alone.
 
     Raises
     ------
@@ -41,6 +56,13 @@ class Settings:
     beside: tuple[Beside, ...] = ()
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
+    order: tuple[int, int] = (2, 1)
+    fading: float = 0.97
+    adapt_for: float | None = 120.0
+    forgetting_factor: float = 1.0
+    process_noise: float = 0.1
+    startup: float = 1.0
+    noise: str = "allan"
 
     def __post_init__(self) -> None:
         """Check the filter's parameters, and write out what its default is for motion."""
@@ -48,13 +70,8 @@ class Settings:
 
     def filter(self, channels: int) -> DriftFilter:
         """Return a new filter; for one channel it takes floats, the fastest way."""
-        options: dict[str, Any] = {
-            "method": self.method,
-            "motion": self.motion,
-            "output": self.output,
-            "channels": None if channels == 1 else channels,
-        }
-        return DriftFilter(self.rate, **options)
+        options: dict[str, Any] = {name: getattr(self, name) for name in _OF_THE_FILTER}
+        return DriftFilter(self.rate, channels=None if channels == 1 else channels, **options)
 
     def wanted(self, fields: int | None) -> Wanted:
         """Return which columns to look for in lines of so many cells, None for any number."""

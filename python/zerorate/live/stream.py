@@ -172,8 +172,7 @@ class LineStream:
     def _answer(self, row: list[float]) -> str:
         self.samples += 1
         filter_ = self._running
-        # An array saves the filter the conversion of a list, half of its time.
-        rate = filter_.update(row[0] if filter_.channels is None else np.array(row))
+        rate = filter_.update(row[0] if filter_.channels is None else row)
         return answer(rate, filter_, self.settings.beside)
 
     def _miss(self, count: int) -> None:

@@ -2,10 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::filter::Filter;
-
-/// Rows that a channel works on before the next one.
-const BLOCK: usize = 1 << 10;
+use crate::filter::{Filter, SideBySide};
 
 /// Rows that threads work on before they meet.
 const THREAD_BLOCK: usize = 1 << 16;
@@ -49,52 +46,31 @@ impl<F: Clone> Bank<F> {
     }
 
     /// Replaces every sample of `rows`, row after row, by its filter's answer.
-    ///
-    /// Channel by channel over a block of rows at a time: one state stays close, and so do the
-    /// rows.
     pub fn process<T: Copy + 'static>(&mut self, rows: &mut [T])
     where
-        F: Filter<T>,
+        F: SideBySide<T>,
     {
-        let channels = self.filters.len();
-        for block in rows.chunks_mut(BLOCK * channels.max(1)) {
-            for (c, filter) in self.filters.iter_mut().enumerate() {
-                filter.process_each(block.iter_mut().skip(c).step_by(channels));
-            }
-        }
+        F::process_rows(&mut self.filters, rows);
     }
 
     /// [`process`](Self::process) with the channels spread over `threads` threads; the result is
     /// the same to the last bit.
-    pub fn process_on_threads<T: Copy + Send + 'static>(&mut self, rows: &mut [T], threads: usize)
-    where
-        F: Filter<T> + Send,
+    pub fn process_on_threads<T: Copy + Send + Sync + 'static>(
+        &mut self,
+        rows: &mut [T],
+        threads: usize,
+    ) where
+        F: SideBySide<T> + Send,
     {
         let channels = self.filters.len();
-        if threads < 2 || channels < 2 {
+        let share = channels.div_ceil(threads).max(F::abreast());
+        if share >= channels {
             return self.process(rows);
         }
-        let share = channels.div_ceil(threads);
+        let mut parts = vec![Vec::new(); channels.div_ceil(share)];
         for block in rows.chunks_mut(THREAD_BLOCK * channels) {
-            let mut columns: Vec<Vec<T>> = (0..channels)
-                .map(|c| block.iter().skip(c).step_by(channels).copied().collect())
-                .collect();
-            std::thread::scope(|scope| {
-                for (filters, columns) in
-                    self.filters.chunks_mut(share).zip(columns.chunks_mut(share))
-                {
-                    scope.spawn(move || {
-                        for (filter, column) in filters.iter_mut().zip(columns) {
-                            filter.process(column);
-                        }
-                    });
-                }
-            });
-            for (c, column) in columns.iter().enumerate() {
-                for (z, value) in block.iter_mut().skip(c).step_by(channels).zip(column) {
-                    *z = *value;
-                }
-            }
+            take_out(&mut self.filters, share, block, &mut parts);
+            put_back(&parts, share, channels, block);
         }
     }
 
@@ -107,4 +83,48 @@ impl<F: Clone> Bank<F> {
             filter.reset();
         }
     }
+}
+
+/// Fills each part with `share` columns of `rows` after their filters, on a thread of its own.
+fn take_out<T, F>(filters: &mut [F], share: usize, rows: &[T], parts: &mut [Vec<T>])
+where
+    T: Copy + Send + Sync + 'static,
+    F: SideBySide<T> + Send,
+{
+    let channels = filters.len();
+    std::thread::scope(|scope| {
+        for (i, (filters, part)) in filters.chunks_mut(share).zip(parts).enumerate() {
+            scope.spawn(move || {
+                let first = i * share;
+                let own = first..first + filters.len();
+                part.clear();
+                for row in rows.chunks_exact(channels) {
+                    part.extend_from_slice(&row[own.clone()]);
+                }
+                F::process_rows(filters, part);
+            });
+        }
+    });
+}
+
+/// Puts the columns back into `rows`, a part of these by each thread.
+fn put_back<T: Copy + Send + Sync>(
+    parts: &[Vec<T>],
+    share: usize,
+    channels: usize,
+    rows: &mut [T],
+) {
+    let length = (rows.len() / channels).div_ceil(parts.len());
+    std::thread::scope(|scope| {
+        for (i, rows) in rows.chunks_mut(length * channels).enumerate() {
+            scope.spawn(move || {
+                for (k, row) in rows.chunks_exact_mut(channels).enumerate() {
+                    for (own, part) in row.chunks_mut(share).zip(parts) {
+                        let first = (i * length + k) * own.len();
+                        own.copy_from_slice(&part[first..first + own.len()]);
+                    }
+                }
+            });
+        }
+    });
 }

@@ -1,6 +1,8 @@
 //! The whole method: learn the model, measure the noise, filter, adapt.
 #![allow(non_snake_case)]
 
+#[cfg(feature = "std")]
+mod side_by_side;
 mod started;
 
 use nalgebra::{SMatrix, SVector, SimdBool};
@@ -16,6 +18,7 @@ use crate::rls::Rls;
 use crate::start::Start;
 use crate::startup::{Scaling, Startup};
 use crate::symmetric::Symmetric;
+use crate::vector::vector;
 
 /// The largest coefficient of a stationary autoregression of order three.
 const COEFFICIENT_MAX: f64 = 3.0;
@@ -96,7 +99,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         } else {
             self.correct(&prior, y, seen, large)
         };
-        self.peak = choose(seen, y.simd_abs(), T::zero()).at_least(self.peak);
+        self.peak = choose(seen, y.simd_abs(), T::zero()).simd_max(self.peak);
         (self.belief.x[0], guarded)
     }
 
@@ -104,7 +107,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
     #[inline(always)]
     fn row(&self) -> SVector<T, N> {
         let parameters = self.model.parameters();
-        SVector::from_fn(|i, _| match i {
+        vector(|i| match i {
             i if i < N - 1 => parameters[i].within(T::of(COEFFICIENT_MAX)),
             _ => T::one(),
         })
@@ -139,7 +142,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         let (floor, column) = (Self::floor(), prior.column());
         let G = &mut self.process_noise;
         let guarded = kalman::adapt(G, floor, column, self.last, weight, large);
-        if guarded.any() {
+        if T::LANES > 1 || guarded.any() {
             self.guards += choose(guarded, T::one(), T::zero());
         }
         guarded

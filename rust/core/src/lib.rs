@@ -1,6 +1,4 @@
-//! The mathematics of `zerorate`: online drift models, Allan-variance noise estimates and
-//! adaptive Kalman filters for MEMS gyroscopes.
-//!
+#![doc = include_str!("../README.md")]
 //! # Conventions
 //!
 //! - A sample is one angular rate of one axis, in any unit: everything is learned from the data's
@@ -16,7 +14,7 @@
 //! branches on data that a lane mask could not express, so they also run on SIMD lanes.
 
 #![cfg_attr(not(feature = "std"), no_std)]
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 pub mod allan;
 pub mod auto;
@@ -30,6 +28,8 @@ mod filter;
 #[cfg(feature = "std")]
 pub mod identify;
 pub mod kalman;
+#[cfg(feature = "std")]
+mod lanes;
 mod motion;
 mod params;
 mod real;
@@ -40,6 +40,7 @@ pub mod score;
 mod start;
 mod startup;
 mod symmetric;
+mod vector;
 
 pub use auto::{AutoFilter, AutoParams, Status};
 #[cfg(feature = "std")]
@@ -47,7 +48,7 @@ pub use bank::Bank;
 pub use chain::{DriftFilter, DriftLoop, Snapshot};
 pub use ema::exponential_mean;
 pub use error::Error;
-pub use filter::Filter;
+pub use filter::{Filter, SideBySide};
 pub use motion::{Conduct, MotionSafe};
 pub use params::{Method, Params};
 pub use real::{Limits, Real};

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::chain::{DriftFilter, Snapshot};
 use crate::error::Error;
-use crate::filter::Filter;
+use crate::filter::{Filter, SideBySide};
 use crate::real::{Limits, Real};
 use crate::rest::{Event, RestDetector, Tick};
 
@@ -125,4 +125,9 @@ where
         self.calm = [self.filter; 2];
         (self.at_rest, self.missing, self.samples_seen) = (true, false, 0);
     }
+}
+
+impl<T, const N: usize, const M: usize> SideBySide<T> for MotionSafe<T, N, M> where
+    T: Limits + Real<Element = T, SimdBool = bool>
+{
 }

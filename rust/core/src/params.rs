@@ -6,7 +6,7 @@ use crate::allan::AllanKind;
 use crate::error::Error;
 
 /// Which noise covariances adapt: the three filters that Fu & Han compare are one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Method {
     /// G and R stay what the start-up window says.
     Kf,

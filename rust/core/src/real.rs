@@ -1,6 +1,12 @@
 //! The scalar of every filter: `f32`, `f64`, or SIMD lanes of them.
 
-use nalgebra::{RealField, SimdRealField, SimdValue};
+use core::ops::Neg;
+
+use nalgebra::{
+    ClosedAddAssign, ClosedDivAssign, ClosedMulAssign, ClosedSubAssign, RealField, Scalar,
+    SimdPartialOrd, SimdRealField, SimdValue,
+};
+use num_traits::{One, Zero};
 
 /// Bounds that keep every finite input finite, in units of the start-up deviation.
 ///
@@ -50,12 +56,36 @@ impl Limits for f32 {
     const ROUNDING: Self = 8.0 * f32::EPSILON;
 }
 
-/// A real number, or several in SIMD lanes.
-pub trait Real: SimdRealField<Element: Limits> + Copy {
+/// A real number, or several in SIMD lanes: the arithmetic that a step needs, and no more.
+pub trait Real:
+    SimdPartialOrd<Element: Limits>
+    + Scalar
+    + Copy
+    + Zero
+    + One
+    + ClosedAddAssign
+    + ClosedSubAssign
+    + ClosedMulAssign
+    + ClosedDivAssign
+    + Neg<Output = Self>
+{
+    /// The magnitude.
+    fn simd_abs(self) -> Self;
+
+    /// The square root.
+    fn simd_sqrt(self) -> Self;
+
+    /// `f()` in a function of its own, for what is seldom needed and would crowd a step.
+    #[cold]
+    #[inline(never)]
+    fn aside<R>(f: impl FnOnce() -> R) -> R {
+        f()
+    }
+
     /// The constant `x` in every lane.
     #[inline(always)]
     fn of(x: f64) -> Self {
-        nalgebra::convert(x)
+        Self::splat(nalgebra::convert(x))
     }
 
     /// One bound of [`Limits`] in every lane.
@@ -95,7 +125,17 @@ pub trait Real: SimdRealField<Element: Limits> + Copy {
     }
 }
 
-impl<T> Real for T where T: SimdRealField<Element: Limits> + Copy {}
+impl<T: SimdRealField<Element: Limits> + Copy> Real for T {
+    #[inline(always)]
+    fn simd_abs(self) -> Self {
+        nalgebra::SimdComplexField::simd_abs(self)
+    }
+
+    #[inline(always)]
+    fn simd_sqrt(self) -> Self {
+        nalgebra::SimdComplexField::simd_sqrt(self)
+    }
+}
 
 /// `value` where `condition` holds, else `other`: reads in the order in which it is said.
 #[inline(always)]

@@ -4,10 +4,11 @@ use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::filter::Filter;
+use crate::filter::{Filter, SideBySide};
 use crate::real::{Limits, Real, choose};
 use crate::start::{Factors, Start};
 use crate::startup::{Scaling, Startup};
+use crate::vector::vector;
 
 /// Least squares on normalised samples, `N = p + 1`, `M = p + q + 1`.
 ///
@@ -25,6 +26,9 @@ pub struct Rls<T, const N: usize, const M: usize> {
     unit_upper: SMatrix<T, M, M>,
     diagonal: SVector<T, M>,
 }
+
+#[cfg(feature = "std")]
+crate::lanes::laned!(Rls [N, M] { growth, parameters, history, unit_upper, diagonal } common {});
 
 /// What the covariance says of the regressor, before the sample is there.
 #[derive(Debug, Clone, Copy)]
@@ -142,6 +146,7 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
         self.diagonal *= choose(seen, growth, T::one());
     }
 
+    #[inline(always)]
     fn trace(&self) -> T {
         let mut sum = T::zero();
         for j in 0..M {
@@ -158,7 +163,7 @@ impl<T: Real, const N: usize, const M: usize> Rls<T, N, M> {
     /// product is the gain (FH 13). Where the sample was missing `f` is zero and nothing changes.
     #[inline(always)]
     fn measure(&mut self, lesson: &Lesson<T, M>) -> (SVector<T, M>, T) {
-        let inverse = lesson.variance.map(|variance| T::one() / variance);
+        let inverse = vector::<T, M>(|j| T::one() / lesson.variance[j]);
         let mut gain = SVector::<T, M>::zeros();
         gain[0] = lesson.spread[0];
         self.diagonal[0] *= inverse[0];
@@ -322,4 +327,9 @@ where
         self.rls = Rls::new(self.params.forgetting_factor);
         self.samples_seen = 0;
     }
+}
+
+impl<T: Limits, const N: usize, const M: usize> SideBySide<T> for RecursiveLeastSquares<T, N, M> where
+    T: Real<Element = T, SimdBool = bool>
+{
 }

@@ -160,6 +160,9 @@ pub struct Scaling<T> {
     inverse: T,
 }
 
+#[cfg(feature = "std")]
+crate::lanes::laned!(Scaling [] { offset, scale, inverse } common {});
+
 impl<T: Real> Scaling<T> {
     /// `(z - offset) / scale`.
     pub fn new(offset: T, scale: T) -> Self {

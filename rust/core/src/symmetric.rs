@@ -4,6 +4,7 @@ use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use crate::real::{Limits, Real, choose};
+use crate::vector::vector;
 
 /// Symmetric `N × N` matrix; only the upper triangle is kept up to date and read.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -11,6 +12,9 @@ use crate::real::{Limits, Real, choose};
 pub struct Symmetric<T, const N: usize> {
     upper: SMatrix<T, N, N>,
 }
+
+#[cfg(feature = "std")]
+crate::lanes::laned!(Symmetric [N] { upper } common {});
 
 impl<T: Real, const N: usize> Symmetric<T, N> {
     /// `value` times the identity.
@@ -35,7 +39,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     /// The matrix times `v`.
     #[inline(always)]
     pub fn times(&self, v: &SVector<T, N>) -> SVector<T, N> {
-        SVector::from_fn(|i, _| {
+        vector(|i| {
             let mut sum = self.at(i, 0) * v[0];
             for j in 1..N {
                 sum += self.at(i, j) * v[j];

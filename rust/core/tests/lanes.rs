@@ -2,10 +2,12 @@
 
 mod common;
 
-use common::{drifting, white_noise};
+use common::{any_params, any_sample, drifting, white_noise};
 use nalgebra::SimdValue;
+use proptest::prelude::*;
 use simba::simd::WideF64x4;
-use zerorate_core::{DriftLoop, Method, Params};
+use zerorate_core::checkpoint::{self, Kind, Label};
+use zerorate_core::{Bank, DriftFilter, DriftLoop, Filter, Method, Params};
 
 /// Four normalised signals with missing samples at different places.
 fn signals() -> [Vec<f64>; 4] {
@@ -36,6 +38,86 @@ fn four_lanes_equal_four_filters() {
                 assert_eq!(estimate.extract(c).to_bits(), expected.to_bits(), "{method:?} {k} {c}");
             }
         }
+    }
+}
+
+/// Answers and state, the checkpoint, of every filter.
+type Outcome = Vec<(Vec<u64>, Vec<u8>)>;
+
+fn outcome<const N: usize, const M: usize>(
+    filters: &[DriftFilter<f64, N, M>],
+    rows: &[f64],
+) -> Outcome {
+    let label = Label { kind: Kind::DriftFilter, p: 0, q: 0 };
+    let column = |c| rows.iter().skip(c).step_by(filters.len()).map(|y| y.to_bits()).collect();
+    let state = |filter| checkpoint::to_vec(label, filter).expect("a filter can be saved");
+    filters.iter().enumerate().map(|(c, filter)| (column(c), state(filter))).collect()
+}
+
+/// Rows in pieces of any length, and each channel alone, sample by sample.
+fn together_and_alone<const N: usize, const M: usize>(
+    params: &[Params],
+    rows: &[f64],
+    pieces: usize,
+    threads: usize,
+) -> (Outcome, Outcome) {
+    let filters: Vec<_> = params
+        .iter()
+        .map(|params| DriftFilter::<f64, N, M>::new(*params).expect("valid parameters"))
+        .collect();
+    let channels = filters.len();
+    let (mut bank, mut answers) = (Bank::of(filters.clone()), rows.to_vec());
+    for piece in answers.chunks_mut(pieces * channels) {
+        bank.process_on_threads(piece, threads);
+    }
+    let (mut alone, mut expected) = (filters, rows.to_vec());
+    for (i, z) in expected.iter_mut().enumerate() {
+        *z = alone[i % channels].update(*z);
+    }
+    assert!(expected.iter().all(|answer| answer.is_finite()));
+    (outcome(bank.filters(), &answers), outcome(&alone, &expected))
+}
+
+proptest! {
+    /// Channels of different methods, learning times and start-ups, with missing and hostile
+    /// samples anywhere: lanes come and go, and nothing differs.
+    #[test]
+    fn channels_side_by_side_equal_each_alone(
+        params in prop::collection::vec(any_params(), 1..10),
+        samples in prop::collection::vec(any_sample(), 900),
+        pieces in 1usize..400,
+        threads in 1usize..4,
+    ) {
+        let rows = &samples[..samples.len() / params.len() * params.len()];
+        let (together, alone) = together_and_alone::<3, 4>(&params, rows, pieces, threads);
+        prop_assert_eq!(together, alone);
+        let (together, alone) = together_and_alone::<2, 2>(&params, rows, pieces, threads);
+        prop_assert_eq!(together, alone);
+        let (together, alone) = together_and_alone::<4, 7>(&params, rows, pieces, threads);
+        prop_assert_eq!(together, alone);
+    }
+}
+
+/// Long enough for every channel to be in a lane, through the end of learning and a burst far off.
+#[test]
+fn long_channels_side_by_side_equal_each_alone() {
+    let channels = 9;
+    let mut rows = vec![0.0; 6000 * channels];
+    for c in 0..channels {
+        for (k, z) in drifting(6000, c as u64).into_iter().enumerate() {
+            rows[k * channels + c] = match k {
+                _ if c == 4 => f64::NAN,
+                2000..3000 if c == 2 => 500.0 * z,
+                _ if k % (50 + 7 * c) == 3 => f64::NAN,
+                _ => z,
+            };
+        }
+    }
+    for method in [Method::Kf, Method::Akf, Method::Fading] {
+        let params = Params { method, adapt_for: Some(30.0), ..Params::default() };
+        let (together, alone) =
+            together_and_alone::<3, 4>(&vec![params; channels], &rows, usize::MAX / channels, 2);
+        assert_eq!(together, alone, "{method:?}");
     }
 }
 

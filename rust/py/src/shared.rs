@@ -65,7 +65,7 @@ impl<S: Stream + ?Sized> Shared<S> {
             Some(channels) => {
                 let mut row = arrays::row(z, channels)?;
                 self.filter.update_row(&mut row);
-                arrays::array(py, row, &[channels])
+                Ok(arrays::answers(py, &row))
             }
         }
     }

@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::filter::Filter;
+use crate::filter::{Filter, SideBySide};
 use crate::real::{Limits, Real, choose};
 
 /// Which difference of samples the variance is taken of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum AllanKind {
     /// First difference, `R = E[(z_k - z_{k-1})²] / 2` (FH 17).
     Allan,
@@ -30,6 +30,9 @@ pub struct AllanNoise<T> {
     /// The last two samples; NaN stands for one that was missing or not there yet.
     previous: [T; 2],
 }
+
+#[cfg(feature = "std")]
+crate::lanes::laned!(AllanNoise [] { fading, floor, variance, weight_sum, previous } common { kind });
 
 impl<T: Real> AllanNoise<T> {
     /// An estimator with memory `fading` in (0, 1] (1: all differences weigh the same) that never
@@ -82,7 +85,9 @@ impl<T: Real> AllanNoise<T> {
         let square = self.squared_difference(z);
         // Not so for NaN: a sample or the one before it was missing.
         let seen = square.simd_ge(T::zero());
-        self.weight_sum = choose(seen, self.weight_sum * self.fading + T::one(), self.weight_sum);
+        // Not a choice between two sums, which a compiler may store lane by lane.
+        self.weight_sum = self.weight_sum * choose(seen, self.fading, T::one())
+            + choose(seen, T::one(), T::zero());
         let weight = choose(seen, T::one() / self.weight_sum, T::zero());
         self.variance += (choose(seen, square, T::zero()) - self.variance) * weight;
         self.previous = [z, self.previous[0]];
@@ -102,19 +107,6 @@ impl<T: Real> AllanNoise<T> {
         self.previous = [T::of(f64::NAN); 2];
     }
 
-    /// Stands at `variance`, with the weight that `samples` samples without a gap would have.
-    pub(crate) fn believe(&mut self, variance: T, samples: u64) {
-        let order = match self.kind {
-            AllanKind::Allan => 1,
-            AllanKind::Hadamard => 2,
-        };
-        let differences = T::of(samples.saturating_sub(order) as f64);
-        self.variance = variance;
-        let faded = self.fading.simd_powf(differences);
-        let sum = (T::one() - faded) / (T::one() - self.fading);
-        self.weight_sum = choose(self.fading.simd_lt(T::one()), sum, differences);
-    }
-
     /// The same estimator after its samples were shifted by `offset` and divided by `scale`.
     pub(crate) fn rescaled(&self, offset: T, scale: T) -> Self {
         let ratio = T::one() / scale;
@@ -123,6 +115,21 @@ impl<T: Real> AllanNoise<T> {
             previous: self.previous.map(|z| (z - offset) * ratio),
             ..*self
         }
+    }
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> AllanNoise<T> {
+    /// Stands at `variance`, with the weight that `samples` samples without a gap would have.
+    pub(crate) fn believe(&mut self, variance: T, samples: u64) {
+        let order = match self.kind {
+            AllanKind::Allan => 1,
+            AllanKind::Hadamard => 2,
+        };
+        let differences = T::of(samples.saturating_sub(order) as f64);
+        self.variance = variance;
+        let faded = self.fading.powf(differences);
+        let sum = (T::one() - faded) / (T::one() - self.fading);
+        self.weight_sum = choose(self.fading.simd_lt(T::one()), sum, differences);
     }
 }
 
@@ -145,3 +152,5 @@ impl<T: Real> Filter<T> for AllanNoise<T> {
         self.previous = [T::of(f64::NAN); 2];
     }
 }
+
+impl<T: Real + 'static> SideBySide<T> for AllanNoise<T> {}

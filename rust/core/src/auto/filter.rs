@@ -8,7 +8,7 @@ use super::following::Following;
 use super::learned::Learned;
 use crate::chain::Snapshot;
 use crate::error::Error;
-use crate::filter::Filter;
+use crate::filter::{Filter, SideBySide};
 use crate::motion::Conduct;
 use crate::params;
 use crate::real::{Limits, Real};
@@ -325,6 +325,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Filter<T> for AutoFilter<T>
         }
     }
 }
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> SideBySide<T> for AutoFilter<T> {}
 
 /// The drift comes from a start-up that is not over.
 #[inline(always)]

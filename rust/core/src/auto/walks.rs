@@ -198,8 +198,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Walks<T> {
 
     /// Adds one innovation, squared and over its variance, to the evidence and the scale.
     fn judge(&mut self, m: usize, square: T, variance: T) {
-        let spread = (variance * self.scale(m)).simd_ln();
-        let tail = (square / self.S[m]).simd_ln_1p() * (self.degrees + T::one());
+        let spread = (variance * self.scale(m)).ln();
+        let tail = (square / self.S[m]).ln_1p() * (self.degrees + T::one());
         self.evidence[m] = self.evidence[m] * kept::<T>() - (spread + tail) * T::of(0.5);
         self.S[m] = self.S[m] * kept::<T>() + square;
     }
@@ -209,7 +209,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Walks<T> {
         let prior = prior::<T>();
         for m in 0..MEMBERS {
             self.evidence[m] -= best;
-            self.weight[m] = prior[m] * self.evidence[m].simd_exp();
+            self.weight[m] = prior[m] * self.evidence[m].exp();
         }
         self.weight /= self.weight.sum();
     }

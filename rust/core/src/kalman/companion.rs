@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::real::{Limits, Real, choose};
 use crate::symmetric::Symmetric;
+use crate::vector::vector;
 
 /// A trace, in start-up variances, below which the floor of the noise outweighs all rounding.
 const TRACE_LARGE: f64 = 10.0;
@@ -34,6 +35,11 @@ pub struct Correction<T> {
     pub inverse: T,
 }
 
+#[cfg(feature = "std")]
+crate::lanes::laned!(Belief [N] { x, P } common {});
+#[cfg(feature = "std")]
+crate::lanes::laned!(Correction [] { innovation, variance, inverse } common {});
+
 /// Where component `i` of the next state stands in this one: each `y` moves down, `c` stays.
 #[inline(always)]
 fn source<const N: usize>(i: usize) -> usize {
@@ -52,7 +58,7 @@ impl<T: Real, const N: usize> Belief<T, N> {
     /// model would otherwise leave it in a long gap.
     #[inline(always)]
     pub fn predict(&self, row: &SVector<T, N>, G: &Symmetric<T, N>, peak: T) -> Self {
-        let x = SVector::from_fn(|i, _| match i {
+        let x = vector(|i| match i {
             0 => row.dot(&self.x).within(peak),
             _ => self.x[source::<N>(i)],
         });
@@ -92,7 +98,7 @@ impl<T: Real, const N: usize> Belief<T, N> {
     /// `P Hᵀ`, which is `S K` for a prediction (FH 21).
     #[inline(always)]
     pub fn column(&self) -> SVector<T, N> {
-        SVector::from_fn(|i, _| self.P.at(0, i))
+        vector(|i| self.P.at(0, i))
     }
 
     /// Becomes `prior` corrected by the sample `z` of noise variance `R` (FH 21–24); where it was

@@ -91,22 +91,31 @@ pub fn adapt<T: Real, const N: usize>(
     large: T::SimdBool,
 ) -> T::SimdBool {
     if large.any() {
-        return adapt_large(G, floor, column, sample, weight, large);
+        return T::aside(move || adapt_large(G, floor, column, sample, weight, large));
     }
-    // The fifteen factors of four rows underflow on a small G.
-    let room = match N {
-        ..4 => room_below(G, floor, column),
-        _ => room_below_scaled(G, floor, &column),
-    };
+    let room = ordinary_room(G, floor, column);
     let (step, guarded) = bounded_step(&sample, weight, room);
     add_rank_one(G, step, &column);
     guarded
 }
 
-/// [`adapt`] where the floor does not outweigh rounding: `G` is settled before the step, which may
-/// take away nearly all of it and leave what was rounded, and after it.
-#[cold]
-#[inline(never)]
+/// The room below a `G` that is not large.
+#[inline(always)]
+fn ordinary_room<T: Real, const N: usize>(
+    G: &Symmetric<T, N>,
+    floor: T,
+    column: SVector<T, N>,
+) -> Room<T> {
+    // The fifteen factors of four rows underflow on a small G.
+    match N {
+        ..4 => room_below(G, floor, column),
+        _ => room_below_scaled(G, floor, &column),
+    }
+}
+
+/// [`adapt`] where, in some lane, the floor does not outweigh rounding: there `G` is settled before
+/// the step, which may take away nearly all of it and leave what was rounded, and after it.
+#[inline(always)]
 fn adapt_large<T: Real, const N: usize>(
     G: &mut Symmetric<T, N>,
     floor: T,
@@ -115,7 +124,12 @@ fn adapt_large<T: Real, const N: usize>(
     weight: T,
     large: T::SimdBool,
 ) -> T::SimdBool {
-    let room = room_below_scaled(G, floor, &column);
+    let (scaled, ordinary) =
+        (room_below_scaled(G, floor, &column), ordinary_room(G, floor, column));
+    let room = Room {
+        height: choose(large, scaled.height, ordinary.height),
+        slope: choose(large, scaled.slope, ordinary.slope),
+    };
     let (step, guarded) = bounded_step(&sample, weight, room);
     G.settle(large);
     add_rank_one(G, step, &column);
@@ -131,7 +145,8 @@ fn bounded_step<T: Real>(sample: &Correction<T>, weight: T, room: Room<T>) -> (T
     let height = room.height * variance * variance;
     let guarded = step.simd_lt(T::zero()) & (-step * room.slope).simd_ge(height);
     let step = step * inverse * inverse;
-    if guarded.any() {
+    // Of several lanes one is guarded nearly always: no branch could be foretold.
+    if T::LANES > 1 || guarded.any() {
         let limit = room.height / room.slope.at_least(T::tiny());
         return (choose(guarded, -limit, step), guarded);
     }

@@ -24,7 +24,7 @@ use self::judge::Judge;
 use self::ticker::{Seen, Ticker};
 use self::times::Times;
 use crate::error::Error;
-use crate::filter::Filter;
+use crate::filter::{Filter, SideBySide};
 use crate::params::check_rate;
 use crate::real::{Limits, Real};
 
@@ -121,3 +121,5 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Filter<T> for RestDetector<
         *self = Self { ticker: Ticker::new(times.tick), judge: Judge::new(times) };
     }
 }
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> SideBySide<T> for RestDetector<T> {}

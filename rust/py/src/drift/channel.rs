@@ -4,7 +4,7 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use zerorate_core::checkpoint::{Kind, Label};
-use zerorate_core::{AutoFilter, DriftFilter, Filter, MotionSafe, Snapshot, Status};
+use zerorate_core::{AutoFilter, DriftFilter, MotionSafe, SideBySide, Snapshot, Status};
 
 use super::any::label;
 use super::settings::Settings;
@@ -13,7 +13,7 @@ use super::trace::{Readings, Record};
 
 /// What the bindings ask of a filter besides samples.
 pub trait Channel:
-    Filter<f64> + Clone + Send + Sync + Serialize + DeserializeOwned + std::fmt::Debug + 'static
+    SideBySide<f64> + Clone + Send + Sync + Serialize + DeserializeOwned + std::fmt::Debug + 'static
 {
     /// What it is called in a checkpoint.
     fn label() -> Label;

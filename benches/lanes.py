@@ -1,0 +1,79 @@
+"""What channels side by side cost, all in one run: ``python benches/lanes.py``.
+
+Each number is the least of several rounds; every round times every row once.
+"""
+
+import sys
+import time
+
+import numpy as np
+
+import peers
+import zerorate as zr
+
+ROWS = 200_000
+ROUNDS = 9
+LANES = (4, 8)
+CHANNELS = (1, 2, 3, 4, 6, 8, 16)
+KINDS = {
+    "kf": {"method": "kf"},
+    "akf": {"method": "akf"},
+    "fading": {"method": "fading"},
+    "fading, always learning": {"method": "fading", "adapt_for": None},
+    "auto": {"method": "auto"},
+}
+
+
+def c_jobs(rows):
+    """Name, channels, threads and job of the chain in C, by lanes."""
+    native = ("-O3", "-march=native", "-Wno-psabi")
+    for k in (1, *LANES):
+        run = peers.c_batch(*native, *([f"-DLANES={k}"] if k > 1 else []))
+        z = np.ascontiguousarray(rows[:, :k] if k > 1 else rows[:, 0])
+        yield "C, always learning, no guard", k, 1, lambda run=run, z=z: run(z)
+
+
+def zerorate_jobs(rows):
+    """The same of the filters of this package."""
+    for name, options in KINDS.items():
+        for k in CHANNELS:
+            z = np.ascontiguousarray(rows[:, :k])
+            for threads in (1, 2) if k > 1 else (1,):
+
+                def job(z=z, k=k, threads=threads, options=options):
+                    zr.DriftFilter(rate=100.0, channels=k, **options).process(z, threads=threads)
+
+                yield name, k, threads, job
+
+
+def least_seconds(jobs, rounds):
+    """The least time of each job over the rounds."""
+    best = {(name, k, threads): np.inf for name, k, threads, _ in jobs}
+    for _ in range(rounds):
+        for name, k, threads, job in jobs:
+            start = time.perf_counter()
+            job()
+            best[name, k, threads] = min(best[name, k, threads], time.perf_counter() - start)
+    return best
+
+
+def print_table(best, n):
+    print(f"{'':30}{'channels':>9}{'row':>8}{'to one':>8}{'sample':>8}{'2 threads':>11}{'gain':>7}")
+    for (name, k, threads), seconds in best.items():
+        if threads > 1:
+            continue
+        one, two = best[name, 1, 1], best.get((name, k, 2))
+        row = f"{name:30}{k:9}{seconds / n * 1e9:8.1f}{seconds / one:8.2f}"
+        row += f"{seconds / (n * k) * 1e9:8.2f}"
+        if two is not None:
+            row += f"{two / (n * k) * 1e9:11.2f}{seconds / two:7.2f}"
+        print(row)
+
+
+def main(n=ROWS, rounds=ROUNDS):
+    rows = np.random.default_rng(1).standard_normal((n, max(CHANNELS)))
+    print_table(least_seconds([*c_jobs(rows), *zerorate_jobs(rows)], rounds), n)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))
