@@ -9,10 +9,12 @@ import pytest
 import zerorate as zr
 from zerorate import Log, LogError, metrics
 from zerorate._native import allan_deviations
+from zerorate.io.header import Header
 from zerorate.replay import replay
+from zerorate.replay.block import Block
 from zerorate.replay.history import moments
 from zerorate.replay.learned import last_known
-from zerorate.replay.measure import Measuring
+from zerorate.replay.measure import Measures
 from zerorate.replay.readings import Readings
 from zerorate.report import WIDTH, format_learned, format_notes, format_table
 
@@ -265,8 +267,14 @@ class TestAuto:
         log, rest = make_log(noise(3000, 1)), np.ones((3000, 1), dtype=bool)
         log.data[1000:2000] += 50.0
         rest[1000:2000] = False
-        measuring = Measuring(log, {"auto": np.full((3000, 1), 0.5)}, log.data, rest, None, (5.0,))
-        raw, auto = measuring.scores(lambda step, fraction: None)
+        measures = Measures(Header.of(log), ["auto"], [5.0], holds=True)
+        held = np.full((1, 3000), 0.5)
+        raw = np.ascontiguousarray(log.data.T)
+        measures.take(Block(0, raw, {"auto": held}, held, np.ascontiguousarray(rest.T)))
+        (raw, auto), seen = measures.finish()
+        assert seen.at_rest == [2000]
+        # Where a motion began is known to half a second.
+        rest[950:1000] = False
         calm = np.where(rest, log.data, np.nan)
         there = np.isfinite(calm)
         assert raw.mean == pytest.approx(calm[there].mean(), rel=1e-12)
@@ -351,10 +359,9 @@ class TestText:
 
 def moved(replay, status="in motion"):
     """Return a replay whose first axis moves in the second half of it."""
-    at_rest = replay.readings.at_rest.copy()
-    at_rest[len(at_rest) // 2 :, 0] = False
-    readings = dataclasses.replace(replay.readings, at_rest=at_rest)
-    return dataclasses.replace(replay, readings=readings, status=(status, *replay.status[1:]))
+    at_rest = replay.seen.at_rest - [replay.header.n // 2, 0]
+    seen = dataclasses.replace(replay.seen, at_rest=at_rest)
+    return dataclasses.replace(replay, seen=seen, status=(status, *replay.status[1:]))
 
 
 class TestTextOfAuto:

@@ -6,7 +6,9 @@ NaN, infinities and ``None`` are missing samples. R is the measurement noise var
 process noise covariance of the state.
 """
 
-from zerorate import identify, metrics
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from zerorate._native import (
     AllanNoise,
     DriftFilter,
@@ -32,6 +34,9 @@ from zerorate.noise import (
     worst_axis,
 )
 from zerorate.simulate import simulate
+
+if TYPE_CHECKING:
+    from zerorate import identify, metrics
 
 __all__ = [
     "DEVICES",
@@ -63,3 +68,10 @@ __all__ = [
     "worst_axis",
     "write_log",
 ]
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401
+    """Import the large parts when they are first asked for."""
+    if name in ("identify", "metrics"):
+        return import_module(f"zerorate.{name}")
+    raise AttributeError(f"module 'zerorate' has no attribute {name!r}")

@@ -28,6 +28,7 @@ __all__ = [
     "AllanNoise",
     "DriftFilter",
     "RecursiveLeastSquares",
+    "ReplayScores",
     "RestDetector",
     "StreamingAllan",
     "Trace",
@@ -102,6 +103,13 @@ class DriftFilter:
     def process(
         self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
     ) -> _Floats: ...
+    def _replay(
+        self,
+        z: _Floats,
+        out: _Floats,
+        bias_sigma: _Floats | None = None,
+        at_rest: _Flags | None = None,
+    ) -> None: ...
     def trace(self, z: npt.ArrayLike) -> Trace: ...
     def reset(self) -> None: ...
     def power_on(self) -> None: ...
@@ -158,6 +166,20 @@ class DriftFilter:
     def start(self) -> _Start | None: ...
     @property
     def params(self) -> _Params: ...
+
+@final
+class ReplayScores:
+    def __new__(
+        cls, axes: int, estimates: int, horizons: Sequence[int], delay: int | None = None
+    ) -> Self: ...
+    def take(
+        self,
+        raw: _Floats,
+        estimates: Sequence[_Floats],
+        at_rest: _Flags | None = None,
+        truth: _Floats | None = None,
+    ) -> None: ...
+    def finish(self) -> dict[str, npt.NDArray[Any]]: ...
 
 @final
 class Trace:

@@ -7,13 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.batch.outcome import Row
-from zerorate.replay import Replay, Score
+from zerorate.replay import Score, Summary
 from zerorate.replay.learned import last_known
 
 __all__ = ["rows_of"]
 
 
-def rows_of(result: Replay) -> tuple[Row, ...]:
+def rows_of(result: Summary) -> tuple[Row, ...]:
     """Return one row an axis; None where a number means nothing."""
     scores = {(score.axis, score.method): score for score in result.scores}
     history = result.history
@@ -21,10 +21,10 @@ def rows_of(result: Replay) -> tuple[Row, ...]:
     return tuple(
         {
             "axis": axis,
-            "unit": result.log.unit,
-            "rate": result.log.rate,
-            "samples": result.log.n,
-            "missing": int(np.isnan(result.log.data[:, i]).sum()),
+            "unit": result.header.unit,
+            "rate": result.header.rate,
+            "samples": result.header.n,
+            "missing": int(result.seen.missing[i]),
             **_scores("raw", scores[axis, "raw"], result.horizons),
             **_scores("drift", scores[axis, result.method], result.horizons),
             "reduction": _number(scores[axis, result.method].reduction),
@@ -34,7 +34,7 @@ def rows_of(result: Replay) -> tuple[Row, ...]:
             "bias_sigma": _number(history.bias_sigma[-1, i]),
             "time_at_rest": _rest(result, i),
         }
-        for i, axis in enumerate(result.log.names)
+        for i, axis in enumerate(result.header.names)
     )
 
 
@@ -48,10 +48,9 @@ def _coasting(score: Score, horizons: tuple[float, ...]) -> Iterator[tuple[str, 
         yield f"coasting_{horizon:g}s", value
 
 
-def _rest(result: Replay, i: int) -> float | None:
-    if result.readings is None:
-        return None
-    return np.count_nonzero(result.readings.at_rest[:, i]) / result.log.rate
+def _rest(result: Summary, i: int) -> float | None:
+    rested = result.seen.at_rest
+    return None if rested is None else int(rested[i]) / result.header.rate
 
 
 def _number(value: float | npt.NDArray[np.float64]) -> float | None:

@@ -9,8 +9,8 @@ from zerorate.batch.outcome import Outcome, Row, Status
 from zerorate.batch.record import Record
 from zerorate.batch.rows import rows_of
 from zerorate.batch.settings import Settings
-from zerorate.io import LogError, read_log, write_log
-from zerorate.replay import replay
+from zerorate.io import LogError, open_recording
+from zerorate.replay import replay_to_file
 from zerorate.replay.workers import on_threads
 
 __all__ = ["Task", "run_task"]
@@ -60,13 +60,17 @@ def run_task(task: Task) -> Outcome:
 def _filter(task: Task) -> tuple[Row, ...]:
     options = task.settings
     columns = None if options.columns is None else list(options.columns)
-    log = read_log(task.source, rate=options.rate, columns=columns, unit=options.unit)
-    result = replay(
-        log, methods=[options.method], output=options.output, motion=options.motion, allan=False
-    )
+    recording = open_recording(task.source, options.rate, columns, options.unit)
     task.output.parent.mkdir(parents=True, exist_ok=True)
     Record.discard(task.output)
-    write_log(result.filtered_log, task.output, force=True, beside=result.beside)
+    result = replay_to_file(
+        recording,
+        task.output,
+        methods=[options.method],
+        output=options.output,
+        motion=options.motion,
+        force=True,
+    )
     return rows_of(result)
 
 

@@ -1,26 +1,23 @@
 """The commands of the program."""
 
-from typing import Annotated
+from importlib import import_module
+from typing import Annotated, Final
 
 import typer
 
 from zerorate import __version__
-from zerorate.cli.allan import allan
-from zerorate.cli.batch import batch
-from zerorate.cli.compare import compare
-from zerorate.cli.demo import demo
-from zerorate.cli.identify import identify
-from zerorate.cli.replay import replay
-from zerorate.cli.simulate import simulate
-from zerorate.cli.stream import stream
 
-__all__ = ["app", "invoke"]
+__all__ = ["invoke"]
 
-app = typer.Typer(
-    name="zerorate",
-    help="Models, measures and removes the random drift of MEMS gyroscopes.",
-    add_completion=False,
-    pretty_exceptions_enable=False,
+_COMMANDS: Final = (
+    "replay",
+    "batch",
+    "compare",
+    "allan",
+    "identify",
+    "demo",
+    "simulate",
+    "stream",
 )
 
 
@@ -30,7 +27,6 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _root(
     version: Annotated[
         bool,
@@ -42,12 +38,23 @@ def _root(
     """Models, measures and removes the random drift of MEMS gyroscopes."""
 
 
-for _command in (replay, batch, compare, allan, identify, demo, simulate, stream):
-    app.command()(_command)
+def _program(first: str) -> typer.Typer:
+    """Return the program, with the one command that is called if its name comes first."""
+    app = typer.Typer(
+        name="zerorate",
+        help="Models, measures and removes the random drift of MEMS gyroscopes.",
+        add_completion=False,
+        pretty_exceptions_enable=False,
+    )
+    app.callback()(_root)
+    # Each command imports what it works with: all of them take longer than many a log.
+    for name in (first,) if first in _COMMANDS else _COMMANDS:
+        app.command()(getattr(import_module(f"zerorate.cli.{name}"), name))
+    return app
 
 
 def invoke(arguments: list[str]) -> int:
     """Run a command and return its exit code; faults are raised."""
-    program = typer.main.get_command(app)
+    program = typer.main.get_command(_program(arguments[0]))
     code = program.main(args=arguments, prog_name="zerorate", standalone_mode=False)
     return int(code or 0)

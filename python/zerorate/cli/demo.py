@@ -6,11 +6,12 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from zerorate.cli.chosen import Chosen
 from zerorate.cli.faults import as_usage
 from zerorate.cli.options import FigureFormat, LogFormat, Method
 from zerorate.cli.outputs import Outputs
 from zerorate.cli.progress import progress_bar
-from zerorate.cli.replay import filtered, print_result
+from zerorate.cli.replay import compared, print_result
 from zerorate.cli.simulate import AXES, made_folder, simulated
 from zerorate.devices import device as find_device
 from zerorate.io import Log
@@ -46,7 +47,8 @@ def demo(
         names = tuple(f"gyro_{axis}_dps" for axis in AXES)
         meta = {"source": f"simulated {gyro.name}", "sensor": f"simulated {gyro.name}"}
         log = Log(np.arange(len(signal)) / rate, rate, signal, names, "deg/s", meta)
-        result = filtered(log, Method.auto, FilterOptions(), progress, True, truth)
+        chosen = Chosen(compared(Method.auto), None, FilterOptions())
+        result = chosen.in_memory(log, progress, truth)
         outputs.write(result, progress)
     print(f"{gyro.name}, simulated: {duration:g} s at {rate:g} Hz, seed {seed}\n")
     print_result(result, outputs)

@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Annotated
 
-import numpy.typing as npt
 import typer
 
+from zerorate.cli.chosen import Chosen
 from zerorate.cli.effects import note_on_options
-from zerorate.cli.faults import DataFault, as_usage, reading
+from zerorate.cli.faults import reading
 from zerorate.cli.options import (
     RECORDING,
     TOPIC,
@@ -23,13 +23,12 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import Outputs
 from zerorate.cli.progress import progress_bar
-from zerorate.io import Log, LogError, read_log
-from zerorate.replay import FilterOptions, Replay
-from zerorate.replay import replay as run_filters
-from zerorate.replay.workers import Progress
+from zerorate.io import open_recording
+from zerorate.replay import FilterOptions, Summary
+from zerorate.replay.result import Output
 from zerorate.report import format_learned, format_notes, format_table
 
-__all__ = ["filtered", "print_result", "replay"]
+__all__ = ["compared", "print_result", "replay"]
 
 _PUBLISHED = (Method.kf, Method.akf, Method.fading)
 
@@ -73,6 +72,9 @@ def replay(
     format: Annotated[LogFormat, typer.Option(help="Of the filtered log.")] = LogFormat.parquet,
     figure_format: Annotated[FigureFormat, typer.Option(help="Of the figure.")] = FigureFormat.png,
     no_figure: Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")] = False,
+    only: Annotated[
+        bool, typer.Option("--only", help="The method alone, without those it is compared with.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
 ) -> None:
     """Filter every axis of a log, print what it brought, write the filtered log and a figure."""
@@ -86,43 +88,30 @@ def replay(
         noise=noise.value,
         motion=None if motion is None else motion.value,
     )
-    note = note_on_options(context, method, _baselines(method))
+    note = note_on_options(context, method, () if only else _baselines(method))
     wanted = parse_columns(columns)
     outputs = Outputs.of(output, log.stem, format, None if no_figure else figure_format, force)
+    methods = (method.value,) if only else compared(method)
+    kind: Output | None = None if output_kind is None else output_kind.value
     with progress_bar() as progress:
         with reading(wanted is not None):
-            recording = read_log(log, rate=rate, columns=wanted, unit=unit, topic=topic)
-        result = filtered(recording, method, options, progress, not no_figure, output=output_kind)
-        outputs.write(result, progress)
+            recording = open_recording(log, rate, wanted, unit, topic)
+        chosen = Chosen(methods, kind, options)
+        if no_figure:
+            result = chosen.into_file(recording, outputs.log, force, progress)
+        else:
+            with reading(wanted is not None):
+                whole = recording.log()
+            result = chosen.in_memory(whole, progress)
+            outputs.write(result, progress)
     print_result(result, outputs)
     if note is not None:
         print(note)
 
 
-def filtered(
-    log: Log,
-    method: Method,
-    options: FilterOptions,
-    progress: Progress,
-    with_figure: bool,
-    truth: npt.ArrayLike | None = None,
-    output: OutputKind | None = None,
-) -> Replay:
-    """Return the log after the published methods up to the chosen one, or raise a fault."""
-    methods = (*(other.value for other in _baselines(method)), method.value)
-    try:
-        with as_usage():
-            return run_filters(
-                log,
-                methods=methods,
-                output=None if output is None else output.value,
-                truth=truth,
-                allan=with_figure,
-                progress=progress,
-                **options,
-            )
-    except LogError as error:
-        raise DataFault(f"{log.meta.get('source', 'the log')}: {error}") from None
+def compared(method: Method) -> tuple[str, ...]:
+    """Return the published methods up to the chosen one, and that one."""
+    return (*(other.value for other in _baselines(method)), method.value)
 
 
 def _baselines(method: Method) -> tuple[Method, ...]:
@@ -131,7 +120,7 @@ def _baselines(method: Method) -> tuple[Method, ...]:
     return tuple(other for other in published if other is not method)
 
 
-def print_result(result: Replay, outputs: Outputs) -> None:
+def print_result(result: Summary, outputs: Outputs) -> None:
     """Print the table, the notes, and which files were written."""
     parts = (format_table(result), format_learned(result), format_notes(result))
     print("\n\n".join(filter(None, parts)))

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from zerorate.io.errors import LogError
 from zerorate.io.table import Column, Metadata, Table, listed_names
 
-__all__ = ["arrow_table", "needs_pyarrow"]
+__all__ = ["arrow_table", "in_pieces", "needs_pyarrow", "to_arrow"]
 
 # Of type Any, for the stubs of pyarrow come from elsewhere and lag behind it.
 _Schema = Any
@@ -32,12 +35,27 @@ def arrow_table(schema: _Schema, read: Callable[[Sequence[int]], Sequence[_Chunk
         raise LogError("there are no columns")
 
     def load(wanted: Sequence[int]) -> list[Column]:
-        for index in wanted:
-            _check_type(schema.field(index))
+        _check_types(schema, wanted)
         return [_to_numpy(column) for column in read(wanted)]
 
     meta = _metadata(schema.metadata or {})
     return listed_names(Table(len(schema), load, names=_column_names(schema), meta=meta))
+
+
+def in_pieces(
+    table: Table,
+    schema: _Schema,
+    rows: int,
+    read: Callable[[Sequence[int], int], Iterator[Sequence[_Chunks]]],
+) -> Table:
+    """Return the table of so many rows, which ``read`` also gives piece by piece."""
+
+    def pieces(wanted: Sequence[int], most: int) -> Iterator[list[Column]]:
+        _check_types(schema, wanted)
+        for columns in read(wanted, most):
+            yield [_to_numpy(column) for column in columns]
+
+    return replace(table, pieces=pieces, rows=rows)
 
 
 def _column_names(schema: _Schema) -> tuple[str, ...]:
@@ -45,6 +63,11 @@ def _column_names(schema: _Schema) -> tuple[str, ...]:
         return tuple(schema.names)
     except UnicodeDecodeError:
         raise LogError("a column's name is no UTF-8 text: the content is damaged") from None
+
+
+def _check_types(schema: _Schema, wanted: Sequence[int]) -> None:
+    for index in wanted:
+        _check_type(schema.field(index))
 
 
 def _check_type(field: _Schema) -> None:
@@ -62,10 +85,27 @@ def _check_type(field: _Schema) -> None:
 
 def _to_numpy(column: _Chunks) -> Column:
     pa = needs_pyarrow("Arrow")
+    chunks = getattr(column, "chunks", [column])
+    plain = pa.types.is_integer(column.type) or pa.types.is_floating(column.type)
+    if plain and chunks and not column.null_count:
+        # `to_numpy` would import pandas where that is installed, which takes longer than the rest.
+        parts = [np.from_dlpack(chunk) for chunk in chunks]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
     if pa.types.is_boolean(column.type):
         column = column.cast(pa.int8())
-    values: Column = column.to_numpy()
+    values: Column = column.to_numpy(zero_copy_only=False)
     return values
+
+
+def to_arrow(column: Column) -> _Chunks:
+    """Return an array of doubles or flags for Arrow, doubles without a copy."""
+    pa = needs_pyarrow("Arrow")
+    if column.dtype == np.bool_:
+        bits = pa.py_buffer(np.packbits(column, bitorder="little"))
+        return pa.Array.from_buffers(pa.bool_(), len(column), [None, bits])
+    # `pa.array` would import pandas, as above.
+    doubles = pa.py_buffer(np.ascontiguousarray(column, dtype=np.float64))
+    return pa.Array.from_buffers(pa.float64(), len(column), [None, doubles])
 
 
 def _metadata(pairs: Mapping[bytes, bytes]) -> Metadata:

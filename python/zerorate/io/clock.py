@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from zerorate.io.errors import LogError
 from zerorate.io.gaps import LONG_STEP, WINDOW, missing_samples, places
+from zerorate.io.steady import resolution, roundest, steady_clock
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -77,12 +78,17 @@ class ClockReport:
 
 @dataclass(frozen=True)
 class Grid:
-    """Uniform rate (Hz), place of each row on the grid (n,), grid length, and the report."""
+    """Uniform rate (Hz), grid length, the report, and the places of rows that leave gaps."""
 
     rate: float
-    place: IntArray
     length: int
     report: ClockReport
+    spread: IntArray | None = None
+
+    @property
+    def place(self) -> IntArray:
+        """Place of each row on the grid, shape (n,)."""
+        return np.arange(self.length) if self.spread is None else self.spread
 
 
 def _counted(count: int, noun: str) -> str:
@@ -91,7 +97,7 @@ def _counted(count: int, noun: str) -> str:
 
 def unstamped(n: int, rate: float) -> Grid:
     """Return the grid of n rows without timestamps."""
-    return Grid(rate, np.arange(n), n, ClockReport(rate, stamped=False))
+    return Grid(rate, n, ClockReport(rate, stamped=False))
 
 
 def fit_grid(stamps: FloatArray, start: float = 0.0, rate: float | None = None) -> Grid:
@@ -114,7 +120,16 @@ def fit_grid(stamps: FloatArray, start: float = 0.0, rate: float | None = None) 
     if len(stamps) < 2:
         if rate is None:
             raise LogError("one row gives no rate; give rate=")
-        return Grid(rate, np.zeros(1, np.int64), 1, ClockReport(rate))
+        return Grid(rate, 1, ClockReport(rate))
+    if (steady := steady_clock(stamps, start)) is not None:
+        _check_agrees(rate, steady.rate)
+        report = ClockReport(steady.rate, jitter_rms=steady.rms, jitter_max=steady.most)
+        return Grid(rate or steady.rate, len(stamps), report)
+    return _fitted(stamps, start, rate)
+
+
+def _fitted(stamps: FloatArray, start: float, rate: float | None) -> Grid:
+    """Return the grid of stamps that may be late, early, coarse, or missing."""
     steps = np.diff(stamps)
     _check_forward(steps)
     period = _first_period(stamps, steps)
@@ -126,7 +141,8 @@ def fit_grid(stamps: FloatArray, start: float = 0.0, rate: float | None = None) 
     own_rate, deviation = _own_rate(even, place, start)
     report = _report(steps, missing, deviation, own_rate)
     _check_agrees(rate, own_rate)
-    return Grid(rate or own_rate, place, int(place[-1]) + 1, report)
+    length = int(place[-1]) + 1
+    return Grid(rate or own_rate, length, report, None if length == len(stamps) else place)
 
 
 def _check_forward(steps: FloatArray) -> None:
@@ -191,17 +207,8 @@ def _own_rate(stamps: FloatArray, place: IntArray, start: float) -> tuple[float,
     period = _slope(stamps, place)
     deviation = stamps - period * place
     deviation -= np.median(deviation)
-    resolution = 4 * np.finfo(np.float64).eps * (abs(start) + abs(float(stamps[-1])))
-    doubt = (float(np.median(np.abs(deviation))) + resolution) / (period * int(place[-1]))
-    return _roundest(period, doubt), deviation
-
-
-def _roundest(period: float, doubt: float) -> float:
-    for digits in range(1, 16):
-        for rate in (float(f"{1 / period:.{digits}g}"), 1 / float(f"{period:.{digits}g}")):
-            if abs(rate * period - 1) <= doubt:
-                return rate
-    return 1 / period
+    unsure = float(np.median(np.abs(deviation))) + resolution(start, float(stamps[-1]))
+    return roundest(period, unsure / (period * int(place[-1]))), deviation
 
 
 def _report(

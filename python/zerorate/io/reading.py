@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,37 @@ class Group(NamedTuple):
 
     places: tuple[int, ...]
     unit: str
+
+
+Grouping = Callable[[list[str], str | None], list[Group]]
+"""Makes groups of the chosen names and the unit of the metadata."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What is read of a table: columns of data and of time, their groups, and the rate stated."""
+
+    table: Table
+    data: tuple[int, ...]
+    time: int | None
+    names: list[str]
+    groups: list[Group]
+    rate: float | None
+
+    def meta(self, told: dict[str, str], grid: Grid) -> dict[str, object]:
+        """Return the metadata of every group, to what is told of the source."""
+        meta: dict[str, object] = {**told, "clock": grid.report}
+        if self.table.meta.sensor is not None:
+            meta["sensor"] = self.table.meta.sensor
+        return meta
+
+
+class Clock(NamedTuple):
+    """The grid of the rows, the time of its first place, s, and what was assumed."""
+
+    grid: Grid
+    start: float
+    note: str | None
 
 
 def read_log(
@@ -100,46 +132,50 @@ def read_log(
     >>> read_log({"gyro_x": [0.1, 0.2, 0.1]}, rate=100, unit="deg/s")
     Log(3 samples at 100 Hz, 0.03 s, deg/s: gyro_x)
     """
-    given_unit = None if unit is None else canonical_unit(unit)
-
-    def one_group(names: list[str], file_unit: str | None) -> list[Group]:
-        places = tuple(range(len(names)))
-        return [Group(places, common_unit(names, given_unit, file_unit))]
-
+    one_group = gyros_of_one_unit(None if unit is None else canonical_unit(unit))
     return read_groups(source, rate, columns, one_group, looks_like_gyro, topic)[0]
+
+
+def gyros_of_one_unit(unit: str | None) -> Grouping:
+    """Return what makes one group of all columns, in the unit given or in their own."""
+
+    def grouped(names: list[str], file_unit: str | None) -> list[Group]:
+        return [Group(tuple(range(len(names))), common_unit(names, unit, file_unit))]
+
+    return grouped
 
 
 def read_groups(
     source: LogSource,
     rate: float | None,
     columns: str | int | Sequence[str | int] | None,
-    grouped: Callable[[list[str], str | None], list[Group]],
+    grouped: Grouping,
     wanted: Callable[[str], bool],
     topic: str | None = None,
 ) -> list[Log]:
     """Return a log for each group of a source's columns, all from one reading.
 
-    ``grouped`` makes groups of the chosen names and the unit of the metadata; ``wanted`` tells
-    which columns are chosen where the caller names none. Faults are as of `read_log`.
+    ``wanted`` tells which columns are chosen where the caller names none. Faults are as of
+    `read_log`.
     """
     given_rate = None if rate is None else checked_rate(rate)
     label = label_of(source)
     try:
         kind, table = opened(source, topic)
-        meta = {"source": label, "format": kind}
-        return _read(table, meta, given_rate, columns, grouped, wanted)
+        chosen = selected(table, given_rate, columns, grouped, wanted)
+        return logs_of(chosen, {"source": label, "format": kind})
     except LogError as error:
         raise LogError(f"{label}: {error}") from None
 
 
-def _read(
+def selected(
     table: Table,
-    told: dict[str, str],
     rate: float | None,
     columns: str | int | Sequence[str | int] | None,
-    grouped: Callable[[list[str], str | None], list[Group]],
-    wanted: Callable[[str], bool],
-) -> list[Log]:
+    grouped: Grouping,
+    wanted: Callable[[str], bool] = looks_like_gyro,
+) -> Selection:
+    """Return what is to be read of a table, of which only a table without names is loaded."""
     if table.names is None:
         table = table.loaded()
     choice = choose(table, columns, wanted)
@@ -148,27 +184,38 @@ def _read(
     stated = _stated_rate(rate, table)
     if choice.time is None and stated is None:
         raise LogError("there are no timestamps to tell the sampling rate; give rate= in Hz")
-    loaded = table.load(choice.data if choice.time is None else (*choice.data, choice.time))
-    stamps = None if choice.time is None else _stamps(loaded[-1], table.label(choice.time), stated)
-    grid = _grid(len(loaded[0]), stamps, stated)
-    meta: dict[str, object] = {**told, "clock": grid.report}
-    if table.meta.sensor is not None:
-        meta["sensor"] = table.meta.sensor
-    return [_log(loaded, names, group, grid, stamps, meta) for group in groups]
+    return Selection(table, choice.data, choice.time, names, groups, stated)
+
+
+def clock_of(chosen: Selection, column: Column | None, rows: int) -> Clock:
+    """Return the clock that a column of timestamps tells, or the rate stated."""
+    if chosen.time is None or column is None:
+        return Clock(unstamped(rows, checked_rate(chosen.rate)), 0.0, None)
+    stamps = _stamps(column, chosen.table.label(chosen.time), chosen.rate)
+    return Clock(fit_grid(stamps.seconds, stamps.start, chosen.rate), stamps.start, stamps.note)
+
+
+def logs_of(chosen: Selection, told: dict[str, str]) -> list[Log]:
+    """Return a log for each group, all from one reading; ``told`` is said of the source."""
+    stamped = () if chosen.time is None else (chosen.time,)
+    loaded = chosen.table.load((*chosen.data, *stamped))
+    clock = clock_of(chosen, loaded[-1] if stamped else None, len(loaded[0]))
+    meta = chosen.meta(told, clock.grid)
+    return [_log(loaded, chosen.names, group, clock, meta) for group in chosen.groups]
 
 
 def _log(
     loaded: list[Column],
     names: list[str],
     group: Group,
-    grid: Grid,
-    stamps: Stamps | None,
+    clock: Clock,
     meta: dict[str, object],
 ) -> Log:
-    own = [names[i] for i in group.places]
+    own, grid = [names[i] for i in group.places], clock.grid
     data = _on_grid(_stacked([loaded[i] for i in group.places], own), grid)
-    time = (0.0 if stamps is None else stamps.start) + np.arange(grid.length) / grid.rate
-    notes = tuple(_notes(group.unit, stamps, grid, data, own))
+    time = clock.start + np.arange(grid.length) / grid.rate
+    empty = notes_on_missing(own, [bool(np.isnan(column).all()) for column in data.T])
+    notes = (*notes_on_clock(group.unit, clock), *empty)
     return Log(time, grid.rate, data, tuple(own), group.unit, {**meta, "notes": notes})
 
 
@@ -187,12 +234,6 @@ def _stamps(column: Column, name: str, rate: float | None) -> Stamps:
     return to_seconds(column, name, rate)
 
 
-def _grid(n: int, stamps: Stamps | None, rate: float | None) -> Grid:
-    if stamps is not None:
-        return fit_grid(stamps.seconds, stamps.start, rate)
-    return unstamped(n, checked_rate(rate))
-
-
 def _stacked(columns: list[Column], names: list[str]) -> npt.NDArray[np.float64]:
     if len(columns[0]) == 0:
         raise LogError("there are columns but no rows")
@@ -203,28 +244,26 @@ def _stacked(columns: list[Column], names: list[str]) -> npt.NDArray[np.float64]
 
 
 def _on_grid(values: npt.NDArray[np.float64], grid: Grid) -> npt.NDArray[np.float64]:
-    if grid.length == len(values):
+    if grid.spread is None:
         return values
     data = np.full((grid.length, values.shape[1]), np.nan)
-    data[grid.place] = values
+    data[grid.spread] = values
     return data
 
 
-def _notes(
-    unit: str,
-    stamps: Stamps | None,
-    grid: Grid,
-    data: npt.NDArray[np.float64],
-    names: list[str],
-) -> list[str]:
-    notes = []
+def notes_on_clock(unit: str, clock: Clock) -> list[str]:
+    """Return the sentences on what was assumed of a log's unit and clock."""
+    notes, grid = [], clock.grid
     if unit == UNKNOWN:
         notes.append("the unit of the data is not known; give unit=")
-    if stamps is not None and stamps.note:
-        notes.append(stamps.note)
+    if clock.note:
+        notes.append(clock.note)
     if abs(grid.report.rate / grid.rate - 1) > 1e-5:
         notes.append(f"rate {grid.rate:g} Hz as stated; the timestamps run at {grid.report.rate:g}")
-    for name, column in zip(names, data.T, strict=True):
-        if np.isnan(column).all():
-            notes.append(f"column '{name}' is all missing")
     return notes
+
+
+def notes_on_missing(names: Iterable[str], missing: Iterable[bool]) -> list[str]:
+    """Return the sentences on columns without a sample."""
+    pairs = zip(names, missing, strict=True)
+    return [f"column '{name}' is all missing" for name, empty in pairs if empty]

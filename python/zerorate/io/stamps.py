@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from zerorate.io.columns import plain
 from zerorate.io.errors import LogError
+from zerorate.io.steady import steps_between
 from zerorate.io.table import Column
 
 _PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
@@ -42,14 +43,17 @@ def to_seconds(column: Column, name: str, rate: float | None) -> Stamps:
     """
     if column.dtype.kind in "Mm":
         kind = "datetime64[ns]" if column.dtype.kind == "M" else "timedelta64[ns]"
-        column, unit, assumed = column.astype(kind).astype(np.int64), "ns", False
+        column, unit, assumed = column.astype(kind).view(np.int64), "ns", False
     else:
         column = _wide(column, name)
         known = _unit_of_name(name)
         unit, assumed = known or _unit_of_step(column, rate), known is None
     per_second = _PER_SECOND[unit]
     with np.errstate(over="ignore"):
-        seconds = (column - column[0]).astype(np.float64) / per_second
+        since = column - column[0] if column[0] else column
+        seconds = since.astype(np.float64, copy=False)
+    if per_second != 1.0:
+        seconds = seconds / per_second
     if not np.ptp(seconds) < _LONGEST:
         raise LogError(f"time column '{name}' spans more than 300 years in {unit}")
     note = f"time column '{name}' read as {unit}, judged by its step" if assumed else None
@@ -58,16 +62,19 @@ def to_seconds(column: Column, name: str, rate: float | None) -> Stamps:
 
 def _wide(column: Column, name: str) -> Column:
     if column.dtype.kind in "iu":
-        return column.astype(np.int64)  # nanoseconds of today's date do not fit a float64
+        return column.astype(
+            np.int64, copy=False
+        )  # nanoseconds of today's date do not fit a float64
     if column.dtype.kind != "f":
         raise LogError(f"time column '{name}' holds {column.dtype}, expected numbers")
-    bad = np.flatnonzero(~np.isfinite(column))
-    if bad.size:
+    there = np.isfinite(column)
+    if not there.all():
+        bad = np.flatnonzero(~there)
         raise LogError(
             f"time column '{name}' is not finite in row {bad[0]} (counting from 0), "
             "expected a timestamp in every row"
         )
-    return column.astype(np.float64)
+    return column.astype(np.float64, copy=False)
 
 
 def _unit_of_name(name: str) -> str | None:
@@ -76,11 +83,17 @@ def _unit_of_name(name: str) -> str | None:
 
 
 def _unit_of_step(column: Column, rate: float | None) -> str:
+    ends = steps_between(column)
+    units = [_unit_of(step, rate) for step in ends or ()]
+    # Nothing but that unit lies between two ends so close.
+    if units and units[0] == units[1]:
+        return units[0]
     steps = np.diff(column).astype(np.float64)
     steps = steps[steps > 0]
-    if not steps.size:
-        return "s"
-    step = float(np.median(steps))
+    return _unit_of(float(np.median(steps)), rate) if steps.size else "s"
+
+
+def _unit_of(step: float, rate: float | None) -> str:
     if rate is not None:
         for unit, per_second in _PER_SECOND.items():
             if abs(step * rate / per_second - 1) < 0.01:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -30,7 +30,9 @@ class Table:
 
     ``names`` is None for a table without names, ``time`` the index of the time column where
     the format says it, ``data`` the data columns where the file lists them, ``lengths`` the
-    number of values of each column where they may differ.
+    number of values of each column where they may differ. ``pieces`` gives the columns at some
+    indices in pieces of so many rows at most, and ``rows`` says how many they are together, where
+    a format can be read so.
     """
 
     width: int
@@ -40,6 +42,8 @@ class Table:
     time: int | None = None
     data: tuple[int, ...] | None = None
     lengths: tuple[int, ...] | None = None
+    pieces: Callable[[Sequence[int], int], Iterator[list[Column]]] | None = None
+    rows: int = 0
 
     def label(self, index: int) -> str:
         """Return the column's name, or one made from its index."""

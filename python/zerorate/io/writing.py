@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -86,11 +86,17 @@ def _column_names(log: Log, beside: Mapping[str, Column]) -> list[str]:
     for name, column in beside.items():
         if column.shape != (log.n,):
             raise LogError(f"column '{name}' must have shape ({log.n},), got {column.shape}")
-    for name in log.names:
-        unit = split_unit(name)[1]
-        if unit not in (None, log.unit):
-            raise LogError(f"channel '{name}' is named in {unit}, but the log's unit is {log.unit}")
-    names = [with_suffix(name, log.unit) for name in log.names]
+    return column_names(log.names, log.unit, beside)
+
+
+def column_names(channels: Iterable[str], unit: str, beside: Iterable[str]) -> list[str]:
+    """Return what the channels of a log are called in a file; LogError if two would be alike."""
+    names = []
+    for name in channels:
+        own = split_unit(name)[1]
+        if own not in (None, unit):
+            raise LogError(f"channel '{name}' is named in {own}, but the log's unit is {unit}")
+        names.append(with_suffix(name, unit))
     listed = [TIME_NAME, *names, *beside]
     if len(set(listed)) != len(listed):
         raise LogError(f"columns would share a name: {', '.join(listed)}")

@@ -3,7 +3,17 @@
 from zerorate.replay.allan import AllanCurves
 from zerorate.replay.history import History
 from zerorate.replay.passes import FilterOptions
-from zerorate.replay.result import Replay, Score
+from zerorate.replay.result import Replay, Score, Summary
 from zerorate.replay.run import replay
+from zerorate.replay.written import replay_to_file
 
-__all__ = ["AllanCurves", "FilterOptions", "History", "Replay", "Score", "replay"]
+__all__ = [
+    "AllanCurves",
+    "FilterOptions",
+    "History",
+    "Replay",
+    "Score",
+    "Summary",
+    "replay",
+    "replay_to_file",
+]

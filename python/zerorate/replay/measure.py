@@ -1,77 +1,99 @@
-"""All that is measured of a log and its filtered data."""
+"""All that is measured of a recording and its drift while they pass."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io import Log
-from zerorate.replay.allan import AllanCurves, AllanJob
-from zerorate.replay.result import Score
-from zerorate.replay.score import score
-from zerorate.replay.workers import Progress, workers
+from zerorate._native import ReplayScores
+from zerorate.io.header import Header
+from zerorate.replay.block import Block
+from zerorate.replay.readings import onset
+from zerorate.replay.result import Score, Seen
 
-__all__ = ["Measuring"]
+__all__ = ["Measures"]
 
 Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
+
+
+class Measures:
+    """Scores of every axis, raw and of each method's drift; `truth` has shape (k, n).
+
+    Of a sensor that moves only what it shows at rest says something: if the chosen filter `holds`
+    the drift in motion, the scores are of where it is certain of rest.
+    """
+
+    def __init__(
+        self,
+        header: Header,
+        methods: Sequence[str],
+        horizons: Sequence[float],
+        holds: bool,
+        truth: Floats | None = None,
+    ) -> None:
+        self._header, self._methods, self._horizons = header, tuple(methods), tuple(horizons)
+        self._truth = truth
+        self._lengths = [round(horizon * header.rate) for horizon in horizons]
+        self._used = [i for i, m in enumerate(self._lengths) if 1 <= m < header.n]
+        self._notes = False
+        self._native = ReplayScores(
+            header.channels,
+            len(self._methods),
+            [self._lengths[i] for i in self._used],
+            onset(header.rate) if holds else None,
+        )
+
+    def take(self, block: Block) -> None:
+        """Measure one block."""
+        self._notes = block.at_rest is not None
+        drift = [block.drift[method] for method in self._methods]
+        truth = None if self._truth is None else self._truth[:, block.first : block.end]
+        self._native.take(block.raw, drift, block.at_rest, truth)
+
+    def finish(self) -> tuple[tuple[Score, ...], Seen]:
+        """Return the scores and what was seen, when all blocks have come."""
+        found = self._native.finish()
+        seen = Seen(
+            missing=found["missing"],
+            present=found["present"],
+            equal=found["least"] == found["most"],
+            at_rest=found["at_rest"] if self._notes else None,
+        )
+        return tuple(self._scores(_Found(**{name: found[name] for name in _NAMES}))), seen
+
+    def _scores(self, found: "_Found") -> list[Score]:
+        if self._truth is None:
+            found.error[:] = np.nan
+        coasting = np.full((*found.mean.shape, len(self._lengths)), np.nan)
+        coasting[..., self._used] = found.coasting / self._header.rate
+        return [
+            _score(found, i, j, (axis, method), coasting[i, j])
+            for i, axis in enumerate(self._header.names)
+            for j, method in enumerate(("raw", *self._methods))
+        ]
 
 
 @dataclass(frozen=True, eq=False)
-class Measuring:
-    """What is to be measured: the log, its drift by method, and the true one, if known.
+class _Found:
+    """Native results (k, m + 1), the coasting errors with an axis of horizons."""
 
-    Of a sensor that moves only what it shows at rest says something: `at_rest` tells where the
-    chosen filter is certain of that, None stands for everywhere. All arrays have shape (n, k),
-    horizons are in s.
-    """
+    mean: Floats
+    deviation: Floats
+    error: Floats
+    coasting: Floats
 
-    log: Log
-    drift: dict[str, Floats]
-    answer: Floats
-    at_rest: Flags | None
-    truth: Floats | None
-    horizons: tuple[float, ...]
 
-    def scores(self, progress: Progress) -> tuple[Score, ...]:
-        """Return the scores alone."""
-        return self._scores(self._rows(), progress, 1.0)
+_NAMES = ("mean", "deviation", "error", "coasting")
 
-    def with_curves(self, progress: Progress) -> tuple[tuple[Score, ...], AllanCurves]:
-        """Return the scores, and Allan deviations of the raw data and of the filter's answer."""
-        rows = self._rows()
-        raw = self._measured()
-        with workers() as executor:
-            # Scores are many short NumPy calls, which threads would only hinder.
-            # Predictions in a gap are no measurement: both curves are of the same samples.
-            there = np.isfinite(raw)
-            compared = self.answer if there.all() else np.where(there, self.answer, np.nan)
-            job = AllanJob(executor, raw, compared, self.log.rate)
-            scores = self._scores(rows, progress, 0.5)
-            for done in job:
-                progress("measuring", 0.5 + 0.5 * done)
-            return scores, job.curves()
 
-    def _measured(self) -> Floats:
-        """Return the raw data, NaN where they say nothing of the drift."""
-        data = self.log.data
-        return data if self.at_rest is None else np.where(self.at_rest, data, np.nan)
-
-    def _rows(self) -> dict[str, Floats]:
-        series = {"raw": self._measured()} | self.drift
-        return {method: np.ascontiguousarray(data.T) for method, data in series.items()}
-
-    def _scores(self, rows: dict[str, Floats], progress: Progress, end: float) -> tuple[Score, ...]:
-        scores = []
-        for one in self._each(rows):
-            scores.append(one)
-            progress("measuring", end * len(scores) / (len(rows) * self.log.channels))
-        return tuple(scores)
-
-    def _each(self, rows: dict[str, Floats]) -> Iterator[Score]:
-        log, raw = self.log, rows["raw"]
-        for i, axis in enumerate(log.names):
-            truth = None if self.truth is None else self.truth[:, i]
-            for method, row in rows.items():
-                yield score(axis, method, raw[i], row[i], truth, log.rate, self.horizons)
+def _score(found: _Found, i: int, j: int, of: tuple[str, str], coasting: Floats) -> Score:
+    raw, deviation = float(found.deviation[i, 0]), float(found.deviation[i, j])
+    return Score(
+        *of,
+        mean=float(found.mean[i, j]),
+        deviation=deviation,
+        reduction=deviation / raw if raw > 0.0 else np.nan,
+        coasting=tuple(coasting.tolist()),
+        error=float(found.error[i, j]),
+    )

@@ -1,4 +1,4 @@
-"""One filter's way through a log, and what is noted beside it."""
+"""One filter's way through a recording, and what is noted beside it."""
 
 import time
 from collections.abc import Sequence
@@ -8,12 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import DriftFilter
-from zerorate.io import Log
 from zerorate.replay.history import Recorder
-from zerorate.replay.readings import Reader, Readings
-from zerorate.replay.result import Output
 
-__all__ = ["FilterOptions", "Run", "Watch"]
+__all__ = ["Beside", "FilterOptions", "Run"]
+
+Floats = npt.NDArray[np.float64]
+Beside = tuple[Floats, npt.NDArray[np.bool_]]
+"""Standard deviation of the drift, and rest, to be filled."""
 
 
 class FilterOptions(TypedDict, total=False):
@@ -31,57 +32,43 @@ class FilterOptions(TypedDict, total=False):
     motion: Literal["hold", "ignore"] | None
 
 
-class Watch:
-    """What is noted of the chosen filter while it runs."""
-
-    def __init__(self, log: Log, filter_: DriftFilter, output: Output) -> None:
-        self.recorder = Recorder()
-        self._rate = log.rate
-        self._holds = filter_.params["motion"] == "hold"
-        needed = self._holds or filter_.method == "auto" or output == "compensated"
-        self._reader = Reader(log.data, filter_) if needed else None
-
-    def take(self, filter_: DriftFilter) -> None:
-        """Note what the filter knows now."""
-        self.recorder.take(filter_)
-        if self._reader is not None:
-            self._reader.take(filter_)
-
-    @property
-    def readings(self) -> Readings | None:
-        """What it said at every sample, where that is asked for."""
-        return None if self._reader is None else self._reader.readings()
-
-    def certain_rest(self) -> npt.NDArray[np.bool_] | None:
-        """Return where the sensor rested, None for a filter that does not mind."""
-        readings = self.readings
-        if readings is None or not self._holds:
-            return None
-        return readings.certain_rest(self._rate)
-
-
 class Run:
-    """One filter, its output so far, and the time that it took."""
+    """One filter, and the time that it took."""
 
-    def __init__(self, log: Log, method: str, options: FilterOptions) -> None:
+    def __init__(self, rate: float, channels: int, method: str, options: FilterOptions) -> None:
         known = cast(Literal["kf", "akf", "fading", "auto"], method)  # the filter refuses any other
-        self.filter = DriftFilter(log.rate, method=known, channels=log.channels, **options)
-        self.filtered = np.empty_like(log.data)
-        self._data = log.data
+        self.filter = DriftFilter(rate, method=known, channels=channels, **options)
         self._seconds = 0.0
 
-    def advance(self, stops: Sequence[int], watch: Watch | None = None) -> None:
-        """Filter up to each stop; only the processor's time of this thread counts."""
-        for stop in stops:
-            block = slice(self.filter.samples_seen, stop)
-            z, out = self._data[block], self.filtered[block]
-            begin = time.thread_time()
-            self.filter.process(z, out=out, threads=1)
-            self._seconds += time.thread_time() - begin
-            if watch is not None:
-                watch.take(self.filter)
+    def through(self, raw: Floats) -> Floats:
+        """Return the drift of a block (k, n)."""
+        drift = np.empty_like(raw)
+        self._advance(raw, drift)
+        return drift
+
+    def watched(
+        self, raw: Floats, stops: Sequence[int], recorder: Recorder, beside: Beside | None
+    ) -> Floats:
+        """Return the drift of a block, note the state at some of its samples, and fill `beside`."""
+        drift = np.empty_like(raw)
+        first = 0
+        for stop in dict.fromkeys((*stops, raw.shape[1])):
+            part = np.s_[:, first:stop]
+            told = None if beside is None else (beside[0][part], beside[1][part])
+            self._advance(raw[part], drift[part], told)
+            if stop in stops:
+                recorder.take(self.filter)
+            first = stop
+        return drift
+
+    def _advance(self, raw: Floats, drift: Floats, beside: Beside | None = None) -> None:
+        # Only the processor's time of this thread counts.
+        begin = time.thread_time()
+        self.filter._replay(raw, drift, *(beside or ()))
+        self._seconds += time.thread_time() - begin
 
     @property
     def speed(self) -> float:
         """Samples per second on one core, the axes counted one by one."""
-        return self.filtered.size / self._seconds if self._seconds > 0.0 else np.nan
+        samples = self.filter.samples_seen * len(self.filter.ready)
+        return samples / self._seconds if self._seconds > 0.0 else np.nan

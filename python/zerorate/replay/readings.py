@@ -6,9 +6,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate._native import DriftFilter
-
-__all__ = ["Reader", "Readings"]
+__all__ = ["Readings", "onset"]
 
 Floats = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -39,31 +37,13 @@ class Readings:
         at the end of the tick in which it began, or of the next.
         """
         rest = self.at_rest.copy()
-        before = max(round(_ONSET * rate), _FEWEST)
+        before = onset(rate)
         begins = np.argwhere(self.at_rest[:-1] & ~self.at_rest[1:])
         for i, axis in begins:
             rest[max(0, i + 1 - before) : i + 1, axis] = False
         return rest
 
 
-class Reader:
-    """Follows a filter with a copy of it, and collects its readings.
-
-    What it does beside the filter is not part of the filter's time.
-    """
-
-    def __init__(self, data: Floats, filter_: DriftFilter) -> None:
-        self._data = data
-        self._filter = filter_.copy()
-        self._readings = Readings(np.empty_like(data), np.empty(data.shape, dtype=np.bool_))
-
-    def take(self, filter_: DriftFilter) -> None:
-        """Read all samples up to where the filter is."""
-        block = slice(self._filter.samples_seen, filter_.samples_seen)
-        trace = self._filter.trace(self._data[block])
-        self._readings.bias_sigma[block] = trace.bias_sigma
-        self._readings.at_rest[block] = trace.at_rest
-
-    def readings(self) -> Readings:
-        """Return what was read."""
-        return self._readings
+def onset(rate: float) -> int:
+    """Return the samples before a motion is seen in which it may have begun."""
+    return max(round(_ONSET * rate), _FEWEST)

@@ -8,15 +8,17 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.io import Log
-from zerorate.io.quantity import split_unit, with_suffix
+from zerorate.io.header import Header
 from zerorate.replay.allan import AllanCurves
+from zerorate.replay.columns import beside, compensated
 from zerorate.replay.history import History
 from zerorate.replay.readings import Readings
 
-__all__ = ["Output", "Replay", "Score", "compensated"]
+__all__ = ["Output", "Replay", "Score", "Seen", "Summary"]
 
 Output = Literal["estimate", "compensated"]
 Floats = npt.NDArray[np.float64]
+Counts = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -50,12 +52,32 @@ class Score:
 
 
 @dataclass(frozen=True, eq=False)
-class Replay:
-    """A log after the filters.
+class Seen:
+    """Counts of each axis' samples, shape (k,).
 
     Parameters
     ----------
-    log : Log
+    missing, present : ndarray of int64
+        Samples that are NaN, and that are finite.
+    equal : ndarray of bool
+        Whether all that are present are equal.
+    at_rest : ndarray of int64 or None
+        Samples at which the chosen filter learned, where that was noted.
+    """
+
+    missing: Counts
+    present: Counts
+    equal: npt.NDArray[np.bool_]
+    at_rest: Counts | None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Summary:
+    """What a replay says of a log, without its samples.
+
+    Parameters
+    ----------
+    header : Header
         What was filtered: n samples of k axes.
     method : str
         The chosen method, of which all from `output` on speak.
@@ -63,8 +85,6 @@ class Replay:
         What the filtered log holds: the drift, or the raw rate minus it.
     params : mapping
         Arguments that make the chosen filter anew.
-    filtered : mapping of str to ndarray, shape (n, k)
-        Drift by each method, NaN before an axis' first sample.
     scores : tuple of Score
         Axis by axis: the raw data, then each method.
     horizons : tuple of float
@@ -81,18 +101,14 @@ class Replay:
         What the chosen filter knew over time.
     memory : ndarray, shape (k,)
         Time in which the chosen filter makes 63 % of a step, s.
-    allan : AllanCurves or None
-        Allan deviations at rest before and after the chosen filter, where asked for.
-    readings : Readings or None
-        How well the drift was known at each sample; None for a published method that neither minds
-        motion nor compensates.
+    seen : Seen
+        How many samples were missing, and at rest.
     """
 
-    log: Log
+    header: Header
     method: str
     output: Output
     params: Mapping[str, Any]
-    filtered: Mapping[str, Floats]
     scores: tuple[Score, ...]
     horizons: tuple[float, ...]
     speed: Mapping[str, float]
@@ -101,6 +117,28 @@ class Replay:
     status: tuple[str, ...]
     history: History
     memory: Floats
+    seen: Seen
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Replay(Summary):
+    """A log after the filters: its summary, and all series.
+
+    Parameters
+    ----------
+    log : Log
+        What was filtered.
+    filtered : mapping of str to ndarray, shape (n, k)
+        Drift by each method, NaN before an axis' first sample.
+    allan : AllanCurves or None
+        Allan deviations at rest before and after the chosen filter, where asked for.
+    readings : Readings or None
+        How well the drift was known at each sample; None for a published method that neither minds
+        motion nor compensates.
+    """
+
+    log: Log
+    filtered: Mapping[str, Floats]
     allan: AllanCurves | None
     readings: Readings | None
 
@@ -121,18 +159,5 @@ class Replay:
         """What belongs beside a compensated log, a column an axis: drift, its sigma, rest."""
         if self.output == "estimate" or self.readings is None:
             return {}
-        columns: dict[str, npt.NDArray[np.float64 | np.bool_]] = {}
-        for i, name in enumerate(self.log.names):
-            dimensional = with_suffix(name, self.log.unit)
-            bias, sigma = self.drift[:, i], self.readings.bias_sigma[:, i]
-            columns[f"bias_{dimensional}"] = bias
-            columns[f"bias_sigma_{dimensional}"] = np.where(np.isnan(bias), np.nan, sigma)
-            columns[f"at_rest_{split_unit(name)[0]}"] = self.readings.at_rest[:, i]
-        return columns
-
-
-def compensated(raw: Floats, drift: Floats) -> Floats:
-    """Return raw minus drift, NaN where a sample is missing."""
-    # Numbers near the largest double overflow: a filter answers with its limit then.
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.where(np.isfinite(raw), raw - drift, np.nan)
+        sigma, at_rest = self.readings.bias_sigma.T, self.readings.at_rest.T
+        return beside(self.log.names, self.log.unit, self.drift.T, sigma, at_rest)

@@ -1,27 +1,27 @@
-"""The filters' way through a log."""
+"""A log in memory through the filters."""
 
 from collections.abc import Sequence
-from concurrent.futures import wait
-from typing import Final, Unpack, get_args
+from dataclasses import fields
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
-from zerorate._native import DriftFilter
-from zerorate.io import Log, LogError
-from zerorate.replay.allan import AllanCurves
-from zerorate.replay.history import moments
-from zerorate.replay.measure import Measuring
-from zerorate.replay.memory import memory
-from zerorate.replay.passes import FilterOptions, Run, Watch
-from zerorate.replay.result import Output, Replay, Score, compensated
+from zerorate.io import Log
+from zerorate.io.recording import Recording
+from zerorate.replay.allan import AllanCurves, AllanJob
+from zerorate.replay.collect import Collected
+from zerorate.replay.columns import compensated
+from zerorate.replay.filters import Filters
+from zerorate.replay.measure import Measures
+from zerorate.replay.passes import FilterOptions
+from zerorate.replay.pipeline import drive, summed_up
+from zerorate.replay.result import Output, Replay, Summary
 from zerorate.replay.workers import Progress, silent, workers
 
 __all__ = ["FilterOptions", "replay"]
 
 Floats = npt.NDArray[np.float64]
-
-_SLABS: Final = 50
 
 
 def replay(
@@ -79,99 +79,45 @@ def replay(
     [('raw', False), ('kf', True), ('akf', True), ('fading', True), ('auto', True)]
     """
     report = silent if progress is None else progress
+    recording = Recording.of(log)
+    filters = Filters(log.n, log.rate, log.channels, methods, output, options)
     known = None if truth is None else _like(truth, log)
-    runs = {method: Run(log, method, options) for method in _checked(methods)}
-    if not np.isfinite(log.data).any():
-        raise LogError("no axis holds a sample: all are missing")
-    *_, chosen = runs.values()
-    kind = _output(output, chosen.filter)
-    watch = Watch(log, chosen.filter, kind)
-    _filter_all(log, runs, watch, report)
-    drift_alone = kind == "estimate"
-    answer = chosen.filtered if drift_alone else compensated(log.data, chosen.filtered)
-    drift = {method: run.filtered for method, run in runs.items()}
-    measuring = Measuring(log, drift, answer, watch.certain_rest(), known, tuple(horizons))
-    curves: AllanCurves | None
-    if allan:
-        scores, curves = measuring.with_curves(report)
-    else:
-        scores, curves = measuring.scores(report), None
-    return _result(measuring, runs, kind, watch, scores, curves)
-
-
-def _result(
-    measuring: Measuring,
-    runs: dict[str, Run],
-    output: Output,
-    watch: Watch,
-    scores: tuple[Score, ...],
-    curves: AllanCurves | None,
-) -> Replay:
-    *_, chosen = (run.filter for run in runs.values())
-    history = watch.recorder.history()
+    measures = Measures(recording.header, list(filters.runs), horizons, filters.holds, known)
+    kept = Collected(log.data.shape, list(filters.runs), filters.notes)
+    drive(recording, filters, (measures.take, kept.take), report)
+    summary = summed_up(recording, filters, measures, horizons)
+    curves = _curves(log, filters, kept, report) if allan else None
+    report("measuring", 1.0)
     return Replay(
-        log=measuring.log,
-        method=chosen.method,
-        output=output,
-        params=chosen.params,
-        filtered=measuring.drift,
-        scores=scores,
-        horizons=measuring.horizons,
-        speed={method: run.speed for method, run in runs.items()},
-        guard_count={method: np.asarray(run.filter.guard_count) for method, run in runs.items()},
-        ready=np.asarray(chosen.ready),
-        status=tuple(chosen.status),
-        history=history,
-        memory=memory(history, chosen.order, measuring.log.rate),
-        allan=curves,
-        readings=watch.readings,
+        **_said(summary), log=log, filtered=kept.filtered, allan=curves, readings=kept.readings
     )
 
 
-def _output(asked: Output | None, filter_: DriftFilter) -> Output:
-    """Return what is asked for, or what the method is for."""
-    if asked is None:
-        return "compensated" if filter_.method == "auto" else "estimate"
-    if asked not in get_args(Output):
-        raise ValueError(f"output must be 'estimate' or 'compensated', got {asked!r}")
-    return asked
-
-
-def _filter_all(log: Log, runs: dict[str, Run], watch: Watch, progress: Progress) -> None:
-    """Run all filters side by side, and watch the last of them."""
-    *others, chosen = runs.values()
-    stops = moments(log.n)
+def _curves(log: Log, filters: Filters, kept: Collected, progress: Progress) -> AllanCurves:
+    """Return Allan deviations of the raw data and of the filter's answer, both at rest."""
+    drift, readings = kept.filtered[filters.chosen.method], kept.readings
+    answer = drift if filters.output == "estimate" else compensated(log.data, drift)
+    raw = log.data
+    if filters.holds and readings is not None:
+        raw = np.where(readings.certain_rest(log.rate), raw, np.nan)
+    # Predictions in a gap are no measurement: both curves are of the same samples.
+    there = np.isfinite(raw)
+    compared = answer if there.all() else np.where(there, answer, np.nan)
     with workers() as executor:
-        for slab in np.array_split(stops, min(_SLABS, len(stops))):
-            ends = slab.tolist()
-            jobs = [executor.submit(chosen.advance, ends, watch)]
-            jobs += [executor.submit(run.advance, ends[-1:]) for run in others]
-            wait(jobs)
-            for job in jobs:
-                job.result()
-            progress("filtering", ends[-1] / log.n)
-    for run in runs.values():
-        _blank_before_first(log.data, run.filtered)
+        job = AllanJob(executor, raw, compared, log.rate)
+        for done in job:
+            progress("measuring", done)
+        return job.curves()
 
 
-def _blank_before_first(raw: Floats, filtered: Floats) -> None:
-    """Put NaN where a filter had nothing yet to predict from."""
-    for z, y in zip(raw.T, filtered.T, strict=True):
-        if not np.isfinite(z[0]):
-            there = np.isfinite(z)
-            y[: int(there.argmax()) if there.any() else None] = np.nan
-
-
-def _checked(methods: Sequence[str]) -> list[str]:
-    listed = list(methods)
-    if not listed or len(set(listed)) < len(listed):
-        raise ValueError(f"methods must be at least one and all different, got {listed}")
-    return listed
+def _said(summary: Summary) -> dict[str, Any]:
+    return {field.name: getattr(summary, field.name) for field in fields(summary)}
 
 
 def _like(truth: npt.ArrayLike, log: Log) -> Floats:
+    """Return the truth an axis after the other, shape (k, n)."""
     known = np.asarray(truth, dtype=np.float64)
     known = known[:, np.newaxis] if known.ndim == 1 else known
     if known.shape != log.data.shape:
         raise ValueError(f"truth must have the log's shape {log.data.shape}, got {known.shape}")
-    return known
+    return np.ascontiguousarray(known.T)

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Final
 
-__all__ = ["Progress", "on_threads", "silent", "workers"]
+__all__ = ["Progress", "on_threads", "silent", "thread_count", "workers"]
 
 Progress = Callable[[str, float], None]
 """Called with the step's name and the fraction of it that is done."""
@@ -30,10 +30,15 @@ def on_threads(count: int) -> Iterator[None]:
         _asked.reset(before)
 
 
+def thread_count() -> int:
+    """Return how many threads `workers` has."""
+    return _asked.get() or min(os.cpu_count() or 1, _MOST)
+
+
 @contextmanager
 def workers() -> Iterator[ThreadPoolExecutor]:
     """Yield as many threads as there are cores; an interrupt drops what is not yet begun."""
-    executor = ThreadPoolExecutor(_asked.get() or min(os.cpu_count() or 1, _MOST))
+    executor = ThreadPoolExecutor(thread_count())
     try:
         yield executor
     finally:

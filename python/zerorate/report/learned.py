@@ -7,7 +7,7 @@ import numpy as np
 
 from zerorate.io.quantity import split_unit
 from zerorate.numerals import significant, with_error
-from zerorate.replay import Replay
+from zerorate.replay import Summary
 from zerorate.replay.learned import last_known, noise_units
 from zerorate.report.tables import Table, as_text
 
@@ -19,12 +19,12 @@ _NOTE: Final = (
 )
 
 
-def format_learned(replay: Replay) -> str:
+def format_learned(replay: Summary) -> str:
     """Return a table of what the chosen filter learned, at most `WIDTH` columns wide.
 
     Parameters
     ----------
-    replay : Replay
+    replay : Summary
         What to show.
 
     Returns
@@ -35,7 +35,7 @@ def format_learned(replay: Replay) -> str:
     """
     if replay.method != "auto":
         return ""
-    head = ("axis", "rest [s]", "motion [s]", *_heads(replay.log.unit))
+    head = ("axis", "rest [s]", "motion [s]", *_heads(replay.header.unit))
     title = f"Learned by {replay.method}"
     return as_text(Table(title, head, tuple(_rows(replay)), note=_NOTE))
 
@@ -45,12 +45,12 @@ def _heads(unit: str) -> tuple[str, ...]:
     return f"noise [{white}]", f"drift [{walk}]", "63 % [s]", f"bias [{unit}]"
 
 
-def _rows(replay: Replay) -> Iterator[tuple[str, ...]]:
-    (_, white), (_, walk) = noise_units(replay.log.unit)
+def _rows(replay: Summary) -> Iterator[tuple[str, ...]]:
+    (_, white), (_, walk) = noise_units(replay.header.unit)
     history = replay.history
     noise = white * last_known(history.angle_random_walk)
     drift = walk * last_known(history.rate_random_walk)
-    for i, name in enumerate(replay.log.names):
+    for i, name in enumerate(replay.header.names):
         yield (
             split_unit(name)[0],
             *_times(replay, i),
@@ -61,21 +61,21 @@ def _rows(replay: Replay) -> Iterator[tuple[str, ...]]:
         )
 
 
-def _times(replay: Replay, i: int) -> tuple[str, str]:
-    if replay.readings is None:
+def _times(replay: Summary, i: int) -> tuple[str, str]:
+    if replay.seen.at_rest is None:
         return "-", "-"
-    rest = np.count_nonzero(replay.readings.at_rest[:, i]) / replay.log.rate
-    return f"{rest:.1f}", f"{replay.log.duration - rest:.1f}"
+    rest = float(replay.seen.at_rest[i]) / replay.header.rate
+    return f"{rest:.1f}", f"{replay.header.duration - rest:.1f}"
 
 
-def _bias(replay: Replay, i: int) -> str:
+def _bias(replay: Summary, i: int) -> str:
     bias, sigma = replay.history.bias[-1, i], replay.history.bias_sigma[-1, i]
     return with_error(bias, sigma) if np.isfinite(bias) else "-"
 
 
-def _memory(replay: Replay, i: int) -> str:
+def _memory(replay: Summary, i: int) -> str:
     seconds = replay.memory[i]
-    return f"> {replay.log.duration:.4g}" if np.isinf(seconds) else _number(seconds)
+    return f"> {replay.header.duration:.4g}" if np.isinf(seconds) else _number(seconds)
 
 
 def _number(value: float) -> str:

@@ -6,8 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.io import Log
-from zerorate.replay import Replay, Score
+from zerorate.replay import Score, Summary
+from zerorate.replay.columns import beside_names
 from zerorate.report.text import WIDTH, bulleted, on_clock
 
 __all__ = ["format_notes", "format_table"]
@@ -24,12 +24,12 @@ _COMPENSATED: Final = (
 _ANGLE: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 1.0 / 3600.0)}
 
 
-def format_table(replay: Replay) -> str:
+def format_table(replay: Summary) -> str:
     """Return a table with a row for each axis and method, at most `WIDTH` columns wide.
 
     Parameters
     ----------
-    replay : Replay
+    replay : Summary
         What to show; the error to the true drift is shown where that was given.
 
     Returns
@@ -50,12 +50,12 @@ def format_table(replay: Replay) -> str:
     return "\n".join((*lines, "", *said))
 
 
-def format_notes(replay: Replay) -> str:
+def format_notes(replay: Summary) -> str:
     """Return the sentences on the log's clock, gaps and notes, and on what the filter did.
 
     Parameters
     ----------
-    replay : Replay
+    replay : Summary
         What to speak of.
 
     Returns
@@ -66,8 +66,8 @@ def format_notes(replay: Replay) -> str:
     return bulleted(_notes(replay))
 
 
-def _columns(replay: Replay) -> Iterator[list[str]]:
-    unit = replay.log.unit
+def _columns(replay: Summary) -> Iterator[list[str]]:
+    unit = replay.header.unit
     angle, factor = _ANGLE.get(unit, (f"{unit} s", 1.0))
     rows = replay.scores
     yield ["", "axis", *_once([score.axis for score in rows])]
@@ -98,7 +98,7 @@ def _number(value: float, form: str) -> str:
     return format(value, form).rstrip(".") if math.isfinite(value) else "-"
 
 
-def _speed(replay: Replay, method: str) -> str:
+def _speed(replay: Summary, method: str) -> str:
     speed = replay.speed.get(method, math.nan)
     return f"{speed / 1e6:.3g} M" if math.isfinite(speed) else "-"
 
@@ -107,12 +107,12 @@ def _fit(text: str, width: int) -> str:
     return text.ljust(width) if len(text) <= width else text[: width - 1] + "…"
 
 
-def _notes(replay: Replay) -> Iterator[str]:
-    yield from _on_log(replay.log)
+def _notes(replay: Summary) -> Iterator[str]:
+    yield from _on_log(replay)
     yield from _on_start(replay)
     guarded = int(np.sum(replay.guard_count[replay.method]))
     if guarded:
-        steps = replay.log.data.size
+        steps = replay.header.n * replay.header.channels
         yield (
             f"{replay.method}: {guarded} of {steps} steps of the process noise were shortened to "
             "keep it positive"
@@ -123,35 +123,35 @@ def _notes(replay: Replay) -> Iterator[str]:
     yield from _on_output(replay)
 
 
-def _on_log(log: Log) -> Iterator[str]:
-    yield from on_clock(log)
-    missing = np.isnan(log.data).sum(axis=0)
+def _on_log(replay: Summary) -> Iterator[str]:
+    header, missing = replay.header, replay.seen.missing
+    yield from on_clock(header)
     if missing.any():
-        counts = ", ".join(f"{name} {n}" for name, n in zip(log.names, missing, strict=True) if n)
-        yield f"missing samples, predicted and not corrected: {counts} of {log.n}"
-    yield from log.meta.get("notes", ())
+        counts = zip(header.names, missing.tolist(), strict=True)
+        listed = ", ".join(f"{name} {n}" for name, n in counts if n)
+        yield f"missing samples, predicted and not corrected: {listed} of {header.n}"
+    yield from header.meta.get("notes", ())
 
 
-def _on_start(replay: Replay) -> Iterator[str]:
-    needed = max(10, round(replay.params["startup"] * replay.log.rate))
-    axes = zip(replay.log.names, replay.log.data.T, replay.ready, replay.status, strict=True)
-    for name, z, ready, status in axes:
-        present = z[np.isfinite(z)]
-        if ready or present.size == 0 or status == _NO_REST:
+def _on_start(replay: Summary) -> Iterator[str]:
+    needed, seen = max(10, round(replay.params["startup"] * replay.header.rate)), replay.seen
+    for i, name in enumerate(replay.header.names):
+        present = int(seen.present[i])
+        if replay.ready[i] or present == 0 or replay.status[i] == _NO_REST:
             continue
-        if present.min() == present.max() and present.size >= needed:
+        if seen.equal[i] and present >= needed:
             yield f"{name}: all samples are equal, so no noise, model or gain was learned"
         else:
             yield (
-                f"{name}: start-up not finished: it needs {needed} samples, has {present.size}: "
+                f"{name}: start-up not finished: it needs {needed} samples, has {present}: "
                 "no noise, model or gain was learned"
             )
 
 
-def _on_memory(replay: Replay) -> Iterator[str]:
+def _on_memory(replay: Summary) -> Iterator[str]:
     times = {
         name: "longer than the record" if math.isinf(seconds) else f"{seconds:.3g} s"
-        for name, seconds in zip(replay.log.names, replay.memory, strict=True)
+        for name, seconds in zip(replay.header.names, replay.memory, strict=True)
         if not math.isnan(seconds)
     }
     if times:
@@ -159,20 +159,21 @@ def _on_memory(replay: Replay) -> Iterator[str]:
         yield f"{replay.method} follows 63 % of a step in: {listed}"
 
 
-def _on_motion(replay: Replay) -> Iterator[str]:
-    for name, status in zip(replay.log.names, replay.status, strict=True):
+def _on_motion(replay: Summary) -> Iterator[str]:
+    for name, status in zip(replay.header.names, replay.status, strict=True):
         if status == _NO_REST:
             yield f"{name}: no rest was found, so no drift is known: a filter learns while it rests"
-    if replay.readings is None or replay.readings.at_rest.all():
+    header, rested = replay.header, replay.seen.at_rest
+    if rested is None or (rested == header.n).all():
         return
-    moved = np.count_nonzero(~replay.readings.at_rest, axis=0) / replay.log.rate
-    listed = ", ".join(f"{n} {s:.4g} s" for n, s in zip(replay.log.names, moved, strict=True) if s)
+    moved = zip(header.names, (header.n - rested) / header.rate, strict=True)
+    listed = ", ".join(f"{name} {seconds:.4g} s" for name, seconds in moved if seconds)
     yield f"in motion, where the drift is held: {listed}; all measures are of the rest"
 
 
-def _on_output(replay: Replay) -> Iterator[str]:
-    columns = list(replay.beside)[:3]
-    if columns:
+def _on_output(replay: Summary) -> Iterator[str]:
+    if replay.output == "compensated":
+        columns = next(beside_names(replay.header.names, replay.header.unit))
         yield (
             "the filtered log holds raw minus drift under the names of the raw columns, and "
             f"{', '.join(columns)} and so on: the drift, its standard deviation, and rest"

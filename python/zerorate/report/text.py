@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from typing import Final
 
 from zerorate.io import Log
+from zerorate.io.header import Header
 
 __all__ = ["WIDTH", "bulleted", "on_clock"]
 
@@ -17,7 +18,7 @@ def bulleted(notes: Iterable[str]) -> str:
     return "\n".join(textwrap.fill(f"- {note}", WIDTH, subsequent_indent="  ") for note in notes)
 
 
-def on_clock(log: Log) -> Iterator[str]:
+def on_clock(log: Log | Header) -> Iterator[str]:
     """Yield what there is to say of a log's clock."""
     clock = log.meta.get("clock")
     if clock is not None and not clock.summary().startswith("clock regular"):

@@ -35,6 +35,8 @@ mod params;
 mod real;
 mod rest;
 mod rls;
+#[cfg(feature = "std")]
+pub mod score;
 mod start;
 mod startup;
 mod symmetric;

@@ -3,6 +3,7 @@
 
 mod allan;
 mod arrays;
+mod blocks;
 mod deviations;
 mod drift;
 mod ema;
@@ -10,6 +11,7 @@ mod errors;
 mod identify;
 mod least_squares;
 mod rest;
+mod scores;
 mod shared;
 mod statistics;
 mod stream;
@@ -45,6 +47,8 @@ mod _native {
     use crate::least_squares::RecursiveLeastSquares;
     #[pymodule_export]
     use crate::rest::RestDetector;
+    #[pymodule_export]
+    use crate::scores::ReplayScores;
     #[pymodule_export]
     use crate::statistics::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
     #[pymodule_export]

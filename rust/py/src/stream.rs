@@ -1,11 +1,13 @@
 //! What every streaming filter does, whatever its order: several channels behind one interface.
 
+use std::any::Any;
+
 use serde::Serialize;
 use zerorate_core::checkpoint::{self, Label};
 use zerorate_core::{Bank, Error, SideBySide};
 
 /// One filter a channel.
-pub trait Stream: Send + Sync {
+pub trait Stream: Any + Send + Sync {
     /// One sample of the only channel.
     fn update(&mut self, z: f64) -> f64;
     /// One sample a channel, replaced by the answers.
@@ -25,7 +27,7 @@ pub struct Labelled<F> {
     pub bank: Bank<F>,
 }
 
-impl<F: SideBySide<f64> + Clone + Send + Sync + Serialize> Stream for Labelled<F> {
+impl<F: SideBySide<f64> + Clone + Send + Sync + Serialize + 'static> Stream for Labelled<F> {
     #[inline]
     fn update(&mut self, z: f64) -> f64 {
         self.bank.filters_mut().first_mut().map_or(f64::NAN, |filter| filter.update(z))

@@ -2,10 +2,12 @@
 
 pub mod any;
 mod channel;
+mod readings;
 mod settings;
 mod start;
 pub mod trace;
 
+use numpy::{PyReadonlyArray2, PyReadwriteArray2, PyUntypedArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -13,11 +15,12 @@ use pyo3::types::{PyBytes, PyDict};
 use zerorate_core::Params;
 
 use self::any::{AnyDrift, Order};
+use self::readings::Beside;
 use self::settings::{Arguments, Settings};
 use self::trace::{Readings, Trace};
 use crate::errors::NativeError;
 use crate::shared::{self, Shared, exclusive, reading};
-use crate::{allan, arrays};
+use crate::{allan, arrays, blocks};
 
 /// Online random-drift filter of a gyro, one or more axes.
 ///
@@ -202,6 +205,40 @@ impl DriftFilter {
         threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
         exclusive(slf)?.shared.process(z, out, threads)
+    }
+
+    /// ``process`` for a replay: a row an axis in, (k, n), the drift out, and beside it, if asked for,
+    /// what the trace says of its deviation and of rest. The interpreter lock is released.
+    #[pyo3(signature = (z, out, bias_sigma=None, at_rest=None))]
+    fn _replay(
+        slf: &Bound<'_, Self>,
+        z: PyReadonlyArray2<'_, f64>,
+        mut out: PyReadwriteArray2<'_, f64>,
+        bias_sigma: Option<PyReadwriteArray2<'_, f64>>,
+        at_rest: Option<PyReadwriteArray2<'_, bool>>,
+    ) -> PyResult<()> {
+        let mut this = exclusive(slf)?;
+        let shape = [this.shared.channels.unwrap_or(1), z.shape()[1]];
+        blocks::check("z", z.shape(), &shape)?;
+        blocks::check("out", out.shape(), &shape)?;
+        let (mut bias_sigma, mut at_rest) = (bias_sigma, at_rest);
+        let beside = match (&mut bias_sigma, &mut at_rest) {
+            (Some(sigma), Some(rest)) => {
+                blocks::check("bias_sigma", sigma.shape(), &shape)?;
+                blocks::check("at_rest", rest.shape(), &shape)?;
+                Some(Beside {
+                    bias_sigma: blocks::rows_mut("bias_sigma", sigma.as_array_mut())?,
+                    at_rest: blocks::rows_mut("at_rest", rest.as_array_mut())?,
+                })
+            }
+            _ => None,
+        };
+        let z = z.as_array();
+        let z = blocks::rows("z", &z)?;
+        let mut out = blocks::rows_mut("out", out.as_array_mut())?;
+        let filter = &mut *this.shared.filter;
+        slf.py().detach(|| readings::replay(filter, &z, &mut out, beside));
+        Ok(())
     }
 
     /// Like ``process``, but answers a ``Trace`` of all that the filter knew after each sample.

@@ -35,9 +35,9 @@ pub struct Record {
     covariance: Vec<f64>,
     missing: Vec<bool>,
     guarded: Vec<bool>,
-    bias: Vec<f64>,
-    bias_sigma: Vec<f64>,
-    at_rest: Vec<bool>,
+    pub bias: Vec<f64>,
+    pub bias_sigma: Vec<f64>,
+    pub at_rest: Vec<bool>,
 }
 
 impl Record {

@@ -1,0 +1,238 @@
+//! The measures of one axis: raw, and after each of several filters.
+
+use pulp::Arch;
+
+use super::BLOCK;
+use super::coasting::{Coasting, Way};
+use super::moments::Moments;
+use super::sum::{Sum, widened};
+
+/// Measures of one series, NaN where one means nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Score {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub deviation: f64,
+    /// RMS angle at each horizon, unit times samples.
+    pub coasting: Vec<f64>,
+    /// RMS difference from the truth.
+    pub error: f64,
+}
+
+/// What came, whether it was measured or not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Samples that are NaN.
+    pub missing: u64,
+    /// Samples that are finite.
+    pub present: u64,
+    /// Samples at which the filter learned.
+    pub at_rest: u64,
+    /// Least and largest finite sample.
+    pub ends: [f64; 2],
+}
+
+impl Default for Seen {
+    fn default() -> Self {
+        let ends = [f64::INFINITY, -f64::INFINITY];
+        Self { missing: 0, present: 0, at_rest: 0, ends }
+    }
+}
+
+/// Measures of one axis while it passes: of the raw samples, and of each estimate of their drift.
+///
+/// All are of samples that are present and, where rest is told, at rest: a motion is seen late, so
+/// the samples before one are waited for and left out too.
+#[derive(Debug, Clone)]
+pub struct AxisScores {
+    seen: Seen,
+    resting: bool,
+    delay: usize,
+    waiting: Vec<Vec<f64>>,
+    truth: Vec<f64>,
+    moments: Vec<Moments>,
+    errors: Vec<Sum>,
+    /// The first sample that was measured.
+    level: Option<f64>,
+    coasting: Vec<Coasting>,
+}
+
+impl AxisScores {
+    /// For so many estimates, horizons in samples, and samples to leave out before a motion.
+    pub fn new(estimates: usize, horizons: &[usize], delay: usize) -> Self {
+        let series = estimates + 1;
+        Self {
+            seen: Seen::default(),
+            resting: false,
+            delay,
+            waiting: vec![Vec::new(); series],
+            truth: Vec::new(),
+            moments: vec![Moments::new(); series],
+            errors: vec![Sum::default(); series],
+            level: None,
+            coasting: horizons.iter().map(|m| Coasting::new(*m, series)).collect(),
+        }
+    }
+
+    /// Takes samples, where the filter learned if it minds motion, each estimate and the truth if
+    /// it is known: all of one length.
+    pub fn take(
+        &mut self,
+        raw: &[f64],
+        at_rest: Option<&[bool]>,
+        estimates: &[&[f64]],
+        truth: Option<&[f64]>,
+    ) {
+        self.see(raw);
+        match at_rest {
+            Some(at_rest) => self.wait_at_rest(raw, at_rest),
+            None => self.waiting[0].extend_from_slice(raw),
+        }
+        for (waiting, x) in self.waiting[1..].iter_mut().zip(estimates) {
+            waiting.extend_from_slice(x);
+        }
+        self.truth.extend_from_slice(truth.unwrap_or_default());
+        let sure = self.waiting[0].len().saturating_sub(self.delay);
+        self.measure(sure - sure % BLOCK);
+    }
+
+    /// Counts samples at rest, which says nothing of what is measured.
+    pub fn count_rest(&mut self, at_rest: &[bool]) {
+        self.seen.at_rest += at_rest.iter().map(|rest| u64::from(*rest)).sum::<u64>();
+    }
+
+    /// What came until now.
+    pub fn seen(&self) -> Seen {
+        self.seen
+    }
+
+    /// The measures of the raw samples and of each estimate; nothing more can come.
+    pub fn finish(&mut self) -> Vec<Score> {
+        self.measure(self.waiting[0].len());
+        let score = |i: usize| Score {
+            mean: self.moments[i].mean(),
+            deviation: self.moments[i].deviation(),
+            coasting: self.coasting.iter().map(|coasting| coasting.error(i)).collect(),
+            error: (self.errors[i].value() / self.moments[i].count()).sqrt(),
+        };
+        (0..self.moments.len()).map(score).collect()
+    }
+
+    fn see(&mut self, raw: &[f64]) {
+        let finite: u64 = raw.iter().map(|z| u64::from(z.is_finite())).sum();
+        self.seen.present += finite;
+        self.seen.missing += raw.iter().map(|z| u64::from(z.is_nan())).sum::<u64>();
+        if finite == raw.len() as u64 {
+            self.seen.ends = widened(self.seen.ends, raw);
+            return;
+        }
+        for z in raw.iter().filter(|z| z.is_finite()) {
+            self.seen.ends = widened(self.seen.ends, &[*z]);
+        }
+    }
+
+    fn wait_at_rest(&mut self, raw: &[f64], at_rest: &[bool]) {
+        let waiting = &mut self.waiting[0];
+        for (z, rests) in raw.iter().zip(at_rest) {
+            if self.resting && !rests {
+                let first = waiting.len().saturating_sub(self.delay);
+                waiting[first..].fill(f64::NAN);
+            }
+            self.resting = *rests;
+            waiting.push(if *rests { *z } else { f64::NAN });
+        }
+    }
+
+    /// Measures so many of the samples that wait.
+    fn measure(&mut self, count: usize) {
+        // On the widest registers that the processor has; no sum changes its order for that.
+        Arch::new().dispatch(|| {
+            for first in (0..count).step_by(BLOCK) {
+                self.measure_block(first, count.min(first + BLOCK));
+            }
+        });
+        for waiting in &mut self.waiting {
+            waiting.drain(..count);
+        }
+        self.truth.drain(..count.min(self.truth.len()));
+    }
+
+    #[inline(always)]
+    fn measure_block(&mut self, first: usize, end: usize) {
+        let series: Vec<&[f64]> = self.waiting.iter().map(|x| &x[first..end]).collect();
+        let raw = series[0];
+        let whole = raw.iter().all(|z| z.is_finite());
+        let mut used = [0.0; BLOCK];
+        for (x, moments) in series.iter().zip(&mut self.moments) {
+            moments.take(if whole { x } else { present(raw, x.iter().copied(), &mut used) });
+        }
+        if let Some(truth) = self.truth.get(first..end) {
+            for (x, error) in series.iter().zip(&mut self.errors) {
+                let wrong = x.iter().zip(truth).map(|(x, truth)| x - truth);
+                error.add(present(raw, wrong, &mut used).iter().map(|x| x * x).sum());
+            }
+        }
+        let level = self.level.or_else(|| raw.iter().copied().find(|z| z.is_finite()));
+        self.level = level;
+        let way = Way::new(raw, whole, level.unwrap_or_default());
+        for coasting in &mut self.coasting {
+            coasting.take(&way, &series);
+        }
+    }
+}
+
+/// The values at samples that are present.
+fn present<'a>(
+    raw: &[f64],
+    values: impl Iterator<Item = f64>,
+    used: &'a mut [f64; BLOCK],
+) -> &'a [f64] {
+    let mut count = 0;
+    for (_, x) in raw.iter().zip(values).filter(|(z, _)| z.is_finite()) {
+        used[count] = x;
+        count += 1;
+    }
+    &used[..count]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(n: u32) -> Vec<f64> {
+        (0..n).map(|i| f64::from(i.wrapping_mul(2_654_435_761) >> 8) / 1e7).collect()
+    }
+
+    fn scored(pieces: usize) -> Vec<Score> {
+        let (raw, estimate) = (noise(3000), noise(3100).split_off(100));
+        let rest: Vec<bool> = (0..3000).map(|i| i % 700 < 600).collect();
+        let mut axis = AxisScores::new(1, &[50, 300], 30);
+        for first in (0..raw.len()).step_by(pieces) {
+            let piece = first..raw.len().min(first + pieces);
+            let estimate = &estimate[piece.clone()];
+            let truth = &raw[piece.clone()];
+            axis.take(&raw[piece.clone()], Some(&rest[piece]), &[estimate], Some(truth));
+        }
+        axis.finish()
+    }
+
+    #[test]
+    fn pieces_do_not_change_a_digit() {
+        let whole = scored(3000);
+        for pieces in [1, 7, 256, 1000] {
+            assert_eq!(scored(pieces), whole);
+        }
+        assert_eq!(whole[0].error, 0.0);
+    }
+
+    #[test]
+    fn samples_before_a_motion_are_left_out() {
+        let mut axis = AxisScores::new(0, &[], 2);
+        axis.take(&[1.0, 1.0, 1.0, 5.0], Some(&[true; 4]), &[], None);
+        axis.take(&[5.0, 9.0, 1.0], Some(&[true, false, true]), &[], None);
+        let score = &axis.finish()[0];
+        assert_eq!((score.mean, score.deviation), (1.0, 0.0));
+        assert_eq!((axis.seen().present, axis.seen().ends[1]), (7, 9.0));
+    }
+}

@@ -1,0 +1,178 @@
+//! What holding an estimate costs over a horizon.
+
+use std::ops::Range;
+
+use super::BLOCK;
+use super::sum::{Sum, summed};
+
+/// The samples of one block, and the way they go.
+#[derive(Debug)]
+pub(super) struct Way<'a> {
+    z: &'a [f64],
+    whole: bool,
+    level: f64,
+    /// Sums of the distances from the level, from the block's first sample up to each.
+    sums: [f64; BLOCK],
+}
+
+impl<'a> Way<'a> {
+    /// Of samples that are `whole` if none is missing. The `level` is taken off, so that an offset
+    /// costs no digits.
+    #[inline(always)]
+    pub(super) fn new(z: &'a [f64], whole: bool, level: f64) -> Self {
+        let (mut sums, mut sum) = ([0.0; BLOCK], 0.0);
+        for (z, so_far) in z.iter().zip(&mut sums) {
+            sum += if z.is_finite() { z - level } else { 0.0 };
+            *so_far = sum;
+        }
+        Self { z, whole, level, sums }
+    }
+}
+
+/// Coasting errors of several series at one horizon: the angle that is lost when each estimate is
+/// held through the next `length` samples.
+#[derive(Debug, Clone)]
+pub(super) struct Coasting {
+    windows: Windows,
+    held: Vec<Held>,
+}
+
+impl Coasting {
+    pub(super) fn new(length: usize, series: usize) -> Self {
+        Self { windows: Windows::new(length), held: vec![Held::new(length); series] }
+    }
+
+    /// Takes one block, and the estimates at the same times.
+    #[inline(always)]
+    pub(super) fn take(&mut self, way: &Way<'_>, series: &[&[f64]]) {
+        let (mut angles, mut done) = ([0.0; BLOCK], 0);
+        while done < way.z.len() {
+            let at = self.windows.at;
+            let end = way.z.len().min(done + self.windows.sums.len() - at);
+            let angles = &mut angles[..end - done];
+            self.windows.take(way, done..end, angles);
+            for (held, x) in self.held.iter_mut().zip(series) {
+                held.take(at, angles, &x[done..end], way.level);
+            }
+            done = end;
+        }
+    }
+
+    /// RMS of one series' angles, unit times samples; NaN if no window was complete.
+    pub(super) fn error(&self, series: usize) -> f64 {
+        let held = &self.held[series];
+        (held.squares.value() / held.count as f64).sqrt()
+    }
+}
+
+/// Sums of the last samples, each made of two parts of fixed stretches: none is the small
+/// difference of two sums over the whole record.
+#[derive(Debug, Clone)]
+struct Windows {
+    /// Place in the stretch.
+    at: usize,
+    /// Up to and with each place: of this stretch before `at`, of the last one from there on.
+    sums: Vec<f64>,
+    before: f64,
+    now: f64,
+    /// Samples without a missing one until now, counted up to the length.
+    present: usize,
+}
+
+impl Windows {
+    fn new(length: usize) -> Self {
+        Self { at: 0, sums: vec![0.0; length], before: 0.0, now: 0.0, present: 0 }
+    }
+
+    /// Puts into `angles` the sum that ends at each sample, above the level; NaN where one of its
+    /// samples is missing. The samples are of one stretch.
+    #[inline(always)]
+    fn take(&mut self, way: &Way<'_>, part: Range<usize>, angles: &mut [f64]) {
+        let start = if part.start == 0 { 0.0 } else { way.sums[part.start - 1] };
+        let (before, now) = (self.before, self.now);
+        let sums = &mut self.sums[self.at..self.at + part.len()];
+        for ((so_far, sum), angle) in way.sums[part.clone()].iter().zip(sums).zip(&mut *angles) {
+            let up_to_here = now + (so_far - start);
+            *angle = (before - *sum) + up_to_here;
+            *sum = up_to_here;
+        }
+        self.now += way.sums[part.end - 1] - start;
+        if !way.whole || self.present < self.sums.len() {
+            self.leave_out(&way.z[part.clone()], angles);
+        }
+        self.at += part.len();
+        if self.at == self.sums.len() {
+            (self.at, self.before, self.now) = (0, self.now, 0.0);
+        }
+    }
+
+    fn leave_out(&mut self, z: &[f64], angles: &mut [f64]) {
+        let length = self.sums.len();
+        for (z, angle) in z.iter().zip(angles) {
+            self.present = if z.is_finite() { length.min(self.present + 1) } else { 0 };
+            if self.present < length {
+                *angle = f64::NAN;
+            }
+        }
+    }
+}
+
+/// The estimates of the last samples, and the errors of those held so far.
+#[derive(Debug, Clone)]
+struct Held {
+    estimates: Vec<f64>,
+    squares: Sum,
+    count: usize,
+}
+
+impl Held {
+    fn new(length: usize) -> Self {
+        Self { estimates: vec![f64::NAN; length], squares: Sum::default(), count: 0 }
+    }
+
+    #[inline(always)]
+    fn take(&mut self, at: usize, angles: &[f64], x: &[f64], level: f64) {
+        let length = self.estimates.len() as f64;
+        let estimates = &mut self.estimates[at..at + x.len()];
+        let mut errors = [0.0; BLOCK];
+        let errors = &mut errors[..x.len()];
+        for (((error, angle), estimate), x) in errors.iter_mut().zip(angles).zip(estimates).zip(x) {
+            *error = angle - length * (*estimate - level);
+            *estimate = *x;
+        }
+        let squares = summed(errors, |error| error * error);
+        if squares.is_finite() {
+            self.squares.add(squares);
+            self.count += errors.len();
+            return;
+        }
+        for error in errors.iter().filter(|error| error.is_finite()) {
+            self.squares.add(error * error);
+            self.count += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(length: usize, z: &[f64], x: &[f64]) -> f64 {
+        let mut coasting = Coasting::new(length, 1);
+        let whole = z.iter().all(|z| z.is_finite());
+        coasting.take(&Way::new(z, whole, 1.0), &[x]);
+        coasting.error(0)
+    }
+
+    #[test]
+    fn a_bias_costs_its_angle() {
+        assert_eq!(error(2, &[1.0; 5], &[1.5; 5]), 1.0);
+    }
+
+    #[test]
+    fn no_window_spans_a_missing_sample() {
+        // The estimate at the missing sample alone is held through two that are there.
+        assert_eq!(error(2, &[1.0, 1.0, f64::NAN, 1.0, 1.0], &[7.0, 1.0, 2.0, 9.0, 9.0]), 2.0);
+        assert!(error(2, &[1.0; 2], &[1.0; 2]).is_nan());
+    }
+}

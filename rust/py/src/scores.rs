@@ -1,0 +1,122 @@
+//! The measures of a replay for Python.
+
+use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use zerorate_core::score::{AxisScores, Score, Seen};
+
+use crate::errors::in_use;
+use crate::{arrays, blocks};
+
+/// Measures of k axes while a replay passes: of the raw samples and of each estimate of their
+/// drift.
+///
+/// Blocks have a row an axis. However a record is cut into them, the measures are the same.
+///
+/// Parameters
+/// ----------
+/// axes, estimates : int
+/// horizons : sequence of int
+///     Of the coasting errors, in samples.
+/// delay : int, optional
+///     Samples to leave out before each motion, where rest matters; None measures all samples.
+#[pyclass(module = "zerorate")]
+#[derive(Debug)]
+pub struct ReplayScores {
+    axes: Vec<AxisScores>,
+    estimates: usize,
+    horizons: usize,
+    minds_motion: bool,
+}
+
+#[pymethods]
+impl ReplayScores {
+    #[new]
+    #[pyo3(signature = (axes, estimates, horizons, delay=None))]
+    fn new(axes: usize, estimates: usize, horizons: Vec<usize>, delay: Option<usize>) -> Self {
+        let axis = AxisScores::new(estimates, &horizons, delay.unwrap_or(0));
+        let minds_motion = delay.is_some();
+        Self { axes: vec![axis; axes], estimates, horizons: horizons.len(), minds_motion }
+    }
+
+    /// Takes a block of samples (k, n), the estimates of each method, where the filter learned, and
+    /// the true drift if it is known; the interpreter lock is released.
+    #[pyo3(signature = (raw, estimates, at_rest=None, truth=None))]
+    fn take(
+        slf: &Bound<'_, Self>,
+        raw: PyReadonlyArray2<'_, f64>,
+        estimates: Vec<PyReadonlyArray2<'_, f64>>,
+        at_rest: Option<PyReadonlyArray2<'_, bool>>,
+        truth: Option<PyReadonlyArray2<'_, f64>>,
+    ) -> PyResult<()> {
+        let mut this = slf.try_borrow_mut().map_err(|_| in_use())?;
+        let shape = [this.axes.len(), raw.shape()[1]];
+        blocks::check("raw", raw.shape(), &shape)?;
+        blocks::check("estimates", &[estimates.len()], &[this.estimates])?;
+        for estimate in &estimates {
+            blocks::check("an estimate", estimate.shape(), &shape)?;
+        }
+        let raw = raw.as_array();
+        let raw = blocks::rows("raw", &raw)?;
+        let views: Vec<_> = estimates.iter().map(|estimate| estimate.as_array()).collect();
+        let estimates: PyResult<Vec<_>> =
+            views.iter().map(|view| blocks::rows("an estimate", view)).collect();
+        let estimates = estimates?;
+        let at_rest = at_rest.as_ref().map(|flags| flags.as_array());
+        let truth = truth.as_ref().map(|truth| truth.as_array());
+        let at_rest = at_rest.as_ref().map(|flags| blocks::rows("at_rest", flags)).transpose()?;
+        let truth = truth.as_ref().map(|truth| blocks::rows("truth", truth)).transpose()?;
+        let (minds_motion, axes) = (this.minds_motion, &mut this.axes);
+        slf.py().detach(|| {
+            for (i, axis) in axes.iter_mut().enumerate() {
+                let series: Vec<&[f64]> = estimates.iter().map(|estimate| estimate[i]).collect();
+                let flags = at_rest.as_ref().map(|flags| flags[i]);
+                axis.count_rest(flags.unwrap_or_default());
+                let rest = flags.filter(|_| minds_motion);
+                axis.take(raw[i], rest, &series, truth.as_ref().map(|truth| truth[i]));
+            }
+        });
+        Ok(())
+    }
+
+    /// Ends the record and answers arrays by name: `mean`, `deviation` and `error`, (k, m + 1), the
+    /// raw samples first, `coasting`, (k, m + 1, horizons), unit times samples; of all samples
+    /// `missing`, `present` and `at_rest`, counts, `least` and `most`, (k,).
+    fn finish<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let py = slf.py();
+        let mut this = slf.try_borrow_mut().map_err(|_| in_use())?;
+        let scores: Vec<Score> = this.axes.iter_mut().flat_map(AxisScores::finish).collect();
+        let seen: Vec<Seen> = this.axes.iter().map(AxisScores::seen).collect();
+        let (k, series) = (this.axes.len(), this.estimates + 1);
+        let found = PyDict::new(py);
+        for (name, of) in NUMBERS {
+            let values: Vec<f64> = scores.iter().map(of).collect();
+            found.set_item(name, arrays::array(py, values, &[k, series])?)?;
+        }
+        let coasting: Vec<f64> = scores.into_iter().flat_map(|score| score.coasting).collect();
+        found.set_item("coasting", arrays::array(py, coasting, &[k, series, this.horizons])?)?;
+        for (name, of) in COUNTS {
+            let values: Vec<i64> = seen.iter().map(|seen| of(seen) as i64).collect();
+            found.set_item(name, arrays::array(py, values, &[k])?)?;
+        }
+        for (i, name) in ["least", "most"].into_iter().enumerate() {
+            let values: Vec<f64> = seen.iter().map(|seen| seen.ends[i]).collect();
+            found.set_item(name, arrays::array(py, values, &[k])?)?;
+        }
+        Ok(found)
+    }
+}
+
+type Named<T, V> = (&'static str, fn(&T) -> V);
+
+const NUMBERS: [Named<Score, f64>; 3] = [
+    ("mean", |score| score.mean),
+    ("deviation", |score| score.deviation),
+    ("error", |score| score.error),
+];
+
+const COUNTS: [Named<Seen, u64>; 3] = [
+    ("missing", |seen| seen.missing),
+    ("present", |seen| seen.present),
+    ("at_rest", |seen| seen.at_rest),
+];
