@@ -9,7 +9,7 @@ SOURCES := $(shell find rust python -name '*.rs' -o -name '*.toml' -o -name 'pyp
 
 RECORDINGS ?= ../shared/data
 
-.PHONY: help demo test lint bench results compare clean check-python check-cargo
+.PHONY: help demo test test-core test-package lint bench results compare clean check-python check-cargo
 
 help: ## Show this help
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -17,9 +17,14 @@ help: ## Show this help
 demo: $(STAMP) ## Simulate a gyro, filter it, write the log and the figure into demo/
 	$(BIN)/zerorate demo --output demo --force
 
-test: $(STAMP) ## Run all tests of the core and of the package
+test: test-core test-package ## Run all tests of the core and of the package
+
+test-core: | check-cargo
 	cargo test --quiet --package zerorate-core
-	$(BIN)/python -m pytest
+
+# Not --numprocesses=auto, which counts one for the two threads of a core.
+test-package: $(STAMP)
+	$(BIN)/python -m pytest --numprocesses=logical --dist=worksteal
 
 lint: $(STAMP) ## Check format, lints, types and stubs
 	cargo fmt --all --check

@@ -232,7 +232,7 @@ class TestFiles:
         monkeypatch.setattr("zerorate.cli.allan_outputs.write_curves", fail)
         code, _, errors = cli(log, "-o", out, "--export", "json")
         assert (code, names(out)) == (1, [])
-        assert errors == "zerorate: [Errno 28] No space left on device\n"
+        assert errors == f"zerorate: [Errno 28] No space left on device: '{out}'\n"
 
 
 USAGE = {

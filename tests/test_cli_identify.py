@@ -210,7 +210,7 @@ class TestFiles:
         monkeypatch.setattr("zerorate.io.atomic._flush", fail)
         code, _, errors = cli(log, "-o", out, "--no-figure")
         assert (code, names(out)) == (1, [])
-        assert errors == "zerorate: [Errno 28] No space left on device\n"
+        assert errors == f"zerorate: [Errno 28] No space left on device: '{out}'\n"
 
     def test_an_interrupt_leaves_nothing(self, cli, log, out, monkeypatch):
         def interrupted(*_):

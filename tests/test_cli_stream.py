@@ -225,11 +225,19 @@ class TestRefused:
         assert (code, answers, errors) == (1, [], told)
 
 
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """A checkpoint after a hundred samples."""
+    path = tmp_path_factory.mktemp("saved") / "state"
+    assert streamed(LINES[:100], *RATE, "--checkpoint", path)[0] == 0
+    return path.read_bytes()
+
+
 class TestCheckpoints:
     @pytest.fixture
-    def checkpoint(self, tmp_path):
+    def checkpoint(self, saved, tmp_path):
         path = tmp_path / "state"
-        assert streamed(LINES[:100], *RATE, "--checkpoint", path)[0] == 0
+        path.write_bytes(saved)
         return path
 
     def test_there_is_none_at_the_first_start(self, tmp_path, capsys):

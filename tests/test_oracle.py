@@ -83,7 +83,7 @@ def assert_equal_to_twin(z, **arguments):
 @BY_ORDER
 @BY_METHOD
 def test_every_order_and_method(order, method):
-    assert_equal_to_twin(record("with_missing", 2000), order=order, method=method)
+    assert_equal_to_twin(record("with_missing", 1000), order=order, method=method)
 
 
 @BY_SIGNAL
@@ -142,7 +142,7 @@ def start_of(order, **changes):
 @BY_ORDER
 @BY_METHOD
 def test_started_filters_of_every_order_and_method(order, method):
-    z = record("with_missing", 2000)
+    z = record("with_missing", 1000)
     assert_equal_to_twin(z, order=order, method=method, start=start_of(order))
 
 
