@@ -16,7 +16,8 @@ __all__ = ["Behind", "ahead"]
 
 T = TypeVar("T")
 
-_WAITING: Final = 2
+_WAITING: Final = 6
+"""Items under way to a step: more than the blocks that are written together."""
 
 
 def ahead(items: Iterator[T]) -> Generator[T]:

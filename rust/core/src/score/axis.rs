@@ -122,11 +122,11 @@ impl AxisScores {
     fn see(&mut self, raw: &[f64]) {
         let finite: u64 = raw.iter().map(|z| u64::from(z.is_finite())).sum();
         self.seen.present += finite;
-        self.seen.missing += raw.iter().map(|z| u64::from(z.is_nan())).sum::<u64>();
         if finite == raw.len() as u64 {
             self.seen.ends = widened(self.seen.ends, raw);
             return;
         }
+        self.seen.missing += raw.iter().map(|z| u64::from(z.is_nan())).sum::<u64>();
         for z in raw.iter().filter(|z| z.is_finite()) {
             self.seen.ends = widened(self.seen.ends, &[*z]);
         }

@@ -80,8 +80,8 @@ fn told_at_once(
 
 fn interleave(columns: &[&[f64]], rows: &mut [f64]) {
     for (c, column) in columns.iter().enumerate() {
-        for (z, x) in rows.iter_mut().skip(c).step_by(columns.len()).zip(*column) {
-            *z = *x;
+        for (row, x) in rows.chunks_exact_mut(columns.len()).zip(*column) {
+            row[c] = *x;
         }
     }
 }
@@ -89,8 +89,8 @@ fn interleave(columns: &[&[f64]], rows: &mut [f64]) {
 fn spread<T: Copy>(rows: &[T], first: usize, columns: &mut [&mut [T]]) {
     let channels = columns.len();
     for (c, column) in columns.iter_mut().enumerate() {
-        for (x, z) in column[first..].iter_mut().zip(rows.iter().skip(c).step_by(channels)) {
-            *x = *z;
+        for (x, row) in column[first..].iter_mut().zip(rows.chunks_exact(channels)) {
+            *x = row[c];
         }
     }
 }
