@@ -5,6 +5,7 @@ Each number is the least of several rounds; every round times every row once.
 
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -31,6 +32,13 @@ def c_jobs(rows):
         run = peers.c_batch(*native, *([f"-DLANES={k}"] if k > 1 else []))
         z = np.ascontiguousarray(rows[:, :k] if k > 1 else rows[:, 0])
         yield "C, always learning, no guard", k, 1, lambda run=run, z=z: run(z)
+        yield "C, always learning, no guard", k, 2, lambda run=run, z=z: at_once(run, z)
+
+
+def at_once(run, z):
+    """Each half of the rows by a thread: what a second thread can bring on this machine."""
+    with ThreadPoolExecutor(2) as executor:
+        list(executor.map(run, np.array_split(z, 2)))
 
 
 def zerorate_jobs(rows):
