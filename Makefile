@@ -17,7 +17,7 @@ help: ## Show this help
 demo: $(STAMP) ## Simulate a gyro, filter it, write the log and the figure into demo/
 	$(BIN)/zerorate demo --output demo --force
 
-test: test-core test-package ## Run all tests of the core and of the package
+test: test-package test-core ## Run all tests of the core and of the package
 
 test-core: | check-cargo
 	cargo test --quiet --package zerorate-core

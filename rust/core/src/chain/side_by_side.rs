@@ -2,7 +2,7 @@
 
 use core::array::from_fn;
 
-use nalgebra::{SimdBool, SimdPartialOrd, SimdValue};
+use nalgebra::{SimdBool, SimdValue};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{DriftFilter, DriftLoop};
@@ -103,19 +103,15 @@ impl<S: Simd, const N: usize, const M: usize> Together<S, N, M> {
     /// The filters at these places, if they are several and their start-up is over.
     #[inline(always)]
     fn of(filters: &[DriftFilter<f64, N, M>], members: &[usize]) -> Option<Self> {
-        let [first, others @ ..] = members else { return None };
+        let [first, _, ..] = members else { return None };
         let mut inner = DriftLoop::splat(&filters[*first].inner);
         let mut scaling = Scaling::splat(filters[*first].scaling.as_ref()?);
-        if others.is_empty() {
-            return None;
-        }
         for (i, c) in members.iter().enumerate() {
             inner.set_lane(i, &filters[*c].inner);
             scaling.set_lane(i, filters[*c].scaling.as_ref()?);
         }
-        let estimate = Lane::of(0.0);
-        let none = estimate.simd_lt(estimate);
-        Some(Self { inner, scaling, estimate, seen: none, guarded: none })
+        let (estimate, seen) = (Lane::of(0.0), Mask::every());
+        Some(Self { inner, scaling, estimate, seen, guarded: !seen })
     }
 
     #[inline(always)]
