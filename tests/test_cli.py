@@ -342,6 +342,15 @@ class TestDemo:
         assert "unknown device 'gizmo'" in errors
 
 
+def test_an_interrupt_that_an_import_has_wrapped(monkeypatch, capsys):
+    def interrupted(arguments):
+        raise RuntimeError("Error calling __set_name__") from KeyboardInterrupt()
+
+    monkeypatch.setattr("zerorate.cli.app.invoke", interrupted)
+    assert run(["replay", "run.csv"]) == 130
+    assert capsys.readouterr().err == "zerorate: interrupted\n"
+
+
 def test_no_arguments_ask_for_help(cli):
     code, text, errors = cli()
     assert (code, errors) == (0, "")

@@ -1,14 +1,23 @@
 """The command line: exit 0, 1 for data, 2 for usage, 130 when interrupted."""
 
+import os
 import sys
 from collections.abc import Sequence
+from typing import Final
 
 __all__ = ["main", "run"]
+
+_INTERRUPTED: Final = 130
 
 
 def main() -> None:
     """Run the command line and end the process."""
-    sys.exit(run(sys.argv[1:]))
+    code = run(sys.argv[1:])
+    if code == _INTERRUPTED:
+        # At once: a library's thread may be inside native code still, where the interpreter's own
+        # end would fail. Files are whole or gone by now.
+        os._exit(code)
+    sys.exit(code)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -38,18 +47,21 @@ def run(arguments: Sequence[str]) -> int:
     except Fault as fault:
         return _fail(str(fault), fault.code)
     except (KeyboardInterrupt, typer.Abort):
-        return _fail("interrupted", 130)
+        return _fail("interrupted", _INTERRUPTED)
     except OSError as error:
         return _unprinted(error)
     except MemoryError:
         return _fail("there is not enough memory for this much data", 1)
     except Exception as error:
+        # What Python 3.11 makes of an interrupt while a class is made, as of an import.
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            return _fail("interrupted", _INTERRUPTED)
         # The base class of usage errors has no public name that is the same in every typer.
         if not hasattr(error, "format_message"):
             raise
         return _fail(error.format_message(), 2)
     # Some versions of typer turn an interrupt into this code by themselves.
-    return _fail("interrupted", 130) if code == 130 else code
+    return _fail("interrupted", code) if code == _INTERRUPTED else code
 
 
 def _flush() -> None:
