@@ -22,10 +22,10 @@ import pyarrow.parquet as pq
 
 from zerorate.io import open_recording
 from zerorate.io.row_groups import RowGroups
-from zerorate.replay.filters import Filters
-from zerorate.replay.measure import Measures
-from zerorate.replay.pipeline import ROWS
-from zerorate.replay.workers import on_threads, workers
+from zerorate.run.replay.filters import Filters
+from zerorate.run.replay.measure import Measures
+from zerorate.run.replay.pipeline import ROWS
+from zerorate.run.replay.workers import on_threads, workers
 
 RATE = 100.0
 PART = 1 << 18

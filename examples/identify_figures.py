@@ -10,8 +10,8 @@ import numpy as np
 
 import zerorate as zr
 from zerorate import identify
-from zerorate.plotting import save_figure
-from zerorate.plotting.style import (
+from zerorate.show.plotting import save_figure
+from zerorate.show.plotting.style import (
     BLACK,
     BLUE,
     FONT,

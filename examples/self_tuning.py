@@ -13,11 +13,19 @@ import numpy as np
 import numpy.typing as npt
 
 import zerorate as zr
-from recordings import BROAD, BROAD_RATE, Recording, at_rest, check_folder, parser, sensors_alone
+from support.recordings import (
+    BROAD,
+    BROAD_RATE,
+    Recording,
+    at_rest,
+    check_folder,
+    parser,
+    sensors_alone,
+)
 from tables import table
 from zerorate._native import exponential_mean
-from zerorate.plotting import save_figure
-from zerorate.plotting.style import (
+from zerorate.show.plotting import save_figure
+from zerorate.show.plotting.style import (
     BLACK,
     BLUE,
     FONT,

@@ -18,7 +18,6 @@ from zerorate._native import (
     Trace,
     __version__,
 )
-from zerorate.devices import DEVICES, Device, device
 from zerorate.io import Log, LogError, read_log, write_log
 from zerorate.noise import (
     AllanResult,
@@ -34,6 +33,7 @@ from zerorate.noise import (
     worst_axis,
 )
 from zerorate.simulate import simulate
+from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import identify, metrics

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from zerorate.characterise import Characterisation, characterise
 from zerorate.cli.allan_outputs import AllanOutputs
 from zerorate.cli.background import in_background, preloaded
 from zerorate.cli.faults import DataFault, UsageFault, as_usage, in_options, reading
@@ -24,9 +23,10 @@ from zerorate.cli.options import (
 from zerorate.cli.progress import progress_bar
 from zerorate.io import Log, LogError
 from zerorate.io.sensors import read_sensors
+from zerorate.noise.characterise import Characterisation, characterise
 from zerorate.noise.kinds import kind as find_kind
-from zerorate.replay.workers import Progress
-from zerorate.report import format_allan, format_allan_notes
+from zerorate.run.replay.workers import Progress
+from zerorate.show.report import format_allan, format_allan_notes
 
 __all__ = ["allan"]
 
@@ -110,4 +110,4 @@ def _load_plotting() -> None:
     import matplotlib.backends.backend_agg
     import matplotlib.figure  # noqa: F401
 
-    import zerorate.plotting  # noqa: F401
+    import zerorate.show.plotting  # noqa: F401

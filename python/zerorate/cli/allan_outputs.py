@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from zerorate.characterise import Characterisation
 from zerorate.cli.curve_files import write_curves
 from zerorate.cli.faults import DataFault, as_usage, require, writing
 from zerorate.cli.options import CurveFormat, Export, FigureFormat
 from zerorate.cli.outputs import together
 from zerorate.io import check_writable
 from zerorate.noise import NoiseModel
-from zerorate.replay.workers import Progress
+from zerorate.noise.characterise import Characterisation
+from zerorate.run.replay.workers import Progress
 
 __all__ = ["AllanOutputs"]
 
@@ -115,6 +115,6 @@ def _models(found: Sequence[Characterisation]) -> str:
 
 
 def _draw(found: Sequence[Characterisation], path: Path) -> None:
-    from zerorate.plotting import plot_characterisation, save_figure
+    from zerorate.show.plotting import plot_characterisation, save_figure
 
     save_figure(plot_characterisation(found), path)

@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
-from zerorate.batch import BatchResult, Settings, run_batch
 from zerorate.cli.faults import DataFault, UsageFault, in_options
 from zerorate.cli.options import LogFormat, Method, Motion, OutputKind, parse_columns
 from zerorate.cli.progress import counting_bar
+from zerorate.run.batch import BatchResult, Settings, run_batch
 
 __all__ = ["batch"]
 

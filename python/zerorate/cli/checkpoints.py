@@ -5,7 +5,7 @@ from dataclasses import fields
 from pathlib import Path
 
 from zerorate.cli.faults import DataFault, UsageFault
-from zerorate.live import CheckpointError, LineStream, Settings, SettingsError
+from zerorate.run.live import CheckpointError, LineStream, Settings, SettingsError
 
 __all__ = ["position_of", "resumed"]
 

@@ -10,9 +10,9 @@ import numpy.typing as npt
 from zerorate.cli.faults import DataFault, UsageFault, as_usage, writing
 from zerorate.io import Log, LogError, Recording
 from zerorate.io.header import Header
-from zerorate.replay import FilterOptions, Replay, Summary, replay, replay_to_file
-from zerorate.replay.result import Output
-from zerorate.replay.workers import Progress
+from zerorate.run.replay import FilterOptions, Replay, Summary, replay, replay_to_file
+from zerorate.run.replay.result import Output
+from zerorate.run.replay.workers import Progress
 
 __all__ = ["Chosen"]
 

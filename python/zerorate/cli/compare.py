@@ -15,8 +15,8 @@ from zerorate.compare.as_json import as_json
 from zerorate.compare.simulated import Regret, format_regret
 from zerorate.compare.simulated import run as run_simulated
 from zerorate.io import LogError, atomic_path, check_writable
-from zerorate.replay.workers import Progress
-from zerorate.report.compare import format_compare
+from zerorate.run.replay.workers import Progress
+from zerorate.show.report.compare import format_compare
 
 __all__ = ["compare"]
 

@@ -13,9 +13,9 @@ from zerorate.cli.outputs import Outputs
 from zerorate.cli.progress import progress_bar
 from zerorate.cli.replay import compared, print_result
 from zerorate.cli.simulate import AXES, made_folder, simulated
-from zerorate.devices import device as find_device
 from zerorate.io import Log
-from zerorate.replay import FilterOptions
+from zerorate.run.replay import FilterOptions
+from zerorate.simulate.devices import device as find_device
 from zerorate.units import convert
 
 __all__ = ["demo"]

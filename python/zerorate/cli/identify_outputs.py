@@ -10,9 +10,9 @@ from zerorate.cli.outputs import together
 from zerorate.identify.study.as_json import as_json
 from zerorate.identify.study.result import Identification
 from zerorate.io import Log, check_writable
-from zerorate.replay.workers import Progress
-from zerorate.report.identify import log_notes
-from zerorate.report.identify_page import identification_page
+from zerorate.run.replay.workers import Progress
+from zerorate.show.report.identify import log_notes
+from zerorate.show.report.identify_page import identification_page
 
 __all__ = ["IdentifyOutputs"]
 

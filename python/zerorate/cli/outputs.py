@@ -9,8 +9,8 @@ from pathlib import Path
 from zerorate.cli.faults import as_usage, require, writing
 from zerorate.cli.options import FigureFormat, LogFormat
 from zerorate.io import atomic_path, check_writable, write_log
-from zerorate.replay import Replay
-from zerorate.replay.workers import Progress
+from zerorate.run.replay import Replay
+from zerorate.run.replay.workers import Progress
 
 __all__ = ["Outputs", "together"]
 
@@ -79,6 +79,6 @@ def together(paths: list[Path], force: bool) -> Iterator[list[Path]]:
 
 
 def _draw(result: Replay, path: Path) -> None:
-    from zerorate.plotting import plot_replay, save_figure
+    from zerorate.show.plotting import plot_replay, save_figure
 
     save_figure(plot_replay(result), path)

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from zerorate.replay.workers import Progress, silent
+from zerorate.run.replay.workers import Progress, silent
 
 __all__ = ["counting_bar", "progress_bar"]
 

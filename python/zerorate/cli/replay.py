@@ -24,9 +24,9 @@ from zerorate.cli.options import (
 from zerorate.cli.outputs import Outputs
 from zerorate.cli.progress import progress_bar
 from zerorate.io import open_recording
-from zerorate.replay import FilterOptions, Summary
-from zerorate.replay.result import Output
-from zerorate.report import format_learned, format_notes, format_table
+from zerorate.run.replay import FilterOptions, Summary
+from zerorate.run.replay.result import Output
+from zerorate.show.report import format_learned, format_notes, format_table
 
 __all__ = ["compared", "print_result", "replay"]
 

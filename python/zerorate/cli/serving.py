@@ -11,10 +11,10 @@ import typer
 
 from zerorate.cli.faults import DataFault, as_usage
 from zerorate.cli.stdout import BROKEN_PIPE, drop_stdout
-from zerorate.live import LineError
-from zerorate.live.interrupts import Interrupted, Interrupts
-from zerorate.live.serving import Server
-from zerorate.live.sources import Line, datagrams, lines, loopback
+from zerorate.run.live import LineError
+from zerorate.run.live.interrupts import Interrupted, Interrupts
+from zerorate.run.live.serving import Server
+from zerorate.run.live.sources import Line, datagrams, lines, loopback
 
 __all__ = ["report", "run", "tell"]
 

@@ -11,11 +11,11 @@ import typer
 from zerorate.cli.faults import UsageFault, as_usage, require, writing
 from zerorate.cli.outputs import together
 from zerorate.cli.progress import progress_bar
-from zerorate.devices import DEVICES, Device
-from zerorate.devices import device as find_device
 from zerorate.io import Log, check_writable, write_log
-from zerorate.report import WIDTH
-from zerorate.simulate import simulate as run_simulation
+from zerorate.show.report import WIDTH
+from zerorate.simulate.devices import DEVICES, Device
+from zerorate.simulate.devices import device as find_device
+from zerorate.simulate.gyro import simulate as run_simulation
 from zerorate.units import convert
 
 __all__ = ["AXES", "made_folder", "simulate", "simulated"]

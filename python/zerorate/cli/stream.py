@@ -20,9 +20,9 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.serving import report, run, tell
 from zerorate.io import check_writable
-from zerorate.live import Beside, Settings
-from zerorate.live.saver import Saver
-from zerorate.live.serving import Server
+from zerorate.run.live import Beside, Settings
+from zerorate.run.live.saver import Saver
+from zerorate.run.live.serving import Server
 
 __all__ = ["stream"]
 

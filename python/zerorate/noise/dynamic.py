@@ -65,7 +65,7 @@ class DynamicAllan:
         ImportError
             Without matplotlib: ``pip install 'zerorate[plot]'``.
         """
-        from zerorate.plotting.dynamic import plot_dynamic
+        from zerorate.show.plotting.dynamic import plot_dynamic
 
         return plot_dynamic(self)
 

@@ -1,0 +1,1 @@
+"""Three ways to run anything that streams: the replay of a log, many logs, and live samples."""

@@ -1,0 +1,173 @@
+"""A batch from its patterns to its summary."""
+
+import os
+import time
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import AbstractContextManager, closing, nullcontext
+from dataclasses import replace
+from pathlib import Path
+
+from zerorate.io import check_writable
+from zerorate.io.litter import sweep
+from zerorate.run.batch.cluster import local_cluster as on_local_cluster
+from zerorate.run.batch.cluster import scheduler_at
+from zerorate.run.batch.engine import Died, Engine, Finished, outlived
+from zerorate.run.batch.found import find_tasks
+from zerorate.run.batch.outcome import Outcome
+from zerorate.run.batch.processes import Processes
+from zerorate.run.batch.record import record_path
+from zerorate.run.batch.result import BatchResult
+from zerorate.run.batch.settings import Settings
+from zerorate.run.batch.summary import SUMMARY, write_summary
+from zerorate.run.batch.task import Task, run_task
+
+__all__ = ["Progress", "run_batch"]
+
+Progress = Callable[[int, int], None]
+"""Called with the logs that are through, and all that are to do."""
+
+
+def run_batch(
+    patterns: str | Sequence[str],
+    output: str | os.PathLike[str],
+    settings: Settings | None = None,
+    *,
+    workers: int | None = None,
+    local_cluster: int | None = None,
+    scheduler: str | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> BatchResult:
+    """Filter many logs into one folder, each in a process of its own, and sum them up.
+
+    A log that fails, or that kills its worker twice, is reported and the others go on. A run may be
+    stopped at any moment: the next one skips what is finished.
+
+    Parameters
+    ----------
+    patterns : str or sequence of str
+        Files, or patterns such as ``"logs/**/*.parquet"``. What matches inside `output` is left
+        out.
+    output : path
+        Folder of the results, made if missing. It mirrors the folders below the patterns' common
+        one: each log with a record in JSON, and ``summary.parquet`` of all.
+    settings : Settings, optional
+        How the logs are read, filtered and written.
+    workers : int, optional
+        Worker processes; default one a core.
+    local_cluster : int, optional
+        Workers of a Dask cluster on this machine instead.
+    scheduler : str, optional
+        Address of a Dask scheduler instead, whose workers see the same paths.
+    force : bool
+        Whether to do finished logs again; default no.
+    progress : callable, optional
+        Called with the number of logs that are through and that of all that are to do.
+
+    Returns
+    -------
+    BatchResult
+        What became of each log.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not valid, or two logs would be written to one place.
+    OSError
+        If a pattern matches nothing, or the output cannot be written.
+    ImportError
+        Without pyarrow or, for a cluster, distributed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> from zerorate import Log, write_log
+    >>> from zerorate.run.batch import run_batch
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> z = np.random.default_rng(1).standard_normal(3000)
+    >>> write_log(Log(np.arange(3000) / 100.0, 100.0, z, ["gyro_z"]), folder / "a.parquet")
+    >>> result = run_batch(f"{folder}/*.parquet", folder / "out", workers=1)
+    >>> result.counts["done"], sorted(path.name for path in (folder / "out").iterdir())
+    (1, ['a-zerorate.json', 'a-zerorate.parquet', 'summary.parquet'])
+    """
+    begin = time.perf_counter()
+    _check_pyarrow()
+    listed = [patterns] if isinstance(patterns, str) else list(patterns)
+    folder = Path(output)
+    engine = _engine(workers, local_cluster, scheduler)
+    tasks = find_tasks(listed, folder, settings or Settings(), force)
+    folder.mkdir(parents=True, exist_ok=True)
+    check_writable(folder / SUMMARY, force=True)
+    ends = {task.name: end for task in tasks if (end := task.finished("skipped")) is not None}
+    todo = [task for task in tasks if task.name not in ends]
+    if todo:
+        with closing(_ended(engine, todo, sweeping=scheduler is None)) as fresh:
+            ends |= _counted(fresh, len(todo), progress or _silent)
+    outcomes = tuple(_still_there(task, ends[task.name]) for task in tasks)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_summary(outcomes, folder / SUMMARY)
+    return BatchResult(outcomes, folder / SUMMARY, time.perf_counter() - begin)
+
+
+def _counted(ends: Iterable[Outcome], count: int, report: Progress) -> dict[str, Outcome]:
+    """Return the outcomes by name, telling how many there are as they come."""
+    found: dict[str, Outcome] = {}
+    report(0, count)
+    for end in ends:
+        found[end.name] = end
+        report(len(found), count)
+    return found
+
+
+def _ended(
+    engine: AbstractContextManager[Engine], tasks: list[Task], sweeping: bool
+) -> Generator[Outcome]:
+    """Yield what becomes of each task, then remove what killed workers left."""
+    whole = False
+    try:
+        with engine as running, closing(outlived(running, run_task, tasks)) as ends:
+            for end in ends:
+                yield _outcome(end)
+        whole = True
+    finally:
+        # On another's cluster tasks that were begun go on after an interrupt.
+        if whole or sweeping:
+            sweep(path for task in tasks for path in (task.output, record_path(task.output)))
+
+
+def _outcome(end: Finished[Task, Outcome] | Died[Task]) -> Outcome:
+    if isinstance(end, Died):
+        return Outcome(end.task.name, "failed", error=f"{end.reason}, alone as well")
+    return end.answer
+
+
+def _still_there(task: Task, outcome: Outcome) -> Outcome:
+    """Return the outcome, failed if somebody has removed the output in the meantime."""
+    if outcome.status == "failed" or task.output.exists():
+        return outcome
+    return replace(outcome, status="failed", error=f"{task.output} was removed during the run")
+
+
+def _engine(
+    workers: int | None, local_cluster: int | None, scheduler: str | None
+) -> AbstractContextManager[Engine]:
+    if sum(one is not None for one in (workers, local_cluster, scheduler)) > 1:
+        raise ValueError("workers, local_cluster and scheduler exclude each other")
+    if scheduler is not None:
+        return scheduler_at(scheduler)
+    if local_cluster is not None:
+        return on_local_cluster(local_cluster)
+    return nullcontext(Processes(workers))
+
+
+def _check_pyarrow() -> None:
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError:
+        raise ImportError("a batch needs pyarrow: pip install 'zerorate[io]'") from None
+
+
+def _silent(through: int, all_of_them: int) -> None:
+    """Report nothing."""

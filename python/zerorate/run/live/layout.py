@@ -1,0 +1,116 @@
+"""Which cells of a line are channels, and which is the sequence number."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from zerorate.run.live.rows import ColumnError, LineError, is_number, number, shortened
+
+__all__ = ["Layout", "Wanted", "find_layout"]
+
+# As many digits as a counter of 64 bits may have.
+_INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What was asked for: columns by name or position, None for all but the sequence number."""
+
+    columns: tuple[str | int, ...] | None = None
+    sequence: str | int | None = None
+    fields: int | None = None
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How every line is laid out; `names` are those of the header, if there was one."""
+
+    fields: int
+    channels: tuple[int, ...]
+    sequence: int | None
+    names: tuple[str, ...] | None
+
+    def row(self, cells: Sequence[str]) -> list[float]:
+        """Return the sample in the cells of a line, one number a channel; LineError if none."""
+        self._check_count(cells)
+        return [number(cells[i]) for i in self.channels]
+
+    def sequence_number(self, cells: Sequence[str]) -> int:
+        """Return the sequence number in the cells of a line; LineError if there is none."""
+        self._check_count(cells)
+        cell = cells[self.sequence or 0]
+        if not _INTEGER.fullmatch(cell):
+            raise LineError(f"the sequence number is '{shortened(cell)}', expected an integer")
+        return int(cell)
+
+    def is_header(self, cells: Sequence[str]) -> bool:
+        """Return whether a line names the columns again; ColumnError if it names others."""
+        if self.names is None or not any(cell[:1].isalpha() for cell in cells):
+            return False
+        found = _filled(cells)
+        if found == self.names:
+            return True
+        # A garbled line may hold any words, but hardly some of the names and nothing else.
+        whole = len(found) == self.fields and all(map(_name_like, found))
+        if whole and set(found) & set(self.names):
+            names, known = ",".join(found), ",".join(self.names)
+            raise ColumnError(f"it names the columns {names}, before they were {known}")
+        return False
+
+    def _check_count(self, cells: Sequence[str]) -> None:
+        # Nothing but a line's end says that all of it is missing.
+        if len(cells) != self.fields:
+            raise LineError(f"it has {len(cells)} cells, expected {self.fields}")
+
+
+def find_layout(cells: Sequence[str], wanted: Wanted) -> Layout:
+    """Return the layout that the first line shows, be it a header or a sample.
+
+    Raises
+    ------
+    LineError
+        If the line is empty, garbled, or has another number of cells than was said.
+    ColumnError
+        If it lacks a column.
+    """
+    if list(cells) == [""]:
+        raise LineError("it is empty, expected names or numbers")
+    if wanted.fields not in (None, len(cells)):
+        raise LineError(f"it has {len(cells)} cells, expected {wanted.fields}")
+    names = None if all(map(is_number, cells)) else _names(cells)
+    sequence = None if wanted.sequence is None else _position(wanted.sequence, names, len(cells))
+    if wanted.columns is None:
+        channels = tuple(i for i in range(len(cells)) if i != sequence)
+    else:
+        channels = tuple(_position(column, names, len(cells)) for column in wanted.columns)
+    if not channels:
+        raise ColumnError("it holds the sequence number alone, expected a sample beside it")
+    return Layout(len(cells), channels, sequence, names)
+
+
+def _name_like(cell: str) -> bool:
+    return cell[:1].isalpha() and not is_number(cell)
+
+
+def _names(cells: Sequence[str]) -> tuple[str, ...]:
+    # A header of numbers and names is more likely a sample that was garbled.
+    if any(cell and is_number(cell) for cell in cells):
+        raise LineError("it holds names and numbers, expected one or the other")
+    return _filled(cells)
+
+
+def _filled(cells: Sequence[str]) -> tuple[str, ...]:
+    return tuple(cell or f"column_{i}" for i, cell in enumerate(cells))
+
+
+def _position(column: str | int, names: tuple[str, ...] | None, fields: int) -> int:
+    if isinstance(column, int):
+        if not 0 <= column < fields:
+            raise ColumnError(f"there is no column {column}, the line has {fields}, from 0 on")
+        return column
+    if names is None:
+        raise ColumnError(f"there is no column '{column}', the line names none")
+    if column not in names:
+        raise ColumnError(f"there is no column '{column}', expected one of {', '.join(names)}")
+    return names.index(column)

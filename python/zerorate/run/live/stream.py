@@ -1,0 +1,184 @@
+"""A filter that takes lines and answers lines."""
+
+from typing import Any, Final, Self
+
+import numpy as np
+
+from zerorate._native import DriftFilter
+from zerorate.run.live import checkpoint
+from zerorate.run.live.answers import answer, header, no_answer
+from zerorate.run.live.layout import Layout, find_layout
+from zerorate.run.live.rows import LineError, cells_of
+from zerorate.run.live.sequence import SequenceCount
+from zerorate.run.live.settings import Settings
+
+__all__ = ["LineStream"]
+
+_CHUNK: Final = 1 << 16
+_COUNTS: Final = ("last", "lost", "late", "restarts")
+
+
+class LineStream:
+    """Answers each line with the rate of its sample, and can be saved between any two.
+
+    A line holds one or several numbers with commas or blanks between; an empty cell or ``nan`` is
+    a missing sample. The first line may name the columns, and the names may come again after a
+    restart of the source; they are answered by the names of the answer's columns. Lines that
+    begin with ``#`` are not answered.
+
+    Parameters
+    ----------
+    settings : Settings
+        The filter, and what the lines hold.
+    fields : int, optional
+        Numbers in a line; None is as many as in the first line, which must be whole then.
+
+    Examples
+    --------
+    >>> from zerorate.run.live import LineStream, Settings
+    >>> stream = LineStream(Settings(rate=100.0, method="kf", output="estimate"))
+    >>> stream.take("0.5"), stream.take("nan"), stream.samples
+    ('0.5', '0.5', 2)
+    """
+
+    def __init__(self, settings: Settings, fields: int | None = None) -> None:
+        self.settings = settings
+        self.samples = 0
+        """Samples that the filter has seen, those lost or garbled among them."""
+        self.sequence = SequenceCount(settings.rate)
+        self._wanted = settings.wanted(fields)
+        self._layout: Layout | None = None
+        self._filter: DriftFilter | None = None
+        self._lines = 0
+
+    @property
+    def position(self) -> int:
+        """The sample to go on with: its sequence number, else how many lines came before it."""
+        if self.settings.sequence is None:
+            return self._lines
+        return 0 if self.sequence.last is None else self.sequence.last + 1
+
+    def take(self, line: str) -> str | None:
+        """Return the answer to a line, without a line end; None for a comment.
+
+        Raises
+        ------
+        LineError
+            The line is garbled. Where the lines are not numbered it stands for a missing sample;
+            either way `no_answer` is its answer. Before the first good line there is none.
+        ColumnError
+            The columns are others than before, or than was asked for: the stream cannot go on.
+        """
+        text = line.strip(" \t\r\n")
+        if text.startswith("#"):
+            return None
+        cells = cells_of(text)
+        if self._layout is None:
+            self._open(find_layout(cells, self._wanted))
+        return self._header(cells) if self._known.is_header(cells) else self._sample(cells)
+
+    @property
+    def open(self) -> bool:
+        """Whether the columns are known."""
+        return self._layout is not None
+
+    @property
+    def no_answer(self) -> str:
+        """The answer to a garbled line: as many ``nan`` as an answer has columns."""
+        layout, beside = self._known, self.settings.beside
+        # A column more for the number that could not be read.
+        numbered = "" if layout.sequence is None else "nan,"
+        return numbered + no_answer(len(layout.channels), beside)
+
+    def to_bytes(self) -> bytes:
+        """Return all that is needed to go on, with a checksum; the columns must be known."""
+        layout = self._known
+        state = {
+            "settings": self.settings.as_json(),
+            "layout": [layout.fields, layout.channels, layout.sequence, layout.names],
+            "samples": self.samples,
+            "lines": self._lines,
+            "sequence": [getattr(self.sequence, name) for name in _COUNTS],
+        }
+        return checkpoint.pack(state, self._running.to_bytes())
+
+    @classmethod
+    def from_bytes(cls, raw: bytes, settings: Settings | None = None) -> Self:
+        """Return the stream that `to_bytes` saved; None takes its settings as they were.
+
+        Raises
+        ------
+        CheckpointError
+            The bytes are not whole.
+        SettingsError
+            They were saved with other settings.
+        """
+        state, filter_ = checkpoint.unpack(raw)
+        saved = Settings.from_json(state["settings"])
+        if settings is not None:
+            checkpoint.check_settings(saved, settings)
+        return cls._restored(state, filter_, saved)
+
+    @classmethod
+    def _restored(cls, state: dict[str, Any], filter_: DriftFilter, settings: Settings) -> Self:
+        fields, channels, sequence, names = state["layout"]
+        stream = cls(settings, fields)
+        stream._layout = Layout(fields, tuple(channels), sequence, names and tuple(names))
+        stream._filter = filter_
+        stream.samples, stream._lines = state["samples"], state["lines"]
+        stream.sequence = SequenceCount(settings.rate, *state["sequence"])
+        return stream
+
+    def _open(self, layout: Layout) -> None:
+        self._filter = self.settings.filter(len(layout.channels))
+        self._layout = layout
+
+    @property
+    def _known(self) -> Layout:
+        if self._layout is None:
+            raise RuntimeError("no line has come yet, so the columns are not known")
+        return self._layout
+
+    @property
+    def _running(self) -> DriftFilter:
+        if self._filter is None:
+            raise RuntimeError("no line has come yet, so there is no filter")
+        return self._filter
+
+    def _header(self, cells: list[str]) -> str:
+        layout = self._known
+        names = header([cells[i] for i in layout.channels], self.settings.beside)
+        return names if layout.sequence is None else f"{cells[layout.sequence]},{names}"
+
+    def _sample(self, cells: list[str]) -> str:
+        if self._known.sequence is not None:
+            return self._numbered(self._known.sequence_number(cells), cells)
+        self._lines += 1
+        try:
+            row = self._known.row(cells)
+        except LineError:
+            self._miss(1)
+            raise
+        return self._answer(row)
+
+    def _numbered(self, number: int, cells: list[str]) -> str:
+        row = self._known.row(cells)
+        missing = self.sequence.step(number)
+        if missing is None:
+            return f"{number},{no_answer(len(row), self.settings.beside)}"
+        self._miss(missing)
+        return f"{number},{self._answer(row)}"
+
+    def _answer(self, row: list[float]) -> str:
+        self.samples += 1
+        filter_ = self._running
+        rate = filter_.update(row[0] if filter_.channels is None else row)
+        return answer(rate, filter_, self.settings.beside)
+
+    def _miss(self, count: int) -> None:
+        self.samples += count
+        channels = self._running.channels
+        while count > 0:
+            n = min(count, _CHUNK)
+            self._running.process(np.full(n if channels is None else (n, channels), np.nan))
+            count -= n

@@ -1,0 +1,281 @@
+"""Every option changes something, and ``params`` says them all."""
+
+import inspect
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+import zerorate as zr
+from support.strategies import (
+    METHODS,
+    MOTIONS,
+    ORDERS,
+    OUTPUTS,
+    RATE,
+    TRACE,
+    assert_same_bits,
+    assert_same_state,
+    drift,
+    drift_settings,
+    records,
+    traced,
+)
+
+
+def record(n=1500):
+    """Coloured noise on a slope, so that each option has something to act on."""
+    rng = np.random.default_rng(12)
+    z = np.zeros(n)
+    for k in range(1, n):
+        z[k] = 0.9 * z[k - 1] + rng.standard_normal()
+    return 5.0 + z + 0.01 * np.arange(n)
+
+
+# Each with what it needs to matter, and another value than its default.
+DRIFT_OPTIONS = [
+    ({}, {"rate": 50.0}),
+    ({}, {"order": (1, 1)}),
+    ({}, {"order": (2, 0)}),
+    ({}, {"order": (3, 1)}),
+    ({}, {"order": (2, 3)}),
+    ({}, {"method": "kf"}),
+    ({}, {"method": "akf"}),
+    ({"method": "kf"}, {"method": "akf"}),
+    ({}, {"fading": 0.9}),
+    ({}, {"fading": 1.0}),
+    ({}, {"adapt_for": 5.0}),
+    ({}, {"adapt_for": 0.0}),
+    ({"adapt_for": 5.0}, {"adapt_for": None}),
+    ({}, {"forgetting_factor": 0.99}),
+    ({}, {"process_noise": 1.0}),
+    ({}, {"process_noise": 0.0}),
+    ({}, {"process_noise_memory": 100.0}),
+    ({}, {"noise": "hadamard"}),
+    ({"method": "kf"}, {"noise": "hadamard"}),
+    ({"method": "akf"}, {"noise": "hadamard"}),
+    ({}, {"startup": 2.0}),
+    ({}, {"startup": 0.5}),
+    ({}, {"scale": 3.0}),
+    ({"scale": 3.0}, {"scale": 4.0}),
+    ({}, {"method": "auto"}),
+    ({"method": "auto"}, {"startup": 2.0}),
+    ({"method": "auto"}, {"rate": 50.0}),
+    ({}, {"output": "compensated"}),
+    ({"method": "auto"}, {"output": "compensated"}),
+    ({"motion": "hold"}, {"output": "compensated"}),
+]
+LEAST_SQUARES_OPTIONS = [
+    ({}, {"order": (1, 1)}),
+    ({}, {"order": (2, 2)}),
+    ({}, {"forgetting_factor": 0.99}),
+    ({}, {"startup": 50}),
+    ({}, {"scale": 3.0}),
+]
+ALLAN_OPTIONS = [({}, {"fading": 0.9}), ({}, {"noise": "hadamard"}), ({}, {"floor": 10.0})]
+
+
+def named(options):
+    return pytest.mark.parametrize(
+        ("base", "option"), options, ids=[f"{base}-{option}" for base, option in options]
+    )
+
+
+def assert_matters(kind, base, option):
+    plain, other = kind(**base), kind(**{**base, **option})
+    difference = np.abs(plain.process(record()) - other.process(record()))
+    # Far beyond rounding: the deviation of the record is about five.
+    assert difference.max() > 1e-6
+
+
+@named(DRIFT_OPTIONS)
+def test_every_option_of_a_drift_filter_matters(base, option):
+    assert_matters(zr.DriftFilter, {"rate": RATE, **base}, option)
+
+
+@named(LEAST_SQUARES_OPTIONS)
+def test_every_option_of_least_squares_matters(base, option):
+    assert_matters(zr.RecursiveLeastSquares, base, option)
+
+
+@named(ALLAN_OPTIONS)
+def test_every_option_of_allan_noise_matters(base, option):
+    assert_matters(zr.AllanNoise, base, option)
+
+
+@pytest.mark.parametrize(
+    ("kind", "options"),
+    [
+        (zr.DriftFilter, DRIFT_OPTIONS),
+        (zr.RecursiveLeastSquares, LEAST_SQUARES_OPTIONS),
+        (zr.AllanNoise, ALLAN_OPTIONS),
+    ],
+)
+def test_no_option_was_forgotten_above(kind, options):
+    tried = {name for _, option in options for name in option}
+    # What channels and motion do shows in other records: test_laws.py, test_motion.py.
+    assert set(inspect.signature(kind).parameters) - tried <= {"channels", "motion"}
+
+
+def test_no_two_orders_or_methods_are_the_same():
+    answers = {
+        (order, method): zr.DriftFilter(rate=RATE, order=order, method=method).process(record())
+        for order in ORDERS
+        for method in METHODS
+    }
+    assert len({answer.tobytes() for answer in answers.values()}) == len(answers)
+
+
+@pytest.mark.parametrize("kind", [zr.RecursiveLeastSquares, zr.AllanNoise])
+def test_channels_set_the_shape(kind):
+    assert kind().channels is None
+    assert kind(channels=2).process(np.zeros((5, 2))).shape == (5, 2)
+
+
+# An option of a method that does not use it must not matter.
+@pytest.mark.parametrize(
+    ("method", "option"),
+    [
+        ("kf", {"fading": 0.5}),
+        ("akf", {"fading": 0.5}),
+        ("kf", {"process_noise_memory": 100.0}),
+        ("akf", {"process_noise_memory": 100.0}),
+    ],
+    ids=str,
+)
+def test_options_of_the_fading_method_are_its_own(method, option):
+    plain = zr.DriftFilter(rate=RATE, method=method)
+    other = zr.DriftFilter(rate=RATE, method=method, **option)
+    assert_same_bits(other.process(record()), plain.process(record()))
+
+
+@pytest.mark.parametrize(
+    "option",
+    [
+        {"order": (3, 2)},
+        {"fading": 0.5},
+        {"adapt_for": 0.0},
+        {"forgetting_factor": 0.9},
+        {"process_noise": 1.0},
+        {"process_noise_memory": 100.0},
+        {"noise": "hadamard"},
+    ],
+    ids=str,
+)
+def test_the_self_tuning_filter_uses_no_option_of_the_others(option):
+    plain = zr.DriftFilter(rate=RATE, method="auto")
+    other = zr.DriftFilter(rate=RATE, method="auto", **option)
+    assert_same_bits(other.process(record()), plain.process(record()))
+    assert other.params == plain.params
+
+
+@pytest.mark.parametrize("method", ["akf", "fading"])
+def test_only_the_fading_method_adapts_its_process_noise(method):
+    G = zr.DriftFilter(rate=RATE, method=method).trace(record()).process_noise[100:]
+    assert np.all(G[0] == G) == (method == "akf")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_only_kf_keeps_its_measurement_noise(method):
+    R = zr.DriftFilter(rate=RATE, method=method).trace(record()).measurement_noise[99:]
+    assert np.all(R[0] == R) == (method == "kf")
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.05, 3.0])
+def test_the_model_is_learned_for_as_long_as_said(seconds):
+    f = zr.DriftFilter(rate=RATE, adapt_for=seconds, startup=1.0)
+    coefficients = f.trace(record()).coefficients[99:]
+    changes = np.flatnonzero(np.any(np.diff(coefficients, axis=0) != 0.0, axis=1))
+    assert len(changes) == round(seconds * RATE)
+    assert np.all(changes == np.arange(len(changes)))
+
+
+@pytest.mark.parametrize(
+    ("rate", "startup", "samples"),
+    [(100.0, 1.0, 100), (100.0, 0.01, 10), (1.0, 1.0, 10), (250.0, 0.1, 25), (8000.0, 0.5, 4000)],
+)
+def test_the_start_up_lasts_as_long_as_said(rate, startup, samples):
+    f = zr.DriftFilter(rate=rate, startup=startup)
+    z = np.random.default_rng(13).standard_normal(samples)
+    f.process(z[:-1])
+    assert not f.ready
+    f.update(z[-1])
+    assert f.ready
+
+
+@given(drift_settings(), records())
+def test_params_rebuild_an_equal_filter(arguments, z):
+    f = drift(arguments)
+    started = {} if f.start is None else {"start": f.start}
+    twin = drift({**f.params, **started})
+    assert twin.params == f.params
+    expected, got = traced(f, z), traced(twin, z)
+    for name in TRACE:
+        assert_same_bits(got[name], expected[name])
+    assert_same_state(twin, f)
+    assert zr.DriftFilter.from_bytes(f.to_bytes()).params == f.params
+
+
+def test_params_name_every_argument():
+    f = zr.DriftFilter(rate=RATE)
+    assert list(f.params) == list(inspect.signature(zr.DriftFilter).parameters)
+
+
+def test_params_of_the_self_tuning_filter_name_those_that_it_uses():
+    f = zr.DriftFilter(rate=RATE, method="auto")
+    used = ["rate", "method", "channels", "motion", "output", "startup", "scale"]
+    assert list(f.params) == used
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("output", OUTPUTS)
+def test_params_say_the_conduct(method, motion, output):
+    f = zr.DriftFilter(rate=RATE, method=method, motion=motion, output=output)
+    assert (f.params["motion"], f.params["output"]) == (motion, output)
+
+
+@pytest.mark.parametrize("method", [*METHODS, "auto"])
+def test_only_the_self_tuning_filter_holds_unasked(method):
+    expected = "hold" if method == "auto" else "ignore"
+    assert zr.DriftFilter(rate=RATE, method=method).params["motion"] == expected
+    assert zr.DriftFilter(rate=RATE, method=method, motion=None).params["motion"] == expected
+
+
+def test_params_say_what_was_given():
+    given = {
+        "rate": 8000.0,
+        "order": (3, 2),
+        "method": "akf",
+        "fading": 0.5,
+        "adapt_for": None,
+        "forgetting_factor": 0.75,
+        "channels": 2,
+        "motion": "hold",
+        "output": "compensated",
+        "process_noise": 0.25,
+        "process_noise_memory": 3.0,
+        "noise": "hadamard",
+        "startup": 2.5,
+        "scale": 1.5,
+    }
+    assert zr.DriftFilter(**given).params == given
+
+
+def test_the_documented_defaults_are_the_defaults():
+    assert zr.DriftFilter(rate=RATE).params == {
+        "rate": RATE,
+        "order": (2, 1),
+        "method": "fading",
+        "fading": 0.97,
+        "adapt_for": 120.0,
+        "forgetting_factor": 1.0,
+        "channels": None,
+        "motion": "ignore",
+        "output": "estimate",
+        "process_noise": 0.1,
+        "process_noise_memory": 0.0,
+        "noise": "allan",
+        "startup": 1.0,
+        "scale": None,
+    }

@@ -1,0 +1,115 @@
+"""ROS 1 and 2 bags and MCAP files, as the package `rosbags` writes them."""
+
+import sys
+
+import numpy as np
+import pytest
+from rosbags.typesys import Stores, get_typestore
+
+from support.bags import EPOCH, IMU, KINDS, WIND, imu_message, values, write_recording
+from zerorate.io import LogError, read_log
+from zerorate.io.imu_message import imu_of_cdr
+from zerorate.io.sensors import read_sensors
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("frame", ["", "imu", "imu_link", "a_frame_of_odd_length"])
+def test_the_gyro_of_a_recording(tmp_path, kind, frame):
+    log = read_log(write_recording(tmp_path, kind, ["/imu"], frame=frame))
+    assert log.names == tuple(f"angular_velocity_{axis}_radps" for axis in "xyz")
+    assert (log.rate, log.unit, log.meta["sensor"]) == (100, "rad/s", "/imu")
+    assert log.time[0] == EPOCH / 1e9
+    assert log.meta["clock"].jitter_max < 1e-9  # stamps in whole nanoseconds
+    np.testing.assert_array_equal(log.data, values(50)[:, :3])
+
+
+def test_the_accelerometer_beside_it(tmp_path):
+    gyro, accelerometer = read_sensors(write_recording(tmp_path, "mcap", ["/imu"]))
+    assert (gyro.unit, accelerometer.unit) == ("rad/s", "m/s^2")
+    np.testing.assert_array_equal(accelerometer.data, values(50)[:, 3:])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_topic_is_chosen_by_name(tmp_path, kind):
+    path = write_recording(tmp_path, kind, ["/left/imu", "/right/imu"])
+    with pytest.raises(LogError, match=r"2 topics hold .*topic= from: /left/imu, /right/imu"):
+        read_log(path)
+    assert read_log(path, topic="/right/imu").meta["sensor"] == "/right/imu"
+    with pytest.raises(LogError, match=r"no topic '/imu' .*; the recording has: /left/imu, /right"):
+        read_log(path, topic="/imu")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_recording_without_a_gyro(tmp_path, kind):
+    path = write_recording(tmp_path, kind, ["/wind"], msgtype=WIND)
+    with pytest.raises(LogError, match=f"no topic holds {IMU}"):
+        read_log(path)
+
+
+def test_lost_messages_are_missing_samples(tmp_path):
+    log = read_log(write_recording(tmp_path, "bag", ["/imu"], lost=(20, 21, 40)))
+    assert (log.n, log.n_missing, log.meta["clock"].gaps) == (50, 3, 2)
+    np.testing.assert_array_equal(log.data[22:40], values(50)[22:40, :3])
+
+
+@pytest.mark.parametrize("kind", ["bag", "db3", "mcap"])
+@pytest.mark.parametrize("part", [0.02, 0.3, 0.6, 0.9, 0.99])
+def test_a_truncated_recording(tmp_path, kind, part):
+    path = write_recording(tmp_path, kind, ["/imu"], n=500)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(part * len(whole))])
+    with pytest.raises(LogError, match="ROS recording: truncated, damaged or of a foreign kind"):
+        read_log(path)
+
+
+def test_an_mcap_of_another_profile(tmp_path):
+    path = write_recording(tmp_path, "mcap", ["/imu"])
+    path.write_bytes(path.read_bytes().replace(b"ros2", b"ros1", 1))
+    with pytest.raises(LogError, match=r"of a foreign kind \(Profile is not ros2\)"):
+        read_log(path)
+
+
+def test_either_order_of_bytes():
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    row = values(1)[0]
+    message = imu_message(store, EPOCH, row, frame="imu")
+    for little in (True, False):
+        raw = bytes(store.serialize_cdr(message, IMU, little_endian=little))
+        assert imu_of_cdr(raw) == (*divmod(EPOCH, 1_000_000_000), *row)
+
+
+def test_a_bag_folder_without_its_file(tmp_path):
+    path = write_recording(tmp_path, "folder", ["/imu"])
+    next(path.glob("*.db3")).unlink()
+    with pytest.raises(LogError, match="ROS recording: truncated, damaged or of a foreign kind"):
+        read_log(path)
+
+
+def test_one_message_gives_no_rate(tmp_path):
+    with pytest.raises(LogError, match="one row gives no rate"):
+        read_log(write_recording(tmp_path, "mcap", ["/imu"], n=1))
+
+
+def test_no_message(tmp_path):
+    with pytest.raises(LogError, match="columns but no rows"):
+        read_log(write_recording(tmp_path, "mcap", ["/imu"], n=0))
+
+
+def test_a_clock_that_stands(tmp_path):
+    with pytest.raises(LogError, match="do not advance"):
+        read_log(write_recording(tmp_path, "mcap", ["/imu"], period=0))
+
+
+def test_only_recordings_have_topics(tmp_path):
+    np.save(tmp_path / "a.npy", np.zeros(5))
+    for source in (tmp_path / "a.npy", np.zeros(5)):
+        with pytest.raises(LogError, match="topic= chooses among the topics of a ROS recording"):
+            read_log(source, rate=1, topic="/imu")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_without_rosbags_the_extra_is_named(tmp_path, monkeypatch, kind):
+    path = write_recording(tmp_path, kind, ["/imu"])
+    monkeypatch.setitem(sys.modules, "rosbags", None)
+    with pytest.raises(ImportError, match=r"pip install 'zerorate\[ros\]'"):
+        read_log(path)

@@ -1,0 +1,303 @@
+"""`LineStream`: what a line may hold, what it is answered, and that it can be saved anywhere."""
+
+import json
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import zerorate as zr
+from support.streams import lines_of
+from zerorate.run.live import (
+    Beside,
+    CheckpointError,
+    ColumnError,
+    LineError,
+    LineStream,
+    Settings,
+    SettingsError,
+)
+from zerorate.run.live.sequence import SequenceCount
+
+RATE = 100.0
+Z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal((400, 3))
+Z[50] = np.nan
+Z[60, 1] = np.nan
+
+
+def stream(fields=None, **settings):
+    return LineStream(Settings(RATE, **settings), fields)
+
+
+def taken(some, lines):
+    return [some.take(line) for line in lines]
+
+
+@pytest.mark.parametrize("method", ["kf", "akf", "fading", "auto"])
+@pytest.mark.parametrize("output", ["estimate", "compensated"])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_answers_are_those_of_the_filter(method, output, channels):
+    z = Z[:, :channels]
+    answers = taken(stream(method=method, output=output), lines_of(z))
+    alone = zr.DriftFilter(RATE, method=method, output=output, channels=channels)
+    # repr gives every float back to the last bit.
+    assert answers == lines_of(alone.process(z))
+
+
+def test_columns_beside_the_rate():
+    z = Z.copy()
+    z[200:] += 20.0 * np.sin(np.arange(200) / 10.0)[:, None]
+    answers = taken(stream(beside=tuple(Beside)), lines_of(z))
+    alone = zr.DriftFilter(RATE, method="auto", output="compensated", channels=3)
+    trace = alone.copy().trace(z)
+    rate = alone.process(z)
+    expected = np.hstack([rate, trace.bias, trace.bias_sigma, trace.at_rest])
+    found = np.array([[float(cell) for cell in answer.split(",")] for answer in answers])
+    np.testing.assert_array_equal(found, expected)
+    assert {cell for answer in answers for cell in answer.split(",")[9:]} == {"0", "1"}
+
+
+def test_a_header_is_answered_by_names_whenever_it_comes():
+    some = stream(beside=(Beside.bias,))
+    assert some.take("wx, wy") == "wx,wy,bias_wx,bias_wy"
+    some.take("1,2")
+    assert some.take("wx,wy") == "wx,wy,bias_wx,bias_wy"
+    assert some.samples == 1
+
+
+@pytest.mark.parametrize("line", ["1.5,2", " 1.5 , 2 ", "1.5 2", "\t1.5\t 2\r\n", "1.5e0,+2."])
+def test_ways_to_write_a_line(line):
+    some = stream(method="kf", output="estimate")
+    assert some.take(line) == "1.5,2.0"
+
+
+@pytest.mark.parametrize("cell", ["", "nan", "NaN", "NA", "null", "inf"])
+def test_ways_to_miss_a_sample(cell):
+    some = stream()
+    some.take("1,2")
+    assert some.take(f"{cell},2").split(",")[0] == "nan"
+
+
+def test_an_empty_line_is_a_missing_sample_of_one_channel():
+    some = stream(method="kf", output="estimate")
+    assert taken(some, ["0.5", ""]) == ["0.5", "0.5"]
+    assert some.samples == 2
+
+
+def test_comments_are_no_samples():
+    some = stream()
+    assert taken(some, ["# boot", "1", "#"]) == [None, "0.0", None]
+    assert some.samples == 1
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("1,x", "'x' is not a number"),
+        ("1,1_0", "'1_0' is not a number"),
+        ("1,\x1b[2J", r"'\\x1b\[2J' is not a number"),
+        ("1,2,3", "it has 3 cells, expected 2"),
+        ("", "it has 1 cells, expected 2"),
+    ],
+)
+def test_a_garbled_line_is_a_missing_sample(line, told):
+    some, other = stream(), stream()
+    taken(some, ["1,2", "2,1"])
+    with pytest.raises(LineError, match=told):
+        some.take(line)
+    assert some.no_answer == "nan,nan"
+    taken(other, ["1,2", "2,1", "nan,nan"])
+    assert some.to_bytes() == other.to_bytes()
+
+
+@pytest.mark.parametrize(
+    ("settings", "line", "told"),
+    [
+        ({}, "", "it is empty, expected names or numbers"),
+        ({}, "1,x", "names and numbers"),
+        ({"columns": ("wx",)}, "a,b", "no column 'wx', expected one of a, b"),
+        ({"columns": ("wx",)}, "1,2", "no column 'wx', the line names none"),
+        ({"columns": (2,)}, "1,2", "no column 2, the line has 2"),
+        ({"sequence": 0}, "1", "sequence number alone"),
+    ],
+)
+def test_a_first_line_that_is_refused(settings, line, told):
+    some = stream(**settings)
+    with pytest.raises(LineError, match=told):
+        some.take(line)
+    assert not some.open
+
+
+def test_fields_let_the_first_line_be_cut():
+    some = stream(fields=2)
+    with pytest.raises(LineError, match="1 cells, expected 2"):
+        some.take("3")
+    assert some.take("1,2") == "0.0,0.0"
+
+
+def test_other_columns_end_the_stream():
+    some = stream()
+    taken(some, ["wx,wy", "1,2"])
+    with pytest.raises(ColumnError, match="names the columns wy,wx, before they were wx,wy"):
+        some.take("wy,wx")
+
+
+@pytest.mark.parametrize("line", ["ERROR", "0.1wx,wy", "0.1,wy", "wx", "no,sensor"])
+def test_garbled_words_do_not_end_the_stream(line):
+    some = stream()
+    taken(some, ["wx,wy", "1,2"])
+    with pytest.raises(LineError) as told:
+        some.take(line)
+    assert told.type is LineError
+    assert some.samples == 2
+
+
+def test_a_name_may_be_empty():
+    some = stream(columns=(1,))
+    assert taken(some, [",wx", "0,1.0", ",wx"]) == ["wx", "0.0", "wx"]
+
+
+def test_columns_by_name_and_position():
+    header, line = "n,time,wx,wy", "7,0.01,3,4"
+    by_name = stream(method="kf", output="estimate", columns=("wy", "wx"), sequence="n")
+    assert taken(by_name, [header, line]) == ["n,wy,wx", "7,4.0,3.0"]
+    by_position = stream(method="kf", output="estimate", columns=(3, 2), sequence=0)
+    assert by_position.take(line) == "7,4.0,3.0"
+
+
+def test_lost_samples_are_missing_ones():
+    gaps = [*range(100), *range(107, 300), *range(301, 400)]
+    numbered = [f"{i},{line}" for i, line in enumerate(lines_of(Z))]
+    some = stream(sequence=0)
+    answers = taken(some, [numbered[i] for i in gaps])
+    z = Z.copy()
+    z[[i for i in range(400) if i not in gaps]] = np.nan
+    alone = zr.DriftFilter(RATE, method="auto", output="compensated", channels=3)
+    expected = lines_of(alone.process(z)[gaps])
+    assert answers == [f"{i},{line}" for i, line in zip(gaps, expected, strict=True)]
+    assert (some.sequence.lost, some.samples, some.position) == (8, 400, 400)
+
+
+def test_a_late_sample_is_answered_but_not_taken():
+    some = stream(sequence=0)
+    taken(some, ["10,1", "12,2"])
+    before = some.samples
+    assert some.take("11,3") == "11,nan"
+    assert some.take("12,2") == "12,nan"
+    assert (some.samples, some.sequence.late) == (before, 2)
+
+
+@pytest.mark.parametrize("number", ["", "x", "1.5", "-", "+-11", "1_1", "1" * 5000])
+def test_a_number_that_cannot_be_read_is_found_as_a_gap(number):
+    some = stream(sequence=0)
+    some.take("10,1")
+    with pytest.raises(LineError, match="sequence number"):
+        some.take(f"{number},2")
+    assert some.no_answer == "nan,nan"
+    some.take("12,2")
+    assert (some.sequence.lost, some.samples) == (1, 3)
+
+
+@pytest.mark.parametrize("jump", [-101, -65535, 360_001, 2**40])
+def test_a_jump_is_a_new_beginning(jump):
+    count = SequenceCount(RATE)
+    count.step(0)
+    assert count.step(jump) == 0
+    assert (count.lost, count.late, count.restarts) == (0, 0, 1)
+    assert count.step(jump + 1) == 0
+
+
+@pytest.mark.parametrize("missing", [1, 99, 359_999])
+def test_an_hour_may_be_lost(missing):
+    count = SequenceCount(RATE, last=5)
+    assert count.step(6 + missing) == missing
+    assert count.restarts == 0
+
+
+@given(st.data())
+def test_saved_anywhere_it_goes_on_to_the_last_bit(data):
+    channels = data.draw(st.sampled_from([1, 3]))
+    sequence = data.draw(st.sampled_from([None, 0]))
+    settings = Settings(RATE, beside=(Beside.bias_sigma,), sequence=sequence)
+    lines = lines_of(Z[:, :channels])
+    if sequence is not None:
+        lines = [f"{3 * i},{line}" for i, line in enumerate(lines)]
+    cut = data.draw(st.integers(1, len(lines)))
+    whole, first = LineStream(settings), LineStream(settings)
+    expected = taken(whole, lines)
+    answers = taken(first, lines[:cut])
+    second = LineStream.from_bytes(first.to_bytes(), settings)
+    assert second.position == first.position
+    assert answers + taken(second, lines[cut:]) == expected
+    assert second.to_bytes() == whole.to_bytes()
+
+
+def test_a_header_is_known_after_a_restart():
+    first = stream()
+    taken(first, ["wx,wy", "1,2"])
+    second = LineStream.from_bytes(first.to_bytes())
+    assert second.settings == first.settings
+    assert second.take("wx,wy") == "wx,wy"
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"rate": 200.0}, "rate=100, now it is 200"),
+        ({"method": "kf"}, "method=auto, now it is kf"),
+        ({"motion": "ignore"}, "motion=hold, now it is ignore"),
+        ({"output": "estimate"}, "output=compensated, now it is estimate"),
+        ({"beside": (Beside.bias,)}, "beside=none, now it is bias"),
+        ({"columns": (0,)}, "columns=none, now it is 0"),
+        ({"sequence": 0}, "sequence=none, now it is 0"),
+        ({"order": (3, 1)}, "order=2,1, now it is 3,1"),
+        ({"adapt_for": 60.0}, "adapt_for=120, now it is 60"),
+    ],
+)
+def test_other_settings_are_refused(changed, told):
+    some = stream()
+    some.take("1,2")
+    with pytest.raises(SettingsError, match=told):
+        LineStream.from_bytes(some.to_bytes(), Settings(**{"rate": RATE, **changed}))
+
+
+def test_what_the_default_of_motion_is_may_be_said():
+    some = stream()
+    some.take("1,2")
+    assert LineStream.from_bytes(some.to_bytes(), Settings(RATE, motion="hold")).samples == 1
+
+
+def test_every_cut_and_every_flipped_byte_is_refused():
+    some = stream(method="kf")
+    taken(some, ["1", "2"])
+    raw = some.to_bytes()
+    for i in range(len(raw)):
+        flipped = bytes([*raw[:i], raw[i] ^ 0x10, *raw[i + 1 :]])
+        for damaged in (raw[:i], flipped):
+            with pytest.raises(CheckpointError, match=r"torn|no checkpoint"):
+                LineStream.from_bytes(damaged)
+
+
+def test_a_damaged_filter_under_a_right_checksum_is_refused():
+    some = stream(method="kf")
+    some.take("1")
+    body = bytearray(some.to_bytes()[:-4])
+    body[-1] ^= 1
+    with pytest.raises(CheckpointError, match="checksum"):
+        LineStream.from_bytes(bytes(body) + zlib.crc32(body).to_bytes(4, "little"))
+
+
+def test_the_state_is_readable_text():
+    some = stream()
+    some.take("1,2")
+    raw = some.to_bytes()
+    length = int.from_bytes(raw[8:12], "little")
+    assert json.loads(raw[12 : 12 + length])["samples"] == 1
+
+
+@pytest.mark.parametrize("bad", [{"rate": -1.0}, {"method": "x"}, {"motion": "x"}])
+def test_settings_that_no_filter_takes(bad):
+    with pytest.raises(ValueError, match="must be"):
+        Settings(**{"rate": RATE, **bad})

@@ -1,0 +1,416 @@
+"""One log through the filters: data, scores, history, curves and text."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from support.logs import RATE, make_log, noise
+from zerorate import LogError, metrics
+from zerorate._native import allan_deviations
+from zerorate.io.header import Header
+from zerorate.run.replay import replay
+from zerorate.run.replay.block import Block
+from zerorate.run.replay.history import moments
+from zerorate.run.replay.learned import last_known
+from zerorate.run.replay.measure import Measures
+from zerorate.run.replay.readings import Readings
+from zerorate.show.report import WIDTH, format_learned, format_notes, format_table
+
+PUBLISHED = ("kf", "akf", "fading")
+
+
+@pytest.fixture(scope="module")
+def result():
+    return replay(make_log(noise(9000)), methods=PUBLISHED)
+
+
+@pytest.fixture(scope="module")
+def auto():
+    return replay(make_log(noise(9000)))
+
+
+@pytest.mark.parametrize("method", PUBLISHED)
+def test_filtered_equals_the_filter_alone_to_the_last_bit(result, method):
+    alone = zr.DriftFilter(RATE, method=method, channels=2).process(result.log.data)
+    np.testing.assert_array_equal(result.filtered[method], alone)
+
+
+def test_filtered_log_is_that_of_the_last_method():
+    last = replay(make_log(noise(500)), methods=("fading", "kf"))
+    assert (last.method, last.output, last.beside) == ("kf", "estimate", {})
+    np.testing.assert_array_equal(last.filtered_log.data, last.filtered["kf"])
+    assert last.filtered_log.names == last.log.names
+
+
+def test_scores_are_the_public_metrics(result):
+    scores = {(s.axis, s.method): s for s in result.scores}
+    assert list(scores) == [
+        (axis, method) for axis in result.log.names for method in ("raw", *PUBLISHED)
+    ]
+    raw, kf = result.log.data[:, 1], result.filtered["kf"][:, 1]
+    one = scores[("gyro_1", "kf")]
+    assert one.mean == pytest.approx(kf.mean(), rel=1e-12)
+    assert one.deviation == pytest.approx(kf.std(), rel=1e-12)
+    assert one.reduction == pytest.approx(metrics.reduction(raw, kf), rel=1e-12)
+    expected = [metrics.coasting_error(raw, kf, RATE, horizon) for horizon in (10.0, 60.0)]
+    assert one.coasting == pytest.approx(expected, rel=1e-12)
+    assert scores[("gyro_1", "raw")].reduction == 1.0
+    assert math.isnan(one.error)
+
+
+def test_error_to_the_truth():
+    truth = np.full((3000, 1), 0.5)
+    scores = replay(make_log(noise(3000, 1)), truth=truth).scores
+    assert scores[0].error == pytest.approx(0.1, rel=0.05)
+    assert all(score.error < scores[0].error for score in scores[1:])
+
+
+def test_history_ends_with_the_state_of_the_filter(result):
+    filter_ = zr.DriftFilter(RATE, channels=2)
+    filter_.process(result.log.data)
+    history = result.history
+    assert history.samples[-1] == result.log.n
+    np.testing.assert_array_equal(history.measurement_noise[-1], filter_.measurement_noise)
+    np.testing.assert_array_equal(history.gain[-1], filter_.gain)
+    np.testing.assert_array_equal(history.coefficients[-1], filter_.coefficients)
+    np.testing.assert_array_equal(history.angle_random_walk[-1], filter_.angle_random_walk)
+    np.testing.assert_array_equal(history.bias[-1], filter_.bias)
+    np.testing.assert_array_equal(history.bias_sigma[-1], filter_.bias_sigma)
+    np.testing.assert_array_equal(result.guard_count["fading"], filter_.guard_count)
+
+
+def test_history_is_nan_until_the_start_up_is_over(result):
+    before = result.history.samples < RATE
+    assert np.isnan(result.history.gain[before]).all()
+    assert np.isfinite(result.history.gain[result.history.samples > RATE]).all()
+
+
+@pytest.mark.parametrize("n", [1, 2, 7, 100, 12_345, 10_000_000])
+def test_moments_rise_to_the_end_and_stay_few(n):
+    counts = moments(n)
+    assert counts[0] >= 1
+    assert counts[-1] == n
+    assert (np.diff(counts) > 0).all()
+    assert len(counts) <= 2000
+
+
+def test_allan_curves(result):
+    curves = result.allan
+    assert curves.taus[0] == 0.01
+    assert curves.raw.shape == curves.filtered.shape == (2, len(curves.taus))
+    z = np.ascontiguousarray(result.log.data[:, 1])
+    assert curves.raw[1, 3] == allan_deviations(z, [8])[0][0]
+    y = np.ascontiguousarray(result.filtered["fading"][:, 0])
+    assert curves.filtered[0, 2] == allan_deviations(y, [4])[0][0]
+
+
+def test_every_averaging_time_uses_all_clusters():
+    walk = (
+        np.cumsum(np.random.default_rng(5).standard_normal(60_000)) + 30.0 * noise(60_000, 1)[:, 0]
+    )
+    curves = replay(make_log(walk), methods=("kf",)).allan
+    exact, _, _ = allan_deviations(walk, [round(RATE * tau) for tau in curves.taus])
+    np.testing.assert_array_equal(curves.raw[0], exact)
+
+
+def test_allan_curves_can_be_left_out():
+    assert replay(make_log(noise(300)), allan=False).allan is None
+
+
+def test_memory_is_the_time_of_a_step(result):
+    """The filter as it ended, its gain held, makes 63 % of a step in that time."""
+    history = result.history
+    late = history.samples > history.samples[-1] // 2
+    for i in range(2):
+        phi1, phi2, _, _ = history.coefficients[-1, i]
+        k0, k1, kc = np.median(history.gain[late, i], axis=0)
+        newest = older = constant = 0.0
+        responses = []
+        for _ in range(100):
+            predicted = phi1 * newest + phi2 * older + constant
+            e = 1.0 - predicted
+            newest, older, constant = predicted + k0 * e, newest + k1 * e, constant + kc * e
+            responses.append(newest)
+        first = 1 + int(np.argmax(np.array(responses) >= 1.0 - math.exp(-1.0)))
+        assert result.memory[i] == pytest.approx(first / RATE)
+
+
+def test_progress_rises_step_by_step():
+    calls = []
+    replay(make_log(noise(300)), progress=lambda step, fraction: calls.append((step, fraction)))
+    assert list(dict.fromkeys(step for step, _ in calls)) == ["filtering", "measuring"]
+    for step in ("filtering", "measuring"):
+        fractions = [fraction for name, fraction in calls if name == step]
+        assert fractions == sorted(fractions)
+        assert fractions[-1] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"methods": ("median",)}, "median"),
+        ({"methods": ()}, "at least one"),
+        ({"methods": ("kf", "kf")}, "all different"),
+        ({"fading": 2.0}, "fading"),
+        ({"order": (7, 1)}, "order"),
+        ({"motion": "stop"}, "motion"),
+        ({"output": "bias"}, "output must be 'estimate' or 'compensated'"),
+        ({"truth": [1.0, 2.0]}, "truth must have the log's shape"),
+    ],
+)
+def test_bad_arguments(options, match):
+    with pytest.raises(ValueError, match=match):
+        replay(make_log(noise(50)), **options)
+
+
+def test_no_sample_at_all():
+    with pytest.raises(LogError, match="no axis holds a sample"):
+        replay(make_log(np.full((100, 2), np.nan)))
+
+
+def test_predictions_in_a_gap_count_nowhere():
+    z = noise(4000, 1)
+    z[1000:3000] = np.nan
+    result = replay(make_log(z), methods=("kf",))
+    there = np.isfinite(z[:, 0])
+    assert result.scores[1].deviation == pytest.approx(result.filtered["kf"][there].std())
+    hidden = np.where(there, result.filtered["kf"][:, 0], np.nan)
+    assert result.allan.filtered[0, 5] == allan_deviations(hidden, [32])[0][0]
+
+
+def test_samples_before_the_first_one_stay_missing():
+    z = noise(500)
+    z[:50, 0] = np.nan
+    filtered = replay(make_log(z)).filtered["fading"]
+    assert np.isnan(filtered[:50, 0]).all()
+    assert np.isfinite(filtered[50:, 0]).all()
+    assert np.isfinite(filtered[:, 1]).all()
+
+
+class TestAuto:
+    def test_it_is_the_default_and_compensates(self, auto):
+        alone = zr.DriftFilter(RATE, method="auto", output="compensated", channels=2)
+        assert (auto.method, auto.output) == ("auto", "compensated")
+        np.testing.assert_array_equal(auto.filtered_log.data, alone.process(auto.log.data))
+
+    def test_drift_and_scores_are_of_the_estimate(self, auto):
+        drift = zr.DriftFilter(RATE, method="auto", channels=2).process(auto.log.data)
+        np.testing.assert_array_equal(auto.drift, drift)
+        score = next(s for s in auto.scores if s.method == "auto")
+        assert score.deviation == pytest.approx(drift[:, 0].std(), rel=1e-12)
+
+    @pytest.mark.parametrize("method", ["fading", "auto"])
+    @pytest.mark.parametrize("output", ["estimate", "compensated"])
+    def test_either_output_of_either_kind(self, method, output):
+        log = make_log(noise(700))
+        log.data[300:320, 1] = np.nan
+        options = {"motion": "hold", "output": output}
+        result = replay(log, methods=(method,), allan=False, **options)
+        alone = zr.DriftFilter(RATE, method=method, channels=2, **options)
+        np.testing.assert_array_equal(result.filtered_log.data, alone.process(log.data))
+
+    def test_columns_beside_the_compensated_rate(self, auto):
+        trace = zr.DriftFilter(RATE, method="auto", channels=2).trace(auto.log.data)
+        columns = auto.beside
+        assert list(columns)[:3] == ["bias_gyro_0_dps", "bias_sigma_gyro_0_dps", "at_rest_gyro_0"]
+        np.testing.assert_array_equal(columns["bias_gyro_1_dps"], trace.bias[:, 1])
+        np.testing.assert_array_equal(columns["bias_sigma_gyro_1_dps"], trace.bias_sigma[:, 1])
+        np.testing.assert_array_equal(columns["at_rest_gyro_1"], trace.at_rest[:, 1])
+
+    def test_nothing_is_known_before_the_first_sample(self):
+        z = noise(500)
+        z[:50, 0] = np.nan
+        columns = replay(make_log(z), methods=("auto",)).beside
+        for name in ("bias_gyro_0_dps", "bias_sigma_gyro_0_dps"):
+            assert np.isnan(columns[name][:50]).all()
+            assert np.isfinite(columns[name][50:]).all()
+
+    def test_memory_is_the_time_of_a_small_step(self, auto):
+        filter_ = zr.DriftFilter(RATE, method="auto", channels=2)
+        filter_.process(auto.log.data)
+        np.testing.assert_allclose(auto.memory, 1.0 / (filter_.gain[:, 0] * RATE), rtol=1e-12)
+        stepped, n = filter_.copy(), round(2.0 * auto.memory.max() * RATE)
+        quiet, step = noise(n, seed=2), 0.1 * filter_.bias_sigma
+        response = (stepped.process(quiet + step) - filter_.process(quiet)) / step
+        reached = (response > 1.0 - math.exp(-1.0)).argmax(axis=0) / RATE
+        # Members of unlike memories make no exponential, and learn while they follow.
+        np.testing.assert_allclose(reached, auto.memory, rtol=0.5)
+
+    def test_learned_noise_is_that_of_the_data(self):
+        z = 0.5 + 0.1 * np.random.default_rng(3).standard_normal((60_000, 1))
+        learned = replay(make_log(z), methods=("auto",)).history.angle_random_walk
+        # It is learned from the last 240 ticks or so, whose Allan variance is known to 8 %.
+        assert last_known(learned)[0] == pytest.approx(0.1 / math.sqrt(RATE), rel=0.2)
+
+    def test_last_known_value(self):
+        values = np.array([[1.0, np.nan], [2.0, 3.0], [np.nan, np.nan]])
+        np.testing.assert_array_equal(last_known(values), [2.0, 3.0])
+        assert np.isnan(last_known(np.full((2, 1), np.nan))).all()
+
+    def test_measures_are_of_the_rest(self):
+        log, rest = make_log(noise(3000, 1)), np.ones((3000, 1), dtype=bool)
+        log.data[1000:2000] += 50.0
+        rest[1000:2000] = False
+        measures = Measures(Header.of(log), ["auto"], [5.0], holds=True)
+        held = np.full((1, 3000), 0.5)
+        raw = np.ascontiguousarray(log.data.T)
+        measures.take(Block(0, raw, {"auto": held}, held, np.ascontiguousarray(rest.T)))
+        (raw, auto), seen = measures.finish()
+        assert seen.at_rest == [2000]
+        # Where a motion began is known to half a second.
+        rest[950:1000] = False
+        calm = np.where(rest, log.data, np.nan)
+        there = np.isfinite(calm)
+        assert raw.mean == pytest.approx(calm[there].mean(), rel=1e-12)
+        assert raw.deviation == pytest.approx(calm[there].std(), rel=1e-12)
+        expected = metrics.coasting_error(calm[:, 0], np.full(3000, 0.5), RATE, 5.0)
+        assert auto.coasting[0] == pytest.approx(expected, rel=1e-12)
+
+
+class TestReadings:
+    @staticmethod
+    def rest(*, moving, n=400):
+        at_rest = np.ones((n, 1), dtype=bool)
+        at_rest[moving] = False
+        return Readings(np.zeros((n, 1)), at_rest)
+
+    def test_half_a_second_before_a_motion_is_in_doubt(self):
+        certain = self.rest(moving=slice(200, 300)).certain_rest(RATE)
+        expected = np.ones(400, dtype=bool)
+        expected[150:300] = False
+        np.testing.assert_array_equal(certain[:, 0], expected)
+
+    def test_at_low_rates_it_is_eight_samples(self):
+        certain = self.rest(moving=slice(200, 300)).certain_rest(2.0)
+        assert np.flatnonzero(~certain)[0] == 192
+
+    def test_motion_near_the_start(self):
+        certain = self.rest(moving=slice(5, 8)).certain_rest(RATE)
+        assert np.flatnonzero(certain)[0] == 8
+
+    def test_a_sensor_that_never_moves_rests(self):
+        assert self.rest(moving=slice(0)).certain_rest(RATE).all()
+
+
+class TestText:
+    def test_table_is_aligned_and_narrow(self, result):
+        lines = format_table(result).split("\n")
+        assert max(map(len, lines)) <= WIDTH
+        rows = lines[2 : 2 + 8]
+        assert len({len(row) for row in rows}) == 1
+        assert [row.split()[-1] for row in (rows[0], rows[1])] == ["-", "M"]
+
+    def test_long_names_and_the_truth_still_fit(self):
+        log = make_log(noise(300, 2), names=["a" * 60 + "_x", "a" * 60 + "_y"])
+        table = format_table(replay(log, truth=noise(300, 2)))
+        assert max(map(len, table.split("\n"))) <= WIDTH
+        assert "…" in table
+        assert "true error" in table
+
+    def test_it_warns_of_the_deviation(self, result):
+        assert "low-pass" in format_table(result)
+        assert "Coasting error" in format_table(result)
+
+    def test_horizon_longer_than_the_record_is_a_dash(self):
+        row = format_table(replay(make_log(noise(3000, 1)))).split("\n")[3].split()
+        assert row[0] == "kf"
+        assert row[5] == "-"
+        assert row[4] != "-"
+
+    def test_stuck_axis_has_no_ratio(self):
+        log = make_log(np.column_stack((noise(3000, 1), np.full(3000, 2.5))))
+        result = replay(log, methods=PUBLISHED)
+        assert math.isnan(result.scores[-1].reduction)
+        assert "gyro_1: all samples are equal" in format_notes(result)
+
+    def test_short_record_says_what_it_lacks(self):
+        notes = " ".join(format_notes(replay(make_log(noise(20, 1)))).split())
+        assert "it needs 100 samples, has 20: no noise, model or gain was learned" in notes
+
+    def test_notes_of_the_log_and_missing_samples(self):
+        z = noise(300, 1)
+        z[10:15] = np.nan
+        notes = format_notes(replay(make_log(z, notes=("the unit is a guess",))))
+        assert "gyro_0 5 of 300" in notes
+        assert "the unit is a guess" in notes
+
+    def test_coasting_error_is_an_angle(self):
+        per_hour = replay(make_log(3600.0 * noise(3000, 1), unit="deg/h"))
+        per_second = replay(make_log(noise(3000, 1)))
+        cells = [format_table(r).split("\n")[2].split()[5] for r in (per_hour, per_second)]
+        assert float(cells[0]) == pytest.approx(float(cells[1]), rel=1e-3)
+
+
+def moved(replay, status="in motion"):
+    """Return a replay whose first axis moves in the second half of it."""
+    at_rest = replay.seen.at_rest - [replay.header.n // 2, 0]
+    seen = dataclasses.replace(replay.seen, at_rest=at_rest)
+    return dataclasses.replace(replay, seen=seen, status=(status, *replay.status[1:]))
+
+
+class TestTextOfAuto:
+    def test_published_methods_stand_beside_it(self, auto):
+        rows = format_table(auto).split("\n")[2:7]
+        assert [row[8:].split()[0] for row in rows] == ["raw", *PUBLISHED, "auto"]
+
+    def test_it_says_what_the_columns_are(self, auto, result):
+        assert "the filtered log is raw minus it" in format_table(auto)
+        assert "filtered log" not in format_table(result)
+
+    def test_what_was_learned(self, auto):
+        title, head, *rows = format_learned(auto).split("\n")
+        assert title == "Learned by auto"
+        assert head.split("  ")[1] == "axis"
+        assert [row.split()[0] for row in rows[:2]] == ["gyro_0", "gyro_1"]
+        assert rows[0].split()[1:3] == ["90.0", "0.0"]
+        bias, _, sigma = rows[0].split()[-3:]
+        # Four deviations: one in sixteen thousand is farther.
+        assert abs(float(bias) - 0.5) < 4.0 * float(sigma)
+        assert max(map(len, format_learned(auto).split("\n"))) <= WIDTH
+
+    def test_published_methods_learn_no_such_thing(self, result):
+        assert format_learned(result) == ""
+
+    def test_units_of_the_noise(self, auto):
+        """The same sensor in deg/s and in deg/h has the same noise in data-sheet units."""
+        per_hour = replay(make_log(3600.0 * noise(9000), unit="deg/h"), methods=("auto",))
+        cells = [format_learned(r).split("\n")[2].split()[3:6] for r in (auto, per_hour)]
+        assert cells[0] == cells[1]
+        assert "noise [unit √s]" in format_learned(replay(make_log(noise(500), unit="unit")))
+
+    def test_a_memory_beyond_the_record(self, auto):
+        endless = dataclasses.replace(auto, memory=np.array([np.inf, 20.0]))
+        cells = [row.split() for row in format_learned(endless).split("\n")[2:4]]
+        assert cells[0][5:7] == [">", "90"]
+        assert cells[1][5] == "20.0"
+
+    def test_motion_is_told(self, auto):
+        shown = moved(auto)
+        assert format_learned(shown).split("\n")[2].split()[1:3] == ["45.0", "45.0"]
+        notes = " ".join(format_notes(shown).split())
+        assert "in motion, where the drift is held: gyro_0 45 s; all measures are" in notes
+        assert "in motion" not in format_notes(auto)
+
+    def test_no_rest_at_all_is_told(self, auto):
+        notes = " ".join(format_notes(moved(auto, status="no rest yet")).split())
+        assert "gyro_0: no rest was found, so no drift is known" in notes
+
+    def test_columns_of_the_log_are_told(self, auto, result):
+        assert "bias_sigma_gyro_0_dps" in format_notes(auto)
+        assert "bias" not in format_notes(result)
+
+    def test_a_short_record_has_dashes(self):
+        rows = format_learned(replay(make_log(noise(20, 1)))).split("\n")
+        assert rows[2].split()[3:] == ["-", "-", "-", "-"]
+
+
+@pytest.mark.parametrize("scale", [1e-150, 1e150])
+def test_hostile_scales(scale):
+    result = replay(make_log(scale * noise(1500, 1)))
+    text = f"{format_table(result)}\n{format_learned(result)}"
+    assert max(map(len, text.split("\n"))) <= WIDTH
+    assert np.isfinite(result.filtered["fading"]).all()
+    assert np.isfinite(result.filtered_log.data).all()

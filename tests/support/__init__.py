@@ -1,0 +1,1 @@
+"""What tests share: strategies, recordings, simulated records and small programs."""
