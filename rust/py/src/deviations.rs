@@ -5,8 +5,8 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use zerorate_core::allan::{Curve, Kind, Record, curves};
 
-use crate::arrays;
-use crate::shared::positive;
+use crate::common::arrays;
+use crate::common::streaming::positive;
 
 type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 

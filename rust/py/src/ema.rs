@@ -2,8 +2,8 @@
 
 use pyo3::prelude::*;
 
-use crate::arrays;
-use crate::errors::NativeError;
+use crate::common::arrays;
+use crate::common::errors::NativeError;
 
 /// Exponential moving average of one axis that starts as the running mean.
 ///

@@ -2,33 +2,26 @@
 #![forbid(unsafe_code)]
 
 mod allan;
-mod arrays;
-mod blocks;
+mod common;
 mod deviations;
 mod drift;
 mod ema;
-mod errors;
 mod identify;
 mod least_squares;
 mod rest;
 mod scores;
-mod shared;
 mod statistics;
-mod stream;
-mod streaming;
 
 use pyo3::prelude::*;
 
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::allan::AllanNoise;
+    use crate::allan::{AllanNoise, StreamingAllan};
     #[pymodule_export]
     use crate::deviations::{allan_deviations, longest_factor};
     #[pymodule_export]
-    use crate::drift::DriftFilter;
-    #[pymodule_export]
-    use crate::drift::trace::Trace;
+    use crate::drift::{DriftFilter, Trace, filter_options};
     #[pymodule_export]
     use crate::ema::exponential_mean;
     #[pymodule_export]
@@ -51,8 +44,6 @@ mod _native {
     use crate::scores::ReplayScores;
     #[pymodule_export]
     use crate::statistics::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
-    #[pymodule_export]
-    use crate::streaming::StreamingAllan;
     use pyo3::prelude::*;
 
     #[pymodule_init]

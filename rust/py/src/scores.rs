@@ -5,8 +5,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use zerorate_core::score::{AxisScores, Score, Seen};
 
-use crate::errors::in_use;
-use crate::{arrays, blocks};
+use crate::common::arrays;
+use crate::common::errors::in_use;
 
 /// Measures of k axes while a replay passes: of the raw samples and of each estimate of their
 /// drift.
@@ -51,21 +51,21 @@ impl ReplayScores {
     ) -> PyResult<()> {
         let mut this = slf.try_borrow_mut().map_err(|_| in_use())?;
         let shape = [this.axes.len(), raw.shape()[1]];
-        blocks::check("raw", raw.shape(), &shape)?;
-        blocks::check("estimates", &[estimates.len()], &[this.estimates])?;
+        arrays::check("raw", raw.shape(), &shape)?;
+        arrays::check("estimates", &[estimates.len()], &[this.estimates])?;
         for estimate in &estimates {
-            blocks::check("an estimate", estimate.shape(), &shape)?;
+            arrays::check("an estimate", estimate.shape(), &shape)?;
         }
         let raw = raw.as_array();
-        let raw = blocks::rows("raw", &raw)?;
+        let raw = arrays::rows("raw", &raw)?;
         let views: Vec<_> = estimates.iter().map(|estimate| estimate.as_array()).collect();
         let estimates: PyResult<Vec<_>> =
-            views.iter().map(|view| blocks::rows("an estimate", view)).collect();
+            views.iter().map(|view| arrays::rows("an estimate", view)).collect();
         let estimates = estimates?;
         let at_rest = at_rest.as_ref().map(|flags| flags.as_array());
         let truth = truth.as_ref().map(|truth| truth.as_array());
-        let at_rest = at_rest.as_ref().map(|flags| blocks::rows("at_rest", flags)).transpose()?;
-        let truth = truth.as_ref().map(|truth| blocks::rows("truth", truth)).transpose()?;
+        let at_rest = at_rest.as_ref().map(|flags| arrays::rows("at_rest", flags)).transpose()?;
+        let truth = truth.as_ref().map(|truth| arrays::rows("truth", truth)).transpose()?;
         let (minds_motion, axes) = (this.minds_motion, &mut this.axes);
         slf.py().detach(|| {
             for (i, axis) in axes.iter_mut().enumerate() {

@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
 
-use crate::arrays;
+use crate::common::arrays;
 
 /// Quantiles of the chi-squared distribution.
 ///

@@ -8,7 +8,7 @@ use zerorate_core::identify::arma::{
     self, Cell, Estimate, MAX_ORDER, Method, Series, grid, likelihood,
 };
 
-use crate::arrays;
+use crate::common::arrays;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 type Fit<'py> = (

@@ -4,7 +4,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use zerorate_core::identify::{Estimator, Refusal};
 
-use crate::arrays;
+use crate::common::arrays;
 
 type Numbers<'py> = Bound<'py, PyAny>;
 type Fitted<'py> = (Numbers<'py>, f64, f64, Numbers<'py>, usize, f64);

@@ -3,8 +3,8 @@
 use pyo3::prelude::*;
 use zerorate_core::identify::Hampel;
 
-use crate::arrays;
-use crate::shared::positive;
+use crate::common::arrays;
+use crate::common::streaming::positive;
 
 /// A record with its outliers replaced by the median of a running window.
 ///

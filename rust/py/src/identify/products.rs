@@ -3,8 +3,8 @@
 use pyo3::prelude::*;
 use zerorate_core::identify;
 
-use crate::arrays;
-use crate::shared::positive;
+use crate::common::arrays;
+use crate::common::streaming::positive;
 
 /// Sums of products of samples so many apart, of which none reaches across a missing one.
 ///

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use zerorate_core::identify::Arma;
 
-use crate::arrays;
+use crate::common::arrays;
 
 /// Conditional residuals of an ARMA model, every stretch between missing samples starting anew.
 ///

@@ -4,7 +4,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use zerorate_core::identify;
 
-use crate::arrays;
+use crate::common::arrays;
 
 /// Reversals of a record's order: pairs of values of which the earlier one is the greater.
 ///

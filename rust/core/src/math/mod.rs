@@ -1,0 +1,17 @@
+//! Numbers and matrices of every filter: scalars and SIMD lanes alike, symmetric matrices.
+
+#[cfg(feature = "std")]
+mod lane;
+#[cfg(feature = "std")]
+mod laned;
+mod real;
+mod symmetric;
+
+#[cfg(feature = "std")]
+pub(crate) use lane::{Lane, Mask, WIDEST};
+#[cfg(feature = "std")]
+pub(crate) use laned::{Laned, laned};
+pub(crate) use real::choose;
+pub use real::{Limits, Real};
+pub use symmetric::Symmetric;
+pub(crate) use symmetric::vector;
