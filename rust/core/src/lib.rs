@@ -22,7 +22,6 @@ pub mod auto;
 mod bank;
 mod chain;
 pub mod checkpoint;
-mod ema;
 mod error;
 mod filter;
 #[cfg(feature = "std")]
@@ -30,12 +29,12 @@ pub mod identify;
 pub mod kalman;
 #[cfg(feature = "std")]
 mod lanes;
+pub mod math;
 mod motion;
 mod params;
 mod real;
 mod rest;
 mod rls;
-#[cfg(feature = "std")]
 pub mod score;
 mod start;
 mod startup;
@@ -46,7 +45,6 @@ pub use auto::{AutoFilter, AutoParams, Status};
 #[cfg(feature = "std")]
 pub use bank::Bank;
 pub use chain::{DriftFilter, DriftLoop, Snapshot};
-pub use ema::exponential_mean;
 pub use error::Error;
 pub use filter::{Filter, SideBySide};
 pub use motion::{Conduct, MotionSafe};
@@ -54,6 +52,7 @@ pub use params::{Method, Params};
 pub use real::{Limits, Real};
 pub use rest::{Event, RestDetector, Tick};
 pub use rls::{RecursiveLeastSquares, Rls, RlsParams};
+pub use score::exponential_mean;
 pub use start::Start;
 pub use startup::{Scaling, Startup};
 pub use symmetric::Symmetric;
