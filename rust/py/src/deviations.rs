@@ -15,14 +15,14 @@ type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 /// Parameters
 /// ----------
 /// z : array_like, shape (n,) or (n, k)
-///     Rates of one axis or of k. Those not finite or masked are missing: each stretch between two
+///     Rates of one axis or of k. Those not finite or masked are missing: each segment between two
 ///     gaps counts as far as whole terms fit into it.
 /// factors : sequence of int
 ///     Averaging times m in samples, at least 1.
 /// kind : str, default "oadev"
 ///     "adev", "oadev", "mdev", "tdev", "hdev", "ohdev", "totdev", "mtotdev", "ttotdev",
-///     "htotdev", "theo1" or "pdev". None is corrected for bias. "theo1" answers for 0.75 m and
-///     needs an even m from 10 on. "tdev" and "ttotdev" are in unit times samples.
+///     "htotdev", "theo1" or "pdev". None is corrected for bias. "theo1" has the averaging time
+///     0.75 m and needs an even m from 10 on. "tdev" and "ttotdev" are in unit times samples.
 /// bridge : int, default 0
 ///     Gaps of at most so many samples are first closed by a straight line.
 /// threads : int, optional

@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn chi_squared_of_two_degrees_is_exponential() {
-        for probability in [1e-12, 0.025, 0.5, 0.975] {
+        for probability in [1e-12_f64, 0.025, 0.5, 0.975] {
             let expected = -2.0 * (-probability).ln_1p();
             let found = chi_squared_quantile(probability, 2.0);
             assert!((found / expected - 1.0).abs() < 1e-13, "{found} {expected}");
