@@ -8,7 +8,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::MAX_ORDER;
 use super::columns::{BLOCK, Columns, HISTORY, Line, Sums, against};
 use super::descent::{Normal, Problem};
-use super::partial::{self, EDGE};
+use super::partial::{self, EDGE, from_free, negated, to_nearest_free};
 use super::series::Series;
 
 /// ARMA(p, q) on one record; a point is `φ`, the free coordinates of `θ`, and the constant.
@@ -38,20 +38,17 @@ impl<'a> Conditional<'a> {
 
     /// `[φ, θ, c]` at a point.
     pub fn coefficients(&self, point: &[f64]) -> Vec<f64> {
-        let theta = partial::from_free(&point[self.p..self.p + self.q]).into_iter().map(|x| -x);
+        let free = &point[self.p..self.p + self.q];
         let mut coefficients = point.to_vec();
-        coefficients[self.p..].iter_mut().zip(theta).for_each(|(to, from)| *to = from);
+        coefficients[self.p..self.p + self.q].copy_from_slice(&negated(&from_free(free)));
         coefficients
     }
 
     /// The point of `[φ, θ, c]`, `θ` brought inside the unit circle if it is not there.
     pub fn point(&self, coefficients: &[f64]) -> Vec<f64> {
-        let minus_theta: Vec<f64> =
-            coefficients[self.p..self.p + self.q].iter().map(|x| -x).collect();
-        let free = partial::to_free(&minus_theta)
-            .or_else(|| partial::to_free(&partial::shrunk(&minus_theta)));
+        let free = to_nearest_free(&negated(&coefficients[self.p..self.p + self.q]));
         let mut point = coefficients.to_vec();
-        point[self.p..].iter_mut().zip(free.unwrap_or_default()).for_each(|(to, x)| *to = x);
+        point[self.p..self.p + self.q].copy_from_slice(&free);
         point
     }
 

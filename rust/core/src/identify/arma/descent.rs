@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// A sum of squares to be made small.
+/// A sum of squares to be minimised.
 pub trait Problem {
     /// Normal equations at a point.
     fn normal(&self, point: &[f64]) -> Normal;
@@ -17,7 +17,7 @@ pub trait Problem {
 /// How a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// At a minimum, as far as rounding lets it tell.
+    /// At a minimum, as far as rounding can tell.
     Minimum,
     /// Given up: it leads to a place that is known.
     Abandoned,

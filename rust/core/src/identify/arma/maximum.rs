@@ -103,14 +103,11 @@ fn scaled(problem: &Exact<'_>, point: &[f64], free: &DMatrix<f64>, has_constant:
 fn inside(coefficients: &[f64], p: usize, q: usize) -> Vec<f64> {
     let (phi, rest) = coefficients.split_at(p);
     let (theta, constant) = rest.split_at(q);
-    let free = |x: &[f64]| {
-        let shrunk = || partial::to_free(&partial::shrunk(x));
-        let free = partial::to_free(x).or_else(shrunk).unwrap_or_default();
-        free.into_iter().map(|x| x.clamp(-EDGE, EDGE)).collect::<Vec<_>>()
+    let free = |x: &[f64]| -> Vec<f64> {
+        partial::to_nearest_free(x).into_iter().map(|x| x.clamp(-EDGE, EDGE)).collect()
     };
-    let minus_theta: Vec<f64> = theta.iter().map(|x| -x).collect();
     // The record's mean is zero, and near it that of any process that could have made it.
-    [free(phi), free(&minus_theta), constant.iter().map(|_| 0.0).collect()].concat()
+    [free(phi), free(&partial::negated(theta)), constant.iter().map(|_| 0.0).collect()].concat()
 }
 
 /// Curvature of the log-likelihood, if it has one in every direction: far from a maximum and at
@@ -169,7 +166,7 @@ impl<'a> Exact<'a> {
     fn model(&self, point: &[f64]) -> (Vec<f64>, Vec<f64>, f64) {
         let (phi, rest) = point.split_at(self.p);
         let (theta, mean) = rest.split_at(self.q);
-        let theta = partial::from_free(theta).into_iter().map(|x| -x).collect();
+        let theta = partial::negated(&partial::from_free(theta));
         (partial::from_free(phi), theta, mean.first().copied().unwrap_or(0.0))
     }
 

@@ -32,7 +32,7 @@ pub const MAX_ORDER: usize = 8;
 /// coefficients.
 const FINE: Stop = Stop { step: 1e-6, evaluations: 60 };
 
-/// What is made small.
+/// What a fit minimises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// The sum of the squares of the conditional residuals.
@@ -62,7 +62,7 @@ pub struct Estimate {
     pub log_likelihood: f64,
     /// Condition number of the normal equations scaled to a unit diagonal.
     pub condition: f64,
-    /// Whether the search came to a minimum.
+    /// Whether the search reached a minimum.
     pub converged: bool,
     /// Whether a root of `φ`, and whether one of `θ`, lies on the unit circle.
     pub on_circle: (bool, bool),
@@ -156,11 +156,10 @@ fn with_units(
         mean_slope[p + q] = unit / phi_of_one;
     }
     let covariance = &slopes * &scaled.covariance * slopes.transpose();
-    let minus_theta: Vec<f64> = scaled.coefficients[p..p + q].iter().map(|x| -x).collect();
     let phi = scaled.coefficients[..p].to_vec();
+    let theta = scaled.coefficients[p..p + q].to_vec();
     Estimate {
-        on_circle: (partial::on_circle(&phi), partial::on_circle(&minus_theta)),
-        theta: scaled.coefficients[p..p + q].to_vec(),
+        on_circle: (partial::on_circle(&phi), partial::on_circle(&partial::negated(&theta))),
         constant: if has_constant { origin * phi_of_one + unit * c } else { 0.0 },
         sigma2: scaled.sigma2 * unit * unit,
         covariance: covariance.as_slice().to_vec(),
@@ -172,5 +171,6 @@ fn with_units(
         evaluations,
         moments: (origin, unit),
         phi,
+        theta,
     }
 }

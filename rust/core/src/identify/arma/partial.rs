@@ -42,13 +42,18 @@ pub fn from_free(free: &[f64]) -> Vec<f64> {
 }
 
 /// Unbounded coordinates of `φ`, if it is stationary.
-pub fn to_free(phi: &[f64]) -> Option<Vec<f64>> {
+fn to_free(phi: &[f64]) -> Option<Vec<f64>> {
     let free = |r: f64| r.atanh().clamp(-EDGE, EDGE);
     Some(partials(phi)?.into_iter().map(free).collect())
 }
 
+/// Unbounded coordinates of `φ`, or of the nearest stationary one on the way to zero.
+pub fn to_nearest_free(phi: &[f64]) -> Vec<f64> {
+    to_free(phi).or_else(|| to_free(&shrunk(phi))).unwrap_or_default()
+}
+
 /// The nearest `φ` on the way to zero that is stationary with a margin.
-pub fn shrunk(phi: &[f64]) -> Vec<f64> {
+fn shrunk(phi: &[f64]) -> Vec<f64> {
     let mut phi = phi.to_vec();
     let within = |r: &Vec<f64>| r.iter().all(|r| r.abs() < 0.9999);
     while !partials(&phi).is_some_and(|r| within(&r)) {
@@ -59,6 +64,11 @@ pub fn shrunk(phi: &[f64]) -> Vec<f64> {
         }
     }
     phi
+}
+
+/// The coefficients of opposite sign: `θ(B)` has its signs the other way round than `φ(B)`.
+pub fn negated(coefficients: &[f64]) -> Vec<f64> {
+    coefficients.iter().map(|x| -x).collect()
 }
 
 /// Whether a root lies on the unit circle as far as a search can tell.
