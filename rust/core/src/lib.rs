@@ -18,7 +18,6 @@
 
 pub mod allan;
 pub mod drift;
-mod ema;
 mod error;
 #[cfg(feature = "std")]
 pub mod identify;
@@ -32,9 +31,10 @@ pub use drift::{
     AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Method, Params,
     RecursiveLeastSquares, RestGated, RlsParams, Start, Status,
 };
-pub use ema::exponential_mean;
 pub use error::Error;
 pub use rest::{Event, RestDetector, Tick};
+#[cfg(feature = "std")]
+pub use score::exponential_mean;
 #[cfg(feature = "std")]
 pub use stream::Bank;
 pub use stream::{Stream, Traced, checkpoint};

@@ -5,12 +5,11 @@ mod allan;
 mod common;
 mod deviations;
 mod drift;
-mod ema;
 mod identify;
 mod least_squares;
+mod math;
 mod rest;
-mod scores;
-mod statistics;
+mod score;
 
 use pyo3::prelude::*;
 
@@ -23,27 +22,18 @@ mod _native {
     #[pymodule_export]
     use crate::drift::{DriftFilter, Trace, filter_options};
     #[pymodule_export]
-    use crate::ema::exponential_mean;
-    #[pymodule_export]
-    use crate::identify::arma::{arma_fit, arma_grid, arma_likelihood};
-    #[pymodule_export]
-    use crate::identify::autoregression::{autoregression_variances, fit_autoregression};
-    #[pymodule_export]
-    use crate::identify::outliers::without_outliers;
-    #[pymodule_export]
-    use crate::identify::products::lagged_products;
-    #[pymodule_export]
-    use crate::identify::residuals::arma_residuals;
-    #[pymodule_export]
-    use crate::identify::reversals::reversals;
+    use crate::identify::{
+        arma_fit, arma_grid, arma_likelihood, arma_residuals, autoregression_variances,
+        fit_autoregression, lagged_products, reversals, without_outliers,
+    };
     #[pymodule_export]
     use crate::least_squares::RecursiveLeastSquares;
     #[pymodule_export]
+    use crate::math::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
+    #[pymodule_export]
     use crate::rest::RestDetector;
     #[pymodule_export]
-    use crate::scores::ReplayScores;
-    #[pymodule_export]
-    use crate::statistics::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
+    use crate::score::{ReplayScores, exponential_mean};
     use pyo3::prelude::*;
 
     #[pymodule_init]

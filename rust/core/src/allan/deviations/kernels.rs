@@ -1,46 +1,12 @@
 //! Sums on the widest registers that the processor has.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 /// Independent sums, which hide the time that one addition takes.
 const SUMS: usize = 4;
 
-/// What the processor can do, found out once.
-#[derive(Debug, Clone, Copy)]
-pub struct Lanes(Arch);
-
-impl Lanes {
-    pub fn new() -> Self {
-        Self(Arch::new())
-    }
-
-    /// Sum of the squared differences of order K - 1: of K slices of one length, term by term.
-    pub fn squared_differences<const K: usize>(self, slices: [&[f64]; K]) -> f64 {
-        self.0.dispatch(SquaredDifferences(slices))
-    }
-
-    /// Sum of `a - 2 b + c`.
-    pub fn sum_of_second_differences(self, slices: [&[f64]; 3]) -> f64 {
-        self.0.dispatch(SecondDifferences(slices))
-    }
-
-    /// Third differences of four slices, term by term.
-    pub fn put_third_differences(self, slices: [&[f64]; 4], out: &mut [f64]) {
-        self.0.dispatch(PutThirdDifferences { slices, out })
-    }
-
-    /// Sum of the distances from `origin`, and the largest magnitude.
-    pub fn survey(self, samples: &[f64], origin: f64) -> (f64, f64) {
-        self.0.dispatch(Survey { samples, origin })
-    }
-
-    /// Runs plain loops over slices compiled for these registers.
-    pub fn run<Op: WithSimd>(self, loops: Op) -> Op::Output {
-        self.0.dispatch(loops)
-    }
-}
-
-struct SquaredDifferences<'a, const K: usize>([&'a [f64]; K]);
+/// Sum of the squared differences of order K - 1: of K slices of one length, term by term.
+pub struct SquaredDifferences<'a, const K: usize>(pub [&'a [f64]; K]);
 
 impl<const K: usize> WithSimd for SquaredDifferences<'_, K> {
     type Output = f64;
@@ -51,7 +17,7 @@ impl<const K: usize> WithSimd for SquaredDifferences<'_, K> {
     }
 }
 
-/// [`Lanes::squared_differences`] inside another operation.
+/// [`SquaredDifferences`] inside another operation.
 #[inline(always)]
 pub fn squared_differences<S: Simd, const K: usize>(simd: S, slices: [&[f64]; K]) -> f64 {
     accumulate(simd, slices, |sum, x| {
@@ -60,7 +26,8 @@ pub fn squared_differences<S: Simd, const K: usize>(simd: S, slices: [&[f64]; K]
     })
 }
 
-struct SecondDifferences<'a>([&'a [f64]; 3]);
+/// Sum of `a - 2 b + c`.
+pub struct SecondDifferences<'a>(pub [&'a [f64]; 3]);
 
 impl WithSimd for SecondDifferences<'_> {
     type Output = f64;
@@ -110,9 +77,10 @@ fn accumulate<S: Simd, const K: usize>(
     total.map_or(0.0, |total| simd.reduce_sum_f64s(total))
 }
 
-struct PutThirdDifferences<'a> {
-    slices: [&'a [f64]; 4],
-    out: &'a mut [f64],
+/// Puts third differences of four slices, term by term, into `out`.
+pub struct PutThirdDifferences<'a> {
+    pub slices: [&'a [f64]; 4],
+    pub out: &'a mut [f64],
 }
 
 impl WithSimd for PutThirdDifferences<'_> {
@@ -127,12 +95,13 @@ impl WithSimd for PutThirdDifferences<'_> {
     }
 }
 
-struct Survey<'a> {
-    samples: &'a [f64],
-    origin: f64,
+/// Sum of the distances from `origin`, and the largest magnitude.
+pub struct Extent<'a> {
+    pub samples: &'a [f64],
+    pub origin: f64,
 }
 
-impl WithSimd for Survey<'_> {
+impl WithSimd for Extent<'_> {
     type Output = (f64, f64);
 
     #[inline(always)]
@@ -162,7 +131,9 @@ impl WithSimd for Survey<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::Lanes;
+    use pulp::Arch;
+
+    use super::{Extent, SecondDifferences, SquaredDifferences};
 
     #[test]
     fn sums_of_every_length_are_those_of_a_loop() {
@@ -172,15 +143,15 @@ mod tests {
             let second = |i: usize| c[i] - 2.0 * b[i] + a[i];
             let third = |i: usize| d[i] - 3.0 * c[i] + 3.0 * b[i] - a[i];
             // Small integers: every sum is exact in any order.
-            let lanes = Lanes::new();
+            let arch = Arch::new();
             let expected: f64 = (0..n).map(|i| second(i) * second(i)).sum();
-            assert_eq!(lanes.squared_differences([a, b, c]), expected);
+            assert_eq!(arch.dispatch(SquaredDifferences([a, b, c])), expected);
             let expected: f64 = (0..n).map(|i| third(i) * third(i)).sum();
-            assert_eq!(lanes.squared_differences([a, b, c, d]), expected);
+            assert_eq!(arch.dispatch(SquaredDifferences([a, b, c, d])), expected);
             let expected: f64 = (0..n).map(second).sum();
-            assert_eq!(lanes.sum_of_second_differences([a, b, c]), expected);
+            assert_eq!(arch.dispatch(SecondDifferences([a, b, c])), expected);
             let expected = (a.iter().map(|z| z - 5.0).sum(), a.iter().copied().fold(0.0, f64::max));
-            assert_eq!(lanes.survey(a, 5.0), expected);
+            assert_eq!(arch.dispatch(Extent { samples: a, origin: 5.0 }), expected);
         }
     }
 }

@@ -1,23 +1,23 @@
-//! Sums of lagged products over a record, in one pass.
+//! Normal equations of an autoregression: sums of lagged products over a record, in one pass.
 
 use nalgebra::DMatrix;
+use pulp::{Arch, Simd};
 
-use super::centre::Centre;
-use super::kernel::{Kernel, TILE};
-use crate::identify::stretches;
+use super::kernel::{AddProducts, Centring, TILE};
+use crate::math::segments::segments;
 
 /// Samples that are centred together and then multiplied while they are in the nearest cache.
 const BLOCK: usize = 2048;
 
-/// Sums over the samples y_t of each stretch from t = `order` on, and what lies at its ends.
+/// Sums over the samples y_t of each segment from t = `order` on, and what lies at its ends.
 #[derive(Debug, Clone)]
-pub struct LagProducts {
+pub struct NormalEquations {
     order: usize,
     /// How many samples are summed.
     n: usize,
     /// How many samples there are.
     present: usize,
-    /// Of y_t y_(t-j); beyond the order, up to a multiple of a tile, nothing of use.
+    /// Of y_t y_(t-j); beyond the order, up to a multiple of a tile, nothing that is used.
     products: Vec<f64>,
     /// The same of the samples before t = order.
     early: Vec<f64>,
@@ -28,7 +28,7 @@ pub struct LagProducts {
     edge_sums: Vec<f64>,
 }
 
-impl LagProducts {
+impl NormalEquations {
     /// Sums up to the lag `order`, once `centre` is taken off the samples.
     pub fn of(record: &[f64], order: usize, centre: Centre) -> Self {
         let mut pass = Pass::new(order, centre);
@@ -36,8 +36,8 @@ impl LagProducts {
         // A record without gaps needs no search for them.
         if sums.add(&mut pass, record).is_none() {
             sums = Self::zero(order);
-            stretches(record).for_each(|stretch| {
-                let _overflown = sums.add(&mut pass, stretch);
+            segments(record).for_each(|segment| {
+                let _overflown = sums.add(&mut pass, segment);
             });
         }
         sums
@@ -56,7 +56,7 @@ impl LagProducts {
         }
     }
 
-    /// How many samples have `order` others before them in their stretch.
+    /// How many samples have `order` others before them in their segment.
     pub fn n(&self) -> usize {
         self.n
     }
@@ -71,7 +71,7 @@ impl LagProducts {
         self.products[0] + self.early[0]
     }
 
-    /// Sums of y_t y_(t-j) over all pairs in a stretch, j = 0..=order.
+    /// Sums of y_t y_(t-j) over all pairs in a segment, j = 0..=order.
     pub fn over_all_pairs(&self) -> Vec<f64> {
         self.products.iter().zip(&self.early).map(|(late, early)| late + early).collect()
     }
@@ -105,29 +105,29 @@ impl LagProducts {
         (lagged, sums)
     }
 
-    /// Adds a stretch; `None` once a sum is not finite.
-    fn add(&mut self, pass: &mut Pass, stretch: &[f64]) -> Option<()> {
-        self.present += stretch.len();
-        let late = stretch.len().saturating_sub(self.order);
+    /// Adds a segment; `None` once a sum is not finite.
+    fn add(&mut self, pass: &mut Pass, segment: &[f64]) -> Option<()> {
+        self.present += segment.len();
+        let late = segment.len().saturating_sub(self.order);
         for start in (0..late).step_by(BLOCK) {
-            let block = &stretch[start..stretch.len().min(start + BLOCK + self.order)];
+            let block = &segment[start..segment.len().min(start + BLOCK + self.order)];
             self.sum += pass.add_block(block, &mut self.products)?;
         }
         self.n += late;
-        self.add_ends(pass.centre, stretch)
+        self.add_ends(pass.centre, segment)
     }
 
-    fn add_ends(&mut self, centre: Centre, stretch: &[f64]) -> Option<()> {
+    fn add_ends(&mut self, centre: Centre, segment: &[f64]) -> Option<()> {
         let order = self.order;
-        let value = |t: usize| centre.taken_off(stretch[t]);
-        let first: Vec<f64> = (0..order.min(stretch.len())).map(value).collect();
+        let value = |t: usize| centre.taken_off(segment[t]);
+        let first: Vec<f64> = (0..order.min(segment.len())).map(value).collect();
         for t in 0..first.len() {
             for j in 0..=t {
                 self.early[j] += first[t] * first[t - j];
             }
         }
-        if stretch.len() > order {
-            let last: Vec<f64> = (stretch.len() - order..stretch.len()).map(value).collect();
+        if segment.len() > order {
+            let last: Vec<f64> = (segment.len() - order..segment.len()).map(value).collect();
             self.add_edges(&first, &last);
         }
         self.early[0].is_finite().then_some(())
@@ -149,7 +149,7 @@ impl LagProducts {
 struct Pass {
     centre: Centre,
     order: usize,
-    kernel: Kernel,
+    arch: Arch,
     /// Zeros before the samples, for lags beyond the order.
     buffer: Vec<f64>,
     padding: usize,
@@ -159,19 +159,68 @@ impl Pass {
     fn new(order: usize, centre: Centre) -> Self {
         let start = (order + 1).next_multiple_of(TILE) - 1;
         let buffer = vec![0.0; start + BLOCK];
-        Self { centre, order, kernel: Kernel::new(), buffer, padding: start - order }
+        Self { centre, order, arch: Arch::new(), buffer, padding: start - order }
     }
 
     /// Adds the products of all samples of a block but the first `order` with those before them;
-    /// answers the sum of these samples if all of the block are finite.
+    /// returns the sum of these samples if all of the block are finite.
     fn add_block(&mut self, block: &[f64], products: &mut [f64]) -> Option<f64> {
         let (early, late) = block.split_at(self.order);
         let start = self.padding + self.order;
         let end = start + late.len();
-        let before = self.kernel.centre(self.centre, early, &mut self.buffer[self.padding..start]);
-        let sum = self.kernel.centre(self.centre, late, &mut self.buffer[start..end]);
-        self.kernel.add_products(&self.buffer[..end], start, products);
+        let (arch, centre) = (self.arch, self.centre);
+        let to = &mut self.buffer[self.padding..start];
+        let before = arch.dispatch(Centring { centre, from: early, to });
+        let sum = arch.dispatch(Centring { centre, from: late, to: &mut self.buffer[start..end] });
+        arch.dispatch(AddProducts { block: &self.buffer[..end], start, sums: products });
         (before + sum).is_finite().then_some(sum)
+    }
+}
+
+/// Samples whose mean is near enough to the record for its products to keep their digits.
+const NEAR: usize = 256;
+
+/// What is taken off every sample, in two parts: next to a large offset one number is too coarse.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Centre {
+    origin: f64,
+    rest: f64,
+}
+
+impl Centre {
+    /// The level of the first samples that are there; that of equal samples, exactly.
+    pub fn provisional(record: &[f64]) -> Self {
+        let mut present = record.iter().filter(|z| z.is_finite()).take(NEAR);
+        let first = *present.next().unwrap_or(&0.0);
+        let (count, sum) =
+            present.fold((1.0, 0.0), |(count, sum), z| (count + 1.0, sum + (z - first)));
+        Self { origin: first + sum / count, rest: 0.0 }
+    }
+
+    /// The mean of all samples that are there.
+    pub fn mean(record: &[f64]) -> Self {
+        let near = Self::provisional(record);
+        let present = || record.iter().filter(|z| z.is_finite());
+        let sum: f64 = present().map(|z| near.taken_off(*z)).sum();
+        Self { rest: sum / present().count().max(1) as f64, ..near }
+    }
+
+    /// The sample's distance from the level.
+    #[inline(always)]
+    pub fn taken_off(self, z: f64) -> f64 {
+        (z - self.origin) - self.rest
+    }
+
+    /// The same of many samples.
+    #[inline(always)]
+    pub fn taken_off_all<S: Simd>(self, simd: S, z: S::f64s) -> S::f64s {
+        let origin = simd.sub_f64s(z, simd.splat_f64s(self.origin));
+        simd.sub_f64s(origin, simd.splat_f64s(self.rest))
+    }
+
+    /// The level itself, rounded.
+    pub fn level(self) -> f64 {
+        self.origin + self.rest
     }
 }
 
@@ -179,8 +228,8 @@ impl Pass {
 mod tests {
     use nalgebra::DMatrix;
 
-    use super::{BLOCK, Centre, LagProducts};
-    use crate::identify::stretches;
+    use super::{BLOCK, Centre, NormalEquations};
+    use crate::math::segments::segments;
 
     /// Small integers: every sum is exact in any order.
     fn record(n: usize) -> Vec<f64> {
@@ -189,9 +238,9 @@ mod tests {
 
     fn gram(record: &[f64], order: usize) -> DMatrix<f64> {
         let mut sums = DMatrix::zeros(order + 2, order + 2);
-        for stretch in stretches(record) {
-            for t in order..stretch.len() {
-                let lagged = (1..=order).chain([0]).map(|lag| stretch[t - lag]);
+        for segment in segments(record) {
+            for t in order..segment.len() {
+                let lagged = (1..=order).chain([0]).map(|lag| segment[t - lag]);
                 let row = DMatrix::from_iterator(1, order + 2, [1.0].into_iter().chain(lagged));
                 sums += row.transpose() * row;
             }
@@ -212,17 +261,17 @@ mod tests {
     }
 
     fn assert_products(z: &[f64], order: usize) {
-        let products = LagProducts::of(z, order, Centre::default());
+        let products = NormalEquations::of(z, order, Centre::default());
         let expected = gram(z, order);
         assert_eq!(products.gram(true), expected);
         assert_eq!(products.gram(false), expected.remove_row(0).remove_column(0));
         let pairs = |lag: usize| -> f64 {
-            stretches(z)
+            segments(z)
                 .flat_map(|y| y.iter().skip(lag).zip(y))
                 .map(|(late, early)| late * early)
                 .sum()
         };
         assert_eq!(products.over_all_pairs(), (0..=order).map(pairs).collect::<Vec<_>>());
-        assert_eq!(products.present(), stretches(z).map(<[f64]>::len).sum());
+        assert_eq!(products.present(), segments(z).map(<[f64]>::len).sum());
     }
 }

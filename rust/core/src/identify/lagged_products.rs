@@ -2,7 +2,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::stretches;
+use crate::math::segments::segments;
 
 /// Samples that stay in the cache while every lag passes over them.
 const BLOCK: usize = 2048;
@@ -10,7 +10,7 @@ const BLOCK: usize = 2048;
 /// Independent sums, which hide the time that one addition takes.
 const SUMS: usize = 4;
 
-/// Sums of products of samples so many apart, within stretches.
+/// Sums of products of samples so many apart, within segments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaggedProducts {
     /// Sum of z_k z_(k+l) for l = 0, 1, ...
@@ -19,22 +19,22 @@ pub struct LaggedProducts {
     pub pairs: Vec<u64>,
 }
 
-/// Products at lags 0 to `lags` of a record; none reaches across what is missing.
+/// Products at lags 0 to `lags` of a record; none reaches across a missing sample.
 pub fn lagged_products(record: &[f64], lags: usize) -> LaggedProducts {
     let mut products = LaggedProducts { sums: vec![0.0; lags + 1], pairs: vec![0; lags + 1] };
     let arch = Arch::new();
-    for stretch in stretches(record) {
-        let lags = lags.min(stretch.len() - 1);
+    for segment in segments(record) {
+        let lags = lags.min(segment.len() - 1);
         for (lag, pairs) in products.pairs[..=lags].iter_mut().enumerate() {
-            *pairs += (stretch.len() - lag) as u64;
+            *pairs += (segment.len() - lag) as u64;
         }
-        arch.dispatch(AddProducts { stretch, sums: &mut products.sums[..=lags] });
+        arch.dispatch(AddProducts { segment, sums: &mut products.sums[..=lags] });
     }
     products
 }
 
 struct AddProducts<'a> {
-    stretch: &'a [f64],
+    segment: &'a [f64],
     sums: &'a mut [f64],
 }
 
@@ -43,11 +43,11 @@ impl WithSimd for AddProducts<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for start in (0..self.stretch.len()).step_by(BLOCK) {
+        for start in (0..self.segment.len()).step_by(BLOCK) {
             for (lag, sum) in self.sums.iter_mut().enumerate() {
-                let later = self.stretch.get(start + lag..).unwrap_or_default();
+                let later = self.segment.get(start + lag..).unwrap_or_default();
                 let length = later.len().min(BLOCK);
-                *sum += product(simd, &self.stretch[start..][..length], &later[..length]);
+                *sum += product(simd, &self.segment[start..][..length], &later[..length]);
             }
         }
     }
