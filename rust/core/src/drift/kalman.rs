@@ -63,14 +63,19 @@ impl<T: Real, const N: usize> State<T, N> {
             _ => self.x[source::<N>(i)],
         });
         let moved = self.P.times(row);
-        let P = Symmetric::from_upper(|i, j| {
-            let carried = match (i, j) {
-                (0, 0) => row.dot(&moved),
-                (0, j) => moved[source::<N>(j)],
-                (i, j) => self.P.at(source::<N>(i), source::<N>(j)),
-            };
-            carried + G.at(i, j)
-        });
+        // Loops, not a closure: what is compiled apart from a step lacks the instructions of its
+        // lanes, and a closure of this size is.
+        let mut P = *G;
+        for j in 0..N {
+            for i in 0..=j {
+                let carried = match (i, j) {
+                    (0, 0) => row.dot(&moved),
+                    (0, j) => moved[source::<N>(j)],
+                    (i, j) => self.P.at(source::<N>(i), source::<N>(j)),
+                };
+                P.set(i, j, carried + G.at(i, j));
+            }
+        }
         Self { x, P }
     }
 

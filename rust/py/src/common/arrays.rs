@@ -296,7 +296,7 @@ pub fn copy_to<T: Element>(out: &Bound<'_, PyArrayDyn<T>>, values: Vec<T>) -> Py
 
 /// A new array of one number a channel: for so few, copying them beats handing over their memory.
 #[inline]
-pub fn small<'py>(py: Python<'py>, row: &[f64]) -> Bound<'py, PyAny> {
+pub fn small<'py, T: Element>(py: Python<'py>, row: &[T]) -> Bound<'py, PyAny> {
     PyArray1::from_slice(py, row).into_any()
 }
 

@@ -48,6 +48,10 @@ impl<const N: usize, const M: usize> WithSimd for Together<'_, '_, N, M> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
+        if const { S::F64_LANES == 1 } {
+            let places: Vec<usize> = (0..self.filters.len()).collect();
+            return one_by_one(self.filters, &places, self.block);
+        }
         for alike in self.sorted().chunk_by(|(a, _), (b, _)| a == b) {
             let places: Vec<usize> = alike.iter().map(|(_, c)| *c).collect();
             for members in places.chunks(S::F64_LANES) {
