@@ -12,8 +12,9 @@ from support.recordings import RECORDINGS, needs_recordings
 from zerorate import Log, NoiseModel, write_log
 from zerorate.cli import run
 from zerorate.io.sensors import read_sensors
-from zerorate.noise.characterise import MOVED, characterise, largest_step
+from zerorate.noise.characterise import characterise
 from zerorate.noise.kinds import KINDS
+from zerorate.noise.rest import MOVED, largest_step
 from zerorate.numerals import significant, with_error
 from zerorate.show.report import WIDTH
 

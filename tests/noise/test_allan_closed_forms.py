@@ -12,8 +12,17 @@ import zerorate as zr
 from zerorate.noise import series
 from zerorate.noise.covariance import variances
 from zerorate.noise.kinds import KINDS
-from zerorate.noise.power_laws import FLICKER, QUANTISATION, WALK, WHITE, markov
-from zerorate.noise.processes import COLOURED, ramp_variance, sinusoid_variance, strength
+from zerorate.noise.processes import (
+    COLOURED,
+    FLICKER,
+    QUANTISATION,
+    WALK,
+    WHITE,
+    markov,
+    ramp_variance,
+    sinusoid_variance,
+    strength,
+)
 
 RATE = 100.0
 FLICKER_MODIFIED = (27.0 * math.log(3.0) - 32.0 * math.log(2.0)) / (16.0 * math.log(2.0))

@@ -10,16 +10,15 @@ from zerorate import _native
 from zerorate.io import Log
 from zerorate.io.rates import checked_rate
 from zerorate.noise.freedom import bounds, freedoms
-from zerorate.noise.kinds import Kind, KindName
+from zerorate.noise.kinds import Kind, KindName, TauGrid, factors, seconds
 from zerorate.noise.kinds import kind as find_kind
-from zerorate.noise.records import check_unit, unmasked
+from zerorate.noise.quantities import check_unit
+from zerorate.noise.records import unmasked
 from zerorate.noise.result import AllanResult
-from zerorate.noise.taus import TauGrid, factors, seconds
+from zerorate.types import Floats, Integers
 
 __all__ = ["allan"]
 
-Floats = npt.NDArray[np.float64]
-Counts = npt.NDArray[np.int64]
 
 _GLANCE: Final = 1000
 _ONE_SIGMA: Final = 0.6826894921370859
@@ -154,7 +153,7 @@ def _record(z: npt.ArrayLike) -> npt.NDArray[np.generic]:
     return record
 
 
-def _missing(record: npt.NDArray[np.generic]) -> Counts:
+def _missing(record: npt.NDArray[np.generic]) -> Integers:
     """Return how many samples each axis lacks, shape (k,), if none lacks all of them."""
     present = np.isfinite(record).reshape(len(record), -1)
     if present.all():
@@ -181,7 +180,7 @@ def _longest(family: Kind, n: int, rate: float) -> int:
     return longest
 
 
-def _edf(family: Kind, m: Counts, terms: Counts, exponents: Counts, n: int) -> Floats:
+def _edf(family: Kind, m: Integers, terms: Integers, exponents: Integers, n: int) -> Floats:
     """Return the degrees of freedom, axis by axis."""
     if terms.ndim == 1:
         return freedoms(family, m, terms, exponents, n)
@@ -200,7 +199,7 @@ def _names(names: Sequence[str] | None, deviation: Floats) -> tuple[str, ...]:
 
 
 def _on_record(
-    record: npt.NDArray[np.generic], missing: Counts, bridge: int, names: tuple[str, ...]
+    record: npt.NDArray[np.generic], missing: Integers, bridge: int, names: tuple[str, ...]
 ) -> Iterator[str]:
     """Yield what must be said of gaps and of axes without noise."""
     for name, lacking, z in zip(names, missing, record.reshape(len(record), -1).T, strict=True):
@@ -212,7 +211,7 @@ def _on_record(
             yield f"{label}all samples are equal: the deviation is 0, and there is nothing to fit"
 
 
-def _on_gaps(terms: Counts, taus: Floats, names: tuple[str, ...]) -> Iterator[str]:
+def _on_gaps(terms: Integers, taus: Floats, names: tuple[str, ...]) -> Iterator[str]:
     """Yield from which averaging time on the gaps leave nothing."""
     for name, counts in zip(names, terms.reshape(taus.size, -1).T, strict=True):
         lost = np.flatnonzero(counts == 0)

@@ -11,17 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
-from zerorate.noise.kinds import KindName
+from zerorate.noise.kinds import KindName, TauGrid, factors, seconds
 from zerorate.noise.kinds import kind as find_kind
-from zerorate.noise.records import check_unit, samples
-from zerorate.noise.taus import TauGrid, factors, seconds
+from zerorate.noise.quantities import check_unit
+from zerorate.noise.records import samples
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+from zerorate.types import Floats
+
 __all__ = ["DynamicAllan", "dynamic_allan"]
 
-Floats = npt.NDArray[np.float64]
 
 _WINDOWS: Final = 50
 _TAUS_PER_WINDOW: Final = 10

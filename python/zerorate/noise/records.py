@@ -1,25 +1,14 @@
-"""What a caller gives: a record, its rate and its unit."""
+"""A record as it is given: its samples, its gaps and its size."""
 
 import math
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate.io.rates import checked_rate
-from zerorate.noise.quantities import Quantity
-from zerorate.units import convert, kind
+from zerorate.types import Floats
 
-__all__ = ["check_unit", "longest_stretch", "power_of_two", "samples", "si_unit", "unmasked"]
-
-Floats = npt.NDArray[np.float64]
-
-_QUANTITIES: Final[dict[str, tuple[Quantity, str]]] = {
-    "rate": ("angular rate", "rad/s"),
-    "acceleration": ("acceleration", "m/s^2"),
-}
-UNKNOWN: Final = "unit"
-"""What a log says whose unit is not known."""
+__all__ = ["longest_stretch", "power_of_two", "samples", "unmasked"]
 
 
 def samples(z: npt.ArrayLike, rate: float) -> Floats:
@@ -50,28 +39,3 @@ def longest_stretch(record: Floats) -> Floats:
     ends = np.concatenate(([-1], missing, [record.size]))
     longest = int(np.argmax(np.diff(ends)))
     return record[ends[longest] + 1 : ends[longest + 1]]
-
-
-def check_unit(unit: str) -> str:
-    """Return a unit that records may be in, or the word for an unknown one."""
-    if unit != UNKNOWN:
-        _quantity(unit)
-    return unit
-
-
-def si_unit(unit: str) -> tuple[float, Quantity]:
-    """Return what one of a unit is in SI, and which quantity it measures."""
-    if unit == UNKNOWN:
-        raise ValueError("the unit of the record is not known: give unit=, deg/s for instance")
-    quantity, si = _quantity(unit)
-    return convert(1.0, unit, si), quantity
-
-
-def _quantity(unit: str) -> tuple[Quantity, str]:
-    found = _QUANTITIES.get(kind(unit))
-    if found is None:
-        raise ValueError(
-            f"unit must be one of an angular rate or an acceleration, got {unit!r}, "
-            f"which is one of {kind(unit)}"
-        )
-    return found

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from zerorate.noise.exports.text import written
+from zerorate.noise.exports import written
 
 if TYPE_CHECKING:
     from zerorate.identify.models.model import ArmaModel

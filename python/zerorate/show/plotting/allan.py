@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from zerorate.noise import AllanResult, NoiseModel
 from zerorate.noise.kinds import KINDS
-from zerorate.noise.shown import shown_unit
+from zerorate.noise.quantities import shown_unit
 from zerorate.show.plotting.allan_panel import LEAST_FREEDOM, Panel, draw, share_limits
 from zerorate.show.plotting.style import FONT, new_figure, style_decades, style_panels
 

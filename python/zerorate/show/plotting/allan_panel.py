@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.noise import AllanResult, NoiseModel
-from zerorate.noise.shown import shown_unit
+from zerorate.noise.quantities import shown_unit
 from zerorate.show.plotting.allan_terms import DrawnTerm, drawn_terms, fitted_curve, other_terms
 from zerorate.show.plotting.coefficient_list import FAR, Window, with_room, write_list
 from zerorate.show.plotting.style import BLACK, BLUE, FONT

@@ -9,11 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.noise import AllanResult, Coefficient, NoiseModel
-from zerorate.noise.expected import expected_deviation, expected_terms
+from zerorate.noise.curve_fit import expected_deviation, expected_terms
 from zerorate.noise.kinds import KINDS
-from zerorate.noise.quantities import TERMS, Term
-from zerorate.noise.records import si_unit
-from zerorate.noise.shown import shown_unit
+from zerorate.noise.quantities import TERMS, Term, shown_unit, si_unit
 from zerorate.numerals import significant, with_error
 from zerorate.show.plotting.style import GREEN, ORANGE, PURPLE, SKY, VERMILION
 from zerorate.units import convert

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 import numpy as np
 
 from zerorate.noise import AllanResult
-from zerorate.noise.shown import shown_unit
+from zerorate.noise.quantities import shown_unit
 from zerorate.show.plotting.allan_terms import DrawnTerm
 from zerorate.show.plotting.style import FONT
 

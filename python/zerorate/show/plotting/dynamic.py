@@ -8,7 +8,7 @@ import numpy as np
 
 from zerorate.noise.dynamic import DynamicAllan
 from zerorate.noise.kinds import KINDS
-from zerorate.noise.shown import shown_unit
+from zerorate.noise.quantities import shown_unit
 from zerorate.show.plotting.style import FONT, new_figure, style_decades, style_panels, time_unit
 
 if TYPE_CHECKING:

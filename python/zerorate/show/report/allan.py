@@ -8,8 +8,7 @@ import numpy as np
 from zerorate.noise import AllanResult, Coefficient, NoiseModel
 from zerorate.noise.characterise import Axis, Characterisation
 from zerorate.noise.kinds import KINDS
-from zerorate.noise.quantities import TERMS, Quantity, Term, term_of
-from zerorate.noise.shown import shown_unit
+from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, term_of
 from zerorate.numerals import significant, with_error
 from zerorate.show.report.text import WIDTH, bulleted, on_clock
 from zerorate.units import convert

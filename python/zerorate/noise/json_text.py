@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from zerorate.noise.coefficient import Coefficient
-from zerorate.noise.correlated import Markov, Sinusoid
-from zerorate.noise.exports.text import joined, written
+from zerorate.noise.exports import written
 from zerorate.noise.quantities import TERMS, Quantity, term_of
+from zerorate.noise.terms import Markov, Sinusoid
 
 if TYPE_CHECKING:
     from zerorate.noise.model import NoiseModel
@@ -70,7 +70,7 @@ def to_json(
         "markov": [_all_encoded(term, _markov_units(quantity)) for term in model.markov],
         "sinusoid": [_all_encoded(term, _sinusoid_units(quantity)) for term in model.sinusoid],
     }
-    return written(joined([json.dumps(content, indent=2, allow_nan=False)]), path, force)
+    return written(json.dumps(content, indent=2, allow_nan=False) + "\n", path, force)
 
 
 def from_json(source: str | os.PathLike[str], build: Callable[..., "NoiseModel"]) -> "NoiseModel":

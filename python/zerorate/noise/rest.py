@@ -1,13 +1,12 @@
-"""Whether a record was at rest."""
+"""Motion in a record that should be at rest."""
 
 from typing import Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+
+from zerorate.types import Floats
 
 __all__ = ["MOVED", "Step", "largest_step"]
-
-Floats = npt.NDArray[np.float64]
 
 MOVED: Final = 8.0
 """Size of a step, over the usual one, from which on a record is taken to have moved.
