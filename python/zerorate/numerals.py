@@ -1,8 +1,12 @@
 """Numbers as people read them: significant digits, and with their errors."""
 
 import math
+from typing import Final
 
-__all__ = ["significant", "with_error"]
+__all__ = ["NOTHING", "or_dash", "significant", "with_error"]
+
+NOTHING: Final = "-"
+"""Stands where a number means nothing."""
 
 
 def with_error(value: float, sigma: float) -> str:
@@ -21,3 +25,8 @@ def significant(value: float, digits: int = 3) -> str:
     """Return a number of so many digits, without an exponent if it is of moderate size."""
     text = f"{value:#.{digits}g}".rstrip(".")
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text
+
+
+def or_dash(value: float) -> str:
+    """Return a number of three digits, or a dash where it is not finite."""
+    return significant(value) if math.isfinite(value) else NOTHING

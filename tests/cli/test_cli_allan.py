@@ -16,7 +16,7 @@ from zerorate.noise.characterise import characterise
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.rest import MOVED, largest_step
 from zerorate.numerals import significant, with_error
-from zerorate.show.report import WIDTH
+from zerorate.show import WIDTH
 
 RATE = 100.0
 STEM = "run-zerorate-allan"

@@ -10,9 +10,9 @@ import pytest
 
 from support.logs import make_log, noise
 from zerorate.run.replay import replay
-from zerorate.show.plotting import plot_replay, save_figure
-from zerorate.show.plotting.envelope import BUCKETS, limits, outline, spans
-from zerorate.show.plotting.style import time_unit
+from zerorate.show import plot_replay, save_figure
+from zerorate.show.scales import BUCKETS, limits, outline, spans
+from zerorate.show.style import time_unit
 
 
 def gaps():
@@ -188,7 +188,7 @@ def test_pyplot_is_not_touched():
         "import sys, numpy as np\n"
         "from zerorate import Log\n"
         "from zerorate.run.replay import replay\n"
-        "from zerorate.show.plotting import plot_replay\n"
+        "from zerorate.show import plot_replay\n"
         "assert 'matplotlib' not in sys.modules\n"
         "z = np.random.default_rng(1).standard_normal(500)\n"
         "plot_replay(replay(Log(np.arange(500) / 10, 10.0, z, ['x'])))\n"

@@ -12,8 +12,8 @@ import zerorate as zr
 from zerorate import Log, NoiseModel
 from zerorate.noise.characterise import characterise
 from zerorate.noise.curve_fit import expected_deviation, expected_terms
-from zerorate.show.plotting import plot_allan, plot_characterisation, plot_dynamic, save_figure
-from zerorate.show.plotting.allan_terms import drawn_terms
+from zerorate.show import plot_allan, plot_characterisation, plot_dynamic, save_figure
+from zerorate.show.allan_terms import drawn_terms
 from zerorate.units import convert
 
 RATE = 100.0

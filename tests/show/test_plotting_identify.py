@@ -9,8 +9,8 @@ import pytest
 
 from zerorate.identify import identify
 from zerorate.noise.spectrum import Spectrum
-from zerorate.show.plotting import plot_identification, save_figure
-from zerorate.show.plotting.identify_record import _one_sided
+from zerorate.show import plot_identification, save_figure
+from zerorate.show.identify_panels import _one_sided
 
 RATE = 100.0
 PANELS = 9

@@ -66,7 +66,7 @@ class DynamicAllan:
         ImportError
             Without matplotlib: ``pip install 'zerorate[plot]'``.
         """
-        from zerorate.show.plotting.dynamic import plot_dynamic
+        from zerorate.show.dynamic_figure import plot_dynamic
 
         return plot_dynamic(self)
 

@@ -191,7 +191,7 @@ class AllanResult:
         ImportError
             Without matplotlib: ``pip install 'zerorate[plot]'``.
         """
-        from zerorate.show.plotting.allan import plot_allan
+        from zerorate.show.allan_figure import plot_allan
 
         return plot_allan(self, models)
 

@@ -112,6 +112,6 @@ class Identification:
         ImportError
             Without matplotlib: ``pip install 'zerorate[plot]'``.
         """
-        from zerorate.show.plotting import plot_identification
+        from zerorate.show import plot_identification
 
         return plot_identification(self)

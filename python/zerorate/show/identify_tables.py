@@ -1,6 +1,6 @@
-"""The tables of an identification, for text and page alike."""
+"""The tables of an identification, for text and page alike, and its plain text."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -11,10 +11,11 @@ from zerorate.identify.models.model import ArmaModel
 from zerorate.identify.study.phrases import model_name, per_cent
 from zerorate.identify.study.result import Identification
 from zerorate.identify.study.scores import CRITERIA, above_least
+from zerorate.io import Log
 from zerorate.numerals import significant, with_error
-from zerorate.show.report.tables import Table
+from zerorate.show.tables import WIDTH, Table, as_text, bulleted, on_clock
 
-__all__ = ["tables"]
+__all__ = ["format_identify", "log_notes", "tables"]
 
 Row = tuple[str, ...]
 
@@ -185,3 +186,31 @@ def _residuals(found: Identification) -> Table:
         ("slow variance over the model's", "-" if np.isnan(slow) else significant(slow, 2)),
     )
     return Table(f"Residuals of {model_name(found.model.order)}", (), rows, words=2)
+
+
+def format_identify(found: Sequence[Identification]) -> str:
+    """Return the tables and the verdict of every axis, at most `WIDTH` columns wide.
+
+    Parameters
+    ----------
+    found : sequence of Identification
+        One an axis.
+
+    Returns
+    -------
+    str
+        Lines without an end.
+    """
+    return "\n\n\n".join("\n\n".join(_parts(one)) for one in found)
+
+
+def log_notes(log: Log) -> tuple[str, ...]:
+    """Return the sentences on a log's clock and columns."""
+    return (*on_clock(log), *log.meta.get("notes", ()))
+
+
+def _parts(found: Identification) -> Iterator[str]:
+    title = f"{found.name} [{found.unit}]"[:WIDTH]
+    yield f"{title}\n{'=' * len(title)}"
+    yield from map(as_text, tables(found))
+    yield f"Verdict\n{bulleted(found.verdict)}"

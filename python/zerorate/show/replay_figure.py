@@ -1,4 +1,4 @@
-"""The whole figure, and its file."""
+"""The figure of a replay: a column of panels for each axis."""
 
 from __future__ import annotations
 
@@ -10,20 +10,35 @@ import numpy as np
 
 from zerorate.run.replay import Replay
 from zerorate.run.replay.learned import noise_units
-from zerorate.show.plotting.drift_panels import draw_bias, draw_learned
-from zerorate.show.plotting.panels import MEMORIES, draw_allan, draw_model, draw_noise, draw_rate
-from zerorate.show.plotting.scales import share_decades, share_heights, share_limits
-from zerorate.show.plotting.style import BLUE, DPI, FONT, ORANGE, new_figure, style_panels
+from zerorate.show.replay_panels import (
+    MEMORIES,
+    draw_allan,
+    draw_bias,
+    draw_learned,
+    draw_model,
+    draw_noise,
+    draw_rate,
+)
+from zerorate.show.scales import share_decades, share_heights, share_limits
+from zerorate.show.style import (
+    BLUE,
+    FONT,
+    ORANGE,
+    Corner,
+    new_figure,
+    style_panels,
+    write_caption,
+    write_legend,
+    write_title,
+)
 
 if TYPE_CHECKING:
-    import os
-
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Grid = np.ndarray[Any, np.dtype[np.object_]]
 
-__all__ = ["MOST_AXES", "plot_replay", "save_figure"]
+__all__ = ["MOST_AXES", "plot_replay"]
 
 MOST_AXES: Final = 6
 """Axes of the log that a figure has room for."""
@@ -73,28 +88,9 @@ def plot_replay(replay: Replay) -> Figure:
     _label(grid, right, replay)
     _share(grid, right, replay)
     style_panels([*grid.ravel(), *right])
-    title = _title(replay, round(0.55 * width))
-    figure.text(0.5, 1.0 - 2.0 / _HEIGHT, title, ha="center", va="top", size=FONT + 1.5)
-    caption = _caption(replay, shown, round(0.75 * width))
-    figure.text(0.5, 2.0 / _HEIGHT, caption, ha="center", va="bottom", size=FONT, color="0.25")
+    write_title(figure, _HEIGHT, _title(replay, round(0.55 * width)))
+    write_caption(figure, _HEIGHT, _caption(replay, shown, round(0.75 * width)), FONT)
     return figure
-
-
-def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
-    """Write a figure as PNG, SVG or PDF, by the suffix of the path.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        As of `plot_replay`.
-    path : path-like
-        Is written over if it exists.
-    """
-    if Path(path).suffix.lower() != ".png":
-        figure.savefig(path)
-        return
-    # Compressing as far as it goes takes longer than drawing, and gains little.
-    figure.savefig(path, dpi=DPI, pil_kwargs={"compress_level": 1})
 
 
 def _places(width: float, columns: int) -> dict[str, float]:
@@ -143,17 +139,9 @@ def _label(grid: Grid, right: list[Axes], replay: Replay) -> None:
 
 def _explain(column: Grid) -> None:
     """Name the lines of panels, the last of which falls to the right."""
-    for axes, place in zip(column, ("upper right", "upper right", "lower left"), strict=True):
-        axes.legend(
-            loc=place,
-            ncols=4,
-            fontsize=FONT - 0.5,
-            frameon=False,
-            handlelength=1.1,
-            columnspacing=0.8,
-            handletextpad=0.4,
-            borderaxespad=0.2,
-        )
+    places: tuple[Corner, ...] = ("upper right", "upper right", "lower left")
+    for axes, place in zip(column, places, strict=True):
+        write_legend(axes, place, 4)
 
 
 def _share(grid: Grid, right: list[Axes], replay: Replay) -> None:

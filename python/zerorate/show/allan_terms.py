@@ -1,24 +1,35 @@
-"""What of a noise model is drawn over a deviation curve, in the curve's shown unit."""
+"""What of a noise model is drawn over a deviation curve: lines, marks, and a list."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate.noise import AllanResult, Coefficient, NoiseModel
 from zerorate.noise.curve_fit import expected_deviation, expected_terms
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import TERMS, Term, shown_unit, si_unit
 from zerorate.numerals import significant, with_error
-from zerorate.show.plotting.style import GREEN, ORANGE, PURPLE, SKY, VERMILION
+from zerorate.show.style import FONT, GREEN, ORANGE, PURPLE, SKY, VERMILION, Corner
+from zerorate.types import Floats
 from zerorate.units import convert
 
-__all__ = ["COLOURS", "DrawnTerm", "drawn_terms", "fitted_curve", "other_terms"]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
-Floats = npt.NDArray[np.float64]
+__all__ = [
+    "COLOURS",
+    "FAR",
+    "DrawnTerm",
+    "Window",
+    "drawn_terms",
+    "fitted_curve",
+    "other_terms",
+    "with_room",
+    "write_list",
+]
 
 COLOURS: Final = {
     "quantization": PURPLE,
@@ -131,3 +142,74 @@ def _scale(curve: AllanResult) -> Floats:
     scale = shown_unit(curve).factor / si_unit(curve.unit)[0]
     time = curve.taus / math.sqrt(3.0) if KINDS[curve.kind].time else np.ones_like(curve.taus)
     return scale * time
+
+
+# Parts of the panel's height and width.
+_LINE: Final = 0.058
+_EDGE: Final = 0.035
+_WIDTH: Final = 0.6
+
+_CROSSED: Final = 10.0
+"""How much more room the upper right may take: in the lower left the list hides lines."""
+
+
+FAR: Final = 5.0
+"""How far over a deviation its upper bound is shown; beyond, the frame cuts it."""
+
+
+class Window(NamedTuple):
+    """Limits of logarithmic axes."""
+
+    left: float
+    right: float
+    low: float
+    high: float
+
+
+def with_room(
+    curves: Sequence[AllanResult], lists: Sequence[list[DrawnTerm]], window: Window
+) -> tuple[Corner, Window]:
+    """Return the corner where the lists need least room, and a window that has this room."""
+    below, above = window, window
+    for curve, terms in zip(curves, lists, strict=True):
+        if terms and np.any(curve.deviation > 0.0):
+            below = below._replace(low=min(below.low, _low(curve, terms, window)))
+            above = above._replace(high=max(above.high, _high(curve, terms, window)))
+    if above.high / window.high <= _CROSSED * window.low / below.low:
+        return "upper right", above
+    return "lower left", below
+
+
+def write_list(axes: "Axes", terms: list[DrawnTerm], corner: Corner) -> None:
+    """Write the coefficients into a corner, each in the colour of its line."""
+    for i, term in enumerate(terms):
+        above = corner == "upper right"
+        line = 1.0 - _EDGE - _LINE * (i + 1) if above else _EDGE + _LINE * (len(terms) - 1 - i)
+        axes.text(
+            1.0 - _EDGE if above else _EDGE,
+            line,
+            term.text,
+            ha="right" if above else "left",
+            transform=axes.transAxes,
+            size=FONT - 0.8,
+            color=term.colour,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.3},
+        )
+
+
+def _low(curve: AllanResult, terms: list[DrawnTerm], window: Window) -> float:
+    """Return the lower limit that keeps the left of a curve above a list."""
+    part = 2.0 * _EDGE + _LINE * len(terms)
+    left = np.log(curve.taus / window.left) < _WIDTH * np.log(window.right / window.left)
+    heights = shown_unit(curve).factor * curve.deviation
+    lowest = np.log(heights[left].min(initial=window.high))
+    return float(np.exp((lowest - part * np.log(window.high)) / (1.0 - part)))
+
+
+def _high(curve: AllanResult, terms: list[DrawnTerm], window: Window) -> float:
+    """Return the upper limit that keeps the right of a curve below a list."""
+    part = 2.0 * _EDGE + _LINE * len(terms)
+    right = np.log(window.right / curve.taus) < _WIDTH * np.log(window.right / window.left)
+    heights = shown_unit(curve).factor * np.fmin(curve.upper, FAR * curve.deviation)
+    highest = np.log(heights[right].max(initial=window.low))
+    return float(np.exp((highest - part * np.log(window.low)) / (1.0 - part)))

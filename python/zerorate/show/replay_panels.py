@@ -1,25 +1,28 @@
-"""The four panels of one axis."""
+"""The panels of one axis of a replay."""
 
-from typing import TYPE_CHECKING
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate.run.replay import Replay
-from zerorate.show.plotting.envelope import limits, outline, spans
-from zerorate.show.plotting.motion import shade_motion
-from zerorate.show.plotting.style import (
+from zerorate.run.replay.learned import noise_units
+from zerorate.show.scales import BUCKETS, limits, outline, parts, spans
+from zerorate.show.style import (
     AR_COLOURS,
     BLACK,
     BLUE,
-    FONT,
     GREY,
     MA_COLOURS,
     ORANGE,
     SKY,
     VERMILION,
     time_unit,
+    write_in_middle,
 )
+from zerorate.types import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,27 +30,30 @@ if TYPE_CHECKING:
 __all__ = [
     "MEMORIES",
     "draw_allan",
+    "draw_bias",
+    "draw_learned",
     "draw_model",
     "draw_noise",
     "draw_rate",
     "evenly",
     "moments_of",
     "rising",
-    "say",
+    "shade_motion",
 ]
 
-Floats = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 
-MEMORIES = 10.0
+MEMORIES: Final = 10.0
 """Filter time constants from which on an Allan deviation speaks of the sensor again."""
 
-_MOMENTS = 130
-_SUBSCRIPTS = "₀₁₂₃"
-_ANSWER = {"estimate": "filtered", "compensated": "compensated"}
+_MOMENTS: Final = 130
+_MEANS: Final = 60
+_DEPTH: Final = 1e4
+_SUBSCRIPTS: Final = "₀₁₂₃"
+_OUTPUT_NAMES: Final = {"estimate": "filtered", "compensated": "compensated"}
 
 
-def draw_rate(axes: "Axes", replay: Replay, i: int) -> None:
+def draw_rate(axes: Axes, replay: Replay, i: int) -> None:
     """Draw the raw rate as a band, and the drift over it, both with all their peaks."""
     rate, (unit, seconds) = replay.log.rate, time_unit(replay.log.duration)
     raw, filtered = replay.log.data[:, i], replay.drift[:, i]
@@ -64,11 +70,11 @@ def draw_rate(axes: "Axes", replay: Replay, i: int) -> None:
     axes.set_ylim(*limits(np.concatenate((least, most)), 0.15, 0.35))
     axes.set_xlabel(f"time [{unit}]")
     if not np.isfinite(raw).any():
-        say(axes, "no sample")
+        write_in_middle(axes, "no sample")
     axes.set_title(replay.log.names[i])
 
 
-def draw_noise(axes: "Axes", replay: Replay, i: int) -> "Axes":
+def draw_noise(axes: Axes, replay: Replay, i: int) -> Axes:
     """Draw the root of R, and the Kalman gain on a second scale, which is returned."""
     t, (unit, seconds) = moments_of(replay), time_unit(replay.log.duration)
     root = np.sqrt(replay.history.measurement_noise[:, i])
@@ -79,7 +85,7 @@ def draw_noise(axes: "Axes", replay: Replay, i: int) -> "Axes":
     axes.set_ylim(max(0.0, low - 0.6 * (high - low)), high + 0.35 * (high - low))
     axes.set_xlabel(f"time [{unit}]")
     if not replay.ready[i]:
-        say(axes, "nothing learned")
+        write_in_middle(axes, "nothing learned")
     right = axes.twinx()
     gain = replay.history.gain[even, i, 0]
     right.plot(t[even] / seconds, gain, color=ORANGE, lw=0.5, label="gain")
@@ -89,7 +95,7 @@ def draw_noise(axes: "Axes", replay: Replay, i: int) -> "Axes":
     return right
 
 
-def draw_model(axes: "Axes", replay: Replay, i: int) -> None:
+def draw_model(axes: Axes, replay: Replay, i: int) -> None:
     """Draw the coefficients over the logarithm of time, where learning is seen."""
     (p, q), places = replay.params["order"], rising(replay)
     t, model = moments_of(replay)[places], replay.history.coefficients[places, i]
@@ -109,17 +115,17 @@ def draw_model(axes: "Axes", replay: Replay, i: int) -> None:
         axes.axvline(end, color="0.5", lw=0.7, ls=":")
     axes.set_xlabel("time [s]")
     if not replay.ready[i]:
-        say(axes, "nothing learned")
+        write_in_middle(axes, "nothing learned")
 
 
-def draw_allan(axes: "Axes", replay: Replay, i: int) -> None:
+def draw_allan(axes: Axes, replay: Replay, i: int) -> None:
     """Draw Allan deviations, grey where the filter, not the sensor, shapes the filtered one."""
     if replay.allan is None:
         raise ValueError("this replay has no Allan deviations: call replay with allan=True")
     taus = replay.allan.taus
     for curve, colour, label in (
         (replay.allan.raw[i], SKY, "raw"),
-        (replay.allan.filtered[i], VERMILION, _ANSWER[replay.output]),
+        (replay.allan.filtered[i], VERMILION, _OUTPUT_NAMES[replay.output]),
     ):
         shown = np.where(curve > 0.0, curve, np.nan)
         axes.plot(taus, shown, color=colour, lw=1.0, marker="o", ms=1.8, label=label)
@@ -130,10 +136,10 @@ def draw_allan(axes: "Axes", replay: Replay, i: int) -> None:
     _shade_memory(axes, replay, i)
     axes.set_xlabel("averaging time [s]")
     if not (replay.allan.raw[i] > 0.0).any():
-        say(axes, "no noise")
+        write_in_middle(axes, "no noise")
 
 
-def _shade_memory(axes: "Axes", replay: Replay, i: int) -> None:
+def _shade_memory(axes: Axes, replay: Replay, i: int) -> None:
     """Smoothing acts below so many time constants, taking off the drift from one on."""
     (left, right), memory = axes.get_xlim(), replay.memory[i]
     if np.isnan(memory):
@@ -142,11 +148,6 @@ def _shade_memory(axes: "Axes", replay: Replay, i: int) -> None:
         axes.axvspan(left, min(MEMORIES * memory, right), color=GREY, alpha=0.6, lw=0.0)
     elif memory < right:
         axes.axvspan(memory, right, color=GREY, alpha=0.6, lw=0.0)
-
-
-def say(axes: "Axes", text: str) -> None:
-    """Write why a panel is empty into its middle."""
-    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", size=FONT, color="0.4")
 
 
 def moments_of(replay: Replay) -> Floats:
@@ -176,3 +177,97 @@ def _rms(z: Floats) -> float:
     there = z[np.isfinite(z)]
     peak = float(np.abs(there).max()) if there.size else 0.0
     return peak * float(np.sqrt(np.mean((there / peak) ** 2))) if peak > 0.0 else 1.0
+
+
+def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
+    """Draw the bias with two standard deviations to either side, over means of the raw rate."""
+    (unit, seconds), even = time_unit(replay.log.duration), evenly(replay)
+    t, history = moments_of(replay)[even], replay.history
+    bias, sigma = history.bias[even, i], history.bias_sigma[even, i]
+    axes.fill_between(
+        t / seconds, bias - 2.0 * sigma, bias + 2.0 * sigma, color=VERMILION, alpha=0.25, lw=0.0
+    )
+    axes.plot(t / seconds, bias, color=VERMILION, lw=0.8, label="bias ± 2σ")
+    times, means = _means_at_rest(replay, i)
+    label = "raw, mean at rest"
+    axes.plot(
+        times / seconds, means, color=SKY, lw=0.0, marker="o", ms=1.8, label=label, zorder=1.5
+    )
+    shade_motion(axes, replay, i)
+    axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
+    late = t > t[-1] / 10.0
+    axes.set_ylim(*_holding(means, (bias - 2.0 * sigma)[late], (bias + 2.0 * sigma)[late]))
+    axes.set_xlabel(f"time [{unit}]")
+    if not replay.ready[i]:
+        write_in_middle(axes, "no drift known")
+
+
+def draw_learned(axes: Axes, replay: Replay, i: int) -> Axes:
+    """Draw white noise, and the strength of the drift on a second scale, which is returned."""
+    (_, white), (_, walk) = noise_units(replay.log.unit)
+    places = rising(replay)
+    t = moments_of(replay)[places]
+    noise = white * replay.history.angle_random_walk[places, i]
+    drift = walk * replay.history.rate_random_walk[places, i]
+    axes.plot(t, noise, color=BLUE, lw=0.9, label="noise")
+    axes.set_xscale("log")
+    axes.set_xlim(replay.params["startup"], max(replay.log.duration, 2 * replay.params["startup"]))
+    axes.set_ylim(0.0, limits(noise)[1] * 1.3)
+    axes.set_xlabel("time [s]")
+    axes.tick_params(axis="y", colors=BLUE)
+    if not replay.ready[i]:
+        write_in_middle(axes, "nothing learned")
+    right = axes.twinx()
+    right.plot(t, drift, color=ORANGE, lw=0.9, label="drift")
+    right.set_yscale("log")
+    right.set_ylim(*_decades(drift))
+    right.tick_params(axis="y", colors=ORANGE)
+    return right
+
+
+def _holding(*series: Floats) -> tuple[float, float]:
+    """Return limits that hold each series, with room for a legend above."""
+    known = [limits(z) for z in series if np.isfinite(z).any()] or [(0.0, 1.0)]
+    low, high = min(low for low, _ in known), max(high for _, high in known)
+    return low, high + 0.3 * (high - low)
+
+
+def _decades(values: Floats) -> tuple[float, float]:
+    """Return limits of a logarithmic scale, of at most so many decades as can be read."""
+    high = float(np.max(values, where=values > 0.0, initial=0.0)) or 1.0
+    least = float(np.min(values, where=values > 0.0, initial=high))
+    return max(least, high / _DEPTH) / 2.0, high * 2.0
+
+
+def _means_at_rest(replay: Replay, i: int) -> tuple[Floats, Floats]:
+    """Return times, s, and means of the samples at rest in equal parts of the record."""
+    z = replay.log.data[:, i]
+    used = np.isfinite(z)
+    if replay.readings is not None:
+        used &= replay.readings.certain_rest(replay.log.rate)[:, i]
+    starts = parts(z.size, _MEANS)
+    counts = np.add.reduceat(used.astype(np.float64), starts)
+    # Scaled by the number of samples, numbers near the largest double can be summed.
+    sums = np.add.reduceat(np.where(used, z / z.size, 0.0), starts)
+    centre = (starts + np.append(starts[1:], z.size)) / (2.0 * replay.log.rate)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return centre, np.where(counts > 0.0, sums * (z.size / counts), np.nan)
+
+
+def shade_motion(axes: Axes, replay: Replay, i: int) -> None:
+    """Shade the times in motion behind all else, each at least as wide as can be seen."""
+    if replay.readings is None or replay.readings.at_rest[:, i].all():
+        return
+    rest, n = replay.readings.at_rest[:, i], replay.log.n
+    starts = parts(n, 2 * BUCKETS)
+    edges = np.append(starts, n) / replay.log.rate / time_unit(replay.log.duration)[1]
+    moved = np.concatenate(([False], ~np.logical_and.reduceat(rest, starts), [False]))
+    begins, ends = edges[moved[1:] & ~moved[:-1]], edges[moved[:-1] & ~moved[1:]]
+    axes.broken_barh(
+        list(zip(begins, ends - begins, strict=True)),
+        (0.0, 1.0),
+        transform=axes.get_xaxis_transform(),
+        color=GREY,
+        lw=0.0,
+        zorder=0.5,
+    )

@@ -10,14 +10,11 @@ from zerorate.noise.characterise import Axis, Characterisation
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, term_of
 from zerorate.numerals import significant, with_error
-from zerorate.show.report.text import WIDTH, bulleted, on_clock
+from zerorate.show.tables import GAP, WIDTH, aligned, bulleted, on_clock
 from zerorate.units import convert
 
 __all__ = ["format_allan", "format_allan_notes"]
 
-Row = tuple[str, ...]
-
-_GAP: Final = "  "
 _SECOND: Final = "  by the spectrum"
 _SECOND_FIELDS: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
 _WORST: Final = "worst axis"
@@ -191,10 +188,10 @@ def _parts(
     labels: Sequence[str], units: Sequence[str], columns: list[list[str]]
 ) -> Iterator[list[list[str]]]:
     """Yield as many columns at a time as fit beside the labels and units."""
-    room = WIDTH - _width(labels) - _width(units) - len(_GAP)
+    room = WIDTH - _width(labels) - _width(units) - len(GAP)
     part: list[list[str]] = []
     for column in columns:
-        if part and sum(_width(c) + len(_GAP) for c in (*part, column)) > room:
+        if part and sum(_width(c) + len(GAP) for c in (*part, column)) > room:
             yield part
             part = []
         part.append(column)
@@ -203,15 +200,10 @@ def _parts(
 
 def _block(labels: Sequence[str], units: Sequence[str], columns: list[list[str]]) -> str:
     end = 1 + max(i for column in columns for i, cell in enumerate(column) if cell)
-    widths = [_width(cells) for cells in (labels, units, *columns)]
-    rows = zip(labels[:end], units[:end], *(column[:end] for column in columns), strict=True)
-    return "\n".join(_line(row, widths) for row in rows if any(row[2:]) or row[0] != _SECOND)
-
-
-def _line(row: Row, widths: Sequence[int]) -> str:
-    left = (cell.ljust(width) for cell, width in zip(row[:2], widths[:2], strict=True))
-    right = (cell.rjust(width) for cell, width in zip(row[2:], widths[2:], strict=True))
-    return _GAP.join((*left, *right)).rstrip()
+    # Blocks of one table are aligned with each other, so also by the rows that this one lacks.
+    rows = list(zip(labels, units, *columns, strict=True))
+    lines = zip(rows[:end], aligned(rows, 2), strict=False)
+    return "\n".join(line for row, line in lines if any(row[2:]) or row[0] != _SECOND)
 
 
 def _width(cells: Sequence[str]) -> int:

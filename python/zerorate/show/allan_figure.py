@@ -1,4 +1,4 @@
-"""Figures of deviation curves."""
+"""Figures of deviation curves: a panel an axis, with bounds and what was fitted."""
 
 from __future__ import annotations
 
@@ -6,13 +6,34 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
 
 from zerorate.noise import AllanResult, NoiseModel
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import shown_unit
-from zerorate.show.plotting.allan_panel import LEAST_FREEDOM, Panel, draw, share_limits
-from zerorate.show.plotting.style import FONT, new_figure, style_decades, style_panels
+from zerorate.show.allan_terms import (
+    FAR,
+    DrawnTerm,
+    Window,
+    drawn_terms,
+    fitted_curve,
+    other_terms,
+    with_room,
+    write_list,
+)
+from zerorate.show.style import (
+    BLACK,
+    BLUE,
+    new_figure,
+    style_decades,
+    style_panels,
+    write_caption,
+    write_in_middle,
+    write_title,
+)
+from zerorate.types import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +41,15 @@ if TYPE_CHECKING:
 
     from zerorate.noise.characterise import Characterisation
 
-__all__ = ["MOST_COLUMNS", "plot_allan", "plot_characterisation"]
+__all__ = [
+    "LEAST_FREEDOM",
+    "MOST_COLUMNS",
+    "Panel",
+    "draw",
+    "plot_allan",
+    "plot_characterisation",
+    "share_limits",
+]
 
 MOST_COLUMNS: Final = 4
 """Axes side by side."""
@@ -120,9 +149,8 @@ def _figure(rows: list[list[Panel]], title: str, axes_of_log: int = 0) -> Figure
                  for left in lefts)  # fmt: skip
         _draw_row([figure.add_axes(box) for box in boxes], row)
     if title:
-        figure.text(0.5, 1.0 - 2.0 / height, title, ha="center", va="top", size=FONT + 1.5)
-    caption = _caption(rows, axes_of_log, round(0.9 * width))
-    figure.text(0.5, 2.0 / height, caption, ha="center", va="bottom", size=FONT - 0.5, color="0.25")
+        write_title(figure, height, title)
+    write_caption(figure, height, _caption(rows, axes_of_log, round(0.9 * width)))
     return figure
 
 
@@ -156,3 +184,127 @@ def _caption(rows: list[list[Panel]], axes_of_log: int, width: int) -> str:
     if axes_of_log > shown:
         sentences.append(f"Shown are the first {shown} of {axes_of_log} axes.")
     return "\n".join(textwrap.fill(sentence, width) for sentence in sentences)
+
+
+LEAST_FREEDOM: Final = 5.0
+"""Degrees of freedom below which a deviation says little."""
+
+_MARGIN: Final = 0.06
+
+_DEPTH: Final = 3.0
+"""How far below a curve marks are shown, as a factor: the floor, and what is near it."""
+_DEPTH_ALONE: Final = 500.0
+"""The same of a figure of one axis, which has room for the marks of walk and ramp."""
+
+
+class Panel(NamedTuple):
+    """What is drawn: the curve of one axis, and its model if there is one."""
+
+    curve: AllanResult
+    model: NoiseModel | None
+
+
+def draw(axes: Axes, panel: Panel) -> None:
+    """Draw one axis."""
+    curve, model = panel
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_title(curve.names[0])
+    axes.set_xlabel("averaging time [s]")
+    if not np.any(curve.deviation > 0.0):
+        write_in_middle(axes, "no noise")
+        return
+    _draw_points(axes, curve)
+    if model is not None:
+        _draw_model(axes, curve, model)
+    edge = _last_sure(curve)
+    if edge is not None:
+        axes.axvline(edge, color="0.5", lw=0.6, ls=":")
+
+
+def share_limits(row: list[Axes], panels: list[Panel]) -> None:
+    """Give panels the same limits, with room in a corner for the lists of coefficients."""
+    times = np.concatenate([_times(panel) for panel in panels])
+    left, right = times.min() / 1.6, max(times.max(), 10.0 * times.min()) * 1.6
+    depth = _DEPTH if len(row) > 1 else _DEPTH_ALONE
+    spans = [_span(panel, depth) for panel in panels if np.any(panel.curve.deviation > 0.0)]
+    low = min((span[0] for span in spans), default=0.1)
+    high = max((span[1] for span in spans), default=1.0)
+    margin = max(high / low, 10.0) ** _MARGIN
+    window = Window(left, right, low / margin, high * margin)
+    lists = [drawn_terms(p.model, p.curve) if p.model is not None else [] for p in panels]
+    corner, window = with_room([panel.curve for panel in panels], lists, window)
+    for axes, terms in zip(row, lists, strict=True):
+        axes.set_xlim(window.left, window.right)
+        axes.set_ylim(window.low, window.high)
+        write_list(axes, terms, corner)
+        _hide_outside(axes, window)
+
+
+def _draw_points(axes: Axes, curve: AllanResult) -> None:
+    factor = shown_unit(curve).factor
+    y, low, high = (factor * values for values in (curve.deviation, curve.lower, curve.upper))
+    axes.fill_between(curve.taus, low, high, color=BLUE, alpha=0.22, lw=0.0)
+    axes.plot(curve.taus, y, color=BLUE, lw=0.6, marker="o", ms=2.2, mew=0.0)
+
+
+def _draw_model(axes: Axes, curve: AllanResult, model: NoiseModel) -> None:
+    axes.plot(curve.taus, fitted_curve(model, curve), color=BLACK, lw=0.9, ls=(0, (4, 2)))
+    for line in other_terms(model, curve):
+        axes.plot(curve.taus, line, color=BLACK, lw=0.5, ls=":")
+    for term in drawn_terms(model, curve):
+        style = {"lw": 0.7} if term.identifiable else {"lw": 0.6, "ls": (0, (1, 2))}
+        axes.plot(curve.taus, term.line, color=term.colour, **style)
+        _mark(axes, term)
+
+
+def _mark(axes: Axes, term: DrawnTerm) -> None:
+    axes.plot(
+        [term.read_at],
+        [term.height],
+        color=term.colour,
+        marker="D" if term.identifiable else "v",
+        ms=3.0 if term.identifiable else 3.6,
+        mfc=term.colour if term.inside else "white",
+        mew=0.7,
+        ls="none",
+    )
+
+
+def _last_sure(curve: AllanResult) -> float | None:
+    """Return the averaging time beyond which there are too few degrees of freedom."""
+    few = np.flatnonzero(~(curve.edf >= LEAST_FREEDOM))
+    if few.size == 0 or few[0] == 0:
+        return None
+    return float(np.sqrt(curve.taus[few[0] - 1] * curve.taus[few[0]]))
+
+
+def _span(panel: Panel, depth: float) -> tuple[float, float]:
+    """Return the lowest and the highest thing that must be seen."""
+    curve = panel.curve
+    factor = shown_unit(curve).factor
+    low = float(factor * np.fmin(curve.deviation, _positive(curve.lower)).min())
+    high = float(factor * np.fmin(curve.upper, FAR * curve.deviation).max())
+    terms = [] if panel.model is None else drawn_terms(panel.model, curve)
+    marks = [term.height for term in terms if term.identifiable and term.height > low / depth]
+    return min([low, *marks]), high
+
+
+def _positive(values: Floats) -> Floats:
+    return np.where(values > 0.0, values, np.inf)
+
+
+def _times(panel: Panel) -> Floats:
+    """Return the averaging times that must be seen, those of the marks among them."""
+    if panel.model is None:
+        return panel.curve.taus
+    marks = [term.read_at for term in drawn_terms(panel.model, panel.curve)]
+    return np.concatenate((panel.curve.taus, marks))
+
+
+def _hide_outside(axes: Axes, window: Window) -> None:
+    """Hide marks that lie outside, which would hang on the frame."""
+    for line in axes.lines:
+        heights = np.asarray(line.get_ydata(), dtype=np.float64)
+        if heights.size == 1 and line.get_linestyle() == "None":
+            line.set_visible(bool(window.low < heights[0] < window.high))

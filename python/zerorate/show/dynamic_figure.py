@@ -9,7 +9,14 @@ import numpy as np
 from zerorate.noise.dynamic import DynamicAllan
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import shown_unit
-from zerorate.show.plotting.style import FONT, new_figure, style_decades, style_panels, time_unit
+from zerorate.show.style import (
+    FONT,
+    new_figure,
+    style_decades,
+    style_panels,
+    time_unit,
+    write_caption,
+)
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -73,10 +80,8 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
     scale.outline.set_linewidth(0.5)
     style_decades(bar)
     axes.yaxis.set_major_formatter(bar.yaxis.get_major_formatter())
-    figure.text(
-        0.5, 2.0 / _HEIGHT, f"Window of {result.window:g} s. Grey: no deviation, for gaps.",
-        ha="center", va="bottom", size=FONT - 0.5, color="0.25",
-    )  # fmt: skip
+    said = f"Window of {result.window:g} s. Grey: no deviation, for gaps."
+    write_caption(figure, _HEIGHT, said)
     return figure
 
 

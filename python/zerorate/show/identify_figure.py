@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, Final
 
 from zerorate.identify.study.phrases import model_name
 from zerorate.identify.study.result import Identification
-from zerorate.show.plotting.identify_correlation import (
+from zerorate.show.identify_panels import (
     draw_acf,
+    draw_ar_orders,
+    draw_arma_orders,
+    draw_online,
     draw_pacf,
     draw_quantiles,
     draw_residual_acf,
-)
-from zerorate.show.plotting.identify_orders import draw_ar_orders, draw_arma_orders, style_orders
-from zerorate.show.plotting.identify_record import (
-    draw_online,
     draw_series,
     draw_spectrum,
+    style_orders,
     style_times,
 )
-from zerorate.show.plotting.style import FONT, new_figure, style_decades, style_panels
+from zerorate.show.style import new_figure, style_decades, style_panels, write_caption, write_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -77,9 +77,8 @@ def plot_identification(found: Identification) -> Figure:
     for axes in orders:
         style_orders(axes, found.arma_orders.margin)
     title = f"{found.name}: {model_name(found.model.order)}"
-    figure.text(0.5, 1.0 - 2.0 / height, title, ha="center", va="top", size=FONT + 1.5)
-    caption = textwrap.fill(_caption(found), 170)
-    figure.text(0.5, 2.0 / height, caption, ha="center", va="bottom", size=FONT - 0.5, color="0.25")
+    write_title(figure, height, title)
+    write_caption(figure, height, textwrap.fill(_caption(found), 170))
     return figure
 
 

@@ -1,4 +1,4 @@
-"""A replay as plain text: the table, and the sentences under it."""
+"""A replay as plain text: scores, what the filter learned, and the sentences under them."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -6,13 +6,15 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.io.quantity import split_unit
+from zerorate.numerals import or_dash, with_error
 from zerorate.run.replay import Score, Summary
 from zerorate.run.replay.columns import beside_names
-from zerorate.show.report.text import WIDTH, bulleted, on_clock
+from zerorate.run.replay.learned import last_known, noise_units
+from zerorate.show.tables import WIDTH, Table, aligned, as_text, bulleted, on_clock
 
-__all__ = ["format_notes", "format_table"]
+__all__ = ["format_learned", "format_notes", "format_table"]
 
-_GAP: Final = "  "
 _NO_REST: Final = "no rest yet"
 _WARNING: Final = (
     "At rest any low-pass filter lowers the deviation, and pays with delay when the sensor turns.",
@@ -20,6 +22,10 @@ _WARNING: Final = (
 )
 _COMPENSATED: Final = (
     "Measured is the drift that a method finds; the filtered log is raw minus it, as noisy as raw."
+)
+_LEARNED: Final = (
+    "White noise as angle random walk, drift as rate random walk; 63 %: the time in which the bias "
+    "follows a small step; bias and its standard deviation as they are at the end."
 )
 _ANGLE: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 1.0 / 3600.0)}
 
@@ -38,16 +44,30 @@ def format_table(replay: Summary) -> str:
         Lines without an end: two of headings, one a row, some on what the numbers mean. A dash
         stands where a number means nothing.
     """
-    columns = list(_columns(replay))
-    widths = [max(map(len, column)) for column in columns]
-    widths[0] = min(widths[0], WIDTH - sum(widths[1:]) - len(_GAP) * (len(widths) - 1))
-    lines = []
-    for cells in zip(*columns, strict=True):
-        first, method, *numbers = (_fit(c, w) for c, w in zip(cells, widths, strict=True))
-        right = (cell.strip().rjust(w) for cell, w in zip(numbers, widths[2:], strict=True))
-        lines.append(_GAP.join((first, method, *right)).rstrip())
+    lines = aligned(list(zip(*_columns(replay), strict=True)), 2, WIDTH)
     said = (*_WARNING, _COMPENSATED) if replay.output == "compensated" else _WARNING
     return "\n".join((*lines, "", *said))
+
+
+def format_learned(replay: Summary) -> str:
+    """Return a table of what the chosen filter learned, at most `WIDTH` columns wide.
+
+    Parameters
+    ----------
+    replay : Summary
+        What to show.
+
+    Returns
+    -------
+    str
+        Lines without an end, a row for each axis; empty for the published methods, which have no
+        such parameters.
+    """
+    if replay.method != "auto":
+        return ""
+    head = ("axis", "rest [s]", "motion [s]", *_learned_heads(replay.header.unit))
+    title = f"Learned by {replay.method}"
+    return as_text(Table(title, head, tuple(_learned_rows(replay)), note=_LEARNED))
 
 
 def format_notes(replay: Summary) -> str:
@@ -101,10 +121,6 @@ def _number(value: float, form: str) -> str:
 def _speed(replay: Summary, method: str) -> str:
     speed = replay.speed.get(method, math.nan)
     return f"{speed / 1e6:.3g} M" if math.isfinite(speed) else "-"
-
-
-def _fit(text: str, width: int) -> str:
-    return text.ljust(width) if len(text) <= width else text[: width - 1] + "…"
 
 
 def _notes(replay: Summary) -> Iterator[str]:
@@ -178,3 +194,41 @@ def _on_output(replay: Summary) -> Iterator[str]:
             "the filtered log holds raw minus drift under the names of the raw columns, and "
             f"{', '.join(columns)} and so on: the drift, its standard deviation, and rest"
         )
+
+
+def _learned_heads(unit: str) -> tuple[str, ...]:
+    (white, _), (walk, _) = noise_units(unit)
+    return f"noise [{white}]", f"drift [{walk}]", "63 % [s]", f"bias [{unit}]"
+
+
+def _learned_rows(replay: Summary) -> Iterator[tuple[str, ...]]:
+    (_, white), (_, walk) = noise_units(replay.header.unit)
+    history = replay.history
+    noise = white * last_known(history.angle_random_walk)
+    drift = walk * last_known(history.rate_random_walk)
+    for i, name in enumerate(replay.header.names):
+        yield (
+            split_unit(name)[0],
+            *_times(replay, i),
+            or_dash(noise[i]),
+            or_dash(drift[i]),
+            _memory(replay, i),
+            _bias(replay, i),
+        )
+
+
+def _times(replay: Summary, i: int) -> tuple[str, str]:
+    if replay.seen.at_rest is None:
+        return "-", "-"
+    rest = float(replay.seen.at_rest[i]) / replay.header.rate
+    return f"{rest:.1f}", f"{replay.header.duration - rest:.1f}"
+
+
+def _bias(replay: Summary, i: int) -> str:
+    bias, sigma = replay.history.bias[-1, i], replay.history.bias_sigma[-1, i]
+    return with_error(bias, sigma) if np.isfinite(bias) else "-"
+
+
+def _memory(replay: Summary, i: int) -> str:
+    seconds = replay.memory[i]
+    return f"> {replay.header.duration:.4g}" if np.isinf(seconds) else or_dash(seconds)
