@@ -5,8 +5,8 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING, Final
 
-from zerorate.identify.study.phrases import model_name
-from zerorate.identify.study.result import Identification
+from zerorate.identify.conclusions import model_name
+from zerorate.identify.identification import Identification
 from zerorate.show.plotting.identify_correlation import (
     draw_acf,
     draw_pacf,

@@ -14,8 +14,8 @@ from zerorate.show.plotting.style import BLACK, BLUE, GREY, VERMILION
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from zerorate.identify.checks.whiteness import Correlogram
-    from zerorate.identify.study.result import Identification
+    from zerorate.identify.correlogram import Correlogram
+    from zerorate.identify.identification import Identification
 
 __all__ = ["draw_acf", "draw_pacf", "draw_quantiles", "draw_residual_acf"]
 

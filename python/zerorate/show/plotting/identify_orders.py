@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from zerorate.identify.study.scores import above_least
+from zerorate.identify.order import above_least
 from zerorate.show.plotting.style import BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from zerorate.identify.estimation.order import OrderSelection
-    from zerorate.identify.study.result import Identification
+    from zerorate.identify.identification import Identification
+    from zerorate.identify.order import OrderSelection
 
 __all__ = ["draw_ar_orders", "draw_arma_orders", "style_orders"]
 

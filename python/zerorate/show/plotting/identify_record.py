@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.identify.study.phrases import model_name
+from zerorate.identify.conclusions import model_name
 from zerorate.noise.spectrum import Spectrum
 from zerorate.show.plotting.envelope import limits, spans
 from zerorate.show.plotting.style import (
@@ -25,8 +25,7 @@ from zerorate.show.plotting.style import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from zerorate.identify.study.online import Online
-    from zerorate.identify.study.result import Identification
+    from zerorate.identify.identification import Identification, Online
 
 __all__ = ["draw_online", "draw_series", "draw_spectrum", "style_times"]
 

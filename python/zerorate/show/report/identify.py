@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from zerorate.identify.study.result import Identification
+from zerorate.identify.identification import Identification
 from zerorate.io import Log
 from zerorate.show.report.identify_tables import tables
 from zerorate.show.report.tables import as_text

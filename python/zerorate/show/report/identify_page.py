@@ -4,9 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 
 from zerorate._native import __version__
-from zerorate.identify.study.fitness import is_fit
-from zerorate.identify.study.phrases import model_name, per_cent
-from zerorate.identify.study.result import Identification
+from zerorate.identify.conclusions import is_fit, model_name, per_cent
+from zerorate.identify.identification import Identification
 from zerorate.show.report.identify_tables import tables
 from zerorate.show.report.page import as_html, bullets, image, page
 from zerorate.show.report.tables import Table
