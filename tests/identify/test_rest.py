@@ -5,8 +5,8 @@ import pytest
 
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.identify.checks.rest import Span, moving_spans
-from zerorate.identify.preparation.smoothing import moving_average
+from zerorate.identify.rest import Span, moving_spans
+from zerorate.identify.window_filters import moving_average
 
 RATE = 100.0
 NOISE = np.random.default_rng(1).standard_normal(60_000)

@@ -21,10 +21,9 @@ from zerorate.cli.options import (
     parse_order,
 )
 from zerorate.cli.progress import progress_bar
+from zerorate.identify.identification import LEAST_SAMPLES, Identification
+from zerorate.identify.identification import identify as identify_axis
 from zerorate.identify.records import as_record
-from zerorate.identify.study.identification import LEAST_SAMPLES
-from zerorate.identify.study.identification import identify as identify_axis
-from zerorate.identify.study.result import Identification
 from zerorate.io import Log, read_log
 from zerorate.run.replay.workers import Progress
 from zerorate.show.identify_tables import format_identify, log_notes

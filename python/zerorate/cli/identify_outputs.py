@@ -7,8 +7,8 @@ from pathlib import Path
 
 from zerorate.cli.faults import as_usage, require, writing
 from zerorate.cli.outputs import together
-from zerorate.identify.study.as_json import as_json
-from zerorate.identify.study.result import Identification
+from zerorate.identify.as_json import as_json
+from zerorate.identify.identification import Identification
 from zerorate.io import Log, check_writable
 from zerorate.run.replay.workers import Progress
 from zerorate.show.identify_page import identification_page

@@ -12,7 +12,7 @@ from zerorate.compare.measures import allan, consistency, if_possible
 from zerorate.compare.methods import Answer, answer
 from zerorate.compare.recording import Recording
 from zerorate.compare.result import Row
-from zerorate.identify.checks.rest import moving_spans
+from zerorate.identify.rest import moving_spans
 from zerorate.io import LogError
 from zerorate.metrics import BestEma
 

@@ -1,15 +1,16 @@
 """Records as the identification takes them: one axis, NaN where a sample is missing."""
 
+import numbers
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.noise.records import unmasked
+from zerorate.noise.records import power_of_two, unmasked
+from zerorate.types import Floats
 
-__all__ = ["as_record"]
+__all__ = ["as_record", "centred", "checked_width", "size_of", "with_gaps"]
 
-Floats = npt.NDArray[np.float64]
 
 _GLANCE: Final = 1000
 
@@ -61,3 +62,42 @@ def _floats(z: npt.ArrayLike) -> Floats:
     if array.dtype.kind not in "fiub":
         raise TypeError(f"z must hold real numbers, got dtype {array.dtype}")
     return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def checked_width(width: int, name: str = "width") -> int:
+    """Return a number of samples; ValueError unless it is a whole number from 1 on."""
+    whole = isinstance(width, numbers.Integral) and not isinstance(width, bool)
+    if not whole or width < 1:
+        raise ValueError(f"{name} must be a whole number from 1 on, got {width!r}")
+    return int(width)
+
+
+def with_gaps(record: Floats) -> Floats:
+    """Return the record with NaN for all that is not finite; itself if nothing is."""
+    finite = np.isfinite(record)
+    return record if finite.all() else np.where(finite, record, np.nan)
+
+
+def centred(record: Floats) -> Floats:
+    """Return the samples that are there less their mean, at most about 1 in size.
+
+    For what does not depend on the unit. The mean is found about one of the samples, so that an
+    offset costs no precision, and the unit is a power of two, so that it rounds nothing.
+    """
+    finite = np.isfinite(record)
+    present = record if finite.all() else record[finite]
+    scaled = present / size_of(present)
+    scaled -= scaled[0]
+    scaled -= scaled.mean()
+    # Once more: a record that hardly differs is small now.
+    scaled /= size_of(scaled)
+    if present is record:
+        return scaled
+    whole = np.full(record.size, np.nan)
+    whole[finite] = scaled
+    return whole
+
+
+def size_of(values: Floats) -> float:
+    """Return a power of two near the largest of finite values, 1 if all are 0."""
+    return power_of_two(values) if np.any(values) else 1.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING, Final
 
-from zerorate.identify.study.phrases import model_name
-from zerorate.identify.study.result import Identification
+from zerorate.identify.conclusions import model_name
+from zerorate.identify.identification import Identification
 from zerorate.show.identify_panels import (
     draw_acf,
     draw_ar_orders,

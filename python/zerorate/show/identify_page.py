@@ -6,9 +6,8 @@ from html import escape
 from importlib.resources import files
 
 from zerorate._native import __version__
-from zerorate.identify.study.fitness import is_fit
-from zerorate.identify.study.phrases import model_name, per_cent
-from zerorate.identify.study.result import Identification
+from zerorate.identify.conclusions import is_fit, model_name, per_cent
+from zerorate.identify.identification import Identification
 from zerorate.show.identify_tables import tables
 from zerorate.show.tables import Table
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.identify.study.phrases import model_name
-from zerorate.identify.study.scores import above_least
+from zerorate.identify.conclusions import model_name
+from zerorate.identify.order import above_least
 from zerorate.noise.spectrum import Spectrum
 from zerorate.numerals import significant
 from zerorate.show.scales import limits, spans
@@ -32,10 +32,9 @@ from zerorate.types import Floats
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from zerorate.identify.checks.whiteness import Correlogram
-    from zerorate.identify.estimation.order import OrderSelection
-    from zerorate.identify.study.online import Online
-    from zerorate.identify.study.result import Identification
+    from zerorate.identify.correlogram import Correlogram
+    from zerorate.identify.identification import Identification, Online
+    from zerorate.identify.order import OrderSelection
 
 __all__ = [
     "draw_acf",

@@ -5,12 +5,11 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.identify.checks.verdict import Verdict
-from zerorate.identify.estimation.order import OrderSelection
-from zerorate.identify.models.model import ArmaModel
-from zerorate.identify.study.phrases import model_name, per_cent
-from zerorate.identify.study.result import Identification
-from zerorate.identify.study.scores import CRITERIA, above_least
+from zerorate.identify.arma_model import ArmaModel
+from zerorate.identify.conclusions import model_name, per_cent
+from zerorate.identify.identification import Identification
+from zerorate.identify.order import CRITERIA, OrderSelection, above_least
+from zerorate.identify.verdict import Verdict
 from zerorate.io import Log
 from zerorate.numerals import significant, with_error
 from zerorate.show.tables import WIDTH, Table, as_text, bulleted, on_clock
