@@ -23,8 +23,8 @@ from zerorate.cli.options import (
 from zerorate.cli.progress import progress_bar
 from zerorate.identify.identification import LEAST_SAMPLES, Identification
 from zerorate.identify.identification import identify as identify_axis
-from zerorate.identify.records import as_record
 from zerorate.io import Log, read_log
+from zerorate.noise.records import as_record
 from zerorate.run.replay.workers import Progress
 from zerorate.show.identify_tables import format_identify, log_notes
 from zerorate.show.tables import bulleted

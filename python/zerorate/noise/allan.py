@@ -13,14 +13,13 @@ from zerorate.noise.freedom import bounds, freedoms
 from zerorate.noise.kinds import Kind, KindName, TauGrid, factors, seconds
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.noise.quantities import check_unit
-from zerorate.noise.records import unmasked
+from zerorate.noise.records import is_constant, real_numbers
 from zerorate.noise.result import AllanResult
 from zerorate.types import Floats, Integers
 
 __all__ = ["allan"]
 
 
-_GLANCE: Final = 1000
 _ONE_SIGMA: Final = 0.6826894921370859
 
 
@@ -143,11 +142,7 @@ def _check(confidence: float, exponent: int | None, bridge: int) -> None:
 
 def _record(z: npt.ArrayLike) -> npt.NDArray[np.generic]:
     """Return the record as an array, as it is in memory."""
-    record = np.asarray(unmasked(z))
-    if record.dtype.kind == "O":
-        record = record.astype(np.float64)
-    if record.dtype.kind not in "fiub":
-        raise TypeError(f"z must hold real numbers, got dtype {record.dtype}")
+    record = real_numbers(z)
     if record.ndim not in (1, 2) or 0 in record.shape:
         raise ValueError(f"z must have shape (n,) or (n, k) with a sample, got {record.shape}")
     return record
@@ -207,7 +202,7 @@ def _on_record(
         if lacking:
             filled = f"; gaps of up to {bridge} are bridged" if bridge else ""
             yield f"{label}{lacking} of {z.size} samples are missing{filled}"
-        if _is_constant(z):
+        if is_constant(z, z[int(np.argmax(np.isfinite(z)))]):
             yield f"{label}all samples are equal: the deviation is 0, and there is nothing to fit"
 
 
@@ -218,11 +213,3 @@ def _on_gaps(terms: Integers, taus: Floats, names: tuple[str, ...]) -> Iterator[
         if lost.size:
             label = f"{name}: " if name else ""
             yield f"{label}gaps leave no term from {taus[lost[0]]:g} s on: bridge= fills short ones"
-
-
-def _is_constant(z: npt.NDArray[np.generic]) -> bool:
-    """Return whether all samples that are there are equal."""
-    first = z[int(np.argmax(np.isfinite(z)))]
-    # A glance at the beginning nearly always tells.
-    parts = (z[:_GLANCE], z[_GLANCE:])
-    return all(bool(np.all((part == first) | ~np.isfinite(part))) for part in parts)

@@ -1,16 +1,23 @@
-"""When a sensor was moved: simulated motion and noise, and real recordings."""
+"""Motion in a record that should be at rest: simulated, and in real recordings."""
 
 import numpy as np
 import pytest
 
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.identify.rest import Span, moving_spans
+from zerorate import NoiseModel
 from zerorate.identify.window_filters import moving_average
+from zerorate.io.sensors import read_sensors
+from zerorate.noise.rest import MOVED, Span, largest_step, moving_spans
 
 RATE = 100.0
 NOISE = np.random.default_rng(1).standard_normal(60_000)
 SECONDS = np.arange(60_000) / RATE
+
+
+def simulated(n=20_000):
+    model = NoiseModel(angle_random_walk=1e-4, bias_instability=2e-5)
+    return zr.simulate(model, RATE, n / RATE, seed=1, axes=3)[0][:, 0].copy()
 
 
 def column(name, axis, rate=None):
@@ -122,3 +129,44 @@ def test_wrong_input_is_refused_in_a_sentence():
         moving_spans(NOISE.reshape(-1, 2), RATE)
     with pytest.raises(ValueError, match="z holds no finite sample"):
         moving_spans([np.nan], RATE)
+
+
+class TestLargestStep:
+    @pytest.mark.parametrize("exponent", [0, 1, 2])
+    def test_noise_at_rest_of_any_colour_is_still(self, exponent):
+        z = np.random.default_rng(1).standard_normal(200_000)
+        for _ in range(exponent):
+            z = np.cumsum(z) / 1000.0
+        assert largest_step(z, RATE).size < MOVED
+
+    def test_a_turn_is_found_and_timed(self):
+        z = simulated()
+        z[12_000:12_300] += 0.5
+        step = largest_step(z, RATE)
+        assert step.size > MOVED
+        # The turn lasts from 120 to 123 s, and a step lies between two seconds.
+        assert step.time in (120.0, 123.0)
+
+    @pytest.mark.parametrize("z", [np.ones(5000), np.full(5000, np.nan), simulated(300)])
+    def test_nothing_is_said_without_enough_to_go_by(self, z):
+        assert largest_step(z, RATE).size == 0.0
+
+    def test_missing_samples_do_not_count(self):
+        z = simulated()
+        z[1000:9950] = np.nan
+        assert 0.0 < largest_step(z, RATE).size < MOVED
+
+    @needs_recordings
+    @pytest.mark.parametrize(
+        ("name", "rate", "moved"),
+        [
+            ("adis16405_static_100hz_run1", 100.0, False),
+            ("mpu6050_static_100hz", 100.0, False),
+            ("broad_05_undisturbed_slow_rotation_with_breaks_B", 2000 / 7, True),
+            ("mimu4444_array8_62hz_exp1", None, True),
+        ],
+    )
+    def test_recordings(self, name, rate, moved):
+        for log in read_sensors(RECORDINGS / f"{name}.parquet", rate=rate):
+            steps = [largest_step(z, log.rate).size for z in log.data.T]
+            assert [size > MOVED for size in steps] == [moved] * log.channels
