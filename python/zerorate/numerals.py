@@ -10,12 +10,12 @@ NOTHING: Final = "-"
 
 
 def with_error(value: float, sigma: float) -> str:
-    """Return a number and its standard error, both down to the error's last telling digit."""
+    """Return a number and its standard error, both down to the error's last significant digit."""
     if not sigma > 0.0:
         return significant(value, 4)
     if not 1e-4 <= max(abs(value), sigma) < 1e6:
         return f"{value:.3g} ± {sigma:.1g}"
-    # The second digit of an error tells something only behind a small first one.
+    # The second digit of an error matters only after a small first one.
     digits = 2 if f"{sigma:e}"[0] in "12" else 1
     last = digits - 1 - math.floor(math.log10(sigma))
     return " ± ".join(f"{round(number, last):.{max(last, 0)}f}" for number in (value, sigma))

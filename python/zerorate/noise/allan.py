@@ -1,4 +1,4 @@
-"""From a record to its deviation curve."""
+"""The deviation curve of a record."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final
@@ -59,7 +59,7 @@ def allan(
         Gaps of at most so many samples are filled in a straight line. Every other gap costs the
         terms that would reach across it.
     exponent : int, optional
-        Noise type to take for granted in the bounds, -4 to 2; found at each tau by default.
+        Noise type that the bounds assume, -4 to 2; by default it is found at each tau.
     confidence : float, default 0.683
         Of the bounds.
     threads : int, optional
@@ -196,7 +196,7 @@ def _names(names: Sequence[str] | None, deviation: Floats) -> tuple[str, ...]:
 def _on_record(
     record: npt.NDArray[np.generic], missing: Integers, bridge: int, names: tuple[str, ...]
 ) -> Iterator[str]:
-    """Yield what must be said of gaps and of axes without noise."""
+    """Yield notes on gaps and on axes without noise."""
     for name, lacking, z in zip(names, missing, record.reshape(len(record), -1).T, strict=True):
         label = f"{name}: " if name else ""
         if lacking:
@@ -207,7 +207,7 @@ def _on_record(
 
 
 def _on_gaps(terms: Integers, taus: Floats, names: tuple[str, ...]) -> Iterator[str]:
-    """Yield from which averaging time on the gaps leave nothing."""
+    """Yield notes on the averaging times for which the gaps leave no term."""
     for name, counts in zip(names, terms.reshape(taus.size, -1).T, strict=True):
         lost = np.flatnonzero(counts == 0)
         if lost.size:

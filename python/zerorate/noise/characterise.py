@@ -1,4 +1,4 @@
-"""The noise of every axis of one log: deviations, models, a second opinion, and doubts."""
+"""The noise of every axis of one log: deviations, models, a second opinion, and warnings."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -147,7 +147,7 @@ def characterise(
     curve = allan(log, kind=kind, taus=taus, bridge=bridge, confidence=confidence)
 
     axes = []
-    # Transforms need no interpreter lock: they run beside the fits.
+    # Transforms need no interpreter lock: they run during the fits.
     with ThreadPoolExecutor(1) as executor:
         columns = [np.ascontiguousarray(z) for z in log.data.T]
         asked = columns if second_opinion else []

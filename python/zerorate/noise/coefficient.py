@@ -99,7 +99,7 @@ class Coefficient(float):
     def conservative(self) -> float:
         """The value, or the upper bound where the value is not identifiable.
 
-        What a filter is to be given: it must not take zero for unknown.
+        The number to give to a filter, which must not take an unknown coefficient for zero.
         """
         return self.value if self._identifiable else self._upper_bound
 
@@ -183,7 +183,7 @@ class CoefficientField:
         """Return the coefficient; on the class, the default zero."""
         if instance is None:
             if self._required:
-                # What a dataclass reads as: no default.
+                # A dataclass takes this for a field without a default.
                 raise AttributeError(self._name)
             return Coefficient()
         value: Coefficient = instance.__dict__[self._name]

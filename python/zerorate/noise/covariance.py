@@ -1,4 +1,4 @@
-"""How the estimates of one curve vary, and vary together.
+"""Variances and covariances of the estimates of one curve.
 
 An estimate at m samples is the mean of squares of a difference D_m of the phase. For Gaussian
 noise the covariance of two such means is the mean over pairs of terms of 2 C(k)², where C(k) is

@@ -252,9 +252,9 @@ _LEAST: Final = len(_POWERS) + 1
 def polynomial_fit(taus: Floats, deviation: Floats, unit: tuple[float, Quantity]) -> FittedModel:
     """Fit sigma^2 = sum of A_n tau^n, n = -2 to 2, by least squares of relative errors.
 
-    Every averaging time weighs the same and is taken as independent of the others, so what is said
-    of errors is too small, and a term without evidence may well come out large: that is how the
-    method is, and why it is not the default. A negative coefficient is not identifiable.
+    Every averaging time weighs the same and is taken as independent of the others, so the errors
+    that it states are too small, and a term without evidence may well come out large: that is how
+    the method is, and why it is not the default. A negative coefficient is not identifiable.
 
     Parameters
     ----------

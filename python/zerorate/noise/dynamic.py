@@ -1,4 +1,4 @@
-"""How the deviation curve of a record changes along it."""
+"""Deviation curves over a window that slides along a record."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["DynamicAllan", "dynamic_allan"]
 _WINDOWS: Final = 50
 _TAUS_PER_WINDOW: Final = 10
 _LEAST_SAMPLES: Final = 20
-# Windows at a time, so that the copies stay small beside the record.
+# Windows at a time, so that the copies stay small compared with the record.
 _BATCH: Final = 16
 
 
@@ -94,7 +94,7 @@ def dynamic_allan(
         Samples per second, Hz.
     window : float, optional
         Length of the window in s; a tenth of the record by default. Averaging times go up to a
-        tenth of it, beyond which chance rules.
+        tenth of it, beyond which the estimates are mostly chance.
     step : float, optional
         From one window to the next in s; by default such that there are about fifty.
     kind, taus, unit, threads

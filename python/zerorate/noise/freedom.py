@@ -1,4 +1,4 @@
-"""How many degrees of freedom an estimate has, and the bounds that follow."""
+"""Degrees of freedom of an estimate, the bounds that follow, and the bias of reflection."""
 
 from collections.abc import Callable
 from typing import Final
@@ -113,7 +113,7 @@ def total_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Floats:
 
 
 def reflection_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Floats:
-    """Return that ratio as it is, where the printed one is too far off for a fit."""
+    """Return the same ratio, by simulation where the printed one is too far off for a fit."""
     if not (kind.total and kind.modified):
         return total_bias(kind, m, exponents, n)
     limits = np.array([_MODIFIED_REFLECTION[int(e)] for e in nearest_exponent(kind, exponents)])

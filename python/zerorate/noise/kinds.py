@@ -95,7 +95,7 @@ _LEAST_THEO1 = 10
 def factors(
     taus: TauGrid | Sequence[float] | npt.ArrayLike, kind: Kind, rate: float, longest: int
 ) -> tuple[Integers, tuple[str, ...]]:
-    """Return averaging factors, rising, and what had to be said about them.
+    """Return averaging factors, rising, and notes on how they were rounded.
 
     Parameters
     ----------

@@ -17,10 +17,10 @@ Weighting = Callable[[Floats], Floats]
 
 _ROUNDS: Final = 12
 _SETTLED: Final = 1e-7
-# Of a bound: closer than it is shown.
+# Of a bound: finer than it is printed.
 _NEAR: Final = 1e-3
-# Least eigenvalue of a correlation matrix that is taken at its word: what is computed of
-# neighbouring averaging times is good to about this.
+# Least eigenvalue of a correlation matrix that is trusted: those computed of neighbouring
+# averaging times are good to about this.
 _LEAST: Final = 1e-4
 _ONE_SIDED_95: Final = 1.6448536269514722
 
@@ -104,7 +104,7 @@ def upper_bound(basis: Floats, solution: Solution, i: int, weighting: Weighting)
 
 
 def bound_by_one(column: Floats, data: Floats, edf: Floats) -> float:
-    """Return the strength at which the most telling single estimate would be too low at 95 %."""
+    """Return the strength at which the clearest single estimate would be too low at 95 %."""
     seen = column > 0.0
     largest = data * edf / chi_squared_quantile(0.05, edf)
     return float(np.min(largest[seen] / column[seen]))

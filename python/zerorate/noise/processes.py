@@ -1,4 +1,10 @@
-"""Generalised autocovariances of the noise processes, and their unit strengths."""
+"""Generalised autocovariances (Greenhall and Riley 2003) and strengths of the noise processes.
+
+The phase x (the sum of the rate) of a noise has no autocovariance if it wanders, but differences
+of it have one, and all of them follow from one even function s(k): the covariance of two sums of
+phases with weights that add up to zero is the sum of products of weights times s. Polynomials in
+k² of a degree that the differences remove may be left out of s. The sample is the unit of time.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -149,7 +155,7 @@ COLOURED: Final[dict[str, Process]] = {
 """Noises of the coefficients of `NoiseModel`."""
 
 TERMS: Final = (*COLOURED, "rate_ramp")
-"""Coefficients that a fit finds unless told otherwise."""
+"""Coefficients that a fit looks for by default."""
 
 _RATE_POWER: Final = {
     "quantization": 2.0,

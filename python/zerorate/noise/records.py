@@ -1,4 +1,4 @@
-"""Records as they are given: checks of their samples, their gaps, their size and resolution."""
+"""Records as a caller gives them: checks, gaps, size and resolution."""
 
 import math
 import numbers
@@ -83,7 +83,7 @@ def real_numbers(z: npt.ArrayLike) -> npt.NDArray[Any]:
 
 def is_constant(record: npt.NDArray[Any], value: float) -> bool:
     """Return whether all samples that are there are equal to a value."""
-    # A glance at the beginning nearly always tells.
+    # The beginning nearly always settles it.
     parts = (record[:_GLANCE], record[_GLANCE:])
     return all(bool(np.all((part == value) | ~np.isfinite(part))) for part in parts)
 

@@ -1,4 +1,4 @@
-"""A deviation curve with its errors, and what can be asked of it."""
+"""A deviation curve with its bounds, its axes and its fits."""
 
 from __future__ import annotations
 

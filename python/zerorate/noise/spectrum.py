@@ -59,7 +59,7 @@ class Spectrum:
 
 
 class Bands:
-    """Bands of the spectrum of n samples, and how much each tells."""
+    """Bands of the spectrum of n samples, and how many independent lines each holds."""
 
     def __init__(self, n: int) -> None:
         self.n = n

@@ -70,7 +70,7 @@ _SERIES_ORDER: Final = 18
 
 @dataclass(frozen=True)
 class Statistic:
-    """How a deviation weighs the terms: its square is their sum, each at tau = 1 s.
+    """The weights of the terms in a deviation: its square is their sum, each at tau = 1 s.
 
     Both are differences, of order 2 or 3, of the angle at steps of tau.
     """

@@ -93,7 +93,9 @@ def plot_allan(
         listed = [None] * len(result.names)  # type: ignore[list-item]
     if len(listed) != len(result.names):
         raise ValueError(f"models must be one an axis: {len(result.names)}, got {len(listed)}")
-    panels = [Panel(_seen(axis), model) for axis, model in zip(result, listed, strict=True)]
+    panels = [
+        Panel(_positive_part(axis), model) for axis, model in zip(result, listed, strict=True)
+    ]
     return _figure(_rows(panels), "")
 
 
@@ -119,10 +121,10 @@ def plot_characterisation(found: Sequence[Characterisation]) -> Figure:
 def _panels(found: Characterisation) -> Iterator[Panel]:
     for curve, axis in zip(found.curve, found.axes, strict=True):
         title = f"{axis.name} (moved?)" if axis.moved else axis.name
-        yield Panel(replace(_seen(curve), names=(title,)), axis.model)
+        yield Panel(replace(_positive_part(curve), names=(title,)), axis.model)
 
 
-def _seen(curve: AllanResult) -> AllanResult:
+def _positive_part(curve: AllanResult) -> AllanResult:
     """Return the part of a curve of one axis that has a place on a logarithmic scale."""
     seen = curve.deviation > 0.0
     if seen.all() or not seen.any():

@@ -1,4 +1,4 @@
-"""What of a noise model is drawn over a deviation curve: lines, marks, and a list."""
+"""Lines, marks and list of a model's coefficients over a deviation curve."""
 
 import math
 from collections.abc import Iterator, Sequence

@@ -28,8 +28,8 @@ class Measure:
     ideal : float
         The value of a perfect filter; the worst axis is that farthest from it.
     of_one : bool
-        Whether it means nothing beside those of other recordings, and stands in tables of one axis
-        only.
+        Whether it can be compared only within one recording, so that it stands in tables of one
+        axis only.
     """
 
     name: str
@@ -122,7 +122,7 @@ SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
         _growth("smoothed rate", "smooth_growth", *_NIS),
     ),
 }
-"""The tables of each kind in their order; a deviation at rest comes last, for it tells least."""
+"""The tables of each kind in their order; a deviation at rest comes last, for it says least."""
 
 _DAGGER: Final = "†: chosen with knowledge of the record, which no filter has"
 
@@ -148,7 +148,7 @@ LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
 
 
 def format_compare(found: Sequence[Comparison], per_axis: bool = False) -> str:
-    """Return the tables of each kind, at most `WIDTH` columns wide, and what must be said of them.
+    """Return the tables of each kind, at most `WIDTH` columns wide, with their notes.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def format_compare(found: Sequence[Comparison], per_axis: bool = False) -> str:
         One a kind.
     per_axis : bool
         Whether every axis has tables of its own; by default each number is the mean over all axes
-        of all recordings of the kind, and beside it stands that of the worst axis.
+        of all recordings of the kind, with that of the worst axis next to it.
 
     Returns
     -------
@@ -181,7 +181,7 @@ def _of_one(section: Section, rows: Sequence[Row]) -> Table:
     lines = ((_label(row), *(one.text(one.of(row)) for one in measures)) for row in rows)
     # Of an unknown unit no more can be said.
     head = (one.head if first.angle == "rad" else one.head.partition(",")[0] for one in measures)
-    return Table(f"{section.title}: {place}", ("method", *head), _telling(lines))
+    return Table(f"{section.title}: {place}", ("method", *head), _with_numbers(lines))
 
 
 def _of_all(section: Section, axes: Sequence[Sequence[Row]]) -> Table:
@@ -192,7 +192,7 @@ def _of_all(section: Section, axes: Sequence[Sequence[Row]]) -> Table:
         (_label(rows[0]), *(cell for one in shared for cell in _mean_and_worst(one, rows)))
         for rows in zip(*axes, strict=True)
     )
-    return Table(title, ("method", *head), _telling(lines))
+    return Table(title, ("method", *head), _with_numbers(lines))
 
 
 def _counted(axes: Sequence[Sequence[Row]]) -> str:
@@ -205,8 +205,8 @@ def _mean_and_worst(measure: Measure, rows: Sequence[Row]) -> tuple[str, str]:
     return measure.text(mean), measure.text(max(known, key=measure.badness, default=math.nan))
 
 
-def _telling(lines: Iterable[tuple[str, ...]]) -> tuple[tuple[str, ...], ...]:
-    """Return the rows of methods that this table has anything to say of."""
+def _with_numbers(lines: Iterable[tuple[str, ...]]) -> tuple[tuple[str, ...], ...]:
+    """Return the rows of methods that have a number in this table."""
     return tuple(line for line in lines if any(cell != NOTHING for cell in line[1:]))
 
 

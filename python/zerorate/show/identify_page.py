@@ -71,7 +71,7 @@ def identification_page(
     figures : mapping of str to bytes
         SVG of the axes that have a figure.
     notes : sequence of str
-        What there is to say of the log.
+        Sentences on the log.
     """
     return page(f"{source}: identification", _body(found, source, figures, notes))
 

@@ -105,7 +105,7 @@ def draw_spectrum(axes: Axes, found: Identification) -> None:
 
 
 def draw_online(axes: Axes, found: Identification) -> None:
-    """Draw the coefficients as they are learned, beside the offline ones and their errors."""
+    """Draw the coefficients as they are learned, with the offline ones and their errors."""
     axes.set_title("coefficients learned online")
     axes.set_xlabel("time [s]")
     axes.set_xscale("log")
@@ -124,7 +124,7 @@ def draw_online(axes: Axes, found: Identification) -> None:
         axes.axhspan(value - error, value + error, color=colour, alpha=0.25, lw=0.0)
         axes.axhline(value, color=colour, lw=0.5, ls=":")
         axes.plot(times, online.coefficients[:, i], color=colour, lw=0.9, label=label)
-    axes.set_ylim(*_room(online, known))
+    axes.set_ylim(*_online_limits(online, known))
     write_legend(axes, "upper right", 6, 1.3)
 
 
@@ -144,8 +144,8 @@ def _one_sided(measured: Spectrum, rate: float) -> tuple[Floats, Floats]:
     return middles, 2.0 * measured.density * measured.scale**2 / rate
 
 
-def _room(online: Online, known: Floats) -> tuple[float, float]:
-    """Return limits that hold the end of the way, and as much of its beginning as reads well."""
+def _online_limits(online: Online, known: Floats) -> tuple[float, float]:
+    """Return limits that hold the last values, and as much of the beginning as reads well."""
     late = online.coefficients[online.coefficients.shape[0] // 3 :, : known.size]
     low, high = limits(late, 0.1, 0.3)
     span = known.max() - known.min()
@@ -170,7 +170,7 @@ def draw_pacf(axes: Axes, found: Identification) -> None:
 
 
 def draw_residual_acf(axes: Axes, found: Identification) -> None:
-    """Draw the autocorrelation of the residuals, and what Ljung and Box say of it."""
+    """Draw the autocorrelation of the residuals, and the p value of Ljung and Box."""
     white = found.whiteness
     p = white.ljung_box.p_value
     shown = "< 1e-6" if p < 1e-6 else f"= {significant(p, 2)}"

@@ -44,7 +44,7 @@ __all__ = [
 Places = npt.NDArray[np.intp]
 
 MEMORIES: Final = 10.0
-"""Filter time constants from which on an Allan deviation speaks of the sensor again."""
+"""Filter time constants from which on an Allan deviation is again one of the sensor."""
 
 _MOMENTS: Final = 130
 _MEANS: Final = 60

@@ -76,7 +76,7 @@ def format_notes(replay: Summary) -> str:
     Parameters
     ----------
     replay : Summary
-        What to speak of.
+        What the sentences are about.
 
     Returns
     -------

@@ -20,7 +20,7 @@ GAP: Final = "  "
 
 @dataclass(frozen=True)
 class Table:
-    """A title, a row of column heads, rows of cells, and what must be said under them.
+    """A title, a row of column heads, rows of cells, and a note under them.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ def bulleted(notes: Iterable[str]) -> str:
 
 
 def on_clock(log: Log | Header) -> Iterator[str]:
-    """Yield what there is to say of a log's clock."""
+    """Yield a sentence on a log's clock if it is not regular."""
     clock = log.meta.get("clock")
     if clock is not None and not clock.summary().startswith("clock regular"):
         yield clock.summary()

@@ -1,18 +1,15 @@
 """The figure of a replay: panels, limits, sizes, and no label over another."""
 
 import dataclasses
-import itertools
-import subprocess
-import sys
+from functools import cache
 
 import numpy as np
 import pytest
 
+from support.figures import check_layout
 from support.logs import make_log, noise
 from zerorate.run.replay import replay
 from zerorate.show import plot_replay, save_figure
-from zerorate.show.scales import BUCKETS, limits, outline, spans
-from zerorate.show.style import time_unit
 
 
 def gaps():
@@ -48,12 +45,16 @@ def figure_of(data, method="auto", **options):
     return plot_replay(replay(make_log(data), methods=(method,), **options))
 
 
+@cache
+def drawn(name, method="auto"):
+    return figure_of(LOGS[name], method)
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", LOGS)
 def test_panels_and_limits(name, method):
-    data = LOGS[name]
-    figure = figure_of(data, method)
-    assert len(figure.axes) == 5 * data.shape[1]
+    figure = drawn(name, method)
+    assert len(figure.axes) == 5 * LOGS[name].shape[1]
     for axes in figure.axes:
         for low, high in (axes.get_xlim(), axes.get_ylim()):
             assert np.isfinite([low, high]).all()
@@ -62,27 +63,15 @@ def test_panels_and_limits(name, method):
 
 @pytest.mark.parametrize("name", ["one sample", "gaps", "one axis missing", "huge", "spikes"])
 def test_drawing(name, tmp_path):
-    save_figure(figure_of(LOGS[name]), tmp_path / "figure.png")
+    save_figure(drawn(name), tmp_path / "figure.png")
     assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", ["plain", "one axis", "walk", "far from zero", "tiny", "stuck"])
 def test_nothing_lies_over_a_neighbour_or_outside(name, method):
-    figure = figure_of(LOGS[name], method)
-    figure.draw_without_rendering()
-    right = figure.axes[LOGS[name].shape[1] * 4 :]
-    panels = [axes for axes in figure.axes if axes not in right]
-    boxes = [axes.get_tightbbox() for axes in panels] + [
-        t.get_window_extent() for t in figure.texts
-    ]
-    for one, other in itertools.combinations(boxes, 2):
-        assert not one.overlaps(other)
-    for box in (*boxes, *(axes.get_tightbbox() for axes in right)):
-        assert box.x0 >= 0.0
-        assert box.y0 >= 0.0
-        assert box.x1 <= figure.bbox.x1
-        assert box.y1 <= figure.bbox.y1
+    figure = drawn(name, method)
+    check_layout(figure, figure.axes[LOGS[name].shape[1] * 4 :])
 
 
 def test_a_page_is_wide_enough_for_three_axes():
@@ -181,55 +170,3 @@ def test_six_axes_make_a_small_svg(tmp_path, method):
 def test_without_allan_deviations_it_says_so():
     with pytest.raises(ValueError, match="allan=True"):
         plot_replay(replay(make_log(noise(300)), allan=False))
-
-
-def test_pyplot_is_not_touched():
-    code = (
-        "import sys, numpy as np\n"
-        "from zerorate import Log\n"
-        "from zerorate.run.replay import replay\n"
-        "from zerorate.show import plot_replay\n"
-        "assert 'matplotlib' not in sys.modules\n"
-        "z = np.random.default_rng(1).standard_normal(500)\n"
-        "plot_replay(replay(Log(np.arange(500) / 10, 10.0, z, ['x'])))\n"
-        "assert 'matplotlib.pyplot' not in sys.modules\n"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
-
-
-class TestEnvelope:
-    def test_every_peak_is_inside(self):
-        z = np.random.default_rng(3).standard_normal(12_345)
-        t, least, most = spans(z, 10.0)
-        assert len(t) == BUCKETS
-        assert (least.min(), most.max()) == (z.min(), z.max())
-        _, y = outline(z, 10.0)
-        assert (y.min(), y.max()) == (z.min(), z.max())
-
-    def test_short_series_stay_as_they_are(self):
-        z = np.array([3.0, np.inf, 1.0])
-        t, least, most = spans(z, 2.0)
-        np.testing.assert_array_equal(t, [0.0, 0.5, 1.0])
-        np.testing.assert_array_equal(least, [3.0, np.nan, 1.0])
-        np.testing.assert_array_equal(most, least)
-
-    def test_a_gap_stays_a_gap(self):
-        z = np.ones(10_000)
-        z[4000:6000] = np.nan
-        _, least, _ = spans(z, 1.0)
-        assert np.isnan(least).sum() == pytest.approx(0.2 * BUCKETS, abs=1)
-
-    @pytest.mark.parametrize("z", [[np.nan], [0.0], [5.0, 5.0], [1e300, 1e300], [1.0, 2.0]])
-    def test_limits_are_apart(self, z):
-        low, high = limits(np.array(z))
-        assert np.isfinite([low, high]).all()
-        assert low < high
-
-    def test_an_outlier_does_not_flatten_the_rest(self):
-        z = np.append(np.random.default_rng(4).standard_normal(10_000), 1e9)
-        assert limits(z)[1] < 10.0
-
-
-@pytest.mark.parametrize(("duration", "unit"), [(10, "s"), (600, "s"), (7200, "min"), (1e5, "h")])
-def test_time_unit(duration, unit):
-    assert time_unit(duration)[0] == unit

@@ -1,11 +1,14 @@
-"""Bounds of the 1000-point set against those that Stable32 prints, and what they are made of."""
+"""Bounds of the 1000-point set against those of Stable32, and the quantiles they are made of."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.stats import chi2
 
 import zerorate as zr
 from support.published import thousand
+from zerorate._native import chi_squared_quantile
 from zerorate.noise.freedom import total_bias
 from zerorate.noise.kinds import KINDS
 
@@ -87,29 +90,29 @@ THEO1 = [
     *((10, 0.10757), (20, 0.072762), (40, 0.048652), (100, 0.031789)),
     *((202, 0.024120), (400, 0.014321), (998, 0.0050234)),
 ]
-LINES = [(kind, *line) for kind, lines in PRINTED.items() for line in lines]
 
 
 def white(kind, **options):
     return zr.allan(thousand(), 1.0, kind, exponent=0, **options)
 
 
-@pytest.mark.parametrize(("kind", "m", "terms", "lower", "sigma", "upper"), LINES)
-def test_bounds_are_those_of_stable32(kind, m, terms, lower, sigma, upper):
-    r = white(kind, taus=[m], confidence=0.683)
+@pytest.mark.parametrize("kind", PRINTED)
+def test_bounds_are_those_of_stable32(kind):
+    m, terms, lower, sigma, upper = map(np.array, zip(*PRINTED[kind], strict=True))
+    r = white(kind, taus=m, confidence=0.683)
     # Of the total kinds it takes the bias off the Hadamard one alone.
-    bias = total_bias(KINDS[kind], np.array([m]), np.array([0]), 1000) if kind == "htotdev" else 1.0
-    assert r.terms[0] == terms
+    bias = total_bias(KINDS[kind], m, np.zeros_like(m), 1000) if kind == "htotdev" else 1.0
+    np.testing.assert_array_equal(r.terms, terms)
     # Five digits are printed; Stable32 approximates the quantiles of chi-squared.
-    assert r.deviation[0] / np.sqrt(bias) == pytest.approx(sigma, rel=1e-4)
-    assert r.lower[0] / np.sqrt(bias) == pytest.approx(lower, rel=1e-2)
-    assert r.upper[0] / np.sqrt(bias) == pytest.approx(upper, rel=1e-2)
+    np.testing.assert_allclose(r.deviation / np.sqrt(bias), sigma, rtol=1e-4)
+    np.testing.assert_allclose(r.lower / np.sqrt(bias), lower, rtol=1e-2)
+    np.testing.assert_allclose(r.upper / np.sqrt(bias), upper, rtol=1e-2)
 
 
-@pytest.mark.parametrize(("m", "sigma"), THEO1)
-def test_theo1_is_that_of_stable32(m, sigma):
+def test_theo1_is_that_of_stable32():
+    m, sigma = np.transpose(THEO1)
     # Five digits are printed.
-    assert white("theo1", taus=[0.75 * m]).deviation[0] == pytest.approx(sigma, rel=1e-4)
+    np.testing.assert_allclose(white("theo1", taus=0.75 * m).deviation, sigma, rtol=1e-4)
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "pdev"])
@@ -118,7 +121,7 @@ def test_bounds_are_quantiles_of_chi_squared(kind, confidence):
     r = white(kind, confidence=confidence)
     tail = (1.0 - confidence) / 2.0
     lower, upper = (np.sqrt(r.edf / chi2.ppf(p, r.edf)) for p in (1.0 - tail, tail))
-    # What the quantiles are good to, see test_chi_squared.
+    # What the quantiles are good to, see below.
     np.testing.assert_allclose(r.lower, r.deviation * lower, rtol=1e-8)
     np.testing.assert_allclose(r.upper, r.deviation * upper, rtol=1e-8)
 
@@ -151,3 +154,46 @@ def test_dense_grids_have_the_freedoms_of_each_factor():
     every, some = white("oadev", taus="all"), white("oadev", taus=[3, 17, 90, 333, 480])
     # Each is a sum over lags good to half a percent, see test_covariance.
     np.testing.assert_allclose(every.edf[some.factors - 1], some.edf, rtol=1e-2)
+
+
+# Quantiles of chi-squared against SciPy.
+PROBABILITIES = [1e-4, 0.005, 0.05, 0.1585, 0.5, 0.8415, 0.95, 0.99, 1.0 - 1e-6]
+FREEDOMS = np.concatenate(([0.5, 0.7, 1.0, 1.5], np.geomspace(2.0, 1e7, 60)))
+
+# The incomplete gamma functions of both are good to some 1e-13, and to less of it in the far tail.
+TOLERANCE = 1e-9
+
+
+@pytest.mark.parametrize("p", PROBABILITIES)
+def test_equals_scipy(p):
+    found = chi_squared_quantile(p, FREEDOMS)
+    np.testing.assert_allclose(found, chi2.ppf(p, FREEDOMS), rtol=TOLERANCE)
+
+
+@given(st.floats(0.05, 1.0 - 1e-4), st.floats(1.0, 1e7))
+def test_equals_scipy_anywhere(p, edf):
+    assert chi_squared_quantile(p, [edf])[0] == pytest.approx(chi2.ppf(p, edf), rel=TOLERANCE)
+
+
+@given(st.floats(0.5, 1e7))
+def test_rises_with_the_probability(edf):
+    quantiles = [float(chi_squared_quantile(p, [edf])[0]) for p in PROBABILITIES]
+    assert quantiles == sorted(quantiles)
+
+
+@pytest.mark.parametrize("edf", [np.nan, np.inf, 0.0, -1.0])
+def test_without_freedom_there_is_no_quantile(edf):
+    found = chi_squared_quantile(0.5, [edf, 2.0])
+    assert np.isnan(found[0])
+    assert found[1] == pytest.approx(chi2.ppf(0.5, 2.0), rel=TOLERANCE)
+
+
+@pytest.mark.parametrize("p", [0.0, 1.0, -0.1, 1.1, np.nan])
+def test_probabilities_lie_between_0_and_1(p):
+    with pytest.raises(ValueError, match="probability must lie between 0 and 1"):
+        chi_squared_quantile(p, [1.0])
+
+
+def test_wrong_shapes_are_refused():
+    with pytest.raises(ValueError, match="shape"):
+        chi_squared_quantile(0.5, np.ones((2, 2)))

@@ -1,17 +1,16 @@
 """Figures of deviation curves: lines where they belong, limits, and no label over another."""
 
 import itertools
-import subprocess
-import sys
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
 import zerorate as zr
+from support.figures import check_layout
 from zerorate import Log, NoiseModel
 from zerorate.noise.characterise import characterise
-from zerorate.noise.curve_fit import expected_deviation, expected_terms
 from zerorate.show import plot_allan, plot_characterisation, plot_dynamic, save_figure
 from zerorate.show.allan_terms import drawn_terms
 from zerorate.units import convert
@@ -49,21 +48,16 @@ RECORDS = {
 }
 
 
+@cache
 def result_of(name, unit="rad/s"):
     z = RECORDS[name]
     return zr.allan(z, RATE, unit=unit, names=[f"axis {i}" for i in range(z.shape[1])])
 
 
-def check_layout(figure):
-    figure.draw_without_rendering()
-    boxes = [axes.get_tightbbox() for axes in figure.axes]
-    boxes += [text.get_window_extent() for text in figure.texts]
-    for one, other in itertools.combinations(boxes, 2):
-        assert not one.overlaps(other)
-    for box in boxes:
-        assert min(box.x0, box.y0) >= 0.0
-        assert box.x1 <= figure.bbox.x1
-        assert box.y1 <= figure.bbox.y1
+@cache
+def drawn(name, unit="rad/s"):
+    result = result_of(name, unit)
+    return result.plot(result.fit())
 
 
 def lists_of(axes):
@@ -73,8 +67,7 @@ def lists_of(axes):
 @pytest.mark.parametrize("unit", ["rad/s", "g"])
 @pytest.mark.parametrize("name", RECORDS)
 def test_nothing_lies_over_a_neighbour_or_outside(name, unit):
-    result = result_of(name, unit)
-    figure = result.plot(result.fit())
+    figure = drawn(name, unit)
     assert len(figure.axes) == RECORDS[name].shape[1]
     check_layout(figure)
     for axes in figure.axes:
@@ -88,8 +81,7 @@ def test_nothing_lies_over_a_neighbour_or_outside(name, unit):
 
 @pytest.mark.parametrize("name", RECORDS)
 def test_the_list_hides_no_point(name):
-    result = result_of(name)
-    figure = result.plot(result.fit())
+    figure = drawn(name)
     figure.draw_without_rendering()
     for axes in figure.axes:
         points = next(line for line in axes.lines if line.get_marker() == "o")
@@ -177,8 +169,7 @@ def test_one_model_an_axis():
 
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_files(tmp_path, suffix):
-    result = result_of("three axes")
-    save_figure(result.plot(result.fit()), tmp_path / f"figure.{suffix}")
+    save_figure(drawn("three axes"), tmp_path / f"figure.{suffix}")
     assert 5_000 < (tmp_path / f"figure.{suffix}").stat().st_size < 500_000
 
 
@@ -200,30 +191,6 @@ def test_a_record_that_moved_says_so():
     log = Log(np.arange(5000) / RATE, RATE, z, ["x", "y"], "rad/s")
     figure = plot_characterisation([characterise(log)])
     assert [axes.get_title() for axes in figure.axes] == ["x (moved?)", "y"]
-
-
-@pytest.mark.parametrize("kind", ["oadev", "ohdev", "mdev", "tdev", "totdev"])
-def test_the_drawn_model_is_what_a_long_record_shows(kind):
-    model = NoiseModel(angle_random_walk=1e-4, rate_random_walk=1e-4)
-    z = zr.simulate(model, RATE, 20_000.0, seed=3)[0]
-    result = zr.allan(z, RATE, kind=kind, taus=[0.1, 0.5, 1.0, 5.0, 20.0])
-    # 1000 stretches of 20 s give the last to 3 %; three times that.
-    np.testing.assert_allclose(expected_deviation(model, result), result.rate_deviation, rtol=0.1)
-
-
-def test_expected_terms_add_up_and_leave_out_what_is_zero():
-    result = result_of("one axis")
-    model = NoiseModel(
-        angle_random_walk=1e-4, markov=[zr.Markov(1e-5, 3.0)], sinusoid=[zr.Sinusoid(1e-5, 0.5)]
-    )
-    terms = expected_terms(model, result)
-    assert [term.field for term in terms] == ["angle_random_walk", "markov", "sinusoid"]
-    total = np.sqrt(sum(term.deviation**2 for term in terms))
-    np.testing.assert_allclose(expected_deviation(model, result), total)
-    # The formulas of the continuous curve, which a sampled one nears well above one sample.
-    long = result.taus > 0.3
-    continuous = model.allan_deviation(result.taus[long])
-    np.testing.assert_allclose(total[long], continuous, rtol=1e-3)
 
 
 class TestDynamic:
@@ -252,14 +219,3 @@ class TestDynamic:
         d = zr.dynamic_allan(np.ones(1000), RATE, window=10.0)
         check_layout(plot_dynamic(d))
         check_layout(plot_dynamic(replace(d, taus=d.taus[:1], deviation=d.deviation[:, :1])))
-
-
-def test_pyplot_is_not_touched():
-    code = (
-        "import sys, numpy as np, zerorate as zr\n"
-        "r = zr.allan(np.random.default_rng(1).standard_normal(500), 10.0)\n"
-        "assert 'matplotlib' not in sys.modules\n"
-        "r.plot(r.fit())\n"
-        "assert 'matplotlib.pyplot' not in sys.modules\n"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)

@@ -11,6 +11,7 @@ from scipy.signal import welch
 import zerorate as zr
 from zerorate.noise import series
 from zerorate.noise.covariance import variances
+from zerorate.noise.curve_fit import expected_deviation, expected_terms
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.processes import (
     COLOURED,
@@ -253,3 +254,27 @@ def test_flicker_is_flat_at_its_floor():
     # Four intervals of each estimate.
     within = 4.0 * zr.noise.FLICKER_FLOOR / np.sqrt(2.0 * r.edf)
     assert np.all(np.abs(r.deviation - zr.noise.FLICKER_FLOOR) < within)
+
+
+@pytest.mark.parametrize("kind", ["oadev", "ohdev", "mdev", "tdev", "totdev"])
+def test_the_drawn_model_is_what_a_long_record_shows(kind):
+    model = zr.NoiseModel(angle_random_walk=1e-4, rate_random_walk=1e-4)
+    z = zr.simulate(model, RATE, 20_000.0, seed=3)[0]
+    result = zr.allan(z, RATE, kind=kind, taus=[0.1, 0.5, 1.0, 5.0, 20.0])
+    # 1000 stretches of 20 s give the last to 3 %; three times that.
+    np.testing.assert_allclose(expected_deviation(model, result), result.rate_deviation, rtol=0.1)
+
+
+def test_expected_terms_add_up_and_leave_out_what_is_zero():
+    result = zr.allan(white(50_000), RATE)
+    model = zr.NoiseModel(
+        angle_random_walk=1e-4, markov=[zr.Markov(1e-5, 3.0)], sinusoid=[zr.Sinusoid(1e-5, 0.5)]
+    )
+    terms = expected_terms(model, result)
+    assert [term.field for term in terms] == ["angle_random_walk", "markov", "sinusoid"]
+    total = np.sqrt(sum(term.deviation**2 for term in terms))
+    np.testing.assert_allclose(expected_deviation(model, result), total)
+    # The formulas of the continuous curve, which a sampled one nears well above one sample.
+    long = result.taus > 0.3
+    continuous = model.allan_deviation(result.taus[long])
+    np.testing.assert_allclose(total[long], continuous, rtol=1e-3)
