@@ -17,6 +17,9 @@ from zerorate.types import Floats
 
 __all__ = ["Axis", "Characterisation", "characterise"]
 
+# Every kind has an averaging time from here on.
+_LEAST_SAMPLES: Final = 20
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -97,10 +100,6 @@ def _motion(axis: Axis) -> str:
         f"changes {axis.step.size:.0f} times as much as usual): the numbers describe the motion, "
         "not the sensor"
     )
-
-
-# Every kind has an averaging time from here on.
-_LEAST_SAMPLES: Final = 20
 
 
 def characterise(

@@ -35,6 +35,15 @@ _TIMES_PER_DECADE: Final = 8
 # Keeps what has no scatter of its own, a ramp or a sine, from an infinite weight.
 _EXACT: Final = 1e-12
 
+_POWERS: Final = {
+    "quantization": -2,
+    "angle_random_walk": -1,
+    "bias_instability": 0,
+    "rate_random_walk": 1,
+    "rate_ramp": 2,
+}
+_LEAST: Final = len(_POWERS) + 1
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -237,16 +246,6 @@ def _terms(model: NoiseModel, curve: "AllanResult") -> Iterator[ExpectedTerm]:
     for sine in model.sinusoid:
         variance = sinusoid_variance(kind, m.astype(np.float64), sine.frequency / rate)
         yield ExpectedTerm("sinusoid", sine.amplitude * np.sqrt(variance))
-
-
-_POWERS: Final = {
-    "quantization": -2,
-    "angle_random_walk": -1,
-    "bias_instability": 0,
-    "rate_random_walk": 1,
-    "rate_ramp": 2,
-}
-_LEAST: Final = len(_POWERS) + 1
 
 
 def polynomial_fit(taus: Floats, deviation: Floats, unit: tuple[float, Quantity]) -> FittedModel:

@@ -11,7 +11,7 @@ from zerorate.noise.kinds import KINDS, Kind
 from zerorate.noise.processes import BY_EXPONENT
 from zerorate.types import Floats, Integers
 
-__all__ = ["bounds", "freedoms", "nearest_exponent", "reflection_bias", "total_bias"]
+__all__ = ["bounds", "freedoms", "reflection_bias", "total_bias"]
 
 
 # Degrees of freedom change slowly with the averaging time: dense grids are filled in.
@@ -51,7 +51,7 @@ _MODIFIED_REFLECTION: Final = {
 }
 
 
-def nearest_exponent(kind: Kind, exponents: Integers) -> Integers:
+def _nearest_exponent(kind: Kind, exponents: Integers) -> Integers:
     """Return the exponents, moved into the range in which the deviation converges."""
     least = -4 if kind.order == 3 else -2
     most = 0 if kind.name in ("totdev", "htotdev") else 2
@@ -80,8 +80,8 @@ def freedoms(kind: Kind, m: Integers, terms: Integers, exponents: Integers, n: i
     fits of NIST SP 1065, section 5.4. None are published for the parabolic deviation.
     """
     result: Floats = np.full(m.size, np.nan)
-    for exponent in np.unique(nearest_exponent(kind, exponents)):
-        there = (nearest_exponent(kind, exponents) == exponent) & (terms > 0)
+    for exponent in np.unique(_nearest_exponent(kind, exponents)):
+        there = (_nearest_exponent(kind, exponents) == exponent) & (terms > 0)
         if there.any():
             result[there] = _of_one_noise(kind, m[there], terms[there], int(exponent), n)
     return np.maximum(result, _LEAST)
@@ -102,7 +102,7 @@ def total_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Floats:
 
     NIST SP 1065, section 5.
     """
-    exponents = nearest_exponent(kind, exponents)
+    exponents = _nearest_exponent(kind, exponents)
     if kind.name == "totdev":
         return 1.0 - _pick(_TOTAL_BIAS, exponents, 0.0) * m / n
     if kind.name == "htotdev":
@@ -116,7 +116,7 @@ def reflection_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Flo
     """Return the same ratio, by simulation where the printed one is too far off for a fit."""
     if not (kind.total and kind.modified):
         return total_bias(kind, m, exponents, n)
-    limits = np.array([_MODIFIED_REFLECTION[int(e)] for e in nearest_exponent(kind, exponents)])
+    limits = np.array([_MODIFIED_REFLECTION[int(e)] for e in _nearest_exponent(kind, exponents)])
     # At one sample it is a half, whatever the noise.
     return np.where(m == 1, 0.5, limits[:, 0] + limits[:, 1] / m**2)
 

@@ -26,6 +26,13 @@ KindName = Literal[
     "pdev",
 ]
 
+TauGrid = Literal["octave", "decade", "all"]
+_GRIDS = ("octave", "decade", "all")
+_PER_DECADE = 10
+
+# Thêo1 takes half of the factor, and is defined from here on.
+_LEAST_THEO1 = 10
+
 
 @dataclass(frozen=True)
 class Kind:
@@ -82,14 +89,6 @@ def kind(name: str) -> Kind:
     if name not in KINDS:
         raise ValueError(f"unknown kind {name!r}; known: {', '.join(KINDS)}")
     return KINDS[name]
-
-
-TauGrid = Literal["octave", "decade", "all"]
-
-_GRIDS = ("octave", "decade", "all")
-_PER_DECADE = 10
-# Thêo1 takes half of the factor, and is defined from here on.
-_LEAST_THEO1 = 10
 
 
 def factors(

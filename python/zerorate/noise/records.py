@@ -21,7 +21,6 @@ __all__ = [
     "resolution",
     "samples",
     "size_of",
-    "unmasked",
     "with_gaps",
 ]
 
@@ -65,7 +64,7 @@ def as_record(z: npt.ArrayLike, least: int = 1, purpose: str = "this") -> Floats
 def samples(z: npt.ArrayLike, rate: float) -> Floats:
     """Return a record as floats, shape (n,), after checking it and its rate."""
     checked_rate(rate)
-    record = np.asarray(unmasked(z), dtype=np.float64)
+    record = np.asarray(_unmasked(z), dtype=np.float64)
     if record.ndim != 1:
         raise ValueError(f"z must have shape (n,), got {record.shape}")
     return record
@@ -73,7 +72,7 @@ def samples(z: npt.ArrayLike, rate: float) -> Floats:
 
 def real_numbers(z: npt.ArrayLike) -> npt.NDArray[Any]:
     """Return an array of real numbers as it is in memory; TypeError if they are not real."""
-    array = np.asarray(unmasked(z))
+    array = np.asarray(_unmasked(z))
     if array.dtype.kind == "O":
         array = array.astype(np.float64)
     if array.dtype.kind not in "fiub":
@@ -94,7 +93,7 @@ def power_of_two(values: Floats) -> float:
     return math.ldexp(1.0, math.frexp(largest)[1] - 1)
 
 
-def unmasked(z: npt.ArrayLike) -> npt.ArrayLike:
+def _unmasked(z: npt.ArrayLike) -> npt.ArrayLike:
     """Return the record with NaN in place of what is masked."""
     if np.ma.isMaskedArray(z):
         return np.ma.filled(np.ma.asarray(z, dtype=np.float64), np.nan)

@@ -16,6 +16,13 @@ if TYPE_CHECKING:
 
 __all__ = ["ALLAN", "FLICKER_FLOOR", "HADAMARD", "Markov", "Sinusoid", "Statistic", "deviation"]
 
+FLICKER_FLOOR: Final = math.sqrt(2.0 * math.log(2.0) / math.pi)
+"""Allan deviation of flicker noise over its bias instability B, 0.664."""
+
+_FLICKER_RATIO: Final = math.log(256.0 / 27.0) / (4.0 * math.log(2.0))
+_SERIES_BELOW: Final = 0.25
+_SERIES_ORDER: Final = 18
+
 
 @dataclass(frozen=True)
 class Markov:
@@ -58,14 +65,6 @@ class Sinusoid:
 
     amplitude: CoefficientField = CoefficientField(required=True)
     frequency: CoefficientField = CoefficientField(positive=True, required=True)
-
-
-FLICKER_FLOOR: Final = math.sqrt(2.0 * math.log(2.0) / math.pi)
-"""Allan deviation of flicker noise over its bias instability B, 0.664."""
-
-_FLICKER_RATIO: Final = math.log(256.0 / 27.0) / (4.0 * math.log(2.0))
-_SERIES_BELOW: Final = 0.25
-_SERIES_ORDER: Final = 18
 
 
 @dataclass(frozen=True)

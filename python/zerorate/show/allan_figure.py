@@ -41,17 +41,9 @@ if TYPE_CHECKING:
 
     from zerorate.noise.characterise import Characterisation
 
-__all__ = [
-    "LEAST_FREEDOM",
-    "MOST_COLUMNS",
-    "Panel",
-    "draw",
-    "plot_allan",
-    "plot_characterisation",
-    "share_limits",
-]
+__all__ = ["plot_allan", "plot_characterisation"]
 
-MOST_COLUMNS: Final = 4
+_MOST_COLUMNS: Final = 4
 """Axes side by side."""
 
 # Millimetres.
@@ -60,6 +52,17 @@ _PANEL: Final = (52.0, 50.0)
 _LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 3.0, 7.0, 17.0
 _TITLE: Final = 5.0
 _BETWEEN_COLUMNS, _BETWEEN_ROWS = 4.0, 15.0
+
+_LEAST_FREEDOM: Final = 5.0
+"""Degrees of freedom below which a deviation says little."""
+
+_MARGIN: Final = 0.06
+
+_DEPTH: Final = 3.0
+"""How far below a curve marks are shown, as a factor: the floor, and what is near it."""
+
+_DEPTH_ALONE: Final = 500.0
+"""The same of a figure of one axis, which has room for the marks of walk and ramp."""
 
 
 def plot_allan(
@@ -94,7 +97,7 @@ def plot_allan(
     if len(listed) != len(result.names):
         raise ValueError(f"models must be one an axis: {len(result.names)}, got {len(listed)}")
     panels = [
-        Panel(_positive_part(axis), model) for axis, model in zip(result, listed, strict=True)
+        _Panel(_positive_part(axis), model) for axis, model in zip(result, listed, strict=True)
     ]
     return _figure(_rows(panels), "")
 
@@ -115,13 +118,13 @@ def plot_characterisation(found: Sequence[Characterisation]) -> Figure:
     rows = [list(_panels(one)) for one in found]
     meta = found[0].log.meta
     title = meta.get("sensor") or Path(meta.get("source", "")).name
-    return _figure([row[:MOST_COLUMNS] for row in rows], title, max(map(len, rows)))
+    return _figure([row[:_MOST_COLUMNS] for row in rows], title, max(map(len, rows)))
 
 
-def _panels(found: Characterisation) -> Iterator[Panel]:
+def _panels(found: Characterisation) -> Iterator[_Panel]:
     for curve, axis in zip(found.curve, found.axes, strict=True):
         title = f"{axis.name} (moved?)" if axis.moved else axis.name
-        yield Panel(replace(_positive_part(curve), names=(title,)), axis.model)
+        yield _Panel(replace(_positive_part(curve), names=(title,)), axis.model)
 
 
 def _positive_part(curve: AllanResult) -> AllanResult:
@@ -133,11 +136,11 @@ def _positive_part(curve: AllanResult) -> AllanResult:
     return replace(curve, **{name: getattr(curve, name)[seen] for name in names})
 
 
-def _rows(panels: list[Panel]) -> list[list[Panel]]:
-    return [panels[i : i + MOST_COLUMNS] for i in range(0, len(panels), MOST_COLUMNS)]
+def _rows(panels: list[_Panel]) -> list[list[_Panel]]:
+    return [panels[i : i + _MOST_COLUMNS] for i in range(0, len(panels), _MOST_COLUMNS)]
 
 
-def _figure(rows: list[list[Panel]], title: str, axes_of_log: int = 0) -> Figure:
+def _figure(rows: list[list[_Panel]], title: str, axes_of_log: int = 0) -> Figure:
     columns = max(map(len, rows))
     panel = _SINGLE if len(rows) == columns == 1 else _PANEL
     width = _LEFT + _RIGHT + columns * panel[0] + (columns - 1) * _BETWEEN_COLUMNS
@@ -156,10 +159,10 @@ def _figure(rows: list[list[Panel]], title: str, axes_of_log: int = 0) -> Figure
     return figure
 
 
-def _draw_row(row: list[Axes], panels: list[Panel]) -> None:
+def _draw_row(row: list[Axes], panels: list[_Panel]) -> None:
     for axes, panel in zip(row, panels, strict=True):
-        draw(axes, panel)
-    share_limits(row, panels)
+        _draw(axes, panel)
+    _share_limits(row, panels)
     unit = shown_unit(panels[0].curve).unit.replace("ug", "µg").replace("^2", "²")
     title = KINDS[panels[0].curve.kind].title
     row[0].set_ylabel(f"{title} [{unit}]")
@@ -170,12 +173,12 @@ def _draw_row(row: list[Axes], panels: list[Panel]) -> None:
         axes.tick_params(which="both", labelleft=False)
 
 
-def _caption(rows: list[list[Panel]], axes_of_log: int, width: int) -> str:
+def _caption(rows: list[list[_Panel]], axes_of_log: int, width: int) -> str:
     """Return what a reader must know, in lines of at most so many letters."""
     curve = rows[0][0].curve
     sentences = [
         f"{curve.duration:,.6g} s at {curve.rate:.4g} Hz; band: {100.0 * curve.confidence:.0f} % "
-        f"bounds; right of the grey line fewer than {LEAST_FREEDOM:g} degrees of freedom."
+        f"bounds; right of the grey line fewer than {_LEAST_FREEDOM:g} degrees of freedom."
     ]
     if any(panel.model is not None for row in rows for panel in row):
         sentences.append(
@@ -188,25 +191,14 @@ def _caption(rows: list[list[Panel]], axes_of_log: int, width: int) -> str:
     return "\n".join(textwrap.fill(sentence, width) for sentence in sentences)
 
 
-LEAST_FREEDOM: Final = 5.0
-"""Degrees of freedom below which a deviation says little."""
-
-_MARGIN: Final = 0.06
-
-_DEPTH: Final = 3.0
-"""How far below a curve marks are shown, as a factor: the floor, and what is near it."""
-_DEPTH_ALONE: Final = 500.0
-"""The same of a figure of one axis, which has room for the marks of walk and ramp."""
-
-
-class Panel(NamedTuple):
+class _Panel(NamedTuple):
     """What is drawn: the curve of one axis, and its model if there is one."""
 
     curve: AllanResult
     model: NoiseModel | None
 
 
-def draw(axes: Axes, panel: Panel) -> None:
+def _draw(axes: Axes, panel: _Panel) -> None:
     """Draw one axis."""
     curve, model = panel
     axes.set_xscale("log")
@@ -224,7 +216,7 @@ def draw(axes: Axes, panel: Panel) -> None:
         axes.axvline(edge, color="0.5", lw=0.6, ls=":")
 
 
-def share_limits(row: list[Axes], panels: list[Panel]) -> None:
+def _share_limits(row: list[Axes], panels: list[_Panel]) -> None:
     """Give panels the same limits, with room in a corner for the lists of coefficients."""
     times = np.concatenate([_times(panel) for panel in panels])
     left, right = times.min() / 1.6, max(times.max(), 10.0 * times.min()) * 1.6
@@ -275,13 +267,13 @@ def _mark(axes: Axes, term: DrawnTerm) -> None:
 
 def _last_sure(curve: AllanResult) -> float | None:
     """Return the averaging time beyond which there are too few degrees of freedom."""
-    few = np.flatnonzero(~(curve.edf >= LEAST_FREEDOM))
+    few = np.flatnonzero(~(curve.edf >= _LEAST_FREEDOM))
     if few.size == 0 or few[0] == 0:
         return None
     return float(np.sqrt(curve.taus[few[0] - 1] * curve.taus[few[0]]))
 
 
-def _span(panel: Panel, depth: float) -> tuple[float, float]:
+def _span(panel: _Panel, depth: float) -> tuple[float, float]:
     """Return the lowest and the highest thing that must be seen."""
     curve = panel.curve
     factor = shown_unit(curve).factor
@@ -296,7 +288,7 @@ def _positive(values: Floats) -> Floats:
     return np.where(values > 0.0, values, np.inf)
 
 
-def _times(panel: Panel) -> Floats:
+def _times(panel: _Panel) -> Floats:
     """Return the averaging times that must be seen, those of the marks among them."""
     if panel.model is None:
         return panel.curve.taus

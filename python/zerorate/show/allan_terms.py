@@ -47,6 +47,17 @@ _READ_AT: Final = {
 }
 """Averaging times, s, at which the Allan deviation of a term equals its coefficient."""
 
+# Parts of the panel's height and width.
+_LINE: Final = 0.058
+_EDGE: Final = 0.035
+_WIDTH: Final = 0.6
+
+_CROSSED: Final = 10.0
+"""How much more room the upper right may take: in the lower left the list hides lines."""
+
+FAR: Final = 5.0
+"""How far over a deviation its upper bound is shown; beyond, the frame cuts it."""
+
 
 @dataclass(frozen=True)
 class DrawnTerm:
@@ -142,19 +153,6 @@ def _scale(curve: AllanResult) -> Floats:
     scale = shown_unit(curve).factor / si_unit(curve.unit)[0]
     time = curve.taus / math.sqrt(3.0) if KINDS[curve.kind].time else np.ones_like(curve.taus)
     return scale * time
-
-
-# Parts of the panel's height and width.
-_LINE: Final = 0.058
-_EDGE: Final = 0.035
-_WIDTH: Final = 0.6
-
-_CROSSED: Final = 10.0
-"""How much more room the upper right may take: in the lower left the list hides lines."""
-
-
-FAR: Final = 5.0
-"""How far over a deviation its upper bound is shown; beyond, the frame cuts it."""
 
 
 class Window(NamedTuple):

@@ -12,11 +12,11 @@ from zerorate.compare.result import Comparison, Row
 from zerorate.numerals import NOTHING, or_dash
 from zerorate.show.tables import Table, as_text, bulleted
 
-__all__ = ["LEGENDS", "SECTIONS", "Measure", "Section", "format_compare"]
+__all__ = ["format_compare"]
 
 
 @dataclass(frozen=True)
-class Measure:
+class _Measure:
     """One measure in a table.
 
     Attributes
@@ -55,66 +55,66 @@ class Measure:
 
 
 @dataclass(frozen=True)
-class Section:
+class _Section:
     """A table of some measures.
 
     Attributes
     ----------
     title : str
         Of what the measures are.
-    measures : tuple of Measure
+    measures : tuple of _Measure
         Its columns.
     """
 
     title: str
-    measures: tuple[Measure, ...]
+    measures: tuple[_Measure, ...]
 
 
 _DEG: Final = math.degrees(1.0)
 _MS: Final = 1e3
 _NIS: Final = (
-    Measure("nis_rest", "NIS at rest", ideal=1.0),
-    Measure("nis_motion", "moving", ideal=1.0),
+    _Measure("nis_rest", "NIS at rest", ideal=1.0),
+    _Measure("nis_motion", "moving", ideal=1.0),
 )
 
 
-def _moving(title: str, name: str, *more: Measure) -> Section:
-    return Section(
+def _moving(title: str, name: str, *more: _Measure) -> _Section:
+    return _Section(
         f"In motion, {title}",
         (
-            Measure(f"{name}_rmse", "error, deg/s", _DEG),
-            Measure(f"{name}_delay", "delay, ms", _MS),
-            Measure(f"{name}_rmse_undelayed", "without delay", _DEG),
-            Measure(f"{name}_rmse_lowpass", "low-pass", _DEG),
+            _Measure(f"{name}_rmse", "error, deg/s", _DEG),
+            _Measure(f"{name}_delay", "delay, ms", _MS),
+            _Measure(f"{name}_rmse_undelayed", "without delay", _DEG),
+            _Measure(f"{name}_rmse_lowpass", "low-pass", _DEG),
             *more,
         ),
     )
 
 
-def _growth(title: str, name: str, *more: Measure) -> Section:
-    return Section(
+def _growth(title: str, name: str, *more: _Measure) -> _Section:
+    return _Section(
         f"Orientation, {title}",
-        tuple(Measure(f"{name}_{h}", f"{h} s, deg", _DEG) for h in (1, 10, 60)) + more,
+        tuple(_Measure(f"{name}_{h}", f"{h} s, deg", _DEG) for h in (1, 10, 60)) + more,
     )
 
 
-SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
+_SECTIONS: Final[Mapping[Kind, tuple[_Section, ...]]] = {
     "rest": (
-        Section(
+        _Section(
             "At rest",
             (
-                Measure("coasting_10", "10 s, deg", _DEG, of_one=True),
-                Measure("coasting_10_over_best", "10 s/best", ideal=1.0),
-                Measure("coasting_60", "60 s, deg", _DEG, of_one=True),
-                Measure("coasting_60_over_best", "60 s/best", ideal=1.0),
-                Measure("allan_ratio", "Allan", ideal=1.0),
-                Measure("nis", "NIS", ideal=1.0),
-                Measure("reduction", "deviation"),
+                _Measure("coasting_10", "10 s, deg", _DEG, of_one=True),
+                _Measure("coasting_10_over_best", "10 s/best", ideal=1.0),
+                _Measure("coasting_60", "60 s, deg", _DEG, of_one=True),
+                _Measure("coasting_60_over_best", "60 s/best", ideal=1.0),
+                _Measure("allan_ratio", "Allan", ideal=1.0),
+                _Measure("nis", "NIS", ideal=1.0),
+                _Measure("reduction", "deviation"),
             ),
         ),
     ),
     "turning": (
-        _moving("raw minus bias", "compensated", Measure("angle_drift", "angle, deg", _DEG)),
+        _moving("raw minus bias", "compensated", _Measure("angle_drift", "angle, deg", _DEG)),
         _moving("smoothed rate", "smooth", *_NIS),
     ),
     "orientation": (
@@ -126,7 +126,7 @@ SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
 
 _DAGGER: Final = "†: chosen with knowledge of the record, which no filter has"
 
-LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
+_LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
     "rest": (
         "10 s and 60 s: angle lost by holding the estimate so long, over that of the best moving "
         "average; Allan: deviation of the estimate over raw at ten times its memory, 0.92 or more "
@@ -168,14 +168,14 @@ def format_compare(found: Sequence[Comparison], per_axis: bool = False) -> str:
 
 def _parts(found: Comparison, per_axis: bool) -> Iterator[str]:
     axes = [list(rows) for _, rows in groupby(found.rows, lambda row: (row.source, row.axis))]
-    for section in SECTIONS[found.kind]:
+    for section in _SECTIONS[found.kind]:
         alone = per_axis or len(axes) == 1
         tables = [_of_one(section, one) for one in axes] if alone else [_of_all(section, axes)]
         yield from (as_text(table) for table in tables if table.rows)
-    yield bulleted((*LEGENDS[found.kind], *found.notes))
+    yield bulleted((*_LEGENDS[found.kind], *found.notes))
 
 
-def _of_one(section: Section, rows: Sequence[Row]) -> Table:
+def _of_one(section: _Section, rows: Sequence[Row]) -> Table:
     first, measures = rows[0], section.measures
     place = Path(first.source).name + (f", {first.axis}" if first.axis != "all" else "")
     lines = ((_label(row), *(one.text(one.of(row)) for one in measures)) for row in rows)
@@ -184,7 +184,7 @@ def _of_one(section: Section, rows: Sequence[Row]) -> Table:
     return Table(f"{section.title}: {place}", ("method", *head), _with_numbers(lines))
 
 
-def _of_all(section: Section, axes: Sequence[Sequence[Row]]) -> Table:
+def _of_all(section: _Section, axes: Sequence[Sequence[Row]]) -> Table:
     shared = [one for one in section.measures if not one.of_one]
     head = (text for one in shared for text in (one.head, "worst"))
     title = f"{section.title}: mean and worst of {len(axes)} {_counted(axes)}"
@@ -199,7 +199,7 @@ def _counted(axes: Sequence[Sequence[Row]]) -> str:
     return "recordings" if axes[0][0].axis == "all" else "axes"
 
 
-def _mean_and_worst(measure: Measure, rows: Sequence[Row]) -> tuple[str, str]:
+def _mean_and_worst(measure: _Measure, rows: Sequence[Row]) -> tuple[str, str]:
     known = [value for value in map(measure.of, rows) if math.isfinite(value)]
     mean = sum(known) / len(known) if known else math.nan
     return measure.text(mean), measure.text(max(known, key=measure.badness, default=math.nan))

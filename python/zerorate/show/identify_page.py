@@ -11,50 +11,7 @@ from zerorate.identify.identification import Identification
 from zerorate.show.identify_tables import tables
 from zerorate.show.tables import Table
 
-__all__ = ["as_html", "bullets", "identification_page", "image", "page"]
-
-
-def page(title: str, body: Iterable[str]) -> str:
-    """Return a whole document of a title and the elements of its body."""
-    style = files("zerorate.show").joinpath("page.css").read_text(encoding="utf-8")
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
-        + "\n".join(body)
-        + "\n</body>\n</html>\n"
-    )
-
-
-def as_html(table: Table) -> str:
-    """Return a table with its title and its note."""
-    head = f"<thead>{_row(table.head, 'th', table.words)}</thead>\n" if table.head else ""
-    rows = "\n".join(_row(row, "td", table.words) for row in table.rows)
-    note = f'\n<p class="note">{escape(table.note)}</p>' if table.note else ""
-    return f"<h3>{escape(table.title)}</h3>\n<table>\n{head}<tbody>\n{rows}\n</tbody></table>{note}"
-
-
-def bullets(sentences: Sequence[str]) -> str:
-    """Return sentences as a list."""
-    return "<ul>" + "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences) + "</ul>"
-
-
-def image(svg: bytes, description: str) -> str:
-    """Return a drawing within the page, apart from the names that others use in theirs."""
-    data = b64encode(svg).decode("ascii")
-    return (
-        f'<figure><img alt="{escape(description)}" src="data:image/svg+xml;base64,{data}"></figure>'
-    )
-
-
-def _row(cells: Sequence[str], tag: str, words: int) -> str:
-    texts = (
-        f'<{tag} class="word">{escape(cell)}</{tag}>'
-        if i < words
-        else f"<{tag}>{escape(cell)}</{tag}>"
-        for i, cell in enumerate(cells)
-    )
-    return f"<tr>{''.join(texts)}</tr>"
+__all__ = ["identification_page"]
 
 
 def identification_page(
@@ -73,7 +30,50 @@ def identification_page(
     notes : sequence of str
         Sentences on the log.
     """
-    return page(f"{source}: identification", _body(found, source, figures, notes))
+    return _page(f"{source}: identification", _body(found, source, figures, notes))
+
+
+def _page(title: str, body: Iterable[str]) -> str:
+    """Return a whole document of a title and the elements of its body."""
+    style = files("zerorate.show").joinpath("page.css").read_text(encoding="utf-8")
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
+        + "\n".join(body)
+        + "\n</body>\n</html>\n"
+    )
+
+
+def _as_html(table: Table) -> str:
+    """Return a table with its title and its note."""
+    head = f"<thead>{_row(table.head, 'th', table.words)}</thead>\n" if table.head else ""
+    rows = "\n".join(_row(row, "td", table.words) for row in table.rows)
+    note = f'\n<p class="note">{escape(table.note)}</p>' if table.note else ""
+    return f"<h3>{escape(table.title)}</h3>\n<table>\n{head}<tbody>\n{rows}\n</tbody></table>{note}"
+
+
+def _bullets(sentences: Sequence[str]) -> str:
+    """Return sentences as a list."""
+    return "<ul>" + "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences) + "</ul>"
+
+
+def _image(svg: bytes, description: str) -> str:
+    """Return a drawing within the page, apart from the names that others use in theirs."""
+    data = b64encode(svg).decode("ascii")
+    return (
+        f'<figure><img alt="{escape(description)}" src="data:image/svg+xml;base64,{data}"></figure>'
+    )
+
+
+def _row(cells: Sequence[str], tag: str, words: int) -> str:
+    texts = (
+        f'<{tag} class="word">{escape(cell)}</{tag}>'
+        if i < words
+        else f"<{tag}>{escape(cell)}</{tag}>"
+        for i, cell in enumerate(cells)
+    )
+    return f"<tr>{''.join(texts)}</tr>"
 
 
 def _body(
@@ -86,17 +86,17 @@ def _body(
         f"{survey.duration:,.6g} s. zerorate {__version__}.</p>"
     )
     if notes:
-        yield bullets(notes)
+        yield _bullets(notes)
     if len(found) > 1:
         links = (f'<a href="#axis{i}">{escape(one.name)}</a>' for i, one in enumerate(found))
         yield f"<nav>{''.join(links)}</nav>"
-    yield as_html(_summary(found))
+    yield _as_html(_summary(found))
     for i, one in enumerate(found):
         yield f'<section id="axis{i}">\n<h2>{escape(one.name)} [{escape(one.unit)}]</h2>'
-        yield f'<div class="verdict{"" if is_fit(one) else " unfit"}">{bullets(one.verdict)}</div>'
+        yield f'<div class="verdict{"" if is_fit(one) else " unfit"}">{_bullets(one.verdict)}</div>'
         if one.name in figures:
-            yield image(figures[one.name], f"Record, tests and models of {one.name}")
-        yield from map(as_html, tables(one))
+            yield _image(figures[one.name], f"Record, tests and models of {one.name}")
+        yield from map(_as_html, tables(one))
         yield "</section>"
 
 

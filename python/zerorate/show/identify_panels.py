@@ -53,6 +53,13 @@ __all__ = [
 _SUBSCRIPTS: Final = "₁₂₃"
 _FREQUENCIES: Final = 300
 
+_QUANTILES: Final = 199
+
+_MOST: Final = 100_000
+"""Residuals of which quantiles are taken: more would move no point by a line's width."""
+
+_COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+
 
 def draw_series(axes: Axes, found: Identification) -> None:
     """Draw what was modelled with all its peaks, the means of its segments, and its motion."""
@@ -152,11 +159,6 @@ def _online_limits(online: Online, known: Floats) -> tuple[float, float]:
     return min(low, known.min() - 0.1 * span), max(high, known.max() + 0.3 * span)
 
 
-_QUANTILES: Final = 199
-_MOST: Final = 100_000
-"""Residuals of which quantiles are taken: more would move no point by a line's width."""
-
-
 def draw_acf(axes: Axes, found: Identification) -> None:
     """Draw the autocorrelation of what was modelled."""
     axes.set_title("autocorrelation of the record")
@@ -222,9 +224,6 @@ def _draw_lags(axes: Axes, correlogram: Correlogram, values: Floats, colour: str
     )
     axes.set_xlim(0.0, lags[-1] + 1)
     axes.set_xlabel("lag [samples]")
-
-
-_COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 
 
 def draw_ar_orders(axes: Axes, found: Identification) -> None:

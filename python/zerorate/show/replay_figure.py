@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 
 Grid = np.ndarray[Any, np.dtype[np.object_]]
 
-__all__ = ["MOST_AXES", "plot_replay"]
+__all__ = ["plot_replay"]
 
-MOST_AXES: Final = 6
+_MOST_AXES: Final = 6
 """Axes of the log that a figure has room for."""
 
 # Millimetres. A layout engine would draw everything three times to find the same places.
@@ -80,7 +80,7 @@ def plot_replay(replay: Replay) -> Figure:
     ImportError
         Without matplotlib: ``pip install 'zerorate[plot]'``.
     """
-    shown = min(replay.log.channels, MOST_AXES)
+    shown = min(replay.log.channels, _MOST_AXES)
     width = _COLUMN * max(shown, 2)
     figure = new_figure(width, _HEIGHT)
     grid = figure.subplots(4, shown, squeeze=False, gridspec_kw=_places(width, shown))

@@ -35,10 +35,6 @@ __all__ = [
     "draw_model",
     "draw_noise",
     "draw_rate",
-    "evenly",
-    "moments_of",
-    "rising",
-    "shade_motion",
 ]
 
 Places = npt.NDArray[np.intp]
@@ -65,7 +61,7 @@ def draw_rate(axes: Axes, replay: Replay, i: int) -> None:
     t, y = outline(filtered, rate)
     label = "bias" if replay.output == "compensated" else "filtered"
     axes.plot(t / seconds, y, color=VERMILION, lw=0.5, label=label)
-    shade_motion(axes, replay, i)
+    _shade_motion(axes, replay, i)
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / rate) / seconds)
     axes.set_ylim(*limits(np.concatenate((least, most)), 0.15, 0.35))
     axes.set_xlabel(f"time [{unit}]")
@@ -76,9 +72,9 @@ def draw_rate(axes: Axes, replay: Replay, i: int) -> None:
 
 def draw_noise(axes: Axes, replay: Replay, i: int) -> Axes:
     """Draw the root of R, and the Kalman gain on a second scale, which is returned."""
-    t, (unit, seconds) = moments_of(replay), time_unit(replay.log.duration)
+    t, (unit, seconds) = _moments_of(replay), time_unit(replay.log.duration)
     root = np.sqrt(replay.history.measurement_noise[:, i])
-    even = evenly(replay)
+    even = _evenly(replay)
     axes.plot(t[even] / seconds, root[even], color=BLUE, lw=0.5, label="√R")
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
     low, high = limits(root)
@@ -97,8 +93,8 @@ def draw_noise(axes: Axes, replay: Replay, i: int) -> Axes:
 
 def draw_model(axes: Axes, replay: Replay, i: int) -> None:
     """Draw the coefficients over the logarithm of time, where learning is seen."""
-    (p, q), places = replay.params["order"], rising(replay)
-    t, model = moments_of(replay)[places], replay.history.coefficients[places, i]
+    (p, q), places = replay.params["order"], _rising(replay)
+    t, model = _moments_of(replay)[places], replay.history.coefficients[places, i]
     for j in range(p):
         axes.plot(t, model[:, j], color=AR_COLOURS[j], lw=0.9, label=f"φ{_SUBSCRIPTS[j + 1]}")
     for j in range(q):
@@ -150,19 +146,19 @@ def _shade_memory(axes: Axes, replay: Replay, i: int) -> None:
         axes.axvspan(memory, right, color=GREY, alpha=0.6, lw=0.0)
 
 
-def moments_of(replay: Replay) -> Floats:
+def _moments_of(replay: Replay) -> Floats:
     """Return the times of a replay's history, s."""
     t: Floats = replay.history.samples / replay.log.rate
     return t
 
 
-def evenly(replay: Replay) -> Places:
+def _evenly(replay: Replay) -> Places:
     """Return the moments that are about evenly spaced, for a linear axis."""
     last = replay.history.samples[-1]
     return _nearest(replay, np.linspace(last / _MOMENTS, last, _MOMENTS))
 
 
-def rising(replay: Replay) -> Places:
+def _rising(replay: Replay) -> Places:
     """Return the moments whose logarithms are about evenly spaced."""
     last = replay.history.samples[-1]
     return _nearest(replay, np.geomspace(1, last, _MOMENTS))
@@ -181,8 +177,8 @@ def _rms(z: Floats) -> float:
 
 def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
     """Draw the bias with two standard deviations to either side, over means of the raw rate."""
-    (unit, seconds), even = time_unit(replay.log.duration), evenly(replay)
-    t, history = moments_of(replay)[even], replay.history
+    (unit, seconds), even = time_unit(replay.log.duration), _evenly(replay)
+    t, history = _moments_of(replay)[even], replay.history
     bias, sigma = history.bias[even, i], history.bias_sigma[even, i]
     axes.fill_between(
         t / seconds, bias - 2.0 * sigma, bias + 2.0 * sigma, color=VERMILION, alpha=0.25, lw=0.0
@@ -193,7 +189,7 @@ def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
     axes.plot(
         times / seconds, means, color=SKY, lw=0.0, marker="o", ms=1.8, label=label, zorder=1.5
     )
-    shade_motion(axes, replay, i)
+    _shade_motion(axes, replay, i)
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
     late = t > t[-1] / 10.0
     axes.set_ylim(*_holding(means, (bias - 2.0 * sigma)[late], (bias + 2.0 * sigma)[late]))
@@ -205,8 +201,8 @@ def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
 def draw_learned(axes: Axes, replay: Replay, i: int) -> Axes:
     """Draw white noise, and the strength of the drift on a second scale, which is returned."""
     (_, white), (_, walk) = noise_units(replay.log.unit)
-    places = rising(replay)
-    t = moments_of(replay)[places]
+    places = _rising(replay)
+    t = _moments_of(replay)[places]
     noise = white * replay.history.angle_random_walk[places, i]
     drift = walk * replay.history.rate_random_walk[places, i]
     axes.plot(t, noise, color=BLUE, lw=0.9, label="noise")
@@ -254,7 +250,7 @@ def _means_at_rest(replay: Replay, i: int) -> tuple[Floats, Floats]:
         return centre, np.where(counts > 0.0, sums * (z.size / counts), np.nan)
 
 
-def shade_motion(axes: Axes, replay: Replay, i: int) -> None:
+def _shade_motion(axes: Axes, replay: Replay, i: int) -> None:
     """Shade the times in motion behind all else, each at least as wide as can be seen."""
     if replay.readings is None or replay.readings.at_rest[:, i].all():
         return
