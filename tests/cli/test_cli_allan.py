@@ -11,7 +11,7 @@ import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate import Log, NoiseModel, write_log
 from zerorate.cli import run
-from zerorate.io.sensors import read_sensors
+from zerorate.io.reading import read_sensors
 from zerorate.noise.characterise import MOVED, characterise, largest_step
 from zerorate.noise.kinds import KINDS
 from zerorate.numerals import significant, with_error

@@ -10,7 +10,7 @@ from hypothesis.extra import numpy as hnp
 
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.io import Log, LogError, read_log, write_log
-from zerorate.io.quantity import split_unit
+from zerorate.io.names import split_unit
 
 FORMATS = [".csv", ".tsv", ".npz", ".parquet"]
 

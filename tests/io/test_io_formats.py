@@ -9,8 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from zerorate.io import LogError, read_log
-from zerorate.io.columns import looks_like_gyro, looks_like_time
-from zerorate.io.quantity import canonical_unit, split_unit
+from zerorate.io.names import canonical_unit, looks_like_gyro, looks_like_time, split_unit
 
 TIME = np.arange(5) / 100
 

@@ -12,8 +12,14 @@ import numpy.typing as npt
 from zerorate.compare.recording import Orientation, Recording, Reference
 from zerorate.compare.slope import slope
 from zerorate.io import Log, LogError
-from zerorate.io.columns import looks_like_gyro, plain
-from zerorate.io.quantity import UNKNOWN, canonical_unit, common_unit, split_unit
+from zerorate.io.names import (
+    UNKNOWN,
+    canonical_unit,
+    common_unit,
+    looks_like_gyro,
+    plain,
+    split_unit,
+)
 from zerorate.io.reading import Group, read_groups
 from zerorate.units import UNITS, convert
 

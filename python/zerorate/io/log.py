@@ -1,20 +1,31 @@
-"""A log: uniformly sampled channels with their rate, names and unit."""
+"""Logs: uniformly sampled channels with their rate, names and unit."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.errors import LogError
-from zerorate.io.rates import checked_rate
+from zerorate.types import Floats
 
-__all__ = ["Log", "LogError"]
+__all__ = ["Header", "Log", "LogError", "checked_rate"]
 
-FloatArray = npt.NDArray[np.float64]
+
+class LogError(ValueError):
+    """The content of a log is not what was expected; the message says what and where."""
+
+
+def checked_rate(rate: object) -> float:
+    """Return the rate in Hz as a float; ValueError unless it is positive and finite."""
+    number = isinstance(rate, Real) and not isinstance(rate, bool)
+    if not number or not math.isfinite(float(rate)) or float(rate) <= 0:  # type: ignore[arg-type]
+        raise ValueError(f"rate must be a positive finite number of Hz, got {rate!r}")
+    return float(rate)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +65,9 @@ class Log:
     (4, 1, 2.0, 1)
     """
 
-    time: FloatArray
+    time: Floats
     rate: float
-    data: FloatArray
+    data: Floats
     names: tuple[str, ...]
     unit: str = "unit"
     meta: Mapping[str, Any] = field(default_factory=dict)
@@ -116,7 +127,7 @@ class Log:
         return replace(self, data=values)
 
 
-def _channels(data: npt.ArrayLike) -> FloatArray:
+def _channels(data: npt.ArrayLike) -> Floats:
     values = np.asarray(data, dtype=np.float64)
     if values.ndim == 1:
         values = values[:, np.newaxis]
@@ -141,7 +152,7 @@ def _checked_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]
     return tuple(str(name) for name in listed)
 
 
-def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> FloatArray:
+def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
     seconds = np.ascontiguousarray(time, dtype=np.float64)
     if seconds.shape != (n,):
         raise LogError(f"time must have shape ({n},) as data has {n} samples, got {seconds.shape}")
@@ -153,3 +164,34 @@ def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> FloatArray:
             f"time must be uniform at {rate:g} Hz, but leaves that grid by {off:.3g} samples"
         )
     return seconds
+
+
+@dataclass(frozen=True)
+class Header:
+    """Length, rate (Hz), names, unit and metadata of a log, as in `Log`."""
+
+    n: int
+    rate: float
+    names: tuple[str, ...]
+    unit: str
+    meta: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, log: Log) -> Header:
+        """Return what is known of a log in memory."""
+        return cls(log.n, log.rate, log.names, log.unit, log.meta)
+
+    def noting(self, sentences: Iterable[str]) -> Header:
+        """Return the header with further notes, none of them twice."""
+        notes = dict.fromkeys((*self.meta.get("notes", ()), *sentences))
+        return replace(self, meta={**self.meta, "notes": tuple(notes)}) if notes else self
+
+    @property
+    def channels(self) -> int:
+        """Number of channels."""
+        return len(self.names)
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return self.n / self.rate

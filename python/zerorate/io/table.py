@@ -1,17 +1,44 @@
-"""What every reader returns: named columns, loaded when asked for, and the file's metadata."""
+"""The contract of readers: named columns, loaded when asked for, and what the file says of them.
+
+A reader is a function that takes a path and returns the `Content` of the file there; a `Format`
+says which files it reads. `zerorate.io.formats` lists them all.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from numbers import Real
+from pathlib import Path
+from typing import Any, Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.errors import LogError
+from zerorate.io.log import LogError
+
+__all__ = [
+    "Column",
+    "Content",
+    "Format",
+    "Metadata",
+    "Reader",
+    "Table",
+    "as_numbers",
+    "listed_names",
+    "without_masks",
+]
 
 Column = npt.NDArray[Any]
+
+_MISSING: Final[dict[str, Any]] = {
+    "M": np.datetime64("NaT"),
+    "m": np.timedelta64("NaT"),
+    "O": None,
+}
+NO_TOPICS: Final = (
+    "topic= chooses among the topics of a ROS recording or a PX4 log; this is neither"
+)
 
 
 @dataclass(frozen=True)
@@ -22,6 +49,7 @@ class Metadata:
     unit: str | None = None
     sensor: str | None = None
     names: tuple[str, ...] | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -55,6 +83,50 @@ class Table:
         return replace(self, load=lambda wanted: [columns[i] for i in wanted])
 
 
+@dataclass(frozen=True)
+class Content:
+    """The tables of a file by their topic, and which of them a topic asked for means.
+
+    A format without topics has one table, under the empty name.
+    """
+
+    tables: Mapping[str, Table]
+    chosen: Callable[[str | None], Table]
+
+    @classmethod
+    def of(cls, table: Table) -> Content:
+        """Return the content of a file without topics."""
+
+        def chosen(topic: str | None) -> Table:
+            if topic is not None:
+                raise LogError(NO_TOPICS)
+            return table
+
+        return cls({"": table}, chosen)
+
+
+class Reader(Protocol):
+    """A function that reads what files of one format hold, and as little of it as it can."""
+
+    def __call__(self, path: Path, /) -> Content:
+        """Return the content of a file; LogError if it is damaged or something else."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format of files.
+
+    ``called`` is its name in a sentence, ``marks`` are the beginnings a file of it may have, none
+    for text.
+    """
+
+    kind: str
+    called: str
+    suffixes: tuple[str, ...]
+    marks: tuple[bytes, ...]
+    read: Reader
+
+
 def listed_names(table: Table) -> Table:
     """Return the table with the names its metadata lists for the columns after the time.
 
@@ -76,9 +148,52 @@ def _begins_with(columns: Sequence[str], listed: Sequence[str]) -> bool:
 
 
 def as_numbers(column: Column, label: str) -> Column:
-    """Return a one-dimensional column of numbers as it is; LogError for anything else."""
+    """Return a one-dimensional column of numbers as it is, NaN where a value is missing.
+
+    What is missing is NaN, masked, None, or the NA of pandas; nulls of Arrow and polars are NaN
+    already, for so their own conversion has it.
+
+    Raises
+    ------
+    LogError
+        If the column holds anything but real numbers.
+    """
+    column = without_masks(column)
     if column.dtype.kind not in "fiub":
         raise LogError(f"column '{label}' holds {column.dtype}, expected real numbers")
     if column.dtype.kind == "f" and column.dtype.itemsize > 8:
         return column.astype(np.float64)
     return column
+
+
+def without_masks(values: npt.ArrayLike) -> Column:
+    """Return an array in which masked values, None and the NA of pandas are NaN or NaT.
+
+    An array without any of them is returned as it is, and so is one of other objects.
+    """
+    array = np.asanyarray(values)
+    if isinstance(array, np.ma.MaskedArray):
+        array = _unmasked(array)
+    if array.dtype.kind == "O" and all(map(_is_number_or_missing, array.flat)):
+        numbers = [np.nan if _is_missing(value) else value for value in array.flat]
+        return np.array(numbers, dtype=np.float64).reshape(array.shape)
+    return np.asarray(array)
+
+
+def _unmasked(array: np.ma.MaskedArray[Any, Any]) -> Column:
+    if not np.ma.is_masked(array):
+        return np.asarray(array)
+    kind = array.dtype.kind
+    if kind not in "fiubMmO":
+        return np.asarray(array)
+    values = np.array(array.data, np.float64 if kind in "iub" else array.dtype)
+    values[np.ma.getmaskarray(array)] = _MISSING.get(kind, np.nan)
+    return values
+
+
+def _is_missing(value: object) -> bool:
+    return value is None or type(value).__name__ in ("NAType", "NaTType")
+
+
+def _is_number_or_missing(value: object) -> bool:
+    return isinstance(value, Real) or _is_missing(value)

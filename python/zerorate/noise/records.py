@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.rates import checked_rate
+from zerorate.io.log import checked_rate
 from zerorate.noise.quantities import Quantity
 from zerorate.units import convert, kind
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from zerorate.identify.preparation.centring import centred
 from zerorate.identify.preparation.outliers import resolution
 from zerorate.identify.records import as_record
-from zerorate.io.rates import checked_rate
+from zerorate.io.log import checked_rate
 
 __all__ = ["Span", "moving_spans"]
 

@@ -13,7 +13,7 @@ from zerorate.identify.preparation.outliers import Cleaned, far_from_average, ha
 from zerorate.identify.preparation.smoothing import checked_width, moving_average
 from zerorate.identify.preparation.trend import Trend, detrend, segments
 from zerorate.identify.records import as_record
-from zerorate.io.rates import checked_rate
+from zerorate.io.log import checked_rate
 
 __all__ = [
     "Change",

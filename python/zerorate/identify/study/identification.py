@@ -18,7 +18,7 @@ from zerorate.identify.study.battery import examined
 from zerorate.identify.study.online import learned_online
 from zerorate.identify.study.result import Identification
 from zerorate.identify.study.survey import surveyed
-from zerorate.io.rates import checked_rate
+from zerorate.io.log import checked_rate
 
 __all__ = ["LEAST_SAMPLES", "Criterion", "Method", "Preparation", "identify"]
 

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.io.quantity import split_unit
+from zerorate.io.names import split_unit
 from zerorate.numerals import significant, with_error
 from zerorate.run.replay import Summary
 from zerorate.run.replay.learned import last_known, noise_units

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from typing import Final
 
 from zerorate.io import Log
-from zerorate.io.header import Header
+from zerorate.io.log import Header
 
 __all__ = ["WIDTH", "bulleted", "on_clock"]
 

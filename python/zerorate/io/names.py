@@ -1,10 +1,24 @@
-"""Units: their spellings, and where a column's name ends in one."""
+"""What the name of a column says: its unit, and what it measures."""
 
 from __future__ import annotations
 
 import re
 
-from zerorate.io.errors import LogError
+from zerorate.io.log import LogError
+
+__all__ = [
+    "UNKNOWN",
+    "canonical_unit",
+    "common_unit",
+    "looks_like_accelerometer",
+    "looks_like_gyro",
+    "looks_like_sensor",
+    "looks_like_time",
+    "plain",
+    "spelled",
+    "split_unit",
+    "with_suffix",
+]
 
 UNKNOWN = "unit"
 
@@ -91,3 +105,44 @@ def spelled(unit: str) -> str:
 
 def _described(unit: str) -> str:
     return "of unknown unit" if unit == UNKNOWN else f"in {unit}"
+
+
+_GYRO = re.compile(
+    r"gyr|angular_?(vel|rate)|ang_?vel|omega|(rotation|turn|yaw|pitch|roll)_?rate"
+    r"|(^|_)(w|g|rate)(_rs_s)?_?[xyz]$|^rate$"
+)
+_NOT_GYRO = re.compile(r"temp|bias|acc|cov|sigma|std|status|valid|flag|mag|at_rest")
+_ACCELEROMETER = re.compile(r"acc|(^|_)specific_force|(^|_)a(_m_s_s)?_?[xyz]$")
+_NOT_ACCELEROMETER = re.compile(r"temp|bias|gyr|ang|cov|sigma|std|status|valid|flag|mag")
+_TIME = re.compile(
+    r"^(t|(.*_)?(times?|time_?stamps?|stamps?))"
+    r"(_(s|secs?|seconds?|ms|msecs?|millis|us|usecs?|micros|µs|ns|nsecs?|nanos))?$"
+)
+
+
+def plain(name: str) -> str:
+    """Return the name in lower case with single underscores: ``GyroX [dps]`` -> ``gyro_x_dps``."""
+    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
+    return re.sub(r"[^a-z0-9µ°]+", "_", split.lower()).strip("_")
+
+
+def looks_like_gyro(name: str) -> bool:
+    """Whether a column of this name holds an angular rate."""
+    stem = plain(split_unit(name)[0])
+    return bool(_GYRO.search(stem)) and not _NOT_GYRO.search(stem)
+
+
+def looks_like_accelerometer(name: str) -> bool:
+    """Whether a column of this name holds an acceleration."""
+    stem = plain(split_unit(name)[0])
+    return bool(_ACCELEROMETER.search(stem)) and not _NOT_ACCELEROMETER.search(stem)
+
+
+def looks_like_sensor(name: str) -> bool:
+    """Whether a column of this name holds an angular rate or an acceleration."""
+    return looks_like_gyro(name) or looks_like_accelerometer(name)
+
+
+def looks_like_time(name: str) -> bool:
+    """Whether a column of this name holds timestamps."""
+    return bool(_TIME.match(plain(name)))
