@@ -20,6 +20,7 @@ from zerorate.io.names import (
     is_quaternion,
     looks_like_time,
     meaning_of,
+    split_unit,
 )
 from zerorate.io.reading import (
     Clock,
@@ -227,9 +228,16 @@ def read_recording(
             raise LogError(f"{label_of(one)}: {error}") from None
         request = replace(request, columns=None, reference=None, topic=None)
     if not found:
-        reasons = f": {notes[0]}" if notes else ""
-        raise LogError(f"{label}: there is no log of a sensor{reasons}")
+        raise LogError(f"{label}: no column looks like {_any_of(request.only)}{_why(notes)}")
     return Recording(_named(found), label, notes=tuple(dict.fromkeys(notes)))
+
+
+def _any_of(kinds: Sequence[str]) -> str:
+    return "a sensor" if len(kinds) == len(KINDS) else " or ".join(f"a {kind}" for kind in kinds)
+
+
+def _why(notes: Sequence[str]) -> str:
+    return f" ({'; '.join(notes)})" if notes else ""
 
 
 class _Found(NamedTuple):
@@ -350,8 +358,13 @@ def _sensor(table: Table, kind: str, places: list[int], request: _Request) -> _S
         # Components may stand in any order, w last for instance.
         order = sorted(range(len(names)), key=lambda i: names[i][-1].lower())
         return _Sensor(kind, tuple(places[i] for i in order), given or _ONE)
-    units = [(m.unit if (m := meaning_of(name)) else None) or given or UNKNOWN for name in names]
+    units = [_unit_of(name) or given or UNKNOWN for name in names]
     return _Sensor(kind, tuple(places), units[0] if len(set(units)) == 1 else ", ".join(units))
+
+
+def _unit_of(name: str) -> str | None:
+    meaning = meaning_of(name)
+    return split_unit(name)[1] if meaning is None else meaning.unit
 
 
 def _on_others(table: Table, sensors: Sequence[_Sensor], request: _Request) -> Iterator[str]:
@@ -362,7 +375,7 @@ def _on_others(table: Table, sensors: Sequence[_Sensor], request: _Request) -> I
         if index not in used and index != table.time and not looks_like_time(name)
     ]
     if others:
-        yield f"these columns are of no sensor known by name: {', '.join(others)}"
+        yield f"no sensor is known by the name of: {', '.join(others)}"
 
 
 def _listed(table: Table, sensors: Iterable[_Sensor]) -> str:
@@ -406,7 +419,7 @@ def _logs(
         if own is not None:
             values = values[np.isfinite(values).any(axis=1)]
         log = log_of(chosen, group, values, own or clock, told)
-        if log.n_missing == log.n and not request.requires([sensor]):
+        if np.isnan(log.data).all() and not request.requires([sensor]):
             notes.append(f"{', '.join(names)}: left out, for all samples are missing")
             continue
         yield _Found(sensor.kind, log)
