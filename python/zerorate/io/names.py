@@ -182,6 +182,7 @@ class _Kind(NamedTuple):
 
 _NO_SAMPLE = r"bias|cov|sigma|std|status|valid|flag"
 _XYZ = re.compile(r"(^|_|(?<=[a-z]))[xyz](?=(_?\d+)?$)|roll|pitch|yaw")
+_AXIS_LAST = re.compile(r"(.*)_([^_]+)(_[xyz])$")
 _COUNTED = re.compile(r"_?\d+$")
 _WXYZ = re.compile(r"(^|_|(?<=quat)|(?<=quaternion))[wxyz0-3]$")
 _PLACE = r"lat|latitude|lon|lng|long|longitude|alt|altitude|height"
@@ -192,7 +193,7 @@ _LENGTHS = {"m": "m", "km": "km", "cm": "cm", "mm": "mm", "deg": "deg", "rad": "
 
 _KINDS: Final = {
     "mag": _Kind(
-        re.compile(r"(^|_)mag(net\w*)?\d*(_|$)|(^|_)m_?[xyz]$"),
+        re.compile(r"(^|_)mag(net\w*)?\d*(_|$)|(^|_)m[xyz]$"),
         re.compile(_NO_SAMPLE + r"|temp|acc|gyr|ang|heading|declination|norm|strength"),
         {
             "ut": "uT",
@@ -268,7 +269,11 @@ def _split(name: str, units: dict[str, str]) -> tuple[str, str | None]:
     for spelling in sorted(units, key=len, reverse=True):
         if lower.endswith(("_" + spelling, " " + spelling)):
             return name[: -len(spelling) - 1], units[spelling]
-    return split_unit(name)
+    stem, unit = split_unit(name)
+    axis = _AXIS_LAST.match(name)
+    if unit is None and axis is not None and axis[2].lower() in units:
+        return axis[1] + axis[3], units[axis[2].lower()]
+    return stem, unit
 
 
 def _without_axis(stem: str, axes: re.Pattern[str] | None) -> str:

@@ -221,23 +221,20 @@ def read_recording(
     label = ", ".join(map(label_of, sources))
     found: list[_Found] = []
     notes: list[str] = []
+    offered: list[str] = []
     for one in sources:
         try:
-            found.extend(_of_source(one, request, notes))
+            found.extend(_of_source(one, request, notes, offered))
         except LogError as error:
             raise LogError(f"{label_of(one)}: {error}") from None
         request = replace(request, columns=None, reference=None, topic=None)
     if not found:
-        raise LogError(f"{label}: no column looks like {_any_of(request.only)}{_why(notes)}")
+        sought = "a sensor" if only is None else " or ".join(f"a {kind}" for kind in request.only)
+        raise LogError(
+            f"{label}: no column looks like {sought}; choose with columns= from: "
+            f"{', '.join(offered)}"
+        )
     return Recording(_named(found), label, notes=tuple(dict.fromkeys(notes)))
-
-
-def _any_of(kinds: Sequence[str]) -> str:
-    return "a sensor" if len(kinds) == len(KINDS) else " or ".join(f"a {kind}" for kind in kinds)
-
-
-def _why(notes: Sequence[str]) -> str:
-    return f" ({'; '.join(notes)})" if notes else ""
 
 
 class _Found(NamedTuple):
@@ -293,21 +290,23 @@ def _named(found: Sequence[_Found]) -> dict[str, Log]:
     return logs
 
 
-def _of_source(source: LogSource, request: _Request, notes: list[str]) -> Iterator[_Found]:
+def _of_source(
+    source: LogSource, request: _Request, notes: list[str], offered: list[str]
+) -> Iterator[_Found]:
+    """Yield the logs of one source; add what was left out, and the columns that there are."""
     kind, content = opened(source)
     told = {"source": label_of(source), "format": kind}
-    for table in _tables(content, request.topic):
-        sensors = _sensors(table, request, notes)
-        if not table.meta.sensor and table.names is not None:
-            notes.extend(_on_others(table, sensors, request))
+    tables = _tables(content, request.topic)
+    if not tables:
+        tables = [content.chosen(None)]
+    for table in tables:
+        offered.extend(table.label(index) for index in range(table.width))
+        sensors = _sensors(table, request)
+        if "" in content.tables and request.only == KINDS:
+            notes.extend(_on_others(table, sensors))
         wanted = [sensor for sensor in sensors if sensor.kind in request.only]
         for shared in _by_clock(table, wanted):
-            try:
-                yield from _logs(table, shared, request, told, notes)
-            except LogError as error:
-                if request.requires(shared):
-                    raise
-                notes.append(f"{_listed(table, shared)}: left out, for {error}")
+            yield from _readable(table, shared, request, told, notes)
         request = replace(request, columns=None, reference=None)
 
 
@@ -317,7 +316,7 @@ def _tables(content: Content, topic: str | None) -> list[Table]:
     return [*first, *(content.tables[t] for t in topics if content.tables[t] not in first)]
 
 
-def _sensors(table: Table, request: _Request, notes: list[str]) -> list[_Sensor]:
+def _sensors(table: Table, request: _Request) -> list[_Sensor]:
     """Return the sensors of a table: those asked for, and those found by name."""
     asked = {"gyro": request.columns, "reference": request.reference}
     taken = {k: choose(table, c).data for k, c in asked.items() if c is not None}
@@ -367,7 +366,7 @@ def _unit_of(name: str) -> str | None:
     return split_unit(name)[1] if meaning is None else meaning.unit
 
 
-def _on_others(table: Table, sensors: Sequence[_Sensor], request: _Request) -> Iterator[str]:
+def _on_others(table: Table, sensors: Sequence[_Sensor]) -> Iterator[str]:
     used = {index for sensor in sensors for index in sensor.places}
     others = [
         name
@@ -390,6 +389,26 @@ def _by_clock(table: Table, sensors: Sequence[_Sensor]) -> list[list[_Sensor]]:
         rows = 0 if table.lengths is None else table.lengths[sensor.places[0]]
         groups.setdefault((time, rows), []).append(sensor)
     return list(groups.values())
+
+
+def _readable(
+    table: Table,
+    sensors: Sequence[_Sensor],
+    request: _Request,
+    told: dict[str, str],
+    notes: list[str],
+) -> list[_Found]:
+    """Return the logs of sensors on one clock, without those that cannot be read."""
+    try:
+        return list(_logs(table, sensors, request, told, notes))
+    except LogError as error:
+        if len(sensors) > 1:
+            alone = (_readable(table, [sensor], request, told, notes) for sensor in sensors)
+            return [found for each in alone for found in each]
+        if request.requires(sensors):
+            raise
+        notes.append(f"{_listed(table, sensors)}: left out, for {error}")
+        return []
 
 
 def _logs(
