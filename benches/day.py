@@ -20,8 +20,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from zerorate.io import open_recording
-from zerorate.io.row_groups import RowGroups
+from zerorate.io import open_log
+from zerorate.io.parquet import RowGroups
 from zerorate.run.replay.filters import Filters
 from zerorate.run.replay.measure import Measures
 from zerorate.run.replay.pipeline import ROWS
@@ -93,7 +93,7 @@ class Stopwatch:
 def stages(path, target, method) -> dict[str, float]:
     watch = Stopwatch()
     with watch("clock"):
-        recording = open_recording(path, columns=list(AXES))
+        recording = open_log(path, columns=list(AXES))
     header = recording.header
     filters = Filters(header.n, header.rate, header.channels, [method], "estimate", {})
     measures = Measures(header, [method], (10.0, 60.0), filters.holds)

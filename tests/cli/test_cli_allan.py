@@ -10,7 +10,7 @@ import yaml
 import zerorate as zr
 from zerorate import Log, NoiseModel, write_log
 from zerorate.cli import run
-from zerorate.io.sensors import read_sensors
+from zerorate.io.reading import read_sensors
 from zerorate.noise.characterise import characterise
 from zerorate.noise.kinds import KINDS
 from zerorate.numerals import significant, with_error

@@ -10,7 +10,7 @@ import zerorate as zr
 from support.logs import RATE, make_log, noise
 from zerorate import LogError, metrics
 from zerorate._native import allan_deviations
-from zerorate.io.header import Header
+from zerorate.io.log import Header
 from zerorate.run.replay import replay
 from zerorate.run.replay.block import Block
 from zerorate.run.replay.history import moments

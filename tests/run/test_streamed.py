@@ -10,8 +10,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from zerorate.cli import run
-from zerorate.io import LogError, open_recording, read_log, write_log
-from zerorate.io.row_groups import RowGroups
+from zerorate.io import LogError, open_log, read_log, write_log
+from zerorate.io.parquet import RowGroups
 from zerorate.run.replay import replay, replay_to_file
 from zerorate.run.replay.workers import on_threads
 from zerorate.show import format_learned, format_notes
@@ -95,7 +95,7 @@ def test_blocks_make_the_same_file_and_say_the_same(tmp_path, make, options):
     whole = in_memory(path, tmp_path / "whole.parquet", **options)
     for rows in BLOCKS if make is not motion else BLOCKS[1:]:
         summary = replay_to_file(
-            open_recording(path), tmp_path / "out.parquet", rows=rows, force=True, **options
+            open_log(path), tmp_path / "out.parquet", rows=rows, force=True, **options
         )
         assert (tmp_path / "out.parquet").read_bytes() == (tmp_path / "whole.parquet").read_bytes()
         # As text, where NaN equals NaN.
@@ -109,7 +109,7 @@ def test_blocks_make_the_same_file_and_say_the_same(tmp_path, make, options):
 def test_a_recording_is_the_log_that_is_read_at_once(tmp_path, make):
     path = tmp_path / "raw.parquet"
     make(path)
-    log, expected = open_recording(path).log(), read_log(path)
+    log, expected = open_log(path).log(), read_log(path)
     np.testing.assert_array_equal(log.data, expected.data)
     np.testing.assert_array_equal(log.time, expected.time)
     assert (log.rate, log.names, log.unit) == (expected.rate, expected.names, expected.unit)
@@ -121,14 +121,14 @@ def test_other_formats_are_read_and_written_from_memory(tmp_path, suffix):
     regular(tmp_path / "raw.parquet")
     write_log(read_log(tmp_path / "raw.parquet"), tmp_path / f"raw{suffix}")
     in_memory(tmp_path / f"raw{suffix}", tmp_path / "whole.csv", methods=["auto"])
-    recording = open_recording(tmp_path / f"raw{suffix}")
+    recording = open_log(tmp_path / f"raw{suffix}")
     replay_to_file(recording, tmp_path / "out.csv", methods=["auto"])
     assert (tmp_path / "out.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
 
 
 def test_one_thread_does_the_same(tmp_path):
     regular(tmp_path / "raw.parquet")
-    recording = open_recording(tmp_path / "raw.parquet")
+    recording = open_log(tmp_path / "raw.parquet")
     replay_to_file(recording, tmp_path / "two.parquet", rows=500)
     with on_threads(1):
         replay_to_file(recording, tmp_path / "one.parquet", rows=500)
@@ -147,7 +147,7 @@ class TestFaults:
         assert [path.name for path in tmp_path.glob("**/*")] in (["raw.parquet"], [])
 
     def go(self, folder, **options):
-        recording = open_recording(folder / "raw.parquet")
+        recording = open_log(folder / "raw.parquet")
         return replay_to_file(recording, folder / "out.parquet", rows=100, **options)
 
     @pytest.mark.parametrize("method", ["kf", "auto"])
@@ -196,7 +196,7 @@ def test_progress_rises_to_the_end(tmp_path):
     regular(tmp_path / "raw.parquet")
     calls = []
     replay_to_file(
-        open_recording(tmp_path / "raw.parquet"),
+        open_log(tmp_path / "raw.parquet"),
         tmp_path / "out.parquet",
         rows=1000,
         progress=lambda *call: calls.append(call),
@@ -219,7 +219,7 @@ def test_gyros_beside_accelerometers_need_columns_of_one_unit(tmp_path, capsys):
     names = ["time_s", "gyro_x_dps", "acc_x_mps2"]
     table = pa.table([np.arange(500) / RATE, *samples(500).T], names=names)
     pq.write_table(table, tmp_path / "raw.parquet")
-    assert open_recording(tmp_path / "raw.parquet").header.names == ("gyro_x_dps",)
+    assert open_log(tmp_path / "raw.parquet").header.names == ("gyro_x_dps",)
     arguments = ["replay", str(tmp_path / "raw.parquet"), "-o", str(tmp_path), "--no-figure"]
     assert run([*arguments, "--columns", "gyro_x_dps,acc_x_mps2"]) == 1
     assert "the columns differ in unit" in capsys.readouterr().err

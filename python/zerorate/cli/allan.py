@@ -22,7 +22,7 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.progress import progress_bar
 from zerorate.io import Log, LogError
-from zerorate.io.sensors import read_sensors
+from zerorate.io.reading import read_sensors
 from zerorate.noise.characterise import Characterisation, characterise
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.run.replay.workers import Progress

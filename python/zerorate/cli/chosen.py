@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy.typing as npt
 
 from zerorate.cli.faults import DataFault, UsageFault, as_usage, writing
-from zerorate.io import Log, LogError, Recording
-from zerorate.io.header import Header
+from zerorate.io import Log, LogError, LogFile
+from zerorate.io.log import Header
 from zerorate.run.replay import FilterOptions, Replay, Summary, replay, replay_to_file
 from zerorate.run.replay.result import Output
 from zerorate.run.replay.workers import Progress
@@ -42,9 +42,7 @@ class Chosen:
                 **self.options,
             )
 
-    def into_file(
-        self, recording: Recording, path: Path, force: bool, progress: Progress
-    ) -> Summary:
+    def into_file(self, recording: LogFile, path: Path, force: bool, progress: Progress) -> Summary:
         """Write the filtered log block by block and return the rest, or raise a fault."""
         with writing(), _of(recording.header), _values():
             return replay_to_file(

@@ -9,7 +9,7 @@ import typer
 from zerorate.cli.faults import DataFault, UsageFault, as_usage, in_options, reading, writing
 from zerorate.cli.options import RECORDING, TOPIC, parse_columns, parse_names
 from zerorate.cli.progress import progress_bar
-from zerorate.compare import METHODS, Comparison, Recording, read_recording
+from zerorate.compare import METHODS, Comparison, Trial, read_trial
 from zerorate.compare import compare as run_methods
 from zerorate.compare.as_json import as_json
 from zerorate.compare.simulated import Regret, format_regret
@@ -62,7 +62,7 @@ def compare(
         recordings = []
         for log in logs or []:
             with reading(bool(wanted or reference or truth)):
-                recordings.append(read_recording(log, rate, wanted, unit, reference, truth, topic))
+                recordings.append(read_trial(log, rate, wanted, unit, reference, truth, topic))
         found = _compared(recordings, names, progress)
         regret = _simulated(names, seeds, progress) if simulated else None
     if json is not None:
@@ -81,7 +81,7 @@ def _texts(found: tuple[Comparison, ...], regret: Regret | None, per_axis: bool)
 
 
 def _compared(
-    recordings: list[Recording], methods: list[str], progress: Progress
+    recordings: list[Trial], methods: list[str], progress: Progress
 ) -> tuple[Comparison, ...]:
     if not recordings:
         return ()

@@ -33,10 +33,10 @@ __all__ = [
 
 
 RECORDING: Final = (
-    "Recording: csv, tsv, txt, npy, npz, parquet, arrow, feather, h5, mat, bag, mcap, "
+    "Recording: csv, tsv, txt, npy, npz, parquet, arrow, feather, h5, mat, bag, mcap, ulg, "
     "or the folder of a ROS 2 bag."
 )
-TOPIC: Final = "Topic of a ROS recording, where several hold an IMU."
+TOPIC: Final = "Topic of a ROS recording or a PX4 log, where several hold an IMU."
 
 
 class Method(StrEnum):

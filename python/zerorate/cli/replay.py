@@ -23,7 +23,7 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import Outputs
 from zerorate.cli.progress import progress_bar
-from zerorate.io import open_recording
+from zerorate.io import open_log
 from zerorate.run.replay import FilterOptions, Summary
 from zerorate.run.replay.result import Output
 from zerorate.show import format_learned, format_notes, format_table
@@ -95,7 +95,7 @@ def replay(
     kind: Output | None = None if output_kind is None else output_kind.value
     with progress_bar() as progress:
         with reading(wanted is not None):
-            recording = open_recording(log, rate, wanted, unit, topic)
+            recording = open_log(log, rate, wanted, unit, topic)
         chosen = Chosen(methods, kind, options)
         if no_figure:
             result = chosen.into_file(recording, outputs.log, force, progress)

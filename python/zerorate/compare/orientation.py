@@ -11,8 +11,8 @@ import numpy.typing as npt
 from zerorate import metrics
 from zerorate.compare.measures import consistency, if_possible
 from zerorate.compare.methods import Answer, answer, first_rest
-from zerorate.compare.recording import Orientation, Recording
 from zerorate.compare.result import Row
+from zerorate.compare.trial import Orientation, Trial
 from zerorate.compare.turning import MOVING
 from zerorate.io import LogError
 from zerorate.metrics import BestEma, rotations
@@ -32,9 +32,7 @@ _SPEED_OVER: Final = 0.2
 """Seconds over which the reference's speed is taken."""
 
 
-def orientation_rows(
-    recording: Recording, truth: Orientation, methods: Sequence[str]
-) -> Iterator[Row]:
+def orientation_rows(recording: Trial, truth: Orientation, methods: Sequence[str]) -> Iterator[Row]:
     """Yield the measures of every method, the axes together.
 
     A best average in hindsight is not among them: it would have to be chosen for three axes.

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from zerorate import metrics
 from zerorate.compare.measures import allan, consistency, if_possible
 from zerorate.compare.methods import Answer, answer
-from zerorate.compare.recording import Recording
 from zerorate.compare.result import Row
+from zerorate.compare.trial import Trial
 from zerorate.io import LogError
 from zerorate.metrics import BestEma
 from zerorate.noise.rest import moving_spans
@@ -31,7 +31,7 @@ def scored_from(duration: float) -> float:
     return min(_LEARNING, duration / 3.0)
 
 
-def rest_rows(recording: Recording, methods: Sequence[str]) -> Iterator[Row]:
+def rest_rows(recording: Trial, methods: Sequence[str]) -> Iterator[Row]:
     """Yield the measures of every axis and method, one after the other."""
     for axis, z in zip(recording.log.names, recording.log.data.T, strict=True):
         judge = _Judge(np.ascontiguousarray(z), recording.log.rate, f"{recording.source}: {axis}")
@@ -39,7 +39,7 @@ def rest_rows(recording: Recording, methods: Sequence[str]) -> Iterator[Row]:
             yield Row(recording.source, axis, method, recording.angle, judge.measured(method))
 
 
-def rest_notes(recording: Recording) -> Iterator[str]:
+def rest_notes(recording: Trial) -> Iterator[str]:
     """Yield that there is no reference, and where the sensor seems to move nonetheless."""
     yield f"{recording.source}: without a reference, so it is taken to be at rest"
     for name, z in zip(recording.log.names, recording.log.data.T, strict=True):

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from zerorate.compare.recording import Kind
+from zerorate.compare.trial import Kind
 
 __all__ = ["Comparison", "Row"]
 

@@ -7,10 +7,11 @@ import numpy as np
 
 from zerorate.compare.methods import METHODS
 from zerorate.compare.orientation import orientation_rows
-from zerorate.compare.recording import Kind, Orientation, Recording
 from zerorate.compare.rest import rest_notes, rest_rows
 from zerorate.compare.result import Comparison, Row
+from zerorate.compare.trial import Kind, Orientation, Trial
 from zerorate.compare.turning import fitted, turning_rows
+from zerorate.io import Recording
 from zerorate.run.replay.workers import Progress, silent
 
 __all__ = ["compare"]
@@ -19,7 +20,7 @@ _KINDS: Final[tuple[Kind, ...]] = ("rest", "turning", "orientation")
 
 
 def compare(
-    recordings: Sequence[Recording],
+    recordings: Sequence[Recording | Trial],
     methods: Sequence[str] = METHODS,
     progress: Progress | None = None,
 ) -> tuple[Comparison, ...]:
@@ -27,8 +28,8 @@ def compare(
 
     Parameters
     ----------
-    recordings : sequence of Recording
-        Of any kinds.
+    recordings : sequence of Recording or Trial
+        Of any kinds: `zerorate.read_recording` or `read_trial` gives them.
     methods : sequence of str
         ``"raw"``, ``"mean"`` (the running mean), ``"ema"`` (the best exponential moving average in
         hindsight) and methods of `zerorate.DriftFilter`, which run with their defaults.
@@ -50,19 +51,20 @@ def compare(
     listed = list(methods)
     if not listed or len(set(listed)) < len(listed):
         raise ValueError(f"methods must be at least one and all different, got {listed}")
-    report = _Report(recordings, len(listed), silent if progress is None else progress)
+    trials = [one if isinstance(one, Trial) else Trial.of(one) for one in recordings]
+    report = _Report(trials, len(listed), silent if progress is None else progress)
     found = []
     # Numbers near the largest double overflow when squared: the answer is then infinite.
     with np.errstate(over="ignore", invalid="ignore"):
         for kind in _KINDS:
-            own = [recording for recording in recordings if recording.kind == kind]
+            own = [trial for trial in trials if trial.kind == kind]
             if own:
                 found.append(_compared(kind, own, listed, report))
     return tuple(found)
 
 
 def _compared(
-    kind: Kind, recordings: list[Recording], methods: list[str], report: "_Report"
+    kind: Kind, recordings: list[Trial], methods: list[str], report: "_Report"
 ) -> Comparison:
     rows: list[Row] = []
     notes: list[str] = []
@@ -75,7 +77,7 @@ def _compared(
     return Comparison(kind, tuple(rows), tuple(notes))
 
 
-def _measured(recording: Recording, methods: list[str], notes: list[str]) -> Iterator[Row]:
+def _measured(recording: Trial, methods: list[str], notes: list[str]) -> Iterator[Row]:
     if recording.reference is None:
         recording.check_axes()
     if recording.orientation is not None:
@@ -96,7 +98,7 @@ def _on_orientation(source: str, truth: Orientation) -> str:
 class _Report:
     """How much of the work is done."""
 
-    def __init__(self, recordings: Sequence[Recording], methods: int, progress: Progress) -> None:
+    def __init__(self, recordings: Sequence[Trial], methods: int, progress: Progress) -> None:
         axes = (one.log.channels if one.kind == "rest" else 1 for one in recordings)
         self._total, self._done, self._progress = methods * sum(axes), 0, progress
 

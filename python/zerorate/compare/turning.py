@@ -11,8 +11,8 @@ import numpy.typing as npt
 from zerorate import metrics
 from zerorate.compare.measures import consistency, if_possible
 from zerorate.compare.methods import Answer, answer
-from zerorate.compare.recording import Recording, Reference
 from zerorate.compare.result import Row
+from zerorate.compare.trial import Reference, Trial
 from zerorate.io import LogError
 from zerorate.metrics import BestEma, MotionError
 from zerorate.metrics.shift import moved
@@ -64,7 +64,7 @@ class Fitted:
         )
 
 
-def fitted(recording: Recording, reference: Reference) -> Fitted:
+def fitted(recording: Trial, reference: Reference) -> Fitted:
     """Return the reference as the gyro that follows it best would see it.
 
     Raises
@@ -90,7 +90,7 @@ def fitted(recording: Recording, reference: Reference) -> Fitted:
     return Fitted(log.names[best], z, fit.scale * timely, fit.scale, fit.offset, late)
 
 
-def turning_rows(recording: Recording, match: Fitted, methods: Sequence[str]) -> Iterator[Row]:
+def turning_rows(recording: Trial, match: Fitted, methods: Sequence[str]) -> Iterator[Row]:
     """Yield the measures of every method on the gyro that the reference belongs to."""
     truth = match.raw - match.rate
 

@@ -19,7 +19,7 @@ from zerorate.identify.correlogram import Correlogram, Whiteness, autocorrelatio
 from zerorate.identify.order import Criterion, OrderSelection, select_order
 from zerorate.identify.preparation import Prepared, prepare
 from zerorate.identify.record_tests import RecordSummary, RecordTests, summarised, tested
-from zerorate.io.rates import checked_rate
+from zerorate.io.log import checked_rate
 from zerorate.noise.records import as_record
 from zerorate.noise.rest import Span, moving_spans
 from zerorate.types import Floats

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from zerorate.identify.window_filters import Cleaned, far_from_average, hampel, moving_average
 from zerorate.identify.window_filters import decimate as _decimated
-from zerorate.io.rates import checked_rate
+from zerorate.io.log import checked_rate
 from zerorate.noise.records import as_record, checked_width, with_gaps
 from zerorate.types import Floats
 

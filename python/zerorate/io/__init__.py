@@ -1,20 +1,23 @@
-"""Read and write sensor logs: files of many formats and objects, one `Log` type out."""
+"""Read and write sensor logs: files of many formats and objects, `Log` and `Recording` out."""
 
 from zerorate.io.atomic import atomic_path, check_writable
 from zerorate.io.clock import ClockReport
 from zerorate.io.log import Log, LogError
+from zerorate.io.logfile import LogFile, open_log
 from zerorate.io.reading import read_log
-from zerorate.io.recording import Recording, open_recording
+from zerorate.io.recording import Recording, read_recording
 from zerorate.io.writing import write_log
 
 __all__ = [
     "ClockReport",
     "Log",
     "LogError",
+    "LogFile",
     "Recording",
     "atomic_path",
     "check_writable",
-    "open_recording",
+    "open_log",
     "read_log",
+    "read_recording",
     "write_log",
 ]

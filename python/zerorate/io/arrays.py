@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
-from zerorate.io.columns import looks_like_sensor, looks_like_time
-from zerorate.io.errors import LogError
-from zerorate.io.quantity import split_unit
-from zerorate.io.table import Column, Metadata, Table
+from zerorate.io.log import LogError
+from zerorate.io.names import looks_like_sensor, looks_like_time, split_unit
+from zerorate.io.table import Column, Content, Format, Metadata, Table
 
 __all__ = [
+    "NPY",
+    "NPZ",
     "SCALARS",
     "from_array",
     "from_arrays",
@@ -178,3 +181,33 @@ def _scalar(arrays: Mapping[str, Column], key: str, kinds: str) -> np.generic | 
         )
     scalar: np.generic = array.reshape(-1)[0]
     return scalar
+
+
+def _read_npy(path: Path) -> Content:
+    try:
+        array = np.load(path, allow_pickle=False)
+    except (ValueError, EOFError, OSError) as error:
+        raise LogError(f"cannot be read as an .npy array of numbers ({_reason(error)})") from None
+    return Content.of(from_array(array))
+
+
+def _read_npz(path: Path) -> Content:
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    except (ValueError, EOFError, OSError, zipfile.BadZipFile) as error:
+        raise LogError(f"cannot be read as .npz arrays of numbers ({_reason(error)})") from None
+    return Content.of(from_arrays(arrays))
+
+
+def _reason(error: Exception) -> str:
+    text = str(error)
+    if "allow_pickle" in text or "pickle" in text:
+        return "it holds Python objects"
+    if isinstance(error, EOFError) or "reshape" in text or "read" in text.lower():
+        return "it is truncated"
+    return "it is damaged"
+
+
+NPY = Format("npy", "an .npy array", (".npy",), (b"\x93NUMPY",), _read_npy)
+NPZ = Format("npz", "an .npz", (".npz",), (b"PK\x03\x04",), _read_npz)

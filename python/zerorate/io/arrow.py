@@ -1,18 +1,20 @@
-"""What Parquet, Arrow IPC and objects of Arrow share: a schema, its metadata, and its columns."""
+"""Arrow: schemas, columns and metadata of its tables, and IPC files and streams."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from zerorate.io.errors import LogError
-from zerorate.io.table import Column, Metadata, Table, listed_names
+from zerorate.io.log import LogError
+from zerorate.io.table import Column, Content, Format, Metadata, Table, listed_names
 
-__all__ = ["arrow_table", "in_pieces", "needs_pyarrow", "to_arrow"]
+__all__ = ["FORMAT", "arrow_table", "in_pieces", "needs_pyarrow", "to_arrow"]
 
 # Of type Any, for the stubs of pyarrow come from elsewhere and lag behind it.
 _Schema = Any
@@ -136,3 +138,40 @@ def _names(value: bytes | None) -> tuple[str, ...] | None:
         return None
     strings = isinstance(listed, list) and all(isinstance(name, str) for name in listed)
     return tuple(listed) if strings else None
+
+
+_FILE_MARK = b"ARROW1"
+_STREAM_MARK = b"\xff\xff\xff\xff"
+
+
+def _read(path: Path) -> Content:
+    """Return the table in an Arrow IPC file or stream, of which Feather is one name."""
+
+    def read(wanted: Sequence[int]) -> list[Any]:
+        fields = sorted(wanted)
+        with _opened(path, fields) as reader:
+            columns = reader.read_all().columns
+        return [columns[fields.index(index)] for index in wanted]
+
+    with _opened(path, None) as reader:
+        schema = reader.schema
+    return Content.of(arrow_table(schema, read))
+
+
+FORMAT = Format(
+    "arrow", "Arrow IPC", (".arrow", ".feather", ".ipc"), (_FILE_MARK, _STREAM_MARK), _read
+)
+
+
+@contextmanager
+def _opened(path: Path, fields: list[int] | None) -> Iterator[Any]:
+    pa = needs_pyarrow("Arrow IPC")
+    with path.open("rb") as file:
+        whole = file.read(len(_FILE_MARK)) == _FILE_MARK
+    open_as = pa.ipc.open_file if whole else pa.ipc.open_stream
+    options = pa.ipc.IpcReadOptions(included_fields=fields)
+    try:
+        with pa.memory_map(str(path)) as source, open_as(source, options=options) as reader:
+            yield reader
+    except (pa.ArrowException, OSError):
+        raise LogError("cannot be read as Arrow IPC: it is truncated or damaged") from None

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Final
+
+__all__ = ["atomic_path", "check_writable", "sweep"]
 
 
 def check_writable(path: str | os.PathLike[str], force: bool = False) -> None:
@@ -107,3 +111,24 @@ def _flush_folder(folder: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+_TEMPORARY: Final = re.compile(r"\.(?P<stem>.+)\.[0-9a-f]{12}(?P<suffix>\.[^.]+|)")
+
+
+def sweep(targets: Iterable[Path]) -> None:
+    """Remove what `atomic_path` began for these files and a kill left behind, and no others.
+
+    Nobody may be writing them. A file that cannot be removed stays: it harms nothing.
+    """
+    folders: dict[Path, set[tuple[str, str]]] = {}
+    for target in targets:
+        # A link's temporary file lies next to the file behind it.
+        path = Path(os.path.realpath(target))
+        folders.setdefault(path.parent, set()).add((path.stem[:80], path.suffix))
+    for folder, known in folders.items():
+        for path in folder.glob(".*.*"):
+            found = _TEMPORARY.fullmatch(path.name)
+            if found is not None and (found["stem"], found["suffix"]) in known:
+                with suppress(OSError):
+                    path.unlink()

@@ -1,32 +1,21 @@
-"""Which columns are gyros, which is the time, and which ones a caller means."""
+"""The choice of columns: those of the time, and those of data that a caller means."""
 
 from __future__ import annotations
 
 import difflib
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 
 import numpy as np
 
-from zerorate.io.errors import LogError
-from zerorate.io.quantity import split_unit
+from zerorate.io.log import LogError
+from zerorate.io.names import looks_like_gyro, looks_like_time
 from zerorate.io.table import Column, Table
 
-Columns = str | int | Sequence[str | int] | None
+__all__ = ["Choice", "Columns", "choose"]
 
-_GYRO = re.compile(
-    r"gyr|angular_?(vel|rate)|ang_?vel|omega|(rotation|turn|yaw|pitch|roll)_?rate"
-    r"|(^|_)(w|g|rate)(_rs_s)?_?[xyz]$|^rate$"
-)
-_NOT_GYRO = re.compile(r"temp|bias|acc|cov|sigma|std|status|valid|flag|mag|at_rest")
-_ACCELEROMETER = re.compile(r"acc|(^|_)specific_force|(^|_)a(_m_s_s)?_?[xyz]$")
-_NOT_ACCELEROMETER = re.compile(r"temp|bias|gyr|ang|cov|sigma|std|status|valid|flag|mag")
-_TIME = re.compile(
-    r"^(t|(.*_)?(times?|time_?stamps?|stamps?))"
-    r"(_(s|secs?|seconds?|ms|msecs?|millis|us|usecs?|micros|µs|ns|nsecs?|nanos))?$"
-)
+Columns = str | int | Sequence[str | int] | None
 
 
 @dataclass(frozen=True)
@@ -35,34 +24,6 @@ class Choice:
 
     time: int | None
     data: tuple[int, ...]
-
-
-def plain(name: str) -> str:
-    """Return the name in lower case with single underscores: ``GyroX [dps]`` -> ``gyro_x_dps``."""
-    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
-    return re.sub(r"[^a-z0-9µ°]+", "_", split.lower()).strip("_")
-
-
-def looks_like_gyro(name: str) -> bool:
-    """Whether a column of this name holds an angular rate."""
-    stem = plain(split_unit(name)[0])
-    return bool(_GYRO.search(stem)) and not _NOT_GYRO.search(stem)
-
-
-def looks_like_accelerometer(name: str) -> bool:
-    """Whether a column of this name holds an acceleration."""
-    stem = plain(split_unit(name)[0])
-    return bool(_ACCELEROMETER.search(stem)) and not _NOT_ACCELEROMETER.search(stem)
-
-
-def looks_like_sensor(name: str) -> bool:
-    """Whether a column of this name holds an angular rate or an acceleration."""
-    return looks_like_gyro(name) or looks_like_accelerometer(name)
-
-
-def looks_like_time(name: str) -> bool:
-    """Whether a column of this name holds timestamps."""
-    return bool(_TIME.match(plain(name)))
 
 
 def choose(

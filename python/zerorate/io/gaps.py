@@ -1,4 +1,4 @@
-"""Where samples are missing, judged by timestamps that may be late, early or coarse.
+"""Gaps in a log: missing samples found from timestamps that may be late, early or coarse.
 
 A long step alone is no gap: a stamp may come late, or a logger may write an old one, and the
 next stamps make up for it. A gap is a shift of the stamps' level against a uniform clock that
@@ -12,12 +12,9 @@ import warnings
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
-from zerorate.io.errors import LogError
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from zerorate.io.log import LogError
+from zerorate.types import Floats, Integers
 
 LONG_STEP = 1.5  # periods
 WINDOW = 15  # rows on each side of a step that judge it
@@ -28,7 +25,7 @@ MAX_GROWTH = 10  # missing samples for each one present
 MAX_ROWS = 1_000_000_000
 
 
-def missing_samples(stamps: FloatArray, period: float) -> FloatArray:
+def missing_samples(stamps: Floats, period: float) -> Floats:
     """Return how many samples are missing in each step of the stamps, shape (n - 1,).
 
     Raises
@@ -40,7 +37,7 @@ def missing_samples(stamps: FloatArray, period: float) -> FloatArray:
     return _runs_moved(stamps, missing, period)
 
 
-def _missing(stamps: FloatArray, period: float) -> FloatArray:
+def _missing(stamps: Floats, period: float) -> Floats:
     """Return how many samples are missing in each step, shape (n - 1,)."""
     missing = np.zeros(len(stamps) - 1)
     long = np.flatnonzero(np.diff(stamps) > LONG_STEP * period)
@@ -50,7 +47,7 @@ def _missing(stamps: FloatArray, period: float) -> FloatArray:
     return missing
 
 
-def _shift(deviation: FloatArray, long: IntArray) -> FloatArray:
+def _shift(deviation: Floats, long: Integers) -> Floats:
     """Return the lasting shift of the deviation at each long step.
 
     Lowest, middle and highest deviation of both sides are compared, and the smallest change
@@ -66,7 +63,7 @@ def _shift(deviation: FloatArray, long: IntArray) -> FloatArray:
     return np.asarray(change[np.abs(change).argmin(axis=0), np.arange(long.size)])
 
 
-def _levels(deviation: FloatArray, rows: IntArray, first: IntArray, last: IntArray) -> FloatArray:
+def _levels(deviation: Floats, rows: Integers, first: Integers, last: Integers) -> Floats:
     inside = (rows >= first) & (rows <= last)
     values = np.where(inside, deviation[np.clip(rows, first, last)], np.nan)
     with warnings.catch_warnings():
@@ -76,7 +73,7 @@ def _levels(deviation: FloatArray, rows: IntArray, first: IntArray, last: IntArr
         )
 
 
-def _settled(stamps: FloatArray, missing: FloatArray, period: float) -> FloatArray:
+def _settled(stamps: Floats, missing: Floats, period: float) -> Floats:
     """Return the missing samples corrected by how the stamps go on.
 
     Around a rightly filled gap the stamps keep their level on the grid, other gaps being filled
@@ -97,7 +94,7 @@ def _settled(stamps: FloatArray, missing: FloatArray, period: float) -> FloatArr
     return missing
 
 
-def _runs_moved(stamps: FloatArray, missing: FloatArray, period: float) -> FloatArray:
+def _runs_moved(stamps: Floats, missing: Floats, period: float) -> Floats:
     """Return the missing samples with runs of rows moved to where their stamps say.
 
     A run between two gaps may lie a place off where jitter made one of the gaps look shorter.
@@ -120,14 +117,14 @@ def _runs_moved(stamps: FloatArray, missing: FloatArray, period: float) -> Float
     return np.diff(place) - 1.0
 
 
-def _block_level(deviation: FloatArray) -> FloatArray:
+def _block_level(deviation: Floats) -> Floats:
     """Return the median of the rows around each block of rows, for each row."""
     starts = np.arange(0, len(deviation), LONG_WINDOW // 2)
     medians = _medians(deviation, starts - LONG_WINDOW, 5 * LONG_WINDOW // 2)
     return np.repeat(medians, LONG_WINDOW // 2)[: len(deviation)]
 
 
-def _apart(wrong: FloatArray, gaps: IntArray, width: int) -> FloatArray:
+def _apart(wrong: Floats, gaps: Integers, width: int) -> Floats:
     """Return the corrections without those that a larger one close by explains."""
     kept = np.zeros(len(wrong))
     some = np.flatnonzero(wrong)
@@ -138,7 +135,7 @@ def _apart(wrong: FloatArray, gaps: IntArray, width: int) -> FloatArray:
     return kept
 
 
-def _medians(values: FloatArray, first: IntArray, width: int) -> FloatArray:
+def _medians(values: Floats, first: Integers, width: int) -> Floats:
     """Return the median of the rows from each first one on, within the log."""
     medians = np.empty(len(first))
     for block in range(0, len(first), 10_000):
@@ -149,13 +146,13 @@ def _medians(values: FloatArray, first: IntArray, width: int) -> FloatArray:
     return medians
 
 
-def places(missing: FloatArray, stamps: FloatArray) -> IntArray:
+def places(missing: Floats, stamps: Floats) -> Integers:
     """Return each row's place on the grid, shape (n,); LogError if it grows too long."""
     _check_growth(missing, np.diff(stamps))
     return np.concatenate(([0], np.cumsum(1 + missing))).astype(np.int64)
 
 
-def _check_growth(missing: FloatArray, steps: FloatArray) -> None:
+def _check_growth(missing: Floats, steps: Floats) -> None:
     n = len(steps) + 1
     total = float(missing.sum())
     if total > MAX_GROWTH * n or n + total > MAX_ROWS:

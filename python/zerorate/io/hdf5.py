@@ -9,28 +9,28 @@ from typing import Any
 import numpy as np
 
 from zerorate.io.arrays import SCALARS, from_arrays, upright, without_common_folder
-from zerorate.io.errors import LogError
-from zerorate.io.quantity import spelled, with_suffix
-from zerorate.io.table import Column, Table
+from zerorate.io.log import LogError
+from zerorate.io.names import spelled, with_suffix
+from zerorate.io.table import Column, Content, Format
 
-__all__ = ["MARK", "read_hdf5", "read_matlab_hdf5"]
-
-MARK = b"\x89HDF\r\n\x1a\n"
+__all__ = ["FORMAT", "read_matlab_hdf5"]
 
 _Node = Any
 
 
-def read_hdf5(path: Path) -> Table:
-    """Return the table in an HDF5 file."""
-    return _read(path, "an HDF5 file", matlab=False)
+def _read(path: Path) -> Content:
+    return _content(path, "an HDF5 file", matlab=False)
 
 
-def read_matlab_hdf5(path: Path) -> Table:
-    """Return the table in a MAT file of version 7.3, which is HDF5."""
-    return _read(path, "a MAT file", matlab=True)
+FORMAT = Format("hdf5", "HDF5", (".h5", ".hdf5"), (b"\x89HDF\r\n\x1a\n",), _read)
 
 
-def _read(path: Path, called: str, matlab: bool) -> Table:
+def read_matlab_hdf5(path: Path) -> Content:
+    """Return the content of a MAT file of version 7.3, which is HDF5."""
+    return _content(path, "a MAT file", matlab=True)
+
+
+def _content(path: Path, called: str, matlab: bool) -> Content:
     h5py = _h5py(called)
     arrays: dict[str, Column] = {}
     try:
@@ -40,7 +40,7 @@ def _read(path: Path, called: str, matlab: bool) -> Table:
             file.visititems(lambda name, node: arrays.update(_arrays(str(name), node, matlab)))
     except (OSError, RuntimeError, KeyError, ValueError):
         raise LogError(f"cannot be read as {called}: it is truncated or damaged") from None
-    return from_arrays(without_common_folder(arrays))
+    return Content.of(from_arrays(without_common_folder(arrays)))
 
 
 def _h5py(called: str) -> Any:  # noqa: ANN401

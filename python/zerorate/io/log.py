@@ -1,20 +1,34 @@
-"""A log: uniformly sampled channels with their rate, names and unit."""
+"""Logs: uniformly sampled channels with their rate, names and unit."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from numbers import Real
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.errors import LogError
-from zerorate.io.rates import checked_rate
+from zerorate.io.missing import without_masks
+from zerorate.types import Floats
 
-__all__ = ["Log", "LogError"]
+_BETWEEN: Final = ", "
 
-FloatArray = npt.NDArray[np.float64]
+__all__ = ["Header", "Log", "LogError", "checked_rate"]
+
+
+class LogError(ValueError):
+    """The content of a log is not what was expected; the message says what and where."""
+
+
+def checked_rate(rate: object) -> float:
+    """Return the rate in Hz as a float; ValueError unless it is positive and finite."""
+    number = isinstance(rate, Real) and not isinstance(rate, bool)
+    if not number or not math.isfinite(float(rate)) or float(rate) <= 0:  # type: ignore[arg-type]
+        raise ValueError(f"rate must be a positive finite number of Hz, got {rate!r}")
+    return float(rate)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +47,8 @@ class Log:
     names
         One name a channel, all different.
     unit
-        ``"deg/s"``, ``"rad/s"``, ``"deg/h"``, ...; ``"unit"`` where nothing is known.
+        ``"deg/s"``, ``"rad/s"``, ``"deg/h"``, ...; ``"unit"`` where nothing is known. Or one a
+        channel: those of a position, ``("deg", "deg", "m")``, become ``"deg, deg, m"``.
     meta
         Whatever else is known. ``read_log`` fills ``source``, ``format``, ``clock`` (a
         `ClockReport`), ``notes`` (a tuple of sentences) and, where given, ``sensor``.
@@ -54,9 +69,9 @@ class Log:
     (4, 1, 2.0, 1)
     """
 
-    time: FloatArray
+    time: Floats
     rate: float
-    data: FloatArray
+    data: Floats
     names: tuple[str, ...]
     unit: str = "unit"
     meta: Mapping[str, Any] = field(default_factory=dict)
@@ -67,7 +82,9 @@ class Log:
         object.__setattr__(self, "data", _channels(self.data))
         object.__setattr__(self, "names", _checked_names(self.names, self.channels))
         object.__setattr__(self, "time", _checked_time(self.time, self.n, self.rate))
-        if not isinstance(self.unit, str) or not self.unit.strip():
+        if not isinstance(self.unit, str):
+            object.__setattr__(self, "unit", _joined(self.unit, self.channels))
+        if not self.unit.strip():
             raise LogError(f"unit must be a non-empty string, got {self.unit!r}")
 
     def __repr__(self) -> str:
@@ -93,6 +110,12 @@ class Log:
         return self.n / self.rate
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each channel."""
+        listed = tuple(self.unit.split(_BETWEEN))
+        return listed if len(listed) == self.channels else (self.unit,) * self.channels
+
+    @property
     def n_missing(self) -> int:
         """Number of samples with at least one channel missing (NaN)."""
         return int(np.isnan(self.data).any(axis=1).sum())
@@ -116,8 +139,16 @@ class Log:
         return replace(self, data=values)
 
 
-def _channels(data: npt.ArrayLike) -> FloatArray:
-    values = np.asarray(data, dtype=np.float64)
+def _joined(units: object, channels: int) -> str:
+    """Return the one unit of all channels, or a list of them."""
+    listed = tuple(units) if isinstance(units, Iterable) else (units,)
+    if len(listed) != channels or not all(isinstance(unit, str) and unit for unit in listed):
+        raise LogError(f"unit must be a non-empty string, or one a channel, got {units!r}")
+    return listed[0] if len(set(listed)) == 1 else _BETWEEN.join(listed)
+
+
+def _channels(data: npt.ArrayLike) -> Floats:
+    values = np.asarray(without_masks(data), dtype=np.float64)
     if values.ndim == 1:
         values = values[:, np.newaxis]
     if values.ndim != 2 or 0 in values.shape:
@@ -141,7 +172,7 @@ def _checked_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]
     return tuple(str(name) for name in listed)
 
 
-def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> FloatArray:
+def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
     seconds = np.ascontiguousarray(time, dtype=np.float64)
     if seconds.shape != (n,):
         raise LogError(f"time must have shape ({n},) as data has {n} samples, got {seconds.shape}")
@@ -153,3 +184,34 @@ def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> FloatArray:
             f"time must be uniform at {rate:g} Hz, but leaves that grid by {off:.3g} samples"
         )
     return seconds
+
+
+@dataclass(frozen=True)
+class Header:
+    """Length, rate (Hz), names, unit and metadata of a log, as in `Log`."""
+
+    n: int
+    rate: float
+    names: tuple[str, ...]
+    unit: str
+    meta: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, log: Log) -> Header:
+        """Return what is known of a log in memory."""
+        return cls(log.n, log.rate, log.names, log.unit, log.meta)
+
+    def noting(self, sentences: Iterable[str]) -> Header:
+        """Return the header with further notes, none of them twice."""
+        notes = dict.fromkeys((*self.meta.get("notes", ()), *sentences))
+        return replace(self, meta={**self.meta, "notes": tuple(notes)}) if notes else self
+
+    @property
+    def channels(self) -> int:
+        """Number of channels."""
+        return len(self.names)
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return self.n / self.rate

@@ -9,27 +9,30 @@ from typing import Any
 import numpy as np
 
 from zerorate.io.arrays import SCALARS, from_arrays, upright, without_common_folder
-from zerorate.io.errors import LogError
 from zerorate.io.hdf5 import read_matlab_hdf5
-from zerorate.io.table import Column, Table
+from zerorate.io.log import LogError
+from zerorate.io.table import Column, Content, Format
 
-__all__ = ["MARK", "MARK_HDF5", "read_mat"]
+__all__ = ["FORMAT"]
 
-MARK = b"MATLAB 5.0"
-MARK_HDF5 = b"MATLAB 7.3"
+_MARK = b"MATLAB 5.0"
+_MARK_HDF5 = b"MATLAB 7.3"
 
 
-def read_mat(path: Path) -> Table:
-    """Return the table in a MAT file of version 5 to 7.3."""
+def _read(path: Path) -> Content:
+    """Return the content of a MAT file of version 5 to 7.3."""
     with path.open("rb") as file:
-        if not file.read(len(MARK)).startswith(MARK):
+        if not file.read(len(_MARK)).startswith(_MARK):
             return read_matlab_hdf5(path)
     variables = _loaded(path)
     arrays: dict[str, Column] = {}
     for name, value in variables.items():
         if not name.startswith("__"):
             arrays.update(_arrays(name, value))
-    return from_arrays(without_common_folder(arrays))
+    return Content.of(from_arrays(without_common_folder(arrays)))
+
+
+FORMAT = Format("mat", "a MAT file", (".mat",), (_MARK, _MARK_HDF5), _read)
 
 
 def _loaded(path: Path) -> dict[str, Any]:

@@ -8,13 +8,90 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from zerorate.io.arrays import from_array, from_arrays, without_common_folder
+from zerorate.io.arrays import SCALARS, from_array, from_arrays, metadata_of, without_common_folder
 from zerorate.io.arrow import arrow_table, needs_pyarrow
-from zerorate.io.errors import LogError
-from zerorate.io.frames import from_pandas, from_polars
+from zerorate.io.log import LogError
+from zerorate.io.missing import without_masks
+from zerorate.io.names import looks_like_time
 from zerorate.io.table import Column, Table
 
 __all__ = ["ArrowStream", "described", "table_of"]
+
+_Frame = Any
+_Series = Any
+
+_WIDE = {"f": np.float64, "i": np.int64, "u": np.uint64, "b": np.bool_}
+
+
+def from_pandas(frame: _Frame) -> Table:
+    """Return the table of a pandas DataFrame, with an index of times as its time column.
+
+    Its ``attrs`` may tell the rate, the unit and the sensor.
+    """
+    series = [frame.iloc[:, i] for i in range(frame.shape[1])]
+    names = [_joined(label) for label in frame.columns]
+    if not series:
+        raise LogError("there are no columns")
+    timed = _is_time(frame.index) and not any(map(looks_like_time, names))
+    if timed:
+        series, names = [frame.index, *series], [str(frame.index.name or "time"), *names]
+    named = any(isinstance(label, (str, tuple)) for label in frame.columns)
+    return Table(
+        width=len(series),
+        load=lambda wanted: [_from_pandas(series[i], names[i]) for i in wanted],
+        names=tuple(names) if named else None,
+        meta=metadata_of({k: np.asarray(v) for k, v in frame.attrs.items() if k in SCALARS}),
+        time=0 if timed else None,
+    )
+
+
+def from_polars(frame: _Frame) -> Table:
+    """Return the table of a polars DataFrame."""
+    if frame.width == 0:
+        raise LogError("there are no columns")
+    return Table(
+        width=frame.width,
+        load=lambda wanted: [_from_polars(frame.to_series(i)) for i in wanted],
+        names=tuple(frame.columns),
+    )
+
+
+def _joined(label: object) -> str:
+    return "/".join(map(str, label)) if isinstance(label, tuple) else str(label)
+
+
+def _is_time(index: _Series) -> bool:
+    name = index.name
+    return index.dtype.kind in "Mm" or (isinstance(name, str) and looks_like_time(name))
+
+
+def _from_pandas(series: _Series, name: str) -> Column:
+    kind = series.dtype.kind
+    if kind in "Mm":
+        # Times of a zone become those of UTC, without objects between.
+        return np.asarray(series.to_numpy(dtype=f"{kind}8[ns]"))
+    if kind not in _WIDE:
+        raise LogError(f"column '{name}' holds {series.dtype}, expected numbers")
+    if isinstance(series.dtype, np.dtype):
+        return np.asarray(series.to_numpy())
+    if series.isna().any():
+        return np.asarray(series.to_numpy(dtype=np.float64, na_value=np.nan))
+    return np.asarray(series.to_numpy(dtype=_WIDE[kind]))
+
+
+def _from_polars(series: _Series) -> Column:
+    kind = series.dtype
+    if kind == _polars().Boolean:
+        series = series.cast(_polars().Int8)
+    elif not (kind.is_numeric() or kind.is_temporal()):
+        raise LogError(f"column '{series.name}' holds {kind}, expected numbers")
+    return np.asarray(series.to_numpy())
+
+
+def _polars() -> Any:  # noqa: ANN401
+    import polars
+
+    return polars
 
 
 _FRAMES: Final[dict[str, Callable[[Any], Table]]] = {"pandas": from_pandas, "polars": from_polars}
@@ -39,7 +116,7 @@ def table_of(source: object) -> tuple[str, Table]:
     if isinstance(source, Mapping):
         return "arrays", _from_mapping(source)
     if isinstance(source, np.ndarray):
-        return "array", from_array(source)
+        return "array", from_array(_plain(source))
     for package, read in _FRAMES.items():
         # A frame exists only where its package is loaded.
         frame = getattr(sys.modules.get(package), "DataFrame", None)
@@ -57,12 +134,24 @@ def _from_mapping(source: Mapping[Any, Any]) -> Table:
     return from_arrays(without_common_folder(arrays))
 
 
-def _array(name: str, values: object) -> Column:
+def _array(name: str, values: Any) -> Column:  # noqa: ANN401
     try:
-        array = np.asarray(values)
+        array = without_masks(values)
     except ValueError:
         raise LogError(f"'{name}' is ragged, expected an array of numbers") from None
     return array
+
+
+def _plain(array: Column) -> Column:
+    """Return the array with what is masked as NaN; a structured one as columns of its fields."""
+    if array.dtype.names is None or not isinstance(array, np.ma.MaskedArray):
+        return without_masks(array)
+    fields = {name: without_masks(array[name]) for name in array.dtype.names}
+    types = [(name, field.dtype, field.shape[1:]) for name, field in fields.items()]
+    rows = np.empty(array.shape, types)
+    for name, field in fields.items():
+        rows[name] = field
+    return rows
 
 
 def _from_stream(source: ArrowStream) -> Table:

@@ -1,4 +1,4 @@
-"""Parquet files, of which only the columns asked for are read."""
+"""Parquet files: read by column and by piece, written by row group."""
 
 from __future__ import annotations
 
@@ -6,23 +6,22 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from types import TracebackType
+from typing import Any, Final, Self
 
 import numpy as np
 
-from zerorate.io.arrow import arrow_table, in_pieces, needs_pyarrow
-from zerorate.io.errors import LogError
-from zerorate.io.header import Header
-from zerorate.io.log import Log
-from zerorate.io.row_groups import RowGroups
-from zerorate.io.table import Column, Table
+from zerorate.io.arrow import arrow_table, in_pieces, needs_pyarrow, to_arrow
+from zerorate.io.log import Header, Log, LogError
+from zerorate.io.table import Column, Content, Format
+
+__all__ = ["FORMAT", "TIME_NAME", "RowGroups", "about", "write_parquet"]
 
 TIME_NAME = "time_s"
 _BUFFER: Final = 1 << 20
 
 
-def read_parquet(path: Path) -> Table:
-    """Return the table in a Parquet file."""
+def _read(path: Path) -> Content:
     with _opened(path) as file:
         schema, rows = file.schema_arrow, file.metadata.num_rows
     table = arrow_table(schema, lambda wanted: _load(path, [schema.names[i] for i in wanted]))
@@ -30,11 +29,14 @@ def read_parquet(path: Path) -> Table:
     def read(wanted: Sequence[int], most: int) -> Iterator[Sequence[Any]]:
         return _pieces(path, [schema.names[i] for i in wanted], most)
 
-    return in_pieces(table, schema, rows, read)
+    return Content.of(in_pieces(table, schema, rows, read))
+
+
+FORMAT = Format("parquet", "Parquet", (".parquet", ".pq"), (b"PAR1",), _read)
 
 
 def write_parquet(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
-    """Write a log and columns beside it; its rate, unit and names as key-value metadata."""
+    """Write a log and further columns; its rate, unit and names as key-value metadata."""
     columns = [log.time, *np.asfortranarray(log.data).T, *beside.values()]
     with RowGroups(path, [TIME_NAME, *names, *beside], about(log)) as file:
         file.write(columns)
@@ -77,3 +79,82 @@ def _pieces(path: Path, names: list[str], most: int) -> Iterator[Sequence[Any]]:
     with _opened(path, buffer_size=_BUFFER, pre_buffer=False) as file:
         for batch in file.iter_batches(most, columns=names, use_threads=False):
             yield [batch.column(name) for name in names]
+
+
+_ROWS: Final = 1 << 17
+
+
+class RowGroups:
+    """A Parquet file that is the same to the last byte whatever the pieces it is written in.
+
+    Parameters
+    ----------
+    path : Path
+        The file to write.
+    names : sequence of str
+        Of the columns, which hold doubles or flags.
+    metadata : mapping
+        Keys and values of the file.
+    """
+
+    def __init__(self, path: Path, names: Sequence[str], metadata: Mapping[str, str]) -> None:
+        self._arrow = needs_pyarrow("Parquet")
+        self._path = path
+        self._names = list(names)
+        self._metadata = metadata
+        self._waiting: list[list[Column]] = []
+        self._rows = 0
+        self._writer: Any = None
+
+    def __enter__(self) -> Self:
+        """Return the file itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Write what waits, unless something went wrong, and close the file."""
+        try:
+            if kind is None and self._waiting:
+                self._write_group()
+        finally:
+            if self._writer is not None:
+                self._writer.close()
+
+    def write(self, columns: Sequence[Column]) -> None:
+        """Take a piece of all columns; whole groups are written."""
+        rows, done = len(columns[0]), 0
+        while done < rows:
+            end = min(rows, done + _ROWS - self._rows)
+            self._waiting.append([column[done:end] for column in columns])
+            self._rows += end - done
+            done = end
+            if self._rows == _ROWS:
+                self._write_group()
+
+    def _write_group(self) -> None:
+        waiting = zip(*self._waiting, strict=True)
+        columns = [parts[0] if len(parts) == 1 else np.concatenate(parts) for parts in waiting]
+        self._waiting, self._rows = [], 0
+        table = self._arrow.table([to_arrow(column) for column in columns], names=self._names)
+        table = table.replace_schema_metadata(self._metadata)
+        if self._writer is None:
+            self._writer = self._opened(table.schema)
+        self._writer.write_table(table, row_group_size=_ROWS)
+
+    def _opened(self, schema: Any) -> Any:  # noqa: ANN401
+        import pyarrow.parquet as pq
+
+        # Doubles of a sensor hardly ever repeat: a dictionary is made in vain. By bytes of one
+        # weight they shrink to less than by any stronger compression of whole numbers.
+        doubles = [field.name for field in schema if self._arrow.types.is_float64(field.type)]
+        return pq.ParquetWriter(
+            self._path,
+            schema,
+            compression="lz4",
+            use_dictionary=False,
+            use_byte_stream_split=doubles,
+        )

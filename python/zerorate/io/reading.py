@@ -1,23 +1,30 @@
-"""Reading a log of any format, or from an object."""
+"""Selections from the tables of a source: gyros, accelerometers, or the columns asked for."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from zerorate.io.clock import Grid, fit_grid, unstamped
-from zerorate.io.columns import choose, looks_like_gyro
-from zerorate.io.errors import LogError
-from zerorate.io.log import Log
-from zerorate.io.quantity import UNKNOWN, canonical_unit, common_unit
-from zerorate.io.rates import checked_rate
-from zerorate.io.sources import LogSource, label_of, opened
-from zerorate.io.stamps import Stamps, to_seconds
+from zerorate.io.clock import Grid, Stamps, fit_grid, to_seconds, unstamped
+from zerorate.io.columns import Columns, choose
+from zerorate.io.formats import LogSource, label_of, opened
+from zerorate.io.log import Log, LogError, checked_rate
+from zerorate.io.names import (
+    UNKNOWN,
+    canonical_unit,
+    common_unit,
+    looks_like_accelerometer,
+    looks_like_gyro,
+    looks_like_sensor,
+    split_unit,
+)
 from zerorate.io.table import Column, Table, as_numbers
+from zerorate.types import Floats
+
+__all__ = ["read_log", "read_sensors"]
 
 
 class Group(NamedTuple):
@@ -72,9 +79,10 @@ def read_log(
     source
         A file: a text table (``.csv .tsv .txt .dat``), ``.npy``, ``.npz``, ``.parquet``, Arrow IPC
         (``.arrow .feather .ipc``), HDF5 (``.h5 .hdf5``), ``.mat``, a ROS 1 ``.bag``, the folder
-        or ``.db3`` of a ROS 2 bag, ``.mcap``. Or an object: a data frame of pandas or polars, a
-        pyarrow table or another with ``__arrow_c_stream__``, a dict of arrays by name, a
-        structured array, an array (n,) or (n, k). ``docs/logs.md`` says what is read of each.
+        or ``.db3`` of a ROS 2 bag, ``.mcap``, PX4's ``.ulg``. Or an object: a data frame of pandas
+        or polars, a pyarrow table or another with ``__arrow_c_stream__``, a dict of arrays by
+        name, a structured array, an array (n,) or (n, k). ``docs/logs.md`` says what is read of
+        each.
     rate
         Samples per second, Hz. Needed where the file has neither timestamps nor a rate in its
         metadata; elsewhere it must agree with the timestamps to 1 % and then is the log's rate.
@@ -87,7 +95,8 @@ def read_log(
         say it. By default the suffix of the columns' names (``_dps``, ``[rad s^-1]``), then the
         metadata; ``"unit"`` where nothing is known. Values are never converted.
     topic
-        Which topic of a ROS recording to read; needed where several hold ``sensor_msgs/Imu``.
+        Which topic to read of a ROS recording, needed where several hold ``sensor_msgs/Imu``, or
+        of a PX4 log, by default ``sensor_combined`` or else the first with a gyro.
 
     Returns
     -------
@@ -148,7 +157,7 @@ def gyros_of_one_unit(unit: str | None) -> Grouping:
 def read_groups(
     source: LogSource,
     rate: float | None,
-    columns: str | int | Sequence[str | int] | None,
+    columns: Columns,
     grouped: Grouping,
     wanted: Callable[[str], bool],
     topic: str | None = None,
@@ -161,8 +170,8 @@ def read_groups(
     given_rate = None if rate is None else checked_rate(rate)
     label = label_of(source)
     try:
-        kind, table = opened(source, topic)
-        chosen = selected(table, given_rate, columns, grouped, wanted)
+        kind, content = opened(source)
+        chosen = selected(content.chosen(topic), given_rate, columns, grouped, wanted)
         return logs_of(chosen, {"source": label, "format": kind})
     except LogError as error:
         raise LogError(f"{label}: {error}") from None
@@ -171,7 +180,7 @@ def read_groups(
 def selected(
     table: Table,
     rate: float | None,
-    columns: str | int | Sequence[str | int] | None,
+    columns: Columns,
     grouped: Grouping,
     wanted: Callable[[str], bool] = looks_like_gyro,
 ) -> Selection:
@@ -189,34 +198,52 @@ def selected(
 
 def clock_of(chosen: Selection, column: Column | None, rows: int) -> Clock:
     """Return the clock that a column of timestamps tells, or the rate stated."""
-    if chosen.time is None or column is None:
+    stamps = stamps_of(chosen, column)
+    if stamps is None:
         return Clock(unstamped(rows, checked_rate(chosen.rate)), 0.0, None)
-    stamps = _stamps(column, chosen.table.label(chosen.time), chosen.rate)
     return Clock(fit_grid(stamps.seconds, stamps.start, chosen.rate), stamps.start, stamps.note)
+
+
+def stamps_of(chosen: Selection, column: Column | None) -> Stamps | None:
+    """Return the timestamps in a column, None where there is none."""
+    if chosen.time is None or column is None:
+        return None
+    if len(column) == 0:
+        raise LogError("there are columns but no rows")
+    return to_seconds(column, chosen.table.label(chosen.time), chosen.rate)
+
+
+def loaded_of(chosen: Selection) -> tuple[list[Column], Column | None]:
+    """Return the columns of data, and that of the time where there is one."""
+    if chosen.time is None:
+        return chosen.table.load(chosen.data), None
+    *columns, time = chosen.table.load((*chosen.data, chosen.time))
+    return columns, time
 
 
 def logs_of(chosen: Selection, told: dict[str, str]) -> list[Log]:
     """Return a log for each group, all from one reading; ``told`` is said of the source."""
-    stamped = () if chosen.time is None else (chosen.time,)
-    loaded = chosen.table.load((*chosen.data, *stamped))
-    clock = clock_of(chosen, loaded[-1] if stamped else None, len(loaded[0]))
-    meta = chosen.meta(told, clock.grid)
-    return [_log(loaded, chosen.names, group, clock, meta) for group in chosen.groups]
+    columns, time = loaded_of(chosen)
+    clock = clock_of(chosen, time, len(columns[0]))
+    logs = []
+    for group in chosen.groups:
+        names = [chosen.names[i] for i in group.places]
+        values = stacked([columns[i] for i in group.places], names)
+        logs.append(log_of(chosen, group, values, clock, told))
+    return logs
 
 
-def _log(
-    loaded: list[Column],
-    names: list[str],
-    group: Group,
-    clock: Clock,
-    meta: dict[str, object],
+def log_of(
+    chosen: Selection, group: Group, values: Floats, clock: Clock, told: dict[str, str]
 ) -> Log:
-    own, grid = [names[i] for i in group.places], clock.grid
-    data = _on_grid(_stacked([loaded[i] for i in group.places], own), grid)
+    """Return the log of one group of columns, whose rows are those of a clock."""
+    names, grid = [chosen.names[i] for i in group.places], clock.grid
+    data = _on_grid(values, grid)
     time = clock.start + np.arange(grid.length) / grid.rate
-    empty = notes_on_missing(own, [bool(np.isnan(column).all()) for column in data.T])
-    notes = (*notes_on_clock(group.unit, clock), *empty)
-    return Log(time, grid.rate, data, tuple(own), group.unit, {**meta, "notes": notes})
+    empty = notes_on_missing(names, [bool(np.isnan(column).all()) for column in data.T])
+    notes = (*chosen.table.meta.notes, *notes_on_clock(group.unit, clock), *empty)
+    meta = {**chosen.meta(told, grid), "notes": notes}
+    return Log(time, grid.rate, data, tuple(names), group.unit, meta)
 
 
 def _stated_rate(rate: float | None, table: Table) -> float | None:
@@ -228,13 +255,8 @@ def _stated_rate(rate: float | None, table: Table) -> float | None:
         raise LogError(f"in the metadata, {error}") from None
 
 
-def _stamps(column: Column, name: str, rate: float | None) -> Stamps:
-    if len(column) == 0:
-        raise LogError("there are columns but no rows")
-    return to_seconds(column, name, rate)
-
-
-def _stacked(columns: list[Column], names: list[str]) -> npt.NDArray[np.float64]:
+def stacked(columns: list[Column], names: list[str]) -> Floats:
+    """Return columns of numbers as one array (n, k)."""
     if len(columns[0]) == 0:
         raise LogError("there are columns but no rows")
     values = np.empty((len(columns[0]), len(columns)))
@@ -243,7 +265,7 @@ def _stacked(columns: list[Column], names: list[str]) -> npt.NDArray[np.float64]
     return values
 
 
-def _on_grid(values: npt.NDArray[np.float64], grid: Grid) -> npt.NDArray[np.float64]:
+def _on_grid(values: Floats, grid: Grid) -> Floats:
     if grid.spread is None:
         return values
     data = np.full((grid.length, values.shape[1]), np.nan)
@@ -267,3 +289,85 @@ def notes_on_missing(names: Iterable[str], missing: Iterable[bool]) -> list[str]
     """Return the sentences on columns without a sample."""
     pairs = zip(names, missing, strict=True)
     return [f"column '{name}' is all missing" for name, empty in pairs if empty]
+
+
+_KIND: Final = {
+    "rad/s": "angular rate",
+    "deg/s": "angular rate",
+    "deg/h": "angular rate",
+    "g": "acceleration",
+    "m/s^2": "acceleration",
+}
+
+_KINDS: Final = tuple(dict.fromkeys(_KIND.values()))
+
+
+def read_sensors(
+    source: LogSource,
+    rate: float | None = None,
+    columns: Sequence[str | int] | None = None,
+    units: Sequence[str] = (),
+    topic: str | None = None,
+) -> tuple[Log, ...]:
+    """Return the gyros of a recording as one log, and its accelerometers as another.
+
+    Parameters
+    ----------
+    source, rate, topic
+        As of `read_log`.
+    columns
+        Names or indices. By default every column named like a gyro or an accelerometer; in a
+        table without names every column but the time.
+    units
+        Where the file does not say them: at most one of an angular rate and one of an
+        acceleration. A column that neither its name nor its suffix places is of the first.
+
+    Returns
+    -------
+    tuple of Log
+        One or two, on one clock: gyros first.
+
+    Raises
+    ------
+    LogError, ValueError, TypeError, OSError, ImportError
+        As `read_log`, and if two units of one kind, or of a kind without columns, are given.
+    """
+    given = _by_kind([canonical_unit(unit) for unit in units])
+
+    def grouped(names: list[str], file_unit: str | None) -> list[Group]:
+        return _groups(names, file_unit, given)
+
+    return tuple(read_groups(source, rate, columns, grouped, looks_like_sensor, topic))
+
+
+def _by_kind(units: list[str]) -> dict[str, str]:
+    given = {_KIND[unit]: unit for unit in units}
+    if len(given) < len(units):
+        raise ValueError(f"unit= takes one unit of each kind, got {', '.join(units)}")
+    return given
+
+
+def _groups(names: list[str], file_unit: str | None, given: dict[str, str]) -> list[Group]:
+    fallback = next(iter(given), _KIND.get(file_unit or "", "angular rate"))
+    kinds = [_kind(name, fallback) for name in names]
+    for kind, unit in given.items():
+        if kind not in kinds:
+            raise LogError(f"unit '{unit}' was given, but no column holds an {kind}")
+    groups = []
+    for kind in (kind for kind in _KINDS if kind in kinds):
+        places = tuple(i for i, own in enumerate(kinds) if own == kind)
+        # What the file says of its unit is of no help to the other kind.
+        stated = file_unit if _KIND.get(file_unit or "", kind) == kind else None
+        unit = common_unit([names[i] for i in places], given.get(kind), stated)
+        groups.append(Group(places, unit))
+    return groups
+
+
+def _kind(name: str, fallback: str) -> str:
+    unit = split_unit(name)[1]
+    if unit is None:
+        tests = zip(_KINDS, (looks_like_gyro, looks_like_accelerometer), strict=True)
+        return next((kind for kind, looks_like in tests if looks_like(name)), fallback)
+    if unit not in _KIND:
+        raise LogError(f"column '{name}' is in {unit}, expected an angular rate or an acceleration")
+    return _KIND[unit]

@@ -1,17 +1,38 @@
-"""What every reader returns: named columns, loaded when asked for, and the file's metadata."""
+"""The contract of readers: named columns, loaded when asked for, and what the file says of them.
+
+A reader is a function that takes a path and returns the `Content` of the file there; a `Format`
+says which files it reads. `zerorate.io.formats` lists them all.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from pathlib import Path
+from typing import Any, Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.errors import LogError
+from zerorate.io.log import LogError
+from zerorate.io.missing import without_masks
+
+__all__ = [
+    "Column",
+    "Content",
+    "Format",
+    "Metadata",
+    "Reader",
+    "Table",
+    "as_numbers",
+    "listed_names",
+]
 
 Column = npt.NDArray[Any]
+
+NO_TOPICS: Final = (
+    "topic= chooses among the topics of a ROS recording or a PX4 log; this is neither"
+)
 
 
 @dataclass(frozen=True)
@@ -22,6 +43,7 @@ class Metadata:
     unit: str | None = None
     sensor: str | None = None
     names: tuple[str, ...] | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -55,6 +77,52 @@ class Table:
         return replace(self, load=lambda wanted: [columns[i] for i in wanted])
 
 
+@dataclass(frozen=True)
+class Content:
+    """The tables of a file by their topic, and which of them a topic asked for means.
+
+    A format without topics has one table, under the empty name. ``sensors`` are the topics of a
+    recording, None for all of them.
+    """
+
+    tables: Mapping[str, Table]
+    chosen: Callable[[str | None], Table]
+    sensors: tuple[str, ...] | None = None
+
+    @classmethod
+    def of(cls, table: Table) -> Content:
+        """Return the content of a file without topics."""
+
+        def chosen(topic: str | None) -> Table:
+            if topic is not None:
+                raise LogError(NO_TOPICS)
+            return table
+
+        return cls({"": table}, chosen)
+
+
+class Reader(Protocol):
+    """A function that reads what files of one format hold, and as little of it as it can."""
+
+    def __call__(self, path: Path, /) -> Content:
+        """Return the content of a file; LogError if it is damaged or something else."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format of files.
+
+    ``called`` is its name in a sentence, ``marks`` are the beginnings a file of it may have, none
+    for text.
+    """
+
+    kind: str
+    called: str
+    suffixes: tuple[str, ...]
+    marks: tuple[bytes, ...]
+    read: Reader
+
+
 def listed_names(table: Table) -> Table:
     """Return the table with the names its metadata lists for the columns after the time.
 
@@ -76,7 +144,17 @@ def _begins_with(columns: Sequence[str], listed: Sequence[str]) -> bool:
 
 
 def as_numbers(column: Column, label: str) -> Column:
-    """Return a one-dimensional column of numbers as it is; LogError for anything else."""
+    """Return a one-dimensional column of numbers as it is, NaN where a value is missing.
+
+    What is missing is NaN, masked, None, or the NA of pandas; nulls of Arrow and polars are NaN
+    already, for so their own conversion has it.
+
+    Raises
+    ------
+    LogError
+        If the column holds anything but real numbers.
+    """
+    column = without_masks(column)
     if column.dtype.kind not in "fiub":
         raise LogError(f"column '{label}' holds {column.dtype}, expected real numbers")
     if column.dtype.kind == "f" and column.dtype.itemsize > 8:

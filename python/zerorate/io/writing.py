@@ -12,14 +12,11 @@ import numpy.typing as npt
 
 from zerorate.io.atomic import atomic_path, check_writable
 from zerorate.io.clock import fit_grid
-from zerorate.io.columns import looks_like_gyro
-from zerorate.io.errors import LogError
-from zerorate.io.layout import META_MARK
-from zerorate.io.log import Log
+from zerorate.io.log import Log, LogError
+from zerorate.io.names import UNKNOWN, looks_like_gyro, split_unit, with_suffix
 from zerorate.io.parquet import TIME_NAME, write_parquet
-from zerorate.io.quantity import UNKNOWN, split_unit, with_suffix
 from zerorate.io.table import Column
-from zerorate.io.text import text_header
+from zerorate.io.text import META_MARK, text_header
 
 _Writer = Callable[[Log, Path, Sequence[str], Mapping[str, Column]], None]
 

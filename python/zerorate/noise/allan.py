@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.io import Log
-from zerorate.io.rates import checked_rate
+from zerorate.io.log import checked_rate
 from zerorate.noise.freedom import bounds, freedoms
 from zerorate.noise.kinds import Kind, KindName, TauGrid, factors, seconds
 from zerorate.noise.kinds import kind as find_kind

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.rates import checked_rate
+from zerorate.io.log import checked_rate
 from zerorate.types import Floats
 
 __all__ = [

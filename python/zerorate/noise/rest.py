@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.rates import checked_rate
+from zerorate.io.log import checked_rate
 from zerorate.noise.records import as_record, centred, resolution
 from zerorate.types import Booleans, Floats
 

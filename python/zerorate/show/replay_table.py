@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.io.quantity import split_unit
+from zerorate.io.names import split_unit
 from zerorate.numerals import or_dash, with_error
 from zerorate.run.replay import Score, Summary
 from zerorate.run.replay.columns import beside_names

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from zerorate.io import Log
-from zerorate.io.header import Header
+from zerorate.io.log import Header
 
 __all__ = ["GAP", "WIDTH", "Table", "aligned", "as_text", "bulleted", "on_clock"]
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from zerorate.io import check_writable
-from zerorate.io.litter import sweep
+from zerorate.io.atomic import sweep
 from zerorate.run.batch.cluster import local_cluster as on_local_cluster
 from zerorate.run.batch.cluster import scheduler_at
 from zerorate.run.batch.engine import Died, Engine, Finished, outlived

@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass
 from typing import Final, Literal, get_args
 
 from zerorate._native import __version__
-from zerorate.io.quantity import canonical_unit
-from zerorate.io.rates import checked_rate
+from zerorate.io.log import checked_rate
+from zerorate.io.names import canonical_unit
 from zerorate.run.replay.result import Output
 
 __all__ = ["Settings"]

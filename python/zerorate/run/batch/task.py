@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from zerorate._native import __version__
-from zerorate.io import LogError, open_recording
+from zerorate.io import LogError, open_log
 from zerorate.run.batch.outcome import Outcome, Row, Status
 from zerorate.run.batch.record import Record
 from zerorate.run.batch.rows import rows_of
@@ -60,7 +60,7 @@ def run_task(task: Task) -> Outcome:
 def _filter(task: Task) -> tuple[Row, ...]:
     options = task.settings
     columns = None if options.columns is None else list(options.columns)
-    recording = open_recording(task.source, options.rate, columns, options.unit)
+    recording = open_log(task.source, options.rate, columns, options.unit)
     task.output.parent.mkdir(parents=True, exist_ok=True)
     Record.discard(task.output)
     result = replay_to_file(

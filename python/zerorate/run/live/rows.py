@@ -2,7 +2,7 @@
 
 import math
 
-from zerorate.io.layout import MISSING
+from zerorate.io.text import MISSING
 
 __all__ = ["ColumnError", "LineError", "cells_of", "is_number", "number", "shortened"]
 

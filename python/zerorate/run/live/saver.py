@@ -5,7 +5,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from zerorate.io import atomic_path
-from zerorate.io.litter import sweep
+from zerorate.io.atomic import sweep
 from zerorate.run.live.stream import LineStream
 
 __all__ = ["Saver"]

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.quantity import split_unit, with_suffix
+from zerorate.io.names import split_unit, with_suffix
 
 __all__ = ["beside", "beside_names", "compensated"]
 

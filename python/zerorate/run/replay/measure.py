@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import ReplayScores
-from zerorate.io.header import Header
+from zerorate.io.log import Header
 from zerorate.run.replay.block import Block
 from zerorate.run.replay.readings import onset
 from zerorate.run.replay.result import Score, Seen

@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 
 from zerorate.io import LogError
+from zerorate.io.logfile import LogFile
 from zerorate.io.reading import notes_on_missing
-from zerorate.io.recording import Recording
 from zerorate.run.replay.block import Block
 from zerorate.run.replay.filters import Filters
 from zerorate.run.replay.measure import Measures
@@ -24,7 +24,7 @@ ROWS: Final = 1 << 15
 
 
 def drive(
-    recording: Recording,
+    recording: LogFile,
     filters: Filters,
     sinks: Sequence[Callable[[Block], None]],
     progress: Progress,
@@ -42,7 +42,7 @@ def drive(
 
 
 def summed_up(
-    recording: Recording, filters: Filters, measures: Measures, horizons: Sequence[float]
+    recording: LogFile, filters: Filters, measures: Measures, horizons: Sequence[float]
 ) -> Summary:
     """Return what is said of a recording that is through."""
     scores, seen = measures.finish()

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.io import Log
-from zerorate.io.header import Header
+from zerorate.io.log import Header
 from zerorate.run.replay.allan import AllanCurves
 from zerorate.run.replay.columns import beside, compensated
 from zerorate.run.replay.history import History

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.io import Log
-from zerorate.io.recording import Recording
+from zerorate.io.logfile import LogFile
 from zerorate.run.replay.allan import AllanCurves, AllanJob
 from zerorate.run.replay.collect import Collected
 from zerorate.run.replay.columns import compensated
@@ -79,7 +79,7 @@ def replay(
     [('raw', False), ('kf', True), ('akf', True), ('fading', True), ('auto', True)]
     """
     report = silent if progress is None else progress
-    recording = Recording.of(log)
+    recording = LogFile.of(log)
     filters = Filters(log.n, log.rate, log.channels, methods, output, options)
     known = None if truth is None else _like(truth, log)
     measures = Measures(recording.header, list(filters.runs), horizons, filters.holds, known)

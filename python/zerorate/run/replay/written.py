@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import Unpack
 
 from zerorate.io import atomic_path, write_log
-from zerorate.io.parquet import TIME_NAME, about
-from zerorate.io.recording import Recording
-from zerorate.io.row_groups import RowGroups
+from zerorate.io.logfile import LogFile
+from zerorate.io.parquet import TIME_NAME, RowGroups, about
 from zerorate.io.writing import column_names
 from zerorate.run.replay.block import Block
 from zerorate.run.replay.columns import beside, beside_names, compensated
@@ -23,7 +22,7 @@ __all__ = ["replay_to_file"]
 
 
 def replay_to_file(
-    recording: Recording,
+    recording: LogFile,
     path: Path,
     *,
     methods: Sequence[str] = ("kf", "akf", "fading", "auto"),
@@ -41,8 +40,8 @@ def replay_to_file(
 
     Parameters
     ----------
-    recording : Recording
-        As of `zerorate.io.open_recording`.
+    recording : LogFile
+        As of `zerorate.io.open_log`.
     path : Path
         The file to write, whole or not at all.
     methods, output, horizons, progress, **options
@@ -72,11 +71,11 @@ def replay_to_file(
     >>> from pathlib import Path
     >>> import numpy as np
     >>> from zerorate import Log, write_log
-    >>> from zerorate.io import open_recording
+    >>> from zerorate.io import open_log
     >>> folder = Path(tempfile.mkdtemp())
     >>> z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)
     >>> write_log(Log(np.arange(6000) / 100.0, 100.0, z, ["gyro_z"]), folder / "raw.parquet")
-    >>> recording = open_recording(folder / "raw.parquet")
+    >>> recording = open_log(folder / "raw.parquet")
     >>> summary = replay_to_file(recording, folder / "filtered.parquet", methods=["auto"])
     >>> summary.header.n, [score.method for score in summary.scores]
     (6000, ['raw', 'auto'])
@@ -106,7 +105,7 @@ def replay_to_file(
 class _Filtered(RowGroups):
     """The filtered log of blocks."""
 
-    def __init__(self, path: Path, recording: Recording, filters: Filters) -> None:
+    def __init__(self, path: Path, recording: LogFile, filters: Filters) -> None:
         header = recording.header
         self._recording = recording
         # Not the filter itself: it works on the next block while this one is written.

@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from zerorate.io import LogError, read_log
-from zerorate.io.clock import ClockReport, fit_grid
-from zerorate.io.stamps import to_seconds
+from zerorate.io.clock import ClockReport, fit_grid, to_seconds
 
 N = 20_000
 ROWS = np.arange(N)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from zerorate.io import LogError, read_log
-from zerorate.io.sensors import read_sensors
+from zerorate.io.reading import read_sensors
 
 N = 100
 TIME = np.arange(N) / 100

@@ -1,4 +1,4 @@
-"""Logs as a whole: the dataclass, round trips, and the real recordings."""
+"""Written logs: round trips, names, columns next to the log."""
 
 import string
 
@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from support.recordings import RECORDINGS, needs_recordings
 from zerorate.io import Log, LogError, read_log, write_log
-from zerorate.io.quantity import split_unit
+from zerorate.io.names import split_unit
 
 FORMATS = [".csv", ".tsv", ".npz", ".parquet"]
 
@@ -27,43 +26,6 @@ def assert_equal(got, expected):
     assert got.rate == expected.rate
     np.testing.assert_array_equal(got.data.view(np.int64), expected.data.view(np.int64))
     np.testing.assert_array_equal(got.time, expected.time)
-
-
-def test_log_properties():
-    log = make_log([[1, 2], [np.nan, 3], [4, np.nan], [5, 6]], rate=2.0)
-    assert (log.n, log.channels, log.duration, log.n_missing) == (4, 2, 2.0, 2)
-    assert log.data.flags.c_contiguous
-    assert log.data.dtype == np.float64
-
-
-def test_with_data_keeps_everything_else():
-    log = make_log([1.0, 2.0], sensor="X")
-    other = log.with_data([3, 4])
-    assert other.data.tolist() == [[3.0], [4.0]]
-    assert (other.names, other.unit, other.meta) == (log.names, log.unit, log.meta)
-    with pytest.raises(LogError, match=r"shape \(2, 1\), got \(3, 1\)"):
-        log.with_data([1, 2, 3])
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"names": ["a"]}, "one entry a channel: 2, got 1"),
-        ({"names": ["a", "a"]}, "repeated: a"),
-        ({"names": ["a", ""]}, "printable text, got ''"),
-        ({"time": [0.0, 1.0]}, r"shape \(3,\)"),
-        ({"time": [0.0, 1.0, 5.0]}, "uniform at 1 Hz"),
-        ({"time": [0.0, np.nan, 2.0]}, "finite"),
-        ({"data": np.zeros((0, 2))}, "at least one sample"),
-        ({"data": np.zeros((3, 2, 1))}, r"\(3, 2, 1\)"),
-        ({"unit": ""}, "unit"),
-        ({"rate": -1.0}, "positive finite"),
-    ],
-)
-def test_log_refuses_what_does_not_agree(change, message):
-    good = {"time": np.arange(3.0), "rate": 1.0, "data": np.zeros((3, 2)), "names": ["a", "b"]}
-    with pytest.raises(ValueError, match=message):
-        Log(**good | change)
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
@@ -194,45 +156,3 @@ def test_columns_that_cannot_stand_beside_a_log(tmp_path, suffix, beside, messag
 def test_unknown_format_to_write(tmp_path, suffix):
     with pytest.raises(ValueError, match=r"known: \.csv, \.tsv, \.npz, \.parquet"):
         write_log(make_log([1.0]), tmp_path / f"a{suffix}")
-
-
-RATES = {
-    "adis16405_static_100hz_run1": (100.0, 1_000_000, 3, "deg/s"),
-    "mpu6050_static_100hz": (100.0, 44_930, 3, "deg/s"),
-    "broad_05_undisturbed_slow_rotation_with_breaks_B": (2000 / 7, 59_212, 3, "rad/s"),
-    "mimu4444_array8_62hz_exp1": (62.5, 37_439, 24, "deg/s"),
-}
-
-
-@needs_recordings
-@pytest.mark.parametrize("name", RATES)
-def test_recordings(name):
-    rate, n, channels, unit = RATES[name]
-    log = read_log(RECORDINGS / f"{name}.parquet", rate=rate)
-    assert (log.rate, log.n, log.channels, log.unit) == (rate, n, channels, unit)
-    assert log.n_missing == 0
-    assert all("gyro" in channel for channel in log.names)
-
-
-@needs_recordings
-def test_recording_statistics():
-    log = read_log(RECORDINGS / "mpu6050_static_100hz.parquet", rate=100)
-    assert log.data.mean(axis=0) == pytest.approx([-3.34, 1.09, -0.498], rel=5e-3)
-    assert log.data.std(axis=0) == pytest.approx([0.0746, 0.111, 0.0936], rel=5e-3)
-
-
-@needs_recordings
-def test_recording_with_late_and_repeated_stamps():
-    log = read_log(RECORDINGS / "mpu6050_encoder_yaw_slow_100hz.parquet")
-    clock = log.meta["clock"]
-    # One step of two periods is never made up for; the other 26 follow a repeated stamp.
-    assert (clock.repeated, clock.missing_samples, clock.backward) == (26, 1, 0)
-    assert log.n == 149_828
-    assert log.rate == pytest.approx(149_827 / (1701.925 - 202.022), rel=1e-5)
-    assert "26 repeated stamps" in clock.summary()
-
-
-@needs_recordings
-def test_recording_without_timestamps_asks_for_the_rate():
-    with pytest.raises(LogError, match="give rate="):
-        read_log(RECORDINGS / "mpu6050_static_100hz.parquet")

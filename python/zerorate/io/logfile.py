@@ -1,0 +1,223 @@
+"""Log files that are read block by block, from a disk larger than memory or from memory."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from zerorate.io.formats import label_of, opened
+from zerorate.io.log import Header, Log, LogError, checked_rate
+from zerorate.io.names import canonical_unit
+from zerorate.io.reading import (
+    Selection,
+    clock_of,
+    gyros_of_one_unit,
+    logs_of,
+    notes_on_clock,
+    notes_on_missing,
+    selected,
+)
+from zerorate.io.table import Column, Table, as_numbers
+from zerorate.types import Floats, Integers
+
+__all__ = ["LogFile", "open_log"]
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where rows stand on a grid of some length: runs without gaps, each by its first row.
+
+    A grid without gaps is one run, however long.
+    """
+
+    rows: int
+    length: int
+    first: Integers
+    place: Integers
+
+    @classmethod
+    def of(cls, place: Integers | None, length: int) -> Places:
+        """Return the runs in the rising places of all rows, shape (n,), None for no gaps."""
+        if place is None:
+            none = np.zeros(1, np.int64)
+            return cls(length, length, none, none)
+        first = np.concatenate(([0], np.flatnonzero(np.diff(place) != 1) + 1))
+        return cls(len(place), length, first, place[first])
+
+    def within(self, low: int, high: int) -> Iterator[tuple[int, int]]:
+        """Yield the place and the number of rows of each run in a part of the grid, in order."""
+        ends = self.place + np.diff(np.append(self.first, self.rows))
+        inside = range(np.searchsorted(ends, low, "right"), np.searchsorted(self.place, high))
+        for run in inside:
+            begin = max(low, int(self.place[run]))
+            yield begin, min(high, int(ends[run])) - begin
+
+
+def placed(
+    pieces: Iterator[list[Column]], places: Places, rows: int, channels: int
+) -> Iterator[Floats]:
+    """Yield arrays (k, rows) of the grid, the last one shorter, with NaN in its gaps."""
+    source = _Rows(pieces)
+    for low in range(0, places.length, rows):
+        high = min(places.length, low + rows)
+        parts = list(places.within(low, high))
+        whole = sum(count for _, count in parts) == high - low
+        block = np.empty((channels, high - low)) if whole else _missing(channels, high - low)
+        for place, count in parts:
+            source.fill(block[:, place - low : place - low + count])
+        yield block
+
+
+def _missing(channels: int, rows: int) -> Floats:
+    return np.full((channels, rows), np.nan)
+
+
+class _Rows:
+    """Rows of pieces of any length, taken in order."""
+
+    def __init__(self, pieces: Iterator[list[Column]]) -> None:
+        self._pieces = pieces
+        self._piece: list[Column] = []
+        self._at = 0
+
+    def fill(self, out: Floats) -> None:
+        """Copy the next rows into an array (k, rows)."""
+        done = 0
+        while done < out.shape[1]:
+            left = len(self._piece[0]) - self._at if self._piece else 0
+            if left == 0:
+                self._next()
+                continue
+            count = min(left, out.shape[1] - done)
+            for row, column in zip(out, self._piece, strict=True):
+                row[done : done + count] = column[self._at : self._at + count]
+            self._at += count
+            done += count
+
+    def _next(self) -> None:
+        try:
+            self._piece, self._at = next(self._pieces), 0
+        except StopIteration:
+            raise LogError("there are fewer rows than the file says: it is damaged") from None
+
+
+_ROWS: Final = 1 << 17
+
+
+@dataclass(frozen=True)
+class LogFile:
+    """A log on a uniform time grid of which a part at a time is in memory.
+
+    Parameters
+    ----------
+    header : Header
+        What is known before any data are read. Its notes do not tell of columns that are all
+        missing.
+    time : callable
+        Gives the times of the samples from a first one up to an end, s.
+    blocks : callable
+        Gives the data in arrays (k, rows), the last one shorter, NaN where a sample is missing.
+        While they are read a `LogError` may be raised.
+    whole : Log or None
+        The log itself, where it is in memory already.
+    """
+
+    header: Header
+    time: Callable[[int, int], Floats]
+    blocks: Callable[[int], Iterator[Floats]]
+    whole: Log | None = None
+
+    @classmethod
+    def of(cls, log: Log) -> LogFile:
+        """Return a log in memory in the same form."""
+
+        def blocks(rows: int) -> Iterator[Floats]:
+            for first in range(0, log.n, rows):
+                yield np.ascontiguousarray(log.data[first : first + rows].T)
+
+        return cls(Header.of(log), lambda first, end: log.time[first:end], blocks, log)
+
+    def log(self) -> Log:
+        """Return the whole log in memory."""
+        if self.whole is not None:
+            return self.whole
+        header = self.header
+        data = next(self.blocks(header.n)).T
+        missing = [bool(np.isnan(column).all()) for column in data.T]
+        header = header.noting(notes_on_missing(header.names, missing))
+        time = self.time(0, header.n)
+        return Log(time, header.rate, data, header.names, header.unit, header.meta)
+
+
+def open_log(
+    path: str | os.PathLike[str],
+    rate: float | None = None,
+    columns: str | int | Sequence[str | int] | None = None,
+    unit: str | None = None,
+    topic: str | None = None,
+) -> LogFile:
+    """Return a file's log in blocks, with the arguments and faults of `read_log`.
+
+    Of a Parquet file the time column alone is read here; any other format is loaded whole.
+    """
+    grouped = gyros_of_one_unit(None if unit is None else canonical_unit(unit))
+    given = None if rate is None else checked_rate(rate)
+    label = label_of(path)
+    try:
+        kind, content = opened(path)
+        table = content.chosen(topic)
+        told = {"source": label, "format": kind}
+        chosen = selected(table, given, columns, grouped)
+        if chosen.table.pieces is None:
+            return LogFile.of(logs_of(chosen, told)[0])
+        return _in_pieces(chosen, told, label)
+    except LogError as error:
+        raise LogError(f"{label}: {error}") from None
+
+
+def _in_pieces(chosen: Selection, told: dict[str, str], label: str) -> LogFile:
+    table, time = chosen.table, chosen.time
+    column = None if time is None else _whole(table, time)
+    if table.rows == 0:
+        raise LogError("there are columns but no rows")
+    clock = clock_of(chosen, column, table.rows)
+    grid, start = clock.grid, clock.start
+    meta = {**chosen.meta(told, grid), "notes": tuple(notes_on_clock(chosen.groups[0].unit, clock))}
+    header = Header(grid.length, grid.rate, tuple(chosen.names), chosen.groups[0].unit, meta)
+    places = Places.of(grid.spread, grid.length)
+
+    def times(first: int, end: int) -> Floats:
+        return start + np.arange(first, end) / grid.rate
+
+    def blocks(rows: int) -> Iterator[Floats]:
+        try:
+            yield from placed(_numbers(table, chosen, rows), places, rows, len(chosen.names))
+        except LogError as error:
+            raise LogError(f"{label}: {error}") from None
+
+    return LogFile(header, times, blocks)
+
+
+def _whole(table: Table, index: int) -> Column:
+    """Return one column, without a copy of it beside it."""
+    assert table.pieces is not None
+    column = None
+    done = 0
+    for (piece,) in table.pieces([index], _ROWS):
+        column = np.empty(table.rows, piece.dtype) if column is None else column
+        if piece.dtype != column.dtype:
+            break
+        column[done : done + len(piece)] = piece
+        done += len(piece)
+    # Missing values turn whole numbers into floats, in some of the pieces only.
+    return table.load([index])[0] if column is None or done < table.rows else column
+
+
+def _numbers(table: Table, chosen: Selection, rows: int) -> Iterator[list[Column]]:
+    assert table.pieces is not None
+    for columns in table.pieces(chosen.data, rows):
+        yield [as_numbers(c, name) for c, name in zip(columns, chosen.names, strict=True)]
