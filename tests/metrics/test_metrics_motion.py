@@ -7,7 +7,7 @@ import pytest
 
 from zerorate import metrics
 from zerorate.metrics import rotations
-from zerorate.metrics.shift import moved
+from zerorate.metrics.motion import moved
 
 RATE = 100.0
 T = np.arange(0.0, 60.0, 1.0 / RATE)

@@ -8,10 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import metrics
-from zerorate.compare.measures import allan, consistency, if_possible
-from zerorate.compare.methods import Answer, answer
+from zerorate.compare.measures import Row, consistency, if_possible
+from zerorate.compare.methods import AxisResult, on_axis
 from zerorate.compare.recording import Recording
-from zerorate.compare.result import Row
 from zerorate.identify.rest import moving_spans
 from zerorate.io import LogError
 from zerorate.metrics import BestEma
@@ -66,7 +65,7 @@ class _Judge:
 
     def measured(self, method: str) -> dict[str, float]:
         """Return the measures of one method."""
-        found = answer(method, self._z, self._rate, self._ema)
+        found = on_axis(method, self._z, self._rate, self._ema)
         values = {}
         for horizon in HORIZONS:
             error = self._coasting(method, found.estimate, horizon)
@@ -74,11 +73,11 @@ class _Judge:
             values[f"coasting_{horizon:g}_over_best"] = error / self._least(horizon)
         return values | self._others(found)
 
-    def _others(self, found: Answer) -> dict[str, float]:
+    def _others(self, found: AxisResult) -> dict[str, float]:
         z, x = self._scored(self._z), self._scored(found.estimate)
         counted = np.arange(self._z.size) >= self._z.size - z.size
         return {
-            "allan_ratio": allan(self._z, found, self._rate),
+            "allan_ratio": _allan(self._z, found, self._rate),
             "nis": consistency(found, counted),
             "reduction": if_possible(lambda: metrics.reduction(z, x)),
         }
@@ -106,3 +105,8 @@ class _Judge:
 
     def _scored(self, x: Floats) -> Floats:
         return x[round(self._start * self._rate) :]
+
+
+def _allan(z: Floats, found: AxisResult, rate: float) -> float:
+    """Return the ratio of Allan deviations at ten times the memory."""
+    return if_possible(lambda: metrics.allan_ratio(z, found.estimate, rate, found.memory).ratio[0])

@@ -9,13 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import metrics
-from zerorate.compare.measures import consistency, if_possible
-from zerorate.compare.methods import Answer, answer
+from zerorate.compare.measures import Row, consistency, if_possible
+from zerorate.compare.methods import AxisResult, on_axis
 from zerorate.compare.recording import Recording, Reference
-from zerorate.compare.result import Row
 from zerorate.io import LogError
 from zerorate.metrics import BestEma, MotionError
-from zerorate.metrics.shift import moved
+from zerorate.metrics.motion import moved
 
 __all__ = ["MOVING", "Fitted", "fitted", "turning_rows"]
 
@@ -98,12 +97,12 @@ def turning_rows(recording: Recording, match: Fitted, methods: Sequence[str]) ->
         return metrics.best_ema(match.raw, recording.log.rate, truth=truth)
 
     for method in methods:
-        found = answer(method, match.raw, recording.log.rate, ema)
+        found = on_axis(method, match.raw, recording.log.rate, ema)
         values = _measured(found, match, recording.log.rate)
         yield Row(recording.source, match.axis, method, recording.angle, values)
 
 
-def _measured(found: Answer, match: Fitted, rate: float) -> dict[str, float]:
+def _measured(found: AxisResult, match: Fitted, rate: float) -> dict[str, float]:
     compensated = match.raw - found.bias
     moving = np.abs(match.rate) > MOVING
     return {

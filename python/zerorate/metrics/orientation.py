@@ -1,4 +1,4 @@
-"""What a wrong rate costs in orientation."""
+"""Errors in orientation."""
 
 from collections.abc import Sequence
 
@@ -6,9 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.metrics import rotations
-from zerorate.metrics.series import positive
+from zerorate.metrics.channels import positive
+from zerorate.types import Floats
 
-Floats = npt.NDArray[np.float64]
+__all__ = ["orientation_error_growth"]
 
 
 def orientation_error_growth(

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from zerorate.noise import NoiseModel, series
 from zerorate.simulate.devices import Device
 
-__all__ = ["simulate"]
+__all__ = ["not_negative", "simulate"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -160,8 +160,8 @@ def _parts(
         noise, step, sigma = model, 0.0, 0.0
     else:
         raise ValueError(f"model must be a NoiseModel or a Device, got {type(model).__name__}")
-    step = step if resolution is None else _not_negative("resolution", resolution)
-    sigma = sigma if turn_on_bias is None else _not_negative("turn_on_bias", turn_on_bias)
+    step = step if resolution is None else not_negative("resolution", resolution)
+    sigma = sigma if turn_on_bias is None else not_negative("turn_on_bias", turn_on_bias)
     return noise, step, sigma
 
 
@@ -183,7 +183,8 @@ def _whole(name: str, value: int, least: int) -> int:
     return int(value)
 
 
-def _not_negative(name: str, value: float) -> float:
+def not_negative(name: str, value: float) -> float:
+    """Return a number that must be finite and from 0."""
     if not (math.isfinite(value) and value >= 0.0):
         raise ValueError(f"{name} must be finite and not negative, got {value}")
     return float(value)

@@ -5,7 +5,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 
-from zerorate.compare.result import Comparison, Row
+from zerorate.compare.comparison import Comparison
+from zerorate.compare.measures import Row
 from zerorate.show.report.compare_measures import LEGENDS, NOTHING, SECTIONS, Measure, Section
 from zerorate.show.report.tables import Table, as_text
 from zerorate.show.report.text import bulleted

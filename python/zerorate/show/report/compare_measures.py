@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from zerorate.compare.measures import Row
 from zerorate.compare.recording import Kind
-from zerorate.compare.result import Row
 from zerorate.numerals import significant
 
 __all__ = ["LEGENDS", "NOTHING", "SECTIONS", "Measure", "Section"]
