@@ -213,7 +213,7 @@ def main() -> None:
     """Print the bound, and what each gyro costs the method that reaches nearly as little."""
     parser = argparse.ArgumentParser(description="The regret that no method can undercut.")
     parser.add_argument("--records", type=int, default=400, help="drawn from each gyro, twice")
-    walks = np.geomspace(3e-6, 3e-4, 5)
+    walks = np.geomspace(3e-6, 3e-4, 9)
     gyros = [GyroModel("none"), *(GyroModel(f"{w:.0e}", rate_random_walk=float(w)) for w in walks)]
     found = least_regret(gyros, records=parser.parse_args().records)
     print(f"no method has less than {found.lower:.3f} +- {found.sigma:.3f} on the worst of")
