@@ -1,4 +1,4 @@
-"""Comparisons as what JSON can hold."""
+"""Comparisons as JSON."""
 
 import json
 import math

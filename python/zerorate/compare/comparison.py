@@ -1,4 +1,4 @@
-"""Recordings through all methods, kind by kind."""
+"""Comparison of methods on recordings, kind by kind."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

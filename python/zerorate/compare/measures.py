@@ -1,4 +1,4 @@
-"""Measures of methods: their rows, and those that every kind of recording takes."""
+"""Rows of a comparison, and the measures that several kinds of recording share."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -58,5 +58,5 @@ def consistency(found: AxisResult, where: Booleans) -> float:
     known = where & (variance > 0.0)
     if found.at_rest is not None:
         known &= found.at_rest
-    honest = np.where(known, variance, 1.0)
-    return if_possible(lambda: metrics.nis(innovation, honest, where=known))
+    positive = np.where(known, variance, 1.0)
+    return if_possible(lambda: metrics.nis(innovation, positive, where=known))

@@ -1,4 +1,4 @@
-"""Methods by name: what each makes of one axis, and of simulated records."""
+"""Methods by name, on one axis of a recording and on many simulated records."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -174,7 +174,7 @@ def causal_method(method: str | Method) -> Method:
 
 
 def check_name(method: str | Method) -> None:
-    """Raise ValueError for a name that is not causal_method."""
+    """Raise ValueError for a name that is not known."""
     names = [*_NAMED, HINDSIGHT]
     if isinstance(method, str) and method not in names:
         raise ValueError(f"unknown method {method!r}; causal_method: {', '.join(names)}")

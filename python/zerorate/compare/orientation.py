@@ -1,4 +1,4 @@
-"""What methods make of a sensor whose orientation is known."""
+"""Measures of methods on a sensor whose orientation is known."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence

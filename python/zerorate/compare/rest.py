@@ -1,4 +1,4 @@
-"""What methods make of a sensor at rest."""
+"""Measures of methods on a sensor at rest."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -33,9 +33,11 @@ def scored_from(duration: float) -> float:
 def rest_rows(recording: Recording, methods: Sequence[str]) -> Iterator[Row]:
     """Yield the measures of every axis and method, one after the other."""
     for axis, z in zip(recording.log.names, recording.log.data.T, strict=True):
-        judge = _Judge(np.ascontiguousarray(z), recording.log.rate, f"{recording.source}: {axis}")
+        scored = _ScoredAxis(
+            np.ascontiguousarray(z), recording.log.rate, f"{recording.source}: {axis}"
+        )
         for method in methods:
-            yield Row(recording.source, axis, method, recording.angle, judge.measured(method))
+            yield Row(recording.source, axis, method, recording.angle, scored.measured(method))
 
 
 def rest_notes(recording: Recording) -> Iterator[str]:
@@ -49,7 +51,7 @@ def rest_notes(recording: Recording) -> Iterator[str]:
             yield f"{recording.source}: {moves}, which counts as error"
 
 
-class _Judge:
+class _ScoredAxis:
     """One axis, and the best averages that methods are measured by."""
 
     def __init__(self, z: Floats, rate: float, where: str) -> None:

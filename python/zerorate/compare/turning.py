@@ -1,4 +1,4 @@
-"""What methods make of a sensor that turns beside a reference."""
+"""Measures of methods on a sensor that turns next to a reference."""
 
 import math
 from collections.abc import Iterator, Sequence

@@ -65,8 +65,8 @@ def reverse_arrangements(
         more is left out.
     segments : int or None, default 100
         Number of segments, 10 to n (2 samples each for variances); None takes each sample for one.
-        Long segments let slow drift stand out from the noise. They should be long beside the
-        noise's own correlation, too.
+        Long segments let slow drift stand out from the noise. They should be long compared with
+        the noise's own correlation, too.
     of : {"mean", "variance"}
         What is compared; of no effect with single samples.
 
@@ -180,7 +180,7 @@ def _values(record: Floats, segments: int | None, of: str) -> tuple[Floats, Inte
     used = 2 * counts > rows.shape[1]
     origin = record[int(np.argmax(np.isfinite(record)))]
     values = _moments(np.where(there, rows - origin, 0.0)[used], there[used], counts[used], of)
-    # The level matters for nothing but the words on where.
+    # The level matters for nothing but `where`.
     return values, np.flatnonzero(used) + 1, int(counts[used].sum())
 
 
@@ -193,7 +193,7 @@ def _moments(rows: Floats, there: npt.NDArray[np.bool_], counts: Integers, of: s
 
 
 def _where(values: Floats, places: Integers, of: str, unit: float) -> str:
-    """Name the split whose two sides differ most beside the chance of so long ones."""
+    """Name the split whose two sides differ most, compared with chance at these lengths."""
     m = values.size
     before = np.arange(1, m)
     level = values - values.mean()

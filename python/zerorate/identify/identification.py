@@ -1,4 +1,4 @@
-"""The way of one axis from a record at rest to a drift model."""
+"""Identification of one axis: from a record at rest to a drift model."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """The way of one axis from a record to a drift model.
+    """All that was found out about the record of one axis.
 
     Attributes
     ----------
@@ -232,7 +232,7 @@ def identify(
     progress: Callable[[str, float], None] | None = None,
     **preparation: Unpack[Preparation],
 ) -> Identification:
-    """Find a drift model of a record at rest, and test whether it may be believed.
+    """Find a drift model of a record at rest, and test whether it holds.
 
     Parameters
     ----------

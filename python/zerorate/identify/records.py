@@ -1,4 +1,4 @@
-"""Records as the identification takes them: one axis, NaN where a sample is missing."""
+"""Records in the form that identification takes: one axis, NaN where a sample is missing."""
 
 import numbers
 from typing import Final

@@ -25,7 +25,7 @@ _QUIET: Final = 0.25
 _FAR: Final = 8.0
 """How many usual deviations from rest are motion.
 
-Of ten thousand windows at rest the largest step is 4.5, beside a running motor 5.3; the logarithm
+Of ten thousand windows at rest the largest step is 4.5, next to a running motor 5.3; the logarithm
 of their variance reaches 4.2. Hand motion begins at 30.
 """
 

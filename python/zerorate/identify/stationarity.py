@@ -156,8 +156,8 @@ _ADF_CRITICAL: Final = (-2.86154, -2.8903, -4.234, -40.04)
 def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
     """Test whether a record has a unit root: whether it walks at random rather than about a level.
 
-    Acceptance says that the record may walk. Beware of the opposite: drift that is faint beside
-    white noise, a gyro's case, is an ARMA process whose moving-average root is near 1, and there
+    Acceptance says that the record may walk. Beware of the opposite: drift that is faint next
+    to white noise, a gyro's case, is an ARMA process whose moving-average root is near 1, and there
     the test rejects a unit root that is present far more often than 5 %. `kpss` sees such drift,
     and `reverse_arrangements` does if it does not come back.
 

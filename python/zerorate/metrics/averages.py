@@ -76,7 +76,7 @@ def best_ema(
     truth: npt.ArrayLike | None = None,
     start: float = 0.0,
 ) -> BestEma:
-    """Return the exponential moving average that is best in hindsight: a yardstick, not a filter.
+    """Return the exponential moving average that is best in hindsight: a baseline, not a filter.
 
     Its gain is chosen with knowledge of the whole record, which no filter has: 25 gains are tried,
     from 1/n to 1 in equal ratios. Each average begins as the running mean, y += max(1/k, g) (z - y)
@@ -156,13 +156,14 @@ def _shaped(rows: Sequence[Floats], like: npt.ArrayLike) -> Floats:
 
 
 SHARED_GAINS: Final[Floats] = np.geomspace(1e-6, 1e-1, 25)
-"""Gains that are tried: averages over ten samples to a million."""
+"""Gains that `best_shared_ema` tries: averages over ten samples to a million."""
 
 
 def best_shared_ema(signal: Floats, truth: Floats, first: int) -> Floats:
     """Return the mean squared error of each record at the one gain that is best for all of them.
 
-    Until a gain is reached each is the plain mean, so that none has to forget its first sample.
+    As `best_ema` with a truth, but one gain of a fixed grid serves all records. Until a gain is
+    reached each average is the plain mean, so that none has to forget its first sample.
 
     Parameters
     ----------

@@ -110,7 +110,7 @@ def _one(
 
 
 class UnseenDelay(ValueError):
-    """The series show no delay, though the question was a fair one."""
+    """No delay can be seen in series that are valid otherwise."""
 
 
 _NOTHING: Final = 1e-24
@@ -135,7 +135,7 @@ def delay(
         Samples per second, Hz.
     max_delay : float
         Lags from -max_delay to max_delay seconds are searched, default 1. The reference's first
-        and last `max_delay` seconds are not used, so that every lag is judged on the same samples.
+        and last `max_delay` seconds are not used, so that every lag is compared on the same samples.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Errors to a known truth, and whether a filter's own variance covers them."""
+"""Errors against a known truth, and whether a filter's own variance covers them."""
 
 import math
 
@@ -22,8 +22,8 @@ __all__ = ["coverage", "nis", "regret", "rmse", "settling_time"]
 def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
     """Return the root mean square of estimate minus reference.
 
-    It needs a reference, and counts noise, bias and delay as one; beside it belongs the same
-    figure for `equal_delay_lowpass`.
+    It needs a reference, and counts noise, bias and delay as one; compare it with the
+    same figure for `equal_delay_lowpass`.
 
     Parameters
     ----------

@@ -155,11 +155,11 @@ def optimum(model: GyroModel, rate: float, n: int) -> Optimum:
     variance[0] = known.drift @ P @ known.drift
     for k in range(1, n):
         P = known.F @ P @ known.F.T + known.Q
-        shown = P @ known.H
-        innovation_variance[k] = S = float(shown @ known.H) + known.R
-        gains[k] = shown / S
+        PH = P @ known.H
+        innovation_variance[k] = S = float(PH @ known.H) + known.R
+        gains[k] = PH / S
         # A square, so that rounding does not take the symmetry away.
-        root = shown / math.sqrt(S)
+        root = PH / math.sqrt(S)
         P -= np.multiply.outer(root, root)
         variance[k] = known.drift @ P @ known.drift
     return Optimum(known, gains, variance, innovation_variance)
