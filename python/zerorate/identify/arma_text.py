@@ -97,8 +97,8 @@ def diagnosis(model: "ArmaModel") -> Iterator[str]:
     yield from _root_notes(model)
     for ar, ma in undetermined_pairs(model):
         yield (
-            f"the AR root {_root_text(1.0 / ar)} and the MA root {_root_text(1.0 / ma)} are closer than "
-            "their standard errors: the record does not determine this common factor"
+            f"the AR root {_root_text(1.0 / ar)} and the MA root {_root_text(1.0 / ma)} are closer "
+            "than their standard errors: the record does not determine this common factor"
         )
 
 

@@ -135,7 +135,8 @@ def delay(
         Samples per second, Hz.
     max_delay : float
         Lags from -max_delay to max_delay seconds are searched, default 1. The reference's first
-        and last `max_delay` seconds are not used, so that every lag is compared on the same samples.
+        and last `max_delay` seconds are not used, so that all lags are compared on the same
+        samples.
 
     Returns
     -------
