@@ -115,21 +115,26 @@ def _axis(
     noise: NoiseModel, rate: float, n: int, bias_sigma: float, seed: np.random.SeedSequence
 ) -> tuple[Floats, Floats]:
     seeds = dict(zip(_STREAMS, seed.spawn(len(_STREAMS)), strict=True))
-    random = {name: np.random.default_rng(seeds[name]) for name in _STREAMS}
-    truth = np.full(n, bias_sigma * random["turn-on bias"].standard_normal())
+
+    def random(stream: str) -> np.random.Generator:
+        return np.random.default_rng(seeds[stream])
+
+    truth = np.full(n, bias_sigma * random("turn-on bias").standard_normal())
     if noise.bias_instability > 0.0:
-        truth += noise.bias_instability * series.flicker(random["flicker"].standard_normal(n))
+        truth += noise.bias_instability * series.flicker(random("flicker").standard_normal(n))
     if noise.rate_random_walk > 0.0:
         step = noise.rate_random_walk / math.sqrt(rate)
-        truth += step * series.walk(random["walk"].standard_normal(n))
+        truth += step * series.walk(random("walk").standard_normal(n))
     if noise.rate_ramp != 0.0:
         truth += noise.rate_ramp / rate * np.arange(n)
-    _add_markov(truth, noise, rate, seeds["markov"])
-    _add_sinusoids(truth, noise, rate, random["sinusoid"])
+    if noise.markov:
+        _add_markov(truth, noise, rate, seeds["markov"])
+    if noise.sinusoid:
+        _add_sinusoids(truth, noise, rate, random("sinusoid"))
     sigma = noise.angle_random_walk * math.sqrt(rate)
-    signal = truth + sigma * random["white"].standard_normal(n)
+    signal = truth + sigma * random("white").standard_normal(n)
     if noise.quantization > 0.0:
-        errors = random["quantization"].standard_normal(n + 1)
+        errors = random("quantization").standard_normal(n + 1)
         signal += noise.quantization * rate * series.quantization(errors)
     return signal, truth
 
