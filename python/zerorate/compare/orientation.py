@@ -6,7 +6,6 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate import metrics
 from zerorate.compare.measures import Row, consistency, if_possible
@@ -15,11 +14,10 @@ from zerorate.compare.recording import Orientation, Recording
 from zerorate.compare.turning import MOVING
 from zerorate.io import LogError
 from zerorate.metrics import BestEma, rotations
+from zerorate.types import Booleans, Floats
 
 __all__ = ["HORIZONS", "orientation_rows"]
 
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 Growth = Callable[[str, Floats], dict[str, float]]
 
 HORIZONS: Final = (1.0, 10.0, 60.0)
@@ -75,7 +73,7 @@ def _growth(quaternions: Floats, rate: float, name: str, rates: Floats) -> dict[
     return {key: if_possible(partial(measure, horizons=h)) for key, h in horizons.items()}
 
 
-def _consistency(found: list[AxisResult], moving: Flags) -> dict[str, float]:
+def _consistency(found: list[AxisResult], moving: Booleans) -> dict[str, float]:
     parts = {"nis_rest": ~moving, "nis_motion": moving}
     return {
         name: float(np.mean([consistency(one, where) for one in found]))
@@ -83,7 +81,7 @@ def _consistency(found: list[AxisResult], moving: Flags) -> dict[str, float]:
     }
 
 
-def _moving(quaternions: Floats, rate: float) -> Flags:
+def _moving(quaternions: Floats, rate: float) -> Booleans:
     """Return when the reference turns; where it is missing it is taken to."""
     span = max(1, round(_SPEED_OVER * rate))
     q = rotations.unit(quaternions)

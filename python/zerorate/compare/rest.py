@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate import metrics
 from zerorate.compare.measures import Row, consistency, if_possible
@@ -14,10 +13,10 @@ from zerorate.compare.recording import Recording
 from zerorate.identify.rest import moving_spans
 from zerorate.io import LogError
 from zerorate.metrics import BestEma
+from zerorate.types import Floats
 
 __all__ = ["HORIZONS", "rest_notes", "rest_rows", "scored_from"]
 
-Floats = npt.NDArray[np.float64]
 
 HORIZONS: Final = (10.0, 60.0)
 """Seconds to coast."""

@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate.compare.methods import HINDSIGHT, Estimate, Method, causal_method, check_name, name_of
 from zerorate.metrics.averages import best_shared_ema
 from zerorate.run.replay.workers import Progress, silent
 from zerorate.simulate.models import MODELS, GyroModel, records
 from zerorate.simulate.optimum import optimum
-from zerorate.types import Floats
+from zerorate.types import Booleans, Floats
 
 __all__ = ["Regret", "run", "scored_span"]
 
@@ -47,7 +46,7 @@ class Regret:
     optimum: Floats
 
     @property
-    def lasting(self) -> npt.NDArray[np.bool_]:
+    def lasting(self) -> Booleans:
         """Which models are not transient, shape (models,)."""
         return np.array([not model.transient for model in self.models])
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate import metrics
 from zerorate.compare.measures import Row, consistency, if_possible
@@ -15,10 +14,10 @@ from zerorate.compare.recording import Recording, Reference
 from zerorate.io import LogError
 from zerorate.metrics import BestEma, MotionError
 from zerorate.metrics.motion import moved
+from zerorate.types import Floats
 
 __all__ = ["MOVING", "Fitted", "fitted", "turning_rows"]
 
-Floats = npt.NDArray[np.float64]
 
 MOVING: Final = math.radians(2.0)
 """rad/s: a reference that turns faster moves."""

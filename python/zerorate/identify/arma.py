@@ -9,7 +9,7 @@ import numpy.typing as npt
 from zerorate import _native
 from zerorate.identify.arma_model import ArmaModel
 from zerorate.identify.records import as_record
-from zerorate.types import Floats
+from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["ArmaGrid", "arma_grid", "fit_arma"]
 
@@ -39,8 +39,8 @@ class ArmaGrid:
 
     sigma2: Floats
     n: int
-    converged: npt.NDArray[np.bool_]
-    evaluations: npt.NDArray[np.int64]
+    converged: Booleans
+    evaluations: Integers
     coefficients: tuple[Floats, ...] = ()
 
 

@@ -12,7 +12,7 @@ from zerorate import _native
 from zerorate.identify.preparation import segments as cut
 from zerorate.identify.records import as_record, size_of
 from zerorate.identify.verdict import TWO_SIDED_95, Verdict
-from zerorate.types import Floats, Integers
+from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["LARGEST", "ReverseArrangements", "critical_values", "reverse_arrangements", "two_sided"]
 
@@ -184,7 +184,7 @@ def _values(record: Floats, segments: int | None, of: str) -> tuple[Floats, Inte
     return values, np.flatnonzero(used) + 1, int(counts[used].sum())
 
 
-def _moments(rows: Floats, there: npt.NDArray[np.bool_], counts: Integers, of: str) -> Floats:
+def _moments(rows: Floats, there: Booleans, counts: Integers, of: str) -> Floats:
     means = rows.sum(axis=1) / counts
     if of == "mean":
         return np.asarray(means)

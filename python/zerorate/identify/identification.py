@@ -22,7 +22,7 @@ from zerorate.identify.record_tests import RecordSummary, RecordTests, summarise
 from zerorate.identify.records import as_record
 from zerorate.identify.rest import Span, moving_spans
 from zerorate.io.rates import checked_rate
-from zerorate.types import Floats
+from zerorate.types import Floats, Integers
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -148,7 +148,7 @@ class Online:
         How far the last phi and theta are from the offline ones, in their standard errors.
     """
 
-    samples: npt.NDArray[np.int64]
+    samples: Integers
     coefficients: Floats
     distance: Floats
 

@@ -216,7 +216,7 @@ def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
     )
 
 
-def _adf_statistic(record: npt.NDArray[np.float64], order: int) -> tuple[float, int]:
+def _adf_statistic(record: Floats, order: int) -> tuple[float, int]:
     """Return the sum of the coefficients less 1 over its standard error, and the residuals used."""
     model = fit_ar(record, order)
     variance = float(model.covariance[:order, :order].sum())
@@ -225,7 +225,7 @@ def _adf_statistic(record: npt.NDArray[np.float64], order: int) -> tuple[float, 
     return (float(model.phi.sum()) - 1.0) / math.sqrt(variance / freedom), model.n
 
 
-def _least_aic(record: npt.NDArray[np.float64], highest: int) -> int:
+def _least_aic(record: Floats, highest: int) -> int:
     sigma2, n = _native.autoregression_variances(record, highest + 1, "least-squares", True)
     orders = np.arange(1, highest + 2)
     return int(np.argmin(n * np.log(sigma2[1:]) + 2.0 * orders))

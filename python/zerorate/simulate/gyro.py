@@ -5,14 +5,13 @@ from numbers import Integral
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate.noise import NoiseModel, series
 from zerorate.simulate.devices import Device
+from zerorate.types import Floats
 
 __all__ = ["not_negative", "simulate"]
 
-Floats = npt.NDArray[np.float64]
 
 _MOST_SAMPLES: Final = 10**9
 # A new term goes to the end: the streams before it, and so the signals of old seeds, stay.
