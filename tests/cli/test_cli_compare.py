@@ -9,7 +9,7 @@ import pytest
 from support.compared import gyros, noise, oriented, resting, turning, write_table
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.cli import run
-from zerorate.show.report.text import WIDTH
+from zerorate.show.tables import WIDTH
 from zerorate.simulate.models import MODELS
 
 

@@ -11,8 +11,8 @@ from zerorate.identify.as_json import as_json
 from zerorate.identify.conclusions import is_fit, listed, model_name, per_cent
 from zerorate.identify.record_tests import summarised
 from zerorate.io import read_log
-from zerorate.show.report.identify import format_identify
-from zerorate.show.report.text import WIDTH
+from zerorate.show.identify_tables import format_identify
+from zerorate.show.tables import WIDTH
 
 RATE = 100.0
 PHI, THETA = np.array([1.2, -0.5]), np.array([0.6])

@@ -10,9 +10,9 @@ from zerorate import metrics
 from zerorate.compare.measures import Row, consistency, if_possible
 from zerorate.compare.methods import AxisResult, on_axis
 from zerorate.compare.recording import Recording
-from zerorate.identify.rest import moving_spans
 from zerorate.io import LogError
 from zerorate.metrics import BestEma
+from zerorate.noise.rest import moving_spans
 from zerorate.types import Floats
 
 __all__ = ["HORIZONS", "rest_notes", "rest_rows", "scored_from"]

@@ -16,11 +16,11 @@ from zerorate.identify.identification import Identification, identify
 from zerorate.identify.normality import anderson_darling, jarque_bera
 from zerorate.identify.order import OrderSelection, select_order
 from zerorate.identify.preparation import Change, Prepared, detrend, prepare, segments
-from zerorate.identify.rest import Span, moving_spans
 from zerorate.identify.state_space import StateSpace
 from zerorate.identify.stationarity import adf, kpss
 from zerorate.identify.verdict import Verdict
 from zerorate.identify.window_filters import decimate, far_from_average, hampel, moving_average
+from zerorate.noise.rest import Span, moving_spans
 
 __all__ = [
     "ArmaGrid",

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.identify.arma_model import ArmaModel
-from zerorate.identify.records import as_record
+from zerorate.noise.records import as_record
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["ArmaGrid", "arma_grid", "fit_arma"]

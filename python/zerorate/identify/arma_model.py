@@ -23,8 +23,8 @@ from zerorate.identify.polynomials import (
     psi_weights,
     spectrum,
 )
-from zerorate.identify.records import as_record
 from zerorate.identify.state_space import of_model
+from zerorate.noise.records import as_record
 from zerorate.types import Floats
 
 __all__ = ["ArmaModel"]

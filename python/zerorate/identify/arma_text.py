@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.identify.polynomials import inverse_roots
-from zerorate.noise.exports.text import written
+from zerorate.noise.exports import written
 from zerorate.types import Floats
 
 if TYPE_CHECKING:

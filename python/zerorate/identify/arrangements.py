@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.identify.preparation import segments as cut
-from zerorate.identify.records import as_record, size_of
 from zerorate.identify.verdict import TWO_SIDED_95, Verdict
+from zerorate.noise.records import as_record, size_of
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["LARGEST", "ReverseArrangements", "critical_values", "reverse_arrangements", "two_sided"]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from zerorate._native import fit_autoregression
 from zerorate.identify.arma_model import ArmaModel
-from zerorate.identify.records import as_record
+from zerorate.noise.records import as_record
 
 __all__ = ["HIGHEST_ORDER", "ArMethod", "checked_order", "fit_ar"]
 

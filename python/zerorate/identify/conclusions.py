@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from zerorate.identify.identification import Identification
     from zerorate.identify.order import OrderSelection
     from zerorate.identify.record_tests import RecordTests
-    from zerorate.identify.rest import Span
+    from zerorate.noise.rest import Span
 
 __all__ = ["conclusions", "is_fit", "listed", "model_name", "per_cent"]
 

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
-from zerorate.identify.records import as_record, centred, checked_width
 from zerorate.identify.verdict import TWO_SIDED_95, Verdict
+from zerorate.noise.records import as_record, centred, checked_width
 from zerorate.types import Floats, Integers
 
 __all__ = ["Correlogram", "Whiteness", "autocorrelation", "ljung_box", "partial", "whiteness"]

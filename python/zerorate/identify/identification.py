@@ -19,9 +19,9 @@ from zerorate.identify.correlogram import Correlogram, Whiteness, autocorrelatio
 from zerorate.identify.order import Criterion, OrderSelection, select_order
 from zerorate.identify.preparation import Prepared, prepare
 from zerorate.identify.record_tests import RecordSummary, RecordTests, summarised, tested
-from zerorate.identify.records import as_record
-from zerorate.identify.rest import Span, moving_spans
 from zerorate.io.rates import checked_rate
+from zerorate.noise.records import as_record
+from zerorate.noise.rest import Span, moving_spans
 from zerorate.types import Floats, Integers
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ class Identification:
         ImportError
             Without matplotlib: ``pip install 'zerorate[plot]'``.
         """
-        from zerorate.show.plotting import plot_identification
+        from zerorate.show import plot_identification
 
         return plot_identification(self)
 

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
-from zerorate.identify.records import as_record, centred
 from zerorate.identify.verdict import Verdict
+from zerorate.noise.records import as_record, centred
 from zerorate.types import Floats
 
 __all__ = ["anderson_darling", "jarque_bera"]

@@ -6,10 +6,10 @@ from typing import Final, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.identify.records import as_record, checked_width, with_gaps
 from zerorate.identify.window_filters import Cleaned, far_from_average, hampel, moving_average
 from zerorate.identify.window_filters import decimate as _decimated
 from zerorate.io.rates import checked_rate
+from zerorate.noise.records import as_record, checked_width, with_gaps
 from zerorate.types import Floats
 
 __all__ = ["Change", "Prepared", "detrend", "prepare", "segments"]

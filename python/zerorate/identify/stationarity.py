@@ -9,9 +9,8 @@ import numpy.typing as npt
 from zerorate import _native
 from zerorate.identify.autoregression import HIGHEST_ORDER, fit_ar
 from zerorate.identify.preparation import detrend
-from zerorate.identify.records import as_record, centred
 from zerorate.identify.verdict import Verdict
-from zerorate.noise.records import longest_stretch
+from zerorate.noise.records import as_record, centred, longest_stretch
 from zerorate.types import Floats
 
 __all__ = ["adf", "kpss"]

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
-from zerorate.identify.records import as_record, checked_width, with_gaps
+from zerorate.noise.records import as_record, checked_width, resolution, with_gaps
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Cleaned", "decimate", "far_from_average", "hampel", "moving_average", "resolution"]
+__all__ = ["Cleaned", "decimate", "far_from_average", "hampel", "moving_average"]
 
 
 def moving_average(z: npt.ArrayLike, width: int) -> Floats:
@@ -171,16 +171,6 @@ def far_from_average(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) 
     distance = record - average
     outliers = np.abs(distance) > threshold * float(np.nanstd(distance))
     return Cleaned(np.where(outliers, average, record), outliers)
-
-
-def resolution(record: Floats) -> float:
-    """Return the least difference between a sample and the next that is not 0, or 0 if all are.
-
-    For a coarse record it is the step of quantisation; otherwise it is next to nothing.
-    """
-    steps = np.abs(np.diff(record))
-    steps = steps[steps > 0.0]
-    return float(steps.min()) if steps.size else 0.0
 
 
 def _check_threshold(threshold: float) -> None:
