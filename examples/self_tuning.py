@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 import zerorate as zr
-from support.recordings import (
+from recordings import (
     BROAD,
     BROAD_RATE,
     Recording,

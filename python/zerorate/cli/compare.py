@@ -12,10 +12,11 @@ from zerorate.cli.progress import progress_bar
 from zerorate.compare import METHODS, Comparison, Trial, read_trial
 from zerorate.compare import compare as run_methods
 from zerorate.compare.as_json import as_json
-from zerorate.compare.simulated import Regret, format_regret
+from zerorate.compare.simulated import Regret
 from zerorate.compare.simulated import run as run_simulated
 from zerorate.io import LogError, atomic_path, check_writable
 from zerorate.run.replay.workers import Progress
+from zerorate.show.compare_simulated import format_regret
 from zerorate.show.compare_tables import format_compare
 
 __all__ = ["compare"]

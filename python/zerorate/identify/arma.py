@@ -9,7 +9,7 @@ import numpy.typing as npt
 from zerorate import _native
 from zerorate.identify.arma_model import ArmaModel
 from zerorate.noise.records import as_record
-from zerorate.types import Floats
+from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["ArmaGrid", "arma_grid", "fit_arma"]
 
@@ -20,7 +20,7 @@ MAX_ORDER: Final = 8
 
 @dataclass(frozen=True, eq=False)
 class ArmaGrid:
-    """How well the ARMA models of all orders fit, on the same residuals.
+    """Fits of the ARMA models of all orders, on the same residuals.
 
     Attributes
     ----------
@@ -39,8 +39,8 @@ class ArmaGrid:
 
     sigma2: Floats
     n: int
-    converged: npt.NDArray[np.bool_]
-    evaluations: npt.NDArray[np.int64]
+    converged: Booleans
+    evaluations: Integers
     coefficients: tuple[Floats, ...] = ()
 
 
@@ -134,7 +134,7 @@ def fit_arma(
 def arma_grid(z: npt.ArrayLike, max_p: int, max_q: int) -> ArmaGrid:
     """Return how well ARMA models of all orders up to (max_p, max_q) fit a record.
 
-    By conditional least squares with a constant; all models are judged by the same residuals,
+    By conditional least squares with a constant; all models are compared on the same residuals,
     each stretch between missing samples gives up `max_p`.
 
     Parameters

@@ -97,8 +97,8 @@ def diagnosis(model: "ArmaModel") -> Iterator[str]:
     yield from _root_notes(model)
     for ar, ma in undetermined_pairs(model):
         yield (
-            f"the AR root {_shown(1.0 / ar)} and the MA root {_shown(1.0 / ma)} are closer than "
-            "their standard errors: the record does not determine this common factor"
+            f"the AR root {_root_text(1.0 / ar)} and the MA root {_root_text(1.0 / ma)} are closer "
+            "than their standard errors: the record does not determine this common factor"
         )
 
 
@@ -117,7 +117,7 @@ def _reaches_one(root: Uncertain, covariance: Floats) -> bool:
     return abs(1.0 - abs(root.value)) <= _SAME_AT_95 * root.sigma(covariance)
 
 
-def _shown(root: complex) -> str:
+def _root_text(root: complex) -> str:
     return f"{root:.5g}" if root.imag else f"{root.real:.5g}"
 
 

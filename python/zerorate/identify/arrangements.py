@@ -12,7 +12,7 @@ from zerorate import _native
 from zerorate.identify.preparation import segments as cut
 from zerorate.identify.verdict import TWO_SIDED_95, Verdict
 from zerorate.noise.records import as_record, size_of
-from zerorate.types import Floats, Integers
+from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["LARGEST", "ReverseArrangements", "critical_values", "reverse_arrangements", "two_sided"]
 
@@ -65,8 +65,8 @@ def reverse_arrangements(
         more is left out.
     segments : int or None, default 100
         Number of segments, 10 to n (2 samples each for variances); None takes each sample for one.
-        Long segments let slow drift stand out from the noise. They should be long beside the
-        noise's own correlation, too.
+        Long segments let slow drift stand out from the noise. They should be long compared with
+        the noise's own correlation, too.
     of : {"mean", "variance"}
         What is compared; of no effect with single samples.
 
@@ -180,11 +180,11 @@ def _values(record: Floats, segments: int | None, of: str) -> tuple[Floats, Inte
     used = 2 * counts > rows.shape[1]
     origin = record[int(np.argmax(np.isfinite(record)))]
     values = _moments(np.where(there, rows - origin, 0.0)[used], there[used], counts[used], of)
-    # The level matters for nothing but the words on where.
+    # The level matters for nothing but `where`.
     return values, np.flatnonzero(used) + 1, int(counts[used].sum())
 
 
-def _moments(rows: Floats, there: npt.NDArray[np.bool_], counts: Integers, of: str) -> Floats:
+def _moments(rows: Floats, there: Booleans, counts: Integers, of: str) -> Floats:
     means = rows.sum(axis=1) / counts
     if of == "mean":
         return np.asarray(means)
@@ -193,7 +193,7 @@ def _moments(rows: Floats, there: npt.NDArray[np.bool_], counts: Integers, of: s
 
 
 def _where(values: Floats, places: Integers, of: str, unit: float) -> str:
-    """Name the split whose two sides differ most beside the chance of so long ones."""
+    """Name the split whose two sides differ most, compared with chance at these lengths."""
     m = values.size
     before = np.arange(1, m)
     level = values - values.mean()

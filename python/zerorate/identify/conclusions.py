@@ -1,4 +1,4 @@
-"""What the numbers of an identification mean, in sentences."""
+"""Conclusions from the numbers of an identification, in sentences."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def filter_of(
     A model without a white part, such as every AR(p), would let the samples pass: R is then the
     model's Allan variance at the shortest averaging time, gamma_0 - gamma_1, to which Fu and Han's
     recursion converges. A model whose spectrum does not rise towards low frequencies has no drift
-    (g = 0), and "kf" answers its mean.
+    (g = 0), and "kf" returns its mean.
 
     Parameters
     ----------

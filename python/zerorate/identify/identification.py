@@ -1,4 +1,4 @@
-"""The way of one axis from a record at rest to a drift model."""
+"""Identification of one axis: from a record at rest to a drift model."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from zerorate.identify.record_tests import RecordSummary, RecordTests, summarise
 from zerorate.io.log import checked_rate
 from zerorate.noise.records import as_record
 from zerorate.noise.rest import Span, moving_spans
-from zerorate.types import Floats
+from zerorate.types import Floats, Integers
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,7 +40,7 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """The way of one axis from a record to a drift model.
+    """All that was found out about the record of one axis.
 
     Attributes
     ----------
@@ -148,7 +148,7 @@ class Online:
         How far the last phi and theta are from the offline ones, in their standard errors.
     """
 
-    samples: npt.NDArray[np.int64]
+    samples: Integers
     coefficients: Floats
     distance: Floats
 
@@ -232,7 +232,7 @@ def identify(
     progress: Callable[[str, float], None] | None = None,
     **preparation: Unpack[Preparation],
 ) -> Identification:
-    """Find a drift model of a record at rest, and test whether it may be believed.
+    """Find a drift model of a record at rest, and test whether it holds.
 
     Parameters
     ----------

@@ -209,7 +209,7 @@ def _check(name: str, value: str, known: Sequence[str]) -> None:
         raise ValueError(f"{name} must be one of {names}, got {value!r}")
 
 
-def above_least(orders: OrderSelection, name: Criterion) -> npt.NDArray[np.float64]:
+def above_least(orders: OrderSelection, name: Criterion) -> Floats:
     """Return how far a criterion is above its least for every order, on the scale of N ln.
 
     Parameters

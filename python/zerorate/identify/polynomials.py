@@ -1,4 +1,4 @@
-"""Lag polynomials 1 - phi_1 B - ... and 1 + theta_1 B + ..., and what follows from them."""
+"""Lag polynomials: roots, modes, autocovariance and spectrum of an ARMA process."""
 
 import math
 from typing import Final, NamedTuple

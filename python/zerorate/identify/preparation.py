@@ -1,4 +1,4 @@
-"""A record made ready for identification, with all that was changed written down."""
+"""A record made ready for identification, and a list of what was changed."""
 
 from dataclasses import dataclass
 from typing import Final, Literal, get_args

@@ -87,7 +87,7 @@ _LEAST_SEGMENT: Final = 10
 
 @dataclass(frozen=True, eq=False)
 class RecordTests:
-    """Whether a record is stationary and Gaussian.
+    """Tests of whether a record is stationary and Gaussian.
 
     Attributes
     ----------

@@ -16,7 +16,7 @@ from zerorate.identify.polynomials import (
     refined,
     trimmed,
 )
-from zerorate.types import Floats
+from zerorate.types import Booleans, Floats
 
 if TYPE_CHECKING:
     from zerorate.identify.arma_model import ArmaModel
@@ -106,7 +106,7 @@ class StateSpace:
         return len(self.F)
 
     @cached_property
-    def constants(self) -> npt.NDArray[np.bool_]:
+    def constants(self) -> Booleans:
         """Which states never change, such as Fu and Han's c: shape (n,)."""
         still = np.all(np.eye(self.size) == self.F, axis=1) & ~np.any(self.G, axis=1)
         return np.asarray(still & (self.constant == 0.0))

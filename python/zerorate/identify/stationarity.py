@@ -155,8 +155,8 @@ _ADF_CRITICAL: Final = (-2.86154, -2.8903, -4.234, -40.04)
 def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
     """Test whether a record has a unit root: whether it walks at random rather than about a level.
 
-    Acceptance says that the record may walk. Beware of the opposite: drift that is faint beside
-    white noise, a gyro's case, is an ARMA process whose moving-average root is near 1, and there
+    Acceptance says that the record may walk. Beware of the opposite: drift that is faint next
+    to white noise, a gyro's case, is an ARMA process whose moving-average root is near 1, and there
     the test rejects a unit root that is present far more often than 5 %. `kpss` sees such drift,
     and `reverse_arrangements` does if it does not come back.
 
@@ -215,7 +215,7 @@ def adf(z: npt.ArrayLike, lags: int | None = None) -> Verdict:
     )
 
 
-def _adf_statistic(record: npt.NDArray[np.float64], order: int) -> tuple[float, int]:
+def _adf_statistic(record: Floats, order: int) -> tuple[float, int]:
     """Return the sum of the coefficients less 1 over its standard error, and the residuals used."""
     model = fit_ar(record, order)
     variance = float(model.covariance[:order, :order].sum())
@@ -224,7 +224,7 @@ def _adf_statistic(record: npt.NDArray[np.float64], order: int) -> tuple[float, 
     return (float(model.phi.sum()) - 1.0) / math.sqrt(variance / freedom), model.n
 
 
-def _least_aic(record: npt.NDArray[np.float64], highest: int) -> int:
+def _least_aic(record: Floats, highest: int) -> int:
     sigma2, n = _native.autoregression_variances(record, highest + 1, "least-squares", True)
     orders = np.arange(1, highest + 2)
     return int(np.argmin(n * np.log(sigma2[1:]) + 2.0 * orders))

@@ -11,7 +11,7 @@ TWO_SIDED_95: Final = 1.959963984540054
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a hypothesis is accepted at 5 %.
+    """A hypothesis, accepted or rejected at 5 %.
 
     Attributes
     ----------

@@ -189,7 +189,7 @@ _BLOCK: Final = 1 << 17
 
 
 def decimate(z: npt.ArrayLike, factor: int) -> Floats:
-    """Return every so manieth sample of a record after a low-pass against aliasing.
+    """Return every `factor`-th sample of a record after a low-pass against aliasing.
 
     The low-pass is a windowed sinc (Kaiser's window) of no delay: gain 1 within 1e-4 up to 0.8 of
     the new Nyquist frequency, and 80 dB down from that frequency on.

@@ -7,8 +7,9 @@ from itertools import groupby
 from pathlib import Path
 from typing import Final
 
+from zerorate.compare.comparison import Comparison
+from zerorate.compare.measures import Row
 from zerorate.compare.recording import Kind
-from zerorate.compare.result import Comparison, Row
 from zerorate.numerals import NOTHING, or_dash
 from zerorate.show.tables import Table, as_text, bulleted
 

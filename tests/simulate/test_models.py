@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from zerorate.compare.simulated import (
+from zerorate.simulate.models import (
     MODELS,
-    DeviceModel,
     GaussMarkov,
+    GyroModel,
     Resonance,
     WarmUp,
     flicker,
@@ -100,13 +100,13 @@ def test_records_depend_on_their_seed_alone(model):
 
 
 def test_models_that_differ_in_name_alone_draw_from_other_streams():
-    one, other = (record(DeviceModel(name), RATE, 500, 1)[0] for name in ("one", "other"))
+    one, other = (record(GyroModel(name), RATE, 500, 1)[0] for name in ("one", "other"))
     # Independent: the correlation of 500 pairs has deviation 1/sqrt(500), five of them.
     assert abs(np.corrcoef(one, other)[0, 1]) < 5.0 / math.sqrt(500)
 
 
 def test_only_what_is_drift_is_in_the_truth():
-    model = DeviceModel("loud", 0.0, disturbances=(GaussMarkov(1.0, 0.1),), turn_on_bias=2.0)
+    model = GyroModel("loud", 0.0, disturbances=(GaussMarkov(1.0, 0.1),), turn_on_bias=2.0)
     signal, truth = record(model, RATE, 5000, 1)
     assert np.ptp(truth) == 0.0
     assert abs(truth[0]) < 10.0  # five turn-on deviations
@@ -129,7 +129,7 @@ def test_a_rounded_output_stands_on_its_steps():
         (lambda: GaussMarkov(0.1, 0.0), "time must be finite and positive, got 0.0"),
         (lambda: WarmUp(math.nan, 1.0), "amplitude must be finite and not negative, got nan"),
         (lambda: Resonance(0.1, math.inf, 1.0), "frequency must be finite and positive, got inf"),
-        (lambda: DeviceModel("x", resolution=-1.0), "resolution must be finite and not negative"),
+        (lambda: GyroModel("x", resolution=-1.0), "resolution must be finite and not negative"),
         (
             lambda: Resonance(0.1, 50.0, 1.0).block(RATE),
             "at 50.0 Hz needs twice that, got 100.0 Hz",

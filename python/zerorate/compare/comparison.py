@@ -1,22 +1,48 @@
-"""Recordings through all methods, kind by kind."""
+"""Comparison of methods on recordings, kind by kind."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
+from zerorate.compare.measures import Row
 from zerorate.compare.methods import METHODS
 from zerorate.compare.orientation import orientation_rows
 from zerorate.compare.rest import rest_notes, rest_rows
-from zerorate.compare.result import Comparison, Row
 from zerorate.compare.trial import Kind, Orientation, Trial
 from zerorate.compare.turning import fitted, turning_rows
 from zerorate.io import Recording
 from zerorate.run.replay.workers import Progress, silent
 
-__all__ = ["compare"]
+__all__ = ["Comparison", "compare"]
+
 
 _KINDS: Final[tuple[Kind, ...]] = ("rest", "turning", "orientation")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All recordings of one kind.
+
+    Attributes
+    ----------
+    kind : str
+        ``"rest"``, ``"turning"`` or ``"orientation"``.
+    rows : tuple of Row
+        Recording by recording, axis by axis, method by method.
+    notes : tuple of str
+        Sentences on the recordings.
+    """
+
+    kind: Kind
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """The methods in their order."""
+        return tuple(dict.fromkeys(row.method for row in self.rows))
 
 
 def compare(
@@ -54,7 +80,7 @@ def compare(
     trials = [one if isinstance(one, Trial) else Trial.of(one) for one in recordings]
     report = _Report(trials, len(listed), silent if progress is None else progress)
     found = []
-    # Numbers near the largest double overflow when squared: the answer is then infinite.
+    # Numbers near the largest double overflow when squared: the measure is then infinite.
     with np.errstate(over="ignore", invalid="ignore"):
         for kind in _KINDS:
             own = [trial for trial in trials if trial.kind == kind]

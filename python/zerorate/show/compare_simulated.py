@@ -1,4 +1,4 @@
-"""Regret as plain text."""
+"""The regret of methods on simulated gyros as tables of text."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final
@@ -6,11 +6,12 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.compare.simulated.result import Regret
+from zerorate.compare.simulated import Regret
 from zerorate.numerals import significant
 from zerorate.show.tables import Table, as_text
 
 __all__ = ["format_regret"]
+
 
 _MEANING: Final = (
     "RMSE to the true drift over that of the Kalman filter that knows the model, whose own RMSE is "
@@ -36,7 +37,8 @@ def format_regret(found: Regret) -> str:
 
     Examples
     --------
-    >>> from zerorate.compare.simulated import MODELS, run
+    >>> from zerorate.compare.simulated import run
+    >>> from zerorate.simulate.models import MODELS
     >>> found = run(["mean"], models=MODELS[:1], seeds=1, duration=9.0, score_from=8.0)
     >>> format_regret(found).splitlines()[1].split()
     ['model', 'optimum', '(deg/s)', 'mean']

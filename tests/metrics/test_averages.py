@@ -1,17 +1,14 @@
-"""Averages as yardsticks, against plain loops."""
+"""Averages as baselines, against plain loops."""
 
 import numpy as np
 import pytest
 
 from support.recordings import RECORDINGS, needs_recordings
+from support.signals import white
 from zerorate import metrics, read_log
 from zerorate._native import exponential_mean
 
 RATE = 10.0
-
-
-def white(n, channels=None):
-    return np.random.default_rng(1).standard_normal(n if channels is None else (n, channels))
 
 
 def loop(z, gain):

@@ -1,17 +1,22 @@
-"""The regret that no method can undercut: its likelihoods, its limits, its draws."""
+"""The example's regret that no method can undercut: its likelihoods, its limits, its draws."""
+
+import runpy
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from zerorate.compare.simulated import MODELS, DeviceModel, GaussMarkov, least_regret, optimum
-from zerorate.compare.simulated.records import records
-from zerorate.compare.simulated.views import viewed
+from zerorate.simulate.models import MODELS, GaussMarkov, GyroModel, records
+from zerorate.simulate.optimum import optimum
+
+EXAMPLE = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "least_regret.py"))
+least_regret, filtered_by_all = EXAMPLE["least_regret"], EXAMPLE["filtered_by_all"]
 
 RATE = 0.5
-NONE = DeviceModel("none")
-WALK = DeviceModel("walk", rate_random_walk=1e-4)
-MARKOV = DeviceModel("Markov", rate_random_walk=1e-3, drift=(GaussMarkov(0.02, 7.0),))
+NONE = GyroModel("none")
+WALK = GyroModel("walk", rate_random_walk=1e-4)
+MARKOV = GyroModel("Markov", rate_random_walk=1e-3, drift=(GaussMarkov(0.02, 7.0),))
 TIMES = np.array([0, 1, 7])
 
 
@@ -25,7 +30,7 @@ def covariance(model, n):
 
 def test_likelihoods_are_those_of_the_differences_from_the_first_sample():
     models, n = (NONE, WALK, MARKOV), TIMES[-1] + 1
-    views = viewed(models, RATE, TIMES, [3, 4])
+    found = filtered_by_all(models, RATE, TIMES, [3, 4])
     differences = np.hstack([-np.ones((n - 1, 1)), np.eye(n - 1)])
     for i, model in enumerate(models):
         normal = multivariate_normal(
@@ -37,22 +42,22 @@ def test_likelihoods_are_those_of_the_differences_from_the_first_sample():
             expected = normal.logpdf((differences @ signal).T) - shared
             # Eight steps; a bias of 0.5 deg/s leaves 14 digits of the 0.007 deg/s of noise, which
             # count twice in a square.
-            np.testing.assert_allclose(views.likelihood[-1, i, j], expected, rtol=1e-11)
+            np.testing.assert_allclose(found.likelihood[-1, i, j], expected, rtol=1e-11)
 
 
 def test_estimates_are_those_of_the_optimum_of_each_model():
     models = (NONE, MARKOV)
-    views = viewed(models, RATE, TIMES, [3, 4])
+    found = filtered_by_all(models, RATE, TIMES, [3, 4])
     for i, model in enumerate(models):
         best = optimum(model, RATE, TIMES[-1] + 1)
-        assert views.optimum[i] == best.variance[TIMES].mean()
+        assert found.optimum[i] == best.variance[TIMES].mean()
         for j, other in enumerate(models):
             signal, _ = records(other, RATE, TIMES[-1] + 1, [3, 4])
-            np.testing.assert_array_equal(views.estimates[:, i, j], best.filtered(signal)[0][TIMES])
+            np.testing.assert_array_equal(found.estimates[:, i, j], best.filtered(signal)[0][TIMES])
 
 
 def test_a_walk_too_faint_to_matter_leaves_nothing_to_regret():
-    faint = DeviceModel("faint", rate_random_walk=1e-7)
+    faint = GyroModel("faint", rate_random_walk=1e-7)
     found = least_regret([NONE, faint], records=20)
     # It moves 4e-6 deg/s in half an hour, 1/50 of the 2.4e-4 deg/s to which a mean is known:
     # the square of the regret exceeds 1 by no more than the square of that, 4e-4.
@@ -60,7 +65,7 @@ def test_a_walk_too_faint_to_matter_leaves_nothing_to_regret():
 
 
 def test_twins_leave_nothing_to_regret():
-    found = least_regret([NONE, DeviceModel("twin")], records=5)
+    found = least_regret([NONE, GyroModel("twin")], records=5)
     assert found.lower == pytest.approx(1.0, rel=1e-12)  # rounding of a mixture of equals
 
 
@@ -80,12 +85,12 @@ def test_more_models_cannot_make_it_easier():
 
 
 def test_a_filter_of_either_model_is_no_better_than_the_bound():
-    found = least_regret([NONE, WALK], records=100)
-    views = viewed([NONE, WALK], RATE, np.arange(60, 900), range(50))
-    excess = (views.estimates[:, 0] - views.estimates[:, 1]) ** 2
-    squared = 1.0 + excess.mean(axis=(0, 2)) / views.optimum
+    bound = least_regret([NONE, WALK], records=100)
+    found = filtered_by_all([NONE, WALK], RATE, np.arange(60, 900), range(50))
+    excess = (found.estimates[:, 0] - found.estimates[:, 1]) ** 2
+    squared = 1.0 + excess.mean(axis=(0, 2)) / found.optimum
     # Each regrets nothing on its own model, and more than the bound on the other.
-    assert squared.min() > found.lower**2
+    assert squared.min() > bound.lower**2
 
 
 def test_the_same_call_gives_the_same_bound():
@@ -101,7 +106,7 @@ def test_the_same_call_gives_the_same_bound():
         ([NONE, WALK], {"records": 1}, "got 2 and 1"),
         ([NONE, WALK], {"duration": 100.0}, "120.0 s and 100.0 s"),
         ([NONE, MODELS[-1]], {}, "warm-up rounds or warms up"),
-        ([NONE, DeviceModel("steps", resolution=0.1)], {}, "steps rounds or warms up"),
+        ([NONE, GyroModel("steps", resolution=0.1)], {}, "steps rounds or warms up"),
     ],
 )
 def test_what_gives_no_bound_is_refused(models, options, message):

@@ -1,17 +1,42 @@
-"""Consistency, settling and slow noise, against hand-made cases."""
+"""Errors against the truth, consistency and settling: closed forms and hand-made cases."""
 
 import math
 
 import numpy as np
 import pytest
 
-from zerorate import allan, metrics
+from support.signals import RATE, white
+from zerorate import metrics
 
-RATE = 100.0
+
+def test_rmse_of_an_offset_is_the_offset():
+    x = white(100)
+    assert metrics.rmse(x, x + 0.5) == pytest.approx(0.5, rel=1e-15 * 100)
+    assert metrics.rmse(x, x) == 0.0
 
 
-def white(n, channels=None):
-    return np.random.default_rng(1).standard_normal(n if channels is None else (n, channels))
+def test_regret_is_the_ratio_of_two_errors():
+    truth, error = white(200), white(200, seed=2)
+    # Differences of numbers near 1, and one square root.
+    assert metrics.regret(truth + 3.0 * error, truth, truth + error) == pytest.approx(3, rel=1e-13)
+    with pytest.raises(ValueError, match="optimal equals truth"):
+        metrics.regret(truth + error, truth, truth)
+
+
+def test_nis_of_an_honest_filter_is_one():
+    n = 100_000
+    variance = np.linspace(0.5, 4.0, n)
+    # Deviation of the mean of n squared standard normals: sqrt(2/n) = 0.0045; five of them.
+    assert metrics.nis(np.sqrt(variance) * white(n), variance) == pytest.approx(1.0, abs=0.023)
+
+
+def test_nis_broadcasts_the_variance():
+    e = white(50, channels=2)
+    np.testing.assert_array_equal(metrics.nis(e, [1.0, 4.0]), metrics.nis(e, e * 0 + [1.0, 4.0]))
+    with pytest.raises(ValueError, match="does not fit"):
+        metrics.nis(e, np.ones(3))
+    with pytest.raises(ValueError, match="must be positive"):
+        metrics.nis(e, 0.0)
 
 
 class TestNis:
@@ -92,38 +117,3 @@ class TestSettlingTime:
     def test_refusals(self, arguments, match):
         with pytest.raises(ValueError, match=match):
             metrics.settling_time(*arguments)
-
-
-class TestAllanRatio:
-    def test_of_a_low_pass_filter_is_one_beyond_its_memory(self):
-        z = white(400_000)
-        found = metrics.allan_ratio(z, metrics.equal_delay_lowpass(z, RATE, 0.2), RATE, 0.2)
-        assert found.taus[0] == 2.56
-        # At tau the filter keeps 1 - 3 memory / (2 tau) of the variance; the longer, the nearer to
-        # one. Both series are of one noise, so their ratio is far surer than either.
-        assert found.ratio[0] == pytest.approx(math.sqrt(1.0 - 0.3 / 2.56), abs=0.01)
-        assert found.ratio[3] == pytest.approx(1.0, abs=0.02)
-
-    def test_it_is_the_ratio_of_two_curves(self):
-        z = white(5000, channels=2)
-        y = np.cumsum(z, axis=0)
-        found = metrics.allan_ratio(z, y, RATE, 0.0)
-        before, after = allan(z, RATE, taus=found.taus), allan(y, RATE, taus=found.taus)
-        np.testing.assert_array_equal(found.ratio, after.deviation / before.deviation)
-        assert found.ratio.shape == (found.taus.size, 2)
-
-    def test_samples_missing_in_one_are_left_out_of_both(self):
-        z, y = white(1000), 2.0 * white(1000)
-        y[300] = np.nan
-        # A factor of two is exact in every operation.
-        assert metrics.allan_ratio(z, y, RATE, 0.1).ratio.tolist() == [2.0]
-
-    @pytest.mark.parametrize("memory", [0.3, math.inf])
-    def test_a_memory_too_long_for_the_record_is_refused(self, memory):
-        with pytest.raises(ValueError, match="must not exceed a quarter"):
-            metrics.allan_ratio(white(1000), white(1000), RATE, memory)
-
-    @pytest.mark.parametrize("memory", [-1.0, math.nan])
-    def test_other_refusals(self, memory):
-        with pytest.raises(ValueError, match="memory must not be negative"):
-            metrics.allan_ratio(white(1000), white(1000), RATE, memory)

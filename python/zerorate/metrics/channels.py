@@ -1,4 +1,4 @@
-"""Series of samples in columns, and which of them are there."""
+"""Samples in channels, and which of them are present."""
 
 import math
 from collections.abc import Sequence
@@ -6,8 +6,18 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
+from zerorate.types import Booleans, Floats
+
+__all__ = [
+    "columns",
+    "pairs",
+    "per_channel",
+    "positive",
+    "present",
+    "rms",
+    "same_shape",
+    "spread",
+]
 
 
 def columns(name: str, data: npt.ArrayLike) -> Floats:
@@ -35,16 +45,16 @@ def pairs(
     """Return the samples present in both, channel by channel."""
     x, y = columns(first, a), columns(second, b)
     same_shape(first, x, second, y)
-    return [common(u, v) for u, v in zip(x, y, strict=True)]
+    return [_common(u, v) for u, v in zip(x, y, strict=True)]
 
 
-def common(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+def _common(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Return both series where both are there."""
     there = present(x, y)
     return (x, y) if there.all() else (x[there], y[there])
 
 
-def present(*series: Floats) -> Flags:
+def present(*series: Floats) -> Booleans:
     """Return where all series are there."""
     there = np.isfinite(series[0])
     for other in series[1:]:
@@ -74,6 +84,6 @@ def positive(name: str, value: float) -> float:
     return float(value)
 
 
-def answer(values: Sequence[float], like: npt.ArrayLike) -> float | Floats:
+def per_channel(values: Sequence[float], like: npt.ArrayLike) -> float | Floats:
     """Return a float for one channel, an array for several."""
     return float(values[0]) if np.ndim(like) == 1 else np.array(values, dtype=np.float64)
