@@ -251,7 +251,7 @@ class TestFaults:
         def fail(*_, **__):
             raise OSError(28, "No space left on device")
 
-        monkeypatch.setattr("zerorate.cli.outputs.write_log", fail)
+        monkeypatch.setattr("zerorate.cli.replay.write_log", fail)
         code, _, errors = cli("replay", log, "-o", out)
         assert code == 1
         self.check_line(errors, "No space left on device")
@@ -259,7 +259,7 @@ class TestFaults:
 
     @pytest.mark.parametrize(("module", "extra"), [("matplotlib", "plot"), ("pyarrow", "io")])
     def test_missing_extras(self, cli, log, out, monkeypatch, module, extra):
-        monkeypatch.setattr("zerorate.cli.faults.find_spec", lambda name: None)
+        monkeypatch.setattr("zerorate.cli.errors.find_spec", lambda name: None)
         options = () if module == "pyarrow" else ("--format", "csv")
         code, _, errors = cli("replay", log, "-o", out, *options)
         assert code == 2

@@ -229,7 +229,7 @@ class TestFiles:
         def fail(*_):
             raise OSError(28, "No space left on device")
 
-        monkeypatch.setattr("zerorate.cli.allan_outputs.write_curves", fail)
+        monkeypatch.setattr("zerorate.cli.allan.write_curves", fail)
         code, _, errors = cli(log, "-o", out, "--export", "json")
         assert (code, names(out)) == (1, [])
         assert errors == f"zerorate: [Errno 28] No space left on device: '{out}'\n"
@@ -304,7 +304,7 @@ class TestFaults:
         def interrupted(*_):
             raise KeyboardInterrupt
 
-        monkeypatch.setattr("zerorate.cli.background.Future.result", interrupted)
+        monkeypatch.setattr("zerorate.run.interrupts.Future.result", interrupted)
         code, text, errors = cli(log, "-o", out, "--no-figure")
         assert (code, text, errors) == (130, "", "zerorate: interrupted\n")
         assert names(out) == []

@@ -216,7 +216,7 @@ class TestFiles:
         def interrupted(*_):
             raise KeyboardInterrupt
 
-        monkeypatch.setattr("zerorate.cli.background.Future.result", interrupted)
+        monkeypatch.setattr("zerorate.run.interrupts.Future.result", interrupted)
         code, text, errors = cli(log, "-o", out, "--no-figure")
         assert (code, text, errors) == (130, "", "zerorate: interrupted\n")
         assert names(out) == []

@@ -12,9 +12,8 @@ from support import batch_work
 from zerorate.run.batch import cluster as clusters
 from zerorate.run.batch import run_batch
 from zerorate.run.batch.cluster import local_cluster, scheduler_at
-from zerorate.run.batch.engine import Died, Finished, outlived
-from zerorate.run.batch.processes import Processes
-from zerorate.run.batch.threads import single_threaded
+from zerorate.run.batch.engines import Died, Finished, Processes, outlived
+from zerorate.run.workers import single_threaded
 
 
 def tasks(folder, count=8):

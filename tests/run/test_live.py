@@ -19,7 +19,7 @@ from zerorate.run.live import (
     Settings,
     SettingsError,
 )
-from zerorate.run.live.sequence import SequenceCount
+from zerorate.run.live.lines import SequenceCount
 
 RATE = 100.0
 Z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal((400, 3))

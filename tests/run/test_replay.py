@@ -12,11 +12,10 @@ from zerorate import LogError, metrics
 from zerorate._native import allan_deviations
 from zerorate.io.log import Header
 from zerorate.run.replay import replay
-from zerorate.run.replay.block import Block
-from zerorate.run.replay.history import moments
-from zerorate.run.replay.learned import last_known
-from zerorate.run.replay.measure import Measures
-from zerorate.run.replay.readings import Readings
+from zerorate.run.replay.filters import Block
+from zerorate.run.replay.history import last_known, moments
+from zerorate.run.replay.measures import Measures
+from zerorate.run.replay.result import Readings
 from zerorate.show.report import WIDTH, format_learned, format_notes, format_table
 
 PUBLISHED = ("kf", "akf", "fading")

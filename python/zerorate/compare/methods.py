@@ -10,8 +10,7 @@ import numpy.typing as npt
 from zerorate import metrics
 from zerorate._native import DriftFilter, Trace
 from zerorate.metrics import BestEma
-from zerorate.run.replay.history import Recorder
-from zerorate.run.replay.memory import memory
+from zerorate.run.replay.history import Recorder, memory
 
 __all__ = ["FIRST_REST", "METHODS", "Answer", "answer", "first_rest"]
 

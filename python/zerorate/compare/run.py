@@ -11,7 +11,7 @@ from zerorate.compare.recording import Kind, Orientation, Recording
 from zerorate.compare.rest import rest_notes, rest_rows
 from zerorate.compare.result import Comparison, Row
 from zerorate.compare.turning import fitted, turning_rows
-from zerorate.run.replay.workers import Progress, silent
+from zerorate.progress import Progress, silent
 
 __all__ = ["compare"]
 

@@ -9,7 +9,7 @@ from zerorate.compare.simulated.records import records
 from zerorate.compare.simulated.result import Regret, from_scores
 from zerorate.compare.simulated.scores import Score, Trial
 from zerorate.compare.simulated.span import span
-from zerorate.run.replay.workers import Progress, silent
+from zerorate.progress import Progress, silent
 
 __all__ = ["run"]
 

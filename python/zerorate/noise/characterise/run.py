@@ -15,7 +15,7 @@ from zerorate.noise.kinds import KindName
 from zerorate.noise.spectrum import Spectrum
 from zerorate.noise.taus import TauGrid
 from zerorate.noise.whittle import fit_spectrum
-from zerorate.run.replay.workers import Progress, silent
+from zerorate.progress import Progress, silent
 
 __all__ = ["characterise"]
 

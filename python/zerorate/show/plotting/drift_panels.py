@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.run.replay import Replay
-from zerorate.run.replay.learned import noise_units
+from zerorate.run.replay.history import noise_units
 from zerorate.show.plotting.envelope import limits
 from zerorate.show.plotting.motion import shade_motion
 from zerorate.show.plotting.panels import evenly, moments_of, rising, say

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from zerorate.run.replay import Replay
-from zerorate.run.replay.learned import noise_units
+from zerorate.run.replay.history import noise_units
 from zerorate.show.plotting.drift_panels import draw_bias, draw_learned
 from zerorate.show.plotting.panels import MEMORIES, draw_allan, draw_model, draw_noise, draw_rate
 from zerorate.show.plotting.scales import share_decades, share_heights, share_limits

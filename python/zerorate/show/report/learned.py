@@ -8,7 +8,7 @@ import numpy as np
 from zerorate.io.names import split_unit
 from zerorate.numerals import significant, with_error
 from zerorate.run.replay import Summary
-from zerorate.run.replay.learned import last_known, noise_units
+from zerorate.run.replay.history import last_known, noise_units
 from zerorate.show.report.tables import Table, as_text
 
 __all__ = ["format_learned"]

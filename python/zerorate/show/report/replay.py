@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.run.replay import Score, Summary
-from zerorate.run.replay.columns import beside_names
+from zerorate.run.replay.result import beside_names
 from zerorate.show.report.text import WIDTH, bulleted, on_clock
 
 __all__ = ["format_notes", "format_table"]

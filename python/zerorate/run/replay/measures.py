@@ -1,20 +1,70 @@
-"""All that is measured of a recording and its drift while they pass."""
+"""The measures of a replay: scores of each axis and counts of its samples, block by block."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate._native import ReplayScores
 from zerorate.io.log import Header
-from zerorate.run.replay.block import Block
-from zerorate.run.replay.readings import onset
-from zerorate.run.replay.result import Score, Seen
+from zerorate.run.replay.filters import Block
+from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["Measures"]
+__all__ = ["Measures", "Score", "Seen", "onset"]
 
-Floats = npt.NDArray[np.float64]
+_ONSET: Final = 0.5
+_FEWEST: Final = 8
+
+
+@dataclass(frozen=True)
+class Score:
+    """Measures of one axis, raw or of one method's drift; NaN where one means nothing.
+
+    All are of the samples that are present in the raw data and, if the chosen filter minds motion,
+    that it took for rest.
+
+    Parameters
+    ----------
+    axis, method : str
+        The channel's name, and the method or ``"raw"``.
+    mean, deviation : float
+        In the unit of the log.
+    reduction : float
+        Deviation over that of the raw data.
+    coasting : tuple of float
+        `zerorate.metrics.coasting_error` at each horizon, unit times seconds.
+    error : float
+        RMS error to the true drift where that was given.
+    """
+
+    axis: str
+    method: str
+    mean: float
+    deviation: float
+    reduction: float
+    coasting: tuple[float, ...]
+    error: float
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Integers of each axis' samples, shape (k,).
+
+    Parameters
+    ----------
+    missing, present : ndarray of int64
+        Samples that are NaN, and that are finite.
+    equal : ndarray of bool
+        Whether all that are present are equal.
+    at_rest : ndarray of int64 or None
+        Samples at which the chosen filter learned, where that was noted.
+    """
+
+    missing: Integers
+    present: Integers
+    equal: Booleans
+    at_rest: Integers | None
 
 
 class Measures:
@@ -97,3 +147,8 @@ def _score(found: _Found, i: int, j: int, of: tuple[str, str], coasting: Floats)
         coasting=tuple(coasting.tolist()),
         error=float(found.error[i, j]),
     )
+
+
+def onset(rate: float) -> int:
+    """Return the samples before a motion is seen in which it may have begun."""
+    return max(round(_ONSET * rate), _FEWEST)

@@ -3,17 +3,25 @@
 import csv
 import json
 from collections.abc import Iterator, Sequence
+from enum import StrEnum
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from zerorate.cli.options import CurveFormat
 from zerorate.noise import AllanResult
 
-__all__ = ["write_curves"]
+__all__ = ["CurveFormat", "write_curves"]
 
 _COLUMNS: Final = ("deviation", "lower", "upper", "edf", "exponent", "terms")
+
+
+class CurveFormat(StrEnum):
+    """File formats of a deviation curve."""
+
+    csv = "csv"
+    json = "json"
+    npz = "npz"
 
 
 def write_curves(curves: Sequence[AllanResult], path: Path, form: CurveFormat) -> None:

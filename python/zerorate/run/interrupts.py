@@ -1,17 +1,56 @@
-"""Signals that end a stream between two samples, never within one."""
+"""Interrupts: kept from worker processes, held back within a sample, heard during native code."""
 
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from types import FrameType
 from typing import Final, TypeVar
 
-__all__ = ["Interrupted", "Interrupts"]
+__all__ = ["Interrupted", "Interrupts", "for_the_parent_alone", "in_background"]
 
 T = TypeVar("T")
 
 _SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextmanager
+def for_the_parent_alone() -> Iterator[None]:
+    """Start processes here that never see an interrupt; one that comes meanwhile is kept.
+
+    Ctrl-C reaches every process of a terminal: here it is for the one that leads. Threads that are
+    started here pass that on to the processes that they start later.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    # As it starts by itself, it lets interrupts through again.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def in_background(work: Callable[[], T]) -> T:
+    """Return what work returns or raise what it raises; an interrupt leaves it behind.
+
+    Native code cannot be interrupted, and some of it takes minutes.
+    """
+    future: Future[T] = Future()
+
+    def run() -> None:
+        try:
+            future.set_result(work())
+        except BaseException as error:
+            future.set_exception(error)
+
+    threading.Thread(target=run, daemon=True).start()
+    return future.result()
 
 
 class Interrupted(Exception):

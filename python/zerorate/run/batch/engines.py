@@ -1,23 +1,20 @@
-"""Worker processes of this machine, each known by the task that it holds.
-
-A process pool of the standard library breaks as a whole when one worker is killed, and cannot tell
-by which task. Here each worker has a pipe of its own: its end names the task.
-"""
+"""Engines that run tasks on workers which may die: the contract, and processes of this machine."""
 
 import os
 import signal
 import sys
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
-from typing import Any, Final, Generic, TypeVar
+from typing import Any, Final, Generic, Protocol, TypeVar
 
-from zerorate.run.batch.engine import Died, Finished
-from zerorate.run.batch.interrupts import for_the_parent_alone
-from zerorate.run.batch.threads import single_threaded
+from zerorate.run.interrupts import for_the_parent_alone
+from zerorate.run.workers import single_threaded
 
-__all__ = ["Processes"]
+__all__ = ["Died", "Engine", "Finished", "Processes", "outlived"]
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -26,8 +23,58 @@ R = TypeVar("R")
 _SPAWN: Final = get_context("spawn")
 
 
+@dataclass(frozen=True)
+class Finished(Generic[T, R]):
+    """A task and what it returned."""
+
+    task: T
+    answer: R
+
+
+@dataclass(frozen=True)
+class Died(Generic[T]):
+    """A task whose worker died, and how."""
+
+    task: T
+    reason: str
+
+
+class Engine(Protocol):
+    """Runs a function over tasks on workers that may die."""
+
+    def run(
+        self, work: Callable[[T], R], tasks: Sequence[T], at_once: int | None = None
+    ) -> Generator[Finished[T, R] | Died[T]]:
+        """Yield each task's end as it comes, `at_once` at most running at a time."""
+        ...
+
+
+def outlived(
+    engine: Engine, work: Callable[[T], R], tasks: Sequence[T]
+) -> Generator[Finished[T, R] | Died[T]]:
+    """Yield each task's end; one whose worker died gets another try, alone, after all others.
+
+    What died for want of memory beside others, or was killed from outside, then succeeds; what
+    dies again is at fault itself.
+    """
+    suspects: list[T] = []
+    # Closed here: an interrupt must have ended the workers before it goes on.
+    with closing(engine.run(work, tasks)) as ends:
+        for end in ends:
+            if isinstance(end, Died):
+                suspects.append(end.task)
+            else:
+                yield end
+    if suspects:
+        yield from engine.run(work, suspects, at_once=1)
+
+
 class Processes:
-    """As many processes as asked for; by default one a core."""
+    """As many worker processes as asked for, by default one a core, each known by its task.
+
+    A process pool of the standard library breaks as a whole when one worker is killed, and cannot
+    tell by which task. Here each worker has a pipe of its own: its end names the task.
+    """
 
     def __init__(self, count: int | None = None) -> None:
         if count is not None and count < 1:
