@@ -138,11 +138,17 @@ def sweep(targets: Iterable[Path]) -> None:
     for folder, known in folders.items():
         for path in folder.glob(".*.*"):
             found = _TEMPORARY.fullmatch(path.name)
-            if found is None or (found["stem"], found["suffix"]) not in known:
+            if found is None or (_own_stem(found["stem"]), found["suffix"]) not in known:
                 continue
             if not _runs_elsewhere(int(found["process"], 16)):
                 with suppress(OSError):
                     path.unlink()
+
+
+def _own_stem(stem: str) -> str:
+    """Return the stem of the file behind a temporary name, be that one's own target temporary."""
+    inner = _TEMPORARY.fullmatch(stem)
+    return stem if inner is None else inner["stem"]
 
 
 def _runs_elsewhere(process: int) -> bool:
