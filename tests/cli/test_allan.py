@@ -2,15 +2,17 @@
 
 import csv
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 import yaml
 
 import zerorate as zr
+from support.commands import names, one_line
+from support.logs import write_table
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate import Log, NoiseModel, write_log
-from zerorate.cli import run
 from zerorate.io.reading import read_sensors
 from zerorate.noise.characterise import MOVED, characterise, largest_step
 from zerorate.noise.kinds import KINDS
@@ -26,13 +28,6 @@ def signal(n=20_000, axes=3, scale=1.0):
     return scale * zr.simulate(model, RATE, n / RATE, seed=1, axes=axes)[0]
 
 
-def write_table(path, columns):
-    names, values = zip(*columns.items(), strict=True)
-    rows = np.column_stack([np.arange(len(values[0])) / RATE, *values])
-    np.savetxt(path, rows, delimiter=",", header="time_s," + ",".join(names), comments="")
-    return path
-
-
 @pytest.fixture
 def log(tmp_path):
     z, a = signal(), signal(scale=10.0)
@@ -42,29 +37,9 @@ def log(tmp_path):
 
 
 @pytest.fixture
-def out(tmp_path):
-    folder = tmp_path / "out"
-    folder.mkdir()
-    return folder
-
-
-@pytest.fixture
-def cli(capsys):
+def cli(call):
     """Run ``zerorate allan``; return its code, stdout and stderr."""
-
-    def call(*arguments):
-        code = run(["allan", *(str(argument) for argument in arguments)])
-        return code, *capsys.readouterr()
-
-    return call
-
-
-def names(folder):
-    return sorted(path.name for path in folder.iterdir())
-
-
-def one_line(text):
-    return " ".join(text.split())
+    return partial(call, "allan")
 
 
 class TestTable:

@@ -2,13 +2,15 @@
 
 import json
 import re
+from functools import partial
 
 import numpy as np
 import pytest
 
-from support.compared import gyros, noise, oriented, resting, turning, write_table
+from support.commands import check_line
+from support.compared import gyros, noise, oriented, resting, turning
+from support.logs import write_table
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.cli import run
 from zerorate.compare.simulated import MODELS
 from zerorate.show.report.text import WIDTH
 
@@ -19,14 +21,9 @@ def log(tmp_path):
 
 
 @pytest.fixture
-def cli(capsys):
+def cli(call):
     """Run ``zerorate compare``; return its code, stdout and stderr."""
-
-    def call(*arguments):
-        code = run(["compare", *(str(argument) for argument in arguments)])
-        return code, *capsys.readouterr()
-
-    return call
+    return partial(call, "compare")
 
 
 def test_a_log_at_rest(cli, log):
@@ -132,12 +129,6 @@ def test_data_faults(cli, tmp_path):
         assert (code, text) == (1, "")
         check_line(errors, match)
         assert str(path) in errors
-
-
-def check_line(errors, match):
-    assert errors.startswith("zerorate: ")
-    assert errors.count("\n") == 1
-    assert match in errors
 
 
 def test_no_log_is_a_usage_fault(cli):

@@ -2,15 +2,17 @@
 
 import json
 import re
+from functools import partial
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
 import zerorate as zr
+from support.commands import names, one_line
+from support.logs import write_table
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate import NoiseModel
-from zerorate.cli import run
 from zerorate.identify import ArmaModel, identify
 from zerorate.show.report.text import WIDTH
 
@@ -23,13 +25,6 @@ def signal(n=4000, axes=3):
     return zr.simulate(model, RATE, n / RATE, seed=1, axes=axes)[0]
 
 
-def write_table(path, columns):
-    names, values = zip(*columns.items(), strict=True)
-    rows = np.column_stack([np.arange(len(values[0])) / RATE, *values])
-    np.savetxt(path, rows, delimiter=",", header="time_s," + ",".join(names), comments="")
-    return path
-
-
 @pytest.fixture
 def log(tmp_path):
     z = signal()
@@ -39,29 +34,9 @@ def log(tmp_path):
 
 
 @pytest.fixture
-def out(tmp_path):
-    folder = tmp_path / "out"
-    folder.mkdir()
-    return folder
-
-
-@pytest.fixture
-def cli(capsys):
+def cli(call):
     """Run ``zerorate identify``; return its code, stdout and stderr."""
-
-    def call(*arguments):
-        code = run(["identify", *(str(argument) for argument in arguments)])
-        return code, *capsys.readouterr()
-
-    return call
-
-
-def names(folder):
-    return sorted(path.name for path in folder.iterdir())
-
-
-def one_line(text):
-    return " ".join(text.split())
+    return partial(call, "identify")
 
 
 class Page(HTMLParser):

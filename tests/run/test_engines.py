@@ -27,7 +27,7 @@ def ran(folder):
 @pytest.fixture(scope="module")
 def address():
     """Address of a scheduler with two workers that somebody else has started."""
-    settings = {"distributed.scheduler.allowed-failures": 1}
+    settings = {"distributed.scheduler.allowed-failures": 0}
     with (
         dask.config.set(settings),
         LocalCluster(

@@ -1,5 +1,6 @@
-"""A replay that is stopped at any moment leaves no file, or a whole one."""
+"""A replay that is stopped at any moment leaves no file, or a whole one, and nothing for ever."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -9,10 +10,11 @@ import numpy as np
 import pytest
 
 from zerorate import Log, read_log, write_log
+from zerorate.cli import run
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 
-N = 200_000
+N = 60_000
 OUTPUTS = ("run-zerorate.parquet", "run-zerorate.png")
 
 
@@ -58,41 +60,68 @@ def visible(folder):
     return [path.name for path in folder.iterdir() if not path.name.startswith(".")]
 
 
-@pytest.mark.parametrize("share", [0.5, 0.7, 0.85, 0.95])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-def test_stopped_at_any_moment(recording, usual_time, tmp_path, number, share):
-    process = start(recording, tmp_path)
+def hidden(folder):
+    return [path.name for path in folder.iterdir() if path.name.startswith(".")]
+
+
+@pytest.mark.parametrize("old", [False, True], ids=["new", "replacing"])
+@pytest.mark.parametrize(
+    ("number", "share"),
+    [
+        (signal.SIGINT, 0.5),
+        (signal.SIGKILL, 0.7),
+        (signal.SIGINT, 0.85),
+        (signal.SIGKILL, 0.95),
+    ],
+)
+def test_stopped_at_any_moment(recording, usual_time, tmp_path, number, share, old):
+    for name in OUTPUTS if old else ():
+        (tmp_path / name).write_bytes(b"old")
+    process = start(recording, tmp_path, *(["--force"] if old else []))
     time.sleep(share * usual_time)
     process.send_signal(number)
     _, errors = process.communicate(timeout=30)
+    # An old output stays until the new one is whole.
+    if old and any((tmp_path / name).read_bytes() == b"old" for name in OUTPUTS):
+        for name in OUTPUTS:
+            if (tmp_path / name).read_bytes() == b"old":
+                (tmp_path / name).unlink()
     check_outputs(tmp_path)
     assert set(visible(tmp_path)) <= set(OUTPUTS)
     if number == signal.SIGINT:
         assert process.returncode in (0, 130, -signal.SIGINT)
-        assert sorted(path.name for path in tmp_path.iterdir()) == sorted(visible(tmp_path))
+        assert hidden(tmp_path) == []
         assert process.returncode != 130 or errors.strip() == "zerorate: interrupted"
 
 
-def test_a_later_run_succeeds(recording, usual_time, tmp_path):
+def test_a_later_run_succeeds_and_removes_what_the_kill_left(recording, tmp_path):
     process = start(recording, tmp_path)
-    time.sleep(0.8 * usual_time)
+    # Before the figure is drawn, and long before both files get their names.
+    while not hidden(tmp_path) and process.poll() is None:
+        time.sleep(0.002)
     process.kill()
     process.communicate()
+    assert hidden(tmp_path) != []
     again = start(recording, tmp_path, "--force")
     again.communicate()
     assert again.returncode == 0
-    assert sorted(visible(tmp_path)) == sorted(OUTPUTS)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(OUTPUTS)
     check_outputs(tmp_path)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-def test_an_old_output_stays_until_the_new_one_is_whole(recording, usual_time, tmp_path, number):
-    for name in OUTPUTS:
-        (tmp_path / name).write_bytes(b"old")
-    process = start(recording, tmp_path, "--force")
-    time.sleep(0.7 * usual_time)
-    process.send_signal(number)
+def test_what_another_process_is_writing_stays(recording, tmp_path):
+    (tmp_path / f".run-zerorate.{os.getpid():06x}012345.parquet").write_bytes(b"half")
+    (tmp_path / ".run-zerorate.fffffe012345.parquet").write_bytes(b"left")
+    process = start(recording, tmp_path, "--no-figure")
     process.communicate()
-    for name in OUTPUTS:
-        content = (tmp_path / name).read_bytes()
-        assert content == b"old" or len(content) > 10_000
+    assert process.returncode == 0
+    assert hidden(tmp_path) == [f".run-zerorate.{os.getpid():06x}012345.parquet"]
+
+
+def test_what_a_killed_simulation_left_is_removed(tmp_path):
+    left = [".a.fffffe012345.npz", ".a-truth.fffffe012345.npz"]
+    for name in left:
+        (tmp_path / name).write_bytes(b"half")
+    assert run(["simulate", "mpu6050", "-o", str(tmp_path / "a.npz"), "--duration", "2"]) == 0
+    assert sorted(visible(tmp_path)) == ["a-truth.npz", "a.npz"]
+    assert hidden(tmp_path) == []

@@ -86,7 +86,7 @@ def replay(
     others = [flag(name) for name in options if name not in used_by(method, options)]
     if others:
         verb = "acts" if len(others) == 1 else "act"
-        print(f"{', '.join(others)} {verb} on the methods next to {method} alone")
+        print(f"{', '.join(others)} {verb} on the methods that {method} is compared with")
 
 
 def baselines(method: str) -> tuple[str, ...]:
