@@ -18,7 +18,7 @@ from zerorate._native import (
     Trace,
     __version__,
 )
-from zerorate.io import Log, LogError, read_log, write_log
+from zerorate.io import Log, LogError, Recording, read_log, read_recording, write_log
 from zerorate.noise import (
     AllanResult,
     Coefficient,
@@ -51,6 +51,7 @@ __all__ = [
     "LogError",
     "Markov",
     "NoiseModel",
+    "Recording",
     "RecursiveLeastSquares",
     "RestDetector",
     "Sinusoid",
@@ -65,6 +66,7 @@ __all__ = [
     "live",
     "metrics",
     "read_log",
+    "read_recording",
     "simulate",
     "whittle",
     "worst_axis",

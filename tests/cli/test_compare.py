@@ -11,8 +11,8 @@ from support.commands import check_line
 from support.compared import gyros, noise, oriented, resting, turning
 from support.logs import write_table
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.compare.simulated import MODELS
-from zerorate.show.report.text import WIDTH
+from zerorate.show.tables import WIDTH
+from zerorate.simulate.models import MODELS
 
 
 @pytest.fixture
@@ -157,7 +157,7 @@ def test_a_recording_at_rest(cli, tmp_path):
 def test_simulated_gyros(cli, tmp_path, monkeypatch):
     # The optimum of all of them takes a minute.
     few = [model for model in MODELS if model.name in ("none", "strong walk")]
-    monkeypatch.setattr("zerorate.compare.simulated.regret.MODELS", few)
+    monkeypatch.setattr("zerorate.compare.simulated.MODELS", few)
     file = tmp_path / "numbers.json"
     arguments = ("--simulated", "--seeds", "1", "--methods", "mean,auto", "--json", file)
     code, text, _ = cli(*arguments)

@@ -18,14 +18,14 @@ from support.compared import (
     write_table,
 )
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.compare import METHODS, compare, read_recording
-from zerorate.compare.methods import answer
+from zerorate.compare import METHODS, compare, read_trial
+from zerorate.compare.methods import on_axis
 from zerorate.compare.rest import scored_from
 from zerorate.compare.slope import slope
 from zerorate.compare.turning import fitted
 from zerorate.io import LogError
-from zerorate.show.report.compare import format_compare
-from zerorate.show.report.text import WIDTH
+from zerorate.show.compare_tables import format_compare
+from zerorate.show.tables import WIDTH
 
 BROAD = "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
 ENCODER = "mpu6050_encoder_yaw_slow_100hz.parquet"
@@ -41,7 +41,7 @@ def no_ema():
 
 class TestReading:
     def test_a_log_alone_is_at_rest(self, tmp_path):
-        recording = read_recording(resting(tmp_path / "a.csv"))
+        recording = read_trial(resting(tmp_path / "a.csv"))
         assert recording.kind == "rest"
         expected = np.radians(zr.read_log(tmp_path / "a.csv").data)
         # A factor once as a constant and once as a product: one rounding.
@@ -50,7 +50,7 @@ class TestReading:
     def test_a_reference_is_no_gyro(self, tmp_path):
         z = BIAS + noise(500)
         path = write_table(tmp_path / "a.csv", gyros(z) | {"table_rate_dps": z[:, 0]})
-        recording = read_recording(path, reference="table_rate_dps")
+        recording = read_trial(path, reference="table_rate_dps")
         assert recording.kind == "turning"
         assert recording.log.names == ("gyro_x_dps", "gyro_y_dps", "gyro_z_dps")
         np.testing.assert_array_equal(recording.reference.rate, recording.log.data[:, 0])
@@ -59,25 +59,25 @@ class TestReading:
         angle, rate = motion(np.arange(500) / RATE)
         columns = {"a_deg": angle, "a_rad": np.radians(angle), "a": angle}
         path = write_table(tmp_path / "a.csv", gyros(noise(500)) | columns)
-        read = [read_recording(path, reference=name).reference.rate for name in columns]
+        read = [read_trial(path, reference=name).reference.rate for name in columns]
         for one in read:
             # The cubic through 60 ms of a motion of up to 3.1 rad/s.
             np.testing.assert_allclose(one[3:-3], np.radians(rate[3:-3]), atol=1e-4)
 
     def test_quaternions_are_found_in_their_order(self, tmp_path):
-        recording = read_recording(oriented(tmp_path / "a.csv"))
+        recording = read_trial(oriented(tmp_path / "a.csv"))
         assert recording.kind == "orientation"
         assert recording.orientation.names == tuple(f"ref_quat_{x}" for x in "wxyz")
 
     def test_quaternions_by_name(self, tmp_path):
         columns = {name: np.ones(50) for name in "dbca"}
         path = write_table(tmp_path / "a.csv", gyros(noise(50)) | columns)
-        recording = read_recording(path, quaternion=list("abcd"))
+        recording = read_trial(path, quaternion=list("abcd"))
         assert recording.orientation.names == tuple("abcd")
-        assert read_recording(path).kind == "rest"
+        assert read_trial(path).kind == "rest"
 
     def test_chosen_columns_alone_are_at_rest(self, tmp_path):
-        recording = read_recording(oriented(tmp_path / "a.csv"), columns=["gyro_x_dps"])
+        recording = read_trial(oriented(tmp_path / "a.csv"), columns=["gyro_x_dps"])
         assert (recording.kind, recording.log.names) == ("rest", ("gyro_x_dps",))
 
     @pytest.mark.parametrize(
@@ -94,13 +94,13 @@ class TestReading:
         more = {name: np.zeros(50) for name in columns}
         path = write_table(tmp_path / "a.csv", gyros(noise(50)) | more)
         with pytest.raises(ValueError, match=match):
-            read_recording(path, **arguments)
+            read_trial(path, **arguments)
 
     def test_motion_needs_a_unit(self, tmp_path):
         path = write_table(tmp_path / "a.csv", {"gyro_z": np.ones(50), "angle": np.ones(50)})
         with pytest.raises(LogError, match="motion needs gyros of a known unit"):
-            read_recording(path, reference="angle")
-        assert read_recording(path, reference="angle", unit="deg/s").kind == "turning"
+            read_trial(path, reference="angle")
+        assert read_trial(path, reference="angle", unit="deg/s").kind == "turning"
 
 
 class TestSlope:
@@ -126,7 +126,7 @@ class TestSlope:
 class TestMethods:
     def test_raw_and_mean(self):
         z = BIAS[0] + noise(300, axes=1)[:, 0]
-        raw, mean = (answer(name, z, RATE, no_ema) for name in ("raw", "mean"))
+        raw, mean = (on_axis(name, z, RATE, no_ema) for name in ("raw", "mean"))
         assert raw.estimate is z
         assert not raw.bias.any()
         np.testing.assert_array_equal(mean.bias, zr.metrics.running_mean(z))
@@ -135,7 +135,7 @@ class TestMethods:
     def test_filters_are_those_of_the_package(self, method):
         z = BIAS[0] + noise(3000, axes=1)[:, 0]
         z[700:720] = np.nan
-        found = answer(method, z, RATE, no_ema)
+        found = on_axis(method, z, RATE, no_ema)
         trace = zr.DriftFilter(RATE, method=method).trace(z)
         np.testing.assert_array_equal(found.estimate, trace.estimate)
         np.testing.assert_array_equal(found.innovation, trace.innovation)
@@ -147,12 +147,12 @@ class TestMethods:
 
     def test_the_filter_says_which_methods_it_knows(self):
         with pytest.raises(ValueError, match="method must be"):
-            answer("median", noise(100, axes=1)[:, 0], RATE, no_ema)
+            on_axis("median", noise(100, axes=1)[:, 0], RATE, no_ema)
 
 
 class TestAtRest:
     def test_measures_are_those_of_the_metrics(self, tmp_path):
-        recording = read_recording(resting(tmp_path / "a.csv", axes=1))
+        recording = read_trial(resting(tmp_path / "a.csv", axes=1))
         (found,) = compare([recording])
         z = recording.log.data[:, 0]
         start = round(scored_from(60.0) * RATE)
@@ -168,19 +168,19 @@ class TestAtRest:
         assert math.isnan(values["akf"]["coasting_60"])
 
     def test_channels_do_not_mix(self, tmp_path):
-        recording = read_recording(resting(tmp_path / "a.csv", n=4000))
-        alone = read_recording(tmp_path / "a.csv", columns=["gyro_y_dps"])
+        recording = read_trial(resting(tmp_path / "a.csv", n=4000))
+        alone = read_trial(tmp_path / "a.csv", columns=["gyro_y_dps"])
         (together,), (single,) = compare([recording]), compare([alone])
         of_y = [row.values for row in together.rows if row.axis == "gyro_y_dps"]
         np.testing.assert_equal(of_y, [row.values for row in single.rows])
 
     def test_a_record_too_short_to_coast_is_refused(self, tmp_path):
-        recording = read_recording(resting(tmp_path / "a.csv", n=1200))
+        recording = read_trial(resting(tmp_path / "a.csv", n=1200))
         with pytest.raises(LogError, match="holds no 10 s without missing samples"):
             compare([recording])
 
     def test_motion_is_told(self, tmp_path):
-        (found,) = compare([read_recording(oriented(tmp_path / "a.csv"), columns=["gyro_x_dps"])])
+        (found,) = compare([read_trial(oriented(tmp_path / "a.csv"), columns=["gyro_x_dps"])])
         assert any("gyro_x_dps seems to move" in note for note in found.notes)
 
     @pytest.mark.parametrize("duration", [30.0, 600.0])
@@ -190,7 +190,7 @@ class TestAtRest:
 
 class TestTurning:
     def test_scale_sign_and_delay_are_found(self, tmp_path):
-        recording = read_recording(turning(tmp_path / "a.csv"), reference="encoder_deg")
+        recording = read_trial(turning(tmp_path / "a.csv"), reference="encoder_deg")
         match = fitted(recording, recording.reference)
         assert match.axis == "gyro_z_dps"
         # Noise of 0.05 deg/s over sqrt(6000) samples is a hundred-thousandth of the motion's size;
@@ -200,7 +200,7 @@ class TestTurning:
         assert math.degrees(match.offset) == pytest.approx(BIAS[2], abs=0.02)
 
     def test_a_bias_and_its_angle(self, tmp_path):
-        recording = read_recording(turning(tmp_path / "a.csv"), reference="encoder_deg")
+        recording = read_trial(turning(tmp_path / "a.csv"), reference="encoder_deg")
         (found,) = compare([recording])
         values = by_method(found)
         # The bias of 0.2 deg/s over a minute, and a motion of 70 deg that ends elsewhere.
@@ -217,15 +217,15 @@ class TestTurning:
         with pytest.raises(
             LogError, match=r"a\.csv: no gyro follows still_deg: reference is constant"
         ):
-            compare([read_recording(path, reference="still_deg")])
+            compare([read_trial(path, reference="still_deg")])
 
     def test_a_record_too_short_for_a_delay(self, tmp_path):
-        recording = read_recording(turning(tmp_path / "a.csv", n=90), reference="encoder_deg")
+        recording = read_trial(turning(tmp_path / "a.csv", n=90), reference="encoder_deg")
         with pytest.raises(LogError, match=r"motion needs more than 1 s, got 0\.9 s"):
             compare([recording])
 
     def test_gaps_are_left_out_of_all(self, tmp_path):
-        recording = read_recording(turning(tmp_path / "a.csv"), reference="encoder_deg")
+        recording = read_trial(turning(tmp_path / "a.csv"), reference="encoder_deg")
         recording.log.data[1000:1300] = np.nan
         (found,) = compare([recording], ("raw", "kf"))
         values = by_method(found)
@@ -236,7 +236,7 @@ class TestTurning:
 
     @needs_recordings
     def test_of_a_motor_shaft(self):
-        recording = read_recording(RECORDINGS / ENCODER, reference="encoder_deg")
+        recording = read_trial(RECORDINGS / ENCODER, reference="encoder_deg")
         match = fitted(recording, recording.reference)
         assert match.axis == "shaft_gyro_z_dps"
         # What the notes of the recording say, found there by other means.
@@ -246,7 +246,7 @@ class TestTurning:
 
 class TestOrientation:
     def test_the_bias_of_the_first_rest_is_what_counts(self, tmp_path):
-        (found,) = compare([read_recording(oriented(tmp_path / "a.csv"))])
+        (found,) = compare([read_trial(oriented(tmp_path / "a.csv"))])
         values = by_method(found)
         methods = ["kf", "akf", "fading", "fading+hold", "auto"]
         assert list(values) == ["raw", "first rest", "mean", *methods]
@@ -258,14 +258,14 @@ class TestOrientation:
         assert values["fading"]["smooth_growth_10"] > values["first rest"]["growth_10"]
 
     def test_every_axis_needs_samples(self, tmp_path):
-        recording = read_recording(oriented(tmp_path / "a.csv"))
+        recording = read_trial(oriented(tmp_path / "a.csv"))
         recording.log.data[:, 1] = np.nan
         with pytest.raises(LogError, match="gyro_y_dps holds no sample"):
             compare([recording])
 
     def test_three_gyros_are_needed(self, tmp_path):
         names = [f"ref_quat_{x}" for x in "wxyz"]
-        recording = read_recording(
+        recording = read_trial(
             oriented(tmp_path / "a.csv"), columns=["gyro_x_dps"], quaternion=names
         )
         with pytest.raises(LogError, match="orientation needs three gyros, got gyro_x_dps"):
@@ -273,7 +273,7 @@ class TestOrientation:
 
     @needs_recordings
     def test_of_a_hand_moved_body(self):
-        (found,) = compare([read_recording(RECORDINGS / BROAD, rate=2000.0 / 7.0)], ("raw", "kf"))
+        (found,) = compare([read_trial(RECORDINGS / BROAD, rate=2000.0 / 7.0)], ("raw", "kf"))
         values = by_method(found)
         raw, rest = (math.degrees(values[name]["growth_60"]) for name in ("raw", "first rest"))
         # The bias of the first rest, 0.32 deg/s, explains nearly all; what is left is scale,
@@ -283,7 +283,7 @@ class TestOrientation:
 
 
 def test_methods_must_differ(tmp_path):
-    recording = read_recording(resting(tmp_path / "a.csv"))
+    recording = read_trial(resting(tmp_path / "a.csv"))
     with pytest.raises(ValueError, match="at least one and all different"):
         compare([recording], ("kf", "kf"))
 
@@ -291,9 +291,9 @@ def test_methods_must_differ(tmp_path):
 def test_progress_ends_at_one(tmp_path):
     told = []
     recordings = [
-        read_recording(resting(tmp_path / "a.csv")),
-        read_recording(turning(tmp_path / "b.csv"), reference="encoder_deg"),
-        read_recording(oriented(tmp_path / "c.csv")),
+        read_trial(resting(tmp_path / "a.csv")),
+        read_trial(turning(tmp_path / "b.csv"), reference="encoder_deg"),
+        read_trial(oriented(tmp_path / "c.csv")),
     ]
     compare(recordings, ("raw", "kf"), lambda step, fraction: told.append(fraction))
     assert told == sorted(told)
@@ -303,9 +303,9 @@ def test_progress_ends_at_one(tmp_path):
 class TestReport:
     def test_kinds_have_their_tables(self, tmp_path):
         recordings = [
-            read_recording(resting(tmp_path / "a.csv")),
-            read_recording(turning(tmp_path / "b.csv"), reference="encoder_deg"),
-            read_recording(oriented(tmp_path / "c.csv")),
+            read_trial(resting(tmp_path / "a.csv")),
+            read_trial(turning(tmp_path / "b.csv"), reference="encoder_deg"),
+            read_trial(oriented(tmp_path / "c.csv")),
         ]
         text = format_compare(compare(recordings))
         titles = ("At rest: mean and worst of 3 axes", "In motion, raw minus bias: b.csv", "Orient")
@@ -313,7 +313,7 @@ class TestReport:
         assert max(map(len, text.split("\n"))) <= WIDTH
 
     def test_the_mean_and_the_worst(self, tmp_path):
-        (found,) = compare([read_recording(resting(tmp_path / "a.csv"))], ("raw", "mean"))
+        (found,) = compare([read_trial(resting(tmp_path / "a.csv"))], ("raw", "mean"))
         line = next(
             line for line in format_compare([found]).split("\n") if line.startswith("  mean")
         )
@@ -323,7 +323,7 @@ class TestReport:
         assert shown == pytest.approx([np.mean(ratios), max(ratios)], rel=6e-3)
 
     def test_every_axis_has_a_table(self, tmp_path):
-        (found,) = compare([read_recording(resting(tmp_path / "a.csv"))], ("raw", "ema"))
+        (found,) = compare([read_trial(resting(tmp_path / "a.csv"))], ("raw", "ema"))
         text = format_compare([found], per_axis=True)
         assert [f"a.csv, gyro_{x}_dps" in text for x in "xyz"] == [True] * 3
         assert "10 s, deg" in text
@@ -331,6 +331,6 @@ class TestReport:
 
     def test_unknown_units_are_not_called_degrees(self, tmp_path):
         path = write_table(tmp_path / "a.csv", {"gyro_x": BIAS[0] + noise(6000, axes=1)[:, 0]})
-        text = format_compare(compare([read_recording(path)], ("raw",)), per_axis=True)
+        text = format_compare(compare([read_trial(path)], ("raw",)), per_axis=True)
         assert "deg" not in text
         assert "the unit of the data is not known" in " ".join(text.split())

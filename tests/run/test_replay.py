@@ -16,7 +16,7 @@ from zerorate.run.replay.filters import Block
 from zerorate.run.replay.history import last_known, moments
 from zerorate.run.replay.measures import Measures
 from zerorate.run.replay.result import Readings
-from zerorate.show.report import WIDTH, format_learned, format_notes, format_table
+from zerorate.show import WIDTH, format_learned, format_notes, format_table
 
 PUBLISHED = ("kf", "akf", "fading")
 

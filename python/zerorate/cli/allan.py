@@ -44,12 +44,12 @@ from zerorate.io import Log, LogError
 from zerorate.io.reading import read_sensors
 from zerorate.noise import NoiseModel
 from zerorate.noise.characterise import Characterisation, characterise
+from zerorate.noise.kinds import TauGrid
 from zerorate.noise.kinds import kind as find_kind
-from zerorate.noise.taus import TauGrid
 from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
+from zerorate.show import format_allan, format_allan_notes
 from zerorate.show.curve_files import CurveFormat, write_curves
-from zerorate.show.report import format_allan, format_allan_notes
 
 __all__ = ["allan"]
 
@@ -147,7 +147,7 @@ def _load_plotting() -> None:
     import matplotlib.backends.backend_agg
     import matplotlib.figure  # noqa: F401
 
-    import zerorate.show.plotting  # noqa: F401
+    import zerorate.show.allan_figure  # noqa: F401
 
 
 def _taus(text: str) -> TauGrid | list[float]:
@@ -249,6 +249,6 @@ def _models(found: Sequence[Characterisation]) -> str:
 
 
 def _draw(found: Sequence[Characterisation], path: Path) -> None:
-    from zerorate.show.plotting import plot_characterisation, save_figure
+    from zerorate.show import plot_characterisation, save_figure
 
     save_figure(plot_characterisation(found), path)

@@ -17,14 +17,15 @@ from zerorate.cli.options import (
     parse_words,
 )
 from zerorate.cli.outputs import check_outputs, progress_bar
-from zerorate.compare import METHODS, Comparison, Recording, read_recording
+from zerorate.compare import METHODS, Comparison, Trial, read_trial
 from zerorate.compare import compare as run_methods
 from zerorate.compare.as_json import as_json
-from zerorate.compare.simulated import Regret, format_regret
+from zerorate.compare.simulated import Regret
 from zerorate.compare.simulated import run as run_simulated
 from zerorate.io import LogError, atomic_path
 from zerorate.progress import Progress
-from zerorate.show.report.compare import format_compare
+from zerorate.show.compare_simulated import format_regret
+from zerorate.show.compare_tables import format_compare
 
 __all__ = ["compare"]
 
@@ -67,7 +68,7 @@ def compare(
         recordings = []
         for log in logs or []:
             with reading(bool(wanted or reference or truth)):
-                recordings.append(read_recording(log, rate, wanted, unit, reference, truth, topic))
+                recordings.append(read_trial(log, rate, wanted, unit, reference, truth, topic))
         found = _compared(recordings, names, progress)
         regret = _simulated(names, seeds, progress) if simulated else None
     if json is not None:
@@ -86,7 +87,7 @@ def _texts(found: tuple[Comparison, ...], regret: Regret | None, per_axis: bool)
 
 
 def _compared(
-    recordings: list[Recording], methods: list[str], progress: Progress
+    recordings: list[Trial], methods: list[str], progress: Progress
 ) -> tuple[Comparison, ...]:
     if not recordings:
         return ()

@@ -29,17 +29,16 @@ from zerorate.cli.outputs import (
     progress_bar,
     together,
 )
-from zerorate.identify.records import as_record
-from zerorate.identify.study.as_json import as_json
-from zerorate.identify.study.identification import LEAST_SAMPLES
-from zerorate.identify.study.identification import identify as identify_axis
-from zerorate.identify.study.result import Identification
+from zerorate.identify.as_json import as_json
+from zerorate.identify.identification import LEAST_SAMPLES, Identification
+from zerorate.identify.identification import identify as identify_axis
 from zerorate.io import Log, read_log
+from zerorate.noise.records import as_record
 from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
-from zerorate.show.report.identify import format_identify, log_notes
-from zerorate.show.report.identify_page import identification_page
-from zerorate.show.report.text import bulleted
+from zerorate.show.identify_page import identification_page
+from zerorate.show.identify_tables import format_identify, log_notes
+from zerorate.show.tables import bulleted
 
 __all__ = ["identify"]
 
@@ -178,7 +177,7 @@ def _load_plotting() -> None:
     import matplotlib.backends.backend_svg
     import matplotlib.figure  # noqa: F401
 
-    import zerorate.show.plotting  # noqa: F401
+    import zerorate.show.identify_figure  # noqa: F401
 
 
 @dataclass(frozen=True)

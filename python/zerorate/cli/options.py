@@ -38,7 +38,7 @@ _Choice = TypeVar("_Choice", bound=StrEnum)
 
 _REQUIRED: Final = inspect.Parameter.empty
 RECORDING: Final = (
-    "Recording: csv, tsv, txt, npy, npz, parquet, arrow, feather, h5, mat, bag, mcap, "
+    "Recording: csv, tsv, txt, npy, npz, parquet, arrow, feather, h5, mat, bag, mcap, ulg, "
     "or the folder of a ROS 2 bag."
 )
 
@@ -67,7 +67,8 @@ Columns: TypeAlias = Annotated[
     str | None, typer.Option(help="Names or indices with commas between.")
 ]
 Topic: TypeAlias = Annotated[
-    str | None, typer.Option(help="Topic of a ROS recording, where several hold an IMU.")
+    str | None,
+    typer.Option(help="Topic of a ROS recording or a PX4 log, where several hold an IMU."),
 ]
 Rate: TypeAlias = Annotated[float | None, typer.Option(help="Samples per second, Hz.")]
 Unit: TypeAlias = Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")]

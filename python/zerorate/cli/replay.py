@@ -34,7 +34,7 @@ from zerorate.options import PUBLISHED, used_by
 from zerorate.progress import Progress
 from zerorate.run.replay import Replay, Summary, replay_to_file
 from zerorate.run.replay import replay as run_replay
-from zerorate.show.report import format_learned, format_notes, format_table
+from zerorate.show import format_learned, format_notes, format_table
 
 __all__ = ["Outputs", "baselines", "in_memory", "print_result", "replay"]
 
@@ -189,6 +189,6 @@ class Outputs:
 
 
 def _draw(result: Replay, path: Path) -> None:
-    from zerorate.show.plotting import plot_replay, save_figure
+    from zerorate.show import plot_replay, save_figure
 
     save_figure(plot_replay(result), path)

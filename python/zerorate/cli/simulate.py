@@ -11,7 +11,7 @@ from zerorate.cli.errors import UsageFault, as_usage, require, writing
 from zerorate.cli.options import Force
 from zerorate.cli.outputs import check_outputs, progress_bar, together
 from zerorate.io import Log, write_log
-from zerorate.show.report import WIDTH
+from zerorate.show import WIDTH
 from zerorate.simulate.devices import DEVICES, Device
 from zerorate.simulate.devices import device as find_device
 from zerorate.simulate.gyro import simulate as run_simulation

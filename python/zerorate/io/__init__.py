@@ -5,6 +5,7 @@ from zerorate.io.clock import ClockReport
 from zerorate.io.log import Log, LogError
 from zerorate.io.logfile import LogFile, open_log
 from zerorate.io.reading import read_log
+from zerorate.io.recording import Recording, read_recording
 from zerorate.io.writing import write_log
 
 __all__ = [
@@ -12,9 +13,11 @@ __all__ = [
     "Log",
     "LogError",
     "LogFile",
+    "Recording",
     "atomic_path",
     "check_writable",
     "open_log",
     "read_log",
+    "read_recording",
     "write_log",
 ]

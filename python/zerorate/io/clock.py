@@ -12,9 +12,10 @@ import numpy.typing as npt
 
 from zerorate.io.gaps import LONG_STEP, WINDOW, missing_samples, places
 from zerorate.io.log import LogError
+from zerorate.io.missing import without_masks
 from zerorate.io.names import plain
 from zerorate.io.table import Column
-from zerorate.types import Floats, Integers
+from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["ClockReport", "Grid", "Stamps", "fit_grid", "to_seconds", "unstamped"]
 
@@ -111,7 +112,9 @@ def to_seconds(column: Column, name: str, rate: float | None) -> Stamps:
     ``rate``; without that, the step decides: below 0.5 it is seconds, below 100 milliseconds,
     below 100 000 microseconds, and nanoseconds above.
     """
+    column = without_masks(column)
     if column.dtype.kind in "Mm":
+        _check_whole(~np.isnat(column), name)
         kind = "datetime64[ns]" if column.dtype.kind == "M" else "timedelta64[ns]"
         column, unit, assumed = column.astype(kind).view(np.int64), "ns", False
     else:
@@ -137,14 +140,17 @@ def _wide(column: Column, name: str) -> Column:
         )  # nanoseconds of today's date do not fit a float64
     if column.dtype.kind != "f":
         raise LogError(f"time column '{name}' holds {column.dtype}, expected numbers")
-    there = np.isfinite(column)
+    _check_whole(np.isfinite(column), name)
+    return column.astype(np.float64, copy=False)
+
+
+def _check_whole(there: Booleans, name: str) -> None:
     if not there.all():
         bad = np.flatnonzero(~there)
         raise LogError(
             f"time column '{name}' is not finite in row {bad[0]} (counting from 0), "
             "expected a timestamp in every row"
         )
-    return column.astype(np.float64, copy=False)
 
 
 def _unit_of_name(name: str) -> str | None:

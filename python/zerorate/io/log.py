@@ -6,12 +6,15 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Real
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.io.missing import without_masks
 from zerorate.types import Floats
+
+_BETWEEN: Final = ", "
 
 __all__ = ["Header", "Log", "LogError", "checked_rate"]
 
@@ -44,7 +47,8 @@ class Log:
     names
         One name a channel, all different.
     unit
-        ``"deg/s"``, ``"rad/s"``, ``"deg/h"``, ...; ``"unit"`` where nothing is known.
+        ``"deg/s"``, ``"rad/s"``, ``"deg/h"``, ...; ``"unit"`` where nothing is known. Or one a
+        channel: those of a position, ``("deg", "deg", "m")``, become ``"deg, deg, m"``.
     meta
         Whatever else is known. ``read_log`` fills ``source``, ``format``, ``clock`` (a
         `ClockReport`), ``notes`` (a tuple of sentences) and, where given, ``sensor``.
@@ -78,7 +82,9 @@ class Log:
         object.__setattr__(self, "data", _channels(self.data))
         object.__setattr__(self, "names", _checked_names(self.names, self.channels))
         object.__setattr__(self, "time", _checked_time(self.time, self.n, self.rate))
-        if not isinstance(self.unit, str) or not self.unit.strip():
+        if not isinstance(self.unit, str):
+            object.__setattr__(self, "unit", _joined(self.unit, self.channels))
+        if not self.unit.strip():
             raise LogError(f"unit must be a non-empty string, got {self.unit!r}")
 
     def __repr__(self) -> str:
@@ -104,6 +110,12 @@ class Log:
         return self.n / self.rate
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each channel."""
+        listed = tuple(self.unit.split(_BETWEEN))
+        return listed if len(listed) == self.channels else (self.unit,) * self.channels
+
+    @property
     def n_missing(self) -> int:
         """Number of samples with at least one channel missing (NaN)."""
         return int(np.isnan(self.data).any(axis=1).sum())
@@ -127,8 +139,16 @@ class Log:
         return replace(self, data=values)
 
 
+def _joined(units: object, channels: int) -> str:
+    """Return the one unit of all channels, or a list of them."""
+    listed = tuple(units) if isinstance(units, Iterable) else (units,)
+    if len(listed) != channels or not all(isinstance(unit, str) and unit for unit in listed):
+        raise LogError(f"unit must be a non-empty string, or one a channel, got {units!r}")
+    return listed[0] if len(set(listed)) == 1 else _BETWEEN.join(listed)
+
+
 def _channels(data: npt.ArrayLike) -> Floats:
-    values = np.asarray(data, dtype=np.float64)
+    values = np.asarray(without_masks(data), dtype=np.float64)
     if values.ndim == 1:
         values = values[:, np.newaxis]
     if values.ndim != 2 or 0 in values.shape:

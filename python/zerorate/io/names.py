@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import re
+from typing import Final, NamedTuple
 
 from zerorate.io.log import LogError
 
 __all__ = [
     "UNKNOWN",
+    "Meaning",
     "canonical_unit",
     "common_unit",
+    "is_quaternion",
     "looks_like_accelerometer",
     "looks_like_gyro",
     "looks_like_sensor",
     "looks_like_time",
+    "meaning_of",
     "plain",
     "spelled",
     "split_unit",
@@ -146,3 +150,135 @@ def looks_like_sensor(name: str) -> bool:
 def looks_like_time(name: str) -> bool:
     """Whether a column of this name holds timestamps."""
     return bool(_TIME.match(plain(name)))
+
+
+_QUATERNION = re.compile(r"quat(ernion)?_?[wxyz]$")
+
+
+def is_quaternion(name: str) -> bool:
+    """Whether a column of this name holds a component of a quaternion."""
+    return _QUATERNION.search(plain(name)) is not None
+
+
+class Meaning(NamedTuple):
+    """What the name of a column says: the kind of its sensor, which one, and the unit.
+
+    Columns of one kind and one ``sensor`` are its axes.
+    """
+
+    kind: str
+    sensor: str
+    unit: str | None
+
+
+class _Kind(NamedTuple):
+    """A kind of sensor: names that are of it and names that are not, its units, its axes."""
+
+    names: re.Pattern[str]
+    others: re.Pattern[str]
+    units: dict[str, str]
+    axes: re.Pattern[str] | None
+
+
+_NO_SAMPLE = r"bias|cov|sigma|std|status|valid|flag"
+_XYZ = re.compile(r"(^|_|(?<=[a-z]))[xyz](?=(_?\d+)?$)|roll|pitch|yaw")
+_AXIS_LAST = re.compile(r"(.*)_([^_]+)(_[xyz])$")
+_COUNTED = re.compile(r"_?\d+$")
+_WXYZ = re.compile(r"(^|_|(?<=quat)|(?<=quaternion))[wxyz0-3]$")
+_PLACE = r"lat|latitude|lon|lng|long|longitude|alt|altitude|height"
+_WAY = r"north|east|down|up"
+_ON_EARTH = re.compile(rf"(^|_|(?<=v))({_PLACE}|{_WAY}|[xyzned])(_(msl|ellipsoid))?$")
+_GAUSS = {"gauss": "gauss", "ga": "gauss", "g": "gauss"}
+_LENGTHS = {"m": "m", "km": "km", "cm": "cm", "mm": "mm", "deg": "deg", "rad": "rad"}
+
+_KINDS: Final = {
+    "mag": _Kind(
+        re.compile(r"(^|_)mag(net\w*)?\d*(_|$)|(^|_)m[xyz]$"),
+        re.compile(_NO_SAMPLE + r"|temp|acc|gyr|ang|heading|declination|norm|strength"),
+        {
+            "ut": "uT",
+            "µt": "uT",
+            "nt": "nT",
+            "mt": "mT",
+            "gauss": "gauss",
+            "ga": "gauss",
+            "g": "gauss",
+        },
+        _XYZ,
+    ),
+    "temperature": _Kind(
+        re.compile(r"(^|_)temp(erature)?s?\d*(_|$)"),
+        re.compile(_NO_SAMPLE + r"|target|setpoint|coef"),
+        {"degc": "degC", "°c": "degC", "c": "degC", "celsius": "degC", "k": "K", "degf": "degF"},
+        None,
+    ),
+    "velocity": _Kind(
+        re.compile(rf"(^|_)vel(ocity)?_({_WAY}|[xyzned])$|(^|_)v_?({_WAY}|[ned])$|^velocity$"),
+        re.compile(_NO_SAMPLE + r"|ang|wheel|delta"),
+        {"mps": "m/s", "m_s": "m/s", "m/s": "m/s", "kmph": "km/h", "km/h": "km/h"},
+        _ON_EARTH,
+    ),
+    "position": _Kind(
+        re.compile(
+            rf"(^|_)({_PLACE})(_(msl|ellipsoid))?$|(^|_)pos(ition)?_?({_WAY}|[xyzned])$|^({_WAY})$"
+        ),
+        re.compile(_NO_SAMPLE + r"|vel|acc|gyr|baro|target|setpoint"),
+        _LENGTHS,
+        _ON_EARTH,
+    ),
+    "reference": _Kind(
+        re.compile(
+            r"quat(ernion)?_?[wxyz0-3]$|(^|_)(encoder|ref|reference|truth|ground_?truth|true)(_|$)"
+        ),
+        re.compile(_NO_SAMPLE + r"|time|stamp"),
+        {},
+        _WXYZ,
+    ),
+}
+_SPREAD = re.compile(r"^(sigma|std)_")
+
+
+def meaning_of(name: str) -> Meaning | None:
+    """Return the meaning of a column's name, None for one that is of no sensor known.
+
+    The kinds are ``gyro``, ``accel``, ``mag``, ``temperature``, ``velocity``, ``position`` and
+    ``reference``, and ``velocity_sigma`` and ``position_sigma`` for standard deviations.
+    """
+    if looks_like_gyro(name) or looks_like_accelerometer(name):
+        stem, unit = split_unit(name)
+        kind = "gyro" if looks_like_gyro(name) else "accel"
+        return Meaning(kind, _without_axis(plain(stem), _XYZ), unit)
+    spread = _SPREAD.match(plain(name))
+    if spread is not None:
+        found = meaning_of(name[spread.end() :])
+        known = found is not None and found.kind in ("velocity", "position")
+        return found._replace(kind=f"{found.kind}_sigma") if known and found is not None else None
+    for kind, row in _KINDS.items():
+        stem, unit = _split(name, row.units)
+        if row.names.search(plain(stem)) and not row.others.search(plain(stem)):
+            return Meaning(kind, _without_axis(plain(stem), row.axes), unit)
+    return None
+
+
+def _split(name: str, units: dict[str, str]) -> tuple[str, str | None]:
+    """Return what `split_unit` returns, the units of one kind of sensor being known, too."""
+    bracket = _BRACKET.match(name.strip())
+    if bracket and bracket[2].lower() in units:
+        return bracket[1], units[bracket[2].lower()]
+    lower = name.lower()
+    for spelling in sorted(units, key=len, reverse=True):
+        if lower.endswith(("_" + spelling, " " + spelling)):
+            return name[: -len(spelling) - 1], units[spelling]
+    stem, unit = split_unit(name)
+    axis = _AXIS_LAST.match(name)
+    if unit is None and axis is not None and axis[2].lower() in units:
+        return axis[1] + axis[3], units[axis[2].lower()]
+    return stem, unit
+
+
+def _without_axis(stem: str, axes: re.Pattern[str] | None) -> str:
+    """Return a name without the letter of its axis, or else without its number."""
+    if axes is None:
+        return stem
+    bare = axes.sub("", stem)
+    return bare if bare != stem else _COUNTED.sub("", stem)

@@ -1,5 +1,229 @@
-"""stub"""
+"""PX4's ULog files: the topics of gyros, accelerometers and the other sensors of a flight."""
 
-from zerorate.io.table import Format
+from __future__ import annotations
 
-FORMAT = Format("ulog", "a ULog", (".ulg",), (b"ULog\x01\x12\x35",), None)
+import contextlib
+import io
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate.io.log import LogError
+from zerorate.io.names import looks_like_gyro
+from zerorate.io.table import Column, Content, Format, Metadata, Table
+
+__all__ = ["FORMAT"]
+
+_Fields = Mapping[str, Column]
+_Columns = dict[str, Column]
+
+_AXES: Final = "xyz"
+_INVALID: Final = 0x7FFFFFFF
+"""Relative time of an accelerometer's sample that is none."""
+
+
+def _read(path: Path) -> Content:
+    """Return a table of each topic and instance, those of sensors first and in SI units.
+
+    Instances after the first are called ``sensor_gyro_1`` and so on.
+    """
+    log, cut = _parsed(path)
+    notes = _notes(log, cut)
+    found = {_name(data): data for data in log.data_list}
+    ranked = sorted(found, key=lambda name: _rank(found[name]))
+    tables = {name: _table(name, found[name], notes) for name in ranked}
+    sensors = tuple(name for name in tables if found[name].name in _TOPICS)
+    measured = tuple(name for name in sensors if found[name].name not in _DERIVED)
+    return Content(tables, lambda asked: tables[_chosen(tables, sensors, asked)], measured)
+
+
+FORMAT = Format("ulog", "a ULog", (".ulg",), (b"ULog\x01\x12\x35",), _read)
+
+
+def _combined(fields: _Fields) -> _Columns:
+    """``sensor_combined``: the gyro and accelerometer that the autopilot flies with."""
+    accel = _vector(fields, "accelerometer_m_s2[{}]", "accel_{}_mps2")
+    relative = fields.get("accelerometer_timestamp_relative")
+    if relative is not None:
+        for name, values in accel.items():
+            accel[name] = np.where(relative == _INVALID, np.nan, values)
+    return _vector(fields, "gyro_rad[{}]", "gyro_{}_radps") | accel | _old_magnetometer(fields)
+
+
+def _old_magnetometer(fields: _Fields) -> _Columns:
+    """Return the magnetometer that old versions put there, at the rows where it is new."""
+    relative = fields.get("magnetometer_timestamp_relative")
+    if relative is None:
+        return {}
+    mag = _vector(fields, "magnetometer_ga[{}]", "mag_{}_gauss")
+    stamps = fields["timestamp"].astype(np.int64) + relative
+    there = (relative != _INVALID) & (np.diff(stamps, prepend=-1) != 0)
+    return {name: np.where(there, values, np.nan) for name, values in mag.items()}
+
+
+def _integrated(fields: _Fields) -> _Columns:
+    """``vehicle_imu``: means over the time of integration, in microseconds."""
+    gyro = _vector(fields, "delta_angle[{}]", "gyro_{}_radps")
+    accel = _vector(fields, "delta_velocity[{}]", "accel_{}_mps2")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gyro = {n: v / (1e-6 * fields["delta_angle_dt"]) for n, v in gyro.items()}
+        accel = {n: v / (1e-6 * fields["delta_velocity_dt"]) for n, v in accel.items()}
+    return gyro | accel
+
+
+def _fixes(fields: _Fields) -> _Columns:
+    """GNSS: integers of 1e-7 deg and mm in old logs, degrees and metres in new ones."""
+    if "lat" in fields:
+        places = {
+            "latitude_deg": fields["lat"] * 1e-7,
+            "longitude_deg": fields["lon"] * 1e-7,
+            "altitude_msl_m": fields["alt"] * 1e-3,
+        }
+    else:
+        places = {
+            "latitude_deg": fields["latitude_deg"],
+            "longitude_deg": fields["longitude_deg"],
+            "altitude_msl_m": fields["altitude_msl_m"],
+        }
+    there = fields["fix_type"] >= 2
+    places = {name: np.where(there, values, np.nan) for name, values in places.items()}
+    ways = {"n": "north", "e": "east", "d": "down"}
+    return places | {
+        f"velocity_{way}_mps": np.where(there, fields[f"vel_{letter}_m_s"], np.nan)
+        for letter, way in ways.items()
+        if f"vel_{letter}_m_s" in fields
+    }
+
+
+def _of_vector(field: str, name: str) -> Callable[[_Fields], _Columns]:
+    """Return what reads three axes, and the temperature of their sensor where it is told."""
+
+    def columns(fields: _Fields) -> _Columns:
+        found = _vector(fields, field, name)
+        if "temperature" in fields:
+            found["temperature_degc"] = fields["temperature"]
+        return found
+
+    return columns
+
+
+def _attitude(fields: _Fields) -> _Columns:
+    return {f"ref_quat_{letter}": fields[f"q[{i}]"] for i, letter in enumerate("wxyz")}
+
+
+_TOPICS: Final[dict[str, Callable[[_Fields], _Columns]]] = {
+    "sensor_combined": _combined,
+    "vehicle_imu": _integrated,
+    "sensor_gyro": _of_vector("{}", "gyro_{}_radps"),
+    "vehicle_angular_velocity": _of_vector("xyz[{}]", "gyro_{}_radps"),
+    "sensor_accel": _of_vector("{}", "accel_{}_mps2"),
+    "vehicle_acceleration": _of_vector("xyz[{}]", "accel_{}_mps2"),
+    "vehicle_magnetometer": _of_vector("magnetometer_ga[{}]", "mag_{}_gauss"),
+    "sensor_mag": _of_vector("{}", "mag_{}_gauss"),
+    "vehicle_gps_position": _fixes,
+    "sensor_gps": _fixes,
+    "vehicle_attitude_groundtruth": _attitude,
+}
+"""Topics of sensors, the best of each kind first, and what turns their fields into columns."""
+
+_DERIVED: Final = ("vehicle_angular_velocity", "vehicle_acceleration")
+"""Filtered and freed of their bias by the autopilot: no further sensors."""
+
+_RANKS: Final = {name: rank for rank, name in enumerate(_TOPICS)}
+
+
+def _vector(fields: _Fields, field: str, name: str) -> _Columns:
+    keys = _AXES if field == "{}" else range(3)
+    return {
+        name.format(axis): fields[field.format(key)] for axis, key in zip(_AXES, keys, strict=True)
+    }
+
+
+def _table(name: str, data: Any, notes: tuple[str, ...]) -> Table:  # noqa: ANN401
+    fields = data.data
+    # Published a little later than sampled: 0 where the driver does not tell the sample's time.
+    stamps = fields.get("timestamp_sample")
+    if stamps is None or not stamps.all():
+        stamps = fields["timestamp"]
+    try:
+        columns = _TOPICS[data.name](fields)
+    except KeyError:  # any other topic, or fields of a version that is not known
+        columns = {key: v for key, v in fields.items() if not key.startswith("timestamp")}
+    names, arrays = ("timestamp_us", *columns), [stamps.astype(np.int64), *columns.values()]
+
+    def load(wanted: Sequence[int]) -> list[Column]:
+        return [arrays[i] for i in wanted]
+
+    return Table(len(names), load, names=names, meta=Metadata(sensor=name, notes=notes), time=0)
+
+
+def _name(data: Any) -> str:  # noqa: ANN401
+    return f"{data.name}_{data.multi_id}" if data.multi_id else str(data.name)
+
+
+def _rank(data: Any) -> tuple[int, str, int]:  # noqa: ANN401
+    return _RANKS.get(data.name, len(_RANKS)), data.name, data.multi_id
+
+
+def _chosen(tables: Mapping[str, Table], sensors: Sequence[str], asked: str | None) -> str:
+    if asked is not None:
+        named = next((n for n in (asked, asked.removesuffix("_0")) if n in tables), None)
+        if named is not None:
+            return named
+        raise LogError(f"there is no topic '{asked}'; the log has: {', '.join(sorted(tables))}")
+    found = next((name for name in sensors if _has_gyro(tables[name])), None)
+    if found is None:
+        listed = ", ".join(sorted(tables)) or "none"
+        raise LogError(f"no topic holds a gyro, expected sensor_combined; the log has: {listed}")
+    return found
+
+
+def _has_gyro(table: Table) -> bool:
+    return any(map(looks_like_gyro, table.names or ()))
+
+
+def _notes(log: Any, cut: bool) -> tuple[str, ...]:  # noqa: ANN401
+    notes = []
+    if cut:
+        notes.append("the file ends within a message: it was cut off, and the rest is read")
+    if log.file_corruption:
+        notes.append("some messages are damaged: they are left out")
+    if log.dropouts:
+        lost = 1e-3 * sum(dropout.duration for dropout in log.dropouts)
+        plural = "" if len(log.dropouts) == 1 else "s"
+        notes.append(f"{len(log.dropouts)} dropout{plural} of the logger, {lost:.3g} s in all")
+    return tuple(notes)
+
+
+class _Watched:
+    """A file that remembers whether it ended before what was asked of it."""
+
+    def __init__(self, file: io.BufferedReader) -> None:
+        self._file = file
+        self.seek, self.tell, self.close = file.seek, file.tell, file.close
+        self.cut = False
+
+    def read(self, size: int) -> bytes:
+        """Return the next bytes; a message begins with three of them, or the file is at an end."""
+        raw = self._file.read(size)
+        self.cut |= len(raw) < size and not (size == 3 and not raw)
+        return raw
+
+
+def _parsed(path: Path) -> tuple[Any, bool]:
+    """Return the log, and whether it was cut off."""
+    try:
+        from pyulog import ULog
+    except ImportError:
+        raise ImportError("a ULog needs pyulog: pip install 'zerorate[px4]'") from None
+    with path.open("rb") as file, contextlib.redirect_stdout(io.StringIO()):
+        watched = _Watched(file)
+        try:
+            log = ULog(watched)
+        except Exception:  # what damaged bytes raise there has no common base
+            raise LogError("cannot be read as a ULog: it is truncated or damaged") from None
+    if not log.data_list and (watched.cut or log.file_corruption):
+        raise LogError("cannot be read as a ULog: it is truncated or damaged")
+    return log, watched.cut

@@ -198,34 +198,52 @@ def selected(
 
 def clock_of(chosen: Selection, column: Column | None, rows: int) -> Clock:
     """Return the clock that a column of timestamps tells, or the rate stated."""
-    if chosen.time is None or column is None:
+    stamps = stamps_of(chosen, column)
+    if stamps is None:
         return Clock(unstamped(rows, checked_rate(chosen.rate)), 0.0, None)
-    stamps = _stamps(column, chosen.table.label(chosen.time), chosen.rate)
     return Clock(fit_grid(stamps.seconds, stamps.start, chosen.rate), stamps.start, stamps.note)
+
+
+def stamps_of(chosen: Selection, column: Column | None) -> Stamps | None:
+    """Return the timestamps in a column, None where there is none."""
+    if chosen.time is None or column is None:
+        return None
+    if len(column) == 0:
+        raise LogError("there are columns but no rows")
+    return to_seconds(column, chosen.table.label(chosen.time), chosen.rate)
+
+
+def loaded_of(chosen: Selection) -> tuple[list[Column], Column | None]:
+    """Return the columns of data, and that of the time where there is one."""
+    if chosen.time is None:
+        return chosen.table.load(chosen.data), None
+    *columns, time = chosen.table.load((*chosen.data, chosen.time))
+    return columns, time
 
 
 def logs_of(chosen: Selection, told: dict[str, str]) -> list[Log]:
     """Return a log for each group, all from one reading; ``told`` is said of the source."""
-    stamped = () if chosen.time is None else (chosen.time,)
-    loaded = chosen.table.load((*chosen.data, *stamped))
-    clock = clock_of(chosen, loaded[-1] if stamped else None, len(loaded[0]))
-    meta = chosen.meta(told, clock.grid)
-    return [_log(loaded, chosen.names, group, clock, meta) for group in chosen.groups]
+    columns, time = loaded_of(chosen)
+    clock = clock_of(chosen, time, len(columns[0]))
+    logs = []
+    for group in chosen.groups:
+        names = [chosen.names[i] for i in group.places]
+        values = stacked([columns[i] for i in group.places], names)
+        logs.append(log_of(chosen, group, values, clock, told))
+    return logs
 
 
-def _log(
-    loaded: list[Column],
-    names: list[str],
-    group: Group,
-    clock: Clock,
-    meta: dict[str, object],
+def log_of(
+    chosen: Selection, group: Group, values: Floats, clock: Clock, told: dict[str, str]
 ) -> Log:
-    own, grid = [names[i] for i in group.places], clock.grid
-    data = _on_grid(_stacked([loaded[i] for i in group.places], own), grid)
+    """Return the log of one group of columns, whose rows are those of a clock."""
+    names, grid = [chosen.names[i] for i in group.places], clock.grid
+    data = _on_grid(values, grid)
     time = clock.start + np.arange(grid.length) / grid.rate
-    empty = notes_on_missing(own, [bool(np.isnan(column).all()) for column in data.T])
-    notes = (*notes_on_clock(group.unit, clock), *empty)
-    return Log(time, grid.rate, data, tuple(own), group.unit, {**meta, "notes": notes})
+    empty = notes_on_missing(names, [bool(np.isnan(column).all()) for column in data.T])
+    notes = (*chosen.table.meta.notes, *notes_on_clock(group.unit, clock), *empty)
+    meta = {**chosen.meta(told, grid), "notes": notes}
+    return Log(time, grid.rate, data, tuple(names), group.unit, meta)
 
 
 def _stated_rate(rate: float | None, table: Table) -> float | None:
@@ -237,13 +255,8 @@ def _stated_rate(rate: float | None, table: Table) -> float | None:
         raise LogError(f"in the metadata, {error}") from None
 
 
-def _stamps(column: Column, name: str, rate: float | None) -> Stamps:
-    if len(column) == 0:
-        raise LogError("there are columns but no rows")
-    return to_seconds(column, name, rate)
-
-
-def _stacked(columns: list[Column], names: list[str]) -> Floats:
+def stacked(columns: list[Column], names: list[str]) -> Floats:
+    """Return columns of numbers as one array (n, k)."""
     if len(columns[0]) == 0:
         raise LogError("there are columns but no rows")
     values = np.empty((len(columns[0]), len(columns)))

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from numbers import Real
 from pathlib import Path
 from typing import Any, Final, Protocol
 
@@ -16,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.io.log import LogError
+from zerorate.io.missing import without_masks
 
 __all__ = [
     "Column",
@@ -26,16 +26,10 @@ __all__ = [
     "Table",
     "as_numbers",
     "listed_names",
-    "without_masks",
 ]
 
 Column = npt.NDArray[Any]
 
-_MISSING: Final[dict[str, Any]] = {
-    "M": np.datetime64("NaT"),
-    "m": np.timedelta64("NaT"),
-    "O": None,
-}
 NO_TOPICS: Final = (
     "topic= chooses among the topics of a ROS recording or a PX4 log; this is neither"
 )
@@ -87,11 +81,13 @@ class Table:
 class Content:
     """The tables of a file by their topic, and which of them a topic asked for means.
 
-    A format without topics has one table, under the empty name.
+    A format without topics has one table, under the empty name. ``sensors`` are the topics of a
+    recording, None for all of them.
     """
 
     tables: Mapping[str, Table]
     chosen: Callable[[str | None], Table]
+    sensors: tuple[str, ...] | None = None
 
     @classmethod
     def of(cls, table: Table) -> Content:
@@ -164,36 +160,3 @@ def as_numbers(column: Column, label: str) -> Column:
     if column.dtype.kind == "f" and column.dtype.itemsize > 8:
         return column.astype(np.float64)
     return column
-
-
-def without_masks(values: npt.ArrayLike) -> Column:
-    """Return an array in which masked values, None and the NA of pandas are NaN or NaT.
-
-    An array without any of them is returned as it is, and so is one of other objects.
-    """
-    array = np.asanyarray(values)
-    if isinstance(array, np.ma.MaskedArray):
-        array = _unmasked(array)
-    if array.dtype.kind == "O" and all(map(_is_number_or_missing, array.flat)):
-        numbers = [np.nan if _is_missing(value) else value for value in array.flat]
-        return np.array(numbers, dtype=np.float64).reshape(array.shape)
-    return np.asarray(array)
-
-
-def _unmasked(array: np.ma.MaskedArray[Any, Any]) -> Column:
-    if not np.ma.is_masked(array):
-        return np.asarray(array)
-    kind = array.dtype.kind
-    if kind not in "fiubMmO":
-        return np.asarray(array)
-    values = np.array(array.data, np.float64 if kind in "iub" else array.dtype)
-    values[np.ma.getmaskarray(array)] = _MISSING.get(kind, np.nan)
-    return values
-
-
-def _is_missing(value: object) -> bool:
-    return value is None or type(value).__name__ in ("NAType", "NaTType")
-
-
-def _is_number_or_missing(value: object) -> bool:
-    return isinstance(value, Real) or _is_missing(value)

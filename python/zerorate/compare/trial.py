@@ -1,0 +1,245 @@
+"""Trials: gyros of a recording, with or without what else measured their motion."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from zerorate.compare.slope import slope
+from zerorate.io import Log, LogError, Recording, read_recording
+from zerorate.io.names import UNKNOWN, is_quaternion, looks_like_gyro, plain
+from zerorate.types import Floats
+from zerorate.units import UNITS, convert
+
+__all__ = ["Kind", "Orientation", "Reference", "Trial", "read_trial"]
+
+Kind = Literal["rest", "turning", "orientation"]
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A rate about one axis that something else measured; its scale and sign may differ.
+
+    Attributes
+    ----------
+    name : str
+        Of the column.
+    rate : ndarray, shape (n,)
+        In rad/s, or any unit if that is not known; NaN where missing.
+    """
+
+    name: str
+    rate: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Orientation:
+    """Where the sensor's axes point, measured by something else.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the four columns.
+    quaternions : ndarray, shape (n, 4)
+        w, x, y, z from sensor to world; NaN where missing.
+    """
+
+    names: tuple[str, ...]
+    quaternions: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """Gyros, with a reference or without.
+
+    Attributes
+    ----------
+    log : Log
+        In rad/s, or in a unit of its own if that is not known.
+    reference : Reference or None
+        Rate about the axis of one of the gyros.
+    orientation : Orientation or None
+        Of the three gyros together.
+    """
+
+    log: Log
+    reference: Reference | None = None
+    orientation: Orientation | None = None
+
+    @classmethod
+    def of(cls, recording: Recording) -> "Trial":
+        """Return the trial of all gyros of a recording that share the clock of the first.
+
+        Its reference is an orientation if it has the four columns of a quaternion, else the angle
+        or the rate in its first column.
+
+        Raises
+        ------
+        LogError
+            If there is no gyro, or there is a reference and the gyros are of no known unit.
+        """
+        log = _gyros(recording)
+        truth = recording.reference
+        if truth is None:
+            return cls(log)
+        if log.unit != "rad/s":
+            raise LogError(
+                f"{recording.source}: motion needs gyros of a known unit, got '{log.unit}'; "
+                "give unit="
+            )
+        values = _spread(truth, log)
+        if truth.channels == 4:
+            return cls(log, orientation=Orientation(truth.names, values))
+        return cls(log, Reference(truth.names[0], _reference_rate(recording, truth, log)))
+
+    @property
+    def kind(self) -> Kind:
+        """What it can tell: without a reference it has to be at rest."""
+        if self.orientation is not None:
+            return "orientation"
+        return "rest" if self.reference is None else "turning"
+
+    def check_axes(self) -> None:
+        """Raise LogError if an axis holds no sample."""
+        for name, z in zip(self.log.names, self.log.data.T, strict=True):
+            if not np.isfinite(z).any():
+                raise LogError(f"{self.source}: {name} holds no sample: all are missing")
+
+    @property
+    def angle(self) -> str:
+        """Unit of the integral of its rates."""
+        return "rad" if self.log.unit == "rad/s" else f"{self.log.unit} s"
+
+    @property
+    def source(self) -> str:
+        """The file's path, where there is one."""
+        return str(self.log.meta.get("source", "the log"))
+
+
+def read_trial(
+    path: str | os.PathLike[str],
+    rate: float | None = None,
+    columns: Sequence[str | int] | None = None,
+    unit: str | None = None,
+    reference: str | None = None,
+    quaternion: Sequence[str] | None = None,
+    topic: str | None = None,
+) -> Trial:
+    """Return the gyros of a recording with the reference that it holds.
+
+    Parameters
+    ----------
+    path, rate, columns, unit, topic
+        As of `zerorate.read_recording`.
+    reference : str, optional
+        Column of an angle or a rate about the axis of one gyro, from a shaft encoder or a rate
+        table. It is a rate if its unit or its name says so, else an angle, in deg unless its name
+        ends in rad. Scale and sign may differ from the gyro's.
+    quaternion : sequence of str, optional
+        Four columns w, x, y, z of the orientation from sensor to world. Unless `columns` are
+        chosen, those whose names end so after ``quat``, such as ``ref_quat_w``, are found.
+
+    Returns
+    -------
+    Trial
+        In rad/s where the unit is known.
+
+    Raises
+    ------
+    LogError, ValueError, OSError, ImportError
+        As `zerorate.read_recording`; also if a reference and a quaternion are given, one of them is
+        not there or is not what its name says, or the gyros next to it are of no known unit.
+    """
+    if reference is not None and quaternion is not None:
+        raise ValueError("a log is compared with a reference or a quaternion, not with both")
+    if quaternion is not None and len(quaternion) != 4:
+        raise ValueError(f"a quaternion has four columns w, x, y, z, got {len(quaternion)}")
+    truth = [reference] if reference is not None else quaternion
+    recording = read_recording(
+        path,
+        rate,
+        columns=columns,
+        reference=truth,
+        unit=unit,
+        topic=topic,
+        only=("gyro",) if truth is None and columns is not None else ("gyro", "reference"),
+    )
+    return Trial.of(recording if truth is not None else _with_quaternion(recording))
+
+
+def _with_quaternion(recording: Recording) -> Recording:
+    """Return a recording whose reference is its one quaternion, or that has none."""
+    found = [log for log in recording.of_kind("reference") if any(map(is_quaternion, log.names))]
+    logs = {name: log for name, log in recording.items() if not name.startswith("reference")}
+    if found:
+        listed = [name for log in found for name in log.names]
+        if len(found) > 1 or [plain(name)[-1] for name in listed] != list("wxyz"):
+            raise LogError(
+                f"{recording.source}: these columns are not one quaternion w, x, y, z: "
+                f"{', '.join(listed)}"
+            )
+        logs["reference"] = found[0]
+    return Recording(logs, recording.source, notes=recording.notes)
+
+
+def _gyros(recording: Recording) -> Log:
+    """Return the channels of all gyros on the clock of the first, in rad/s if that is known."""
+    found = [_in_si(log) for log in recording.of_kind("gyro")]
+    if not found:
+        raise LogError(f"{recording.source}: no column looks like a gyro; choose with columns=")
+    first = found[0]
+    logs = [log for log in found if _same_clock(log, first)]
+    units = {log.unit for log in logs}
+    if len(units) > 1:
+        raise LogError(
+            f"{recording.source}: the gyros differ in unit ({', '.join(sorted(units))}); "
+            "choose columns of one unit"
+        )
+    if len(logs) == 1:
+        return first
+    notes = dict.fromkeys(note for log in logs for note in log.meta.get("notes", ()))
+    return Log(
+        first.time,
+        first.rate,
+        np.hstack([log.data for log in logs]),
+        tuple(name for log in logs for name in log.names),
+        first.unit,
+        {**first.meta, "notes": tuple(notes)},
+    )
+
+
+def _same_clock(one: Log, other: Log) -> bool:
+    return (one.n, one.rate, one.time[0]) == (other.n, other.rate, other.time[0])
+
+
+def _spread(log: Log, gyros: Log) -> Floats:
+    """Return a log's samples at the nearest samples of the gyros, NaN between them."""
+    if _same_clock(log, gyros):
+        return log.data
+    places = np.rint((log.time - gyros.time[0]) * gyros.rate).astype(np.int64)
+    inside = (places >= 0) & (places < gyros.n)
+    values = np.full((gyros.n, log.channels), np.nan)
+    values[places[inside]] = log.data[inside]
+    return values
+
+
+def _in_si(log: Log) -> Log:
+    if log.unit not in UNITS or UNITS[log.unit].kind != "rate":
+        return log
+    return replace(log, data=convert(log.data, log.unit, "rad/s"), unit="rad/s")
+
+
+def _reference_rate(recording: Recording, log: Log, gyros: Log) -> Floats:
+    """Return a reference in rad/s where its unit is known; an angle without one is in deg."""
+    rate = _in_si(log)
+    if rate.unit == "rad/s" or (log.unit == UNKNOWN and looks_like_gyro(log.names[0])):
+        return _spread(rate, gyros)[:, 0]
+    unit = "deg" if log.unit == UNKNOWN else log.unit
+    if unit not in UNITS or UNITS[unit].kind != "angle":
+        raise LogError(
+            f"{recording.source}: column '{log.names[0]}' is in {unit}, expected an angle or a rate"
+        )
+    turned = convert(_spread(log, gyros)[:, 0], unit, "rad")
+    return slope(turned, gyros.rate)

@@ -1,0 +1,466 @@
+"""Recordings: the logs of all sensors of a file, each with its unit and its clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final, NamedTuple, cast
+
+import numpy as np
+
+from zerorate.io.clock import Stamps, fit_grid
+from zerorate.io.columns import Columns, choose
+from zerorate.io.formats import LogSource, label_of, opened
+from zerorate.io.log import Log, LogError, checked_rate
+from zerorate.io.names import (
+    UNKNOWN,
+    Meaning,
+    canonical_unit,
+    common_unit,
+    is_quaternion,
+    looks_like_time,
+    meaning_of,
+    split_unit,
+)
+from zerorate.io.reading import (
+    Clock,
+    Group,
+    Selection,
+    clock_of,
+    loaded_of,
+    log_of,
+    selected,
+    stacked,
+    stamps_of,
+)
+from zerorate.io.table import Content, Table
+from zerorate.types import Floats
+
+__all__ = ["KINDS", "Recording", "read_recording"]
+
+KINDS: Final = (
+    "gyro",
+    "accel",
+    "mag",
+    "temperature",
+    "reference",
+    "position",
+    "velocity",
+    "position_sigma",
+    "velocity_sigma",
+)
+_ACCELERATIONS: Final = ("g", "m/s^2")
+_ONE: Final = "1"
+_UNSTEADY: Final = 0.25
+"""Periods by which stamps leave a clock that is not the sensor's own."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording(Mapping[str, Log]):
+    """Logs by name, each with its own unit, rate, clock and gaps.
+
+    Parameters
+    ----------
+    logs
+        ``"gyro"``, ``"accel"``, ``"mag"``, ``"temperature"``, ``"reference"``, ``"position"`` and
+        what else is known; further ones of a kind are ``"gyro_1"``, ``"gyro_2"`` and so on.
+    source
+        Where they come from.
+    notes
+        Sentences on what was assumed of the whole; those on one log are in ``meta["notes"]`` of
+        that.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import zerorate as zr
+    >>> table = {"time_s": np.arange(4) / 100, "temp_degc": np.full(4, 21.0)}
+    >>> recording = zr.read_recording({**table, "gyro_dps": np.zeros((4, 3))})
+    >>> recording.names, recording.gyro.unit, recording["temperature"].unit, recording.mag
+    (('temperature', 'gyro'), 'deg/s', 'degC', None)
+    """
+
+    logs: Mapping[str, Log]
+    source: str = "the recording"
+    notes: tuple[str, ...] = field(default=(), kw_only=True)
+
+    def __getitem__(self, name: str) -> Log:
+        """Return a log by its name; KeyError that lists the names if there is none."""
+        try:
+            return self.logs[name]
+        except KeyError:
+            listed = ", ".join(self.logs)
+            raise KeyError(f"there is no '{name}'; the recording has: {listed}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        """Return an iterator over the names."""
+        return iter(self.logs)
+
+    def __len__(self) -> int:
+        """Return the number of logs."""
+        return len(self.logs)
+
+    def __repr__(self) -> str:
+        """Return the source and, of each log, channels, rate and unit."""
+        listed = (f"{n}: {x.channels} at {x.rate:g} Hz, {x.unit}" for n, x in self.items())
+        return f"Recording({self.source}; {'; '.join(listed)})"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all logs."""
+        return tuple(self.logs)
+
+    @property
+    def gyro(self) -> Log | None:
+        """Angular rate of the first gyro."""
+        return self.logs.get("gyro")
+
+    @property
+    def accel(self) -> Log | None:
+        """Specific force of the first accelerometer."""
+        return self.logs.get("accel")
+
+    @property
+    def mag(self) -> Log | None:
+        """Field of the first magnetometer."""
+        return self.logs.get("mag")
+
+    @property
+    def temperature(self) -> Log | None:
+        """The first temperature."""
+        return self.logs.get("temperature")
+
+    @property
+    def reference(self) -> Log | None:
+        """The first angle, rate or orientation that something else measured."""
+        return self.logs.get("reference")
+
+    @property
+    def position(self) -> Log | None:
+        """Position, of a GNSS receiver for instance; its channels may differ in unit."""
+        return self.logs.get("position")
+
+    def of_kind(self, kind: str) -> tuple[Log, ...]:
+        """Return all logs of a kind, ``"gyro"`` for instance, in the order of the source."""
+        names = (name for name in self if name.rpartition("_")[2].isdigit() or name == kind)
+        return tuple(self[n] for n in names if n == kind or n.rpartition("_")[0] == kind)
+
+
+def read_recording(
+    source: LogSource | Sequence[LogSource],
+    rate: float | None = None,
+    *,
+    columns: Columns = None,
+    reference: Columns = None,
+    unit: str | Mapping[str, str] | None = None,
+    topic: str | None = None,
+    only: Iterable[str] | None = None,
+) -> Recording:
+    """Return the logs of all sensors in a file, found by the names of its columns and topics.
+
+    Parameters
+    ----------
+    source
+        As of `read_log`; or a list of them, such as the file of an IMU and that of a GNSS
+        receiver, whose logs keep their own clocks.
+    rate
+        Samples per second of the gyro and of what has no timestamps, Hz.
+    columns
+        Names or indices of the gyro's columns; by default they are found, one log a sensor.
+    reference
+        Names or indices of the reference's columns; by default those named ``encoder``, ``ref_``,
+        ``truth_`` or so, and quaternions.
+    unit
+        Of the gyro, or of several kinds, ``{"gyro": "deg/s", "accel": "g"}``, where the file does
+        not say it. Values are never converted.
+    topic
+        The topic of a ROS recording or a PX4 log that comes first, so that its gyro is ``gyro``.
+    only
+        Kinds of logs to read; default all: ``gyro``, ``accel``, ``mag``, ``temperature``,
+        ``reference``, ``position``, ``velocity``, and ``position_sigma`` and ``velocity_sigma``,
+        their standard deviations.
+
+    Returns
+    -------
+    Recording
+        Logs of shape (n, k), NaN where a sample is missing. A sensor that has a value in every
+        second row or fewer has a log at its own rate.
+
+    Raises
+    ------
+    LogError
+        If nothing in it looks like a sensor, or a gyro cannot be read, as `read_log` does. Other
+        sensors that cannot be read are left out, and ``notes`` says so.
+    ValueError, TypeError, OSError, ImportError
+        As `read_log`; also if a kind is not known.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import zerorate as zr
+    >>> imu = {"t": np.arange(8) / 100, "gyro_radps": np.zeros((8, 3)), "accel_g": np.ones((8, 3))}
+    >>> gnss = {"t": np.arange(3) / 4, "lat_deg": np.ones(3), "height_m": np.ones(3)}
+    >>> recording = zr.read_recording([imu, gnss])
+    >>> recording.position
+    Log(3 samples at 4 Hz, 0.75 s, deg, m: lat_deg, height_m)
+    >>> recording.gyro.rate, recording.accel.unit
+    (100.0, 'g')
+    """
+    request = _Request(
+        rate=None if rate is None else checked_rate(rate),
+        columns=columns,
+        reference=reference,
+        unit=_units(unit),
+        topic=topic,
+        only=_kinds(only),
+    )
+    several = isinstance(source, (list, tuple))
+    sources = list(cast(Sequence[LogSource], source)) if several else [cast(LogSource, source)]
+    if not sources:
+        raise LogError("there is no source to read")
+    label = ", ".join(map(label_of, sources))
+    found: list[_Found] = []
+    notes: list[str] = []
+    offered: list[str] = []
+    for one in sources:
+        try:
+            found.extend(_of_source(one, request, notes, offered))
+        except LogError as error:
+            raise LogError(f"{label_of(one)}: {error}") from None
+        request = replace(request, columns=None, reference=None, topic=None)
+    if not found:
+        sought = "a sensor" if only is None else " or ".join(f"a {kind}" for kind in request.only)
+        raise LogError(
+            f"{label}: no column looks like {sought}; choose with columns= from: "
+            f"{', '.join(offered)}"
+        )
+    return Recording(_named(found), label, notes=tuple(dict.fromkeys(notes)))
+
+
+class _Found(NamedTuple):
+    kind: str
+    log: Log
+
+
+class _Sensor(NamedTuple):
+    """Columns of a table, by their indices, that are the axes of one sensor."""
+
+    kind: str
+    places: tuple[int, ...]
+    unit: str
+
+
+@dataclass(frozen=True)
+class _Request:
+    rate: float | None
+    columns: Columns
+    reference: Columns
+    unit: Mapping[str, str]
+    topic: str | None
+    only: tuple[str, ...]
+
+    def requires(self, sensors: Iterable[_Sensor]) -> bool:
+        """Whether a sensor among these was asked for, so that a fault in it is one of all."""
+        asked = {"gyro"} if self.reference is None else {"gyro", "reference"}
+        return any(sensor.kind in asked for sensor in sensors)
+
+
+def _units(unit: str | Mapping[str, str] | None) -> dict[str, str]:
+    given = {"gyro": unit} if isinstance(unit, str) else dict(unit or {})
+    _kinds(given)
+    known = ("gyro", "accel")
+    return {kind: canonical_unit(u) if kind in known else str(u) for kind, u in given.items()}
+
+
+def _kinds(only: Iterable[str] | None) -> tuple[str, ...]:
+    kinds = KINDS if only is None else tuple(only)
+    unknown = [kind for kind in kinds if kind not in KINDS]
+    if unknown:
+        raise ValueError(f"there is no kind of log '{unknown[0]}'; known: {', '.join(KINDS)}")
+    return kinds
+
+
+def _named(found: Sequence[_Found]) -> dict[str, Log]:
+    """Return logs by name: the kind, and from the second of a kind on its number."""
+    counts = dict.fromkeys(KINDS, 0)
+    logs = {}
+    for kind, log in found:
+        logs[f"{kind}_{counts[kind]}" if counts[kind] else kind] = log
+        counts[kind] += 1
+    return logs
+
+
+def _of_source(
+    source: LogSource, request: _Request, notes: list[str], offered: list[str]
+) -> Iterator[_Found]:
+    """Yield the logs of one source; add what was left out, and the columns that there are."""
+    kind, content = opened(source)
+    told = {"source": label_of(source), "format": kind}
+    tables = _tables(content, request.topic)
+    if not tables:
+        tables = [content.chosen(None)]
+    for table in tables:
+        offered.extend(table.label(index) for index in range(table.width))
+        sensors = _sensors(table, request)
+        if "" in content.tables and request.only == KINDS:
+            notes.extend(_on_others(table, sensors))
+        wanted = [sensor for sensor in sensors if sensor.kind in request.only]
+        for shared in _by_clock(table, wanted):
+            yield from _readable(table, shared, request, told, notes)
+        request = replace(request, columns=None, reference=None)
+
+
+def _tables(content: Content, topic: str | None) -> list[Table]:
+    first = [] if topic is None else [content.chosen(topic)]
+    topics = content.tables if content.sensors is None else content.sensors
+    return [*first, *(content.tables[t] for t in topics if content.tables[t] not in first)]
+
+
+def _sensors(table: Table, request: _Request) -> list[_Sensor]:
+    """Return the sensors of a table: those asked for, and those found by name."""
+    asked = {"gyro": request.columns, "reference": request.reference}
+    taken = {k: choose(table, c).data for k, c in asked.items() if c is not None}
+    used = {index for places in taken.values() for index in places}
+    groups: dict[tuple[str, str], list[int]] = {(k, ""): list(p) for k, p in taken.items()}
+    for index, (kind, sensor, _) in _meanings(table).items():
+        if index not in used and kind not in taken:
+            groups.setdefault((kind, sensor), []).append(index)
+    return [_sensor(table, kind, places, request) for (kind, _), places in groups.items()]
+
+
+def _meanings(table: Table) -> dict[int, Meaning]:
+    """Return what columns are of sensors; the file may list those of one without a known name."""
+    kind = "accel" if table.meta.unit in _ACCELERATIONS else "gyro"
+    listed = Meaning(kind, "", None)
+    if table.names is None:
+        return dict.fromkeys(choose(table, None).data, listed)
+    found = {}
+    for index, name in enumerate(table.names):
+        if index == table.time or looks_like_time(name):
+            continue
+        meaning = meaning_of(name)
+        if meaning is None and table.data is not None and index in table.data:
+            meaning = listed
+        if meaning is not None:
+            found[index] = meaning
+    return found
+
+
+def _sensor(table: Table, kind: str, places: list[int], request: _Request) -> _Sensor:
+    names = [table.label(index) for index in places]
+    given = request.unit.get(kind)
+    if kind in ("gyro", "accel"):
+        accelerations = table.meta.unit in _ACCELERATIONS
+        stated = table.meta.unit if accelerations == (kind == "accel") else None
+        return _Sensor(kind, tuple(places), common_unit(names, given, stated))
+    if all(map(is_quaternion, names)):
+        # Components may stand in any order, w last for instance.
+        order = sorted(range(len(names)), key=lambda i: names[i][-1].lower())
+        return _Sensor(kind, tuple(places[i] for i in order), given or _ONE)
+    units = [_unit_of(name) or given or UNKNOWN for name in names]
+    return _Sensor(kind, tuple(places), units[0] if len(set(units)) == 1 else ", ".join(units))
+
+
+def _unit_of(name: str) -> str | None:
+    meaning = meaning_of(name)
+    return split_unit(name)[1] if meaning is None else meaning.unit
+
+
+def _on_others(table: Table, sensors: Sequence[_Sensor]) -> Iterator[str]:
+    used = {index for sensor in sensors for index in sensor.places}
+    others = [
+        name
+        for index, name in enumerate(table.names or ())
+        if index not in used and index != table.time and not looks_like_time(name)
+    ]
+    if others:
+        yield f"no sensor is known by the name of: {', '.join(others)}"
+
+
+def _listed(table: Table, sensors: Iterable[_Sensor]) -> str:
+    return ", ".join(table.label(index) for sensor in sensors for index in sensor.places)
+
+
+def _by_clock(table: Table, sensors: Sequence[_Sensor]) -> list[list[_Sensor]]:
+    """Return the sensors in groups that share the column of timestamps and its length."""
+    groups: dict[tuple[int | None, int], list[_Sensor]] = {}
+    for sensor in sensors:
+        time = choose(table, sensor.places).time
+        rows = 0 if table.lengths is None else table.lengths[sensor.places[0]]
+        groups.setdefault((time, rows), []).append(sensor)
+    return list(groups.values())
+
+
+def _readable(
+    table: Table,
+    sensors: Sequence[_Sensor],
+    request: _Request,
+    told: dict[str, str],
+    notes: list[str],
+) -> list[_Found]:
+    """Return the logs of sensors on one clock, without those that cannot be read."""
+    try:
+        return list(_logs(table, sensors, request, told, notes))
+    except LogError as error:
+        if len(sensors) > 1:
+            alone = (_readable(table, [sensor], request, told, notes) for sensor in sensors)
+            return [found for each in alone for found in each]
+        if request.requires(sensors):
+            raise
+        notes.append(f"{_listed(table, sensors)}: left out, for {error}")
+        return []
+
+
+def _logs(
+    table: Table,
+    sensors: Sequence[_Sensor],
+    request: _Request,
+    told: dict[str, str],
+    notes: list[str],
+) -> Iterator[_Found]:
+    places = [index for sensor in sensors for index in sensor.places]
+
+    def grouped(names: list[str], file_unit: str | None) -> list[Group]:
+        return [
+            Group(tuple(places.index(index) for index in sensor.places), sensor.unit)
+            for sensor in sensors
+        ]
+
+    stamped = choose(table, places).time is not None
+    concerned = not stamped or any(sensor.kind == "gyro" for sensor in sensors)
+    chosen = selected(table, request.rate if concerned else None, places, grouped)
+    columns, time = loaded_of(chosen)
+    clock, stamps = clock_of(chosen, time, len(columns[0])), stamps_of(chosen, time)
+    for sensor, group in zip(sensors, chosen.groups, strict=True):
+        names = [chosen.names[i] for i in group.places]
+        values = stacked([columns[i] for i in group.places], names)
+        own = _own_clock(chosen, stamps, values, clock)
+        if own is not None:
+            values = values[np.isfinite(values).any(axis=1)]
+        log = log_of(chosen, group, values, own or clock, told)
+        if np.isnan(log.data).all() and not request.requires([sensor]):
+            notes.append(f"{', '.join(names)}: left out, for all samples are missing")
+            continue
+        yield _Found(sensor.kind, log)
+
+
+def _own_clock(
+    chosen: Selection, stamps: Stamps | None, values: Floats, shared: Clock
+) -> Clock | None:
+    """Return the clock of the rows in which a sensor has a value, None if it is that of all.
+
+    It is another one if the sensor has a value in every second row or fewer, or if the rows of
+    several sensors stand between each other so that together they are no clock.
+    """
+    rows = np.flatnonzero(np.isfinite(values).any(axis=1))
+    if len(rows) in (0, 1, len(values)):
+        return None
+    unsteady = shared.grid.report.jitter_max * shared.grid.rate > _UNSTEADY
+    if np.median(np.diff(rows)) < 2 and not unsteady:
+        return None
+    seconds = rows / checked_rate(chosen.rate) if stamps is None else stamps.seconds[rows]
+    start = seconds[0] + (0.0 if stamps is None else stamps.start)
+    try:
+        return Clock(fit_grid(seconds - seconds[0], start), float(start), shared.note)
+    except LogError:
+        return None

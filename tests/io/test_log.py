@@ -1,0 +1,60 @@
+"""The class Log."""
+
+import numpy as np
+import pytest
+
+from support.logs import make_log
+from zerorate.io import Log, LogError
+
+
+def test_log_properties():
+    log = make_log([[1, 2], [np.nan, 3], [4, np.nan], [5, 6]], rate=2.0)
+    assert (log.n, log.channels, log.duration, log.n_missing) == (4, 2, 2.0, 2)
+    assert log.data.flags.c_contiguous
+    assert log.data.dtype == np.float64
+
+
+def test_with_data_keeps_everything_else():
+    log = make_log([1.0, 2.0], sensor="X")
+    other = log.with_data([3, 4])
+    assert other.data.tolist() == [[3.0], [4.0]]
+    assert (other.names, other.unit, other.meta) == (log.names, log.unit, log.meta)
+    with pytest.raises(LogError, match=r"shape \(2, 1\), got \(3, 1\)"):
+        log.with_data([1, 2, 3])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"names": ["a"]}, "one entry a channel: 2, got 1"),
+        ({"names": ["a", "a"]}, "repeated: a"),
+        ({"names": ["a", ""]}, "printable text, got ''"),
+        ({"time": [0.0, 1.0]}, r"shape \(3,\)"),
+        ({"time": [0.0, 1.0, 5.0]}, "uniform at 1 Hz"),
+        ({"time": [0.0, np.nan, 2.0]}, "finite"),
+        ({"data": np.zeros((0, 2))}, "at least one sample"),
+        ({"data": np.zeros((3, 2, 1))}, r"\(3, 2, 1\)"),
+        ({"unit": ""}, "unit"),
+        ({"rate": -1.0}, "positive finite"),
+    ],
+)
+def test_log_refuses_what_does_not_agree(change, message):
+    good = {"time": np.arange(3.0), "rate": 1.0, "data": np.zeros((3, 2)), "names": ["a", "b"]}
+    with pytest.raises(ValueError, match=message):
+        Log(**good | change)
+
+
+def test_channels_may_differ_in_unit():
+    data = np.ones((2, 3))
+    mixed = make_log(data, unit=("deg", "deg", "m"))
+    assert (mixed.unit, mixed.units) == ("deg, deg, m", ("deg", "deg", "m"))
+    assert mixed.with_data(2 * data).units == mixed.units
+    alike = make_log(data, unit=["m"] * 3)
+    assert (alike.unit, alike.units) == ("m", ("m", "m", "m"))
+    assert "deg, deg, m: gyro_0" in repr(mixed)
+
+
+@pytest.mark.parametrize("unit", [("deg", "m"), ("deg", "", "m"), ("deg", 1, "m"), 3, None, " "])
+def test_a_unit_is_one_or_one_a_channel(unit):
+    with pytest.raises(LogError, match="unit must be a non-empty string"):
+        make_log(np.ones((2, 3)), unit=unit)

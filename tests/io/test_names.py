@@ -1,0 +1,61 @@
+"""What names of columns say: gyros, times, units."""
+
+import pytest
+
+from zerorate.io.names import canonical_unit, looks_like_gyro, looks_like_time, split_unit
+
+GYROS = """
+gyro_x_dps wx gx gyroX GyroscopeZ angular_velocity.x imu1_gyro_z rate_x w_x imu_wz rate wz_radps
+field.angular_velocity.y AngularVelocityX rotationRateZ
+"""
+
+
+OTHERS = """
+accel_x_g mag_x gyro_temp time_s x angular_velocity_covariance[0] ax sample_rate
+bias_gyro_x bias_sigma_gyro_x_dps at_rest_gyro_x
+"""
+
+
+@pytest.mark.parametrize("name", [*GYROS.split(), "w_RS_S_x [rad s^-1]", "Gyro X (deg/s)"])
+def test_gyro_names(name):
+    assert looks_like_gyro(name)
+
+
+@pytest.mark.parametrize("name", OTHERS.split())
+def test_other_names(name):
+    assert not looks_like_gyro(name)
+
+
+def test_time_names():
+    for name in [
+        "time",
+        "t",
+        "Time [s]",
+        "timestamp_ns",
+        "header.stamp",
+        "TimeStamp",
+        "imu_time_us",
+    ]:
+        assert looks_like_time(name), name
+    for name in ["x_t", "temperature", "timeout", "gyro_x", "ms"]:
+        assert not looks_like_time(name), name
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("wx_radps", "rad/s"),
+        ("w (deg/s)", "deg/s"),
+        ("a_x_mps2", "m/s^2"),
+        ("g", None),
+        ("wx", None),
+    ],
+)
+def test_unit_in_a_name(name, unit):
+    assert split_unit(name)[1] == unit
+
+
+def test_unit_spellings():
+    spellings = ["dps", "DEG/S", "°/s", "radps", "degph", "m/s^2"]
+    units = ["deg/s", "deg/s", "deg/s", "rad/s", "deg/h", "m/s^2"]
+    assert [canonical_unit(s) for s in spellings] == units

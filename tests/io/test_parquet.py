@@ -1,0 +1,51 @@
+"""Parquet files: types, metadata, timestamps and faults."""
+
+import sys
+
+import numpy as np
+import pyarrow as pa
+import pytest
+
+from support.tables import TIME, parquet, two_sensors
+from zerorate.io import LogError, read_log
+
+
+def test_parquet_types_and_metadata(tmp_path):
+    columns = {
+        "angular_velocity.x": pa.array([1, None, 3], pa.int32()),
+        "angular_velocity.y": pa.array([0.5, 1.5, None], pa.float32()),
+        "note": ["a", "b", "c"],
+    }
+    log = read_log(parquet(tmp_path, columns, rate="200", unit="rad/s", sensor="X"))
+    assert (log.rate, log.unit, log.meta["sensor"]) == (200, "rad/s", "X")
+    np.testing.assert_array_equal(log.data, [[1, 0.5], [np.nan, 1.5], [3, np.nan]])
+
+
+def test_parquet_timestamps(tmp_path):
+    stamps = pa.array(1_700_000_000_000_000_000 + 10_000_000 * np.arange(5), pa.timestamp("ns"))
+    log = read_log(parquet(tmp_path, {"timestamp": stamps, "wx_dps": TIME}))
+    assert (log.rate, log.time[0]) == (100, 1.7e9)
+
+
+@pytest.mark.parametrize(
+    ("columns", "metadata", "message"),
+    [
+        ({"gyro_x": ["a", "b"]}, {"rate": "1"}, "column 'gyro_x' holds string, expected numbers"),
+        ({"gyro_x": pa.array([], pa.float64())}, {"rate": "1"}, "columns but no rows"),
+        ({"gyro_x": [1.0]}, {"rate": "fast"}, "metadata's rate is b'fast'"),
+        ({"gyro_x": [1.0]}, {"rate": "-1"}, "in the metadata, rate must be"),
+        ({"gyro_x": [1.0]}, {}, "give rate="),
+        ({"time_s": TIME, "gyro_x": TIME}, {"rate": "50"}, "50 Hz, .* run at 100 Hz"),
+        ({"a": [1.0], "b": [2.0]}, {}, "no column looks like a gyro; .*: a, b"),
+    ],
+)
+def test_parquet_faults(tmp_path, columns, metadata, message):
+    with pytest.raises(LogError, match=message):
+        read_log(parquet(tmp_path, columns, **metadata))
+
+
+def test_parquet_without_pyarrow_names_the_extra(tmp_path, monkeypatch):
+    path = two_sensors(tmp_path)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(ImportError, match=r"pip install 'zerorate\[io\]'"):
+        read_log(path)
