@@ -2,11 +2,10 @@
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use rayon::prelude::*;
 use zerorate_core::allan::{Curve, Kind, Record, curves};
 
-use crate::arrays;
-use crate::shared::positive;
+use crate::common::arrays;
+use crate::common::streaming::positive;
 
 type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
@@ -76,7 +75,7 @@ pub fn allan_deviations<'py>(
     let shape: Vec<usize> = std::iter::once(factors.len()).chain(columns.axes).collect();
     let curves = z.py().detach(|| {
         on_threads(threads, |parallel| {
-            let records = records(columns.values, bridge, parallel);
+            let records = Record::of_columns(columns.values, bridge, parallel);
             curves(&records, kind, &factors, parallel)
         })
     })?;
@@ -114,14 +113,6 @@ fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce(bool) -> R + Se
             })?;
             Ok(pool.install(|| work(true)))
         }
-    }
-}
-
-fn records(columns: Vec<Vec<f64>>, bridge: usize, parallel: bool) -> Vec<Record> {
-    let record = |column| Record::new(column, bridge);
-    match parallel {
-        true => columns.into_par_iter().map(record).collect(),
-        false => columns.into_iter().map(record).collect(),
     }
 }
 

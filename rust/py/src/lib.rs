@@ -2,32 +2,25 @@
 #![forbid(unsafe_code)]
 
 mod allan;
-mod arrays;
-mod blocks;
+mod common;
 mod deviations;
 mod drift;
-mod errors;
 mod identify;
 mod least_squares;
 mod math;
 mod rest;
 mod score;
-mod shared;
-mod stream;
-mod streaming;
 
 use pyo3::prelude::*;
 
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::allan::AllanNoise;
+    use crate::allan::{AllanNoise, StreamingAllan};
     #[pymodule_export]
     use crate::deviations::{allan_deviations, longest_factor};
     #[pymodule_export]
-    use crate::drift::DriftFilter;
-    #[pymodule_export]
-    use crate::drift::trace::Trace;
+    use crate::drift::{DriftFilter, Trace, filter_options};
     #[pymodule_export]
     use crate::identify::{
         arma_fit, arma_grid, arma_likelihood, arma_residuals, autoregression_variances,
@@ -41,8 +34,6 @@ mod _native {
     use crate::rest::RestDetector;
     #[pymodule_export]
     use crate::score::{ReplayScores, exponential_mean};
-    #[pymodule_export]
-    use crate::streaming::StreamingAllan;
     use pyo3::prelude::*;
 
     #[pymodule_init]

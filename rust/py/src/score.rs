@@ -5,9 +5,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use zerorate_core::score::{AxisScores, Score, Totals};
 
-use crate::errors::NativeError;
-use crate::shared::exclusive;
-use crate::{arrays, blocks};
+use crate::common::arrays;
+use crate::common::errors::NativeError;
+use crate::common::streaming::exclusive;
 
 /// Measures of k axes while a replay passes: of the raw samples and of each estimate of their
 /// drift.
@@ -52,21 +52,21 @@ impl ReplayScores {
     ) -> PyResult<()> {
         let mut this = exclusive(slf)?;
         let shape = [this.axes.len(), raw.shape()[1]];
-        blocks::check("raw", raw.shape(), &shape)?;
-        blocks::check("estimates", &[estimates.len()], &[this.estimates])?;
+        arrays::check("raw", raw.shape(), &shape)?;
+        arrays::check("estimates", &[estimates.len()], &[this.estimates])?;
         for estimate in &estimates {
-            blocks::check("an estimate", estimate.shape(), &shape)?;
+            arrays::check("an estimate", estimate.shape(), &shape)?;
         }
         let raw = raw.as_array();
-        let raw = blocks::rows("raw", &raw)?;
+        let raw = arrays::rows("raw", &raw)?;
         let views: Vec<_> = estimates.iter().map(|estimate| estimate.as_array()).collect();
         let estimates: PyResult<Vec<_>> =
-            views.iter().map(|view| blocks::rows("an estimate", view)).collect();
+            views.iter().map(|view| arrays::rows("an estimate", view)).collect();
         let estimates = estimates?;
         let at_rest = at_rest.as_ref().map(|flags| flags.as_array());
         let truth = truth.as_ref().map(|truth| truth.as_array());
-        let at_rest = at_rest.as_ref().map(|flags| blocks::rows("at_rest", flags)).transpose()?;
-        let truth = truth.as_ref().map(|truth| blocks::rows("truth", truth)).transpose()?;
+        let at_rest = at_rest.as_ref().map(|flags| arrays::rows("at_rest", flags)).transpose()?;
+        let truth = truth.as_ref().map(|truth| arrays::rows("truth", truth)).transpose()?;
         let (leaves_out_motion, axes) = (this.leaves_out_motion, &mut this.axes);
         slf.py().detach(|| {
             for (i, axis) in axes.iter_mut().enumerate() {
@@ -145,7 +145,7 @@ pub fn exponential_mean<'py>(
     z: &Bound<'py, PyAny>,
     gain: f64,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let mut values = arrays::batch(z, None)?.values;
+    let mut values = arrays::record(z)?;
     z.py()
         .detach(|| zerorate_core::exponential_mean(&mut values, gain))
         .map_err(NativeError::from)?;

@@ -1,8 +1,24 @@
-//! Numbers, distributions and parts of records that several modules share.
+//! Numbers, matrices and distributions that several modules share: scalars and SIMD lanes alike,
+//! symmetric matrices, segments of a record.
 
 #[cfg(feature = "std")]
 pub mod distributions;
 #[cfg(feature = "std")]
+mod lane;
+#[cfg(feature = "std")]
+mod laned;
+#[cfg(feature = "std")]
 pub(crate) mod parallel;
+mod real;
 #[cfg(feature = "std")]
 pub(crate) mod segments;
+mod symmetric;
+
+#[cfg(feature = "std")]
+pub(crate) use lane::{Lane, Mask, WIDEST};
+#[cfg(feature = "std")]
+pub(crate) use laned::{Laned, laned};
+pub(crate) use real::choose;
+pub use real::{Limits, Real};
+pub use symmetric::Symmetric;
+pub(crate) use symmetric::vector;
