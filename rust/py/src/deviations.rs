@@ -3,6 +3,7 @@
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use zerorate_core::allan::{Curve, Kind, Record, curves};
+use zerorate_core::stream::on_pool;
 
 use crate::common::arrays;
 use crate::common::streaming::positive;
@@ -105,7 +106,7 @@ fn named(kind: &str) -> PyResult<Kind> {
 /// Runs `work` on the process's pool, on one of its own, or, for one thread, where it is called.
 fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce(bool) -> R + Send) -> PyResult<R> {
     match threads {
-        None => Ok(work(true)),
+        None => Ok(on_pool(|| work(true))),
         Some(1) => Ok(work(false)),
         Some(n) => {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().map_err(|error| {

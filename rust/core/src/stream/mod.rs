@@ -17,6 +17,8 @@ pub(crate) mod threads;
 pub use bank::{Bank, Block, Rows};
 pub use sample::{Field, Input, Number, Output, Shape};
 pub use scaling::{Scaling, Startup};
+#[cfg(feature = "parallel")]
+pub use threads::on_pool;
 
 /// Something that takes samples one by one and returns something for each.
 pub trait Stream: Sized {

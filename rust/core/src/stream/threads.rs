@@ -23,7 +23,7 @@ static POOLS: Pools = Pools::none();
 
 /// Does `work` on the pool of this process, where rayon's functions spread it, or on the calling
 /// thread if the system refuses more. A fork takes over no threads, so a child makes its own.
-pub(crate) fn on_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+pub fn on_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
     match pool() {
         Some(pool) => pool.install(work),
         None => work(),
