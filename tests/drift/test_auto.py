@@ -5,8 +5,8 @@ import pytest
 from scipy.signal import lfilter
 
 import zerorate as zr
+from support.checks import assert_same_bits
 from support.recordings import RECORDINGS, needs_recordings
-from support.strategies import assert_same_bits
 from zerorate import metrics
 
 RATE = 100.0

@@ -10,7 +10,8 @@ import pandas
 import pytest
 
 import zerorate as zr
-from support.strategies import METHODS, MOTIONS, RATE, assert_same_bits, random_start
+from support.checks import assert_same_bits
+from support.settings import METHODS, MOTIONS, RATE, random_start
 
 Z = np.random.default_rng(10).standard_normal(300)
 NAN, INF = math.nan, math.inf

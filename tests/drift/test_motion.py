@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import zerorate as zr
+from support.checks import assert_same_bits
 from support.recordings import RECORDINGS, needs_recordings
-from support.strategies import METHODS, assert_same_bits
+from support.settings import METHODS
 
 RATE = 100.0
 NOISE, BIAS = 0.1, 0.5

@@ -7,18 +7,18 @@ import pytest
 from hypothesis import given
 
 import zerorate as zr
-from support.strategies import (
+from support.checks import assert_same_bits
+from support.classes import assert_same_state
+from support.records import records
+from support.settings import (
     METHODS,
     MOTIONS,
     ORDERS,
     OUTPUTS,
     RATE,
     TRACE,
-    assert_same_bits,
-    assert_same_state,
     drift,
     drift_settings,
-    records,
     traced,
 )
 

@@ -5,7 +5,8 @@ import pytest
 
 import oracle
 import zerorate as zr
-from support.strategies import METHODS, ORDERS, RATE, SIGNALS, drift, white, with_missing
+from support.records import SIGNALS, white, with_missing
+from support.settings import METHODS, ORDERS, RATE, drift
 from zerorate._native import allan_deviations
 
 # Both sides round each of some hundred operations a sample to 1.1e-16, and least squares and
