@@ -72,8 +72,8 @@ def test_whatever_comes_a_new_rest_is_found(rate, parts):
     sample = min(size, 1e299) * noise(400.0, rate=max(rate, 10.0))
     # It counts in the first difference, up to 1e75 of them: larger noise has two levels, of which
     # rest is told less easily.
-    differences = np.abs(seen - seen[0])[seen != seen[0]] if len(seen) else np.empty(0)
-    for _ in range(100 if differences.size and size > 1e74 * differences[0] else 1):
+    first = next((abs(x / 2.0 - seen[0] / 2.0) for x in seen if x != seen[0]), np.inf)
+    for _ in range(100 if size / 1e74 > first else 1):
         detector.process(sample)
     assert detector.at_rest is True
 
