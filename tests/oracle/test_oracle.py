@@ -115,7 +115,7 @@ def test_every_method_on_drift(order, method, setting):
 @BY_ORDER
 @pytest.mark.parametrize("process_noise", [1e-6, 1e-4, 0.1, 1.0, 10.0])
 def test_where_the_guard_acts_often(order, process_noise):
-    z = record("white", 300)
+    z = record("white", 500)
     z[100:] = 0.3 + 1e-4 * (z[100:] - 0.3)
     trace = assert_equal_to_twin(z, order=order, process_noise=process_noise)
     assert trace.guarded[100:].mean() > 0.3
