@@ -7,8 +7,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
-use zerorate_core::RestDetector;
 use zerorate_core::allan::StreamingAllan;
+use zerorate_core::{RestDetector, Stream};
 
 const N: usize = 1 << 20;
 
@@ -20,8 +20,8 @@ fn white_noise() -> Vec<f64> {
 /// Times `take` on white noise, with a ring that is full already.
 fn streaming(c: &mut Criterion, name: &str, octaves: usize, take: fn(&mut StreamingAllan, &[f64])) {
     let signal = white_noise();
-    let mut allan = StreamingAllan::new(octaves).expect("the octaves are in range");
-    allan.extend(&signal);
+    let mut allan = StreamingAllan::new(100.0, octaves).expect("the octaves are in range");
+    batch(&mut allan, &signal);
     let mut group = c.benchmark_group("streaming");
     group.throughput(Throughput::Elements(N as u64)).sample_size(10);
     group.bench_function(BenchmarkId::new(name, octaves), |b| {
@@ -30,9 +30,13 @@ fn streaming(c: &mut Criterion, name: &str, octaves: usize, take: fn(&mut Stream
     group.finish();
 }
 
+fn batch(allan: &mut StreamingAllan, signal: &[f64]) {
+    allan.run(signal.iter().copied(), |()| {});
+}
+
 fn octaves(c: &mut Criterion) {
     for octaves in [8, 12, 16, 20] {
-        streaming(c, "batch, octaves", octaves, StreamingAllan::extend);
+        streaming(c, "batch, octaves", octaves, batch);
     }
     streaming(c, "one by one, octaves", 16, |allan, signal| {
         for z in signal {

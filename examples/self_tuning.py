@@ -24,16 +24,8 @@ from support.recordings import (
 )
 from tables import table
 from zerorate._native import exponential_mean
-from zerorate.show.plotting import save_figure
-from zerorate.show.plotting.style import (
-    BLACK,
-    BLUE,
-    FONT,
-    ORANGE,
-    VERMILION,
-    new_figure,
-    style_panels,
-)
+from zerorate.show import save_figure
+from zerorate.show.style import BLACK, BLUE, FONT, ORANGE, VERMILION, new_figure, style_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -42,6 +42,7 @@ __all__ = [
     "chi_squared_quantile",
     "chi_squared_survival",
     "exponential_mean",
+    "filter_options",
     "fit_autoregression",
     "lagged_products",
     "log_normal_cdf",
@@ -68,6 +69,16 @@ class _Params(TypedDict, total=False):
     startup: Required[float]
     scale: Required[float | None]
 
+class _Option(TypedDict):
+    name: str
+    kind: Literal["number", "number or None", "choice", "order"]
+    default: float | str | tuple[int, int] | None
+    unit: str
+    expected: str
+    choices: list[str]
+    meaning: str
+    methods: list[str]
+
 class _Start(TypedDict):
     offset: float | _Floats
     scale: float | _Floats
@@ -82,13 +93,13 @@ class DriftFilter:
     def __new__(
         cls,
         rate: float,
-        order: tuple[int, int] = (2, 1),
+        *,
         method: _Method = "fading",
+        order: tuple[int, int] = (2, 1),
         fading: float = 0.97,
         adapt_for: float | None = 120.0,
         forgetting_factor: float = 1.0,
         channels: int | None = None,
-        *,
         motion: _Motion | None = None,
         output: _Output = "estimate",
         process_noise: float = 0.1,
@@ -277,7 +288,9 @@ class AllanNoise:
 class RestDetector:
     def __new__(cls, rate: float, channels: int | None = None) -> Self: ...
     def update(self, z: _Sample) -> Any: ...
-    def process(self, z: npt.ArrayLike, threads: int | None = None) -> _Flags: ...
+    def process(
+        self, z: npt.ArrayLike, out: _Flags | None = None, threads: int | None = None
+    ) -> _Flags: ...
     def reset(self) -> None: ...
     def copy(self) -> RestDetector: ...
     def to_bytes(self) -> bytes: ...
@@ -376,3 +389,5 @@ def arma_likelihood(
     theta: Sequence[float] | _Floats,
     mean: float,
 ) -> tuple[float, float, int]: ...
+
+def filter_options() -> list[_Option]: ...

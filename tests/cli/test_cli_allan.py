@@ -8,14 +8,13 @@ import pytest
 import yaml
 
 import zerorate as zr
-from support.recordings import RECORDINGS, needs_recordings
 from zerorate import Log, NoiseModel, write_log
 from zerorate.cli import run
 from zerorate.io.sensors import read_sensors
-from zerorate.noise.characterise import MOVED, characterise, largest_step
+from zerorate.noise.characterise import characterise
 from zerorate.noise.kinds import KINDS
 from zerorate.numerals import significant, with_error
-from zerorate.show.report import WIDTH
+from zerorate.show import WIDTH
 
 RATE = 100.0
 STEM = "run-zerorate-allan"
@@ -310,52 +309,12 @@ class TestFaults:
         assert names(out) == []
 
 
-class TestMotion:
-    @pytest.mark.parametrize("exponent", [0, 1, 2])
-    def test_noise_at_rest_of_any_colour_is_still(self, exponent):
-        z = np.random.default_rng(1).standard_normal(200_000)
-        for _ in range(exponent):
-            z = np.cumsum(z) / 1000.0
-        assert largest_step(z, RATE).size < MOVED
-
-    def test_a_turn_is_found_and_timed(self):
-        z = signal()[:, 0]
-        z[12_000:12_300] += 0.5
-        step = largest_step(z, RATE)
-        assert step.size > MOVED
-        # The turn lasts from 120 to 123 s, and a step lies between two seconds.
-        assert step.time in (120.0, 123.0)
-
-    @pytest.mark.parametrize("z", [np.ones(5000), np.full(5000, np.nan), signal(300)[:, 0]])
-    def test_nothing_is_said_without_enough_to_go_by(self, z):
-        assert largest_step(z, RATE).size == 0.0
-
-    def test_missing_samples_do_not_count(self):
-        z = signal()[:, 0]
-        z[1000:9950] = np.nan
-        assert 0.0 < largest_step(z, RATE).size < MOVED
-
-    def test_the_note(self, cli, tmp_path, out):
-        z = signal()[:, 0]
-        z[12_000:12_300] += 0.5
-        _, text, _ = cli(write_table(tmp_path / "run.csv", {"gyro_x_radps": z}), "-o", out)
-        assert "gyro_x_radps: looks as if it moved (at 12" in text
-        assert "the numbers describe the motion, not the sensor" in one_line(text)
-
-    @needs_recordings
-    @pytest.mark.parametrize(
-        ("name", "rate", "moved"),
-        [
-            ("adis16405_static_100hz_run1", 100.0, False),
-            ("mpu6050_static_100hz", 100.0, False),
-            ("broad_05_undisturbed_slow_rotation_with_breaks_B", 2000 / 7, True),
-            ("mimu4444_array8_62hz_exp1", None, True),
-        ],
-    )
-    def test_recordings(self, name, rate, moved):
-        for log in read_sensors(RECORDINGS / f"{name}.parquet", rate=rate):
-            steps = [largest_step(z, log.rate).size for z in log.data.T]
-            assert [size > MOVED for size in steps] == [moved] * log.channels
+def test_a_note_says_that_the_sensor_moved(cli, tmp_path, out):
+    z = signal()[:, 0]
+    z[12_000:12_300] += 0.5
+    _, text, _ = cli(write_table(tmp_path / "run.csv", {"gyro_x_radps": z}), "-o", out)
+    assert "gyro_x_radps: looks as if it moved (at 12" in text
+    assert "the numbers describe the motion, not the sensor" in one_line(text)
 
 
 class TestCharacterise:
@@ -371,18 +330,3 @@ class TestCharacterise:
         write_log(log, tmp_path / "a.npz")
         (found,) = read_sensors(tmp_path / "a.npz")
         assert (found.names, found.unit) == (("accel_x",), "m/s^2")
-
-
-@pytest.mark.parametrize(
-    ("value", "sigma", "text"),
-    [
-        (2.3083, 0.0451, "2.31 ± 0.05"),
-        (33.42, 2.61, "33.4 ± 2.6"),
-        (176.9, 40.2, "180 ± 40"),
-        (1562.0, 147.0, "1560 ± 150"),
-        (3e-5, 2e-6, "3e-05 ± 2e-06"),
-        (0.5, 0.0, "0.5000"),
-    ],
-)
-def test_a_number_ends_where_its_error_does(value, sigma, text):
-    assert with_error(value, sigma) == text

@@ -10,7 +10,7 @@ from support.compared import gyros, noise, oriented, resting, turning, write_tab
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.cli import run
 from zerorate.compare.simulated import MODELS
-from zerorate.show.report.text import WIDTH
+from zerorate.show.tables import WIDTH
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from support.recordings import RECORDINGS, needs_recordings
 from zerorate import NoiseModel
 from zerorate.cli import run
 from zerorate.identify import ArmaModel, identify
-from zerorate.show.report.text import WIDTH
+from zerorate.show.tables import WIDTH
 
 RATE = 100.0
 STEM = "run-zerorate-identify"

@@ -24,8 +24,8 @@ from zerorate.compare.rest import scored_from
 from zerorate.compare.slope import slope
 from zerorate.compare.turning import fitted
 from zerorate.io import LogError
-from zerorate.show.report.compare import format_compare
-from zerorate.show.report.text import WIDTH
+from zerorate.show.compare_tables import format_compare
+from zerorate.show.tables import WIDTH
 
 BROAD = "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
 ENCODER = "mpu6050_encoder_yaw_slow_100hz.parquet"

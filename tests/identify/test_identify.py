@@ -7,13 +7,12 @@ import pytest
 
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.identify import ArmaModel, identify
-from zerorate.identify.study.as_json import as_json
-from zerorate.identify.study.fitness import is_fit
-from zerorate.identify.study.phrases import listed, model_name, per_cent
-from zerorate.identify.study.survey import surveyed
+from zerorate.identify.as_json import as_json
+from zerorate.identify.conclusions import is_fit, listed, model_name, per_cent
+from zerorate.identify.record_tests import summarised
 from zerorate.io import read_log
-from zerorate.show.report.identify import format_identify
-from zerorate.show.report.text import WIDTH
+from zerorate.show.identify_tables import format_identify
+from zerorate.show.tables import WIDTH
 
 RATE = 100.0
 PHI, THETA = np.array([1.2, -0.5]), np.array([0.6])
@@ -216,7 +215,7 @@ class TestNumbers:
 
     def test_survey(self):
         z = np.array([np.nan, 1.0, 2.0, np.nan, np.nan, 3.0, np.nan])
-        survey = surveyed(z, 2.0)
+        survey = summarised(z, 2.0)
         assert (survey.samples, survey.missing, survey.stretches) == (7, 4, 2)
         assert (survey.mean, survey.duration, survey.step) == (2.0, 3.5, 0.0)
         assert survey.deviation == pytest.approx(np.sqrt(2.0 / 3.0), rel=1e-15)
@@ -224,7 +223,7 @@ class TestNumbers:
     def test_a_survey_does_not_lose_noise_under_an_offset(self):
         noise = np.round(white(2000) * 1024.0) / 1024.0
         # Multiples of 1/1024 under 2^30 are exact.
-        assert surveyed(noise + 2.0**30, RATE).deviation == pytest.approx(noise.std(), rel=1e-12)
+        assert summarised(noise + 2.0**30, RATE).deviation == pytest.approx(noise.std(), rel=1e-12)
 
 
 class TestFaults:

@@ -5,16 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zerorate.identify.preparation.prepare import (
-    Change,
-    decimate,
-    detrend,
-    far_from_average,
-    hampel,
-    moving_average,
-    prepare,
-    segments,
-)
+from zerorate.identify.preparation import Change, detrend, prepare, segments
+from zerorate.identify.window_filters import decimate, far_from_average, hampel, moving_average
 
 RATE = 100.0
 NOISE = np.random.default_rng(1).standard_normal(5000)

@@ -14,7 +14,7 @@ from support.models import FU_HAN, arma_models
 from support.settings import RATE
 from zerorate import identify
 from zerorate.identify import ArmaModel
-from zerorate.identify.filters.split import split
+from zerorate.identify.filter_start import split
 
 # A drift of time constant 10 s under white noise, as one ARMA(1, 1).
 MODEL = ArmaModel.of([0.999], [-0.95])

@@ -9,8 +9,7 @@ from statsmodels.stats.diagnostic import acorr_ljungbox
 from statsmodels.tsa.stattools import acf, pacf
 
 from zerorate._native import chi_squared_survival
-from zerorate.identify.checks.correlogram import partial
-from zerorate.identify.checks.whiteness import autocorrelation, ljung_box, whiteness
+from zerorate.identify.correlogram import autocorrelation, ljung_box, partial, whiteness
 
 NOISE = np.random.default_rng(1).standard_normal(3000)
 COLOURED = np.convolve(NOISE, [1.0, 0.6, -0.3, 0.2], mode="valid")

@@ -17,7 +17,7 @@ from zerorate.run.replay.history import moments
 from zerorate.run.replay.learned import last_known
 from zerorate.run.replay.measure import Measures
 from zerorate.run.replay.readings import Readings
-from zerorate.show.report import WIDTH, format_learned, format_notes, format_table
+from zerorate.show import WIDTH, format_learned, format_notes, format_table
 
 PUBLISHED = ("kf", "akf", "fading")
 

@@ -14,7 +14,7 @@ from zerorate.io import LogError, open_recording, read_log, write_log
 from zerorate.io.row_groups import RowGroups
 from zerorate.run.replay import replay, replay_to_file
 from zerorate.run.replay.workers import on_threads
-from zerorate.show.report import format_learned, format_notes
+from zerorate.show import format_learned, format_notes
 
 RATE = 100.0
 BLOCKS = (1, 97, 1000, 1 << 15)

@@ -26,7 +26,7 @@ from zerorate.io.sensors import read_sensors
 from zerorate.noise.characterise import Characterisation, characterise
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.run.replay.workers import Progress
-from zerorate.show.report import format_allan, format_allan_notes
+from zerorate.show import format_allan, format_allan_notes
 
 __all__ = ["allan"]
 
@@ -110,4 +110,4 @@ def _load_plotting() -> None:
     import matplotlib.backends.backend_agg
     import matplotlib.figure  # noqa: F401
 
-    import zerorate.show.plotting  # noqa: F401
+    import zerorate.show.allan_figure  # noqa: F401

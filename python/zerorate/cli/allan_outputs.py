@@ -115,6 +115,6 @@ def _models(found: Sequence[Characterisation]) -> str:
 
 
 def _draw(found: Sequence[Characterisation], path: Path) -> None:
-    from zerorate.show.plotting import plot_characterisation, save_figure
+    from zerorate.show import plot_characterisation, save_figure
 
     save_figure(plot_characterisation(found), path)

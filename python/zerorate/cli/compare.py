@@ -16,7 +16,7 @@ from zerorate.compare.simulated import Regret, format_regret
 from zerorate.compare.simulated import run as run_simulated
 from zerorate.io import LogError, atomic_path, check_writable
 from zerorate.run.replay.workers import Progress
-from zerorate.show.report.compare import format_compare
+from zerorate.show.compare_tables import format_compare
 
 __all__ = ["compare"]
 

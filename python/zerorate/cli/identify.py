@@ -21,14 +21,13 @@ from zerorate.cli.options import (
     parse_order,
 )
 from zerorate.cli.progress import progress_bar
-from zerorate.identify.records import as_record
-from zerorate.identify.study.identification import LEAST_SAMPLES
-from zerorate.identify.study.identification import identify as identify_axis
-from zerorate.identify.study.result import Identification
+from zerorate.identify.identification import LEAST_SAMPLES, Identification
+from zerorate.identify.identification import identify as identify_axis
 from zerorate.io import Log, read_log
+from zerorate.noise.records import as_record
 from zerorate.run.replay.workers import Progress
-from zerorate.show.report.identify import format_identify, log_notes
-from zerorate.show.report.text import bulleted
+from zerorate.show.identify_tables import format_identify, log_notes
+from zerorate.show.tables import bulleted
 
 __all__ = ["identify"]
 
@@ -139,4 +138,4 @@ def _load_plotting() -> None:
     import matplotlib.backends.backend_svg
     import matplotlib.figure  # noqa: F401
 
-    import zerorate.show.plotting  # noqa: F401
+    import zerorate.show.identify_figure  # noqa: F401

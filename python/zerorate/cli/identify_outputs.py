@@ -7,12 +7,12 @@ from pathlib import Path
 
 from zerorate.cli.faults import as_usage, require, writing
 from zerorate.cli.outputs import together
-from zerorate.identify.study.as_json import as_json
-from zerorate.identify.study.result import Identification
+from zerorate.identify.as_json import as_json
+from zerorate.identify.identification import Identification
 from zerorate.io import Log, check_writable
 from zerorate.run.replay.workers import Progress
-from zerorate.show.report.identify import log_notes
-from zerorate.show.report.identify_page import identification_page
+from zerorate.show.identify_page import identification_page
+from zerorate.show.identify_tables import log_notes
 
 __all__ = ["IdentifyOutputs"]
 

@@ -5,7 +5,7 @@ from enum import StrEnum
 from typing import Final, cast, get_args
 
 from zerorate.cli.faults import UsageFault
-from zerorate.noise.taus import TauGrid
+from zerorate.noise.kinds import TauGrid
 
 __all__ = [
     "RECORDING",

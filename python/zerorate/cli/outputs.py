@@ -79,6 +79,6 @@ def together(paths: list[Path], force: bool) -> Iterator[list[Path]]:
 
 
 def _draw(result: Replay, path: Path) -> None:
-    from zerorate.show.plotting import plot_replay, save_figure
+    from zerorate.show import plot_replay, save_figure
 
     save_figure(plot_replay(result), path)

@@ -26,7 +26,7 @@ from zerorate.cli.progress import progress_bar
 from zerorate.io import open_recording
 from zerorate.run.replay import FilterOptions, Summary
 from zerorate.run.replay.result import Output
-from zerorate.show.report import format_learned, format_notes, format_table
+from zerorate.show import format_learned, format_notes, format_table
 
 __all__ = ["compared", "print_result", "replay"]
 

@@ -12,7 +12,7 @@ from zerorate.cli.faults import UsageFault, as_usage, require, writing
 from zerorate.cli.outputs import together
 from zerorate.cli.progress import progress_bar
 from zerorate.io import Log, check_writable, write_log
-from zerorate.show.report import WIDTH
+from zerorate.show import WIDTH
 from zerorate.simulate.devices import DEVICES, Device
 from zerorate.simulate.devices import device as find_device
 from zerorate.simulate.gyro import simulate as run_simulation

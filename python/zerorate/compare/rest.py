@@ -12,9 +12,9 @@ from zerorate.compare.measures import allan, consistency, if_possible
 from zerorate.compare.methods import Answer, answer
 from zerorate.compare.recording import Recording
 from zerorate.compare.result import Row
-from zerorate.identify.checks.rest import moving_spans
 from zerorate.io import LogError
 from zerorate.metrics import BestEma
+from zerorate.noise.rest import moving_spans
 
 __all__ = ["HORIZONS", "rest_notes", "rest_rows", "scored_from"]
 

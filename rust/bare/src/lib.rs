@@ -6,18 +6,16 @@
 
 use core::panic::PanicInfo;
 
-use zerorate_core::checkpoint::{self, Kind, Label};
+use zerorate_core::checkpoint;
 use zerorate_core::{
-    AutoFilter, AutoParams, Conduct, DriftFilter, Error, Filter, MotionSafe, Params,
+    AutoFilter, AutoParams, Behaviour, DriftFilter, Error, Params, RestGated, Stream,
 };
-
-const AUTO: Label = Label { kind: Kind::AutoFilter, p: 0, q: 0 };
 
 /// The filter that tunes itself, and a published one.
 #[derive(Debug)]
 pub struct Axis {
     auto: AutoFilter<f32>,
-    published: MotionSafe<f32, 3, 4>,
+    published: RestGated<f32, 3, 4>,
 }
 
 /// An axis that has seen nothing.
@@ -26,11 +24,11 @@ pub struct Axis {
 /// [`Error::Parameter`] for a rate out of range.
 #[unsafe(no_mangle)]
 pub fn axis(rate: f64) -> Result<Axis, Error> {
-    let conduct = Conduct { hold: true, compensated: true };
+    let behaviour = Behaviour { hold_in_motion: true, compensated: true };
     let published = DriftFilter::new(Params { rate, ..Params::default() })?;
     Ok(Axis {
-        auto: AutoFilter::new(AutoParams { rate, startup: 1.0, scale: None, conduct })?,
-        published: MotionSafe::new(published, conduct)?,
+        auto: AutoFilter::new(AutoParams { rate, startup: 1.0, scale: None, behaviour })?,
+        published: RestGated::new(published, behaviour)?,
     })
 }
 
@@ -46,7 +44,7 @@ pub fn step(axis: &mut Axis, z: f32) -> [f32; 2] {
 /// [`Error::Buffer`] if they are too few.
 #[unsafe(no_mangle)]
 pub fn save(axis: &Axis, buffer: &mut [u8]) -> Result<usize, Error> {
-    checkpoint::write(AUTO, &axis.auto, buffer).map(|saved| saved.len())
+    checkpoint::write(&axis.auto, buffer).map(|saved| saved.len())
 }
 
 /// Goes on with what [`save`] wrote.
@@ -55,7 +53,7 @@ pub fn save(axis: &Axis, buffer: &mut [u8]) -> Result<usize, Error> {
 /// Every variant of [`Error`] that speaks of a checkpoint.
 #[unsafe(no_mangle)]
 pub fn restore(axis: &mut Axis, saved: &[u8]) -> Result<(), Error> {
-    axis.auto = checkpoint::read(AUTO, saved)?;
+    axis.auto = checkpoint::read(saved)?;
     Ok(())
 }
 

@@ -8,12 +8,11 @@ extern crate std;
 
 use std::println;
 
-use zerorate_core::checkpoint::{self, Kind, Label};
-use zerorate_core::{AutoFilter, AutoParams, Conduct, Error, Filter};
+use zerorate_core::checkpoint;
+use zerorate_core::{AutoFilter, AutoParams, Behaviour, Error, Stream};
 
 const RATE: f32 = 500.0;
 const STEP: f32 = 1.0 / RATE;
-const LABEL: Label = Label { kind: Kind::AutoFilter, p: 0, q: 0 };
 
 fn main() -> Result<(), Error> {
     let mut platform = Platform::new();
@@ -24,9 +23,9 @@ fn main() -> Result<(), Error> {
 
     run(3.0, &mut platform, &mut controller, 90.0);
     let mut buffer = [0; 1024];
-    let saved = checkpoint::write(LABEL, &controller.gyro, &mut buffer)?;
+    let saved = checkpoint::write(&controller.gyro, &mut buffer)?;
     println!("in motion: a checkpoint of {} bytes", saved.len());
-    let mut restarted = Controller { gyro: checkpoint::read(LABEL, saved)?, ..controller };
+    let mut restarted = Controller { gyro: checkpoint::read(saved)?, ..controller };
 
     let mut twin = platform.clone();
     run(57.0, &mut platform, &mut controller, 90.0);
@@ -61,7 +60,7 @@ impl Controller {
             rate: f64::from(RATE),
             startup: 1.0,
             scale: None,
-            conduct: Conduct { hold: true, compensated: true },
+            behaviour: Behaviour { hold_in_motion: true, compensated: true },
         };
         Ok(Self { gyro: AutoFilter::new(params)?, rate: 0.0, heading: 0.0 })
     }

@@ -1,6 +1,6 @@
 //! What can be wrong with a parameter or with the bytes of a checkpoint.
 
-use crate::checkpoint::Label;
+use crate::stream::checkpoint::Label;
 
 /// Every error of this crate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -20,8 +20,8 @@ pub enum Error {
     #[error("these bytes are not a zerorate checkpoint: they do not start with its signature")]
     NotACheckpoint,
     /// The checkpoint was written in a format that this version does not know.
-    #[error("checkpoint has format version {found}, this zerorate reads version {expected}")]
-    Version {
+    #[error("checkpoint has layout version {found}, this zerorate reads version {expected}")]
+    Layout {
         /// The version in the bytes.
         found: u16,
         /// The version that can be read.
@@ -38,9 +38,9 @@ pub enum Error {
     /// The checksum does not fit the bytes.
     #[error("checkpoint is damaged: its checksum does not match its content")]
     Checksum,
-    /// The checkpoint belongs to another kind of filter or another order.
+    /// The checkpoint belongs to another type, version or order.
     #[error("checkpoint holds {found}, expected {expected}")]
-    Kind {
+    Type {
         /// What the bytes hold.
         found: Label,
         /// What was asked for.
@@ -58,4 +58,45 @@ pub enum Error {
         /// How much was asked for.
         bytes: usize,
     },
+}
+
+pub(crate) fn check_positive(
+    name: &'static str,
+    expected: &'static str,
+    value: f64,
+) -> Result<(), Error> {
+    require(value > 0.0 && value.is_finite(), name, expected, value)
+}
+
+pub(crate) fn check_not_negative(
+    name: &'static str,
+    expected: &'static str,
+    value: f64,
+) -> Result<(), Error> {
+    require(value >= 0.0 && value.is_finite(), name, expected, value)
+}
+
+pub(crate) fn check_rate(value: f64) -> Result<(), Error> {
+    check_positive("rate", "a positive number of samples a second", value)
+}
+
+pub(crate) fn check_fading(value: f64) -> Result<(), Error> {
+    require(value > 0.0 && value <= 1.0, "fading", "above 0 and at most 1", value)
+}
+
+pub(crate) fn check_forgetting_factor(value: f64) -> Result<(), Error> {
+    require(value > 0.0 && value <= 1.0, "forgetting_factor", "above 0 and at most 1", value)
+}
+
+pub(crate) fn check_scale(value: Option<f64>) -> Result<(), Error> {
+    value.map_or(Ok(()), |scale| check_positive("scale", "a positive number", scale))
+}
+
+pub(crate) fn require(
+    holds: bool,
+    name: &'static str,
+    expected: &'static str,
+    value: f64,
+) -> Result<(), Error> {
+    if holds { Ok(()) } else { Err(Error::Parameter { name, expected, value }) }
 }

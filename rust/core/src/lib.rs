@@ -17,43 +17,24 @@
 #![deny(unsafe_code)]
 
 pub mod allan;
-pub mod auto;
-#[cfg(feature = "std")]
-mod bank;
-mod chain;
-pub mod checkpoint;
-mod ema;
+pub mod drift;
 mod error;
-mod filter;
 #[cfg(feature = "std")]
 pub mod identify;
-pub mod kalman;
-#[cfg(feature = "std")]
-mod lanes;
-mod motion;
-mod params;
-mod real;
+pub mod math;
 mod rest;
-mod rls;
 #[cfg(feature = "std")]
 pub mod score;
-mod start;
-mod startup;
-mod symmetric;
-mod vector;
+pub mod stream;
 
-pub use auto::{AutoFilter, AutoParams, Status};
-#[cfg(feature = "std")]
-pub use bank::Bank;
-pub use chain::{DriftFilter, DriftLoop, Snapshot};
-pub use ema::exponential_mean;
+pub use drift::{
+    AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Method, Params,
+    RecursiveLeastSquares, RestGated, RlsParams, Start, Status,
+};
 pub use error::Error;
-pub use filter::{Filter, SideBySide};
-pub use motion::{Conduct, MotionSafe};
-pub use params::{Method, Params};
-pub use real::{Limits, Real};
 pub use rest::{Event, RestDetector, Tick};
-pub use rls::{RecursiveLeastSquares, Rls, RlsParams};
-pub use start::Start;
-pub use startup::{Scaling, Startup};
-pub use symmetric::Symmetric;
+#[cfg(feature = "std")]
+pub use score::exponential_mean;
+#[cfg(feature = "std")]
+pub use stream::Bank;
+pub use stream::{Stream, Traced, checkpoint};

@@ -3,14 +3,15 @@
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
-use zerorate_core::{AutoFilter, AutoParams, Conduct, Filter, Limits, Real, Status};
+use zerorate_core::drift::DriftNumber;
+use zerorate_core::{AutoFilter, AutoParams, Behaviour, Status, Stream};
 
 const RATE: f64 = 100.0;
 const NOISE: f64 = 0.1;
 
-fn auto<T: Limits + Real<Element = T, SimdBool = bool>>(compensated: bool) -> AutoFilter<T> {
-    let conduct = Conduct { hold: true, compensated };
-    AutoFilter::new(AutoParams { rate: RATE, startup: 1.0, scale: None, conduct })
+fn auto<T: DriftNumber>(compensated: bool) -> AutoFilter<T> {
+    let behaviour = Behaviour { hold_in_motion: true, compensated };
+    AutoFilter::new(AutoParams { rate: RATE, startup: 1.0, scale: None, behaviour })
         .expect("valid parameters")
 }
 
@@ -61,11 +62,11 @@ fn a_turn_is_left_as_it_is() {
     let (bias, sigma) = (filter.bias(), filter.bias_sigma());
     for (k, z) in noise[9_000..].iter().enumerate() {
         let rate = 20.0 * (0.05 * k as f64).sin();
-        let answer = filter.update(1.0 + rate + z);
+        let output = filter.update(1.0 + rate + z);
         // Until the turn is seen, within two ticks, fifty samples may pull at the bias, each by no
         // more than four deviations times a gain of about 1/9000.
         let most = 50.0 * 4.0 * NOISE / 9_000.0 + 3.0 * sigma;
-        assert!((answer - (rate + z) - (1.0 - bias)).abs() < most);
+        assert!((output - (rate + z) - (1.0 - bias)).abs() < most);
     }
     assert_eq!(filter.status(), Status::InMotion);
     assert!(filter.bias_sigma() > sigma);

@@ -5,7 +5,7 @@ mod common;
 
 use common::white_noise;
 use proptest::prelude::*;
-use zerorate_core::Filter;
+use zerorate_core::Stream;
 use zerorate_core::allan::{AllanKind, AllanNoise, Kind, Record, curves};
 
 /// Frequency of NBS Monograph 140, annex 8.E.

@@ -2,30 +2,27 @@
 
 mod common;
 
-use common::{any_params, any_sample, drifting};
+use common::{any_params, any_sample, drifting, processed, restored};
 use proptest::prelude::*;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
-use zerorate_core::checkpoint::{self, Kind, Label};
+use zerorate_core::checkpoint::Checkpoint;
+use zerorate_core::drift::Snapshot;
 use zerorate_core::{
-    AutoFilter, AutoParams, Conduct, DriftFilter, Filter, MotionSafe, Params, Snapshot,
+    AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Params, RestGated, Stream, Traced,
 };
 
-const AUTO: Label = Label { kind: Kind::AutoFilter, p: 0, q: 0 };
-const SAFE: Label = Label { kind: Kind::MotionSafe, p: 2, q: 1 };
-
-fn any_conduct() -> impl Strategy<Value = Conduct> {
-    any::<(bool, bool)>().prop_map(|(hold, compensated)| Conduct { hold, compensated })
+fn any_behaviour() -> impl Strategy<Value = Behaviour> {
+    any::<(bool, bool)>()
+        .prop_map(|(hold_in_motion, compensated)| Behaviour { hold_in_motion, compensated })
 }
 
 /// At one sample a second a tick is four samples, and a block eight ticks.
 fn any_auto() -> impl Strategy<Value = AutoParams> {
     let rate = prop::sample::select(vec![1.0, 62.5, 100.0]);
-    (rate, 0.01..2.0, any_conduct()).prop_map(|(rate, startup, conduct)| AutoParams {
+    (rate, 0.01..2.0, any_behaviour()).prop_map(|(rate, startup, behaviour)| AutoParams {
         rate,
         startup,
         scale: None,
-        conduct,
+        behaviour,
     })
 }
 
@@ -33,9 +30,9 @@ fn auto(params: AutoParams) -> AutoFilter<f64> {
     AutoFilter::new(params).expect("the strategies make valid parameters")
 }
 
-fn safe(params: Params, conduct: Conduct) -> MotionSafe<f64, 3, 4> {
+fn gated(params: Params, behaviour: Behaviour) -> RestGated<f64, 3, 4> {
     let filter = DriftFilter::new(params).expect("the strategies make valid parameters");
-    MotionSafe::new(filter, conduct).expect("and a valid rate")
+    RestGated::new(filter, behaviour).expect("and a valid rate")
 }
 
 fn bits(values: &[f64]) -> Vec<u64> {
@@ -43,18 +40,14 @@ fn bits(values: &[f64]) -> Vec<u64> {
 }
 
 /// Batch, sample by sample, and across a checkpoint: the same bits.
-fn splits<F>(new: &F, label: Label, samples: &[f64], at: usize) -> Result<(), TestCaseError>
+fn splits<F>(new: &F, samples: &[f64], at: usize) -> Result<(), TestCaseError>
 where
-    F: Filter<f64> + Clone + Serialize + DeserializeOwned,
+    F: Stream<Input = f64, Output = f64> + Checkpoint + Clone,
 {
-    let mut whole = samples.to_vec();
-    new.clone().process(&mut whole);
+    let whole = processed(&mut new.clone(), samples);
     let mut first = new.clone();
-    let mut parts = samples[..at].to_vec();
-    first.process(&mut parts);
-    let mut buffer = [0; 8192];
-    let bytes = checkpoint::write(label, &first, &mut buffer).expect("a filter can be saved");
-    let mut second: F = checkpoint::read(label, bytes).expect("and restored");
+    let mut parts = processed(&mut first, &samples[..at]);
+    let mut second = restored(&first);
     parts.extend(samples[at..].iter().map(|z| second.update(*z)));
     prop_assert_eq!(bits(&whole), bits(&parts));
     Ok(())
@@ -70,14 +63,14 @@ fn valid<const N: usize, const M: usize>(now: &Snapshot<f64, N, M>) -> bool {
         && now.covariance.diagonal().iter().all(|v| *v >= 0.0)
 }
 
-/// The answer is the bias, or the sample without it: missing where the sample is.
-fn is_answer(answer: f64, z: f64, bias: f64, compensated: bool) -> bool {
+/// The output is the bias, or the sample without it: missing where the sample is.
+fn is_output(output: f64, z: f64, bias: f64, compensated: bool) -> bool {
     match (compensated, z.is_finite()) {
-        (false, _) => answer.to_bits() == bias.to_bits(),
+        (false, _) => output.to_bits() == bias.to_bits(),
         (true, true) => {
-            answer == (z.clamp(-1e300, 1e300) - bias).clamp(-1e300, 1e300) && answer.is_finite()
+            output == (z.clamp(-1e300, 1e300) - bias).clamp(-1e300, 1e300) && output.is_finite()
         }
-        (true, false) => answer.is_nan(),
+        (true, false) => output.is_nan(),
     }
 }
 
@@ -92,13 +85,13 @@ proptest! {
     fn batches_samples_and_checkpoints_agree(
         params in any_auto(),
         published in any_params(),
-        conduct in any_conduct(),
+        behaviour in any_behaviour(),
         samples in prop::collection::vec(any_sample(), 2..300),
         part in 0.0..1.0,
     ) {
         let at = (samples.len() as f64 * part) as usize;
-        splits(&auto(params), AUTO, &samples, at)?;
-        splits(&safe(published, conduct), SAFE, &samples, at)?;
+        splits(&auto(params), &samples, at)?;
+        splits(&gated(published, behaviour), &samples, at)?;
     }
 
     #[test]
@@ -110,12 +103,12 @@ proptest! {
         let mut filter = auto(params);
         for (k, z) in samples.iter().enumerate() {
             if again == Some(k) {
-                filter.power_on();
+                filter.switch_on();
             }
-            let answer = filter.update(*z);
+            let output = filter.update(*z);
             let now = filter.snapshot();
             prop_assert!(valid(&now), "sample {}: {:?}", k, now);
-            prop_assert!(is_answer(answer, *z, filter.bias(), params.conduct.compensated));
+            prop_assert!(is_output(output, *z, filter.bias(), params.behaviour.compensated));
             prop_assert_eq!(now.missing, !z.is_finite());
         }
     }
@@ -123,15 +116,15 @@ proptest! {
     #[test]
     fn nothing_breaks_a_filter_that_holds(
         params in any_params(),
-        conduct in any_conduct(),
+        behaviour in any_behaviour(),
         samples in prop::collection::vec(any_sample(), 1..300),
     ) {
-        let mut filter = safe(params, conduct);
+        let mut filter = gated(params, behaviour);
         for (k, z) in samples.iter().enumerate() {
-            let answer = filter.update(*z);
+            let output = filter.update(*z);
             let now = filter.snapshot();
             prop_assert!(valid(&now), "sample {}: {:?}", k, now);
-            prop_assert!(is_answer(answer, *z, now.bias, conduct.compensated));
+            prop_assert!(is_output(output, *z, now.bias, behaviour.compensated));
             prop_assert_eq!(now.missing, !z.is_finite());
         }
     }
@@ -140,19 +133,17 @@ proptest! {
     fn units_do_not_matter(
         params in any_auto(),
         published in any_params(),
-        conduct in any_conduct(),
+        behaviour in any_behaviour(),
         seed in any::<u64>(),
         exponent in -300i32..300,
     ) {
         let (samples, factor) = (drifting(400, seed), 2f64.powi(exponent));
-        let (mut plain, mut other) = (samples.clone(), scaled(&samples, factor));
-        auto(params).process(&mut plain);
-        auto(params).process(&mut other);
+        let plain = processed(&mut auto(params), &samples);
+        let other = processed(&mut auto(params), &scaled(&samples, factor));
         prop_assert_eq!(bits(&scaled(&plain, factor)), bits(&other));
 
-        let (mut plain, mut other) = (samples.clone(), scaled(&samples, factor));
-        safe(published, conduct).process(&mut plain);
-        safe(published, conduct).process(&mut other);
+        let plain = processed(&mut gated(published, behaviour), &samples);
+        let other = processed(&mut gated(published, behaviour), &scaled(&samples, factor));
         prop_assert_eq!(bits(&scaled(&plain, factor)), bits(&other));
     }
 
@@ -161,31 +152,27 @@ proptest! {
         params in any_params(),
         samples in prop::collection::vec(any_sample(), 1..300),
     ) {
-        let mut inside = samples.clone();
-        DriftFilter::<f64, 3, 4>::new(params).expect("valid").process(&mut inside);
-        let mut got = samples;
-        safe(params, Conduct { hold: false, compensated: false }).process(&mut got);
+        let mut plain = DriftFilter::<f64, 3, 4>::new(params).expect("valid");
+        let inside = processed(&mut plain, &samples);
+        let behaviour = Behaviour { hold_in_motion: false, compensated: false };
+        let got = processed(&mut gated(params, behaviour), &samples);
         prop_assert_eq!(bits(&inside), bits(&got));
     }
 }
 
 #[test]
 fn reset_forgets_everything() {
-    let conduct = Conduct { hold: true, compensated: true };
-    let mut filter = auto(AutoParams { rate: 100.0, startup: 1.0, scale: None, conduct });
-    let mut holding = safe(Params::default(), conduct);
-    let mut first = drifting(3000, 7);
-    filter.process(&mut first);
-    let mut held = drifting(3000, 7);
-    holding.process(&mut held);
-    filter.power_on();
+    let behaviour = Behaviour { hold_in_motion: true, compensated: true };
+    let mut filter = auto(AutoParams { rate: 100.0, startup: 1.0, scale: None, behaviour });
+    let mut holding = gated(Params::default(), behaviour);
+    let first = processed(&mut filter, &drifting(3000, 7));
+    let held = processed(&mut holding, &drifting(3000, 7));
+    filter.switch_on();
     filter.reset();
     holding.reset();
     assert!(!filter.ready());
-    let mut second = drifting(3000, 7);
-    filter.process(&mut second);
+    let second = processed(&mut filter, &drifting(3000, 7));
     assert_eq!(bits(&first), bits(&second));
-    let mut second = drifting(3000, 7);
-    holding.process(&mut second);
+    let second = processed(&mut holding, &drifting(3000, 7));
     assert_eq!(bits(&held), bits(&second));
 }

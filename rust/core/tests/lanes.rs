@@ -2,12 +2,13 @@
 
 mod common;
 
-use common::{any_params, any_sample, drifting, white_noise};
+use common::{any_params, any_sample, drifting, processed, saved, white_noise};
 use nalgebra::SimdValue;
 use proptest::prelude::*;
 use simba::simd::WideF64x4;
-use zerorate_core::checkpoint::{self, Kind, Label};
-use zerorate_core::{Bank, DriftFilter, DriftLoop, Filter, Method, Params};
+use zerorate_core::drift::DriftLoop;
+use zerorate_core::math::Real;
+use zerorate_core::{Bank, DriftFilter, Method, Params, Stream};
 
 /// Four normalised signals with missing samples at different places.
 fn signals() -> [Vec<f64>; 4] {
@@ -31,7 +32,7 @@ fn four_lanes_equal_four_filters() {
         for k in 0..3000 {
             let row = [0, 1, 2, 3].map(|c: usize| signals[c][k]);
             let y = WideF64x4::from(row);
-            let seen = zerorate_core::Real::finite(y);
+            let seen = Real::finite(y);
             let (estimate, _) = lanes.step(y, seen);
             for (c, filter) in alone.iter_mut().enumerate() {
                 let (expected, _) = filter.step(row[c], row[c].is_finite());
@@ -41,17 +42,15 @@ fn four_lanes_equal_four_filters() {
     }
 }
 
-/// Answers and state, the checkpoint, of every filter.
+/// Outputs and state, the checkpoint, of every filter.
 type Outcome = Vec<(Vec<u64>, Vec<u8>)>;
 
 fn outcome<const N: usize, const M: usize>(
     filters: &[DriftFilter<f64, N, M>],
     rows: &[f64],
 ) -> Outcome {
-    let label = Label { kind: Kind::DriftFilter, p: 0, q: 0 };
     let column = |c| rows.iter().skip(c).step_by(filters.len()).map(|y| y.to_bits()).collect();
-    let state = |filter| checkpoint::to_vec(label, filter).expect("a filter can be saved");
-    filters.iter().enumerate().map(|(c, filter)| (column(c), state(filter))).collect()
+    filters.iter().enumerate().map(|(c, filter)| (column(c), saved(filter))).collect()
 }
 
 /// Rows in pieces of any length, and each channel alone, sample by sample.
@@ -66,16 +65,17 @@ fn together_and_alone<const N: usize, const M: usize>(
         .map(|params| DriftFilter::<f64, N, M>::new(*params).expect("valid parameters"))
         .collect();
     let channels = filters.len();
-    let (mut bank, mut answers) = (Bank::of(filters.clone()), rows.to_vec());
-    for piece in answers.chunks_mut(pieces * channels) {
-        bank.process_on_threads(piece, threads);
+    let (mut bank, mut outputs) = (Bank::of(filters.clone()), vec![0.0; rows.len()]);
+    let length = pieces * channels;
+    for (rows, outputs) in rows.chunks(length).zip(outputs.chunks_mut(length)) {
+        bank.process_on_threads(rows, outputs, &mut [], threads);
     }
     let (mut alone, mut expected) = (filters, rows.to_vec());
     for (i, z) in expected.iter_mut().enumerate() {
         *z = alone[i % channels].update(*z);
     }
-    assert!(expected.iter().all(|answer| answer.is_finite()));
-    (outcome(bank.filters(), &answers), outcome(&alone, &expected))
+    assert!(expected.iter().all(|output| output.is_finite()));
+    (outcome(bank.streams(), &outputs), outcome(&alone, &expected))
 }
 
 proptest! {
@@ -123,12 +123,12 @@ fn long_channels_side_by_side_equal_each_alone() {
 
 #[test]
 fn single_precision_filters_too() {
-    use zerorate_core::{DriftFilter, Filter};
     let signal = drifting(20_000, 5);
-    let mut double = signal.clone();
-    let mut single: Vec<f32> = signal.iter().map(|z| *z as f32).collect();
-    DriftFilter::<f64, 3, 4>::new(Params::default()).expect("valid").process(&mut double);
-    DriftFilter::<f32, 3, 4>::new(Params::default()).expect("valid").process(&mut single);
+    let single: Vec<f32> = signal.iter().map(|z| *z as f32).collect();
+    let mut filter = DriftFilter::<f64, 3, 4>::new(Params::default()).expect("valid");
+    let double = processed(&mut filter, &signal);
+    let mut filter = DriftFilter::<f32, 3, 4>::new(Params::default()).expect("valid");
+    let single = processed(&mut filter, &single);
     let worst =
         double.iter().zip(&single).map(|(a, b)| (a - f64::from(*b)).abs()).fold(0.0, f64::max);
     // A hundredth of the noise of 0.1: single precision with a floor of 1e-6 on the noises.

@@ -3,15 +3,11 @@
 
 mod common;
 
-use common::{any_params, any_sample, drifting, some_start};
+use common::{any_params, any_sample, drifting, processed, restored, some_start};
 use nalgebra::SMatrix;
 use proptest::prelude::*;
-use zerorate_core::checkpoint::{self, Kind, Label};
-use zerorate_core::{
-    DriftFilter, Filter, Params, RecursiveLeastSquares, RlsParams, Snapshot, Start,
-};
-
-const LABEL: Label = Label { kind: Kind::DriftFilter, p: 2, q: 1 };
+use zerorate_core::drift::Snapshot;
+use zerorate_core::{DriftFilter, Params, RecursiveLeastSquares, RlsParams, Start, Stream, Traced};
 
 fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|value| value.to_bits()).collect()
@@ -37,7 +33,7 @@ fn filter_in_unit<const N: usize, const M: usize>(
     .expect("the strategies make valid parameters")
 }
 
-fn one_by_one<F: Filter<f64>>(filter: &mut F, samples: &[f64]) -> Vec<f64> {
+fn one_by_one<F: Stream<Input = f64, Output = f64>>(filter: &mut F, samples: &[f64]) -> Vec<f64> {
     samples.iter().map(|z| filter.update(*z)).collect()
 }
 
@@ -53,16 +49,11 @@ fn splits<const N: usize, const M: usize>(
     samples: &[f64],
     at: usize,
 ) -> Result<(), TestCaseError> {
-    let mut whole = samples.to_vec();
-    filter::<N, M>(params, start).process(&mut whole);
+    let whole = processed(&mut filter::<N, M>(params, start), samples);
 
     let mut first = filter::<N, M>(params, start);
-    let mut head = samples[..at].to_vec();
-    first.process(&mut head);
-    let mut buffer = [0; 4096];
-    let bytes = checkpoint::write(LABEL, &first, &mut buffer).expect("a filter can be saved");
-    let mut second: DriftFilter<f64, N, M> = checkpoint::read(LABEL, bytes).expect("and restored");
-    head.extend(one_by_one(&mut second, &samples[at..]));
+    let mut head = processed(&mut first, &samples[..at]);
+    head.extend(one_by_one(&mut restored(&first), &samples[at..]));
 
     prop_assert_eq!(bits(&whole), bits(&head));
     Ok(())
@@ -111,10 +102,9 @@ fn scales<const N: usize, const M: usize>(
     samples: &[f64],
     factor: f64,
 ) -> Result<(), TestCaseError> {
-    let mut plain = samples.to_vec();
-    let mut scaled: Vec<f64> = samples.iter().map(|z| z * factor).collect();
-    filter::<N, M>(params, start).process(&mut plain);
-    filter_in_unit::<N, M>(params, start, factor).process(&mut scaled);
+    let plain = processed(&mut filter::<N, M>(params, start), samples);
+    let scaled: Vec<f64> = samples.iter().map(|z| z * factor).collect();
+    let scaled = processed(&mut filter_in_unit::<N, M>(params, start, factor), &scaled);
     let plain: Vec<f64> = plain.iter().map(|z| z * factor).collect();
     prop_assert_eq!(bits(&plain), bits(&scaled));
     Ok(())
@@ -177,17 +167,18 @@ proptest! {
         every_order!(least_squares_valid(forgetting_factor, &samples));
     }
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "parallel")]
     #[test]
     fn channels_do_not_mix(params in any_params(), seed in any::<u64>(), threads in 1usize..5) {
         let signals: Vec<Vec<f64>> = (0..3).map(|c| drifting(500, seed ^ c)).collect();
-        let mut rows: Vec<f64> =
+        let rows: Vec<f64> =
             (0..500).flat_map(|k| signals.iter().map(move |signal| signal[k])).collect();
-        zerorate_core::Bank::new(&filter::<3, 4>(params, None), 3).process_on_threads(&mut rows, threads);
+        let mut outputs = vec![0.0; rows.len()];
+        zerorate_core::Bank::new(&filter::<3, 4>(params, None), 3)
+            .process_on_threads(&rows, &mut outputs, &mut [], threads);
         for (c, signal) in signals.iter().enumerate() {
-            let mut alone = signal.clone();
-            filter::<3, 4>(params, None).process(&mut alone);
-            let together: Vec<f64> = rows.iter().skip(c).step_by(3).copied().collect();
+            let alone = processed(&mut filter::<3, 4>(params, None), signal);
+            let together: Vec<f64> = outputs.iter().skip(c).step_by(3).copied().collect();
             prop_assert_eq!(bits(&alone), bits(&together));
         }
     }
@@ -197,12 +188,10 @@ proptest! {
 fn reset_forgets_everything() {
     for start in [None, Some(5)] {
         let mut filter = filter::<3, 4>(Params::default(), start);
-        let mut first = drifting(1000, 7);
-        filter.process(&mut first);
+        let first = processed(&mut filter, &drifting(1000, 7));
         filter.reset();
         assert_eq!(filter.ready(), start.is_some());
-        let mut second = drifting(1000, 7);
-        filter.process(&mut second);
+        let second = processed(&mut filter, &drifting(1000, 7));
         assert_eq!(bits(&first), bits(&second));
     }
 }

@@ -2,9 +2,11 @@
 
 mod common;
 
-use common::{drifting, white_noise};
+use common::{drifting, processed, white_noise};
 use zerorate_core::allan::{AllanKind, AllanNoise};
-use zerorate_core::{DriftFilter, Filter, Method, Params, RecursiveLeastSquares, RlsParams};
+use zerorate_core::{
+    DriftFilter, Method, Params, RecursiveLeastSquares, RlsParams, Stream, Traced,
+};
 
 #[test]
 fn second_differences_ignore_a_ramp() {
@@ -64,8 +66,7 @@ fn a_gap_is_predicted_and_then_left() {
     let mut filter =
         DriftFilter::<f64, 3, 4>::new(Params { method: Method::Kf, ..Params::default() })
             .expect("valid");
-    let mut signal = drifting(3000, 2);
-    filter.process(&mut signal);
+    processed(&mut filter, &drifting(3000, 2));
     let before = filter.snapshot();
     assert!(filter.update(f64::NAN).is_finite());
     let after = filter.snapshot();

@@ -2,10 +2,9 @@
 
 mod common;
 
-use common::{any_sample, white_noise};
+use common::{any_sample, processed_to, restored, saved, white_noise};
 use proptest::prelude::*;
-use zerorate_core::checkpoint::{self, Kind, Label};
-use zerorate_core::{Error, Event, Filter, RestDetector, Tick};
+use zerorate_core::{Error, Event, RestDetector, Stream, Tick};
 
 const RATE: f64 = 100.0;
 
@@ -30,20 +29,6 @@ fn turned(n: usize, from: usize, to: usize, rate: f64) -> Vec<f64> {
     let mut samples = white_noise(n, 1);
     samples[from..to].iter_mut().for_each(|z| *z += rate);
     samples
-}
-
-/// Through a checkpoint.
-fn restored(detector: &RestDetector<f64>) -> RestDetector<f64> {
-    let label = Label { kind: Kind::RestDetector, p: 0, q: 0 };
-    let mut buffer = [0; 2048];
-    let bytes = checkpoint::write(label, detector, &mut buffer).expect("it fits");
-    checkpoint::read(label, bytes).expect("it was just written")
-}
-
-fn bytes(detector: &RestDetector<f64>) -> Vec<u8> {
-    let label = Label { kind: Kind::RestDetector, p: 0, q: 0 };
-    let mut buffer = [0; 2048];
-    checkpoint::write(label, detector, &mut buffer).expect("it fits").to_vec()
 }
 
 #[test]
@@ -134,14 +119,13 @@ proptest! {
         let mut whole = new(20.0);
         samples.iter().for_each(|z| { whole.observe(*z); });
         let mut parts = new(20.0);
-        let mut answers = samples.clone();
-        parts.process(&mut answers[..at]);
+        let mut at_rest = processed_to::<bool, _>(&mut parts, &samples[..at]);
         let mut parts = restored(&parts);
-        parts.process(&mut answers[at..]);
-        prop_assert_eq!(bytes(&parts), bytes(&whole));
-        prop_assert!(answers.iter().all(|answer| *answer == 0.0 || *answer == 1.0));
+        at_rest.extend(processed_to::<bool, _>(&mut parts, &samples[at..]));
+        prop_assert_eq!(saved(&parts), saved(&whole));
+        prop_assert_eq!(at_rest.last(), Some(&whole.at_rest()));
         whole.reset();
-        prop_assert_eq!(bytes(&whole), bytes(&new(20.0)));
+        prop_assert_eq!(saved(&whole), saved(&new(20.0)));
     }
 
     #[test]

@@ -3,28 +3,21 @@
 
 mod common;
 
-use common::{any_sample, white_noise};
+use common::{any_sample, restored, white_noise};
 use proptest::prelude::*;
-use zerorate_core::Error;
 use zerorate_core::allan::StreamingAllan;
-use zerorate_core::checkpoint::{self, Kind, Label};
+use zerorate_core::{Error, Stream};
 
-const LABEL: Label = Label { kind: Kind::StreamingAllan, p: 0, q: 0 };
+const RATE: f64 = 100.0;
 
 fn new(octaves: usize) -> StreamingAllan {
-    StreamingAllan::new(octaves).expect("the tests' octaves are in range")
+    StreamingAllan::new(RATE, octaves).expect("the tests' octaves are in range")
 }
 
 fn fed(octaves: usize, samples: &[f64]) -> StreamingAllan {
     let mut allan = new(octaves);
-    allan.extend(samples);
+    allan.process(samples, &mut vec![(); samples.len()]);
     allan
-}
-
-/// Through a checkpoint.
-fn restored(allan: &StreamingAllan) -> StreamingAllan {
-    let bytes = checkpoint::to_vec(LABEL, allan).expect("it can be saved");
-    checkpoint::read(LABEL, &bytes).expect("and restored")
 }
 
 /// Everything that can be read, as bits.
@@ -85,7 +78,7 @@ fn a_missing_sample_takes_its_terms_away() {
 #[test]
 fn octaves_out_of_range_are_refused() {
     for octaves in [0, 25, usize::MAX] {
-        let refused = StreamingAllan::new(octaves).expect_err("out of range");
+        let refused = StreamingAllan::new(RATE, octaves).expect_err("out of range");
         assert!(matches!(refused, Error::Parameter { name: "octaves", .. }));
     }
 }
@@ -127,7 +120,7 @@ proptest! {
         samples.iter().for_each(|z| single.observe(*z));
         let at = (samples.len() as f64 * part) as usize;
         let mut parts = restored(&fed(octaves, &samples[..at]));
-        parts.extend(&samples[at..]);
+        samples[at..].iter().for_each(|z| parts.update(*z));
         prop_assert_eq!(&single, &whole);
         prop_assert_eq!(&parts, &whole);
         prop_assert_eq!(readings(&parts), readings(&whole));

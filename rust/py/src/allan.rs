@@ -1,38 +1,14 @@
-//! The recursive Allan variance for Python.
+//! Allan variances of streams for Python: as measurement noise, and at all octaves.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use zerorate_core::allan::{self as core, AllanKind};
-use zerorate_core::checkpoint::{self, Kind, Label};
-use zerorate_core::{Bank, Error};
+use zerorate_core::{Bank, Error, checkpoint};
 
-use crate::errors::NativeError;
-use crate::shared::{self, Shared, exclusive, reading};
-use crate::stream::{Labelled, Stream};
-
-const LABEL: Label = Label { kind: Kind::AllanNoise, p: 0, q: 0 };
-
-/// The variance that a name stands for.
-pub fn kind(name: &str) -> PyResult<AllanKind> {
-    match name {
-        "allan" => Ok(AllanKind::Allan),
-        "hadamard" => Ok(AllanKind::Hadamard),
-        _ => {
-            Err(PyValueError::new_err(format!("noise must be 'allan' or 'hadamard', got '{name}'")))
-        }
-    }
-}
-
-/// The name of a variance.
-pub fn name(kind: AllanKind) -> &'static str {
-    match kind {
-        AllanKind::Allan => "allan",
-        AllanKind::Hadamard => "hadamard",
-    }
-}
-
-type Filters = Labelled<core::AllanNoise<f64>>;
+use crate::common::arrays;
+use crate::common::errors::NativeError;
+use crate::common::streaming::{self, Shared, reading, streaming};
 
 /// Measurement noise variance R while samples arrive, from the Allan variance at the shortest
 /// averaging time with fading memory.
@@ -51,7 +27,7 @@ type Filters = Labelled<core::AllanNoise<f64>>;
 ///     First differences, or second differences ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a
 ///     constant angular acceleration leaves alone.
 /// floor : float, default 0.0
-///     Smallest variance to answer, in the square of the samples' unit. Equal samples, as a coarsely
+///     Smallest variance to return, in the square of the samples' unit. Equal samples, as a coarsely
 ///     quantised gyro at rest gives them, drive R to zero.
 /// channels : int, optional
 ///     Number of signals side by side; ``None`` is a single one.
@@ -70,111 +46,210 @@ type Filters = Labelled<core::AllanNoise<f64>>;
 #[pyclass(module = "zerorate")]
 #[derive(Debug)]
 pub struct AllanNoise {
-    fading: f64,
-    noise: AllanKind,
-    shared: Shared<Filters>,
+    shared: Shared<Bank<core::AllanNoise<f64>>>,
 }
+
+streaming!(
+    AllanNoise,
+    update: "Takes one sample, returns R: float to float, with channels (k,) to (k,).",
+    process: "R after each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k); the
+    interpreter lock is released.",
+    out
+);
 
 #[pymethods]
 impl AllanNoise {
     #[new]
     #[pyo3(signature = (fading=0.97, noise="allan", floor=0.0, channels=None))]
     fn new(fading: f64, noise: &str, floor: f64, channels: Option<i128>) -> PyResult<Self> {
-        let channels = shared::channels(channels)?;
-        let noise = kind(noise)?;
-        let filter = core::AllanNoise::new(fading, noise, floor).map_err(NativeError::from)?;
-        let bank = Bank::new(&filter, channels.unwrap_or(1));
-        Ok(Self::wrap(channels, bank))
-    }
-
-    /// Takes one sample, answers R: float to float, with channels (k,) to (k,).
-    #[inline]
-    fn update<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        exclusive(slf)?.shared.update(z)
-    }
-
-    /// R after each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k); the
-    /// interpreter lock is released.
-    #[pyo3(signature = (z, out=None, threads=None))]
-    fn process<'py>(
-        slf: &Bound<'py, Self>,
-        z: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-        threads: Option<i128>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        exclusive(slf)?.shared.process(z, out, threads)
-    }
-
-    /// Back to before the first sample.
-    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
-        exclusive(slf)?.shared.filter.reset();
-        Ok(())
-    }
-
-    /// Parameters and state as bytes, with a format version and a checksum.
-    fn to_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
-        reading(slf)?.shared.to_bytes(slf.py())
-    }
-
-    /// The object that `to_bytes` saved; ValueError if the bytes are not one.
-    #[staticmethod]
-    fn from_bytes(b: &[u8]) -> PyResult<Self> {
-        let (channels, bank): (Option<usize>, Bank<core::AllanNoise<f64>>) =
-            checkpoint::read(LABEL, b).map_err(NativeError::from)?;
-        if bank.filters().len() != channels.unwrap_or(1) || bank.filters().is_empty() {
-            return Err(NativeError::from(Error::Content).into());
-        }
-        Ok(Self::wrap(channels, bank))
-    }
-
-    /// An independent object in the same state.
-    fn copy(slf: &Bound<'_, Self>) -> PyResult<Self> {
-        let this = reading(slf)?;
-        Ok(Self::wrap(this.shared.channels, this.shared.filter.bank.clone()))
-    }
-
-    fn __copy__(slf: &Bound<'_, Self>) -> PyResult<Self> {
-        Self::copy(slf)
-    }
-
-    fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Self::copy(slf)
-    }
-
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        let bytes = Self::to_bytes(slf)?;
-        Ok((slf.get_type().getattr("from_bytes")?, (bytes,)))
+        let channels = streaming::channels(channels)?;
+        let kind = AllanKind::of_name(noise).ok_or_else(|| {
+            PyValueError::new_err(format!("noise must be 'allan' or 'hadamard', got '{noise}'"))
+        })?;
+        let noise = core::AllanNoise::new(fading, kind, floor).map_err(NativeError::from)?;
+        let bank = Box::new(Bank::new(&noise, channels.unwrap_or(1)));
+        Ok(Self { shared: Shared::new(channels, bank) })
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = reading(slf)?;
-        Ok(format!("AllanNoise(fading={:?}, noise='{}')", this.fading, name(this.noise)))
+        let noise = this.shared.bank.streams()[0];
+        let (fading, kind) = (noise.fading(), noise.kind().name());
+        Ok(format!("AllanNoise(fading={fading:?}, noise='{kind}')"))
     }
 
     /// R so far, in the square of the samples' unit: float, with channels (k,).
     #[getter]
     fn variance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let this = reading(slf)?;
-        let values = this.shared.filter.bank.filters().iter().map(|f| f.variance()).collect();
+        let values = this.shared.bank.streams().iter().map(|noise| noise.variance()).collect();
         this.shared.numbers(slf.py(), values)
-    }
-
-    /// Number of signals, None for a single one.
-    #[getter]
-    fn channels(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
-        Ok(reading(slf)?.shared.channels)
     }
 }
 
 impl AllanNoise {
-    fn wrap(channels: Option<usize>, bank: Bank<core::AllanNoise<f64>>) -> Self {
-        let filter = bank.filters()[0];
-        Self {
-            fading: filter.fading(),
-            noise: filter.kind(),
-            shared: Shared::new(channels, Box::new(Labelled { label: LABEL, bank })),
-        }
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        let (channels, bank) = checkpoint::restore(bytes)?;
+        Ok(Self { shared: Shared::new(channels, Box::new(bank)) })
+    }
+}
+
+/// Allan and Hadamard deviations at all octaves while samples arrive.
+///
+/// Averaging times are 1, 2, 4, … samples. The estimators are the fully overlapping ones, which take
+/// a difference at every sample, and equal those of the whole record to rounding. For that the
+/// object keeps the last three times the longest averaging time: ``16 * 2**octaves`` bytes a channel,
+/// 1 MiB for 16 octaves, however long the record. Estimators that overlap in part only would need a
+/// few numbers an octave, and be less certain.
+///
+/// A sample that is not finite (or ``update(None)``) is missing, and every difference that would
+/// need it is left out. One object serves one thread at a time.
+///
+/// Differences are taken of 32 samples together, so the work comes with every 32nd sample, bounded
+/// and without allocation; what is read is always up to date.
+///
+/// Parameters
+/// ----------
+/// rate : float
+///     Samples a second; it scales ``taus`` alone.
+/// octaves : int, default 16
+///     Number of averaging times, from 1 to 24; 16 reach 32768 samples.
+/// channels : int, optional
+///     Number of signals side by side; ``None`` is a single one.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of range.
+/// MemoryError
+///     There is no memory for so many octaves and channels.
+///
+/// Notes
+/// -----
+/// The overlapping Allan and Hadamard variances of Riley, *Handbook of Frequency Stability Analysis*,
+/// NIST SP 1065 (2008), section 5.2, with rates in place of fractional frequencies: mean squares of
+/// the second and third differences of the phase over ``2 m**2`` and ``6 m**2``. The phase is the
+/// running sum of distances from the first sample, or the first after a missing one. If the mean of n
+/// samples lies D off it, rounding is as noise of deviation ``6e-17 * n * D`` on each sample.
+///
+/// Examples
+/// --------
+/// >>> import zerorate as zr
+/// >>> allan = zr.StreamingAllan(rate=100.0, octaves=2)
+/// >>> allan.process([1.0, 2.0, 0.0, 1.0])
+/// >>> allan.taus.tolist(), allan.terms.tolist()
+/// ([0.01, 0.02], [3, 1])
+/// >>> allan.deviation.round(3).tolist()  # of 1, -2, 1; and of the averages 1.5 and 0.5
+/// [1.0, 0.707]
+#[pyclass(module = "zerorate")]
+#[derive(Debug)]
+pub struct StreamingAllan {
+    shared: Shared<Bank<core::StreamingAllan>>,
+}
+
+streaming!(
+    StreamingAllan,
+    update: "Takes one sample: a float, with channels (k,).",
+    process: "Takes a batch: (n,), with channels (n, k); the interpreter lock is released."
+);
+
+#[pymethods]
+impl StreamingAllan {
+    #[new]
+    #[pyo3(signature = (rate, octaves=16, channels=None))]
+    fn new(rate: f64, octaves: i128, channels: Option<i128>) -> PyResult<Self> {
+        let most = core::StreamingAllan::OCTAVES_MAX;
+        let octaves =
+            usize::try_from(octaves).ok().filter(|n| (1..=most).contains(n)).ok_or_else(|| {
+                PyValueError::new_err(format!("octaves must be from 1 to {most}, got {octaves}"))
+            })?;
+        let channels = streaming::channels(channels)?;
+        let streams = (0..channels.unwrap_or(1)).map(|_| core::StreamingAllan::new(rate, octaves));
+        let streams = streams.collect::<Result<_, _>>().map_err(NativeError::from)?;
+        Ok(Self { shared: Shared::new(channels, Box::new(Bank::of(streams))) })
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let (rate, octaves) = (this.first().rate(), this.first().octaves());
+        let channels = this.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
+        Ok(format!("StreamingAllan(rate={rate:?}, octaves={octaves}{channels})"))
+    }
+
+    /// Samples a second.
+    #[getter]
+    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(reading(slf)?.first().rate())
+    }
+
+    /// Number of averaging times.
+    #[getter]
+    fn octaves(slf: &Bound<'_, Self>) -> PyResult<usize> {
+        Ok(reading(slf)?.first().octaves())
+    }
+
+    /// Samples given so far, missing ones included.
+    #[getter]
+    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
+        Ok(reading(slf)?.first().samples_seen())
+    }
+
+    /// Averaging times in seconds: (octaves,).
+    #[getter]
+    fn taus<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        let first = this.first();
+        let taus = (0..first.octaves()).map(|j| first.tau(j)).collect();
+        arrays::array(slf.py(), taus, &[first.octaves()])
+    }
+
+    /// Allan deviation in the samples' unit, NaN without a term: (octaves,), with channels
+    /// (octaves, k).
+    #[getter]
+    fn deviation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        reading(slf)?.table(slf.py(), |allan, j| allan.allan(j).0.sqrt())
+    }
+
+    /// Hadamard deviation, as ``deviation``; a constant angular acceleration leaves it alone.
+    #[getter]
+    fn hadamard_deviation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        reading(slf)?.table(slf.py(), |allan, j| allan.hadamard(j).0.sqrt())
+    }
+
+    /// Number of differences in each element of ``deviation``, int64.
+    #[getter]
+    fn terms<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        reading(slf)?.table(slf.py(), |allan, j| allan.allan(j).1 as i64)
+    }
+
+    /// Number of differences in each element of ``hadamard_deviation``, int64.
+    #[getter]
+    fn hadamard_terms<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        reading(slf)?.table(slf.py(), |allan, j| allan.hadamard(j).1 as i64)
+    }
+}
+
+impl StreamingAllan {
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        let (channels, bank) = checkpoint::restore(bytes)?;
+        Ok(Self { shared: Shared::new(channels, Box::new(bank)) })
+    }
+
+    fn first(&self) -> &core::StreamingAllan {
+        &self.shared.bank.streams()[0]
+    }
+
+    /// One number an octave, a column a channel.
+    fn table<'py, T: numpy::Element>(
+        &self,
+        py: Python<'py>,
+        number: impl Fn(&core::StreamingAllan, usize) -> T,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let octaves = self.first().octaves();
+        let streams = self.shared.bank.streams();
+        let rows = (0..octaves).flat_map(|j| streams.iter().map(move |allan| (allan, j)));
+        let numbers = rows.map(|(allan, j)| number(allan, j)).collect();
+        let axes: Vec<usize> = [octaves].into_iter().chain(self.shared.channels).collect();
+        arrays::array(py, numbers, &axes)
     }
 }

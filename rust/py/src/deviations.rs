@@ -4,9 +4,10 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use zerorate_core::allan::{Curve, Kind, Record, curves};
+use zerorate_core::stream::on_pool;
 
-use crate::arrays;
-use crate::shared::positive;
+use crate::common::arrays;
+use crate::common::streaming::positive;
 
 type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
@@ -15,14 +16,14 @@ type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 /// Parameters
 /// ----------
 /// z : array_like, shape (n,) or (n, k)
-///     Rates of one axis or of k. Those not finite or masked are missing: each stretch between two
+///     Rates of one axis or of k. Those not finite or masked are missing: each segment between two
 ///     gaps counts as far as whole terms fit into it.
 /// factors : sequence of int
 ///     Averaging times m in samples, at least 1.
 /// kind : str, default "oadev"
 ///     "adev", "oadev", "mdev", "tdev", "hdev", "ohdev", "totdev", "mtotdev", "ttotdev",
-///     "htotdev", "theo1" or "pdev". None is corrected for bias. "theo1" answers for 0.75 m and
-///     needs an even m from 10 on. "tdev" and "ttotdev" are in unit times samples.
+///     "htotdev", "theo1" or "pdev". None is corrected for bias. "theo1" has the averaging time
+///     0.75 m and needs an even m from 10 on. "tdev" and "ttotdev" are in unit times samples.
 /// bridge : int, default 0
 ///     Gaps of at most so many samples are first closed by a straight line.
 /// threads : int, optional
@@ -106,7 +107,7 @@ fn named(kind: &str) -> PyResult<Kind> {
 /// Runs `work` on the process's pool, on one of its own, or, for one thread, where it is called.
 fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce(bool) -> R + Send) -> PyResult<R> {
     match threads {
-        None => Ok(work(true)),
+        None => Ok(on_pool(|| work(true))),
         Some(1) => Ok(work(false)),
         Some(n) => {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().map_err(|error| {

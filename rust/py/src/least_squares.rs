@@ -3,53 +3,51 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use zerorate_core::checkpoint::{self, Kind};
+use zerorate_core::checkpoint::{self, Label};
 use zerorate_core::{Bank, Error, RecursiveLeastSquares as Core, RlsParams};
 
-use crate::drift::any::{Order, for_order, label, order_error};
-use crate::errors::NativeError;
-use crate::shared::{self, Shared, exclusive, reading};
-use crate::stream::{Labelled, Stream};
+use crate::common::errors::NativeError;
+use crate::common::streaming::{self, AnyBank, Shared, reading, streaming};
+use crate::drift::{Order, for_order, order_error};
 
-/// A bank of models whose order only the box knows.
-trait AnyModel: Stream + std::fmt::Debug {
-    fn clone_box(&self) -> Box<dyn AnyModel>;
+/// A bank of models of one order.
+trait ModelBank: AnyBank {
     fn order(&self) -> (usize, usize);
     fn forgetting_factor(&self) -> f64;
     fn samples_seen(&self) -> u64;
     fn ready(&self) -> Vec<bool>;
     fn coefficients(&self) -> Vec<f64>;
     fn covariance(&self) -> Vec<f64>;
+
+    fn size(&self) -> usize {
+        self.order().0 + self.order().1 + 1
+    }
 }
 
-impl<const N: usize, const M: usize> AnyModel for Labelled<Core<f64, N, M>> {
-    fn clone_box(&self) -> Box<dyn AnyModel> {
-        Box::new(self.clone())
-    }
-
+impl<const N: usize, const M: usize> ModelBank for Bank<Core<f64, N, M>> {
     fn order(&self) -> (usize, usize) {
         (N - 1, M - N)
     }
 
     fn forgetting_factor(&self) -> f64 {
-        self.bank.filters()[0].params().forgetting_factor
+        self.streams()[0].params().forgetting_factor
     }
 
     fn samples_seen(&self) -> u64 {
-        self.bank.filters()[0].samples_seen()
+        self.streams()[0].samples_seen()
     }
 
     fn ready(&self) -> Vec<bool> {
-        self.bank.filters().iter().map(Core::ready).collect()
+        self.streams().iter().map(Core::ready).collect()
     }
 
     fn coefficients(&self) -> Vec<f64> {
-        let models = self.bank.filters().iter();
+        let models = self.streams().iter();
         models.flat_map(|model| model.coefficients().as_slice().to_vec()).collect()
     }
 
     fn covariance(&self) -> Vec<f64> {
-        let models = self.bank.filters().iter();
+        let models = self.streams().iter();
         models.flat_map(|model| model.covariance().as_slice().to_vec()).collect()
     }
 }
@@ -57,22 +55,16 @@ impl<const N: usize, const M: usize> AnyModel for Labelled<Core<f64, N, M>> {
 fn new_sized<const N: usize, const M: usize>(
     params: RlsParams,
     channels: usize,
-) -> PyResult<Box<dyn AnyModel>> {
+) -> PyResult<Box<dyn ModelBank>> {
     let model = Core::<f64, N, M>::new(params).map_err(NativeError::from)?;
-    let label = label(Kind::RecursiveLeastSquares, N, M);
-    Ok(Box::new(Labelled { label, bank: Bank::new(&model, channels) }))
+    Ok(Box::new(Bank::new(&model, channels)))
 }
 
-type Saved = (Option<usize>, Box<dyn AnyModel>);
+type Restored = (Option<usize>, Box<dyn ModelBank>);
 
-fn from_bytes_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Saved, Error> {
-    let label = label(Kind::RecursiveLeastSquares, N, M);
-    let (channels, bank): (Option<usize>, Bank<Core<f64, N, M>>) =
-        checkpoint::read::<(_, Bank<Core<f64, N, M>>)>(label, bytes)?;
-    if bank.filters().len() != channels.unwrap_or(1) || bank.filters().is_empty() {
-        return Err(Error::Content);
-    }
-    Ok((channels, Box::new(Labelled { label, bank })))
+fn restored_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restored, Error> {
+    let (channels, bank) = checkpoint::restore::<Core<f64, N, M>>(bytes)?;
+    Ok((channels, Box::new(bank)))
 }
 
 /// ARMA(p, q) model with a constant, learned while samples arrive.
@@ -115,10 +107,17 @@ fn from_bytes_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Save
 #[pyclass(module = "zerorate")]
 #[derive(Debug)]
 pub struct RecursiveLeastSquares {
-    order: (usize, usize),
-    forgetting_factor: f64,
-    shared: Shared<dyn AnyModel>,
+    shared: Shared<dyn ModelBank>,
 }
+
+streaming!(
+    RecursiveLeastSquares,
+    update: "Takes one sample, returns its a-posteriori residual, zero if it is missing: float to
+    float, with channels (k,) to (k,).",
+    process: "The residual of each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k);
+    the interpreter lock is released.",
+    out
+);
 
 #[pymethods]
 impl RecursiveLeastSquares {
@@ -134,7 +133,7 @@ impl RecursiveLeastSquares {
         startup: i128,
         scale: Option<f64>,
     ) -> PyResult<Self> {
-        let channels = shared::channels(channels)?;
+        let channels = streaming::channels(channels)?;
         let startup = u64::try_from(startup).ok().filter(|n| *n > 1).ok_or_else(|| {
             PyValueError::new_err(format!(
                 "startup must be at least two samples long, got {startup}"
@@ -143,69 +142,7 @@ impl RecursiveLeastSquares {
         let params = RlsParams { forgetting_factor, startup, scale };
         let (order, channel_count) = (order.0, channels.unwrap_or(1));
         let model = for_order!(order, new_sized(params, channel_count), Err(order_error(order)))?;
-        Ok(Self::wrap(channels, model))
-    }
-
-    /// Takes one sample, answers its a-posteriori residual, zero if it is missing: float to float,
-    /// with channels (k,) to (k,).
-    #[inline]
-    fn update<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        exclusive(slf)?.shared.update(z)
-    }
-
-    /// The residual of each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k); the
-    /// interpreter lock is released.
-    #[pyo3(signature = (z, out=None, threads=None))]
-    fn process<'py>(
-        slf: &Bound<'py, Self>,
-        z: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-        threads: Option<i128>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        exclusive(slf)?.shared.process(z, out, threads)
-    }
-
-    /// Back to before the first sample.
-    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
-        exclusive(slf)?.shared.filter.reset();
-        Ok(())
-    }
-
-    /// Parameters and state as bytes, with a format version and a checksum.
-    fn to_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
-        reading(slf)?.shared.to_bytes(slf.py())
-    }
-
-    /// The object that ``to_bytes`` saved; ValueError if the bytes are not one.
-    #[staticmethod]
-    fn from_bytes(b: &[u8]) -> PyResult<Self> {
-        let found =
-            checkpoint::label_of(Kind::RecursiveLeastSquares, b).map_err(NativeError::from)?;
-        let (channels, model) =
-            for_order!((found.p, found.q), from_bytes_sized(b), Err(Error::Content))
-                .map_err(NativeError::from)?;
-        Ok(Self::wrap(channels, model))
-    }
-
-    /// An independent object in the same state.
-    fn copy(slf: &Bound<'_, Self>) -> PyResult<Self> {
-        let this = reading(slf)?;
-        Ok(Self::wrap(this.shared.channels, this.shared.filter.clone_box()))
-    }
-
-    fn __copy__(slf: &Bound<'_, Self>) -> PyResult<Self> {
-        Self::copy(slf)
-    }
-
-    fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Self::copy(slf)
-    }
-
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        let bytes = Self::to_bytes(slf)?;
-        Ok((slf.get_type().getattr("from_bytes")?, (bytes,)))
+        Ok(Self { shared: Shared::new(channels, model) })
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
@@ -213,7 +150,8 @@ impl RecursiveLeastSquares {
         let channels = this.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
         Ok(format!(
             "RecursiveLeastSquares(order={:?}, forgetting_factor={:?}{channels})",
-            this.order, this.forgetting_factor
+            this.shared.bank.order(),
+            this.shared.bank.forgetting_factor()
         ))
     }
 
@@ -222,8 +160,8 @@ impl RecursiveLeastSquares {
     #[getter]
     fn coefficients<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
-        let values = this.shared.filter.coefficients();
-        this.shared.arrays(py, values, &[this.size()])
+        let values = this.shared.bank.coefficients();
+        this.shared.arrays(py, values, &[this.shared.bank.size()])
     }
 
     /// Covariance of the coefficients of the centred and scaled samples, over the variance of the
@@ -231,47 +169,40 @@ impl RecursiveLeastSquares {
     #[getter]
     fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
-        let values = this.shared.filter.covariance();
-        this.shared.arrays(py, values, &[this.size(); 2])
+        let values = this.shared.bank.covariance();
+        this.shared.arrays(py, values, &[this.shared.bank.size(); 2])
     }
 
     /// Samples given so far, missing ones included.
     #[getter]
     fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
-        Ok(reading(slf)?.shared.filter.samples_seen())
+        Ok(reading(slf)?.shared.bank.samples_seen())
     }
 
     /// The start-up is over: bool, with channels (k,).
     #[getter]
     fn ready<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
-        let ready = this.shared.filter.ready();
+        let ready = this.shared.bank.ready();
         this.shared.numbers(py, ready)
     }
 
     /// Orders (p, q) of the model.
     #[getter]
     fn order(slf: &Bound<'_, Self>) -> PyResult<(usize, usize)> {
-        Ok(reading(slf)?.order)
-    }
-
-    /// Number of signals, None for a single one.
-    #[getter]
-    fn channels(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
-        Ok(reading(slf)?.shared.channels)
+        Ok(reading(slf)?.shared.bank.order())
     }
 }
 
 impl RecursiveLeastSquares {
-    fn wrap(channels: Option<usize>, model: Box<dyn AnyModel>) -> Self {
-        Self {
-            order: model.order(),
-            forgetting_factor: model.forgetting_factor(),
-            shared: Shared::new(channels, model),
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        let found = checkpoint::label(bytes)?;
+        let expected = Label::of::<Core<f64, 3, 4>>();
+        if found.tag() != expected.tag() {
+            return Err(Error::Type { found, expected });
         }
-    }
-
-    fn size(&self) -> usize {
-        self.order.0 + self.order.1 + 1
+        let order = (found.sizes[0], found.sizes[1]);
+        let (channels, bank) = for_order!(order, restored_sized(bytes), Err(Error::Content))?;
+        Ok(Self { shared: Shared::new(channels, bank) })
     }
 }

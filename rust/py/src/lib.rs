@@ -2,57 +2,38 @@
 #![forbid(unsafe_code)]
 
 mod allan;
-mod arrays;
-mod blocks;
+mod common;
 mod deviations;
 mod drift;
-mod ema;
-mod errors;
 mod identify;
 mod least_squares;
+mod math;
 mod rest;
-mod scores;
-mod shared;
-mod statistics;
-mod stream;
-mod streaming;
+mod score;
 
 use pyo3::prelude::*;
 
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::allan::AllanNoise;
+    use crate::allan::{AllanNoise, StreamingAllan};
     #[pymodule_export]
     use crate::deviations::{allan_deviations, longest_factor};
     #[pymodule_export]
-    use crate::drift::DriftFilter;
+    use crate::drift::{DriftFilter, Trace, filter_options};
     #[pymodule_export]
-    use crate::drift::trace::Trace;
-    #[pymodule_export]
-    use crate::ema::exponential_mean;
-    #[pymodule_export]
-    use crate::identify::arma::{arma_fit, arma_grid, arma_likelihood};
-    #[pymodule_export]
-    use crate::identify::autoregression::{autoregression_variances, fit_autoregression};
-    #[pymodule_export]
-    use crate::identify::outliers::without_outliers;
-    #[pymodule_export]
-    use crate::identify::products::lagged_products;
-    #[pymodule_export]
-    use crate::identify::residuals::arma_residuals;
-    #[pymodule_export]
-    use crate::identify::reversals::reversals;
+    use crate::identify::{
+        arma_fit, arma_grid, arma_likelihood, arma_residuals, autoregression_variances,
+        fit_autoregression, lagged_products, reversals, without_outliers,
+    };
     #[pymodule_export]
     use crate::least_squares::RecursiveLeastSquares;
     #[pymodule_export]
+    use crate::math::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
+    #[pymodule_export]
     use crate::rest::RestDetector;
     #[pymodule_export]
-    use crate::scores::ReplayScores;
-    #[pymodule_export]
-    use crate::statistics::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
-    #[pymodule_export]
-    use crate::streaming::StreamingAllan;
+    use crate::score::{ReplayScores, exponential_mean};
     use pyo3::prelude::*;
 
     #[pymodule_init]

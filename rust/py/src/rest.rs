@@ -1,18 +1,11 @@
 //! The rest detector for Python.
 
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyBytes};
-use zerorate_core::checkpoint::{self, Kind, Label};
-use zerorate_core::{Bank, Error, RestDetector as Core};
+use pyo3::types::PyBytes;
+use zerorate_core::{Bank, Error, RestDetector as Core, checkpoint};
 
-use crate::arrays;
-use crate::errors::NativeError;
-use crate::shared::{self, Shared, exclusive, reading};
-use crate::stream::{Labelled, Stream};
-
-const LABEL: Label = Label { kind: Kind::RestDetector, p: 0, q: 0 };
-
-type Detectors = Bank<Core<f64>>;
+use crate::common::errors::NativeError;
+use crate::common::streaming::{self, Shared, reading, streaming};
 
 /// Whether a gyro rests, told from its own output alone while samples arrive.
 ///
@@ -54,141 +47,57 @@ type Detectors = Bank<Core<f64>>;
 #[pyclass(module = "zerorate")]
 #[derive(Debug)]
 pub struct RestDetector {
-    rate: f64,
-    shared: Shared<Labelled<Core<f64>>>,
+    shared: Shared<Bank<Core<f64>>>,
 }
+
+streaming!(
+    RestDetector,
+    update: "Takes one sample, returns whether the sensor rests: float to bool, with channels (k,)
+    to (k,).",
+    process: "Whether the sensor rests after each sample of a batch: (n,) to (n,), with channels
+    (n, k) to (n, k), bool; the interpreter lock is released.",
+    out
+);
 
 #[pymethods]
 impl RestDetector {
     #[new]
     #[pyo3(signature = (rate, channels=None))]
     fn new(rate: f64, channels: Option<i128>) -> PyResult<Self> {
-        let channels = shared::channels(channels)?;
+        let channels = streaming::channels(channels)?;
         let detector = Core::new(rate).map_err(NativeError::from)?;
-        Ok(Self::wrap(rate, channels, Bank::new(&detector, channels.unwrap_or(1))))
-    }
-
-    /// Takes one sample, answers whether the sensor rests: float to bool, with channels (k,) to (k,).
-    #[inline]
-    fn update<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let mut this = exclusive(slf)?;
-        match this.shared.channels {
-            None => this.shared.filter.update(arrays::sample(z)?),
-            Some(channels) => {
-                this.shared.filter.update_row(&mut arrays::row(z, channels)?);
-                0.0
-            }
-        };
-        this.answers(slf.py())
-    }
-
-    /// Whether the sensor rests after each sample of a batch: (n,) to (n,), with channels (n, k) to
-    /// (n, k); the interpreter lock is released.
-    #[pyo3(signature = (z, threads=None))]
-    fn process<'py>(
-        slf: &Bound<'py, Self>,
-        z: &Bound<'py, PyAny>,
-        threads: Option<i128>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let mut this = exclusive(slf)?;
-        let threads = shared::threads(threads)?;
-        let mut samples = arrays::batch(z, this.shared.channels)?;
-        let filter = &mut *this.shared.filter;
-        let answers: Vec<bool> = z.py().detach(|| {
-            filter.process(&mut samples.values, threads);
-            samples.values.iter().map(|answer| *answer == 1.0).collect()
-        });
-        arrays::array(z.py(), answers, &samples.shape)
-    }
-
-    /// Back to before the first sample.
-    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
-        exclusive(slf)?.shared.filter.reset();
-        Ok(())
-    }
-
-    /// Parameters and state as bytes, with a format version and a checksum.
-    fn to_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
-        let this = reading(slf)?;
-        let state = (this.rate, this.shared.channels, &this.shared.filter.bank);
-        let bytes = checkpoint::to_vec(LABEL, &state).map_err(NativeError::from)?;
-        Ok(PyBytes::new(slf.py(), &bytes))
-    }
-
-    /// The object that `to_bytes` saved; ValueError if the bytes are not one.
-    #[staticmethod]
-    fn from_bytes(b: &[u8]) -> PyResult<Self> {
-        Ok(restored(b).map_err(NativeError::from)?)
-    }
-
-    /// An independent object in the same state.
-    fn copy(slf: &Bound<'_, Self>) -> PyResult<Self> {
-        let this = reading(slf)?;
-        Ok(Self::wrap(this.rate, this.shared.channels, this.shared.filter.bank.clone()))
-    }
-
-    fn __copy__(slf: &Bound<'_, Self>) -> PyResult<Self> {
-        Self::copy(slf)
-    }
-
-    fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Self::copy(slf)
-    }
-
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        let bytes = Self::to_bytes(slf)?;
-        Ok((slf.get_type().getattr("from_bytes")?, (bytes,)))
+        let bank = Box::new(Bank::new(&detector, channels.unwrap_or(1)));
+        Ok(Self { shared: Shared::new(channels, bank) })
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = reading(slf)?;
         let channels = this.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
-        Ok(format!("RestDetector(rate={:?}{channels})", this.rate))
+        Ok(format!("RestDetector(rate={:?}{channels})", this.first().rate()))
     }
 
     /// Whether the sensor rests: bool, with channels (k,).
     #[getter]
     fn at_rest<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        reading(slf)?.answers(slf.py())
+        let this = reading(slf)?;
+        let flags = this.shared.bank.streams().iter().map(Core::at_rest).collect();
+        this.shared.numbers(slf.py(), flags)
     }
 
     /// Samples a second.
     #[getter]
     fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.rate)
-    }
-
-    /// Number of signals, None for a single one.
-    #[getter]
-    fn channels(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
-        Ok(reading(slf)?.shared.channels)
+        Ok(reading(slf)?.first().rate())
     }
 }
 
 impl RestDetector {
-    fn wrap(rate: f64, channels: Option<usize>, bank: Detectors) -> Self {
-        Self { rate, shared: Shared::new(channels, Box::new(Labelled { label: LABEL, bank })) }
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        let (channels, bank) = checkpoint::restore(bytes)?;
+        Ok(Self { shared: Shared::new(channels, Box::new(bank)) })
     }
 
-    fn answers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let detectors = self.shared.filter.bank.filters();
-        match self.shared.channels {
-            None => Ok(PyBool::new(py, detectors[0].at_rest()).to_owned().into_any()),
-            Some(k) => arrays::array(py, detectors.iter().map(Core::at_rest).collect(), &[k]),
-        }
+    fn first(&self) -> &Core<f64> {
+        &self.shared.bank.streams()[0]
     }
-}
-
-fn restored(bytes: &[u8]) -> Result<RestDetector, Error> {
-    let (rate, channels, bank): (f64, Option<usize>, Detectors) = checkpoint::read(LABEL, bytes)?;
-    let fresh = Core::<f64>::new(rate).map_err(|_| Error::Content)?;
-    let fits = bank.filters().len() == channels.unwrap_or(1)
-        && !bank.filters().is_empty()
-        && bank.filters().iter().all(|detector| detector.is_like(&fresh));
-    if !fits {
-        return Err(Error::Content);
-    }
-    Ok(RestDetector::wrap(rate, channels, bank))
 }

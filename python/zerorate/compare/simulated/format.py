@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from zerorate.compare.simulated.result import Regret
 from zerorate.numerals import significant
-from zerorate.show.report.tables import Table, as_text
+from zerorate.show.tables import Table, as_text
 
 __all__ = ["format_regret"]
 

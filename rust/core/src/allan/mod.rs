@@ -3,12 +3,12 @@
 
 #[cfg(feature = "std")]
 mod deviations;
-mod recursive;
+mod noise;
 #[cfg(feature = "std")]
 mod streaming;
 
 #[cfg(feature = "std")]
 pub use deviations::{Curve, Estimate, Kind, Record, curves};
-pub use recursive::{AllanKind, AllanNoise};
+pub use noise::{AllanKind, AllanNoise};
 #[cfg(feature = "std")]
 pub use streaming::StreamingAllan;

@@ -17,11 +17,11 @@ pub struct Hampel {
 }
 
 impl Hampel {
-    /// Replaces outliers of `record` by the median of their window; answers where they are.
+    /// Replaces outliers of `record` by the median of their window, and returns where they are.
     ///
     /// Windows end where the record ends, and what is not finite is not in them.
     pub fn clean(&self, record: &mut [f64]) -> Vec<usize> {
-        let mut window = Window::with_room(self.width.min(record.len()));
+        let mut window = Window::with_capacity(self.width.min(record.len()));
         let (mut within, mut found) = (0..0, Vec::new());
         for k in 0..record.len() {
             let wanted = reach(k, self.width, record.len());
@@ -63,7 +63,7 @@ fn reach(k: usize, width: usize, n: usize) -> Range<usize> {
 struct Window(Vec<f64>);
 
 impl Window {
-    fn with_room(width: usize) -> Self {
+    fn with_capacity(width: usize) -> Self {
         Self(Vec::with_capacity(width + 1))
     }
 

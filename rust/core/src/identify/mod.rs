@@ -1,19 +1,17 @@
 //! Offline identification: from a whole record at rest to a drift model.
 //!
-//! A record is a slice in which a value that is not finite is missing; what lies between two
-//! missing values is a *stretch*. Conditional estimators start anew at every stretch.
+//! A record is a slice in which a value that is not finite is missing; the run of samples between
+//! two missing ones is a *segment*. Conditional estimators start anew at every segment.
 
 pub mod arma;
 mod autoregression;
 mod hampel;
-mod products;
+mod lagged_products;
 mod residuals;
 mod reversals;
-mod stretches;
 
-pub use autoregression::{Estimator, Fit, Refusal};
+pub use autoregression::{Estimator, Fit, FitError};
 pub use hampel::Hampel;
-pub use products::{LaggedProducts, lagged_products};
+pub use lagged_products::{LaggedProducts, lagged_products};
 pub use residuals::Arma;
 pub use reversals::{Reversals, reversals};
-pub use stretches::stretches;

@@ -1,5 +1,7 @@
 //! Residuals of a given ARMA model.
 
+use crate::math::segments::segment_ranges;
+
 /// An ARMA model that is applied, not estimated.
 #[derive(Debug, Clone, Copy)]
 pub struct Arma<'a> {
@@ -16,30 +18,26 @@ pub struct Arma<'a> {
 impl Arma<'_> {
     /// The conditional residuals `a_k = z_k - Σφ z_{k-i} - Σθ a_{k-j} - c`.
     ///
-    /// Every stretch starts anew: before it samples are taken to be at the centre and residuals
+    /// Every segment starts anew: before it samples are taken to be at the centre and residuals
     /// zero. Its first `p` residuals rest on that, and are NaN as those of missing samples.
     pub fn residuals(&self, record: &[f64]) -> Vec<f64> {
         let mut residuals = vec![f64::NAN; record.len()];
-        let mut first = 0;
-        for stretch in record.split(|z| !z.is_finite()) {
-            let end = first + stretch.len();
-            let part = &mut residuals[first..end];
-            self.autoregress(stretch, part);
+        for range in segment_ranges(record) {
+            let part = &mut residuals[range.clone()];
+            self.autoregress(&record[range], part);
             self.invert(part);
             part.iter_mut().take(self.phi.len()).for_each(|a| *a = f64::NAN);
-            // Past the missing sample that ended the stretch.
-            first = end + 1;
         }
         residuals
     }
 
     /// What the autoregression leaves of the samples.
-    fn autoregress(&self, stretch: &[f64], left: &mut [f64]) {
-        for (w, z) in left.iter_mut().zip(stretch) {
+    fn autoregress(&self, segment: &[f64], left: &mut [f64]) {
+        for (w, z) in left.iter_mut().zip(segment) {
             *w = z - self.centre - self.constant;
         }
         for (i, phi) in self.phi.iter().enumerate() {
-            for (w, z) in left.iter_mut().skip(i + 1).zip(stretch) {
+            for (w, z) in left.iter_mut().skip(i + 1).zip(segment) {
                 *w -= phi * (z - self.centre);
             }
         }
@@ -65,9 +63,9 @@ mod tests {
     const MODEL: Arma = Arma { phi: &[0.5, 0.25], theta: &[-1.0], centre: 2.0, constant: 1.0 };
 
     #[test]
-    fn every_stretch_starts_anew() {
+    fn every_segment_starts_anew() {
         let record = [2.0, 4.0, 6.0, 2.0, f64::NAN, f64::INFINITY, 6.0, f64::NAN, 2.0, 4.0, 6.0];
-        // Centred, the first stretch is 0, 2, 4, 0. Its residuals: 0 - 1 = -1, 2 - 1 - 1 = 0,
+        // Centred, the first segment is 0, 2, 4, 0. Its residuals: 0 - 1 = -1, 2 - 1 - 1 = 0,
         // 4 - 1 - 0 - 1 + 0 = 2, then 0 - 2 - 0.5 - 1 + 2.
         let expected =
             [None, None, Some(2.0), Some(-1.5), None, None, None, None, None, None, Some(2.0)];

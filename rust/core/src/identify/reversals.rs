@@ -62,7 +62,7 @@ fn insert(values: &mut [i64]) -> u64 {
     count as u64
 }
 
-/// Merges the sorted halves of `values`; `left` is room for the first.
+/// Merges the sorted halves of `values`; `left` is scratch space for the first.
 fn merge(values: &mut [i64], left: &mut [i64]) -> u64 {
     let middle = left.len();
     if values[middle - 1] <= values[middle] {

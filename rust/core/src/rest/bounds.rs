@@ -1,6 +1,6 @@
-//! How far chance goes.
+//! Bounds of what chance does at rest.
 
-use crate::real::{Limits, Real};
+use crate::math::{Limits, Real};
 
 /// Deviations that chance exceeds once in a million: four tests a tick, one false alarm a day.
 pub(super) const CERTAIN: f64 = 4.9;

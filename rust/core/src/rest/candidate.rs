@@ -1,10 +1,11 @@
-//! Steady ticks that may be a rest not known before.
+//! Ticks in a row that may become a rest: steady ones at a new level, or some near a known level.
 
 use serde::{Deserialize, Serialize};
 
 use super::bounds::{ALIKE_FREEDOM, CERTAIN, LEVEL_SHARE, chi_squared_bound, flips};
-use super::ticker::Seen;
-use crate::real::{Limits, Real};
+use super::model::RestModel;
+use super::ticker::TickSums;
+use crate::math::{Limits, Real};
 
 /// Successive ticks of much the same variance whose levels vary far less than the samples do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -23,12 +24,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
         Self { ticks: 0, level: zero, squares: zero, variance: zero }
     }
 
-    pub(super) fn of(seen: &Seen<T>) -> Self {
+    pub(super) fn of(seen: &TickSums<T>) -> Self {
         Self { ticks: 1, level: seen.level, squares: T::zero(), variance: seen.variance }
     }
 
     /// Goes on with a tick, or begins anew with it if it is unlike those before.
-    pub(super) fn take(&mut self, seen: &Seen<T>, length: u32) {
+    pub(super) fn take(&mut self, seen: &TickSums<T>, length: u32) {
         let longer = self.with(seen);
         *self = match self.ticks > 0 && longer.is_alike(seen, length) && longer.stands(seen, length)
         {
@@ -37,7 +38,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
         };
     }
 
-    fn with(&self, seen: &Seen<T>) -> Self {
+    fn with(&self, seen: &TickSums<T>) -> Self {
         let ticks = self.ticks.saturating_add(1);
         let share = T::one() / T::of(f64::from(ticks));
         let before = seen.level - self.level;
@@ -51,7 +52,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
     }
 
     /// Whether the tick's variance is that of the others: shaking changes from tick to tick.
-    fn is_alike(&self, seen: &Seen<T>, length: u32) -> bool {
+    fn is_alike(&self, seen: &TickSums<T>, length: u32) -> bool {
         let freedom = T::of(f64::from(length) - 2.0).at_most(T::of(ALIKE_FREEDOM));
         let most = chi_squared_bound(freedom, CERTAIN);
         let least = chi_squared_bound(freedom, -CERTAIN);
@@ -61,7 +62,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
     }
 
     /// Whether the levels stand still: those of motion vary as much as the samples do.
-    fn stands(&self, seen: &Seen<T>, length: u32) -> bool {
+    fn stands(&self, seen: &TickSums<T>, length: u32) -> bool {
         let share = T::of(LEVEL_SHARE + 4.0 / f64::from(length));
         self.level_variance() <= share * self.variance + flips(seen.step)
     }
@@ -69,5 +70,33 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
     /// Variance of the ticks' levels.
     pub(super) fn level_variance(&self) -> T {
         self.squares / T::of(f64::from(self.ticks.max(2) - 1))
+    }
+}
+
+/// Successive ticks that look like a rest known.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Run<T> {
+    pub ticks: u32,
+    /// Their mean level.
+    pub level: T,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Run<T> {
+    pub(super) fn none() -> Self {
+        Self { ticks: 0, level: T::zero() }
+    }
+
+    pub(super) fn take(&mut self, near: bool, level: T) {
+        if !near {
+            *self = Self::none();
+            return;
+        }
+        self.ticks = self.ticks.saturating_add(1);
+        self.level += (level - self.level) / T::of(f64::from(self.ticks));
+    }
+
+    /// Whether it is long enough, and at the level known.
+    pub(super) fn has_arrived(&self, ticks: u32, known: &RestModel<T>, step: T) -> bool {
+        self.ticks >= ticks && known.is_level(self.level, step)
     }
 }

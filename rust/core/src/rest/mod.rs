@@ -1,4 +1,4 @@
-//! Whether a sensor rests, told from one channel of a gyroscope alone.
+//! Rest detection from one channel of a gyroscope alone.
 //!
 //! Samples are put together to ticks of a quarter of a second. What ticks show at rest is learned:
 //! how much the samples vary within one, and how far its level lies from averages of 1, 4 and 16 s.
@@ -12,21 +12,19 @@
 
 mod bounds;
 mod candidate;
-mod judge;
-mod known;
-mod run;
+mod decision;
+mod model;
 mod ticker;
-mod times;
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use self::judge::Judge;
-use self::ticker::{Seen, Ticker};
-use self::times::Times;
-use crate::error::Error;
-use crate::filter::{Filter, SideBySide};
-use crate::params::check_rate;
-use crate::real::{Limits, Real};
+use self::decision::{Decision, Times};
+use self::ticker::{TickSums, Ticker};
+use crate::error::{Error, check_rate};
+use crate::math::{Limits, Real};
+use crate::stream::checkpoint::Checkpoint;
+use crate::stream::{Number, Stream};
 
 /// Fewest samples that tell a mean and a variance without the farthest of them.
 const LEAST: u32 = 4;
@@ -63,8 +61,9 @@ pub struct Tick<T> {
 /// Decisions do not depend on the unit of the samples, nor on a constant added to them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RestDetector<T> {
+    rate: f64,
     ticker: Ticker<T>,
-    judge: Judge<T>,
+    decision: Decision<T>,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
@@ -75,51 +74,77 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     pub fn new(rate: f64) -> Result<Self, Error> {
         check_rate(rate)?;
         let times = Times::new(rate);
-        Ok(Self { ticker: Ticker::new(times.tick), judge: Judge::new(times) })
+        Ok(Self { rate, ticker: Ticker::new(times.tick), decision: Decision::new(times) })
     }
 
-    /// Takes one sample; answers the tick that it completes.
+    /// Takes one sample; returns the tick that it completes.
     #[inline(always)]
     pub fn observe(&mut self, z: T) -> Option<Tick<T>> {
         let seen = self.ticker.observe(z)?;
-        Some(self.judged(&seen))
+        Some(self.decided(&seen))
     }
 
     /// Whether the sensor rests, as far as the last tick tells.
     pub fn at_rest(&self) -> bool {
-        self.judge.at_rest
+        self.decision.at_rest
     }
 
     /// Samples in a tick, missing ones included.
     pub fn tick_length(&self) -> u32 {
-        self.judge.times.tick
+        self.decision.times.tick
     }
 
-    /// Whether another detector is one for the same rate.
-    pub fn is_like(&self, other: &Self) -> bool {
-        self.judge.times == other.judge.times && self.ticker.length() == other.ticker.length()
+    /// Samples a second.
+    pub fn rate(&self) -> f64 {
+        self.rate
     }
 
-    fn judged(&mut self, seen: &Seen<T>) -> Tick<T> {
+    /// Back to before the first sample.
+    pub fn restart(&mut self) {
+        let times = self.decision.times;
+        self.ticker = Ticker::new(times.tick);
+        self.decision = Decision::new(times);
+    }
+
+    fn decided(&mut self, seen: &TickSums<T>) -> Tick<T> {
         let telling = seen.count >= LEAST;
-        let event = if telling { self.judge.take(seen) } else { None };
+        let event = if telling { self.decision.take(seen) } else { None };
         let calm = telling && self.at_rest();
         Tick { count: seen.count, mean: seen.mean, deviation: seen.deviation, calm, event }
     }
 }
 
-impl<T: Limits + Real<Element = T, SimdBool = bool>> Filter<T> for RestDetector<T> {
-    /// Answers one at rest, else zero.
+impl<T: Number> Stream for RestDetector<T> {
+    type Input = T;
+    type Output = bool;
+
+    /// Returns whether the sensor rests.
     #[inline]
-    fn update(&mut self, z: T) -> T {
+    fn update(&mut self, z: T) -> bool {
         self.observe(z);
-        if self.at_rest() { T::one() } else { T::zero() }
+        self.at_rest()
     }
 
     fn reset(&mut self) {
-        let times = self.judge.times;
-        *self = Self { ticker: Ticker::new(times.tick), judge: Judge::new(times) };
+        self.restart();
     }
 }
 
-impl<T: Limits + Real<Element = T, SimdBool = bool>> SideBySide<T> for RestDetector<T> {}
+impl<T> Checkpoint for RestDetector<T>
+where
+    T: Limits + Real<Element = T, SimdBool = bool> + Serialize + DeserializeOwned,
+{
+    const TAG: &'static str = "rest-detector";
+    const VERSION: u16 = 1;
+
+    fn is_sound(&self) -> bool {
+        Self::new(self.rate).is_ok_and(|fresh| {
+            self.decision.times == fresh.decision.times
+                && self.ticker.length() == fresh.ticker.length()
+        })
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        self.rate == other.rate
+    }
+}

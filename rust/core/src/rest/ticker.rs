@@ -1,9 +1,9 @@
-//! Samples put together to ticks.
+//! Ticks: sums over a quarter of a second of samples.
 
 use serde::{Deserialize, Serialize};
 
 use super::LEAST;
-use crate::real::{Limits, Real, choose};
+use crate::math::{Limits, Real, choose};
 
 /// Sums over the samples of the tick that is under way.
 ///
@@ -34,7 +34,7 @@ pub(super) struct Ticker<T> {
 
 /// One tick, in the ticker's own units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Seen<T> {
+pub(super) struct TickSums<T> {
     /// Samples that were not missing.
     pub count: u32,
     /// Mean of the samples, in their unit.
@@ -77,9 +77,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.length
     }
 
-    /// Takes one sample; answers the tick that it completes.
+    /// Takes one sample; returns the tick that it completes.
     #[inline(always)]
-    pub(super) fn observe(&mut self, z: T) -> Option<Seen<T>> {
+    pub(super) fn observe(&mut self, z: T) -> Option<TickSums<T>> {
         if z.finite() {
             self.add(z);
         } else {
@@ -122,13 +122,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     }
 
     #[cold]
-    fn end(&mut self) -> Seen<T> {
+    fn end(&mut self) -> TickSums<T> {
         let count = T::of(f64::from(self.count.max(1)));
         let mean = self.origin + self.unit * (self.centre + self.sum / count);
         let (level, variance) = self.without_farthest();
         // Sums of samples that are all equal are off their mean by some roundings.
         let rounding = T::ROUNDING * level.simd_abs();
-        let seen = Seen {
+        let seen = TickSums {
             count: self.count,
             mean,
             deviation: self.unit * self.variance_about_mean().simd_sqrt(),

@@ -1,11 +1,10 @@
-//! The measures of one axis: raw, and after each of several filters.
+//! Measures of one axis while its samples pass: raw, and after each of several filters.
 
 use pulp::Arch;
 
 use super::BLOCK;
-use super::coasting::{Coasting, Way};
-use super::moments::Moments;
-use super::sum::{Sum, widened};
+use super::coasting::{Block, Coasting};
+use super::sums::{Moments, Sum, widened};
 
 /// Measures of one series, NaN where one means nothing.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,9 +19,9 @@ pub struct Score {
     pub error: f64,
 }
 
-/// What came, whether it was measured or not.
+/// Counts and range of all samples, measured or not.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
+pub struct Totals {
     /// Samples that are NaN.
     pub missing: u64,
     /// Samples that are finite.
@@ -30,26 +29,26 @@ pub struct Seen {
     /// Samples at which the filter learned.
     pub at_rest: u64,
     /// Least and largest finite sample.
-    pub ends: [f64; 2],
+    pub range: [f64; 2],
 }
 
-impl Default for Seen {
+impl Default for Totals {
     fn default() -> Self {
-        let ends = [f64::INFINITY, -f64::INFINITY];
-        Self { missing: 0, present: 0, at_rest: 0, ends }
+        let range = [f64::INFINITY, -f64::INFINITY];
+        Self { missing: 0, present: 0, at_rest: 0, range }
     }
 }
 
 /// Measures of one axis while it passes: of the raw samples, and of each estimate of their drift.
 ///
-/// All are of samples that are present and, where rest is told, at rest: a motion is seen late, so
-/// the samples before one are waited for and left out too.
+/// They are of the samples that are present and, where rest is known, at rest. A motion is detected
+/// late: samples are held back for the delay, and those just before a motion are left out too.
 #[derive(Debug, Clone)]
 pub struct AxisScores {
-    seen: Seen,
+    totals: Totals,
     resting: bool,
     delay: usize,
-    waiting: Vec<Vec<f64>>,
+    pending: Vec<Vec<f64>>,
     truth: Vec<f64>,
     moments: Vec<Moments>,
     errors: Vec<Sum>,
@@ -63,10 +62,10 @@ impl AxisScores {
     pub fn new(estimates: usize, horizons: &[usize], delay: usize) -> Self {
         let series = estimates + 1;
         Self {
-            seen: Seen::default(),
+            totals: Totals::default(),
             resting: false,
             delay,
-            waiting: vec![Vec::new(); series],
+            pending: vec![Vec::new(); series],
             truth: Vec::new(),
             moments: vec![Moments::new(); series],
             errors: vec![Sum::default(); series],
@@ -75,8 +74,8 @@ impl AxisScores {
         }
     }
 
-    /// Takes samples, where the filter learned if it minds motion, each estimate and the truth if
-    /// it is known: all of one length.
+    /// Takes samples, flags of rest if motion is to be left out, each estimate, and the truth if it
+    /// is known: all of one length.
     pub fn take(
         &mut self,
         raw: &[f64],
@@ -84,32 +83,32 @@ impl AxisScores {
         estimates: &[&[f64]],
         truth: Option<&[f64]>,
     ) {
-        self.see(raw);
+        self.count(raw);
         match at_rest {
-            Some(at_rest) => self.wait_at_rest(raw, at_rest),
-            None => self.waiting[0].extend_from_slice(raw),
+            Some(at_rest) => self.hold_back(raw, at_rest),
+            None => self.pending[0].extend_from_slice(raw),
         }
-        for (waiting, x) in self.waiting[1..].iter_mut().zip(estimates) {
-            waiting.extend_from_slice(x);
+        for (pending, x) in self.pending[1..].iter_mut().zip(estimates) {
+            pending.extend_from_slice(x);
         }
         self.truth.extend_from_slice(truth.unwrap_or_default());
-        let sure = self.waiting[0].len().saturating_sub(self.delay);
+        let sure = self.pending[0].len().saturating_sub(self.delay);
         self.measure(sure - sure % BLOCK);
     }
 
-    /// Counts samples at rest, which says nothing of what is measured.
+    /// Counts samples at rest, which leaves the measures as they are.
     pub fn count_rest(&mut self, at_rest: &[bool]) {
-        self.seen.at_rest += at_rest.iter().map(|rest| u64::from(*rest)).sum::<u64>();
+        self.totals.at_rest += at_rest.iter().map(|rest| u64::from(*rest)).sum::<u64>();
     }
 
-    /// What came until now.
-    pub fn seen(&self) -> Seen {
-        self.seen
+    /// Counts and range until now.
+    pub fn totals(&self) -> Totals {
+        self.totals
     }
 
     /// The measures of the raw samples and of each estimate; nothing more can come.
     pub fn finish(&mut self) -> Vec<Score> {
-        self.measure(self.waiting[0].len());
+        self.measure(self.pending[0].len());
         let score = |i: usize| Score {
             mean: self.moments[i].mean(),
             deviation: self.moments[i].deviation(),
@@ -119,32 +118,32 @@ impl AxisScores {
         (0..self.moments.len()).map(score).collect()
     }
 
-    fn see(&mut self, raw: &[f64]) {
+    fn count(&mut self, raw: &[f64]) {
         let finite: u64 = raw.iter().map(|z| u64::from(z.is_finite())).sum();
-        self.seen.present += finite;
+        self.totals.present += finite;
         if finite == raw.len() as u64 {
-            self.seen.ends = widened(self.seen.ends, raw);
+            self.totals.range = widened(self.totals.range, raw);
             return;
         }
-        self.seen.missing += raw.iter().map(|z| u64::from(z.is_nan())).sum::<u64>();
+        self.totals.missing += raw.iter().map(|z| u64::from(z.is_nan())).sum::<u64>();
         for z in raw.iter().filter(|z| z.is_finite()) {
-            self.seen.ends = widened(self.seen.ends, &[*z]);
+            self.totals.range = widened(self.totals.range, &[*z]);
         }
     }
 
-    fn wait_at_rest(&mut self, raw: &[f64], at_rest: &[bool]) {
-        let waiting = &mut self.waiting[0];
+    fn hold_back(&mut self, raw: &[f64], at_rest: &[bool]) {
+        let pending = &mut self.pending[0];
         for (z, rests) in raw.iter().zip(at_rest) {
             if self.resting && !rests {
-                let first = waiting.len().saturating_sub(self.delay);
-                waiting[first..].fill(f64::NAN);
+                let first = pending.len().saturating_sub(self.delay);
+                pending[first..].fill(f64::NAN);
             }
             self.resting = *rests;
-            waiting.push(if *rests { *z } else { f64::NAN });
+            pending.push(if *rests { *z } else { f64::NAN });
         }
     }
 
-    /// Measures so many of the samples that wait.
+    /// Measures the first `count` samples of those held back.
     fn measure(&mut self, count: usize) {
         // On the widest registers that the processor has; no sum changes its order for that.
         Arch::new().dispatch(|| {
@@ -152,15 +151,15 @@ impl AxisScores {
                 self.measure_block(first, count.min(first + BLOCK));
             }
         });
-        for waiting in &mut self.waiting {
-            waiting.drain(..count);
+        for pending in &mut self.pending {
+            pending.drain(..count);
         }
         self.truth.drain(..count.min(self.truth.len()));
     }
 
     #[inline(always)]
     fn measure_block(&mut self, first: usize, end: usize) {
-        let series: Vec<&[f64]> = self.waiting.iter().map(|x| &x[first..end]).collect();
+        let series: Vec<&[f64]> = self.pending.iter().map(|x| &x[first..end]).collect();
         let raw = series[0];
         let whole = raw.iter().all(|z| z.is_finite());
         let mut used = [0.0; BLOCK];
@@ -175,9 +174,9 @@ impl AxisScores {
         }
         let level = self.level.or_else(|| raw.iter().copied().find(|z| z.is_finite()));
         self.level = level;
-        let way = Way::new(raw, whole, level.unwrap_or_default());
+        let block = Block::new(raw, whole, level.unwrap_or_default());
         for coasting in &mut self.coasting {
-            coasting.take(&way, &series);
+            coasting.take(&block, &series);
         }
     }
 }
@@ -233,6 +232,6 @@ mod tests {
         axis.take(&[5.0, 9.0, 1.0], Some(&[true, false, true]), &[], None);
         let score = &axis.finish()[0];
         assert_eq!((score.mean, score.deviation), (1.0, 0.0));
-        assert_eq!((axis.seen().present, axis.seen().ends[1]), (7, 9.0));
+        assert_eq!((axis.totals().present, axis.totals().range[1]), (7, 9.0));
     }
 }

@@ -1,13 +1,13 @@
-//! What holding an estimate costs over a horizon.
+//! Coasting errors: the angle lost when an estimate is held over a horizon.
 
 use std::ops::Range;
 
 use super::BLOCK;
-use super::sum::{Sum, summed};
+use super::sums::{Sum, summed};
 
-/// The samples of one block, and the way they go.
+/// The samples of one block, and their sums.
 #[derive(Debug)]
-pub(super) struct Way<'a> {
+pub struct Block<'a> {
     z: &'a [f64],
     whole: bool,
     level: f64,
@@ -15,11 +15,11 @@ pub(super) struct Way<'a> {
     sums: [f64; BLOCK],
 }
 
-impl<'a> Way<'a> {
+impl<'a> Block<'a> {
     /// Of samples that are `whole` if none is missing. The `level` is taken off, so that an offset
     /// costs no digits.
     #[inline(always)]
-    pub(super) fn new(z: &'a [f64], whole: bool, level: f64) -> Self {
+    pub fn new(z: &'a [f64], whole: bool, level: f64) -> Self {
         let (mut sums, mut sum) = ([0.0; BLOCK], 0.0);
         for (z, so_far) in z.iter().zip(&mut sums) {
             sum += if z.is_finite() { z - level } else { 0.0 };
@@ -32,46 +32,46 @@ impl<'a> Way<'a> {
 /// Coasting errors of several series at one horizon: the angle that is lost when each estimate is
 /// held through the next `length` samples.
 #[derive(Debug, Clone)]
-pub(super) struct Coasting {
+pub struct Coasting {
     windows: Windows,
     held: Vec<Held>,
 }
 
 impl Coasting {
-    pub(super) fn new(length: usize, series: usize) -> Self {
+    pub fn new(length: usize, series: usize) -> Self {
         Self { windows: Windows::new(length), held: vec![Held::new(length); series] }
     }
 
     /// Takes one block, and the estimates at the same times.
     #[inline(always)]
-    pub(super) fn take(&mut self, way: &Way<'_>, series: &[&[f64]]) {
+    pub fn take(&mut self, block: &Block<'_>, series: &[&[f64]]) {
         let (mut angles, mut done) = ([0.0; BLOCK], 0);
-        while done < way.z.len() {
+        while done < block.z.len() {
             let at = self.windows.at;
-            let end = way.z.len().min(done + self.windows.sums.len() - at);
+            let end = block.z.len().min(done + self.windows.sums.len() - at);
             let angles = &mut angles[..end - done];
-            self.windows.take(way, done..end, angles);
+            self.windows.take(block, done..end, angles);
             for (held, x) in self.held.iter_mut().zip(series) {
-                held.take(at, angles, &x[done..end], way.level);
+                held.take(at, angles, &x[done..end], block.level);
             }
             done = end;
         }
     }
 
     /// RMS of one series' angles, unit times samples; NaN if no window was complete.
-    pub(super) fn error(&self, series: usize) -> f64 {
+    pub fn error(&self, series: usize) -> f64 {
         let held = &self.held[series];
         (held.squares.value() / held.count as f64).sqrt()
     }
 }
 
-/// Sums of the last samples, each made of two parts of fixed stretches: none is the small
+/// Sums of the last samples, each made of two parts of fixed spans: none is the small
 /// difference of two sums over the whole record.
 #[derive(Debug, Clone)]
 struct Windows {
-    /// Place in the stretch.
+    /// Place in the span.
     at: usize,
-    /// Up to and with each place: of this stretch before `at`, of the last one from there on.
+    /// Up to and with each place: of this span before `at`, of the last one from there on.
     sums: Vec<f64>,
     before: f64,
     now: f64,
@@ -85,20 +85,20 @@ impl Windows {
     }
 
     /// Puts into `angles` the sum that ends at each sample, above the level; NaN where one of its
-    /// samples is missing. The samples are of one stretch.
+    /// samples is missing. The samples are of one span.
     #[inline(always)]
-    fn take(&mut self, way: &Way<'_>, part: Range<usize>, angles: &mut [f64]) {
-        let start = if part.start == 0 { 0.0 } else { way.sums[part.start - 1] };
+    fn take(&mut self, block: &Block<'_>, part: Range<usize>, angles: &mut [f64]) {
+        let start = if part.start == 0 { 0.0 } else { block.sums[part.start - 1] };
         let (before, now) = (self.before, self.now);
         let sums = &mut self.sums[self.at..self.at + part.len()];
-        for ((so_far, sum), angle) in way.sums[part.clone()].iter().zip(sums).zip(&mut *angles) {
+        for ((so_far, sum), angle) in block.sums[part.clone()].iter().zip(sums).zip(&mut *angles) {
             let up_to_here = now + (so_far - start);
             *angle = (before - *sum) + up_to_here;
             *sum = up_to_here;
         }
-        self.now += way.sums[part.end - 1] - start;
-        if !way.whole || self.present < self.sums.len() {
-            self.leave_out(&way.z[part.clone()], angles);
+        self.now += block.sums[part.end - 1] - start;
+        if !block.whole || self.present < self.sums.len() {
+            self.leave_out(&block.z[part.clone()], angles);
         }
         self.at += part.len();
         if self.at == self.sums.len() {
@@ -160,7 +160,7 @@ mod tests {
     fn error(length: usize, z: &[f64], x: &[f64]) -> f64 {
         let mut coasting = Coasting::new(length, 1);
         let whole = z.iter().all(|z| z.is_finite());
-        coasting.take(&Way::new(z, whole, 1.0), &[x]);
+        coasting.take(&Block::new(z, whole, 1.0), &[x]);
         coasting.error(0)
     }
 

@@ -7,12 +7,44 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 use zerorate_core::allan::AllanKind;
-use zerorate_core::{Method, Params, Start};
+use zerorate_core::checkpoint::{self, Checkpoint};
+use zerorate_core::{Method, Params, Start, Stream};
 
 /// White noise of unit deviation.
 pub fn white_noise(n: usize, seed: u64) -> Vec<f64> {
     let mut random = Pcg64::seed_from_u64(seed);
     (0..n).map(|_| StandardNormal.sample(&mut random)).collect()
+}
+
+/// The outputs of a filter.
+pub fn processed<T: Copy + Default, S: Stream<Input = T, Output = T>>(
+    stream: &mut S,
+    samples: &[T],
+) -> Vec<T> {
+    processed_to::<T, S>(stream, samples)
+}
+
+/// The outputs of a stream.
+pub fn processed_to<O: Copy + Default, S: Stream<Output = O>>(
+    stream: &mut S,
+    samples: &[S::Input],
+) -> Vec<O> {
+    let mut outputs = vec![O::default(); samples.len()];
+    stream.process(samples, &mut outputs);
+    outputs
+}
+
+/// A stream through a checkpoint.
+pub fn restored<S: Checkpoint>(stream: &S) -> S {
+    let mut buffer = vec![0; 1 << 16];
+    let bytes = checkpoint::write(stream, &mut buffer).expect("a stream can be saved");
+    checkpoint::read(bytes).expect("and restored")
+}
+
+/// The bytes of a checkpoint.
+pub fn saved<S: Checkpoint>(stream: &S) -> Vec<u8> {
+    let mut buffer = vec![0; 1 << 16];
+    checkpoint::write(stream, &mut buffer).expect("a stream can be saved").to_vec()
 }
 
 /// Noise on an offset, on a slow walk, some of it quantised.

@@ -1,96 +1,123 @@
-//! Drift, its deviation and rest at every sample, in one pass.
+//! All that a drift filter knows, now or after each sample, under the names of its fields.
 
-use std::any::Any;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-use zerorate_core::{AutoFilter, Filter};
+use super::DriftFilter;
+use crate::common::streaming::reading;
 
-use super::any::AnyDrift;
-use crate::stream::Labelled;
-
-/// Samples of a channel that are worked on before the next channel's.
-const ROWS: usize = 512;
-
-/// What is filled beside the drift, a slice a channel.
-pub struct Beside<'a> {
-    pub bias_sigma: Vec<&'a mut [f64]>,
-    pub at_rest: Vec<&'a mut [bool]>,
+/// Getters of fields that the core names.
+macro_rules! readings {
+    ($class:ident; $($(#[$doc:meta])* $name:ident;)*) => {
+        #[pymethods]
+        impl $class {
+            $(
+                $(#[$doc])*
+                #[getter]
+                fn $name<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+                    reading(slf)?.reading(slf.py(), stringify!($name))
+                }
+            )*
+        }
+    };
 }
 
-/// Filters a slice a channel into another, all of one length.
-pub fn replay(
-    filter: &mut dyn AnyDrift,
-    z: &[&[f64]],
-    out: &mut [&mut [f64]],
-    mut beside: Option<Beside<'_>>,
-) {
-    let n = z.first().map_or(0, |z| z.len());
-    let mut rows = vec![0.0; ROWS.min(n) * z.len()];
-    for first in (0..n).step_by(ROWS) {
-        let end = n.min(first + ROWS);
-        let rows = &mut rows[..(end - first) * z.len()];
-        let tile: Vec<&[f64]> = z.iter().map(|z| &z[first..end]).collect();
-        match &mut beside {
-            Some(beside) => told(filter, &tile, rows, first, out, beside),
-            None => {
-                interleave(&tile, rows);
-                filter.process(rows, 1);
-                spread(rows, first, out);
-            }
-        }
+readings! { DriftFilter;
+    /// The last filtered rate: float, with channels (k,).
+    estimate;
+    /// The last sample minus its prediction, zero if it was missing: float, with channels (k,).
+    innovation;
+    /// Variance of the innovation: float, with channels (k,).
+    innovation_variance;
+    /// The drift learned at rest, held in motion: float, with channels (k,). The estimate for
+    /// every method.
+    bias;
+    /// Standard deviation of the bias as the filter sees it: float, with channels (k,). Before
+    /// anything is known, the size of the largest sample.
+    bias_sigma;
+    /// The sensor is not seen to move, so the filter learns: bool, with channels (k,). Always true
+    /// with ``motion="ignore"``.
+    at_rest;
+    /// Measurement noise variance R: float, with channels (k,).
+    measurement_noise;
+    /// Kalman gain: (p + 1,), with channels (k, p + 1).
+    gain;
+    /// Process noise covariance G: (p + 1, p + 1), with channels (k, p + 1, p + 1).
+    process_noise;
+    /// Model ``[φ…, θ…, c]``, c in the unit of the samples: (p + q + 1,), with channels
+    /// (k, p + q + 1).
+    coefficients;
+    /// State covariance P: (p + 1, p + 1), with channels (k, p + 1, p + 1).
+    covariance;
+}
+
+/// What a filter knew after each of n samples; with k channels every array has a second axis k.
+///
+/// Attributes
+/// ----------
+/// estimate : ndarray, float64, (n,)
+///     Filtered rate, in the unit of the samples.
+/// innovation : ndarray, float64, (n,)
+///     Sample minus prediction; zero where the sample is missing.
+/// innovation_variance : ndarray, float64, (n,)
+///     Variance S that the filter expected of the innovation.
+/// gain : ndarray, float64, (n, p + 1)
+///     Kalman gain; zero where the sample is missing. The state of "auto" is the drift alone: 1 in
+///     place of p + 1, and of p + q + 1 below.
+/// measurement_noise : ndarray, float64, (n,)
+///     Variance R.
+/// process_noise : ndarray, float64, (n, p + 1, p + 1)
+///     Covariance G.
+/// coefficients : ndarray, float64, (n, p + q + 1)
+///     Model [φ…, θ…, c].
+/// covariance : ndarray, float64, (n, p + 1, p + 1)
+///     State covariance P.
+/// missing : ndarray, bool, (n,)
+///     The sample was not finite.
+/// guarded : ndarray, bool, (n,)
+///     The step of the process noise was shortened to keep it positive semidefinite.
+/// bias : ndarray, float64, (n,)
+///     Drift learned at rest and held in motion, in the unit of the samples.
+/// bias_sigma : ndarray, float64, (n,)
+///     Its standard deviation as the filter sees it.
+/// at_rest : ndarray, bool, (n,)
+///     The filter learned; always true with ``motion="ignore"``.
+#[pyclass(frozen, module = "zerorate")]
+#[derive(Debug)]
+pub struct Trace {
+    /// One array a field.
+    pub arrays: Py<PyDict>,
+}
+
+readings! { Trace;
+    estimate;
+    innovation;
+    innovation_variance;
+    gain;
+    measurement_noise;
+    process_noise;
+    coefficients;
+    covariance;
+    missing;
+    guarded;
+    bias;
+    bias_sigma;
+    at_rest;
+}
+
+#[pymethods]
+impl Trace {
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
+        self.reading(py, "estimate")?.len()
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!("Trace of {} samples", self.__len__(py)?))
     }
 }
 
-fn told(
-    filter: &mut dyn AnyDrift,
-    tile: &[&[f64]],
-    rows: &mut [f64],
-    first: usize,
-    out: &mut [&mut [f64]],
-    beside: &mut Beside<'_>,
-) {
-    let any: &mut dyn Any = filter;
-    if let Some(auto) = any.downcast_mut::<Labelled<AutoFilter<f64>>>() {
-        return told_at_once(auto, tile, first, out, beside);
-    }
-    interleave(tile, rows);
-    let record = filter.trace(rows);
-    spread(&record.bias, first, out);
-    spread(&record.bias_sigma, first, &mut beside.bias_sigma);
-    spread(&record.at_rest, first, &mut beside.at_rest);
-}
-
-/// Without a record of all the rest, which takes longer than the filter.
-fn told_at_once(
-    auto: &mut Labelled<AutoFilter<f64>>,
-    tile: &[&[f64]],
-    first: usize,
-    out: &mut [&mut [f64]],
-    beside: &mut Beside<'_>,
-) {
-    for (c, filter) in auto.bank.filters_mut().iter_mut().enumerate() {
-        for (i, z) in (first..).zip(tile[c]) {
-            filter.update(*z);
-            let now = filter.snapshot();
-            out[c][i] = now.bias;
-            beside.bias_sigma[c][i] = now.bias_sigma;
-            beside.at_rest[c][i] = now.at_rest;
-        }
-    }
-}
-
-fn interleave(columns: &[&[f64]], rows: &mut [f64]) {
-    for (c, column) in columns.iter().enumerate() {
-        for (row, x) in rows.chunks_exact_mut(columns.len()).zip(*column) {
-            row[c] = *x;
-        }
-    }
-}
-
-fn spread<T: Copy>(rows: &[T], first: usize, columns: &mut [&mut [T]]) {
-    let channels = columns.len();
-    for (c, column) in columns.iter_mut().enumerate() {
-        for (x, row) in column[first..].iter_mut().zip(rows.chunks_exact(channels)) {
-            *x = row[c];
-        }
+impl Trace {
+    fn reading<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        self.arrays.bind(py).as_any().get_item(name)
     }
 }

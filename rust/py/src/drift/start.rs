@@ -1,107 +1,76 @@
 //! What a filter is started with, between Python and the core.
-#![allow(non_snake_case)]
 
-use nalgebra::{SMatrix, SVector};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use zerorate_core::Start;
+use zerorate_core::drift::options::Options;
+use zerorate_core::stream::{Field, Input, Output};
+use zerorate_core::{DriftFilter, Start};
 
-use super::any::AnyDrift;
-use crate::arrays;
-use crate::shared::Shared;
+use super::bank::{DriftBank, for_order, gated, order_error};
+use crate::common::arrays;
+use crate::common::errors::NativeError;
+use crate::common::streaming::{Shared, axes_of};
 
-/// The start of one channel; matrices are symmetric, so row after row is column after column.
-#[derive(Debug)]
-pub struct Known {
-    offset: f64,
-    scale: f64,
-    coefficients: Vec<f64>,
-    covariance: Vec<f64>,
-    measurement_noise: f64,
-    process_noise: f64,
-    state_covariance: Vec<f64>,
-}
-
-impl<const N: usize, const M: usize> From<&Known> for Start<f64, N, M> {
-    fn from(known: &Known) -> Self {
-        Self {
-            offset: known.offset,
-            scale: known.scale,
-            coefficients: SVector::from_column_slice(&known.coefficients),
-            covariance: SMatrix::from_column_slice(&known.covariance),
-            measurement_noise: known.measurement_noise,
-            process_noise: known.process_noise,
-            state_covariance: SMatrix::from_column_slice(&known.state_covariance),
-        }
-    }
-}
-
-impl<const N: usize, const M: usize> From<&Start<f64, N, M>> for Known {
-    fn from(start: &Start<f64, N, M>) -> Self {
-        Self {
-            offset: start.offset,
-            scale: start.scale,
-            coefficients: start.coefficients.as_slice().to_vec(),
-            covariance: start.covariance.as_slice().to_vec(),
-            measurement_noise: start.measurement_noise,
-            process_noise: start.process_noise,
-            state_covariance: start.state_covariance.as_slice().to_vec(),
-        }
-    }
-}
-
-/// The starts of all channels, each array with a first axis for the channels if there are any.
-pub fn read(
-    start: &Bound<'_, PyDict>,
+/// A bank of filters that are ready, one for each start; each array of `start` has a first axis
+/// for the channels if there are any.
+pub fn started(
+    options: &Options,
     channels: Option<usize>,
-    (p, q): (usize, usize),
-) -> PyResult<Vec<Known>> {
-    let (n, m) = (p + 1, p + q + 1);
-    let values = |name: &str, shape: &[usize]| -> PyResult<Vec<Vec<f64>>> {
-        let axes = channels.as_slice();
-        let values = array(start, name, &[axes, shape].concat())?;
-        Ok(values.chunks_exact(shape.iter().product()).map(<[f64]>::to_vec).collect())
-    };
-    let numbers = |name: &str| -> PyResult<Vec<f64>> { Ok(values(name, &[])?.concat()) };
-    let (offset, scale) = (numbers("offset")?, numbers("scale")?);
-    let (R, G) = (numbers("measurement_noise")?, numbers("process_noise")?);
-    let mut coefficients = values("coefficients", &[m])?;
-    let mut covariance = values("covariance", &[m, m])?;
-    let mut state_covariance = values("state_covariance", &[n, n])?;
-    let known = |c: usize| Known {
-        offset: offset[c],
-        scale: scale[c],
-        coefficients: std::mem::take(&mut coefficients[c]),
-        covariance: std::mem::take(&mut covariance[c]),
-        measurement_noise: R[c],
-        process_noise: G[c],
-        state_covariance: std::mem::take(&mut state_covariance[c]),
-    };
-    Ok((0..channels.unwrap_or(1)).map(known).collect())
+    start: &Bound<'_, PyDict>,
+) -> PyResult<Box<dyn DriftBank>> {
+    if options.method.is_none() {
+        return Err(PyValueError::new_err(
+            "method 'auto' learns its own start: start 'kf', 'akf' or 'fading', or use power_on()",
+        ));
+    }
+    let (p, q) = options.order;
+    let unsupported = order_error((p as i64, q as i64));
+    for_order!((p, q), started_sized(options, channels, start), Err(unsupported))
 }
 
-/// The dictionary that [`read`] reads.
+fn started_sized<const N: usize, const M: usize>(
+    options: &Options,
+    channels: Option<usize>,
+    start: &Bound<'_, PyDict>,
+) -> PyResult<Box<dyn DriftBank>> {
+    let started = |numbers: Vec<f64>| {
+        let start = Start::<f64, N, M>::read(&numbers);
+        DriftFilter::started(options.params, start)
+    };
+    let numbers = read(Start::<f64, N, M>::FIELDS, channels, start)?;
+    let filters = numbers.into_iter().map(started).collect::<Result<_, _>>();
+    gated(filters.map_err(NativeError::from)?, options.behaviour)
+}
+
+/// The numbers of each channel's start, one field after the other.
+fn read(
+    fields: &[Field],
+    channels: Option<usize>,
+    start: &Bound<'_, PyDict>,
+) -> PyResult<Vec<Vec<f64>>> {
+    let mut numbers = vec![Vec::new(); channels.unwrap_or(1)];
+    for field in fields {
+        let axes: Vec<usize> = channels.into_iter().chain(axes_of(field.shape)).collect();
+        let values = array(start, field.name, &axes)?;
+        for (numbers, own) in numbers.iter_mut().zip(values.chunks_exact(field.shape.numbers())) {
+            numbers.extend_from_slice(own);
+        }
+    }
+    Ok(numbers)
+}
+
+/// The dictionary that [`started`] reads, for filters that were started.
 pub fn write<'py>(
     py: Python<'py>,
-    starts: &[Known],
-    shared: &Shared<dyn AnyDrift>,
-    (p, q): (usize, usize),
-) -> PyResult<Bound<'py, PyDict>> {
-    let (n, m) = (p + 1, p + q + 1);
+    shared: &Shared<dyn DriftBank>,
+) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let Some((fields, numbers)) = shared.bank.starts() else { return Ok(None) };
     let start = PyDict::new(py);
-    let set = |name: &str, shape: &[usize], part: fn(&Known) -> &[f64]| {
-        let values = starts.iter().flat_map(|known| part(known).iter().copied()).collect();
-        start.set_item(name, shared.arrays(py, values, shape)?)
-    };
-    set("offset", &[], |known| std::slice::from_ref(&known.offset))?;
-    set("scale", &[], |known| std::slice::from_ref(&known.scale))?;
-    set("coefficients", &[m], |known| &known.coefficients)?;
-    set("covariance", &[m, m], |known| &known.covariance)?;
-    set("measurement_noise", &[], |known| std::slice::from_ref(&known.measurement_noise))?;
-    set("process_noise", &[], |known| std::slice::from_ref(&known.process_noise))?;
-    set("state_covariance", &[n, n], |known| &known.state_covariance)?;
-    Ok(start)
+    for field in fields {
+        start.set_item(field.name, shared.field(py, fields, field.name, &numbers, &[])?)?;
+    }
+    Ok(Some(start))
 }
 
 fn array(start: &Bound<'_, PyDict>, name: &str, shape: &[usize]) -> PyResult<Vec<f64>> {

@@ -1,12 +1,12 @@
-//! The deviations, and how long a record each needs.
+//! The deviations, with their names, terms and the length of record that each needs.
 
 use super::record::Record;
-use super::{differences, modified, modified_total, parabolic, theo1, total};
+use super::{differences, windows};
 
 /// A deviation of the Allan family (NIST SP 1065, section 5; PDEV: Vernotte et al. 2016).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Allan, clusters side by side.
+    /// Allan, adjacent clusters.
     Adev,
     /// Allan, every cluster.
     Oadev,
@@ -14,7 +14,7 @@ pub enum Kind {
     Mdev,
     /// Time: the modified Allan deviation times m/√3.
     Tdev,
-    /// Hadamard, clusters side by side.
+    /// Hadamard, adjacent clusters.
     Hdev,
     /// Hadamard, every cluster.
     Ohdev,
@@ -26,7 +26,7 @@ pub enum Kind {
     Ttotdev,
     /// Hadamard total.
     Htotdev,
-    /// Theo1, of an even m from 10 on; it answers for the averaging time 0.75 m.
+    /// Theo1, of an even m from 10 on; its averaging time is 0.75 m.
     Theo1,
     /// Parabolic.
     Pdev,
@@ -87,7 +87,7 @@ impl Kind {
         if self.needs(m).is_some_and(|needed| needed <= samples) { m } else { 0 }
     }
 
-    /// Terms of a stretch of `points` phase points.
+    /// Terms of a segment of `points` phase points.
     pub(super) fn terms(self, m: usize, points: usize) -> usize {
         if self.needs(m).is_none_or(|needed| points <= needed) {
             return 0;
@@ -108,7 +108,7 @@ impl Kind {
     pub(super) fn group(self) -> usize {
         match self {
             Self::Oadev | Self::Ohdev | Self::Totdev => differences::GROUP,
-            Self::Mdev | Self::Tdev => modified::GROUP,
+            Self::Mdev | Self::Tdev => windows::GROUP,
             _ => 1,
         }
     }
@@ -120,12 +120,12 @@ impl Kind {
             Self::Hdev => differences::separate::<4>(record, factors),
             Self::Oadev => differences::overlapping::<3>(record, factors),
             Self::Ohdev => differences::overlapping::<4>(record, factors),
-            Self::Mdev | Self::Tdev => modified::sums(record, factors),
-            Self::Totdev => total::sums(record, factors),
-            Self::Mtotdev | Self::Ttotdev => modified_total::of_phase(record, factors),
-            Self::Htotdev => modified_total::of_rate(record, factors),
-            Self::Theo1 => theo1::sums(record, factors),
-            Self::Pdev => parabolic::sums(record, factors),
+            Self::Mdev | Self::Tdev => windows::modified(record, factors),
+            Self::Totdev => differences::total(record, factors),
+            Self::Mtotdev | Self::Ttotdev => windows::modified_total(record, factors),
+            Self::Htotdev => windows::hadamard_total(record, factors),
+            Self::Theo1 => differences::theo1(record, factors),
+            Self::Pdev => windows::parabolic(record, factors),
         }
     }
 

@@ -1,18 +1,79 @@
-//! Deviations of a whole record: the Allan and Hadamard families with their relatives.
+//! Deviations of whole records at many averaging factors: the Allan and Hadamard families with
+//! their relatives.
 
-mod curves;
 mod differences;
+mod kernels;
 mod kind;
-mod lanes;
-mod modified;
-mod modified_total;
 mod noise_type;
-mod parabolic;
 mod record;
-mod stretches;
-mod theo1;
-mod total;
+mod windows;
 
-pub use self::curves::{Curve, Estimate, curves};
+use crate::math::parallel;
+
 pub use self::kind::Kind;
 pub use self::record::Record;
+
+/// A deviation and the number of terms that it is the root mean square of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// In the unit of the samples.
+    pub deviation: f64,
+    /// Overlapping terms count each.
+    pub terms: usize,
+}
+
+/// What is known of one record at each averaging factor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// `None` where there is no term.
+    pub estimates: Vec<Option<Estimate>>,
+    /// α of the rate's power spectral density ~ f^α, from 2 (white phase) to -4; where it cannot be
+    /// told, that of the factor before, at first 0 (white rate).
+    pub exponents: Vec<i32>,
+}
+
+impl Curve {
+    fn of(parts: impl Iterator<Item = Part>) -> Self {
+        let (estimates, exponents): (Vec<_>, Vec<_>) = parts.flatten().unzip();
+        let known = exponents.into_iter().scan(0, |last, exponent| {
+            *last = exponent.unwrap_or(*last);
+            Some(*last)
+        });
+        Self { estimates, exponents: known.collect() }
+    }
+}
+
+type Part = Vec<(Option<Estimate>, Option<i32>)>;
+
+/// The curve of each record, with `parallel` on the current thread pool (feature `parallel`); the
+/// result is the same to the last bit.
+pub fn curves(records: &[Record], kind: Kind, factors: &[usize], parallel: bool) -> Vec<Curve> {
+    let groups: Vec<&[usize]> = factors.chunks(kind.group()).collect();
+    let tasks: Vec<(&Record, &[usize])> = records
+        .iter()
+        .flat_map(|record| groups.iter().map(move |group| (record, *group)))
+        .collect();
+    let parts = parallel::map(&tasks, parallel, |(record, group)| part(record, kind, group));
+    let mut parts = parts.into_iter();
+    records.iter().map(|_| Curve::of(parts.by_ref().take(groups.len()))).collect()
+}
+
+fn part(record: &Record, kind: Kind, factors: &[usize]) -> Part {
+    let lowest = if kind.is_hadamard() { -4 } else { -2 };
+    let exponent = |m: &usize| noise_type::exponent(record, *m, lowest);
+    estimates(record, kind, factors).into_iter().zip(factors.iter().map(exponent)).collect()
+}
+
+/// Of factors that share one pass.
+fn estimates(record: &Record, kind: Kind, factors: &[usize]) -> Vec<Option<Estimate>> {
+    let terms = |m: usize| -> usize { record.segments().map(|x| kind.terms(m, x.len())).sum() };
+    let counted: Vec<(usize, usize)> = factors.iter().map(|m| (*m, terms(*m))).collect();
+    let present = counted.iter().filter(|(_, terms)| *terms > 0).map(|(m, _)| *m);
+    let mut sums = kind.sums(record, &present.collect::<Vec<_>>()).into_iter();
+    let estimate = |(m, terms): (usize, usize)| {
+        let sum = if terms > 0 { sums.next()? } else { return None };
+        let deviation = record.unit() * kind.deviation(sum / terms as f64, m);
+        Some(Estimate { deviation, terms })
+    };
+    counted.into_iter().map(estimate).collect()
+}

@@ -17,7 +17,7 @@ const FEW: usize = 4;
 
 /// The exponent α of averages over `m` samples, at least `lowest`; `None` of too few of them.
 pub fn exponent(record: &Record, m: usize, lowest: i32) -> Option<i32> {
-    let x = record.longest_stretch();
+    let x = record.longest_segment();
     let count = (x.len().saturating_sub(1) / m).min(ENOUGH);
     if count < FEW {
         return None;

@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
-use super::lanes::Lanes;
-use super::stretches::{bridge, stretches};
+use pulp::Arch;
+
+use super::kernels::Extent;
+use crate::math::segments::segment_ranges;
 
 /// Samples beyond this magnitude, or all below its reciprocal, are scaled before they are squared.
 const LARGEST: f64 = 1e100;
@@ -13,69 +15,70 @@ const LARGEST: f64 = 1e100;
 #[derive(Debug, Clone)]
 pub struct Record {
     phase: Vec<f64>,
-    stretches: Vec<Range<usize>>,
+    segments: Vec<Range<usize>>,
     /// Power of two that the samples were divided by.
     unit: f64,
-    lanes: Lanes,
+    arch: Arch,
 }
 
 impl Record {
     /// Takes rate samples, of which those not finite are missing, and closes gaps of at most
     /// `bridge` samples by a straight line.
     ///
-    /// The phase takes the place of the samples; with room for one more, nothing is copied.
+    /// The phase takes the place of the samples; with capacity for one more, nothing is copied.
     pub fn new(mut samples: Vec<f64>, bridged: usize) -> Self {
-        let lanes = Lanes::new();
+        let arch = Arch::new();
         let mut present: Vec<_> = std::iter::once(0..samples.len()).collect();
-        let mut survey = Survey::of(&samples, &present, lanes);
-        if !survey.sum.is_finite() {
+        let mut summary = Summary::of(&samples, &present, arch);
+        if !summary.sum.is_finite() {
             bridge(&mut samples, bridged);
-            present = stretches(&samples);
-            survey = Survey::of(&samples, &present, lanes);
+            present = segment_ranges(&samples).filter(|range| range.len() > 1).collect();
+            summary = Summary::of(&samples, &present, arch);
         }
-        let unit = unit(survey.largest);
+        let unit = unit(summary.largest);
         if unit != 1.0 {
             samples.iter_mut().for_each(|z| *z /= unit);
-            survey = Survey::of(&samples, &present, lanes);
+            summary = Summary::of(&samples, &present, arch);
         }
-        integrate(&mut samples, &present, &survey);
-        Self { phase: samples, stretches: present, unit, lanes }
+        integrate(&mut samples, &present, &summary);
+        Self { phase: samples, segments: present, unit, arch }
     }
 
-    /// Phase points, stretch by stretch.
-    pub(super) fn stretches(&self) -> impl Iterator<Item = &[f64]> {
-        self.stretches.iter().map(|samples| &self.phase[samples.start..=samples.end])
+    /// Phase points, segment by segment.
+    pub(super) fn segments(&self) -> impl Iterator<Item = &[f64]> {
+        self.segments.iter().map(|samples| &self.phase[samples.start..=samples.end])
     }
 
-    /// Phase points of the longest stretch.
-    pub(super) fn longest_stretch(&self) -> &[f64] {
-        self.stretches().max_by_key(|x| x.len()).unwrap_or_default()
+    /// Phase points of the longest segment.
+    pub(super) fn longest_segment(&self) -> &[f64] {
+        self.segments().max_by_key(|x| x.len()).unwrap_or_default()
     }
 
-    /// What a deviation of the phase is to be multiplied by.
+    /// The factor that brings a deviation of the phase back to the unit of the samples.
     pub(super) fn unit(&self) -> f64 {
         self.unit
     }
 
-    pub(super) fn lanes(&self) -> Lanes {
-        self.lanes
+    pub(super) fn arch(&self) -> Arch {
+        self.arch
     }
 }
 
 /// The samples' distances from one of them, whose mean is precise also on a large offset.
-struct Survey {
+struct Summary {
     origin: f64,
     sum: f64,
     largest: f64,
     count: usize,
 }
 
-impl Survey {
-    fn of(samples: &[f64], present: &[Range<usize>], lanes: Lanes) -> Self {
+impl Summary {
+    fn of(samples: &[f64], present: &[Range<usize>], arch: Arch) -> Self {
         let origin = present.first().and_then(|first| samples.get(first.start)).copied();
         let none = Self { origin: origin.unwrap_or(0.0), sum: 0.0, largest: 0.0, count: 0 };
         present.iter().fold(none, |so_far, range| {
-            let (sum, largest) = lanes.survey(&samples[range.clone()], so_far.origin);
+            let (sum, largest) =
+                arch.dispatch(Extent { samples: &samples[range.clone()], origin: so_far.origin });
             Self {
                 origin: so_far.origin,
                 sum: so_far.sum + sum,
@@ -98,18 +101,68 @@ fn unit(largest: f64) -> f64 {
     largest.log2().floor().clamp(-1000.0, 1000.0).exp2()
 }
 
-/// Puts before each sample the sum of those before it in its stretch, and the whole sum after.
-fn integrate(samples: &mut Vec<f64>, present: &[Range<usize>], survey: &Survey) {
+/// Puts before each sample the sum of those before it in its segment, and the whole sum after.
+fn integrate(samples: &mut Vec<f64>, present: &[Range<usize>], summary: &Summary) {
     samples.reserve_exact(1);
     samples.push(0.0);
-    let mean = survey.mean_distance();
+    let mean = summary.mean_distance();
     for range in present {
         let mut sum = 0.0;
         for z in &mut samples[range.clone()] {
-            let step = (*z - survey.origin) - mean;
+            let step = (*z - summary.origin) - mean;
             *z = sum;
             sum += step;
         }
         samples[range.end] = sum;
+    }
+}
+
+/// Puts a line across every gap of at most `longest` samples between two finite ones.
+pub fn bridge(samples: &mut [f64], longest: usize) {
+    let mut last = None;
+    for i in 0..samples.len() {
+        if !samples[i].is_finite() {
+            continue;
+        }
+        if let Some(before) =
+            last.filter(|before| (2..=longest.saturating_add(1)).contains(&(i - before)))
+        {
+            draw_line(&mut samples[before..=i]);
+        }
+        last = Some(i);
+    }
+}
+
+fn draw_line(samples: &mut [f64]) {
+    let last = samples.len() - 1;
+    let (from, to) = (samples[0], samples[last]);
+    for (k, z) in samples.iter_mut().enumerate().take(last).skip(1) {
+        let fraction = k as f64 / last as f64;
+        *z = from * (1.0 - fraction) + to * fraction;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Record, bridge};
+
+    const N: f64 = f64::NAN;
+
+    #[test]
+    fn single_samples_are_no_segment() {
+        let record = Record::new(vec![N, 1.0, N, 1.0, 2.0, N, N, 1.0, 1.0, 1.0], 0);
+        assert_eq!(record.segments, [3..5, 7..10]);
+        assert_eq!(Record::new(vec![f64::INFINITY, 1.0], 0).segments, []);
+        assert_eq!(Record::new(vec![N; 2], 0).segments, []);
+    }
+
+    #[test]
+    fn a_line_closes_gaps_up_to_the_longest() {
+        let mut z = [N, 0.0, N, N, N, 4.0, N, N, N, N, 9.0, N];
+        bridge(&mut z, 3);
+        assert_eq!(z[1..6], [0.0, 1.0, 2.0, 3.0, 4.0]);
+        assert!(z[0].is_nan() && z[6..10].iter().all(|z| z.is_nan()) && z[11].is_nan());
+        bridge(&mut z, usize::MAX);
+        assert_eq!(z[5..11], [4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
     }
 }

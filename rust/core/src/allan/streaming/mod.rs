@@ -1,4 +1,4 @@
-//! Allan and Hadamard variances at all octaves while samples flow.
+//! Allan and Hadamard variances of a stream at all octaves.
 
 mod differences;
 mod phases;
@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use self::differences::{Differences, Squares};
 use self::phases::{BLOCK, FIRST_BLOCK, Phases};
-use crate::error::Error;
+use crate::error::{Error, check_rate};
+use crate::stream::Stream;
+use crate::stream::checkpoint::Checkpoint;
 
 /// Fully overlapping Allan and Hadamard variances at `m = 1, 2, 4, …, 2^(octaves-1)` samples.
 ///
@@ -18,8 +20,8 @@ use crate::error::Error;
 ///
 /// A sample that is not finite is missing, and every term that would need it is left out.
 ///
-/// The phase sums up distances from the first sample of a stretch without missing ones. On a
-/// stretch of n samples whose mean lies D off its first one, rounding is as noise of deviation
+/// The phase sums up distances from the first sample of a piece without missing ones. On a
+/// piece of n samples whose mean lies D off its first one, rounding is as noise of deviation
 /// `6e-17 n D` on each sample: 3e-7 of the samples' deviation σ for 1e8 samples and D = 40 σ, which
 /// moves each result by some 3e-7 of what chance does: 3e-9 of itself at 32768 samples. The
 /// sums of squares are of 32 parts, each of which rounds to 1e-16 of itself: 1e9 terms cost some
@@ -27,6 +29,7 @@ use crate::error::Error;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Saved")]
 pub struct StreamingAllan {
+    rate: f64,
     samples_seen: u64,
     phases: Phases,
     differences: Differences,
@@ -36,12 +39,14 @@ impl StreamingAllan {
     /// The most octaves: 8 million samples, 256 MiB.
     pub const OCTAVES_MAX: usize = 24;
 
-    /// An estimator that has seen nothing.
+    /// An estimator for `rate` samples a second, which scales the averaging times alone.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for octaves out of 1 to [`OCTAVES_MAX`](Self::OCTAVES_MAX),
+    /// [`Error::Parameter`] for the rate, or octaves out of 1 to
+    /// [`OCTAVES_MAX`](Self::OCTAVES_MAX),
     /// [`Error::Memory`] if there is none for the ring.
-    pub fn new(octaves: usize) -> Result<Self, Error> {
+    pub fn new(rate: f64, octaves: usize) -> Result<Self, Error> {
+        check_rate(rate)?;
         if !(1..=Self::OCTAVES_MAX).contains(&octaves) {
             return Err(Error::Parameter {
                 name: "octaves",
@@ -50,6 +55,7 @@ impl StreamingAllan {
             });
         }
         Ok(Self {
+            rate,
             samples_seen: 0,
             phases: Phases::new(3 << (octaves - 1))?,
             differences: Differences::new(octaves),
@@ -64,7 +70,7 @@ impl StreamingAllan {
     pub fn observe(&mut self, z: f64) {
         self.samples_seen += 1;
         if !z.is_finite() {
-            return self.end_stretch();
+            return self.end_piece();
         }
         let k = self.phases.push(z);
         if k < FIRST_BLOCK {
@@ -74,15 +80,8 @@ impl StreamingAllan {
         }
     }
 
-    /// Takes many samples.
-    pub fn extend(&mut self, samples: &[f64]) {
-        for z in samples {
-            self.observe(*z);
-        }
-    }
-
     #[cold]
-    fn end_stretch(&mut self) {
+    fn end_piece(&mut self) {
         self.differences.settle(&self.phases);
         self.phases.clear();
     }
@@ -94,14 +93,17 @@ impl StreamingAllan {
         differences
     }
 
-    /// Back to before the first sample.
-    pub fn reset(&mut self) {
-        self.samples_seen = 0;
-        self.phases.clear();
-        self.differences.reset();
+    /// Samples a second.
+    pub fn rate(&self) -> f64 {
+        self.rate
     }
 
-    /// Averaging times.
+    /// Averaging time of an octave in seconds.
+    pub fn tau(&self, octave: usize) -> f64 {
+        2f64.powi(octave as i32) / self.rate
+    }
+
+    /// Number of averaging times.
     pub fn octaves(&self) -> usize {
         self.differences.octaves()
     }
@@ -124,6 +126,32 @@ impl StreamingAllan {
     }
 }
 
+impl Stream for StreamingAllan {
+    type Input = f64;
+    type Output = ();
+
+    #[inline]
+    fn update(&mut self, z: f64) {
+        self.observe(z);
+    }
+
+    fn reset(&mut self) {
+        self.samples_seen = 0;
+        self.phases.clear();
+        self.differences.reset();
+    }
+}
+
+impl Checkpoint for StreamingAllan {
+    const TAG: &'static str = "allan-streaming";
+    const VERSION: u16 = 1;
+
+    fn is_like(&self, other: &Self) -> bool {
+        let common = |allan: &Self| (allan.rate.to_bits(), allan.octaves(), allan.samples_seen);
+        common(self) == common(other)
+    }
+}
+
 /// `weight` is the mean square of the differences of white averages of unit variance.
 fn variance(squares: Option<&Squares>, octave: usize, weight: f64) -> (f64, u64) {
     let (mean_square, terms) = squares.map_or((f64::NAN, 0), Squares::mean);
@@ -134,6 +162,7 @@ fn variance(squares: Option<&Squares>, octave: usize, weight: f64) -> (f64, u64)
 /// What a checkpoint holds, before it is known to fit together.
 #[derive(Deserialize)]
 struct Saved {
+    rate: f64,
     samples_seen: u64,
     phases: Phases,
     differences: Differences,
@@ -143,15 +172,15 @@ impl TryFrom<Saved> for StreamingAllan {
     type Error = Error;
 
     fn try_from(saved: Saved) -> Result<Self, Error> {
-        let Saved { samples_seen, phases, differences } = saved;
-        let fresh = Self::new(differences.octaves())?;
+        let Saved { rate, samples_seen, phases, differences } = saved;
+        let fresh = Self::new(rate, differences.octaves())?;
         let fits = phases.is_like(&fresh.phases)
             && phases.count() <= samples_seen.saturating_add(1)
             && differences.is_possible(samples_seen)
             // So that no count overflows.
             && samples_seen < 1 << 60;
         match fits {
-            true => Ok(Self { samples_seen, phases: phases.reserved()?, differences }),
+            true => Ok(Self { rate, samples_seen, phases: phases.reserved()?, differences }),
             false => Err(Error::Content),
         }
     }

@@ -28,7 +28,7 @@ pub(super) struct Phases {
 }
 
 impl Phases {
-    /// Room to look back by `distance` phases from each of a block.
+    /// Headroom to look back by `distance` phases from each of a block.
     pub(super) fn new(distance: usize) -> Result<Self, Error> {
         let capacity = (distance + 1).max(4 * BLOCK).next_power_of_two();
         Self { origin: 0.0, count: 0, ring: Vec::new(), capacity }.reserved()

@@ -1,10 +1,16 @@
-//! Sums of the products of columns of which some are others, later.
+//! Sums of the products of columns, some of which are others shifted in time.
 
-use pulp::Simd;
+use pulp::{NullaryFnOnce, Simd};
 
 use super::MAX_ORDER;
-use super::products::against;
-use super::recursion::{HISTORY, Line};
+
+/// Samples in a block: with all lines at order 3 it stays in the first cache.
+pub const BLOCK: usize = 512;
+/// Values of the block before, in front of a block.
+pub const HISTORY: usize = 2 * MAX_ORDER;
+
+/// A block of one sequence and the end of the block before.
+pub type Line = [f64; HISTORY + BLOCK];
 
 /// Derivatives by all coefficients and the constant, and the residual.
 pub const COLUMNS: usize = 2 * MAX_ORDER + 2;
@@ -12,7 +18,7 @@ pub const COLUMNS: usize = 2 * MAX_ORDER + 2;
 /// Sums of the products of any two columns.
 pub type Products = [[f64; COLUMNS]; COLUMNS];
 
-const EMPTY: Line = [0.0; HISTORY + super::recursion::BLOCK];
+const EMPTY: Line = [0.0; HISTORY + BLOCK];
 
 /// What a pass over a record sums up.
 #[derive(Debug, Clone)]
@@ -20,16 +26,16 @@ pub struct Sums {
     /// Of any two columns, the lower triangle.
     pub products: Products,
     /// Of the residuals and their second derivatives by `φ_i` and `θ_j`, at i + j.
-    pub phi_bends: [f64; HISTORY + 1],
+    pub phi_curvatures: [f64; HISTORY + 1],
     /// Half of those by `θ_i` and `θ_j`, at i + j.
-    pub theta_bends: [f64; HISTORY + 1],
+    pub theta_curvatures: [f64; HISTORY + 1],
 }
 
 impl Default for Sums {
     fn default() -> Self {
-        let bends = [0.0; HISTORY + 1];
+        let zero = [0.0; HISTORY + 1];
         let products = [[0.0; COLUMNS]; COLUMNS];
-        Self { products, phi_bends: bends, theta_bends: bends }
+        Self { products, phi_curvatures: zero, theta_curvatures: zero }
     }
 }
 
@@ -106,5 +112,88 @@ impl<'a> Columns<'a> {
         let ((a, late_a), (b, late_b)) = (self.lines[i], self.lines[j]);
         let end = HISTORY + self.n;
         a[HISTORY - late_a] * b[HISTORY - late_b] - a[end - late_a] * b[end - late_b]
+    }
+}
+
+/// As many sums as the registers hold next to their factors.
+const TOGETHER: usize = 8;
+
+/// Puts the sums of the products of `a` with each of `others` into `out`.
+pub fn against<S: Simd>(simd: S, a: &[f64], others: &[&[f64]], out: &mut [f64]) {
+    simd.vectorize(Against { simd, a, others, out });
+}
+
+struct Against<'a, S> {
+    simd: S,
+    a: &'a [f64],
+    others: &'a [&'a [f64]],
+    out: &'a mut [f64],
+}
+
+impl<S: Simd> NullaryFnOnce for Against<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { simd, a, others, out } = self;
+        for (others, out) in others.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+            match others.len() {
+                1 => put::<S, 1>(simd, a, others, out),
+                2 => put::<S, 2>(simd, a, others, out),
+                3 => put::<S, 3>(simd, a, others, out),
+                4 => put::<S, 4>(simd, a, others, out),
+                5 => put::<S, 5>(simd, a, others, out),
+                6 => put::<S, 6>(simd, a, others, out),
+                7 => put::<S, 7>(simd, a, others, out),
+                _ => put::<S, 8>(simd, a, others, out),
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn put<S: Simd, const K: usize>(simd: S, a: &[f64], others: &[&[f64]], out: &mut [f64]) {
+    let (a, a_tail) = S::as_simd_f64s(a);
+    let parts: [_; K] = std::array::from_fn(|k| S::as_simd_f64s(others[k]));
+    let vectors = parts.map(|(vectors, _)| &vectors[..a.len()]);
+    let mut sums = [simd.splat_f64s(0.0); K];
+    for i in 0..a.len() {
+        for k in 0..K {
+            sums[k] = simd.mul_add_e_f64s(a[i], vectors[k][i], sums[k]);
+        }
+    }
+    for k in 0..K {
+        let tail: f64 = a_tail.iter().zip(parts[k].1).map(|(a, b)| a * b).sum();
+        out[k] = simd.reduce_sum_f64s(sums[k]) + tail;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::against;
+    use pulp::{Arch, Simd, WithSimd};
+
+    struct Loop<'a>(&'a [f64], &'a [&'a [f64]]);
+
+    impl WithSimd for Loop<'_> {
+        type Output = Vec<f64>;
+
+        fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
+            let mut out = vec![0.0; self.1.len()];
+            against(simd, self.0, self.1, &mut out);
+            out
+        }
+    }
+
+    #[test]
+    fn sums_of_every_length_are_those_of_a_loop() {
+        let x: Vec<f64> = (0..80).map(|i| f64::from(i * i * i % 71)).collect();
+        for n in 0..40 {
+            let others: Vec<&[f64]> = (0..18).map(|k| &x[k..k + n]).collect();
+            let dot = |b: &&[f64]| x[..n].iter().zip(*b).map(|(a, b)| a * b).sum::<f64>();
+            // Small integers: every sum is exact in any order.
+            let expected: Vec<f64> = others.iter().map(dot).collect();
+            assert_eq!(Arch::new().dispatch(Loop(&x[..n], &others)), expected);
+        }
     }
 }

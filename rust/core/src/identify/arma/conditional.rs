@@ -1,16 +1,15 @@
-//! Sum of the squares of the conditional residuals.
+//! Sum of the squares of the conditional residuals, with its derivatives.
 
 use std::ops::SubAssign;
 
 use nalgebra::{DMatrix, DVector};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
-use super::columns::Sums;
-use super::descent::Problem;
-use super::normal::Normal;
-use super::partial::{self, EDGE};
+use super::MAX_ORDER;
+use super::columns::{BLOCK, Columns, HISTORY, Line, Sums, against};
+use super::descent::{Normal, Problem};
+use super::partial::{self, EDGE, from_free, negated, to_nearest_free};
 use super::series::Series;
-use super::sweep::Sweep;
 
 /// ARMA(p, q) on one record; a point is `φ`, the free coordinates of `θ`, and the constant.
 #[derive(Debug, Clone)]
@@ -25,7 +24,7 @@ pub struct Conditional<'a> {
 }
 
 impl<'a> Conditional<'a> {
-    /// Every stretch gives up its first `skip` samples, at least `p`.
+    /// Every segment gives up its first `skip` samples, at least `p`.
     pub fn new(series: &'a Series, p: usize, q: usize, has_constant: bool, skip: usize) -> Self {
         let mut bounds = vec![f64::INFINITY; p + q + usize::from(has_constant)];
         bounds[p..p + q].fill(EDGE);
@@ -39,20 +38,17 @@ impl<'a> Conditional<'a> {
 
     /// `[φ, θ, c]` at a point.
     pub fn coefficients(&self, point: &[f64]) -> Vec<f64> {
-        let theta = partial::from_free(&point[self.p..self.p + self.q]).into_iter().map(|x| -x);
+        let free = &point[self.p..self.p + self.q];
         let mut coefficients = point.to_vec();
-        coefficients[self.p..].iter_mut().zip(theta).for_each(|(to, from)| *to = from);
+        coefficients[self.p..self.p + self.q].copy_from_slice(&negated(&from_free(free)));
         coefficients
     }
 
     /// The point of `[φ, θ, c]`, `θ` brought inside the unit circle if it is not there.
     pub fn point(&self, coefficients: &[f64]) -> Vec<f64> {
-        let minus_theta: Vec<f64> =
-            coefficients[self.p..self.p + self.q].iter().map(|x| -x).collect();
-        let free = partial::to_free(&minus_theta)
-            .or_else(|| partial::to_free(&partial::shrunk(&minus_theta)));
+        let free = to_nearest_free(&negated(&coefficients[self.p..self.p + self.q]));
         let mut point = coefficients.to_vec();
-        point[self.p..].iter_mut().zip(free.unwrap_or_default()).for_each(|(to, x)| *to = x);
+        point[self.p..self.p + self.q].copy_from_slice(&free);
         point
     }
 
@@ -63,24 +59,24 @@ impl<'a> Conditional<'a> {
             1 => self.sums::<1>(coefficients),
             2 => self.sums::<2>(coefficients),
             3 => self.sums::<3>(coefficients),
-            _ => self.sums::<{ super::MAX_ORDER }>(coefficients),
+            _ => self.sums::<MAX_ORDER>(coefficients),
         };
         let (m, products) = (coefficients.len(), &sums.products);
         Normal {
             gram: DMatrix::from_fn(m, m, |i, j| products[i.max(j)][i.min(j)]),
-            bend: DMatrix::from_fn(m, m, |i, j| self.bend(&sums, i.max(j), i.min(j))),
+            curvature: DMatrix::from_fn(m, m, |i, j| self.curvature(&sums, i.max(j), i.min(j))),
             descent: DVector::from_fn(m, |i, _| products[m][i]),
             sum_of_squares: products[m][m],
         }
     }
 
     /// Sum of the residuals times their second derivatives by coefficients `i >= j`.
-    fn bend(&self, sums: &Sums, i: usize, j: usize) -> f64 {
+    fn curvature(&self, sums: &Sums, i: usize, j: usize) -> f64 {
         let (p, end) = (self.p, self.p + self.q);
         match (i, j) {
             _ if i < p || i >= end => 0.0,
-            _ if j < p => sums.phi_bends[(i - p + 1) + (j + 1)],
-            _ => 2.0 * sums.theta_bends[(i - p + 1) + (j - p + 1)],
+            _ if j < p => sums.phi_curvatures[(i - p + 1) + (j + 1)],
+            _ => 2.0 * sums.theta_curvatures[(i - p + 1) + (j - p + 1)],
         }
     }
 
@@ -105,9 +101,9 @@ impl Problem for Conditional<'_> {
         let mut slopes = DMatrix::identity(point.len(), point.len());
         slopes.view_mut(corner, size).copy_from(&-partial::jacobian(free));
         let natural = self.natural(&self.coefficients(point));
-        let pull = -natural.descent.rows(self.p, self.q);
+        let weights = -natural.descent.rows(self.p, self.q);
         let mut normal = natural.transformed(&slopes);
-        normal.bend.view_mut(corner, size).sub_assign(&partial::bend(free, &pull));
+        normal.curvature.view_mut(corner, size).sub_assign(&partial::hessian(free, &weights));
         normal
     }
 
@@ -118,4 +114,233 @@ impl Problem for Conditional<'_> {
     fn count(&self) -> usize {
         self.series.residuals(self.skip)
     }
+}
+
+/// What is left of an impulse once it no longer counts next to noise of unit size.
+const NEGLIGIBLE: f64 = 1e-18;
+
+/// One pass over a record: residuals, their derivatives, and all products of these.
+#[derive(Debug, Clone, Copy)]
+struct Sweep<'a, const Q: usize> {
+    series: &'a Series,
+    phi: &'a [f64],
+    theta: &'a [f64],
+    constant: f64,
+    has_constant: bool,
+    skip: usize,
+}
+
+/// Blocks of the residuals `e`, of `u = y/θ(B)`, `v = e/θ(B)`, `w = v/θ(B)`, `x = u/θ(B)`,
+/// `g = 1/θ(B)` and the impulse response `h`, each from zero at the first sample of a segment.
+#[derive(Debug)]
+struct Lines {
+    e: Line,
+    u: Line,
+    v: Line,
+    w: Line,
+    x: Line,
+    g: Line,
+    h: Line,
+}
+
+impl Lines {
+    fn new() -> Self {
+        let zero = [0.0; HISTORY + BLOCK];
+        Self { e: zero, u: zero, v: zero, w: zero, x: zero, g: zero, h: zero }
+    }
+
+    /// Keeps the end of a block of `n` samples as the history of the next.
+    #[inline(always)]
+    fn carry(&mut self, n: usize) {
+        for line in self.all() {
+            line.copy_within(n..n + HISTORY, 0);
+        }
+    }
+
+    #[inline(always)]
+    fn all(&mut self) -> [&mut Line; 7] {
+        let Self { e, u, v, w, x, g, h } = self;
+        [e, u, v, w, x, g, h]
+    }
+}
+
+impl<const Q: usize> WithSimd for Sweep<'_, Q> {
+    type Output = Sums;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Sums {
+        let mut total = Sums::default();
+        let mut lines = Lines::new();
+        for segment in &self.series.segments {
+            lines.all().into_iter().for_each(|line| line[..HISTORY].fill(0.0));
+            self.add_segment(simd, &self.series.values[segment.clone()], &mut lines, &mut total);
+        }
+        total
+    }
+}
+
+impl<const Q: usize> Sweep<'_, Q> {
+    /// What is before a segment is taken as zero: its samples at the mean of the record, and no
+    /// innovations. Were a single sample taken for the level, its noise would stay as long as the
+    /// drift's, and no faint drift would be worth it.
+    #[inline(always)]
+    fn add_segment<S: Simd>(&self, simd: S, y: &[f64], lines: &mut Lines, total: &mut Sums) {
+        let recursion = Recursion::<S, Q>::new(simd, self.theta);
+        let mut is_transient = true;
+        let skip = self.skip.min(y.len());
+        let summed =
+            (skip..y.len()).step_by(BLOCK).map(|start| (start, BLOCK.min(y.len() - start)));
+        for (start, n) in std::iter::once((0, skip)).chain(summed) {
+            self.put_inputs(y, start, n, lines);
+            let Lines { e, u, v, w, x, g, h } = lines;
+            recursion.run_repeatedly([e, v, w], [u, x], n);
+            if is_transient {
+                g[HISTORY..].fill(1.0);
+                h[HISTORY..].fill(0.0);
+                h[HISTORY] = f64::from(u8::from(start == 0));
+                recursion.run([g, h], n);
+            }
+            if start >= self.skip {
+                self.columns(lines, n).add_products(simd, &mut total.products);
+                self.add_curvatures(simd, lines, n, total);
+            }
+            lines.carry(n);
+            if is_transient && start > 0 && lines.h[..HISTORY].iter().all(|h| h.abs() < NEGLIGIBLE)
+            {
+                is_transient = false;
+                let settled = lines.g[HISTORY - 1];
+                lines.g.fill(settled);
+            }
+        }
+    }
+
+    /// `y_t` for `u`, and what the residual would be without moving average for `e`.
+    #[inline(always)]
+    fn put_inputs(&self, y: &[f64], start: usize, n: usize, lines: &mut Lines) {
+        lines.u[HISTORY..HISTORY + n].copy_from_slice(&y[start..start + n]);
+        let e = &mut lines.e[HISTORY..HISTORY + n];
+        for (e, y) in e.iter_mut().zip(&y[start..]) {
+            *e = y - self.constant;
+        }
+        for (i, phi) in self.phi.iter().enumerate() {
+            let absent = (i + 1).saturating_sub(start).min(n);
+            for (e, y) in e[absent..].iter_mut().zip(&y[(start + absent).saturating_sub(i + 1)..]) {
+                *e -= phi * y;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn columns<'a>(&self, lines: &'a Lines, n: usize) -> Columns<'a> {
+        let mut columns = Columns::new(n);
+        (0..self.phi.len()).for_each(|i| columns.push(&lines.u, i + 1));
+        (0..self.theta.len()).for_each(|j| columns.push(&lines.v, j + 1));
+        if self.has_constant {
+            columns.push(&lines.g, 0);
+        }
+        columns.push(&lines.e, 0);
+        columns
+    }
+
+    /// The second derivatives by `φ_i` and `θ_j` are `x_{t-i-j}`, those by `θ_i` and `θ_j` are
+    /// `2 w_{t-i-j}`.
+    #[inline(always)]
+    fn add_curvatures<S: Simd>(&self, simd: S, lines: &Lines, n: usize, total: &mut Sums) {
+        let (p, q) = (self.phi.len(), self.theta.len());
+        let e = &lines.e[HISTORY..][..n];
+        if q > 0 {
+            add_lagged(simd, e, &lines.w, 2 * q, &mut total.theta_curvatures);
+        }
+        if p > 0 && q > 0 {
+            add_lagged(simd, e, &lines.x, p + q, &mut total.phi_curvatures);
+        }
+    }
+}
+
+/// Adds the sums of the products of `e` and a line that is late by 2 to `highest` samples.
+#[inline(always)]
+fn add_lagged<S: Simd>(
+    simd: S,
+    e: &[f64],
+    line: &Line,
+    highest: usize,
+    sums: &mut [f64; HISTORY + 1],
+) {
+    let mut slices = [e; HISTORY + 1];
+    let mut row = [0.0; HISTORY + 1];
+    for lag in 2..=highest {
+        slices[lag] = &line[HISTORY - lag..][..e.len()];
+    }
+    against(simd, e, &slices[2..=highest], &mut row[2..=highest]);
+    for lag in 2..=highest {
+        sums[lag] += row[lag];
+    }
+}
+
+/// `1/θ(B)`, for `Q` of at least the order of `θ`.
+#[derive(Debug, Clone, Copy)]
+struct Recursion<S, const Q: usize> {
+    simd: S,
+    minus_theta: [f64; Q],
+}
+
+impl<S: Simd, const Q: usize> Recursion<S, Q> {
+    fn new(simd: S, theta: &[f64]) -> Self {
+        let minus_theta = std::array::from_fn(|j| -theta.get(j).copied().unwrap_or(0.0));
+        Self { simd, minus_theta }
+    }
+
+    /// Filters lines in place, all in step: each alone would wait for its own additions.
+    #[inline(always)]
+    fn run<const K: usize>(&self, lines: [&mut Line; K], n: usize) {
+        let mut past: [_; K] = std::array::from_fn(|k| last(lines[k]));
+        for t in HISTORY..HISTORY + n {
+            for k in 0..K {
+                lines[k][t] = self.step(lines[k][t], &mut past[k]);
+            }
+        }
+    }
+
+    /// Filters `e` into `e`, that into `v` and that into `w`; `u` into `u` and that into `x`.
+    #[inline(always)]
+    fn run_repeatedly(&self, [e, v, w]: [&mut Line; 3], [u, x]: [&mut Line; 2], n: usize) {
+        let (mut past_e, mut past_v, mut past_w) = (last(e), last(v), last(w));
+        let (mut past_u, mut past_x) = (last(u), last(x));
+        for t in HISTORY..HISTORY + n {
+            e[t] = self.step(e[t], &mut past_e);
+            u[t] = self.step(u[t], &mut past_u);
+            v[t] = self.step(e[t], &mut past_v);
+            x[t] = self.step(u[t], &mut past_x);
+            w[t] = self.step(v[t], &mut past_w);
+        }
+    }
+
+    /// The newest value is multiplied last: the next step waits for nothing else.
+    #[inline(always)]
+    fn step(&self, input: f64, past: &mut [f64; Q]) -> f64 {
+        let mut output = input;
+        for j in (0..Q).rev() {
+            output = self.fused(self.minus_theta[j], past[j], output);
+        }
+        for j in (1..Q).rev() {
+            past[j] = past[j - 1];
+        }
+        if let Some(newest) = past.first_mut() {
+            *newest = output;
+        }
+        output
+    }
+
+    /// `a b + c`, rounded once where the processor can, as it does on its wide registers.
+    #[inline(always)]
+    fn fused(&self, a: f64, b: f64, c: f64) -> f64 {
+        let _ = self.simd;
+        if size_of::<S::f64s>() > size_of::<f64>() { a.mul_add(b, c) } else { a * b + c }
+    }
+}
+
+/// The newest values before the block, the newest first.
+#[inline(always)]
+fn last<const Q: usize>(line: &Line) -> [f64; Q] {
+    std::array::from_fn(|j| line[HISTORY - 1 - j])
 }

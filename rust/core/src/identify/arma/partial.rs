@@ -1,6 +1,8 @@
-//! Polynomials by their partial autocorrelations (Monahan 1984; Jones 1980).
+//! Stationary polynomials by their partial autocorrelations (Monahan 1984; Jones 1980).
 
 use nalgebra::{DMatrix, DVector};
+
+use crate::identify::autoregression::step_up;
 
 /// Where a search ends: partial autocorrelations of 1 - 1e-10.
 pub const EDGE: f64 = 12.0;
@@ -10,12 +12,8 @@ const ON_CIRCLE: f64 = 1e-7;
 
 /// `φ` of the autoregression with these partial autocorrelations (Levinson).
 fn from_partials(partials: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut phi: Vec<f64> = Vec::new();
-    for r in partials {
-        let before = phi.clone();
-        phi.iter_mut().zip(before.iter().rev()).for_each(|(phi, mirrored)| *phi -= r * mirrored);
-        phi.push(r);
-    }
+    let mut phi = Vec::new();
+    partials.for_each(|r| step_up(&mut phi, r));
     phi
 }
 
@@ -44,13 +42,18 @@ pub fn from_free(free: &[f64]) -> Vec<f64> {
 }
 
 /// Unbounded coordinates of `φ`, if it is stationary.
-pub fn to_free(phi: &[f64]) -> Option<Vec<f64>> {
+fn to_free(phi: &[f64]) -> Option<Vec<f64>> {
     let free = |r: f64| r.atanh().clamp(-EDGE, EDGE);
     Some(partials(phi)?.into_iter().map(free).collect())
 }
 
+/// Unbounded coordinates of `φ`, or of the nearest stationary one on the way to zero.
+pub fn to_nearest_free(phi: &[f64]) -> Vec<f64> {
+    to_free(phi).or_else(|| to_free(&shrunk(phi))).unwrap_or_default()
+}
+
 /// The nearest `φ` on the way to zero that is stationary with a margin.
-pub fn shrunk(phi: &[f64]) -> Vec<f64> {
+fn shrunk(phi: &[f64]) -> Vec<f64> {
     let mut phi = phi.to_vec();
     let within = |r: &Vec<f64>| r.iter().all(|r| r.abs() < 0.9999);
     while !partials(&phi).is_some_and(|r| within(&r)) {
@@ -61,6 +64,11 @@ pub fn shrunk(phi: &[f64]) -> Vec<f64> {
         }
     }
     phi
+}
+
+/// The coefficients of opposite sign: `θ(B)` has its signs the other way round than `φ(B)`.
+pub fn negated(coefficients: &[f64]) -> Vec<f64> {
+    coefficients.iter().map(|x| -x).collect()
 }
 
 /// Whether a root lies on the unit circle as far as a search can tell.
@@ -90,10 +98,10 @@ pub fn jacobian(free: &[f64]) -> DMatrix<f64> {
 }
 
 /// Second derivatives of `weightsᵀ φ` by the unbounded coordinates.
-pub fn bend(free: &[f64], weights: &DVector<f64>) -> DMatrix<f64> {
-    // Of the rounding and of the width squared, both are below 1e-9, and only the way depends on it.
+pub fn hessian(free: &[f64], weights: &DVector<f64>) -> DMatrix<f64> {
+    // Errors of rounding and of the width squared are below 1e-9, and change only a search's path.
     const WIDTH: f64 = 1e-5;
-    let mut bend = DMatrix::zeros(free.len(), free.len());
+    let mut hessian = DMatrix::zeros(free.len(), free.len());
     for row in 0..free.len() {
         let slopes = |step: f64| {
             let mut moved = free.to_vec();
@@ -101,9 +109,9 @@ pub fn bend(free: &[f64], weights: &DVector<f64>) -> DMatrix<f64> {
             jacobian(&moved).tr_mul(weights)
         };
         let column = (slopes(WIDTH) - slopes(-WIDTH)) / (2.0 * WIDTH);
-        bend.row_mut(row).copy_from(&column.transpose());
+        hessian.row_mut(row).copy_from(&column.transpose());
     }
-    bend.symmetric_part()
+    hessian.symmetric_part()
 }
 
 #[cfg(test)]

@@ -1,13 +1,15 @@
-//! A record as the estimators take it.
+//! A record as the estimators take it: centred and scaled, with its segments.
 
 use std::ops::Range;
 
-/// One axis about its mean and in units of its deviation, piece by piece between its gaps.
+use crate::math::segments::segment_ranges;
+
+/// One axis about its mean and in units of its deviation, with its segments between gaps.
 #[derive(Debug, Clone)]
 pub struct Series {
     /// NaN where a sample is missing.
     pub(super) values: Vec<f64>,
-    pub(super) stretches: Vec<Range<usize>>,
+    pub(super) segments: Vec<Range<usize>>,
     /// What was taken off the samples, zero if they are not to be centred.
     pub(super) origin: f64,
     /// What the samples were then divided by.
@@ -18,36 +20,36 @@ pub struct Series {
 impl Series {
     /// Takes samples of which those not finite are missing.
     pub fn new(mut values: Vec<f64>, centred: bool) -> Self {
-        let stretches = stretches(&values);
-        let present = stretches.iter().map(Range::len).sum();
-        let origin = if centred { mean(&values, &stretches) } else { 0.0 };
+        let segments: Vec<_> = segment_ranges(&values).collect();
+        let present = segments.iter().map(Range::len).sum();
+        let origin = if centred { mean(&values, &segments) } else { 0.0 };
         values.iter_mut().for_each(|z| *z = if z.is_finite() { *z - origin } else { f64::NAN });
         let unit = deviation(&values);
         values.iter_mut().for_each(|z| *z /= unit);
-        Self { values, stretches, origin, unit, present }
+        Self { values, segments, origin, unit, present }
     }
 
-    /// How many residuals there are when each stretch gives up its first `skip` samples.
+    /// How many residuals there are when each segment gives up its first `skip` samples.
     pub fn residuals(&self, skip: usize) -> usize {
-        self.stretches.iter().map(|stretch| stretch.len().saturating_sub(skip)).sum()
+        self.segments.iter().map(|segment| segment.len().saturating_sub(skip)).sum()
     }
 
     /// `[φ, θ, c]` of the record from those of the values; `c`, if it is there, at `constant`.
     pub(super) fn with_units(&self, scaled: Vec<f64>, p: usize, constant: usize) -> Vec<f64> {
-        let room = self.origin * room(&scaled, p);
-        changed(scaled, constant, |c| room + self.unit * c)
+        let shift = self.origin * phi_of_one(&scaled[..p]);
+        changed(scaled, constant, |c| shift + self.unit * c)
     }
 
     /// The reverse of [`with_units`](Self::with_units).
     pub(super) fn without_units(&self, raw: Vec<f64>, p: usize, constant: usize) -> Vec<f64> {
-        let room = self.origin * room(&raw, p);
-        changed(raw, constant, |c| (c - room) / self.unit)
+        let shift = self.origin * phi_of_one(&raw[..p]);
+        changed(raw, constant, |c| (c - shift) / self.unit)
     }
 }
 
-/// `1 - φ_1 - … - φ_p`.
-fn room(coefficients: &[f64], p: usize) -> f64 {
-    1.0 - coefficients[..p].iter().sum::<f64>()
+/// `φ(1) = 1 - φ_1 - … - φ_p`: what the constant is divided by for the mean.
+pub(super) fn phi_of_one(phi: &[f64]) -> f64 {
+    1.0 - phi.iter().sum::<f64>()
 }
 
 fn changed(mut values: Vec<f64>, place: usize, change: impl Fn(f64) -> f64) -> Vec<f64> {
@@ -57,21 +59,9 @@ fn changed(mut values: Vec<f64>, place: usize, change: impl Fn(f64) -> f64) -> V
     values
 }
 
-fn stretches(values: &[f64]) -> Vec<Range<usize>> {
-    let mut found: Vec<Range<usize>> = Vec::new();
-    let mut start = 0;
-    for part in values.split(|z| !z.is_finite()) {
-        if !part.is_empty() {
-            found.push(start..start + part.len());
-        }
-        start += part.len() + 1;
-    }
-    found
-}
-
 /// From the distances to the first sample, which are precise also on a large offset.
-fn mean(values: &[f64], stretches: &[Range<usize>]) -> f64 {
-    let Some(first) = stretches.first().map(|stretch| values[stretch.start]) else {
+fn mean(values: &[f64], segments: &[Range<usize>]) -> f64 {
+    let Some(first) = segments.first().map(|segment| values[segment.start]) else {
         return 0.0;
     };
     let finite = values.iter().filter(|z| z.is_finite());

@@ -1,8 +1,8 @@
 //! Products of a block of samples with those before them, on the processor's widest registers.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
-use super::centre::Centre;
+use super::normal_equations::Centre;
 
 /// Lags whose sums stay in registers together; numbers of lags are rounded up to a multiple.
 pub const TILE: usize = 4;
@@ -14,31 +14,11 @@ const TARGETS: usize = 2;
 /// Independent sums, which hide the time that one addition takes.
 const SUMS: usize = 4;
 
-/// What the processor can do, found out once.
-#[derive(Debug, Clone, Copy)]
-pub struct Kernel(Arch);
-
-impl Kernel {
-    pub fn new() -> Self {
-        Self(Arch::new())
-    }
-
-    /// Puts the samples' distances from `centre` into `to`, and answers their sum.
-    pub fn centre(self, centre: Centre, from: &[f64], to: &mut [f64]) -> f64 {
-        self.0.dispatch(Centring { centre, from, to })
-    }
-
-    /// Adds to `sums[j]` the products of each value from `start` on with that j places before it.
-    /// A multiple of [`TILE`] lags, of which the longest is at most `start`.
-    pub fn add_products(self, block: &[f64], start: usize, sums: &mut [f64]) {
-        self.0.dispatch(Products { block, start, sums });
-    }
-}
-
-struct Centring<'a> {
-    centre: Centre,
-    from: &'a [f64],
-    to: &'a mut [f64],
+/// Puts the samples' distances from `centre` into `to`, and returns their sum.
+pub struct Centring<'a> {
+    pub centre: Centre,
+    pub from: &'a [f64],
+    pub to: &'a mut [f64],
 }
 
 impl WithSimd for Centring<'_> {
@@ -70,13 +50,15 @@ impl WithSimd for Centring<'_> {
     }
 }
 
-struct Products<'a> {
-    block: &'a [f64],
-    start: usize,
-    sums: &'a mut [f64],
+/// Adds to `sums[j]` the products of each value from `start` on with that j places before it.
+/// A multiple of [`TILE`] lags, of which the longest is at most `start`.
+pub struct AddProducts<'a> {
+    pub block: &'a [f64],
+    pub start: usize,
+    pub sums: &'a mut [f64],
 }
 
-impl WithSimd for Products<'_> {
+impl WithSimd for AddProducts<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -149,7 +131,9 @@ fn vector<S: Simd>(_: S, values: &[f64]) -> S::f64s {
 
 #[cfg(test)]
 mod tests {
-    use super::{Centre, Kernel, TILE};
+    use pulp::Arch;
+
+    use super::{AddProducts, Centre, Centring, TILE};
 
     #[test]
     fn sums_of_every_length_are_those_of_a_loop() {
@@ -158,7 +142,7 @@ mod tests {
             for length in 0..40 {
                 let (start, mut sums) = (lags - 1, vec![0.0; lags]);
                 let block = &x[..start + length];
-                Kernel::new().add_products(block, start, &mut sums);
+                Arch::new().dispatch(AddProducts { block, start, sums: &mut sums });
                 let product = |j: usize| (start..block.len()).map(|t| x[t] * x[t - j]).sum::<f64>();
                 // Small integers: every sum is exact in any order.
                 assert_eq!(sums, (0..lags).map(product).collect::<Vec<_>>());
@@ -172,7 +156,8 @@ mod tests {
         for length in 0..40 {
             let mut copy = vec![0.0; length];
             let centre = Centre::provisional(&[3.0]);
-            let sum = Kernel::new().centre(centre, &x[..length], &mut copy);
+            let (from, to) = (&x[..length], &mut copy[..]);
+            let sum = Arch::new().dispatch(Centring { centre, from, to });
             let expected: Vec<f64> = x[..length].iter().map(|z| z - 3.0).collect();
             assert_eq!((sum, &copy), (expected.iter().sum(), &expected));
         }

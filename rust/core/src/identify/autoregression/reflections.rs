@@ -1,8 +1,10 @@
-//! Autoregressions of every order from their reflection coefficients.
+//! Autoregressions of every order from their reflection coefficients: Yule-Walker and Burg.
 
 use nalgebra::DMatrix;
 
-use super::fit::NearFit;
+use super::normal_equations::{Centre, NormalEquations};
+use super::{FitError, NearFit, check};
+use crate::math::segments::segments;
 
 /// Models of orders 0, 1, ... of which each is the one before it, extended.
 #[derive(Debug, Clone)]
@@ -21,12 +23,18 @@ impl Reflections {
 
     /// Appends the next order, whose last coefficient is given.
     pub fn extend(&mut self, last: f64) {
-        let phi = self.last();
-        let mut next: Vec<f64> =
-            phi.iter().zip(phi.iter().rev()).map(|(a, mirrored)| a - last * mirrored).collect();
-        next.push(last);
+        let mut phi = self.last().to_vec();
+        step_up(&mut phi, last);
         self.variances.push(self.last_variance() * (1.0 - last * last));
-        self.phi.push(next);
+        self.phi.push(phi);
+    }
+
+    /// The last coefficient of the next order, of these autocovariances (Levinson and Durbin).
+    pub fn levinson(&self, covariances: &[f64]) -> f64 {
+        let order = self.phi.len();
+        let forecast = self.last().iter().zip(covariances[1..order].iter().rev());
+        let explained: f64 = forecast.map(|(phi, covariance)| phi * covariance).sum();
+        (covariances[order] - explained) / self.last_variance()
     }
 
     /// Coefficients of the highest order.
@@ -83,4 +91,117 @@ fn condition(root: &DMatrix<f64>) -> f64 {
     }
     let values = root.singular_values();
     (values.max() / values.min()).powi(2)
+}
+
+/// Turns an autoregression into that of the next order, whose last coefficient `r` is given.
+pub fn step_up(phi: &mut Vec<f64>, r: f64) {
+    let before = phi.clone();
+    phi.iter_mut().zip(before.iter().rev()).for_each(|(phi, mirrored)| *phi -= r * mirrored);
+    phi.push(r);
+}
+
+/// Yule-Walker models of all orders up to `order`, whose first autocovariances are those of the
+/// record, and the number of samples.
+///
+/// Autocovariances are sums over all pairs in a segment over the number of samples: they belong to a
+/// stationary process.
+pub fn yule_walker(
+    record: &[f64],
+    order: usize,
+    constant: bool,
+    centre: Centre,
+) -> Result<(Reflections, usize), FitError> {
+    let sums = NormalEquations::of(record, order, centre);
+    let n = sums.present();
+    check(record, order, sums.n().min(1) * n, constant, sums.energy())?;
+    let covariances: Vec<f64> = sums.over_all_pairs().iter().map(|s| s / n as f64).collect();
+    let mut models = Reflections::new(covariances[0]);
+    for _ in 0..order {
+        models.extend(models.levinson(&covariances));
+    }
+    Ok((models, n))
+}
+
+/// Sums kept apart, which lets them run on vectors.
+const SUMS: usize = 8;
+
+/// Burg's models of all orders up to `order`, whose residuals forward and backward are least, and
+/// the number of samples.
+pub fn burg(
+    record: &[f64],
+    order: usize,
+    constant: bool,
+    centre: Centre,
+) -> Result<(Reflections, usize), FitError> {
+    let mut errors: Vec<Errors> = segments(record).map(|z| Errors::new(z, centre)).collect();
+    let n: usize = errors.iter().map(|errors| errors.forward.len()).sum();
+    let energy = errors.iter().map(|errors| dot(&errors.forward, &errors.forward)).sum();
+    let any = errors.iter().any(|errors| errors.forward.len() > order);
+    check(record, order, usize::from(any) * n, constant, energy)?;
+    let mut models = Reflections::new(energy / n as f64);
+    for _ in 0..order {
+        models.extend(next_reflection(&mut errors));
+    }
+    Ok((models, n))
+}
+
+/// The coefficient over all segments, after which their residuals are those of the next order.
+fn next_reflection(errors: &mut [Errors]) -> f64 {
+    let (products, squares) = errors.iter_mut().fold((0.0, 0.0), |(products, squares), errors| {
+        let (product, square) = errors.sums();
+        (products + product, squares + square)
+    });
+    let reflection = 2.0 * products / squares;
+    errors.iter_mut().for_each(|errors| errors.reflect(reflection));
+    reflection
+}
+
+/// Residuals of a segment, as many as have enough samples on both sides: forward from sample m on,
+/// and backward one sample behind it.
+struct Errors {
+    forward: Vec<f64>,
+    backward: Vec<f64>,
+    /// The order.
+    m: usize,
+}
+
+impl Errors {
+    fn new(segment: &[f64], centre: Centre) -> Self {
+        let forward: Vec<f64> = segment.iter().map(|z| centre.taken_off(*z)).collect();
+        Self { backward: forward.clone(), forward, m: 0 }
+    }
+
+    /// Sums of the products of what is to be forecast from each other, and of the squares.
+    fn sums(&mut self) -> (f64, f64) {
+        let (forward, backward) = self.pairs();
+        (dot(forward, backward), dot(forward, forward) + dot(backward, backward))
+    }
+
+    fn reflect(&mut self, reflection: f64) {
+        let (forward, backward) = self.pairs();
+        for (f, b) in forward.iter_mut().zip(backward) {
+            (*f, *b) = (*f - reflection * *b, *b - reflection * *f);
+        }
+        self.m += 1;
+    }
+
+    /// Forward residuals, and backward ones of the sample before the first used by them.
+    fn pairs(&mut self) -> (&mut [f64], &mut [f64]) {
+        let count = self.forward.len().saturating_sub(self.m + 1);
+        let start = self.forward.len() - count;
+        (&mut self.forward[start..], &mut self.backward[..count])
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a, a_rest) = a.as_chunks::<SUMS>();
+    let (b, b_rest) = b.as_chunks::<SUMS>();
+    let mut sums = [0.0; SUMS];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..SUMS {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
 }

@@ -1,0 +1,10 @@
+"""Array types that the whole package uses."""
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Booleans", "Floats", "Integers"]
+
+Floats = npt.NDArray[np.float64]
+Booleans = npt.NDArray[np.bool_]
+Integers = npt.NDArray[np.int64]

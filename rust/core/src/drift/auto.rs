@@ -1,0 +1,349 @@
+//! The drift filter that tunes itself, sample by sample: start, rest, motion.
+//!
+//! Samples are gathered to ticks of a quarter second, in which a [`RestDetector`] sees motion, and
+//! ticks at rest to blocks of two seconds, whose means a bank of Kalman filters explains by random
+//! walks. What one sensor needs is learned: its white noise from the fading Allan variance of the
+//! ticks, the strength of its drift from the likelihood of each walk.
+#![allow(non_snake_case)]
+
+use nalgebra::{SMatrix, SVector};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::options::Options;
+use super::sensor::{Interim, SensorModel};
+use super::{Behaviour, Drift, DriftNumber, DriftStream, Snapshot, Status, params};
+use crate::error::Error;
+use crate::math::{Limits, Real};
+use crate::rest::{Event, RestDetector, Tick};
+use crate::stream::checkpoint::Checkpoint;
+use crate::stream::{Number, Startup, Stream, Traced};
+
+/// Parameters of an [`AutoFilter`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AutoParams {
+    /// Samples a second.
+    pub rate: f64,
+    /// Seconds of rest after which the noise is taken as known.
+    pub startup: f64,
+    /// The noise's deviation in the unit of the samples, if it is known.
+    pub scale: Option<f64>,
+    /// What it does about motion, and what it returns.
+    pub behaviour: Behaviour,
+}
+
+/// Drift of one signal, learned at rest and held in motion, by a filter that needs no tuning.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct AutoFilter<T> {
+    params: AutoParams,
+    detector: RestDetector<T>,
+    startup: Startup<T>,
+    model: Option<SensorModel<T>>,
+    status: Status,
+    /// What is learned was so before the sensor was last switched on.
+    experienced: bool,
+    estimate: T,
+    /// Standard deviation of the estimate, once the noise is known.
+    sigma: T,
+    interim: Interim<T>,
+    /// The sample minus the estimate before it; zero where it is missing or in motion.
+    innovation: T,
+    /// Largest sample so far: the drift is no larger as long as nothing else is known.
+    reach: T,
+    missing: bool,
+    samples_seen: u64,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
+    /// A filter before its first sample.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a parameter out of range.
+    pub fn new(params: AutoParams) -> Result<Self, Error> {
+        let window = params::checked_window(params.rate, params.startup)?;
+        crate::error::check_scale(params.scale)?;
+        Ok(Self {
+            params,
+            detector: RestDetector::new(params.rate)?,
+            startup: Startup::new(window, params.scale)?,
+            model: None,
+            status: Status::Starting,
+            experienced: false,
+            estimate: T::zero(),
+            sigma: T::zero(),
+            interim: Interim::held(),
+            innovation: T::zero(),
+            reach: T::zero(),
+            missing: false,
+            samples_seen: 0,
+        })
+    }
+
+    /// What it is doing.
+    pub fn status(&self) -> Status {
+        self.status
+    }
+
+    /// The drift.
+    pub fn bias(&self) -> T {
+        self.estimate
+    }
+
+    /// Its standard deviation.
+    pub fn bias_sigma(&self) -> T {
+        if !begins(self.status) {
+            return self.sigma;
+        }
+        match self.startup.samples() {
+            0 | 1 => self.reach,
+            n => (self.startup.variance() / T::of(n as f64)).simd_sqrt(),
+        }
+    }
+
+    /// Variances of a sample's white noise and of the drift's step in a sample, once they are known.
+    pub fn noise(&self) -> Option<(T, T)> {
+        self.model.map(|model| (model.white_noise(), model.process_noise()))
+    }
+
+    /// The sensor was switched off and on: its drift is forgotten, its noise is not.
+    pub fn switch_on(&mut self) {
+        self.experienced = self.model.is_some();
+        self.detector.restart();
+        self.forget();
+        self.status = Status::Starting;
+    }
+
+    #[inline(always)]
+    fn learns(&self) -> bool {
+        matches!(self.status, Status::Starting | Status::AtRest)
+    }
+
+    fn take(&mut self, tick: &Tick<T>) {
+        self.interim = Interim::held();
+        match tick.event.filter(|_| self.params.behaviour.hold_in_motion) {
+            Some(Event::Rest) => self.rest(tick),
+            Some(Event::Motion) => self.motion(),
+            Some(Event::Restart) if self.detector.at_rest() => return self.jump(tick),
+            Some(Event::Restart) => self.forget(),
+            None => {}
+        }
+        match self.status {
+            Status::Starting => self.finish_startup(),
+            Status::AtRest => self.learn(tick),
+            Status::InMotion => self.wait(),
+            Status::NoRestYet => {}
+        }
+    }
+
+    fn rest(&mut self, tick: &Tick<T>) {
+        match &mut self.model {
+            Some(model) if !begins(self.status) => {
+                if model.is_another(tick) {
+                    model.relearn_noise(tick);
+                }
+                self.status = Status::AtRest;
+            }
+            _ => self.status = Status::Starting,
+        }
+    }
+
+    /// A start-up that it ends has learned nothing.
+    fn motion(&mut self) {
+        if begins(self.status) {
+            self.forget();
+        } else {
+            self.status = Status::InMotion;
+        }
+    }
+
+    /// What looked like rest was none.
+    fn forget(&mut self) {
+        self.startup.reset();
+        if !self.experienced {
+            self.model = None;
+        }
+        self.status = Status::NoRestYet;
+        self.estimate = T::zero();
+        self.interim = Interim::held();
+    }
+
+    /// Rest at another level, of which the tick is the first to know.
+    fn jump(&mut self, tick: &Tick<T>) {
+        if self.model.is_some_and(|model| model.is_another(tick)) {
+            self.model = None;
+        }
+        match &mut self.model {
+            Some(model) if !begins(self.status) => {
+                model.begin_at(tick.mean, T::of(f64::from(tick.count)));
+                self.run();
+            }
+            _ => {
+                self.startup.reset();
+                self.status = Status::Starting;
+                self.start(tick.mean);
+            }
+        }
+    }
+
+    fn finish_startup(&mut self) {
+        let Some(scaling) = self.startup.finished() else { return };
+        let samples = T::of(self.startup.samples() as f64);
+        let length = T::of(f64::from(self.detector.tick_length()));
+        match &mut self.model {
+            Some(model) => model.begin_at(self.startup.mean(), samples),
+            None => self.model = SensorModel::new(scaling, length, samples).ok(),
+        }
+        self.run();
+    }
+
+    fn learn(&mut self, tick: &Tick<T>) {
+        if let Some(model) = &mut self.model {
+            model.learn(tick);
+            self.run();
+        }
+    }
+
+    /// Goes on from what is learned.
+    fn run(&mut self) {
+        if let Some(model) = &self.model {
+            let drift = model.drift();
+            (self.estimate, self.sigma) = (drift.mean, drift.sigma);
+            self.interim = drift.interim;
+            self.status = Status::AtRest;
+        }
+    }
+
+    fn wait(&mut self) {
+        if let Some(model) = &mut self.model {
+            model.wait();
+            let drift = model.drift();
+            (self.estimate, self.sigma) = (drift.mean, drift.sigma);
+        }
+    }
+
+    /// Follows a sample that is there until its tick is judged.
+    #[inline(always)]
+    fn follow(&mut self, z: T) {
+        let z = z.within(T::RAW_MAX);
+        self.reach = self.reach.at_least(z.simd_abs());
+        if self.learns() {
+            self.innovation = (z - self.estimate).within(T::RAW_MAX);
+            self.estimate = self.interim.step(self.estimate, z);
+        }
+    }
+
+    /// The estimate is the mean so far.
+    #[cold]
+    fn start(&mut self, z: T) {
+        self.startup.observe(z);
+        self.estimate = self.startup.mean();
+    }
+}
+
+impl<T: Number> Stream for AutoFilter<T> {
+    type Input = T;
+    type Output = T;
+
+    #[inline]
+    fn update(&mut self, z: T) -> T {
+        self.samples_seen += 1;
+        self.missing = !z.finite();
+        self.innovation = T::zero();
+        if !self.missing {
+            self.follow(z);
+        }
+        if self.status == Status::Starting {
+            self.start(z);
+        }
+        if let Some(tick) = self.detector.observe(z) {
+            self.take(&tick);
+        }
+        self.params.behaviour.output(z, self.estimate)
+    }
+
+    fn reset(&mut self) {
+        if let Ok(new) = Self::new(self.params) {
+            *self = new;
+        }
+    }
+}
+
+impl<T: Number> Traced for AutoFilter<T> {
+    type Snapshot = Snapshot<T, 1, 1>;
+
+    fn snapshot(&self) -> Snapshot<T, 1, 1> {
+        let sigma = self.bias_sigma();
+        let variance = (sigma.at_most(T::DIFFERENCE_MAX) * sigma).at_most(T::RAW_MAX);
+        let one = |x: T| SVector::<T, 1>::repeat(x);
+        let (R, G) = match &self.model {
+            Some(model) => (model.measurement_noise(), model.process_noise()),
+            None => (self.startup.variance(), T::zero()),
+        };
+        let K = if self.missing { T::zero() } else { self.interim.gain };
+        Snapshot {
+            estimate: self.estimate,
+            innovation: self.innovation,
+            innovation_variance: (R + variance).at_most(T::RAW_MAX),
+            gain: one(K),
+            measurement_noise: R,
+            process_noise: SMatrix::repeat(G),
+            coefficients: one(T::one()),
+            covariance: SMatrix::repeat(variance),
+            missing: self.missing,
+            guarded: false,
+            bias: self.estimate,
+            bias_sigma: sigma,
+            at_rest: self.learns(),
+        }
+    }
+}
+
+impl<T: Real + Serialize + DeserializeOwned> Checkpoint for AutoFilter<T> {
+    const TAG: &'static str = "drift-auto";
+    const VERSION: u16 = 1;
+}
+
+impl<T: DriftNumber> DriftStream<T> for AutoFilter<T> {
+    fn options(&self) -> Options {
+        let AutoParams { rate, startup, scale, behaviour } = self.params;
+        let mut options = Options::of(None, rate);
+        (options.params.startup, options.params.scale) = (startup, scale);
+        Options { behaviour, ..options }
+    }
+
+    fn samples_seen(&self) -> u64 {
+        self.samples_seen
+    }
+
+    fn ready(&self) -> bool {
+        self.model.is_some()
+    }
+
+    fn status(&self) -> Status {
+        self.status
+    }
+
+    fn drift(&self) -> Drift<T> {
+        Drift { bias: self.estimate, sigma: self.bias_sigma(), at_rest: self.learns() }
+    }
+
+    fn densities(&self) -> [T; 2] {
+        let rate = T::of(self.params.rate);
+        match self.noise() {
+            Some((R, G)) => [(R / rate).simd_sqrt(), (G * rate).simd_sqrt()],
+            None => [T::of(f64::NAN); 2],
+        }
+    }
+
+    fn power_on(&mut self) -> bool {
+        self.switch_on();
+        true
+    }
+}
+
+/// The drift comes from a start-up that is not over.
+#[inline(always)]
+fn begins(status: Status) -> bool {
+    matches!(status, Status::Starting | Status::NoRestYet)
+}

@@ -1,0 +1,557 @@
+//! The published drift filter: model, measurement noise, Kalman step, process noise.
+#![allow(non_snake_case)]
+
+#[cfg(feature = "std")]
+pub(super) mod side_by_side;
+
+use nalgebra::{SMatrix, SVector, SimdBool};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::kalman::{Correction, State};
+use super::least_squares::Rls;
+use super::options::Options;
+use super::start::{PEAK, Start};
+use super::{Behaviour, Drift, DriftNumber, DriftStream, Params, Status, sage_husa};
+use crate::allan::AllanNoise;
+use crate::error::Error;
+use crate::math::{Limits, Real, Symmetric, choose, vector};
+use crate::stream::checkpoint::Checkpoint;
+use crate::stream::{Field, Output, Scaling, Shape, Startup, Stream, Traced};
+
+/// The largest coefficient of a stationary autoregression of order three.
+const COEFFICIENT_MAX: f64 = 3.0;
+
+/// The filter on normalised samples, one signal a lane.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct DriftLoop<T, const N: usize, const M: usize> {
+    adapts_measurement_noise: bool,
+    adapts_process_noise: bool,
+    /// Samples left for the model to learn from, missing ones included.
+    learning_left: u64,
+    model: Rls<T, N, M>,
+    measurement_noise: AllanNoise<T>,
+    process_noise: Symmetric<T, N>,
+    state: State<T, N>,
+    last: Correction<T>,
+    /// `k` of Sage-Husa: samples that were not missing, and the memory given to G₀.
+    count: T,
+    /// Largest sample so far.
+    peak: T,
+    guards: T,
+}
+
+impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
+    /// A filter that starts on the next sample.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a parameter out of range.
+    pub fn new(params: &Params) -> Result<Self, Error> {
+        const { assert!(N >= 2 && M >= N, "N = p + 1 >= 2, M = p + q + 1 >= N") };
+        let params = params.checked()?;
+        let floor = Self::floor();
+        let most = T::limit(<T::Element as Limits>::COVARIANCE_MAX);
+        let start = T::of(params.process_noise).at_least(floor).at_most(most);
+        Ok(Self {
+            adapts_measurement_noise: params.adapts_measurement_noise(),
+            adapts_process_noise: params.adapts_process_noise(),
+            learning_left: params.adapt_samples(),
+            model: Rls::new(params.forgetting_factor),
+            measurement_noise: AllanNoise::with_floor(params.memory(), params.noise, floor)?,
+            process_noise: Symmetric::diagonal(start),
+            state: State::new(start),
+            last: Correction { innovation: T::zero(), variance: T::one(), inverse: T::zero() },
+            count: T::of(params.process_noise_memory),
+            peak: T::zero(),
+            guards: T::zero(),
+        })
+    }
+
+    #[inline(always)]
+    fn floor() -> T {
+        T::limit(<T::Element as Limits>::VARIANCE_FLOOR)
+    }
+
+    /// One sample in, the estimate out; `seen` is false where it is missing (`y` is NaN there).
+    ///
+    /// The prediction uses the model learned from the samples before this one, so that the
+    /// innovation is honest.
+    #[inline(always)]
+    pub fn step(&mut self, y: T, seen: T::SimdBool) -> (T, T::SimdBool) {
+        if self.adapts_measurement_noise {
+            self.measurement_noise.observe(y);
+        }
+        let row = self.row();
+        let mut prior = self.state.predict(&row, &self.process_noise, self.peak);
+        let large = prior.is_large(&self.state);
+        if large.any() {
+            prior.settle(&self.state, &row, large);
+        }
+        let guarded = if self.learning_left > 0 {
+            self.learning_left -= 1;
+            // Least squares and Kalman filter wait for their divisions side by side.
+            let projection = self.model.prepare(seen);
+            let guarded = self.correct(&prior, y, seen, large);
+            self.model.learn(&projection, y, seen);
+            guarded
+        } else {
+            self.correct(&prior, y, seen, large)
+        };
+        self.peak = choose(seen, y.simd_abs(), T::zero()).simd_max(self.peak);
+        (self.state.x[0], guarded)
+    }
+
+    /// First row of the transition matrix, `[φ, 1]`, within what a stationary model can have.
+    #[inline(always)]
+    fn row(&self) -> SVector<T, N> {
+        let parameters = self.model.parameters();
+        vector(|i| match i {
+            i if i < N - 1 => parameters[i].within(T::of(COEFFICIENT_MAX)),
+            _ => T::one(),
+        })
+    }
+
+    /// State and process noise after the sample; answers where the noise was guarded.
+    #[inline(always)]
+    fn correct(
+        &mut self,
+        prior: &State<T, N>,
+        y: T,
+        seen: T::SimdBool,
+        large: T::SimdBool,
+    ) -> T::SimdBool {
+        let R = self.measurement_noise.variance();
+        self.last = self.state.correct(prior, y, seen, R);
+        self.adapt_process_noise(prior, seen, large)
+    }
+
+    #[inline(always)]
+    fn adapt_process_noise(
+        &mut self,
+        prior: &State<T, N>,
+        seen: T::SimdBool,
+        large: T::SimdBool,
+    ) -> T::SimdBool {
+        if !self.adapts_process_noise {
+            return T::one().simd_lt(T::zero());
+        }
+        self.count += choose(seen, T::one(), T::zero());
+        let weight = choose(seen, T::one() / self.count, T::zero());
+        let (floor, column) = (Self::floor(), prior.column());
+        let G = &mut self.process_noise;
+        let guarded = sage_husa::adapt(G, floor, column, self.last, weight, large);
+        if T::LANES > 1 || guarded.any() {
+            self.guards += choose(guarded, T::one(), T::zero());
+        }
+        guarded
+    }
+
+    /// Kalman gain of the last sample, from what it left: `K = P Hᵀ / R`.
+    fn gain(&self) -> SVector<T, N> {
+        let seen = self.last.inverse.simd_gt(T::zero());
+        let gain = self.state.column() / self.measurement_noise.variance();
+        gain.map(|k| choose(seen, k, T::zero()))
+    }
+}
+
+impl<T, const N: usize, const M: usize> DriftLoop<T, N, M>
+where
+    T: Limits + Real<Element = T, SimdBool = bool>,
+{
+    /// A loop that knows what `start` says, as firmly as a start-up would have told it.
+    fn started(params: &Params, start: &Start<T, N, M>) -> Result<Self, Error> {
+        let mut inner = Self::new(params)?;
+        let samples = params.startup_samples();
+        inner.model = Rls::started(params.forgetting_factor, start)?;
+        let R = start.normalised_variance(start.measurement_noise);
+        inner.measurement_noise.set_known(R, samples);
+        let G = start.normalised_variance(start.process_noise).at_least(Self::floor());
+        inner.process_noise = Symmetric::diagonal(Self::floor());
+        inner.process_noise.set(0, 0, G);
+        inner.state = Self::started_state(start)?;
+        inner.last.variance = inner.state.P.at(0, 0) + inner.measurement_noise.variance();
+        inner.count += T::of(samples as f64);
+        inner.peak = T::of(PEAK);
+        Ok(inner)
+    }
+
+    /// Everything at the mean but the constant of the model, which is zero around the mean.
+    fn started_state(start: &Start<T, N, M>) -> Result<State<T, N>, Error> {
+        let P = start.normalised_state_covariance()?;
+        let mut state = State::new(T::zero());
+        state.P = Symmetric::from_upper(|i, j| P[(i, j)]);
+        state.x[N - 1] = start.normalised_coefficients()[M - 1];
+        Ok(state)
+    }
+}
+
+/// Everything that a filter knows after a sample, in the units of the samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Snapshot<T, const N: usize, const M: usize> {
+    /// The filtered rate.
+    pub estimate: T,
+    /// Sample minus prediction; zero for a missing sample.
+    pub innovation: T,
+    /// Variance of the innovation.
+    pub innovation_variance: T,
+    /// Kalman gain.
+    pub gain: SVector<T, N>,
+    /// Measurement noise variance R.
+    pub measurement_noise: T,
+    /// Process noise covariance G.
+    pub process_noise: SMatrix<T, N, N>,
+    /// `[φ, θ, c]`.
+    pub coefficients: SVector<T, M>,
+    /// State covariance P.
+    pub covariance: SMatrix<T, N, N>,
+    /// The sample was missing.
+    pub missing: bool,
+    /// The step of the process noise was shortened.
+    pub guarded: bool,
+    /// The drift, learned at rest.
+    pub bias: T,
+    /// Standard deviation of the drift.
+    pub bias_sigma: T,
+    /// The sensor is at rest, or is taken to be.
+    pub at_rest: bool,
+}
+
+impl<T, const N: usize, const M: usize> Output for Snapshot<T, N, M>
+where
+    T: Copy + nalgebra::Scalar + Into<f64>,
+{
+    // In the order of `write`.
+    const FIELDS: &'static [Field] = &[
+        Field { name: "estimate", shape: Shape::Number },
+        Field { name: "innovation", shape: Shape::Number },
+        Field { name: "innovation_variance", shape: Shape::Number },
+        Field { name: "measurement_noise", shape: Shape::Number },
+        Field { name: "bias", shape: Shape::Number },
+        Field { name: "bias_sigma", shape: Shape::Number },
+        Field { name: "gain", shape: Shape::Vector(N) },
+        Field { name: "process_noise", shape: Shape::Matrix(N) },
+        Field { name: "coefficients", shape: Shape::Vector(M) },
+        Field { name: "covariance", shape: Shape::Matrix(N) },
+        Field { name: "missing", shape: Shape::Flag },
+        Field { name: "guarded", shape: Shape::Flag },
+        Field { name: "at_rest", shape: Shape::Flag },
+    ];
+
+    fn write(self, numbers: &mut [f64], flags: &mut [bool]) {
+        let scalars = [
+            self.estimate,
+            self.innovation,
+            self.innovation_variance,
+            self.measurement_noise,
+            self.bias,
+            self.bias_sigma,
+        ];
+        // Column after column equals row after row: the matrices are symmetric.
+        let arrays = scalars
+            .iter()
+            .chain(self.gain.iter())
+            .chain(self.process_noise.iter())
+            .chain(self.coefficients.iter())
+            .chain(self.covariance.iter());
+        for (place, number) in numbers.iter_mut().zip(arrays) {
+            *place = (*number).into();
+        }
+        flags.copy_from_slice(&[self.missing, self.guarded, self.at_rest]);
+    }
+}
+
+/// Online drift filter of one signal: ARMA(p, q) by recursive least squares, R by Allan variance,
+/// Kalman, G by Sage-Husa; `N = p + 1`, `M = p + q + 1`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct DriftFilter<T, const N: usize, const M: usize> {
+    params: Params,
+    startup: Startup<T>,
+    scaling: Option<Scaling<T>>,
+    inner: DriftLoop<T, N, M>,
+    samples_seen: u64,
+    estimate: T,
+    missing: bool,
+    guarded: bool,
+    start: Option<Start<T, N, M>>,
+}
+
+impl<T, const N: usize, const M: usize> DriftFilter<T, N, M>
+where
+    T: Limits + Real<Element = T, SimdBool = bool>,
+{
+    /// A filter that has seen nothing.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a parameter out of range.
+    pub fn new(params: Params) -> Result<Self, Error> {
+        let inner = DriftLoop::new(&params)?;
+        Ok(Self {
+            params,
+            startup: Startup::new(params.startup_samples(), params.scale)?,
+            scaling: None,
+            inner,
+            samples_seen: 0,
+            estimate: T::zero(),
+            missing: false,
+            guarded: false,
+            start: None,
+        })
+    }
+
+    /// A filter that is ready at its first sample; R and the count of Sage-Husa stand as if the
+    /// start-up that `params` name had been spent.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a parameter or a number of the start out of range.
+    pub fn started(params: Params, start: Start<T, N, M>) -> Result<Self, Error> {
+        let start = start.checked()?;
+        Ok(Self {
+            inner: DriftLoop::started(&params, &start)?,
+            scaling: Some(Scaling::new(start.offset, start.scale)),
+            estimate: start.offset,
+            start: Some(start),
+            ..Self::new(params)?
+        })
+    }
+
+    /// The parameters it was made with.
+    pub fn params(&self) -> &Params {
+        &self.params
+    }
+
+    /// The filtered rate after the last sample.
+    pub fn estimate(&self) -> T {
+        self.estimate
+    }
+
+    /// The start-up is over: offset, scale and noise are learned.
+    pub fn ready(&self) -> bool {
+        self.scaling.is_some()
+    }
+
+    /// What it was started with, if it did not learn that itself.
+    pub fn start(&self) -> Option<&Start<T, N, M>> {
+        self.start.as_ref()
+    }
+
+    fn running_snapshot(&self, scaling: &Scaling<T>) -> Snapshot<T, N, M> {
+        let inner = &self.inner;
+        Snapshot {
+            estimate: self.estimate,
+            innovation: scaling.raw_difference(inner.last.innovation),
+            innovation_variance: scaling.raw_variance(inner.last.variance),
+            gain: inner.gain(),
+            measurement_noise: scaling.raw_variance(inner.measurement_noise.variance()),
+            process_noise: scaling.raw_covariance(&inner.process_noise),
+            coefficients: scaling.raw_coefficients::<N, M>(inner.model.parameters()),
+            covariance: scaling.raw_covariance(&inner.state.P),
+            missing: self.missing,
+            guarded: self.guarded,
+            bias: self.estimate,
+            bias_sigma: self.sigma(scaling),
+            at_rest: true,
+        }
+    }
+
+    fn sigma(&self, scaling: &Scaling<T>) -> T {
+        scaling.raw_difference(self.inner.state.P.at(0, 0).simd_sqrt())
+    }
+
+    /// Process noise and covariance during start-up.
+    fn startup_noise(&self) -> T {
+        (self.startup.variance() * T::of(self.params.process_noise)).at_most(T::RAW_MAX)
+    }
+
+    /// During start-up the estimate is the running mean, and so are its gain and variances.
+    fn startup_snapshot(&self) -> Snapshot<T, N, M> {
+        let variance = self.startup.variance();
+        let start = self.startup_noise();
+        let mut gain = SVector::zeros();
+        if !self.missing && self.startup.samples() > 0 {
+            gain[0] = T::one() / T::of(self.startup.samples() as f64);
+        }
+        let mut coefficients = SVector::zeros();
+        coefficients[M - 1] = self.startup.mean();
+        Snapshot {
+            estimate: self.estimate,
+            innovation: self.inner.last.innovation,
+            innovation_variance: variance,
+            gain,
+            measurement_noise: self.startup.raw_variance(self.inner.measurement_noise.variance()),
+            process_noise: SMatrix::from_diagonal_element(start),
+            coefficients,
+            covariance: SMatrix::from_diagonal_element(start),
+            missing: self.missing,
+            guarded: false,
+            bias: self.estimate,
+            bias_sigma: start.simd_sqrt(),
+            at_rest: true,
+        }
+    }
+
+    /// One sample after the start-up.
+    #[inline(always)]
+    fn step(inner: &mut DriftLoop<T, N, M>, scaling: &Scaling<T>, z: T) -> (T, bool, bool) {
+        let y = scaling.normalise(z);
+        let missing = !z.finite();
+        // The same step twice, so that the compiler drops the masks from the first.
+        let (y, guarded) = if missing { inner.step(y, false) } else { inner.step(y, true) };
+        (scaling.raw(y), missing, guarded)
+    }
+
+    /// Takes one sample.
+    #[inline(always)]
+    fn advance(&mut self, z: T) -> T {
+        self.samples_seen += 1;
+        match &self.scaling {
+            Some(scaling) => {
+                (self.estimate, self.missing, self.guarded) =
+                    Self::step(&mut self.inner, scaling, z);
+            }
+            None => {
+                self.missing = !z.finite();
+                self.estimate = self.learn_scale(z);
+            }
+        }
+        self.estimate
+    }
+
+    /// Start-up: returns the mean so far, zero before the first sample.
+    #[cold]
+    fn learn_scale(&mut self, z: T) -> T {
+        self.inner.last.innovation = self.startup.difference(z);
+        let y = self.startup.observe(z);
+        self.inner.measurement_noise.observe(y);
+        self.scaling = self.startup.finished();
+        if self.scaling.is_some() {
+            self.begin();
+        }
+        self.startup.mean()
+    }
+
+    /// From the start-up's own units to those of the filter.
+    fn begin(&mut self) {
+        let (mean, deviation, peak) = self.startup.own_scaling();
+        let inner = &mut self.inner;
+        inner.measurement_noise = inner.measurement_noise.rescaled(mean, deviation);
+        inner.count += T::of(self.startup.samples() as f64);
+        inner.peak = peak;
+        inner.last = Correction {
+            innovation: inner.last.innovation / (self.scaling.map_or(T::one(), |s| s.scale())),
+            variance: T::one(),
+            inverse: T::zero(),
+        };
+    }
+}
+
+impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N, M> {
+    type Input = T;
+    type Output = T;
+
+    // Compiled once a type, not into every caller: a step is long, and twelve orders have one.
+    #[inline(never)]
+    fn update(&mut self, z: T) -> T {
+        self.advance(z)
+    }
+
+    #[inline]
+    fn run(&mut self, inputs: impl Iterator<Item = T>, mut put: impl FnMut(T)) {
+        // A copy on the stack: its addresses are fixed, which processors forward fastest.
+        let mut filter = *self;
+        for z in inputs {
+            put(filter.advance(z));
+        }
+        *self = filter;
+    }
+
+    fn reset(&mut self) {
+        let fresh = match self.start {
+            None => Self::new(self.params),
+            Some(start) => Self::started(self.params, start),
+        };
+        if let Ok(fresh) = fresh {
+            *self = fresh;
+        }
+    }
+
+    #[cfg(feature = "std")]
+    fn abreast() -> usize {
+        T::abreast()
+    }
+
+    #[cfg(feature = "std")]
+    fn process_block(filters: &mut [Self], block: &mut crate::stream::Block<'_>) {
+        T::process_block(filters, block);
+    }
+}
+
+impl<T: DriftNumber, const N: usize, const M: usize> Traced for DriftFilter<T, N, M> {
+    type Snapshot = Snapshot<T, N, M>;
+
+    fn snapshot(&self) -> Snapshot<T, N, M> {
+        match &self.scaling {
+            Some(scaling) => self.running_snapshot(scaling),
+            None => self.startup_snapshot(),
+        }
+    }
+}
+
+impl<T, const N: usize, const M: usize> Checkpoint for DriftFilter<T, N, M>
+where
+    T: Real + Serialize + DeserializeOwned,
+{
+    const TAG: &'static str = "drift";
+    const VERSION: u16 = 1;
+    const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
+}
+
+impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFilter<T, N, M> {
+    const START: &'static [Field] = Start::<T, N, M>::FIELDS;
+
+    fn options(&self) -> Options {
+        Options {
+            method: Some(self.params.method),
+            order: (N - 1, M - N),
+            params: self.params,
+            behaviour: Behaviour { hold_in_motion: false, compensated: false },
+        }
+    }
+
+    fn samples_seen(&self) -> u64 {
+        self.samples_seen
+    }
+
+    fn ready(&self) -> bool {
+        self.scaling.is_some()
+    }
+
+    fn status(&self) -> Status {
+        Status::of(self.ready(), true)
+    }
+
+    fn drift(&self) -> Drift<T> {
+        let sigma = match &self.scaling {
+            Some(scaling) => self.sigma(scaling),
+            None => self.startup_noise().simd_sqrt(),
+        };
+        Drift { bias: self.estimate, sigma, at_rest: true }
+    }
+
+    /// R is the white noise; the drift is no walk.
+    fn densities(&self) -> [T; 2] {
+        let unknown = T::of(f64::NAN);
+        let R = self.inner.measurement_noise.variance();
+        let R = self.scaling.map_or(unknown, |scaling| scaling.raw_variance(R));
+        [(R / T::of(self.params.rate)).simd_sqrt(), unknown]
+    }
+
+    fn guard_count(&self) -> u64 {
+        self.inner.guards.to_subset().map_or(0, |count: f64| count as u64)
+    }
+
+    fn write_start(&self, numbers: &mut [f64]) -> bool {
+        self.start.map(|start| start.write(numbers, &mut [])).is_some()
+    }
+}

@@ -1,0 +1,149 @@
+//! The published filter gated by rest: motion is not taken for drift.
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::options::Options;
+use super::{Behaviour, Drift, DriftFilter, DriftNumber, DriftStream, Snapshot, Status};
+use crate::error::Error;
+use crate::math::Real;
+use crate::stream::checkpoint::Checkpoint;
+use crate::stream::{Field, Stream, Traced};
+
+use crate::rest::{Event, RestDetector, Tick};
+
+/// A [`DriftFilter`] that learns at rest only, or that returns the compensated rate.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct RestGated<T, const N: usize, const M: usize> {
+    behaviour: Behaviour,
+    detector: RestDetector<T>,
+    filter: DriftFilter<T, N, M>,
+    /// The filter as it was after the last tick at rest, and after the one before: a motion is
+    /// seen in its second tick at times.
+    at_last_rests: [DriftFilter<T, N, M>; 2],
+    at_rest: bool,
+    missing: bool,
+    samples_seen: u64,
+}
+
+impl<T: DriftNumber, const N: usize, const M: usize> RestGated<T, N, M> {
+    /// `filter`, which has seen nothing, to learn at rest and return what is asked for.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a rate out of range.
+    pub fn new(filter: DriftFilter<T, N, M>, behaviour: Behaviour) -> Result<Self, Error> {
+        Ok(Self {
+            behaviour,
+            detector: RestDetector::new(filter.params().rate)?,
+            filter,
+            at_last_rests: [filter; 2],
+            at_rest: true,
+            missing: false,
+            samples_seen: 0,
+        })
+    }
+
+    #[inline]
+    fn step(&mut self, z: T) -> T {
+        if !self.behaviour.hold_in_motion {
+            return self.filter.update(z);
+        }
+        self.filter.update(if self.at_rest { z } else { T::of(f64::NAN) });
+        if let Some(tick) = self.detector.observe(z) {
+            self.take(&tick);
+        }
+        self.filter.estimate()
+    }
+
+    fn take(&mut self, tick: &Tick<T>) {
+        match tick.event {
+            Some(Event::Rest) => self.at_rest = true,
+            Some(Event::Motion) => {
+                self.filter = self.at_last_rests[1];
+                self.at_rest = false;
+            }
+            Some(Event::Restart) => {
+                self.filter.reset();
+                self.at_rest = self.detector.at_rest();
+            }
+            None => {}
+        }
+        if self.at_rest {
+            self.at_last_rests = [self.filter, self.at_last_rests[0]];
+        }
+    }
+}
+
+impl<T: DriftNumber, const N: usize, const M: usize> Stream for RestGated<T, N, M> {
+    type Input = T;
+    type Output = T;
+
+    #[inline]
+    fn update(&mut self, z: T) -> T {
+        self.samples_seen += 1;
+        self.missing = !z.finite();
+        let estimate = self.step(z);
+        self.behaviour.output(z, estimate)
+    }
+
+    fn reset(&mut self) {
+        self.filter.reset();
+        self.detector.restart();
+        self.at_last_rests = [self.filter; 2];
+        (self.at_rest, self.missing, self.samples_seen) = (true, false, 0);
+    }
+}
+
+impl<T: DriftNumber, const N: usize, const M: usize> Traced for RestGated<T, N, M> {
+    type Snapshot = Snapshot<T, N, M>;
+
+    fn snapshot(&self) -> Snapshot<T, N, M> {
+        Snapshot { at_rest: self.at_rest, missing: self.missing, ..self.filter.snapshot() }
+    }
+}
+
+impl<T, const N: usize, const M: usize> Checkpoint for RestGated<T, N, M>
+where
+    T: Real + Serialize + DeserializeOwned,
+{
+    const TAG: &'static str = "drift-rest-gated";
+    const VERSION: u16 = 1;
+    const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
+}
+
+impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RestGated<T, N, M> {
+    const START: &'static [Field] = DriftFilter::<T, N, M>::START;
+
+    fn options(&self) -> Options {
+        Options { behaviour: self.behaviour, ..self.filter.options() }
+    }
+
+    fn samples_seen(&self) -> u64 {
+        self.samples_seen
+    }
+
+    fn ready(&self) -> bool {
+        self.filter.ready()
+    }
+
+    fn status(&self) -> Status {
+        Status::of(self.filter.ready(), self.at_rest)
+    }
+
+    fn drift(&self) -> Drift<T> {
+        Drift { at_rest: self.at_rest, ..self.filter.drift() }
+    }
+
+    fn densities(&self) -> [T; 2] {
+        self.filter.densities()
+    }
+
+    fn guard_count(&self) -> u64 {
+        self.filter.guard_count()
+    }
+
+    fn write_start(&self, numbers: &mut [f64]) -> bool {
+        self.filter.write_start(numbers)
+    }
+}

@@ -1,0 +1,122 @@
+//! Filters that learn a gyro's drift: the published method of Fu & Han, and the filter that tunes
+//! itself.
+//!
+//! [`DriftFilter`] is the published method: an ARMA model by recursive least squares
+//! ([`RecursiveLeastSquares`]), measurement noise by Allan variance, a Kalman filter, process noise
+//! by Sage-Husa. [`RestGated`] lets it learn at rest only. [`AutoFilter`] weighs a bank of Kalman
+//! filters by their likelihood. All of them are [`DriftStream`]s.
+
+mod auto;
+mod filter;
+mod gated;
+mod kalman;
+mod least_squares;
+mod multiple_model;
+mod number;
+pub mod options;
+pub(crate) mod params;
+mod sage_husa;
+mod sensor;
+mod start;
+
+pub use auto::{AutoFilter, AutoParams};
+pub use filter::{DriftFilter, DriftLoop, Snapshot};
+pub use gated::RestGated;
+pub use kalman::{Correction, State};
+pub use least_squares::{RecursiveLeastSquares, Rls, RlsParams};
+pub use number::DriftNumber;
+pub use params::{Behaviour, Method, Params};
+pub use sage_husa::{Headroom, adapt, headroom};
+use serde::{Deserialize, Serialize};
+pub use start::Start;
+
+use self::options::Options;
+use crate::stream::checkpoint::Checkpoint;
+use crate::stream::{Field, Traced};
+
+/// What a filter is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Status {
+    /// The drift is the mean so far.
+    Starting,
+    /// The drift is learned.
+    AtRest,
+    /// The drift is held.
+    InMotion,
+    /// The sensor has moved ever since the start: no drift is known.
+    NoRestYet,
+}
+
+impl Status {
+    /// The words for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Starting => "starting",
+            Self::AtRest => "at rest",
+            Self::InMotion => "in motion",
+            Self::NoRestYet => "no rest yet",
+        }
+    }
+
+    /// That of a filter whose start-up is over or not, and which learns or holds.
+    fn of(ready: bool, at_rest: bool) -> Self {
+        match (at_rest, ready) {
+            (true, true) => Self::AtRest,
+            (true, false) => Self::Starting,
+            (false, true) => Self::InMotion,
+            (false, false) => Self::NoRestYet,
+        }
+    }
+}
+
+/// The drift as it is known after a sample, in the unit of the samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drift<T> {
+    /// Its mean.
+    pub bias: T,
+    /// Its standard deviation.
+    pub sigma: T,
+    /// It is learned: the sensor rests, or is taken to.
+    pub at_rest: bool,
+}
+
+/// What every drift filter tells besides its outputs.
+pub trait DriftStream<T>: Traced<Input = T, Output = T> + Checkpoint {
+    /// The parts of a [`Start`], for filters that can be started.
+    const START: &'static [Field] = &[];
+
+    /// The options that make such a filter.
+    fn options(&self) -> Options;
+
+    /// Samples given so far, missing ones included.
+    fn samples_seen(&self) -> u64;
+
+    /// The start-up is over.
+    fn ready(&self) -> bool;
+
+    /// What it is doing.
+    fn status(&self) -> Status;
+
+    /// The drift now.
+    fn drift(&self) -> Drift<T>;
+
+    /// Densities of the white noise and of the drift's random walk, in the unit of the samples over
+    /// root hertz and over root second; NaN where they are not known.
+    fn densities(&self) -> [T; 2];
+
+    /// How often the step of the process noise had to be shortened.
+    fn guard_count(&self) -> u64 {
+        0
+    }
+
+    /// Puts down what it was started with, as the numbers of a [`Start`]; false if it learned that
+    /// itself.
+    fn write_start(&self, _numbers: &mut [f64]) -> bool {
+        false
+    }
+
+    /// The sensor was switched off and on: forgets the drift but not the noise. False if it can't.
+    fn power_on(&mut self) -> bool {
+        false
+    }
+}

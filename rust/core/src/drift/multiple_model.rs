@@ -1,0 +1,233 @@
+//! Multiple-model Kalman bank (Magill 1965): one filter for each strength of the drift's random
+//! walk, weighed by their likelihoods.
+//!
+//! A member assumes a process noise q of its own, as a ratio to the white noise; the ratios lie on
+//! a grid that spans all gyros, with one member for no drift at all. What was measured is the mean
+//! of a block, while the drift moves on inside it: with P at the start of a block of length t, the
+//! mean differs from the start by variance q t/3, the end by q t, and they share q t/2. So both
+//! innovation variance and gain are exact however long the block is.
+//!
+//! The scale of all variances is unknown too. With a scaled inverse chi-squared prior its
+//! likelihood has the closed form of Student's t: West & Harrison, *Bayesian Forecasting and
+//! Dynamic Models*, 2nd ed. 1997, sections 4.5 (scale) and 12.2 (weights of several models).
+#![allow(non_snake_case)]
+
+use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
+
+use crate::math::{Limits, Real};
+
+/// Members: no drift, then two ratios a decade.
+pub const MEMBERS: usize = 22;
+
+/// Ratio of a member's process noise in a block to the white noise of that block.
+const FAINTEST: f64 = 1e-8;
+const STEP: f64 = 3.162_277_660_168_379_5;
+
+/// Weight at the start of the member without drift; the others share the rest.
+const NO_DRIFT: f64 = 0.3;
+
+/// Blocks after which evidence counts for 1/e: devices warm up and calm down.
+const MEMORY: f64 = 500.0;
+
+/// Degrees of freedom of the scale before the first block.
+const DEGREES: f64 = 2.0;
+
+type Each<T> = SVector<T, MEMBERS>;
+
+/// The mean of a block of samples, or of what there is of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BlockMean<T> {
+    /// The mean.
+    pub mean: T,
+    /// Variance of its white noise.
+    pub noise: T,
+    /// Its length in full blocks.
+    pub time: T,
+}
+
+/// The drift on average over the members.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mixture<T> {
+    /// Mean of the drift.
+    pub mean: T,
+    /// Its variance, disagreement of the members included.
+    pub variance: T,
+    /// Mean of the members' own variances, as [`BlockMean::noise`] not yet scaled.
+    pub P: T,
+}
+
+/// What a block does to one member.
+#[derive(Clone, Copy)]
+struct Step<T> {
+    innovation: T,
+    /// Variance of the innovation.
+    S: T,
+    K: T,
+    /// Variance of the drift at the block's end.
+    P: T,
+}
+
+impl<T: Real> Step<T> {
+    /// The drift at the block's end, for a drift `x` at its start.
+    #[inline(always)]
+    fn end(&self, x: T) -> T {
+        x + self.K * self.innovation
+    }
+}
+
+/// All members.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct KalmanBank<T> {
+    /// Process noise of a block.
+    q: Each<T>,
+    /// Drift at the end of the last block.
+    x: Each<T>,
+    /// Its variance, as `q` in units of the scale.
+    P: Each<T>,
+    /// Sum of the normalised squared innovations.
+    S: Each<T>,
+    /// Degrees of freedom of the scales.
+    degrees: T,
+    /// Logarithm of the likelihood over that of the best.
+    evidence: Each<T>,
+    weight: Each<T>,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
+    /// Members for blocks whose mean has white noise of variance about `noise`.
+    pub fn new(noise: T) -> Self {
+        let mut ratio = FAINTEST / STEP;
+        let q = Each::from_fn(|m, _| {
+            ratio *= if m == 0 { 1.0 } else { STEP };
+            if m == 0 { T::zero() } else { noise * T::of(ratio) }
+        });
+        Self {
+            q,
+            x: Each::zeros(),
+            P: Each::zeros(),
+            S: Each::repeat(T::of(DEGREES)),
+            degrees: T::of(DEGREES),
+            evidence: Each::zeros(),
+            weight: prior(),
+        }
+    }
+
+    /// The drift anew, with everything that was learned about the noise.
+    pub fn begin(&mut self, mean: T, variance: T) {
+        self.x = Each::repeat(mean);
+        self.P = Each::repeat(variance);
+    }
+
+    /// Time passes without a measurement.
+    pub fn wait(&mut self, blocks: T) {
+        for m in 0..MEMBERS {
+            self.P[m] = (self.P[m] + self.q[m] * blocks).at_most(T::COVARIANCE_MAX);
+        }
+    }
+
+    /// What a block, perhaps not yet full, says of the drift at its end.
+    #[inline]
+    pub fn filtered(&self, block: &BlockMean<T>) -> Mixture<T> {
+        self.mixture(|m| {
+            let step = self.step(m, block);
+            (step.end(self.x[m]), step.P)
+        })
+    }
+
+    /// The drift when no block has begun.
+    pub fn predicted(&self) -> Mixture<T> {
+        self.mixture(|m| (self.x[m], self.P[m]))
+    }
+
+    /// Learns from a full block.
+    pub fn correct(&mut self, block: &BlockMean<T>) {
+        for m in 0..MEMBERS {
+            let step = self.step(m, block);
+            self.weigh_in(m, step.innovation * step.innovation / step.S, step.S);
+            self.x[m] = step.end(self.x[m]);
+            self.P[m] = step.P;
+        }
+        self.degrees = self.degrees * kept::<T>() + T::one();
+        self.normalise();
+    }
+
+    /// Process noise of a block, on average over the members.
+    pub fn process_noise(&self) -> T {
+        let mut noise = T::zero();
+        for m in 0..MEMBERS {
+            noise += self.weight[m] * self.q[m] * self.scale(m);
+        }
+        noise
+    }
+
+    /// Mean and variance over members of given means and variances.
+    #[inline(always)]
+    fn mixture(&self, member: impl Fn(usize) -> (T, T)) -> Mixture<T> {
+        let (origin, _) = member(0);
+        let (mut mean, mut square) = (T::zero(), T::zero());
+        let (mut P, mut scaled) = (T::zero(), T::zero());
+        for m in 0..MEMBERS {
+            let (x, own) = member(m);
+            let apart = x - origin;
+            mean += self.weight[m] * apart;
+            square += self.weight[m] * apart * apart;
+            P += self.weight[m] * own;
+            scaled += self.weight[m] * own * self.S[m];
+        }
+        let spread = (square - mean * mean).at_least(T::zero());
+        Mixture { mean: origin + mean, variance: scaled / self.degrees + spread, P }
+    }
+
+    /// One Kalman step of a member.
+    #[inline(always)]
+    fn step(&self, m: usize, block: &BlockMean<T>) -> Step<T> {
+        let (P, R) = (self.P[m], block.noise);
+        let moved = self.q[m] * block.time;
+        let third = moved * T::of(1.0 / 3.0);
+        let S = P + third + R;
+        // P + moved - C^2/S with C = P + moved/2, over one denominator: nothing cancels.
+        let left = P * (third + R) + moved * (R + moved * T::of(1.0 / 12.0));
+        let inverse = T::one() / S;
+        Step {
+            innovation: block.mean - self.x[m],
+            S,
+            K: (P + moved * T::of(0.5)) * inverse,
+            P: left * inverse,
+        }
+    }
+
+    #[inline(always)]
+    fn scale(&self, m: usize) -> T {
+        self.S[m] / self.degrees
+    }
+
+    /// Adds one innovation, squared and over its variance, to the evidence and the scale.
+    fn weigh_in(&mut self, m: usize, square: T, variance: T) {
+        let spread = (variance * self.scale(m)).ln();
+        let tail = (square / self.S[m]).ln_1p() * (self.degrees + T::one());
+        self.evidence[m] = self.evidence[m] * kept::<T>() - (spread + tail) * T::of(0.5);
+        self.S[m] = self.S[m] * kept::<T>() + square;
+    }
+
+    fn normalise(&mut self) {
+        let best = self.evidence.max();
+        let prior = prior::<T>();
+        for m in 0..MEMBERS {
+            self.evidence[m] -= best;
+            self.weight[m] = prior[m] * self.evidence[m].exp();
+        }
+        self.weight /= self.weight.sum();
+    }
+}
+
+/// The part of the evidence that a block leaves.
+fn kept<T: Real>() -> T {
+    T::of(1.0 - 1.0 / MEMORY)
+}
+
+fn prior<T: Real>() -> Each<T> {
+    let others = (1.0 - NO_DRIFT) / (MEMBERS - 1) as f64;
+    Each::from_fn(|m, _| T::of(if m == 0 { NO_DRIFT } else { others }))
+}

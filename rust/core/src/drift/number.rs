@@ -1,0 +1,45 @@
+//! Numbers that drift filters are made of.
+
+use crate::stream::Number;
+#[cfg(feature = "std")]
+use crate::{
+    drift::{DriftFilter, filter::side_by_side},
+    stream::Block,
+};
+
+/// A number that drift filters are made of, and whether several of them share a register.
+pub trait DriftNumber: Number {
+    /// How many filters share one.
+    #[cfg(feature = "std")]
+    fn abreast() -> usize {
+        1
+    }
+
+    /// Fills a block by filters of one a channel.
+    #[cfg(feature = "std")]
+    fn process_block<const N: usize, const M: usize>(
+        filters: &mut [DriftFilter<Self, N, M>],
+        block: &mut Block<'_>,
+    ) {
+        for (channel, filter) in filters.iter_mut().enumerate() {
+            block.run(channel, filter);
+        }
+    }
+}
+
+impl DriftNumber for f32 {}
+
+impl DriftNumber for f64 {
+    #[cfg(feature = "std")]
+    fn abreast() -> usize {
+        pulp::Arch::new().dispatch(side_by_side::Width)
+    }
+
+    #[cfg(feature = "std")]
+    fn process_block<const N: usize, const M: usize>(
+        filters: &mut [DriftFilter<f64, N, M>],
+        block: &mut Block<'_>,
+    ) {
+        pulp::Arch::new().dispatch(side_by_side::Together { filters, block });
+    }
+}

@@ -1,0 +1,270 @@
+//! The one table of what a person may choose of a drift filter, and what follows from a choice.
+//!
+//! Signatures, the command line, documentation and refusals come from [`OPTIONS`]: a new option is
+//! a field of [`Params`] (or [`Behaviour`]) and a row here.
+
+use super::{AutoParams, Behaviour, Method, Params};
+use crate::allan::AllanKind;
+use crate::error::Error;
+
+/// Everything that makes a drift filter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// A published method, or `None` for the filter that tunes itself.
+    pub method: Option<Method>,
+    /// Orders (p, q) of the ARMA model.
+    pub order: (usize, usize),
+    /// Numbers; the filter that tunes itself uses `rate`, `startup` and `scale` of them.
+    pub params: Params,
+    /// What it does about motion, and what it returns.
+    pub behaviour: Behaviour,
+}
+
+/// The names of the methods, as people write them.
+pub const METHODS: [&str; 4] = ["kf", "akf", "fading", "auto"];
+
+impl Options {
+    /// The defaults of a method.
+    pub fn of(method: Option<Method>, rate: f64) -> Self {
+        let params = Params::default();
+        Self {
+            method,
+            order: (2, 1),
+            params: Params { rate, method: method.unwrap_or(params.method), ..params },
+            behaviour: Behaviour { hold_in_motion: method.is_none(), compensated: false },
+        }
+    }
+
+    /// The defaults of the method of this name.
+    pub fn of_method(name: &str, rate: f64) -> Option<Self> {
+        let method = match name {
+            "kf" => Some(Method::Kf),
+            "akf" => Some(Method::Akf),
+            "fading" => Some(Method::Fading),
+            "auto" => None,
+            _ => return None,
+        };
+        Some(Self::of(method, rate))
+    }
+
+    /// The name of the method.
+    pub fn method_name(&self) -> &'static str {
+        match self.method {
+            Some(Method::Kf) => METHODS[0],
+            Some(Method::Akf) => METHODS[1],
+            Some(Method::Fading) => METHODS[2],
+            None => METHODS[3],
+        }
+    }
+
+    /// Parameters of the filter that tunes itself.
+    pub fn auto(&self) -> AutoParams {
+        let Params { rate, startup, scale, .. } = self.params;
+        AutoParams { rate, startup, scale, behaviour: self.behaviour }
+    }
+
+    /// Whether the method uses an option.
+    pub fn uses(&self, option: &DriftOption) -> bool {
+        option.methods.contains(&self.method_name())
+    }
+}
+
+/// The value of an option.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    /// Nothing chosen: always, or learned.
+    None,
+    /// A number.
+    Number(f64),
+    /// One of a few words.
+    Word(&'static str),
+    /// Orders (p, q).
+    Order((i64, i64)),
+}
+
+/// What values an option takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A number.
+    Number,
+    /// A number, or nothing.
+    MaybeNumber,
+    /// One of these words.
+    Choice(&'static [&'static str]),
+    /// Orders (p, q).
+    Order,
+}
+
+/// One row of the table.
+#[derive(Debug, Clone, Copy)]
+pub struct DriftOption {
+    /// Its name in Python; on the command line with hyphens.
+    pub name: &'static str,
+    /// What values it takes.
+    pub kind: Kind,
+    /// Unit of a number, empty where it has none.
+    pub unit: &'static str,
+    /// Its range, as refusals say it.
+    pub expected: &'static str,
+    /// What it does, and what small and large values do.
+    pub meaning: &'static str,
+    /// The methods that use it.
+    pub methods: &'static [&'static str],
+    /// Its value.
+    pub get: fn(&Options) -> Value,
+    /// Puts down a value of its kind that is one of its words.
+    pub set: fn(&mut Options, Value),
+}
+
+const PUBLISHED: &[&str] = &["kf", "akf", "fading"];
+const FADING: &[&str] = &["fading"];
+
+/// Every option but the method and the rate.
+pub const OPTIONS: &[DriftOption] = &[
+    DriftOption {
+        name: "order",
+        kind: Kind::Order,
+        unit: "",
+        expected: "(p, q) with p from 1 to 3 and q from 0 to 3",
+        meaning: "orders p, q of the ARMA drift model; (p, 0) is AR(p)",
+        methods: PUBLISHED,
+        get: |o| Value::Order((o.order.0 as i64, o.order.1 as i64)),
+        set: |o, value| {
+            if let Value::Order((p, q)) = value {
+                o.order = (p as usize, q as usize);
+            }
+        },
+    },
+    DriftOption {
+        name: "fading",
+        kind: Kind::Number,
+        unit: "",
+        expected: "above 0 and at most 1",
+        meaning: "memory b of the measurement noise R: small follows its changes quickly, large averages",
+        methods: FADING,
+        get: |o| Value::Number(o.params.fading),
+        set: |o, value| set_number(&mut o.params.fading, value),
+    },
+    DriftOption {
+        name: "adapt_for",
+        kind: Kind::MaybeNumber,
+        unit: "s",
+        expected: "zero or a positive number of seconds",
+        meaning: "seconds after the start-up during which the drift model is learned; none is always",
+        methods: PUBLISHED,
+        get: |o| maybe(o.params.adapt_for),
+        set: |o, value| set_maybe(&mut o.params.adapt_for, value),
+    },
+    DriftOption {
+        name: "forgetting_factor",
+        kind: Kind::Number,
+        unit: "",
+        expected: "above 0 and at most 1",
+        meaning: "forgetting factor of the least squares: small forgets old samples quickly, 1 never",
+        methods: PUBLISHED,
+        get: |o| Value::Number(o.params.forgetting_factor),
+        set: |o, value| set_number(&mut o.params.forgetting_factor, value),
+    },
+    DriftOption {
+        name: "motion",
+        kind: Kind::Choice(&["hold", "ignore"]),
+        unit: "",
+        expected: "'hold' or 'ignore'",
+        meaning: "hold learns the drift at rest only; ignore takes every sample for rest",
+        methods: &METHODS,
+        get: |o| Value::Word(if o.behaviour.hold_in_motion { "hold" } else { "ignore" }),
+        set: |o, value| o.behaviour.hold_in_motion = value == Value::Word("hold"),
+    },
+    DriftOption {
+        name: "output",
+        kind: Kind::Choice(&["estimate", "compensated"]),
+        unit: "",
+        expected: "'estimate' or 'compensated'",
+        meaning: "the estimated drift, or the sample minus it",
+        methods: &METHODS,
+        get: |o| Value::Word(if o.behaviour.compensated { "compensated" } else { "estimate" }),
+        set: |o, value| o.behaviour.compensated = value == Value::Word("compensated"),
+    },
+    DriftOption {
+        name: "process_noise",
+        kind: Kind::Number,
+        unit: "",
+        expected: "zero or a positive number",
+        meaning: "initial process noise G in start-up variances: large follows the signal, small smooths it",
+        methods: PUBLISHED,
+        get: |o| Value::Number(o.params.process_noise),
+        set: |o, value| set_number(&mut o.params.process_noise, value),
+    },
+    DriftOption {
+        name: "process_noise_memory",
+        kind: Kind::Number,
+        unit: "samples",
+        expected: "zero or a positive number",
+        meaning: "samples that the initial G counts for besides those seen: large keeps it longer",
+        methods: FADING,
+        get: |o| Value::Number(o.params.process_noise_memory),
+        set: |o, value| set_number(&mut o.params.process_noise_memory, value),
+    },
+    DriftOption {
+        name: "noise",
+        kind: Kind::Choice(&["allan", "hadamard"]),
+        unit: "",
+        expected: "'allan' or 'hadamard'",
+        meaning: "variance that R is taken from; hadamard ignores a constant angular acceleration",
+        methods: PUBLISHED,
+        get: |o| Value::Word(o.params.noise.name()),
+        set: |o, value| {
+            let word = if let Value::Word(word) = value { word } else { "" };
+            o.params.noise = AllanKind::of_name(word).unwrap_or(o.params.noise);
+        },
+    },
+    DriftOption {
+        name: "startup",
+        kind: Kind::Number,
+        unit: "s",
+        expected: "a positive number of seconds",
+        meaning: "seconds from which offset, scale and first noise are learned (ten samples at least)",
+        methods: &METHODS,
+        get: |o| Value::Number(o.params.startup),
+        set: |o, value| set_number(&mut o.params.startup, value),
+    },
+    DriftOption {
+        name: "scale",
+        kind: Kind::MaybeNumber,
+        unit: "unit of the samples",
+        expected: "a positive number",
+        meaning: "deviation of the noise where it is known; else it is learned",
+        methods: &METHODS,
+        get: |o| maybe(o.params.scale),
+        set: |o, value| set_maybe(&mut o.params.scale, value),
+    },
+];
+
+/// The option of a name.
+pub fn option(name: &str) -> Option<&'static DriftOption> {
+    OPTIONS.iter().find(|option| option.name == name)
+}
+
+impl Options {
+    /// These options, if each number is in its range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first that is not.
+    pub fn checked(self) -> Result<Self, Error> {
+        Ok(Self { params: self.params.checked()?, ..self })
+    }
+}
+
+fn maybe(value: Option<f64>) -> Value {
+    value.map_or(Value::None, Value::Number)
+}
+
+fn set_number(place: &mut f64, value: Value) {
+    if let Value::Number(number) = value {
+        *place = number;
+    }
+}
+
+fn set_maybe(place: &mut Option<f64>, value: Value) {
+    *place = if let Value::Number(number) = value { Some(number) } else { None };
+}

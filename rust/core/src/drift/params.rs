@@ -1,0 +1,149 @@
+//! What a person chooses for a filter, and what follows from it once the rate is known.
+
+use serde::{Deserialize, Serialize};
+
+use crate::allan::AllanKind;
+use crate::error::{
+    Error, check_fading, check_forgetting_factor, check_not_negative, check_positive, check_rate,
+    check_scale,
+};
+use crate::math::{Limits, Real};
+
+/// Which noise covariances adapt: the three filters that Fu & Han compare are one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Method {
+    /// G and R stay what the start-up window says.
+    Kf,
+    /// R follows the Allan variance with equal weights, G stays.
+    Akf,
+    /// R follows the Allan variance with fading memory, G the rank-one Sage-Husa recursion.
+    Fading,
+}
+
+/// What a filter does about motion, and what it returns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Behaviour {
+    /// In motion every sample is missing, and the two ticks in which it began are taken back.
+    pub hold_in_motion: bool,
+    /// Returns the sample minus the drift, instead of the drift.
+    pub compensated: bool,
+}
+
+impl Behaviour {
+    /// What is returned for a sample whose drift is known, NaN where the sample is missing.
+    #[inline(always)]
+    pub(crate) fn output<T>(self, z: T, drift: T) -> T
+    where
+        T: Limits + Real<Element = T, SimdBool = bool>,
+    {
+        match (self.compensated, z.finite()) {
+            (false, _) => drift,
+            (true, true) => (z.within(T::RAW_MAX) - drift).within(T::RAW_MAX),
+            (true, false) => T::of(f64::NAN),
+        }
+    }
+}
+
+/// Parameters of a [`DriftFilter`](crate::DriftFilter).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Params {
+    /// Samples a second.
+    pub rate: f64,
+    /// Which covariances adapt.
+    pub method: Method,
+    /// Memory b of the measurement noise in (0, 1], used by [`Method::Fading`].
+    pub fading: f64,
+    /// Which variance the measurement noise is taken from.
+    pub noise: AllanKind,
+    /// Seconds after the start-up during which the drift model is learned; `None`: always.
+    pub adapt_for: Option<f64>,
+    /// λ of the drift model's least squares in (0, 1].
+    pub forgetting_factor: f64,
+    /// Initial process noise G₀, and covariance P₀, in start-up variances.
+    pub process_noise: f64,
+    /// Samples that G₀ counts for besides those seen, in the weight 1/k of Sage-Husa.
+    pub process_noise_memory: f64,
+    /// Length of the start-up window in seconds.
+    pub startup: f64,
+    /// The noise's deviation in the unit of the samples, if it is known.
+    pub scale: Option<f64>,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            rate: 100.0,
+            method: Method::Fading,
+            fading: 0.97,
+            noise: AllanKind::Allan,
+            adapt_for: Some(120.0),
+            forgetting_factor: 1.0,
+            process_noise: 0.1,
+            process_noise_memory: 0.0,
+            startup: 1.0,
+            scale: None,
+        }
+    }
+}
+
+/// Fewest samples of a start-up window, whatever the rate.
+const STARTUP_SAMPLES_MIN: f64 = 10.0;
+
+impl Params {
+    /// The parameters, if each is in its range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first that is not.
+    pub fn checked(self) -> Result<Self, Error> {
+        check_rate(self.rate)?;
+        check_fading(self.fading)?;
+        check_forgetting_factor(self.forgetting_factor)?;
+        if let Some(seconds) = self.adapt_for {
+            check_not_negative("adapt_for", "zero or a positive number of seconds", seconds)?;
+        }
+        check_not_negative("process_noise", "zero or a positive number", self.process_noise)?;
+        let memory = self.process_noise_memory;
+        check_not_negative("process_noise_memory", "zero or a positive number", memory)?;
+        check_positive("startup", "a positive number of seconds", self.startup)?;
+        check_scale(self.scale)?;
+        Ok(self)
+    }
+
+    pub(crate) fn startup_samples(&self) -> u64 {
+        window(self.rate, self.startup)
+    }
+
+    pub(crate) fn adapt_samples(&self) -> u64 {
+        self.adapt_for.map_or(u64::MAX, |seconds| rounded(seconds * self.rate))
+    }
+
+    pub(crate) fn adapts_measurement_noise(&self) -> bool {
+        self.method != Method::Kf
+    }
+
+    pub(crate) fn adapts_process_noise(&self) -> bool {
+        self.method == Method::Fading
+    }
+
+    /// The memory of the measurement noise: equal weights unless the method fades.
+    pub(crate) fn memory(&self) -> f64 {
+        if self.method == Method::Fading { self.fading } else { 1.0 }
+    }
+}
+
+/// Samples of a start-up window.
+fn window(rate: f64, startup: f64) -> u64 {
+    rounded((startup * rate).max(STARTUP_SAMPLES_MIN))
+}
+
+/// [`window`] of parameters that are in their range.
+pub(crate) fn checked_window(rate: f64, startup: f64) -> Result<u64, Error> {
+    check_positive("rate", "a positive number of samples a second", rate)?;
+    check_positive("startup", "a positive number of seconds", startup)?;
+    Ok(window(rate, startup))
+}
+
+/// Nearest whole number; `as` saturates.
+fn rounded(x: f64) -> u64 {
+    (x + 0.5) as u64
+}

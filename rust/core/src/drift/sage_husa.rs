@@ -1,0 +1,166 @@
+//! Process noise by Sage-Husa (FH 25), as the rank-one update that it is.
+//!
+//! With `P = P⁻ - S K Kᵀ` and `P⁻ = A P Aᵀ + G`, FH 25 is exactly
+//! `G ← G + ((e² - S)/k) K Kᵀ`. Only `e² < S` can cost definiteness. `G + α K Kᵀ` stays above a
+//! floor as long as `1 + α Kᵀ (G - floor)⁻¹ K ≥ 0`, which bounds the negative step.
+//!
+//! Everything is written with `S K`, the first column of `P⁻`, instead of `K`: it is there before
+//! the division by `S`, so the guard is decided early.
+
+#![allow(non_snake_case)]
+
+use nalgebra::{SVector, SimdBool};
+
+use super::kalman::Correction;
+use crate::math::{Real, Symmetric, choose};
+
+/// How far `G` may sink along `v vᵀ`: by `height / slope`.
+#[derive(Debug, Clone, Copy)]
+pub struct Headroom<T> {
+    /// Positive as long as `G` lies inside the floor.
+    pub height: T,
+    /// Not negative.
+    pub slope: T,
+}
+
+/// The headroom between `G` and `floor` times the identity in the direction of `v`.
+///
+/// `vᵀ (G - floor)⁻¹ v` by symmetric elimination without a division: each row is multiplied by the
+/// pivot instead, which leaves a fraction whose denominator is a sum of squares. The trace of `G`
+/// must not be large, or the products overflow.
+#[inline(always)]
+pub fn headroom<T: Real, const N: usize>(
+    G: &Symmetric<T, N>,
+    floor: T,
+    mut v: SVector<T, N>,
+) -> Headroom<T> {
+    let mut rest = Symmetric::<T, N>::from_upper(|i, j| match i == j {
+        true => G.at(i, i) - floor,
+        false => G.at(i, j),
+    });
+    let mut left = Headroom { height: rest.at(0, 0), slope: v[0] * v[0] };
+    let mut lowest = left.height;
+    for j in 1..N {
+        let pivot = rest.at(j - 1, j - 1);
+        for i in j..N {
+            for h in i..N {
+                rest.set(i, h, pivot * rest.at(i, h) - rest.at(j - 1, i) * rest.at(j - 1, h));
+            }
+            v[i] = pivot * v[i] - rest.at(j - 1, i) * v[j - 1];
+        }
+        left.slope = left.slope * rest.at(j, j) + v[j] * v[j];
+        left.height *= rest.at(j, j);
+        lowest = lowest.at_most(rest.at(j, j));
+    }
+    let outside = lowest.simd_le(T::zero());
+    Headroom {
+        height: choose(outside, T::zero(), left.height),
+        slope: choose(outside, T::one(), left.slope),
+    }
+}
+
+/// [`headroom`] for a `G` of any size, on a scale on which the products stay in range.
+#[inline(always)]
+fn scaled_headroom<T: Real, const N: usize>(
+    G: &Symmetric<T, N>,
+    floor: T,
+    v: &SVector<T, N>,
+) -> Headroom<T> {
+    let size = T::one() / G.trace();
+    let mut scaled = *G;
+    scaled.scale(size);
+    let mut widest = T::tiny();
+    for i in 0..N {
+        widest = v[i].simd_abs().at_least(widest);
+    }
+    let length = T::one() / widest;
+    let left = headroom(&scaled, floor * size, v * length);
+    Headroom { height: left.height * length * length, slope: left.slope * size }
+}
+
+/// Updates `G` by one corrected sample with weight `1/k`, never below `floor`; returns where the
+/// step had to be shortened.
+///
+/// `column` is `S K`; `large` says where a covariance is [large](super::State::is_large).
+#[inline(always)]
+pub fn adapt<T: Real, const N: usize>(
+    G: &mut Symmetric<T, N>,
+    floor: T,
+    column: SVector<T, N>,
+    sample: Correction<T>,
+    weight: T,
+    large: T::SimdBool,
+) -> T::SimdBool {
+    if large.any() {
+        return T::aside(move || adapt_large(G, floor, column, sample, weight, large));
+    }
+    let left = ordinary_headroom(G, floor, column);
+    let (step, guarded) = bounded_step(&sample, weight, left);
+    add_rank_one(G, step, &column);
+    guarded
+}
+
+/// The headroom above the floor of a `G` that is not large.
+#[inline(always)]
+fn ordinary_headroom<T: Real, const N: usize>(
+    G: &Symmetric<T, N>,
+    floor: T,
+    column: SVector<T, N>,
+) -> Headroom<T> {
+    // The fifteen factors of four rows underflow on a small G.
+    match N {
+        ..4 => headroom(G, floor, column),
+        _ => scaled_headroom(G, floor, &column),
+    }
+}
+
+/// [`adapt`] where, in some lane, the floor does not outweigh rounding: there `G` is settled before
+/// the step, which may take away nearly all of it and leave what was rounded, and after it.
+#[inline(always)]
+fn adapt_large<T: Real, const N: usize>(
+    G: &mut Symmetric<T, N>,
+    floor: T,
+    column: SVector<T, N>,
+    sample: Correction<T>,
+    weight: T,
+    large: T::SimdBool,
+) -> T::SimdBool {
+    let (scaled, ordinary) =
+        (scaled_headroom(G, floor, &column), ordinary_headroom(G, floor, column));
+    let left = Headroom {
+        height: choose(large, scaled.height, ordinary.height),
+        slope: choose(large, scaled.slope, ordinary.slope),
+    };
+    let (step, guarded) = bounded_step(&sample, weight, left);
+    G.settle(large);
+    add_rank_one(G, step, &column);
+    G.settle(large);
+    guarded
+}
+
+/// `(e² - S)/(k S²)`, the factor of `S K (S K)ᵀ`, or as far as the headroom allows.
+#[inline(always)]
+fn bounded_step<T: Real>(sample: &Correction<T>, weight: T, left: Headroom<T>) -> (T, T::SimdBool) {
+    let Correction { innovation, variance, inverse } = *sample;
+    let step = (innovation * innovation - variance) * weight;
+    let height = left.height * variance * variance;
+    let guarded = step.simd_lt(T::zero()) & (-step * left.slope).simd_ge(height);
+    let step = step * inverse * inverse;
+    // Of several lanes one is guarded nearly always: no branch could be foretold.
+    if T::LANES > 1 || guarded.any() {
+        let limit = left.height / left.slope.at_least(T::tiny());
+        return (choose(guarded, -limit, step), guarded);
+    }
+    (step, guarded)
+}
+
+/// `G + step v vᵀ`.
+#[inline(always)]
+fn add_rank_one<T: Real, const N: usize>(G: &mut Symmetric<T, N>, step: T, v: &SVector<T, N>) {
+    for i in 0..N {
+        let scaled = step * v[i];
+        for j in i..N {
+            G.set(i, j, G.at(i, j) + scaled * v[j]);
+        }
+    }
+}

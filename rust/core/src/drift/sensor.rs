@@ -1,0 +1,304 @@
+//! The model of one sensor: its noise, and its drift as far as it has been at rest.
+
+use serde::{Deserialize, Serialize};
+
+use super::multiple_model::{BlockMean, KalmanBank};
+use crate::allan::{AllanKind, AllanNoise};
+use crate::error::Error;
+use crate::math::{Limits, Real};
+use crate::rest::Tick;
+use crate::stream::Scaling;
+
+/// Ticks of a block: two seconds of quarters.
+const BLOCK: f64 = 8.0;
+
+/// Deviations of a sample beyond which it moves the drift no further until its tick is complete.
+const SURPRISE: f64 = 4.0;
+
+/// Widens the interval of the drift: no sensor's drift is quite a walk. So chosen that over the
+/// simulated gyros of the package two thirds of all errors lie within one deviation.
+const CAUTION: f64 = 1.15;
+
+/// Noise and drift, in units of the start-up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct SensorModel<T> {
+    scaling: Scaling<T>,
+    /// Samples of a tick.
+    length: T,
+    noise: TickNoise<T>,
+    block: Block<T>,
+    bank: KalmanBank<T>,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
+    /// What `samples` samples of a start-up say, their noise taken to be white.
+    ///
+    /// # Errors
+    /// None for the constants in use.
+    pub fn new(scaling: Scaling<T>, length: T, samples: T) -> Result<Self, Error> {
+        let block = length * T::of(BLOCK);
+        let mut learned = Self {
+            scaling,
+            length,
+            noise: TickNoise::white(length, samples / length)?,
+            block: Block::new(block),
+            bank: KalmanBank::new(T::one() / block),
+        };
+        learned.begin(T::zero(), samples);
+        Ok(learned)
+    }
+
+    /// The drift anew, from the mean of `samples` samples; what is known of the noise stays.
+    pub fn begin(&mut self, mean: T, samples: T) {
+        let variance = self.sample_noise() / samples.at_least(T::one());
+        self.bank.begin(mean, variance);
+        self.block.restart();
+        self.noise.interrupt();
+    }
+
+    /// [`begin`](Self::begin) with a mean in the unit of the samples.
+    pub fn begin_at(&mut self, mean: T, samples: T) {
+        self.begin(self.scaling.normalise(mean), samples);
+    }
+
+    /// Whether a tick's noise is far from what is known: what was learned was not rest.
+    pub fn is_another(&self, tick: &Tick<T>) -> bool {
+        self.noise.is_another(self.scaling.normalised_difference(tick.deviation))
+    }
+
+    /// The noise anew, from the first tick of it; what is known of the drift stays.
+    pub fn relearn_noise(&mut self, tick: &Tick<T>) {
+        self.noise.relearn(self.scaling.normalised_difference(tick.deviation));
+    }
+
+    /// A tick at rest.
+    pub fn learn(&mut self, tick: &Tick<T>) {
+        let present = T::of(f64::from(tick.count));
+        let mean = self.scaling.normalise(tick.mean);
+        if present + present >= self.length {
+            self.noise.observe(mean, self.scaling.normalised_difference(tick.deviation));
+        } else {
+            self.noise.interrupt();
+        }
+        self.block.add(self.length, present, mean);
+        if self.block.is_full() {
+            self.finish_block();
+        }
+    }
+
+    /// A tick in motion: the drift goes on unseen, and so does what the block has lost.
+    pub fn wait(&mut self) {
+        self.noise.interrupt();
+        let lost = self.block.restart();
+        self.bank.wait(lost + T::of(1.0 / BLOCK));
+    }
+
+    /// The drift now.
+    #[inline]
+    pub fn drift(&self) -> DriftNow<T> {
+        let noise = self.sample_noise();
+        let now = match self.block.mean(noise) {
+            Some(block) => self.bank.filtered(&block),
+            None => self.bank.predicted(),
+        };
+        let sigma = now.variance.simd_sqrt() * T::of(CAUTION);
+        let most = self.noise.of_sample().simd_sqrt() * T::of(SURPRISE);
+        let interim =
+            Interim { gain: now.P / (now.P + noise), most: self.scaling.raw_difference(most) };
+        DriftNow {
+            mean: self.scaling.raw(now.mean),
+            sigma: self.scaling.raw_difference(sigma),
+            interim,
+        }
+    }
+
+    /// Variance of a sample's white noise: colour that averages out within a tick is not in it.
+    pub fn white_noise(&self) -> T {
+        self.scaling.raw_variance(self.sample_noise())
+    }
+
+    /// Variance of a sample about the drift.
+    pub fn measurement_noise(&self) -> T {
+        self.scaling.raw_variance(self.noise.of_sample())
+    }
+
+    /// Process noise of one sample.
+    pub fn process_noise(&self) -> T {
+        let samples = self.length * T::of(BLOCK);
+        self.scaling.raw_variance(self.bank.process_noise() / samples)
+    }
+
+    /// Variance of a sample, were the noise of the ticks' means white.
+    #[inline]
+    fn sample_noise(&self) -> T {
+        self.noise.of_mean() * self.length
+    }
+
+    fn finish_block(&mut self) {
+        match self.block.mean(self.sample_noise()) {
+            Some(block) => {
+                self.bank.correct(&block);
+                self.block.restart();
+            }
+            None => {
+                let time = self.block.restart();
+                self.bank.wait(time);
+            }
+        }
+    }
+}
+
+/// Ticks after which a noise level counts for 1/e: a minute of quarter seconds.
+const NOISE_MEMORY: f64 = 240.0;
+
+/// Ratio of variances that no noise of one sensor at rest has.
+const ANOTHER: f64 = 9.0;
+
+/// Ticks that a noise counts for which one tick has shown.
+const FRESH: u64 = 8;
+
+/// Variances of ticks' means and of samples, in units of the start-up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+struct TickNoise<T> {
+    /// R of the ticks' means: noise that averages out within a tick is not in it.
+    of_means: AllanNoise<T>,
+    /// Variance of a sample about its tick's mean.
+    of_samples: T,
+    /// Ticks that `of_samples` averages.
+    ticks: T,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
+    /// White noise of unit variance, as known as after so many ticks of `length` samples.
+    ///
+    /// # Errors
+    /// None for the constants in use.
+    fn white(length: T, ticks: T) -> Result<Self, Error> {
+        let fading = 1.0 - 1.0 / NOISE_MEMORY;
+        let mut of_means = AllanNoise::with_floor(fading, AllanKind::Allan, T::VARIANCE_FLOOR)?;
+        of_means.set_known(T::one() / length, ticks.to_subset().map_or(0, |n: f64| n as u64));
+        Ok(Self { of_means, of_samples: T::one(), ticks })
+    }
+
+    /// Takes mean and deviation of a tick.
+    fn observe(&mut self, mean: T, deviation: T) {
+        self.of_means.observe(mean);
+        self.ticks = (self.ticks + T::one()).at_most(T::of(NOISE_MEMORY));
+        self.of_samples += (deviation * deviation - self.of_samples) / self.ticks;
+    }
+
+    /// The next tick does not follow the last one.
+    fn interrupt(&mut self) {
+        self.of_means.interrupt();
+    }
+
+    /// Whether samples of this deviation are so far off that what was learned was not rest.
+    fn is_another(&self, deviation: T) -> bool {
+        let (now, known) = (deviation * deviation, self.of_samples);
+        now > known * T::of(ANOTHER) || now * T::of(ANOTHER) < known
+    }
+
+    /// The noise anew, from the deviation of a tick.
+    fn relearn(&mut self, deviation: T) {
+        let variance = (deviation * deviation).at_least(T::VARIANCE_FLOOR);
+        let louder = variance / self.of_samples.at_least(T::VARIANCE_FLOOR);
+        self.of_means.set_known(self.of_means.variance() * louder, FRESH);
+        self.of_samples = variance;
+        self.ticks = T::one();
+    }
+
+    /// Variance of a tick's mean.
+    #[inline]
+    fn of_mean(&self) -> T {
+        self.of_means.variance()
+    }
+
+    /// Variance of a sample.
+    fn of_sample(&self) -> T {
+        self.of_samples
+    }
+}
+
+/// Samples of a block so far, centred and scaled.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Block<T> {
+    /// Samples of a full block.
+    length: T,
+    /// Samples so far, missing ones included.
+    elapsed: T,
+    /// Samples that were there.
+    present: T,
+    sum: T,
+}
+
+impl<T: Real + PartialOrd> Block<T> {
+    /// An empty block that is full at `length` samples.
+    fn new(length: T) -> Self {
+        Self { length, elapsed: T::zero(), present: T::zero(), sum: T::zero() }
+    }
+
+    /// An empty one in its place; returns the time that is given up, in blocks.
+    fn restart(&mut self) -> T {
+        let time = self.elapsed / self.length;
+        *self = Self::new(self.length);
+        time
+    }
+
+    /// Adds `present` samples of mean `mean`, gathered over `elapsed` samples.
+    fn add(&mut self, elapsed: T, present: T, mean: T) {
+        self.elapsed += elapsed;
+        if present > T::zero() {
+            self.present += present;
+            self.sum += present * mean;
+        }
+    }
+
+    /// All its samples have passed.
+    fn is_full(&self) -> bool {
+        self.elapsed >= self.length
+    }
+
+    /// The mean so far, if a sample was there, given the noise of a single one.
+    fn mean(&self, noise: T) -> Option<BlockMean<T>> {
+        (self.present > T::zero()).then(|| BlockMean {
+            mean: self.sum / self.present,
+            noise: noise / self.present,
+            time: self.elapsed / self.length,
+        })
+    }
+}
+
+/// The drift after a tick, in the unit of the samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct DriftNow<T> {
+    /// Mean.
+    pub mean: T,
+    /// Standard deviation.
+    pub sigma: T,
+    /// How it goes on until the next tick.
+    pub interim: Interim<T>,
+}
+
+/// What a sample does to the drift before its tick is complete and known to be rest or motion.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Interim<T> {
+    /// Weight of a sample.
+    pub gain: T,
+    /// The largest difference that counts, in the unit of the samples.
+    pub most: T,
+}
+
+impl<T: Real> Interim<T> {
+    /// Stands still.
+    pub fn held() -> Self {
+        Self { gain: T::zero(), most: T::zero() }
+    }
+
+    /// The drift after a sample.
+    #[inline(always)]
+    pub fn step(&self, drift: T, z: T) -> T {
+        drift + self.gain * (z - drift).within(self.most)
+    }
+}

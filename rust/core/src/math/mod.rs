@@ -1,0 +1,24 @@
+//! Numbers and matrices of every filter: scalars and SIMD lanes alike, symmetric matrices; and what
+//! several modules ask of distributions and records.
+
+#[cfg(feature = "std")]
+pub mod distributions;
+#[cfg(feature = "std")]
+mod lane;
+#[cfg(feature = "std")]
+mod laned;
+#[cfg(feature = "std")]
+pub(crate) mod parallel;
+mod real;
+#[cfg(feature = "std")]
+pub(crate) mod segments;
+mod symmetric;
+
+#[cfg(feature = "std")]
+pub(crate) use lane::{Lane, Mask, WIDEST};
+#[cfg(feature = "std")]
+pub(crate) use laned::{Laned, laned};
+pub(crate) use real::choose;
+pub use real::{Limits, Real};
+pub use symmetric::Symmetric;
+pub(crate) use symmetric::vector;

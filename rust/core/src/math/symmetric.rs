@@ -1,0 +1,117 @@
+//! A symmetric matrix of fixed size that cannot lose its symmetry.
+
+use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
+
+use super::{Limits, Real, choose};
+
+/// Symmetric `N × N` matrix; only the upper triangle is kept up to date and read.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
+pub struct Symmetric<T, const N: usize> {
+    upper: SMatrix<T, N, N>,
+}
+
+#[cfg(feature = "std")]
+crate::math::laned!(Symmetric [N] { upper } common {});
+
+impl<T: Real, const N: usize> Symmetric<T, N> {
+    /// `value` times the identity.
+    #[inline(always)]
+    pub fn diagonal(value: T) -> Self {
+        let upper = SMatrix::from_diagonal_element(value);
+        Self { upper }
+    }
+
+    /// Element `(i, j)`.
+    #[inline(always)]
+    pub fn at(&self, i: usize, j: usize) -> T {
+        self.upper[(i.min(j), i.max(j))]
+    }
+
+    /// Sets the elements `(i, j)` and `(j, i)`.
+    #[inline(always)]
+    pub fn set(&mut self, i: usize, j: usize, value: T) {
+        self.upper[(i.min(j), i.max(j))] = value;
+    }
+
+    /// The matrix times `v`.
+    #[inline(always)]
+    pub fn times(&self, v: &SVector<T, N>) -> SVector<T, N> {
+        vector(|i| {
+            let mut sum = self.at(i, 0) * v[0];
+            for j in 1..N {
+                sum += self.at(i, j) * v[j];
+            }
+            sum
+        })
+    }
+
+    /// Sum of the diagonal.
+    #[inline(always)]
+    pub fn trace(&self) -> T {
+        let mut sum = self.at(0, 0);
+        for i in 1..N {
+            sum += self.at(i, i);
+        }
+        sum
+    }
+
+    /// Every element times `factor`.
+    #[inline(always)]
+    pub fn scale(&mut self, factor: T) {
+        for j in 0..N {
+            for i in 0..=j {
+                self.set(i, j, self.at(i, j) * factor);
+            }
+        }
+    }
+
+    /// Keeps a covariance that is `large` definite and finite: raises its diagonal by what rounding
+    /// may have cost, and scales it down as a whole where the trace passes its bound.
+    #[inline(always)]
+    pub fn settle(&mut self, large: T::SimdBool) {
+        let bound = T::limit(<T::Element as Limits>::COVARIANCE_MAX);
+        let factor = (bound / self.trace()).at_most(T::one());
+        self.scale(choose(large, factor, T::one()));
+        let raise = T::one() + T::limit(<T::Element as Limits>::ROUNDING);
+        for i in 0..N {
+            self.set(i, i, choose(large, self.at(i, i) * raise, self.at(i, i)));
+        }
+    }
+
+    /// Replaces every element, each once; the lower triangle is never touched.
+    #[inline(always)]
+    pub fn assign(&mut self, element: impl Fn(usize, usize) -> T) {
+        for j in 0..N {
+            for i in 0..=j {
+                self.set(i, j, element(i, j));
+            }
+        }
+    }
+
+    /// A matrix by the elements of its upper triangle.
+    #[inline(always)]
+    pub fn from_upper(element: impl Fn(usize, usize) -> T) -> Self {
+        let mut matrix = Self::diagonal(T::zero());
+        matrix.assign(element);
+        matrix
+    }
+
+    /// The full matrix.
+    pub fn to_matrix(&self) -> SMatrix<T, N, N> {
+        SMatrix::from_fn(|i, j| self.at(i, j))
+    }
+}
+/// The vector of `element(i)`.
+///
+/// Inlined whatever its size, as nalgebra's own is not: what is compiled apart from a step lacks
+/// the instructions of its lanes.
+#[inline(always)]
+pub(crate) fn vector<T: Real, const N: usize>(element: impl Fn(usize) -> T) -> SVector<T, N> {
+    let mut vector = SVector::zeros();
+    for i in 0..N {
+        vector[i] = element(i);
+    }
+    vector
+}

@@ -1,0 +1,183 @@
+//! Decision between rest and motion, tick by tick.
+
+use serde::{Deserialize, Serialize};
+
+use super::bounds::LOUD;
+use super::candidate::{Candidate, Run};
+use super::model::RestModel;
+use super::ticker::TickSums;
+use super::{Event, LEAST};
+use crate::math::{Limits, Real};
+
+/// Samples in a tick, and times in ticks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Times {
+    pub tick: u32,
+    /// Near the level known, until rest begins.
+    pub dwell: u32,
+    /// Until a rest is believed in, and until one at a level not known begins.
+    pub short: u32,
+    /// The same, however far the level.
+    pub long: u32,
+}
+
+impl Times {
+    pub(super) fn new(rate: f64) -> Self {
+        let tick = ((rate * 0.25 + 0.5) as u32).max(LEAST);
+        let ticks = |seconds: f64| (seconds * rate / f64::from(tick) + 0.5) as u32;
+        // At low rates ticks are long, and few say little.
+        let [dwell, short, long] = [ticks(1.5).max(6), ticks(10.0).max(10), ticks(60.0).max(30)];
+        Self { tick, dwell, short, long }
+    }
+}
+
+/// Tells rest from motion, tick by tick.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Decision<T> {
+    pub times: Times,
+    pub at_rest: bool,
+    /// The rest that the start was taken for was none.
+    false_start: bool,
+    known: Option<RestModel<T>>,
+    /// What was known before the last change of level or noise.
+    earlier: Option<RestModel<T>>,
+    candidate: Candidate<T>,
+    /// Ticks near the level known.
+    back: Run<T>,
+    /// Ticks near the level of earlier.
+    near_earlier: Run<T>,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
+    pub(super) fn new(times: Times) -> Self {
+        Self {
+            times,
+            at_rest: false,
+            false_start: false,
+            known: None,
+            earlier: None,
+            candidate: Candidate::none(),
+            back: Run::none(),
+            near_earlier: Run::none(),
+        }
+    }
+
+    /// Decisions a tick; answers what changed.
+    pub(super) fn take(&mut self, seen: &TickSums<T>) -> Option<Event> {
+        match self.known {
+            None => self.begin(seen),
+            Some(known) if self.at_rest => self.rest(known, seen),
+            Some(known) => self.motion(known, seen),
+        }
+    }
+
+    /// Before anything is known.
+    fn begin(&mut self, seen: &TickSums<T>) -> Option<Event> {
+        self.candidate.take(seen, self.times.tick);
+        let Times { dwell, short, .. } = self.times;
+        let (needed, trust) = if self.false_start { (short, short) } else { (dwell, 0) };
+        if self.candidate.ticks < needed {
+            return None;
+        }
+        self.known = Some(RestModel::new(&self.candidate, self.times.tick, trust));
+        self.at_rest = true;
+        Some(Event::Rest)
+    }
+
+    fn rest(&mut self, mut known: RestModel<T>, seen: &TickSums<T>) -> Option<Event> {
+        if let Some(event) = self.return_to_earlier(&known, seen) {
+            return Some(event);
+        }
+        if known.holds(seen) {
+            self.known = Some(known);
+            return None;
+        }
+        self.at_rest = false;
+        self.candidate = Candidate::of(seen);
+        self.back = Run::none();
+        if known.trust < self.times.short {
+            self.known = None;
+            self.false_start = true;
+            return Some(Event::Restart);
+        }
+        known.leave(self.times.short);
+        self.known = Some(known);
+        Some(Event::Motion)
+    }
+
+    fn motion(&mut self, known: RestModel<T>, seen: &TickSums<T>) -> Option<Event> {
+        self.candidate.take(seen, self.times.tick);
+        self.back.take(known.is_near(seen), seen.level);
+        if self.back.has_arrived(self.times.dwell, &known, seen.step) {
+            self.resume(known, self.back);
+            return Some(Event::Rest);
+        }
+        self.return_to_earlier(&known, seen).or_else(|| self.accept_candidate(&known, seen))
+    }
+
+    /// Returns to what was known before, if the sensor has done so.
+    fn return_to_earlier(&mut self, known: &RestModel<T>, seen: &TickSums<T>) -> Option<Event> {
+        let earlier = self.earlier?;
+        self.near_earlier.take(earlier.is_near(seen), seen.level);
+        let louder = known.noise.variance > T::of(LOUD) * earlier.noise.variance;
+        let arrived = self.near_earlier.has_arrived(self.times.dwell, &earlier, seen.step);
+        if !arrived || (self.at_rest && !louder) {
+            return None;
+        }
+        self.earlier = None;
+        self.resume(earlier, self.near_earlier);
+        Some(match earlier.is_level(known.slow_level(), seen.step) {
+            true => Event::Rest,
+            false => Event::Restart,
+        })
+    }
+
+    fn resume(&mut self, mut known: RestModel<T>, run: Run<T>) {
+        known.resume(run.level, run.ticks);
+        self.known = Some(known);
+        self.at_rest = true;
+        self.near_earlier = Run::none();
+    }
+
+    /// Takes what has stood still for long enough for rest.
+    fn accept_candidate(&mut self, known: &RestModel<T>, seen: &TickSums<T>) -> Option<Event> {
+        if T::of(f64::from(self.candidate.ticks)) < self.needed(known, seen.step) {
+            return None;
+        }
+        let mut accepted = RestModel::new(&self.candidate, self.times.tick, self.times.short);
+        let ratio = T::of(LOUD);
+        let (new, old) = (self.candidate.variance, known.noise.variance);
+        if new <= old * ratio && new * ratio >= old {
+            accepted.noise = known.noise;
+        }
+        if known.trust >= self.times.long {
+            self.earlier = Some(*known);
+        }
+        self.known = Some(accepted);
+        self.at_rest = true;
+        self.near_earlier = Run::none();
+        Some(match known.is_level(self.candidate.level, seen.step) {
+            true => Event::Rest,
+            false => Event::Restart,
+        })
+    }
+
+    /// Ticks that a candidate needs: the farther it is and the louder, the longer.
+    fn needed(&self, known: &RestModel<T>, step: T) -> T {
+        let Times { dwell, short, long, .. } = self.times;
+        let candidate = &self.candidate;
+        let level_stands = known.is_level(candidate.level, step)
+            && known.is_as_steady(candidate.level_variance(), step);
+        if level_stands {
+            return T::of(2.0 * f64::from(dwell));
+        }
+        let long = T::of(f64::from(long));
+        let deviation = known.noise.variance.simd_sqrt();
+        if deviation == T::zero() {
+            return long;
+        }
+        let louder = (candidate.variance.simd_sqrt() / deviation).simd_sqrt();
+        let times = known.distance(candidate.level) / deviation + louder.at_least(T::one());
+        (T::of(f64::from(short)) * times).at_most(long)
+    }
+}

@@ -1,0 +1,214 @@
+//! Model of a sensor at rest: its level, and how its ticks vary.
+
+use serde::{Deserialize, Serialize};
+
+use super::bounds::{CERTAIN, LOUD, NEAR_MEAN, NEAR_TICK, chi_squared_bound, flips, one_step};
+use super::candidate::Candidate;
+use super::ticker::TickSums;
+use crate::math::{Limits, Real};
+
+/// Averages of 4, 16 and 64 ticks.
+const SCALES: usize = 3;
+
+/// Ticks that the noise is averaged over: a minute.
+const MEMORY: f64 = 240.0;
+
+/// Square over its mean that is nothing out of the way.
+const LIKELY: f64 = 9.0;
+
+/// How ticks and samples vary at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Noise<T> {
+    /// Mean of the ticks' variances.
+    pub variance: T,
+    /// Their own variance.
+    spread: T,
+    weight: T,
+    /// Mean squares of the differences of successive [`Levels`].
+    differences: [T; SCALES],
+    weights: [T; SCALES],
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
+    fn new(candidate: &Candidate<T>, length: u32) -> Self {
+        let variance = candidate.variance;
+        let freedom = T::of((f64::from(length) - 2.0).min(8.0));
+        let known = T::of(f64::from(candidate.ticks.min(16)));
+        Self {
+            variance,
+            spread: T::of(2.0) * variance * variance / freedom,
+            weight: T::of(8.0),
+            // As if the mean of many ticks were no quieter than one tick: never too small.
+            differences: [T::of(2.0) * candidate.level_variance(); SCALES],
+            weights: core::array::from_fn(|i| known * ticks_of::<T>(i)),
+        }
+    }
+
+    /// Deviation of a tick's level.
+    fn deviation(&self) -> T {
+        self.differences[0].simd_sqrt()
+    }
+
+    fn is_quiet(&self, seen: &TickSums<T>) -> bool {
+        let most = self.variance * T::of(LOUD) + flips(seen.step);
+        if seen.variance <= most {
+            return true;
+        }
+        let freedom = T::of(2.0) * self.variance * self.variance / self.spread.at_least(T::TINY);
+        let bound = chi_squared_bound(freedom.at_least(T::one()), CERTAIN);
+        seen.variance <= self.variance * bound + flips(seen.step)
+    }
+
+    /// `youth` is what the averages lack, as a share of a tick's variance.
+    fn is_steady(&self, differences: &[T; SCALES], youth: T, step: T) -> bool {
+        (0..SCALES).all(|i| {
+            if differences[i] * differences[i] <= T::of(LIKELY) * self.differences[i] {
+                return true;
+            }
+            let freedom = self.weights[i] / (T::of(2.0) * ticks_of::<T>(i));
+            // Student's distribution, roughly: a variance of few terms may be far too small.
+            let unsure = T::one() + T::of(8.0) / (freedom + T::one());
+            let square = self.differences[i] * unsure + self.differences[0] * youth;
+            let limit = T::of(CERTAIN) * square.simd_sqrt();
+            differences[i].simd_abs() <= limit + one_step(step)
+        })
+    }
+
+    fn learn(&mut self, variance: T, differences: &[T; SCALES], step: T) {
+        self.weight = (self.weight + T::one()).at_most(T::of(MEMORY));
+        let before = variance - self.variance;
+        self.variance += before / self.weight;
+        let square = before * (variance - self.variance);
+        self.spread += (square - self.spread) / self.weight;
+        for i in 0..SCALES {
+            let most = T::of(MEMORY) * ticks_of::<T>(i);
+            self.weights[i] = (self.weights[i] + T::one()).at_most(most);
+            // A slow start of motion is not to widen its own bounds.
+            let likely = T::of(LIKELY) * self.differences[i] + step * step;
+            let square = (differences[i] * differences[i]).at_most(likely);
+            self.differences[i] += (square - self.differences[i]) / self.weights[i];
+        }
+    }
+}
+
+/// Ticks that the level before scale `i` averages.
+fn ticks_of<T: Limits + Real<Element = T>>(i: usize) -> T {
+    T::of(f64::from(1 << (2 * i)))
+}
+
+/// Averages of the ticks' levels, each four times as long as the one before.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Levels<T> {
+    averages: [T; SCALES],
+    ticks: T,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Levels<T> {
+    fn at(level: T, ticks: u32) -> Self {
+        Self { averages: [level; SCALES], ticks: T::of(f64::from(ticks.clamp(1, 64))) }
+    }
+
+    /// How much more than later averages these of few ticks vary, as a share of a tick's variance.
+    fn youth(&self) -> T {
+        T::one() / self.ticks - T::one() / ticks_of::<T>(SCALES)
+    }
+
+    /// Takes a tick's level; answers how far off each average was.
+    fn follow(&mut self, level: T) -> [T; SCALES] {
+        let fresh = T::one() / (self.ticks + T::one());
+        let mut shorter = level;
+        let differences = core::array::from_fn(|i| {
+            let difference = shorter - self.averages[i];
+            let share = (T::one() / ticks_of::<T>(i + 1)).at_least(fresh);
+            self.averages[i] += difference * share;
+            shorter = self.averages[i];
+            difference
+        });
+        self.ticks = (self.ticks + T::one()).at_most(ticks_of(SCALES));
+        differences
+    }
+}
+
+/// Noise and level of a sensor at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct RestModel<T> {
+    pub noise: Noise<T>,
+    levels: Levels<T>,
+    /// The level to come back to after motion.
+    reference: T,
+    /// Ticks since this rest began.
+    rested: u32,
+    /// Ticks at rest altogether.
+    pub trust: u32,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
+    /// What a candidate shows that has lasted; it is trusted as much as `trust` ticks of rest.
+    pub(super) fn new(candidate: &Candidate<T>, length: u32, trust: u32) -> Self {
+        Self {
+            noise: Noise::new(candidate, length),
+            levels: Levels::at(candidate.level, candidate.ticks),
+            reference: candidate.level,
+            rested: 0,
+            trust,
+        }
+    }
+
+    /// Whether a tick looks like rest, which is then learned.
+    pub(super) fn holds(&mut self, seen: &TickSums<T>) -> bool {
+        let mut levels = self.levels;
+        let mut differences = levels.follow(seen.level);
+        differences[0] *= seen.weight;
+        let youth = self.levels.youth();
+        let calm =
+            self.noise.is_quiet(seen) && self.noise.is_steady(&differences, youth, seen.step);
+        if calm {
+            self.noise.learn(seen.variance, &differences, seen.step);
+            self.levels = levels;
+            self.rested = self.rested.saturating_add(1);
+            self.trust = self.trust.saturating_add(1);
+        }
+        calm
+    }
+
+    /// A rest begins at a level that ticks in a row have shown.
+    pub(super) fn resume(&mut self, level: T, ticks: u32) {
+        self.levels = Levels::at(level, ticks);
+        self.rested = 0;
+    }
+
+    /// A rest ends; one shorter than `ticks` is no measure of the next.
+    pub(super) fn leave(&mut self, ticks: u32) {
+        if self.rested >= ticks {
+            self.reference = self.levels.averages[1];
+        }
+    }
+
+    /// Whether a tick of motion looks like the rest before.
+    pub(super) fn is_near(&self, seen: &TickSums<T>) -> bool {
+        let distance = (seen.level - self.reference).simd_abs() * seen.weight;
+        let limit = T::of(NEAR_TICK) * self.noise.deviation() + one_step(seen.step);
+        self.noise.is_quiet(seen) && distance <= limit
+    }
+
+    /// Whether a mean level of several ticks is that of the rest before.
+    pub(super) fn is_level(&self, level: T, step: T) -> bool {
+        self.distance(level) <= T::of(NEAR_MEAN) * self.noise.deviation() + one_step(step)
+    }
+
+    /// Whether the levels of other ticks vary about as those of rest do.
+    pub(super) fn is_as_steady(&self, level_variance: T, step: T) -> bool {
+        let limit = T::of(2.0) * self.noise.deviation() + T::of(0.5) * one_step(step);
+        level_variance <= limit * limit
+    }
+
+    /// From the level of the rest before.
+    pub(super) fn distance(&self, level: T) -> T {
+        (level - self.reference).simd_abs()
+    }
+
+    /// The level now, averaged over 64 ticks.
+    pub(super) fn slow_level(&self) -> T {
+        self.levels.averages[SCALES - 1]
+    }
+}

@@ -1,0 +1,199 @@
+//! The state of a stream as bytes: signature, version of this layout, tag and version of the type,
+//! its sizes, length, content in postcard's format, CRC-32 of all before it.
+//!
+//! Each type has a version of its own, so a change in one leaves what others have saved valid.
+
+use core::fmt;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+
+const SIGNATURE: [u8; 4] = *b"ZRTE";
+/// Version of the layout, not of what any type saves.
+const LAYOUT: u16 = 3;
+const TAG: usize = 16;
+const HEADER: usize = 30;
+const CHECKSUM: usize = 4;
+
+/// A type whose state can be saved and restored.
+pub trait Checkpoint: Serialize + DeserializeOwned {
+    /// Names the type in its bytes: up to 16 characters of ASCII, never changed.
+    const TAG: &'static str;
+    /// Changes whenever what the type saves does.
+    const VERSION: u16;
+    /// Sizes that make types of their own of one name, such as the orders of a model.
+    const SIZES: [u8; 2] = [0; 2];
+
+    /// Whether a state that was read can be one of this type.
+    fn is_sound(&self) -> bool {
+        true
+    }
+
+    /// Whether another one can be the next channel to this one.
+    fn is_like(&self, _other: &Self) -> bool {
+        true
+    }
+}
+
+/// What a checkpoint holds: type, version and sizes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Label {
+    tag: [u8; TAG],
+    /// Version of the type.
+    pub version: u16,
+    /// Its sizes, zero where it has none.
+    pub sizes: [u8; 2],
+}
+
+impl Label {
+    /// That of a type.
+    pub const fn of<S: Checkpoint>() -> Self {
+        let name = S::TAG.as_bytes();
+        assert!(name.len() <= TAG && S::TAG.is_ascii(), "a tag is up to 16 characters of ASCII");
+        let mut tag = [0; TAG];
+        let mut i = 0;
+        while i < name.len() {
+            tag[i] = name[i];
+            i += 1;
+        }
+        Self { tag, version: S::VERSION, sizes: S::SIZES }
+    }
+
+    /// The name of the type.
+    pub fn tag(&self) -> &str {
+        let end = self.tag.iter().position(|byte| *byte == 0).unwrap_or(TAG);
+        core::str::from_utf8(&self.tag[..end]).unwrap_or("something unknown")
+    }
+}
+
+impl fmt::Display for Label {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "'{}' version {}", self.tag(), self.version)?;
+        match self.sizes {
+            [0, 0] => Ok(()),
+            [p, q] => write!(f, " of order ({p}, {q})"),
+        }
+    }
+}
+
+/// Writes a state into `buffer`; returns the part used.
+///
+/// # Errors
+/// [`Error::Buffer`] if it is too small.
+pub fn write<'a, S: Checkpoint>(state: &S, buffer: &'a mut [u8]) -> Result<&'a mut [u8], Error> {
+    write_content(const { Label::of::<S>() }, state, buffer)
+}
+
+fn write_content<'a>(
+    label: Label,
+    content: &impl Serialize,
+    buffer: &'a mut [u8],
+) -> Result<&'a mut [u8], Error> {
+    let rest = buffer.get_mut(HEADER..).ok_or(Error::Buffer)?;
+    let content = postcard::to_slice(content, rest).map_err(|_| Error::Buffer)?.len();
+    let length = HEADER + content + CHECKSUM;
+    let bytes = buffer.get_mut(..length).ok_or(Error::Buffer)?;
+    bytes[..4].copy_from_slice(&SIGNATURE);
+    bytes[4..6].copy_from_slice(&LAYOUT.to_le_bytes());
+    bytes[6..22].copy_from_slice(&label.tag);
+    bytes[22..24].copy_from_slice(&label.version.to_le_bytes());
+    bytes[24..26].copy_from_slice(&label.sizes);
+    bytes[26..HEADER].copy_from_slice(&(length as u32).to_le_bytes());
+    let (head, tail) = bytes.split_at_mut(length - CHECKSUM);
+    tail.copy_from_slice(&crc32fast::hash(head).to_le_bytes());
+    Ok(bytes)
+}
+
+/// The state that [`write()`] wrote.
+///
+/// # Errors
+/// Every variant of [`Error`] that speaks of a checkpoint.
+pub fn read<S: Checkpoint>(bytes: &[u8]) -> Result<S, Error> {
+    let state: S = read_content(const { Label::of::<S>() }, bytes)?;
+    if state.is_sound() { Ok(state) } else { Err(Error::Content) }
+}
+
+fn read_content<'a, C: Deserialize<'a>>(expected: Label, bytes: &'a [u8]) -> Result<C, Error> {
+    let found = label(bytes)?;
+    if found != expected {
+        return Err(Error::Type { found, expected });
+    }
+    let content = &bytes[HEADER..bytes.len() - CHECKSUM];
+    match postcard::take_from_bytes(content) {
+        Ok((content, [])) => Ok(content),
+        _ => Err(Error::Content),
+    }
+}
+
+/// What these bytes hold, if they are a whole and undamaged checkpoint.
+///
+/// # Errors
+/// [`Error::NotACheckpoint`], [`Error::Layout`], [`Error::Length`] or [`Error::Checksum`].
+pub fn label(bytes: &[u8]) -> Result<Label, Error> {
+    if !bytes.starts_with(&SIGNATURE) {
+        return Err(Error::NotACheckpoint);
+    }
+    let short = Error::Length { found: bytes.len(), expected: HEADER + CHECKSUM };
+    let number = |at: usize| Some(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?));
+    let layout = number(4).ok_or(short.clone())?;
+    if layout != LAYOUT {
+        return Err(Error::Layout { found: layout, expected: LAYOUT });
+    }
+    let header: &[u8; HEADER] = bytes.first_chunk().ok_or(short)?;
+    let length = u32::from_le_bytes([header[26], header[27], header[28], header[29]]) as usize;
+    if length != bytes.len() || length < HEADER + CHECKSUM {
+        return Err(Error::Length { found: bytes.len(), expected: length });
+    }
+    let (content, checksum) = bytes.split_at(length - CHECKSUM);
+    if crc32fast::hash(content).to_le_bytes() != checksum {
+        return Err(Error::Checksum);
+    }
+    let mut tag = [0; TAG];
+    tag.copy_from_slice(&header[6..22]);
+    let version = u16::from_le_bytes([header[22], header[23]]);
+    Ok(Label { tag, version, sizes: [header[24], header[25]] })
+}
+
+#[cfg(feature = "std")]
+mod banks {
+    use serde::Serialize;
+
+    use super::{CHECKSUM, Checkpoint, HEADER, Label, read_content, write_content};
+    use crate::error::Error;
+    use crate::stream::Bank;
+
+    /// Saves a bank of `channels` channels, or of a single signal for `None`, in a vector.
+    ///
+    /// # Errors
+    /// [`Error::Content`] if the state cannot be written.
+    pub fn save<S: Checkpoint>(channels: Option<usize>, bank: &Bank<S>) -> Result<Vec<u8>, Error> {
+        to_vec(const { Label::of::<S>() }, &(channels, bank))
+    }
+
+    fn to_vec(label: Label, content: &impl Serialize) -> Result<Vec<u8>, Error> {
+        let size = postcard::experimental::serialized_size(content).map_err(|_| Error::Content)?;
+        let mut bytes = vec![0; HEADER + size + CHECKSUM];
+        write_content(label, content, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// The bank that [`save`] wrote, and its channels.
+    ///
+    /// # Errors
+    /// Every variant of [`Error`] that speaks of a checkpoint.
+    pub fn restore<S: Checkpoint>(bytes: &[u8]) -> Result<(Option<usize>, Bank<S>), Error> {
+        let (channels, bank): (Option<usize>, Bank<S>) =
+            read_content(const { Label::of::<S>() }, bytes)?;
+        let streams = bank.streams();
+        let alike = streams.windows(2).all(|pair| pair[0].is_like(&pair[1]));
+        let sound = alike && streams.iter().all(Checkpoint::is_sound);
+        if streams.is_empty() || streams.len() != channels.unwrap_or(1) || !sound {
+            return Err(Error::Content);
+        }
+        Ok((channels, bank))
+    }
+}
+#[cfg(feature = "std")]
+pub use banks::{restore, save};

@@ -1,0 +1,88 @@
+//! The contract of everything that takes samples one by one, and what follows from it: batches,
+//! channels side by side, threads, traces, checkpoints.
+//!
+//! A [`Stream`] says what it takes, what it returns and how one sample changes it. The rest comes
+//! from here: [`Stream::process`] is a loop over [`Stream::update`], a [`Bank`] holds one stream a
+//! channel and works on arrays, with threads if asked, and [`checkpoint`] saves any of them.
+
+#[cfg(feature = "std")]
+mod bank;
+pub mod checkpoint;
+mod sample;
+mod scaling;
+#[cfg(feature = "parallel")]
+pub(crate) mod threads;
+
+#[cfg(feature = "std")]
+pub use bank::{Bank, Block, Rows};
+pub use sample::{Field, Input, Number, Output, Shape};
+pub use scaling::{Scaling, Startup};
+#[cfg(feature = "parallel")]
+pub use threads::on_pool;
+
+/// Something that takes samples one by one and returns something for each.
+pub trait Stream: Sized {
+    /// What it takes: a number, a vector, several of them.
+    type Input: Input;
+    /// What it returns for each: numbers and flags, or nothing.
+    type Output: Output;
+
+    /// Takes one sample: constant work, no allocation, no panic.
+    fn update(&mut self, input: Self::Input) -> Self::Output;
+
+    /// Back to the state before the first sample, with the same parameters.
+    fn reset(&mut self);
+
+    /// Hands each input's output to `put`, equal to the last bit to calling
+    /// [`update`](Self::update) sample by sample.
+    #[inline]
+    fn run(
+        &mut self,
+        inputs: impl Iterator<Item = Self::Input>,
+        mut put: impl FnMut(Self::Output),
+    ) {
+        for input in inputs {
+            put(self.update(input));
+        }
+    }
+
+    /// Fills `outputs`, one for each of as many `inputs`.
+    fn process(&mut self, inputs: &[Self::Input], outputs: &mut [Self::Output]) {
+        let mut outputs = outputs.iter_mut();
+        self.run(inputs.iter().copied().take(outputs.len()), |output| {
+            if let Some(place) = outputs.next() {
+                *place = output;
+            }
+        });
+    }
+
+    /// How many channels take hardly longer than one, because they share SIMD registers.
+    #[cfg(feature = "std")]
+    fn abreast() -> usize {
+        1
+    }
+
+    /// Fills a block of rows with one stream a channel, equal to the last bit to each stream alone
+    /// on its own column.
+    #[cfg(feature = "std")]
+    fn process_block(streams: &mut [Self], block: &mut Block<'_>) {
+        for (channel, stream) in streams.iter_mut().enumerate() {
+            stream.process_column(channel, block);
+        }
+    }
+
+    /// Fills one column of a block.
+    #[cfg(feature = "std")]
+    fn process_column(&mut self, channel: usize, block: &mut Block<'_>) {
+        block.run(channel, self);
+    }
+}
+
+/// A stream that can tell everything that it knows.
+pub trait Traced: Stream {
+    /// All that is known, as numbers and flags.
+    type Snapshot: Output;
+
+    /// Everything known after the last sample.
+    fn snapshot(&self) -> Self::Snapshot;
+}

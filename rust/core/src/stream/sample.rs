@@ -1,0 +1,160 @@
+//! Samples as they stand in arrays: what a stream takes and what it returns.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::math::{Limits, Real};
+
+/// A number that streams are made of: `f32` or `f64`.
+pub trait Number:
+    Limits
+    + Real<Element = Self, SimdBool = bool>
+    + Input
+    + Output
+    + Into<f64>
+    + Serialize
+    + DeserializeOwned
+{
+}
+
+impl Number for f32 {}
+impl Number for f64 {}
+
+/// What one field of an output is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// One number.
+    Number,
+    /// So many numbers.
+    Vector(usize),
+    /// A square matrix of so many rows and columns.
+    Matrix(usize),
+    /// True or false.
+    Flag,
+}
+
+impl Shape {
+    /// How many numbers it takes; a flag takes none.
+    pub const fn numbers(self) -> usize {
+        match self {
+            Self::Number => 1,
+            Self::Vector(n) => n,
+            Self::Matrix(n) => n * n,
+            Self::Flag => 0,
+        }
+    }
+}
+
+/// A named part of an output. Numbers and flags stand in the order of the fields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Field {
+    /// Its name; empty where the output is this one field.
+    pub name: &'static str,
+    /// What it is.
+    pub shape: Shape,
+}
+
+/// What a stream takes for one sample: so many numbers, NaN where one is missing.
+pub trait Input: Copy {
+    /// How many numbers it is.
+    const NUMBERS: usize;
+
+    /// The sample that these numbers are.
+    fn read(numbers: &[f64]) -> Self;
+}
+
+/// What a stream returns for one sample: numbers and flags.
+pub trait Output: Copy {
+    /// Its parts.
+    const FIELDS: &'static [Field];
+    /// How many numbers it is.
+    const NUMBERS: usize = numbers(Self::FIELDS);
+    /// How many flags it is.
+    const FLAGS: usize = flags(Self::FIELDS);
+
+    /// Puts the numbers and the flags where they belong.
+    fn write(self, numbers: &mut [f64], flags: &mut [bool]);
+}
+
+const fn numbers(fields: &[Field]) -> usize {
+    let (mut sum, mut i) = (0, 0);
+    while i < fields.len() {
+        sum += fields[i].shape.numbers();
+        i += 1;
+    }
+    sum
+}
+
+const fn flags(fields: &[Field]) -> usize {
+    let (mut sum, mut i) = (0, 0);
+    while i < fields.len() {
+        sum += matches!(fields[i].shape, Shape::Flag) as usize;
+        i += 1;
+    }
+    sum
+}
+
+const fn unnamed(shape: Shape) -> Field {
+    Field { name: "", shape }
+}
+
+macro_rules! number {
+    ($type:ty) => {
+        impl Input for $type {
+            const NUMBERS: usize = 1;
+
+            #[inline(always)]
+            fn read(numbers: &[f64]) -> Self {
+                numbers[0] as $type
+            }
+        }
+
+        impl<const N: usize> Input for [$type; N] {
+            const NUMBERS: usize = N;
+
+            #[inline(always)]
+            fn read(numbers: &[f64]) -> Self {
+                core::array::from_fn(|i| numbers[i] as $type)
+            }
+        }
+
+        impl Output for $type {
+            const FIELDS: &'static [Field] = &[unnamed(Shape::Number)];
+
+            #[inline(always)]
+            fn write(self, numbers: &mut [f64], _: &mut [bool]) {
+                numbers[0] = f64::from(self);
+            }
+        }
+
+        impl<const N: usize> Output for [$type; N] {
+            const FIELDS: &'static [Field] = &[unnamed(Shape::Vector(N))];
+
+            #[inline(always)]
+            fn write(self, numbers: &mut [f64], _: &mut [bool]) {
+                for (place, number) in numbers.iter_mut().zip(self) {
+                    *place = f64::from(number);
+                }
+            }
+        }
+    };
+}
+
+number!(f32);
+number!(f64);
+
+impl Output for bool {
+    const FIELDS: &'static [Field] = &[unnamed(Shape::Flag)];
+
+    #[inline(always)]
+    fn write(self, _: &mut [f64], flags: &mut [bool]) {
+        flags[0] = self;
+    }
+}
+
+impl Output for () {
+    const FIELDS: &'static [Field] = &[];
+
+    #[inline(always)]
+    fn write(self, _: &mut [f64], _: &mut [bool]) {}
+}

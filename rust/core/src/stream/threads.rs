@@ -1,0 +1,47 @@
+//! The threads that all work is spread over: one pool a process, and a new one after a fork.
+
+use std::process;
+use std::sync::OnceLock;
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+/// A pool and the process whose threads it has; after it the pools of processes forked from it.
+#[derive(Debug)]
+struct Pools {
+    /// No pool where the system refuses threads.
+    first: OnceLock<(u32, Option<ThreadPool>)>,
+    rest: OnceLock<Box<Pools>>,
+}
+
+impl Pools {
+    const fn none() -> Self {
+        Self { first: OnceLock::new(), rest: OnceLock::new() }
+    }
+}
+
+static POOLS: Pools = Pools::none();
+
+/// Does `work` on the pool of this process, where rayon's functions spread it, or on the calling
+/// thread if the system refuses more. A fork takes over no threads, so a child makes its own.
+pub fn on_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    match pool() {
+        Some(pool) => pool.install(work),
+        None => work(),
+    }
+}
+
+fn pool() -> Option<&'static ThreadPool> {
+    let process = process::id();
+    let mut pools = &POOLS;
+    loop {
+        let (owner, pool) = pools.first.get_or_init(|| (process, started()));
+        if *owner == process {
+            return pool.as_ref();
+        }
+        pools = pools.rest.get_or_init(|| Box::new(Pools::none()));
+    }
+}
+
+fn started() -> Option<ThreadPool> {
+    ThreadPoolBuilder::new().thread_name(|i| format!("zerorate-{i}")).build().ok()
+}

@@ -1,0 +1,334 @@
+//! Every check and conversion of an array.
+
+use numpy::ndarray::{ArrayView2, ArrayViewMut2};
+use numpy::ndarray::{Axis, Ix2};
+use numpy::{
+    Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArrayDyn,
+    PyUntypedArray, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyFloat, PyList, PyTuple};
+
+/// Numbers copied out of an array, row after row.
+#[derive(Debug)]
+pub struct Record {
+    pub values: Vec<f64>,
+    pub shape: Vec<usize>,
+}
+
+/// One sample: a float, anything that converts to one, or `None` for a missing one.
+#[inline]
+pub fn sample(z: &Bound<'_, PyAny>) -> PyResult<f64> {
+    if let Ok(value) = z.cast_exact::<PyFloat>() {
+        return Ok(value.value());
+    }
+    if z.is_none() {
+        return Ok(f64::NAN);
+    }
+    z.extract().map_err(|_| {
+        PyTypeError::new_err(format!(
+            "update() takes one number, got {}; a whole record goes to process()",
+            describe(z)
+        ))
+    })
+}
+
+/// A record of one signal, shape `(n,)`.
+pub fn batch(z: &Bound<'_, PyAny>, _channels: Option<()>) -> PyResult<Record> {
+    let record = read(z)?;
+    check_shape(record.shape.len() == 1, "(n,)", &record.shape)?;
+    Ok(record)
+}
+
+/// Samples of a batch: read where they stand, or copied where they stand otherwise.
+///
+/// While they are read in place the interpreter is released; whoever writes into the array
+/// meanwhile gets outputs of old and new samples.
+#[derive(Debug)]
+pub enum Samples<'py> {
+    InPlace(PyReadonlyArrayDyn<'py, f64>),
+    Copied(Record),
+}
+
+impl Samples<'_> {
+    pub fn values(&self) -> PyResult<&[f64]> {
+        Ok(match self {
+            Self::InPlace(array) => array.as_slice()?,
+            Self::Copied(samples) => &samples.values,
+        })
+    }
+
+    pub fn shape(&self) -> &[usize] {
+        match self {
+            Self::InPlace(array) => array.shape(),
+            Self::Copied(samples) => &samples.shape,
+        }
+    }
+
+    /// The same as a copy, which sets the array free.
+    pub fn copied(self) -> PyResult<Self> {
+        let (values, shape) = (self.values()?.to_vec(), self.shape().to_vec());
+        Ok(Self::Copied(Record { values, shape }))
+    }
+}
+
+/// The samples of a batch: rows of these axes.
+pub fn samples<'py>(z: &Bound<'py, PyAny>, axes: &[usize]) -> PyResult<Samples<'py>> {
+    let floats = floats(z)?;
+    let array = floats.cast::<PyArrayDyn<f64>>()?;
+    let shape = array.shape();
+    if shape.is_empty() || shape[1..] != *axes {
+        let axes: String = axes.iter().map(|k| format!(" {k},")).collect();
+        let axes = axes.strip_suffix(',').unwrap_or("");
+        check_shape(false, &format!("(n,{axes})"), shape)?;
+    }
+    if is_plain(array) {
+        return Ok(Samples::InPlace(array.try_readonly()?));
+    }
+    copied(&floats).map(Samples::Copied)
+}
+
+/// One row of samples, of these axes.
+pub fn row(z: &Bound<'_, PyAny>, axes: &[usize]) -> PyResult<Vec<f64>> {
+    if let ([channels], Some(values)) = (axes, usual_row(z)) {
+        if values.len() == *channels {
+            return Ok(values);
+        }
+    }
+    let samples = read(z)?;
+    check_shape(samples.shape == axes, &tuple(axes), &samples.shape)?;
+    Ok(samples.values)
+}
+
+/// What loops give most often, without what NumPy asks of any other: that takes ten times as long.
+#[inline]
+fn usual_row(z: &Bound<'_, PyAny>) -> Option<Vec<f64>> {
+    if let Ok(list) = z.cast_exact::<PyList>() {
+        return list.iter().map(float).collect();
+    }
+    if let Ok(tuple) = z.cast_exact::<PyTuple>() {
+        return tuple.iter().map(float).collect();
+    }
+    // Exactly an array: a masked one is read otherwise.
+    z.cast_exact::<PyUntypedArray>().ok()?;
+    let array = z.cast::<PyArray1<f64>>().ok()?;
+    let in_place = array.is_c_contiguous() && is_aligned(array.data());
+    in_place.then(|| (0..array.len()).map_while(|i| array.get_owned(i)).collect())
+}
+
+fn float(z: Bound<'_, PyAny>) -> Option<f64> {
+    z.cast_exact::<PyFloat>().ok().map(|z| z.value())
+}
+
+/// Records side by side, each in a buffer of its own.
+#[derive(Debug)]
+pub struct Columns {
+    pub values: Vec<Vec<f64>>,
+    /// The length of the second axis, if there is one.
+    pub axes: Option<usize>,
+}
+
+/// Rows that are copied column by column before the next ones.
+const ROWS: usize = 4096;
+
+/// The columns of an array of shape `(n,)` or `(n, k)`, each with room for one more value.
+pub fn columns(z: &Bound<'_, PyAny>) -> PyResult<Columns> {
+    let floats = floats(z)?;
+    let array = aligned(&floats)?;
+    let shape = array.shape();
+    check_shape(matches!(shape.len(), 1 | 2), "(n,) or (n, k)", shape)?;
+    let axes = shape.get(1).copied();
+    let array = array.try_readonly()?;
+    let rows = array.as_array();
+    let rows = match axes {
+        None => rows.insert_axis(Axis(1)),
+        Some(_) => rows,
+    };
+    let rows = rows.into_dimensionality::<Ix2>().map_err(|error| {
+        PyValueError::new_err(format!("z must have shape (n,) or (n, k): {error}"))
+    })?;
+    let mut values: Vec<Vec<f64>> =
+        rows.columns().into_iter().map(|_| Vec::with_capacity(shape[0] + 1)).collect();
+    for block in rows.axis_chunks_iter(Axis(0), ROWS) {
+        for (column, out) in block.columns().into_iter().zip(&mut values) {
+            match column.to_slice() {
+                Some(slice) => out.extend_from_slice(slice),
+                None => out.extend(column.iter()),
+            }
+        }
+    }
+    Ok(Columns { values, axes })
+}
+
+/// One axis, shape `(n,)`, to be read in place; an array is copied only if it is not contiguous.
+pub fn axis<'py>(z: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
+    let floats = floats(z)?;
+    let array = aligned(&floats)?;
+    check_shape(array.shape().len() == 1, "(n,)", array.shape())?;
+    let plain = match is_plain(&array) {
+        true => array.into_any(),
+        false => array.call_method1("copy", ("C",))?,
+    };
+    Ok(plain.cast_into::<PyArray1<f64>>()?.try_readonly()?)
+}
+
+fn check_shape(fits: bool, expected: &str, shape: &[usize]) -> PyResult<()> {
+    if fits {
+        return Ok(());
+    }
+    Err(PyValueError::new_err(format!("z must have shape {expected}, got {}", tuple(shape))))
+}
+
+/// A shape as Python writes it.
+pub fn tuple(shape: &[usize]) -> String {
+    match shape {
+        [n] => format!("({n},)"),
+        _ => format!("({})", shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+fn read(z: &Bound<'_, PyAny>) -> PyResult<Record> {
+    copied(&floats(z)?)
+}
+
+/// `z` as an array of float64; missing samples are NaN.
+fn floats<'py>(z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let numpy = z.py().import("numpy")?;
+    if numpy.getattr("ma")?.call_method1("isMaskedArray", (z,))?.is_truthy()? {
+        let floats = z.call_method1("astype", ("float64",))?;
+        return floats.call_method1("filled", (f64::NAN,));
+    }
+    if z.cast::<PyArrayDyn<f64>>().is_ok() {
+        return Ok(z.clone());
+    }
+    let array = numpy.call_method1("asarray", (z,)).map_err(|_| {
+        PyValueError::new_err(format!(
+            "z must be a rectangular array of numbers, got {}",
+            describe(z)
+        ))
+    })?;
+    let dtype = array.getattr("dtype")?;
+    let kind: String = dtype.getattr("kind")?.extract()?;
+    let is_list = z.is_instance_of::<PyList>() || z.is_instance_of::<PyTuple>();
+    if kind == "O" && is_list {
+        // A list with `None` for a missing sample; an array of objects is refused below.
+        if let Ok(floats) = numpy.call_method1("asarray", (z, "float64")) {
+            return Ok(floats);
+        }
+    }
+    if !matches!(kind.as_str(), "f" | "i" | "u" | "b") {
+        return Err(PyTypeError::new_err(format!(
+            "z must hold real numbers, got dtype {dtype}; convert with numpy.asarray(z, dtype=float)"
+        )));
+    }
+    array.call_method1("astype", ("float64",))
+}
+
+/// The elements of a float64 array, row after row, whatever its layout.
+fn copied(array: &Bound<'_, PyAny>) -> PyResult<Record> {
+    let array = array.cast::<PyArrayDyn<f64>>()?;
+    let shape = array.shape().to_vec();
+    if is_plain(array) {
+        let values = array.try_readonly()?.as_slice()?.to_vec();
+        return Ok(Record { values, shape });
+    }
+    let plain = array.call_method1("copy", ("C",))?;
+    let values = plain.cast::<PyArrayDyn<f64>>()?.try_readonly()?.as_slice()?.to_vec();
+    Ok(Record { values, shape })
+}
+
+/// The array itself, or a copy if an element or a stride is not where a float64 may stand.
+fn aligned<'py>(floats: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let array = floats.cast::<PyArrayDyn<f64>>()?;
+    let fits = |stride: &isize| stride.unsigned_abs().is_multiple_of(size_of::<f64>());
+    if is_aligned(array.data()) && array.strides().iter().all(fits) {
+        return Ok(array.clone());
+    }
+    Ok(array.call_method1("copy", ("C",))?.cast_into()?)
+}
+
+/// Row after row without gaps, each element where one may stand.
+pub fn is_plain<T: Element>(array: &Bound<'_, PyArrayDyn<T>>) -> bool {
+    array.is_c_contiguous() && is_aligned(array.data())
+}
+
+fn is_aligned<T>(data: *mut T) -> bool {
+    (data as usize).is_multiple_of(align_of::<T>())
+}
+
+fn describe(z: &Bound<'_, PyAny>) -> String {
+    let name = z.get_type().name().map_or_else(|_| "an object".to_owned(), |n| n.to_string());
+    match z.getattr("shape").and_then(|shape| shape.str()) {
+        Ok(shape) => format!("{name} of shape {shape}"),
+        Err(_) => name,
+    }
+}
+
+/// The array that `out=` names: of these elements, writeable, of the shape of the input.
+pub fn check_out<'a, 'py, T: Element>(
+    out: &'a Bound<'py, PyAny>,
+    shape: &[usize],
+) -> PyResult<&'a Bound<'py, PyArrayDyn<T>>> {
+    let dtype = T::get_dtype(out.py());
+    let expected = || format!("out must be a writeable {dtype} array of shape {}", tuple(shape));
+    let array = out.cast::<PyArrayDyn<T>>().map_err(|_| {
+        let dtype = out.getattr("dtype").map_or(String::new(), |d| format!(" with dtype {d}"));
+        PyTypeError::new_err(format!("{}, got {}{dtype}", expected(), describe(out)))
+    })?;
+    if array.shape() != shape {
+        let got = tuple(array.shape());
+        return Err(PyValueError::new_err(format!("{}, got shape {got}", expected())));
+    }
+    if !out.getattr("flags")?.getattr("writeable")?.is_truthy()? {
+        return Err(PyValueError::new_err(format!("{}, got a read-only one", expected())));
+    }
+    Ok(array)
+}
+
+/// Copies `values`, row after row, into an array of any layout.
+pub fn copy_to<T: Element>(out: &Bound<'_, PyArrayDyn<T>>, values: Vec<T>) -> PyResult<()> {
+    let py = out.py();
+    let plain = array(py, values, out.shape())?;
+    py.import("numpy")?.call_method1("copyto", (out, plain))?;
+    Ok(())
+}
+
+/// A new array of one number a channel: for so few, copying them beats handing over their memory.
+#[inline]
+pub fn small<'py, T: Element>(py: Python<'py>, row: &[T]) -> Bound<'py, PyAny> {
+    PyArray1::from_slice(py, row).into_any()
+}
+
+/// A new array of `shape` that owns `values`.
+pub fn array<'py, T: Element>(
+    py: Python<'py>,
+    values: Vec<T>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyAny>> {
+    Ok(PyArray1::from_vec(py, values).reshape(shape)?.into_any())
+}
+
+/// The rows of a block (k, n), a row an axis, each without gaps between its samples.
+pub fn rows<'a, T>(name: &str, block: &'a ArrayView2<'_, T>) -> PyResult<Vec<&'a [T]>> {
+    let row = |i: usize| block.row(i).to_slice();
+    (0..block.nrows()).map(|i| row(i).ok_or_else(|| gaps(name))).collect()
+}
+
+/// The rows of a block to be filled.
+pub fn rows_mut<'a, T>(name: &str, block: ArrayViewMut2<'a, T>) -> PyResult<Vec<&'a mut [T]>> {
+    let rows = block.into_outer_iter_mut();
+    rows.map(|row| row.into_slice().ok_or_else(|| gaps(name))).collect()
+}
+
+/// Refuses a block of another shape.
+pub fn check(name: &str, got: &[usize], expected: &[usize]) -> PyResult<()> {
+    if got == expected {
+        return Ok(());
+    }
+    Err(PyValueError::new_err(format!("{name} must have shape {expected:?}, got {got:?}")))
+}
+
+fn gaps(name: &str) -> PyErr {
+    PyValueError::new_err(format!("{name} must have rows without gaps"))
+}

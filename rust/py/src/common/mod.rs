@@ -1,0 +1,5 @@
+//! Conversion of arrays, errors, and what all streaming classes share.
+
+pub mod arrays;
+pub mod errors;
+pub mod streaming;

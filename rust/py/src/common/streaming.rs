@@ -1,0 +1,471 @@
+//! What every streaming class of Python is: a bank behind a lock, and the methods that all share.
+
+use std::any::Any;
+use std::fmt::Debug;
+
+use numpy::{PyArrayDyn, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::pyclass::boolean_struct::False;
+use pyo3::types::{PyBytes, PyTuple};
+use pyo3::{IntoPyObjectExt, PyClass};
+use zerorate_core::checkpoint::{self, Checkpoint};
+use zerorate_core::stream::{Field, Input, Output, Shape};
+use zerorate_core::{Bank, Error, Stream};
+
+use super::arrays::{self, Samples};
+use super::errors::{NativeError, in_use};
+
+/// A bank whose streams only the box knows.
+pub trait AnyBank: Any + Debug + Send + Sync {
+    /// Numbers in a sample.
+    fn width(&self) -> usize;
+    /// Parts of an output.
+    fn fields(&self) -> &'static [Field];
+    fn update(&mut self, row: &[f64], numbers: &mut [f64], flags: &mut [bool]);
+    fn process(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool], threads: usize);
+    fn reset(&mut self);
+    fn save(&self, channels: Option<usize>) -> Result<Vec<u8>, Error>;
+}
+
+impl<S: Stream + Checkpoint + Debug + Send + Sync + 'static> AnyBank for Bank<S> {
+    fn width(&self) -> usize {
+        S::Input::NUMBERS
+    }
+
+    fn fields(&self) -> &'static [Field] {
+        S::Output::FIELDS
+    }
+
+    #[inline]
+    fn update(&mut self, row: &[f64], numbers: &mut [f64], flags: &mut [bool]) {
+        Bank::update(self, row, numbers, flags);
+    }
+
+    fn process(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool], threads: usize) {
+        self.process_on_threads(rows, numbers, flags, threads);
+    }
+
+    fn reset(&mut self) {
+        Bank::reset(self);
+    }
+
+    fn save(&self, channels: Option<usize>) -> Result<Vec<u8>, Error> {
+        checkpoint::save(channels, self)
+    }
+}
+
+/// A bank of `channels` channels, or of a single signal for `None`.
+#[derive(Debug)]
+pub struct Shared<B: ?Sized> {
+    pub channels: Option<usize>,
+    /// What a sample gives.
+    output: Kind,
+    /// Axes of one row of samples.
+    axes: Vec<usize>,
+    /// Places for the outputs of one row.
+    numbers: Vec<f64>,
+    flags: Vec<bool>,
+    pub bank: Box<B>,
+}
+
+/// What a sample gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Nothing,
+    Number,
+    Flag,
+    Several,
+}
+
+/// The object, to change it, if no other thread is using it.
+#[inline]
+pub fn exclusive<'py, T: PyClass<Frozen = False>>(
+    object: &Bound<'py, T>,
+) -> PyResult<PyRefMut<'py, T>> {
+    object.try_borrow_mut().map_err(|_| in_use())
+}
+
+/// The object, to read it, if no other thread is changing it.
+pub fn reading<'py, T: PyClass>(object: &Bound<'py, T>) -> PyResult<PyRef<'py, T>> {
+    object.try_borrow().map_err(|_| in_use())
+}
+
+/// A number that Python gave and that must be at least one.
+pub fn positive(name: &str, value: i128) -> PyResult<usize> {
+    usize::try_from(value)
+        .ok()
+        .filter(|value| *value > 0)
+        .ok_or_else(|| PyValueError::new_err(format!("{name} must be at least 1, got {value}")))
+}
+
+/// The number of channels that Python gave, which must not be zero.
+pub fn channels(given: Option<i128>) -> PyResult<Option<usize>> {
+    given.map(|value| positive("channels", value)).transpose()
+}
+
+/// The number of threads that Python gave, one if it gave none; more than channels are no harm.
+fn threads(given: Option<i128>) -> PyResult<usize> {
+    given.map_or(Ok(1), |value| positive("threads", value.min(i128::from(u16::MAX))))
+}
+
+impl<B: AnyBank + ?Sized> Shared<B> {
+    pub fn new(channels: Option<usize>, bank: Box<B>) -> Self {
+        let output = match bank.fields() {
+            [] => Kind::Nothing,
+            [Field { shape: Shape::Number, .. }] => Kind::Number,
+            [Field { shape: Shape::Flag, .. }] => Kind::Flag,
+            _ => Kind::Several,
+        };
+        let vector = (bank.width() > 1).then_some(bank.width());
+        let axes = channels.into_iter().chain(vector).collect();
+        let (count, sizes) = (channels.unwrap_or(1), sizes(bank.fields()));
+        let (numbers, flags) = (vec![0.0; count * sizes.0], vec![false; count * sizes.1]);
+        Self { channels, output, axes, numbers, flags, bank }
+    }
+
+    #[inline]
+    pub fn update<'py>(&mut self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let py = z.py();
+        let (numbers, flags) = (&mut self.numbers, &mut self.flags);
+        if self.axes.is_empty() {
+            self.bank.update(&[arrays::sample(z)?], numbers, flags);
+        } else {
+            self.bank.update(&arrays::row(z, &self.axes)?, numbers, flags);
+        }
+        match (self.output, self.channels) {
+            (Kind::Number, None) => self.numbers[0].into_bound_py_any(py),
+            (Kind::Number, Some(_)) => Ok(arrays::small(py, &self.numbers)),
+            (Kind::Flag, None) => self.flags[0].into_bound_py_any(py),
+            (Kind::Flag, Some(_)) => Ok(arrays::small(py, &self.flags)),
+            (Kind::Nothing, _) => py.None().into_bound_py_any(py),
+            (Kind::Several, _) => {
+                let mut parts = Parts::new(self.bank.fields(), 1);
+                parts.add(&self.numbers, &self.flags);
+                let axes: Vec<usize> = self.channels.into_iter().collect();
+                PyTuple::new(py, parts.arrays(py, &axes)?)?.into_bound_py_any(py)
+            }
+        }
+    }
+
+    /// Takes a batch; returns an array, or a tuple of them for an output of several parts.
+    pub fn process<'py>(
+        &mut self,
+        z: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<i128>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = z.py();
+        let threads = self::threads(threads)?;
+        let samples = arrays::samples(z, &self.axes)?;
+        match self.output {
+            Kind::Nothing => {
+                let (bank, rows) = (&mut *self.bank, samples.values()?);
+                py.detach(|| bank.process(rows, &mut [], &mut [], threads));
+                py.None().into_bound_py_any(py)
+            }
+            Kind::Number => {
+                let run = |bank: &mut B, rows: &[f64], out: &mut [f64]| {
+                    bank.process(rows, out, &mut [], threads);
+                };
+                self.fill(py, samples, out, run)
+            }
+            Kind::Flag => {
+                let run = |bank: &mut B, rows: &[f64], out: &mut [bool]| {
+                    bank.process(rows, &mut [], out, threads);
+                };
+                self.fill(py, samples, out, run)
+            }
+            Kind::Several => {
+                let (bank, rows) = (&mut *self.bank, samples.values()?);
+                let fields = bank.fields();
+                let width = self.axes.iter().product();
+                let channels = self.channels.unwrap_or(1);
+                let parts = py.detach(|| {
+                    Parts::of(fields, channels, rows, width, |rows, numbers, flags| {
+                        bank.process(rows, numbers, flags, threads);
+                    })
+                });
+                let axes = self.batch_axes(samples.shape()[0]);
+                PyTuple::new(py, parts.arrays(py, &axes)?)?.into_bound_py_any(py)
+            }
+        }
+    }
+
+    /// Samples straight into the array that is returned.
+    fn fill<'py, T: numpy::Element + Copy + Default + Send>(
+        &mut self,
+        py: Python<'py>,
+        mut samples: Samples<'py>,
+        out: Option<&Bound<'py, PyAny>>,
+        run: impl Fn(&mut B, &[f64], &mut [T]) + Sync,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let bank = &mut *self.bank;
+        let shape = samples.shape().to_vec();
+        let Some(out) = out else {
+            let array = PyArrayDyn::<T>::zeros(py, shape.as_slice(), false);
+            let mut writable = array.try_readwrite()?;
+            let (rows, places) = (samples.values()?, writable.as_slice_mut()?);
+            py.detach(|| run(bank, rows, places));
+            drop(writable);
+            return Ok(array.into_any());
+        };
+        let array = arrays::check_out::<T>(out, &shape)?;
+        if !arrays::is_plain(array) {
+            let mut places = vec![T::default(); shape.iter().product()];
+            let rows = samples.values()?;
+            py.detach(|| run(bank, rows, &mut places));
+            drop(samples);
+            arrays::copy_to(array, places)?;
+            return Ok(out.clone());
+        }
+        // Samples may be filtered in their own place.
+        if array.try_readwrite().is_err() {
+            samples = samples.copied()?;
+        }
+        let mut writable = array.try_readwrite()?;
+        let (rows, places) = (samples.values()?, writable.as_slice_mut()?);
+        py.detach(|| run(bank, rows, places));
+        Ok(out.clone())
+    }
+
+    /// Axes of what is returned for `n` rows, before those of a field.
+    pub fn batch_axes(&self, n: usize) -> Vec<usize> {
+        std::iter::once(n).chain(self.channels).collect()
+    }
+
+    pub fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = self.bank.save(self.channels).map_err(NativeError::from)?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// One number a channel: a float for a single signal, else an array.
+    pub fn numbers<'py, T>(&self, py: Python<'py>, values: Vec<T>) -> PyResult<Bound<'py, PyAny>>
+    where
+        T: numpy::Element + IntoPyObjectExt<'py> + Copy,
+    {
+        self.arrays(py, values, &[])
+    }
+
+    /// One array of `shape` a channel, stacked for several channels.
+    pub fn arrays<'py, T>(
+        &self,
+        py: Python<'py>,
+        values: Vec<T>,
+        shape: &[usize],
+    ) -> PyResult<Bound<'py, PyAny>>
+    where
+        T: numpy::Element + IntoPyObjectExt<'py> + Copy,
+    {
+        match (self.channels, shape) {
+            (None, []) => values[0].into_bound_py_any(py),
+            (None, _) => arrays::array(py, values, shape),
+            (Some(k), _) => arrays::array(py, values, &[&[k], shape].concat()),
+        }
+    }
+
+    /// One field of an output that each channel has, found by its name.
+    pub fn field<'py>(
+        &self,
+        py: Python<'py>,
+        fields: &'static [Field],
+        name: &str,
+        numbers: &[f64],
+        flags: &[bool],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut parts = Parts::new(fields, self.channels.unwrap_or(1));
+        parts.add(numbers, flags);
+        let place = fields.iter().position(|field| field.name == name).unwrap_or_default();
+        match parts.values.swap_remove(place) {
+            Values::Numbers(values) => self.arrays(py, values, &axes_of(fields[place].shape)),
+            Values::Flags(values) => self.numbers(py, values),
+        }
+    }
+}
+
+/// The fields of records, apart from each other.
+#[derive(Debug)]
+pub struct Parts {
+    fields: &'static [Field],
+    values: Vec<Values>,
+}
+
+#[derive(Debug)]
+enum Values {
+    Numbers(Vec<f64>),
+    Flags(Vec<bool>),
+}
+
+/// Rows of which the records are taken apart before the next ones: they stay in the cache.
+const ROWS: usize = 128;
+
+impl Parts {
+    /// Room for so many records.
+    fn new(fields: &'static [Field], records: usize) -> Self {
+        let values = |field: &Field| match field.shape {
+            Shape::Flag => Values::Flags(Vec::with_capacity(records)),
+            shape => Values::Numbers(Vec::with_capacity(records * shape.numbers())),
+        };
+        Self { fields, values: fields.iter().map(values).collect() }
+    }
+
+    /// The records that `work` makes of rows, `channels` a row of `width` numbers.
+    pub fn of(
+        fields: &'static [Field],
+        channels: usize,
+        rows: &[f64],
+        width: usize,
+        mut work: impl FnMut(&[f64], &mut [f64], &mut [bool]),
+    ) -> Self {
+        let (n, f) = sizes(fields);
+        let width = width.max(1);
+        let mut parts = Self::new(fields, rows.len() / width * channels);
+        let mut numbers = vec![0.0; ROWS * channels * n];
+        let mut flags = vec![false; ROWS * channels * f];
+        for rows in rows.chunks(ROWS * width) {
+            let records = rows.len() / width * channels;
+            let (numbers, flags) = (&mut numbers[..records * n], &mut flags[..records * f]);
+            work(rows, numbers, flags);
+            parts.add(numbers, flags);
+        }
+        parts
+    }
+
+    fn add(&mut self, numbers: &[f64], flags: &[bool]) {
+        let (n, f) = sizes(self.fields);
+        let (mut number, mut flag) = (0, 0);
+        for (field, values) in self.fields.iter().zip(&mut self.values) {
+            match values {
+                Values::Numbers(values) => {
+                    let length = field.shape.numbers();
+                    let parts = numbers.chunks_exact(n).map(|record| &record[number..][..length]);
+                    parts.for_each(|part| values.extend_from_slice(part));
+                    number += length;
+                }
+                Values::Flags(values) => {
+                    values.extend(flags.chunks_exact(f).map(|record| record[flag]));
+                    flag += 1;
+                }
+            }
+        }
+    }
+
+    /// One array a field, with these axes before its own.
+    pub fn arrays<'py>(self, py: Python<'py>, axes: &[usize]) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let array = |(field, values): (&Field, Values)| match values {
+            Values::Numbers(values) => {
+                arrays::array(py, values, &[axes, &axes_of(field.shape)].concat())
+            }
+            Values::Flags(values) => arrays::array(py, values, axes),
+        };
+        self.fields.iter().zip(self.values).map(array).collect()
+    }
+}
+
+/// Numbers and flags of a record of these fields.
+pub fn sizes(fields: &[Field]) -> (usize, usize) {
+    let flags = fields.iter().filter(|field| field.shape == Shape::Flag).count();
+    (fields.iter().map(|field| field.shape.numbers()).sum(), flags)
+}
+
+/// Axes that a field adds to those of the samples.
+pub fn axes_of(shape: Shape) -> Vec<usize> {
+    match shape {
+        Shape::Number | Shape::Flag => vec![],
+        Shape::Vector(n) => vec![n],
+        Shape::Matrix(n) => vec![n, n],
+    }
+}
+
+/// The methods that all streaming classes share. `out` names those that have an output to put
+/// somewhere.
+macro_rules! streaming {
+    ($class:ident, update: $update:literal, process: $process:literal $(, $out:ident)?) => {
+        streaming!(@process $class, $process $(, $out)?);
+
+        #[pymethods]
+        impl $class {
+            #[doc = $update]
+            #[inline]
+            fn update<'py>(
+                slf: &Bound<'py, Self>,
+                z: &Bound<'py, PyAny>,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                $crate::common::streaming::exclusive(slf)?.shared.update(z)
+            }
+
+            /// Back to before the first sample, with the same parameters.
+            fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+                $crate::common::streaming::exclusive(slf)?.shared.bank.reset();
+                Ok(())
+            }
+
+            /// Parameters and state as bytes, with versions and a checksum.
+            fn to_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
+                $crate::common::streaming::reading(slf)?.shared.save(slf.py())
+            }
+
+            /// The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+            /// if the bytes are not one.
+            #[staticmethod]
+            fn from_bytes(b: &[u8]) -> PyResult<Self> {
+                Ok(Self::restored(b).map_err($crate::common::errors::NativeError::from)?)
+            }
+
+            /// An independent object in the same state.
+            fn copy(slf: &Bound<'_, Self>) -> PyResult<Self> {
+                Self::from_bytes(Self::to_bytes(slf)?.as_bytes())
+            }
+
+            fn __copy__(slf: &Bound<'_, Self>) -> PyResult<Self> {
+                Self::copy(slf)
+            }
+
+            fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+                Self::copy(slf)
+            }
+
+            fn __reduce__<'py>(
+                slf: &Bound<'py, Self>,
+            ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+                Ok((slf.get_type().getattr("from_bytes")?, (Self::to_bytes(slf)?,)))
+            }
+
+            /// Number of signals, None for a single one.
+            #[getter]
+            fn channels(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
+                Ok($crate::common::streaming::reading(slf)?.shared.channels)
+            }
+        }
+    };
+    (@process $class:ident, $process:literal, out) => {
+        #[pymethods]
+        impl $class {
+            #[doc = $process]
+            #[pyo3(signature = (z, out=None, threads=None))]
+            fn process<'py>(
+                slf: &Bound<'py, Self>,
+                z: &Bound<'py, PyAny>,
+                out: Option<&Bound<'py, PyAny>>,
+                threads: Option<i128>,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                $crate::common::streaming::exclusive(slf)?.shared.process(z, out, threads)
+            }
+        }
+    };
+    (@process $class:ident, $process:literal) => {
+        #[pymethods]
+        impl $class {
+            #[doc = $process]
+            #[pyo3(signature = (z, threads=None))]
+            fn process<'py>(
+                slf: &Bound<'py, Self>,
+                z: &Bound<'py, PyAny>,
+                threads: Option<i128>,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                $crate::common::streaming::exclusive(slf)?.shared.process(z, None, threads)
+            }
+        }
+    };
+}
+pub(crate) use streaming;

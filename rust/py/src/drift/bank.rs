@@ -1,0 +1,261 @@
+//! Drift filters of every method and order behind one trait: a type in the core, a value here.
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use zerorate_core::checkpoint::{self, Label};
+use zerorate_core::drift::options::Options;
+use zerorate_core::stream::{Field, Output};
+use zerorate_core::{AutoFilter, Bank, Behaviour, DriftFilter, DriftStream, Error, RestGated};
+
+use crate::common::errors::NativeError;
+use crate::common::streaming::{AnyBank, Parts, sizes};
+
+/// Samples of a channel that are worked on before the next channel's.
+const ROWS: usize = 512;
+
+/// A bank of drift filters of one method and order.
+pub trait DriftBank: AnyBank {
+    fn options(&self) -> Options;
+    fn samples_seen(&self) -> u64;
+    fn guard_counts(&self) -> Vec<u64>;
+    fn ready(&self) -> Vec<bool>;
+    fn status(&self) -> Vec<&'static str>;
+    /// Densities of the white noise and of the drift's walk.
+    fn densities(&self) -> Vec<[f64; 2]>;
+    /// The parts of a snapshot.
+    fn readings(&self) -> &'static [Field];
+    /// Numbers and flags of a snapshot of each channel.
+    fn snapshots(&self) -> (Vec<f64>, Vec<bool>);
+    /// Those after each sample.
+    fn trace(&mut self, rows: &[f64]) -> Parts;
+    /// The parts of a start, and the numbers of each channel's, for filters that were started.
+    fn starts(&self) -> Option<(&'static [Field], Vec<f64>)>;
+    /// Forgets the drift but not the noise; false if it can't.
+    fn power_on(&mut self) -> bool;
+    /// Filters a row an axis into another.
+    fn process_rows(&mut self, z: &[&[f64]], out: &mut [&mut [f64]]);
+    /// Fills the drift, its deviation and rest of each axis.
+    fn drift_rows(
+        &mut self,
+        z: &[&[f64]],
+        bias: &mut [&mut [f64]],
+        sigma: &mut [&mut [f64]],
+        at_rest: &mut [&mut [bool]],
+    );
+}
+
+impl<F> DriftBank for Bank<F>
+where
+    F: DriftStream<f64> + std::fmt::Debug + Send + Sync + 'static,
+{
+    fn options(&self) -> Options {
+        self.streams()[0].options()
+    }
+
+    fn samples_seen(&self) -> u64 {
+        self.streams()[0].samples_seen()
+    }
+
+    fn guard_counts(&self) -> Vec<u64> {
+        self.streams().iter().map(F::guard_count).collect()
+    }
+
+    fn ready(&self) -> Vec<bool> {
+        self.streams().iter().map(F::ready).collect()
+    }
+
+    fn status(&self) -> Vec<&'static str> {
+        self.streams().iter().map(|filter| filter.status().name()).collect()
+    }
+
+    fn densities(&self) -> Vec<[f64; 2]> {
+        self.streams().iter().map(F::densities).collect()
+    }
+
+    fn readings(&self) -> &'static [Field] {
+        F::Snapshot::FIELDS
+    }
+
+    fn snapshots(&self) -> (Vec<f64>, Vec<bool>) {
+        let (n, f) = sizes(F::Snapshot::FIELDS);
+        let mut numbers = vec![0.0; n * self.streams().len()];
+        let mut flags = vec![false; f * self.streams().len()];
+        for (c, filter) in self.streams().iter().enumerate() {
+            filter.snapshot().write(&mut numbers[c * n..][..n], &mut flags[c * f..][..f]);
+        }
+        (numbers, flags)
+    }
+
+    fn trace(&mut self, rows: &[f64]) -> Parts {
+        let channels = self.streams().len();
+        Parts::of(F::Snapshot::FIELDS, channels, rows, channels, |rows, numbers, flags| {
+            Bank::trace(self, rows, numbers, flags);
+        })
+    }
+
+    fn starts(&self) -> Option<(&'static [Field], Vec<f64>)> {
+        let (n, _) = sizes(F::START);
+        let mut numbers = vec![0.0; n * self.streams().len()];
+        let mut places = numbers.chunks_exact_mut(n.max(1));
+        let mut started = |filter: &F| places.next().is_some_and(|place| filter.write_start(place));
+        self.streams().iter().all(&mut started).then_some((F::START, numbers))
+    }
+
+    fn power_on(&mut self) -> bool {
+        self.streams_mut().iter_mut().all(F::power_on)
+    }
+
+    fn process_rows(&mut self, z: &[&[f64]], out: &mut [&mut [f64]]) {
+        let n = z.first().map_or(0, |z| z.len());
+        let (mut rows, mut filtered) = (vec![0.0; ROWS * z.len()], vec![0.0; ROWS * z.len()]);
+        for first in (0..n).step_by(ROWS) {
+            let length = ROWS.min(n - first);
+            for (c, z) in z.iter().enumerate() {
+                let column = rows.iter_mut().skip(c).step_by(out.len());
+                column.zip(&z[first..first + length]).for_each(|(row, z)| *row = *z);
+            }
+            let size = length * z.len();
+            Bank::process(self, &rows[..size], &mut filtered[..size], &mut []);
+            for (c, out) in out.iter_mut().enumerate() {
+                let column = filtered.iter().skip(c).step_by(z.len());
+                out[first..first + length].iter_mut().zip(column).for_each(|(out, y)| *out = *y);
+            }
+        }
+    }
+
+    fn drift_rows(
+        &mut self,
+        z: &[&[f64]],
+        bias: &mut [&mut [f64]],
+        sigma: &mut [&mut [f64]],
+        at_rest: &mut [&mut [bool]],
+    ) {
+        for (c, filter) in self.streams_mut().iter_mut().enumerate() {
+            for (i, z) in z[c].iter().enumerate() {
+                filter.update(*z);
+                let drift = filter.drift();
+                (bias[c][i], sigma[c][i], at_rest[c][i]) = (drift.bias, drift.sigma, drift.at_rest);
+            }
+        }
+    }
+}
+
+/// Calls `$function::<N, M>` for the order `$order`, `$other` for one that is not supported.
+macro_rules! for_order {
+    ($order:expr, $function:ident($($argument:expr),*), $other:expr) => {
+        match $order {
+            (1, 0) => $function::<2, 2>($($argument),*),
+            (1, 1) => $function::<2, 3>($($argument),*),
+            (1, 2) => $function::<2, 4>($($argument),*),
+            (1, 3) => $function::<2, 5>($($argument),*),
+            (2, 0) => $function::<3, 3>($($argument),*),
+            (2, 1) => $function::<3, 4>($($argument),*),
+            (2, 2) => $function::<3, 5>($($argument),*),
+            (2, 3) => $function::<3, 6>($($argument),*),
+            (3, 0) => $function::<4, 4>($($argument),*),
+            (3, 1) => $function::<4, 5>($($argument),*),
+            (3, 2) => $function::<4, 6>($($argument),*),
+            (3, 3) => $function::<4, 7>($($argument),*),
+            _ => $other,
+        }
+    };
+}
+pub(crate) use for_order;
+
+/// The order (p, q) as Python gives it: any sequence of two whole numbers.
+#[derive(Debug)]
+pub struct Order(pub (i64, i64));
+
+impl Default for Order {
+    fn default() -> Self {
+        Self((2, 1))
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Order {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match object.extract::<Vec<i64>>() {
+            Ok(pair) if pair.len() == 2 => Ok(Self((pair[0], pair[1]))),
+            _ => Err(PyTypeError::new_err(format!(
+                "order must be two whole numbers (p, q), got {}",
+                object.repr()?
+            ))),
+        }
+    }
+}
+
+/// The error for an order that is not supported.
+pub fn order_error((p, q): (i64, i64)) -> PyErr {
+    PyValueError::new_err(format!(
+        "order must be (p, q) with p from 1 to 3 and q from 0 to 3, got ({p}, {q})"
+    ))
+}
+
+/// A bank of new filters.
+pub fn new(options: &Options, channels: usize) -> PyResult<Box<dyn DriftBank>> {
+    let (p, q) = options.order;
+    match options.method {
+        None => {
+            let filter = AutoFilter::<f64>::new(options.auto()).map_err(NativeError::from)?;
+            Ok(Box::new(Bank::new(&filter, channels)))
+        }
+        Some(_) => {
+            for_order!((p, q), new_sized(options, channels), Err(order_error((p as i64, q as i64))))
+        }
+    }
+}
+
+fn new_sized<const N: usize, const M: usize>(
+    options: &Options,
+    channels: usize,
+) -> PyResult<Box<dyn DriftBank>> {
+    let filter = DriftFilter::<f64, N, M>::new(options.params).map_err(NativeError::from)?;
+    gated(vec![filter; channels], options.behaviour)
+}
+
+/// The filters as they are, or, where something is asked of them, gated by rest.
+pub fn gated<const N: usize, const M: usize>(
+    filters: Vec<DriftFilter<f64, N, M>>,
+    behaviour: Behaviour,
+) -> PyResult<Box<dyn DriftBank>> {
+    if !behaviour.hold_in_motion && !behaviour.compensated {
+        return Ok(Box::new(Bank::of(filters)));
+    }
+    let gated = filters.into_iter().map(|filter| RestGated::new(filter, behaviour));
+    let gated = gated.collect::<Result<Vec<_>, _>>().map_err(NativeError::from)?;
+    Ok(Box::new(Bank::of(gated)))
+}
+
+type Restored = (Option<usize>, Box<dyn DriftBank>);
+
+/// The bank that a checkpoint holds.
+pub fn restored(bytes: &[u8]) -> Result<Restored, Error> {
+    let found = checkpoint::label(bytes)?;
+    let plain = Label::of::<DriftFilter<f64, 3, 4>>();
+    let gated = Label::of::<RestGated<f64, 3, 4>>();
+    let order = (found.sizes[0], found.sizes[1]);
+    match found.tag() {
+        tag if tag == plain.tag() => for_order!(order, plain_bank(bytes), Err(Error::Content)),
+        tag if tag == gated.tag() => for_order!(order, gated_bank(bytes), Err(Error::Content)),
+        // Refuses any other type.
+        _ => bank::<AutoFilter<f64>>(bytes),
+    }
+}
+
+fn plain_bank<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restored, Error> {
+    bank::<DriftFilter<f64, N, M>>(bytes)
+}
+
+fn gated_bank<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restored, Error> {
+    bank::<RestGated<f64, N, M>>(bytes)
+}
+
+fn bank<F>(bytes: &[u8]) -> Result<Restored, Error>
+where
+    F: DriftStream<f64> + std::fmt::Debug + Send + Sync + 'static,
+{
+    let (channels, bank) = checkpoint::restore::<F>(bytes)?;
+    Ok((channels, Box::new(bank)))
+}

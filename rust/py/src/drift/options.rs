@@ -1,0 +1,160 @@
+//! Options of a drift filter between Python and the core's table of them.
+
+use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use zerorate_core::drift::options::{DriftOption, Kind, METHODS, OPTIONS, Options, Value, option};
+
+use super::bank::{Order, order_error};
+use crate::common::errors::NativeError;
+use crate::common::streaming;
+
+const METHOD: &str = "fading";
+
+/// The options that keyword arguments ask for, and the number of channels.
+pub fn read(rate: f64, given: Option<&Bound<'_, PyDict>>) -> PyResult<(Options, Option<usize>)> {
+    let mut options = method(given, rate)?;
+    let mut channels = None;
+    for (name, value) in given.into_iter().flatten() {
+        let name: String = name.extract()?;
+        match (name.as_str(), option(&name)) {
+            ("method", _) => {}
+            ("channels", _) => channels = streaming::channels(argument(&name, &value)?)?,
+            (_, Some(option)) => set(&mut options, option, &value)?,
+            _ => {
+                return Err(PyTypeError::new_err(format!(
+                    "DriftFilter() got an unexpected keyword argument '{name}'"
+                )));
+            }
+        }
+    }
+    Ok((options.checked().map_err(NativeError::from)?, channels))
+}
+
+fn method(given: Option<&Bound<'_, PyDict>>, rate: f64) -> PyResult<Options> {
+    let given = given.map(|given| given.get_item("method")).transpose()?.flatten();
+    let name: Option<String> = given.map(|name| argument("method", &name)).transpose()?;
+    let name = name.as_deref().unwrap_or(METHOD);
+    Options::of_method(name, rate).ok_or_else(|| {
+        PyValueError::new_err(format!("method must be {}, got '{name}'", quoted(&METHODS, "or")))
+    })
+}
+
+fn set(options: &mut Options, option: &DriftOption, value: &Bound<'_, PyAny>) -> PyResult<()> {
+    if !options.uses(option) {
+        let (name, method) = (option.name, options.method_name());
+        let methods = quoted(option.methods, "and");
+        return Err(PyValueError::new_err(format!(
+            "method '{method}' does not use {name}: it is for {methods}"
+        )));
+    }
+    // Nothing given is the default of the method.
+    if value.is_none() && matches!(option.kind, Kind::Choice(_)) && option.name == "motion" {
+        return Ok(());
+    }
+    (option.set)(options, converted(option, value)?);
+    Ok(())
+}
+
+fn converted(option: &DriftOption, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    Ok(match option.kind {
+        Kind::Number => Value::Number(argument(option.name, value)?),
+        Kind::MaybeNumber => {
+            let number: Option<f64> = argument(option.name, value)?;
+            number.map_or(Value::None, Value::Number)
+        }
+        Kind::Order => match argument::<Order>(option.name, value)?.0 {
+            order @ (1..=3, 0..=3) => Value::Order(order),
+            order => return Err(order_error(order)),
+        },
+        Kind::Choice(words) => {
+            let given: String = argument(option.name, value)?;
+            let word = words.iter().find(|word| **word == given);
+            let word = word.ok_or_else(|| {
+                PyValueError::new_err(format!(
+                    "{} must be {}, got '{given}'",
+                    option.name, option.expected
+                ))
+            })?;
+            Value::Word(word)
+        }
+    })
+}
+
+/// The argument, or PyO3's own message for one of another type.
+fn argument<'py, T>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T>
+where
+    T: for<'a> FromPyObject<'a, 'py>,
+{
+    value.extract::<T>().map_err(|error| {
+        let error: PyErr = error.into();
+        let py = value.py();
+        if error.is_instance_of::<PyTypeError>(py) && !error.value(py).to_string().contains(name) {
+            return PyTypeError::new_err(format!("argument '{name}': {}", error.value(py)));
+        }
+        error
+    })
+}
+
+fn quoted(words: &[&str], last: &str) -> String {
+    let words: Vec<String> = words.iter().map(|word| format!("'{word}'")).collect();
+    match words.split_last() {
+        Some((end, [])) => end.clone(),
+        Some((end, before)) => format!("{} {last} {end}", before.join(", ")),
+        None => String::new(),
+    }
+}
+
+/// Every argument that makes such a filter anew.
+pub fn write<'py>(
+    py: Python<'py>,
+    options: &Options,
+    channels: Option<usize>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let arguments = PyDict::new(py);
+    arguments.set_item("rate", options.params.rate)?;
+    arguments.set_item("method", options.method_name())?;
+    arguments.set_item("channels", channels)?;
+    for option in OPTIONS.iter().filter(|option| options.uses(option)) {
+        arguments.set_item(option.name, object(py, (option.get)(options))?)?;
+    }
+    Ok(arguments)
+}
+
+fn object(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
+    match value {
+        Value::None => Ok(py.None().into_bound(py)),
+        Value::Number(number) => number.into_bound_py_any(py),
+        Value::Word(word) => word.into_bound_py_any(py),
+        Value::Order(order) => order.into_bound_py_any(py),
+    }
+}
+
+/// The table of options as dictionaries: name, kind, default, unit, expected, choices, meaning and
+/// the methods that use it. The default of "motion" depends on the method: None.
+#[pyfunction]
+pub fn filter_options(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let table = PyList::empty(py);
+    let defaults = Options::of_method(METHOD, 1.0);
+    for option in OPTIONS {
+        let row = PyDict::new(py);
+        let (kind, choices): (_, &[&str]) = match option.kind {
+            Kind::Number => ("number", &[]),
+            Kind::MaybeNumber => ("number or None", &[]),
+            Kind::Choice(words) => ("choice", words),
+            Kind::Order => ("order", &[]),
+        };
+        let value = defaults.filter(|_| option.name != "motion").map(|o| (option.get)(&o));
+        row.set_item("name", option.name)?;
+        row.set_item("kind", kind)?;
+        row.set_item("default", object(py, value.unwrap_or(Value::None))?)?;
+        row.set_item("unit", option.unit)?;
+        row.set_item("expected", option.expected)?;
+        row.set_item("choices", choices)?;
+        row.set_item("meaning", option.meaning)?;
+        row.set_item("methods", option.methods)?;
+        table.append(row)?;
+    }
+    Ok(table)
+}

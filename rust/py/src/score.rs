@@ -1,0 +1,153 @@
+//! Measures of a replay for Python, and the average that a filter has to beat.
+
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use zerorate_core::score::{AxisScores, Score, Totals};
+
+use crate::common::arrays;
+use crate::common::errors::NativeError;
+use crate::common::streaming::exclusive;
+
+/// Measures of k axes while a replay passes: of the raw samples and of each estimate of their
+/// drift.
+///
+/// Blocks have a row an axis. However a record is cut into them, the measures are the same.
+///
+/// Parameters
+/// ----------
+/// axes, estimates : int
+/// horizons : sequence of int
+///     Of the coasting errors, in samples.
+/// delay : int, optional
+///     Samples to leave out before each motion, where rest matters; None measures all samples.
+#[pyclass(module = "zerorate")]
+#[derive(Debug)]
+pub struct ReplayScores {
+    axes: Vec<AxisScores>,
+    estimates: usize,
+    horizons: usize,
+    leaves_out_motion: bool,
+}
+
+#[pymethods]
+impl ReplayScores {
+    #[new]
+    #[pyo3(signature = (axes, estimates, horizons, delay=None))]
+    fn new(axes: usize, estimates: usize, horizons: Vec<usize>, delay: Option<usize>) -> Self {
+        let axis = AxisScores::new(estimates, &horizons, delay.unwrap_or(0));
+        let leaves_out_motion = delay.is_some();
+        Self { axes: vec![axis; axes], estimates, horizons: horizons.len(), leaves_out_motion }
+    }
+
+    /// Takes a block of samples (k, n), the estimates of each method, where the filter learned, and
+    /// the true drift if it is known; the interpreter lock is released.
+    #[pyo3(signature = (raw, estimates, at_rest=None, truth=None))]
+    fn take(
+        slf: &Bound<'_, Self>,
+        raw: PyReadonlyArray2<'_, f64>,
+        estimates: Vec<PyReadonlyArray2<'_, f64>>,
+        at_rest: Option<PyReadonlyArray2<'_, bool>>,
+        truth: Option<PyReadonlyArray2<'_, f64>>,
+    ) -> PyResult<()> {
+        let mut this = exclusive(slf)?;
+        let shape = [this.axes.len(), raw.shape()[1]];
+        arrays::check("raw", raw.shape(), &shape)?;
+        arrays::check("estimates", &[estimates.len()], &[this.estimates])?;
+        for estimate in &estimates {
+            arrays::check("an estimate", estimate.shape(), &shape)?;
+        }
+        let raw = raw.as_array();
+        let raw = arrays::rows("raw", &raw)?;
+        let views: Vec<_> = estimates.iter().map(|estimate| estimate.as_array()).collect();
+        let estimates: PyResult<Vec<_>> =
+            views.iter().map(|view| arrays::rows("an estimate", view)).collect();
+        let estimates = estimates?;
+        let at_rest = at_rest.as_ref().map(|flags| flags.as_array());
+        let truth = truth.as_ref().map(|truth| truth.as_array());
+        let at_rest = at_rest.as_ref().map(|flags| arrays::rows("at_rest", flags)).transpose()?;
+        let truth = truth.as_ref().map(|truth| arrays::rows("truth", truth)).transpose()?;
+        let (leaves_out_motion, axes) = (this.leaves_out_motion, &mut this.axes);
+        slf.py().detach(|| {
+            for (i, axis) in axes.iter_mut().enumerate() {
+                let series: Vec<&[f64]> = estimates.iter().map(|estimate| estimate[i]).collect();
+                let flags = at_rest.as_ref().map(|flags| flags[i]);
+                axis.count_rest(flags.unwrap_or_default());
+                let rest = flags.filter(|_| leaves_out_motion);
+                axis.take(raw[i], rest, &series, truth.as_ref().map(|truth| truth[i]));
+            }
+        });
+        Ok(())
+    }
+
+    /// Ends the record and returns arrays by name: `mean`, `deviation` and `error`, (k, m + 1), the
+    /// raw samples first, `coasting`, (k, m + 1, horizons), unit times samples; of all samples
+    /// `missing`, `present` and `at_rest`, counts, `least` and `most`, (k,).
+    fn finish<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let py = slf.py();
+        let mut this = exclusive(slf)?;
+        let scores: Vec<Score> = this.axes.iter_mut().flat_map(AxisScores::finish).collect();
+        let totals: Vec<Totals> = this.axes.iter().map(AxisScores::totals).collect();
+        let (k, series) = (this.axes.len(), this.estimates + 1);
+        let found = PyDict::new(py);
+        for (name, of) in NUMBERS {
+            let values: Vec<f64> = scores.iter().map(of).collect();
+            found.set_item(name, arrays::array(py, values, &[k, series])?)?;
+        }
+        let coasting: Vec<f64> = scores.into_iter().flat_map(|score| score.coasting).collect();
+        found.set_item("coasting", arrays::array(py, coasting, &[k, series, this.horizons])?)?;
+        for (name, of) in COUNTS {
+            let values: Vec<i64> = totals.iter().map(|totals| of(totals) as i64).collect();
+            found.set_item(name, values.into_pyarray(py))?;
+        }
+        for (i, name) in ["least", "most"].into_iter().enumerate() {
+            let values: Vec<f64> = totals.iter().map(|totals| totals.range[i]).collect();
+            found.set_item(name, values.into_pyarray(py))?;
+        }
+        Ok(found)
+    }
+}
+
+type Named<T, V> = (&'static str, fn(&T) -> V);
+
+const NUMBERS: [Named<Score, f64>; 3] = [
+    ("mean", |score| score.mean),
+    ("deviation", |score| score.deviation),
+    ("error", |score| score.error),
+];
+
+const COUNTS: [Named<Totals, u64>; 3] = [
+    ("missing", |totals| totals.missing),
+    ("present", |totals| totals.present),
+    ("at_rest", |totals| totals.at_rest),
+];
+
+/// Exponential moving average of one axis that starts as the running mean.
+///
+/// Parameters
+/// ----------
+/// z : array_like, shape (n,)
+///     Samples; at those not finite the average is held.
+/// gain : float
+///     From 0, which is the running mean, to 1, which is the samples themselves.
+///
+/// Returns
+/// -------
+/// ndarray, float64, shape (n,)
+///     NaN before the first sample that is present.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A gain that is not in its range, or `z` of another shape.
+#[pyfunction]
+pub fn exponential_mean<'py>(
+    z: &Bound<'py, PyAny>,
+    gain: f64,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let mut values = arrays::batch(z, None)?.values;
+    z.py()
+        .detach(|| zerorate_core::exponential_mean(&mut values, gain))
+        .map_err(NativeError::from)?;
+    Ok(values.into_pyarray(z.py()))
+}
