@@ -53,25 +53,33 @@ __all__ = [
 
 __version__: Final[str]
 
-class _Params(TypedDict, total=False):
-    rate: Required[float]
+class _FilterOptions(TypedDict, total=False):
+    """Options of a filter whose method and output are given apart."""
+
     order: tuple[int, int]
-    method: Required[_Method]
-    motion: Required[_Motion]
-    output: Required[_Output]
     fading: float
     adapt_for: float | None
     forgetting_factor: float
-    channels: Required[int | None]
+    motion: _Motion | None
     process_noise: float
     process_noise_memory: float
     noise: _Noise
-    startup: Required[float]
-    scale: Required[float | None]
+    startup: float
+    scale: float | None
+
+class _StreamOptions(_FilterOptions, total=False):
+    """All options of a filter."""
+
+    method: _Method
+    output: _Output
+
+class _Params(_StreamOptions, total=False):
+    rate: Required[float]
+    channels: Required[int | None]
 
 class _Option(TypedDict):
     name: str
-    kind: Literal["number", "number or None", "choice", "order"]
+    kind: Literal["order", "number", "seconds", "seconds or always", "choice"]
     default: float | str | tuple[int, int] | None
     unit: str
     expected: str
@@ -95,13 +103,13 @@ class DriftFilter:
         rate: float,
         *,
         method: _Method = "fading",
+        channels: int | None = None,
+        motion: _Motion | None = None,
+        output: _Output = "estimate",
         order: tuple[int, int] = (2, 1),
         fading: float = 0.97,
         adapt_for: float | None = 120.0,
         forgetting_factor: float = 1.0,
-        channels: int | None = None,
-        motion: _Motion | None = None,
-        output: _Output = "estimate",
         process_noise: float = 0.1,
         process_noise_memory: float = 0.0,
         noise: _Noise = "allan",

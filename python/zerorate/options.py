@@ -1,14 +1,19 @@
 """The options of a drift filter: one table of their names, defaults, ranges, units and methods.
 
-Signatures, the command line and refusals come from it.
+The table stands in the core, whose refusals come from it; the command line comes from what is read
+of it here.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, Final, Literal, TypedDict
+from typing import TYPE_CHECKING, Any, Final, Literal
 
-from zerorate._native import DriftFilter
+from zerorate._native import DriftFilter, filter_options
+
+if TYPE_CHECKING:
+    from zerorate._native import _FilterOptions as FilterOptions
+    from zerorate._native import _StreamOptions as StreamOptions
 
 __all__ = [
     "FILTER_OPTIONS",
@@ -60,125 +65,24 @@ class Option:
     methods: tuple[str, ...]
 
 
-class FilterOptions(TypedDict, total=False):
-    """Options of `zerorate.DriftFilter` where the method and the output are given apart."""
-
-    order: tuple[int, int]
-    fading: float
-    adapt_for: float | None
-    forgetting_factor: float
-    process_noise: float
-    process_noise_memory: float
-    noise: Literal["allan", "hadamard"]
-    startup: float
-    scale: float | None
-    motion: Literal["hold", "ignore"] | None
-
-
-class StreamOptions(FilterOptions, total=False):
-    """All options of `zerorate.DriftFilter`."""
-
-    method: Literal["kf", "akf", "fading", "auto"]
-    output: Literal["estimate", "compensated"]
-
-
 def _listed(words: Sequence[str], last: str = "and") -> str:
     *most, end = (f"'{word}'" for word in words)
     return f"{', '.join(most)} {last} {end}" if most else end
 
 
-def _table() -> tuple[Option, ...]:
-    """Return the options in the order in which help shows them."""
-    published: tuple[str, ...] = ("kf", "akf", "fading")
-    every = (*published, "auto")
-    fraction = "above 0 and at most 1"
-    positive, not_negative = "a positive number", "zero or a positive number"
-    order = "(p, q) with p from 1 to 3 and q from 0 to 3"
-    rows: tuple[tuple[str, Kind, object, str | tuple[str, ...], str, tuple[str, ...]], ...] = (
-        ("method", "choice", "fading", every, "Method of the filter", every),
-        (
-            "motion",
-            "choice",
-            None,
-            ("hold", "ignore"),
-            "'hold' the drift in motion, the default of auto, or 'ignore' motion",
-            every,
-        ),
-        (
-            "output",
-            "choice",
-            "estimate",
-            ("estimate", "compensated"),
-            "The 'estimate' of the drift, or the rate 'compensated' by it",
-            every,
-        ),
-        ("order", "order", (2, 1), order, "Orders of the ARMA model of the drift", published),
-        ("fading", "number", 0.97, fraction, "Memory of the measurement noise R", ("fading",)),
-        (
-            "adapt_for",
-            "seconds or always",
-            120.0,
-            f"{not_negative} of seconds",
-            "How long the model is learned after the start-up",
-            published,
-        ),
-        (
-            "forgetting_factor",
-            "number",
-            1.0,
-            fraction,
-            "Memory of the model's least squares",
-            published,
-        ),
-        (
-            "process_noise",
-            "number",
-            0.1,
-            not_negative,
-            "Initial G and P, in variances of the start-up",
-            published,
-        ),
-        (
-            "process_noise_memory",
-            "number",
-            0.0,
-            not_negative,
-            "Samples that the initial G counts for",
-            ("fading",),
-        ),
-        (
-            "noise",
-            "choice",
-            "allan",
-            ("allan", "hadamard"),
-            "Variance that R is taken from",
-            ("akf", "fading"),
-        ),
-        ("startup", "seconds", 1.0, f"{positive} of seconds", "Length of the start-up", every),
-        (
-            "scale",
-            "number",
-            None,
-            positive,
-            "Deviation of the noise in the unit of the data, if it is known",
-            every,
-        ),
-    )
-    return tuple(_row(*row) for row in rows)
-
-
-def _row(
-    name: str,
-    kind: Kind,
-    default: object,
-    values: str | tuple[str, ...],
-    meaning: str,
-    methods: tuple[str, ...],
-) -> Option:
-    unit = "s" if kind.startswith("seconds") else ""
-    if isinstance(values, str):
-        return Option(name, kind, default, unit, values, (), meaning, methods)
-    return Option(name, kind, default, unit, _listed(values, "or"), values, meaning, methods)
+def _table() -> Iterator[Option]:
+    """Yield the rows of the core's table, in the order in which help shows them."""
+    for row in filter_options():
+        yield Option(
+            name=row["name"],
+            kind=row["kind"],
+            default=row["default"],
+            unit=row["unit"],
+            expected=row["expected"],
+            choices=tuple(row["choices"]),
+            meaning=row["meaning"],
+            methods=tuple(row["methods"]),
+        )
 
 
 FILTER_OPTIONS: Final[Mapping[str, Option]] = MappingProxyType(

@@ -1,6 +1,7 @@
 """Every option changes something, and ``params`` says them all."""
 
 import inspect
+import re
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import given
 
 import zerorate as zr
 from support.checks import assert_same_bits
+from support.checks import named as named_case
 from support.classes import assert_same_state
 from support.records import records
 from support.settings import (
@@ -21,6 +23,7 @@ from support.settings import (
     drift_settings,
     traced,
 )
+from zerorate._native import filter_options
 
 
 def record(n=1500):
@@ -132,21 +135,47 @@ def test_channels_set_the_shape(kind):
     assert kind(channels=2).process(np.zeros((5, 2))).shape == (5, 2)
 
 
-# An option of a method that does not use it must not matter.
-@pytest.mark.parametrize(
-    ("method", "option"),
-    [
-        ("kf", {"fading": 0.5}),
-        ("akf", {"fading": 0.5}),
-        ("kf", {"process_noise_memory": 100.0}),
-        ("akf", {"process_noise_memory": 100.0}),
-    ],
-    ids=str,
-)
-def test_options_of_the_fading_method_are_its_own(method, option):
-    plain = zr.DriftFilter(rate=RATE, method=method)
-    other = zr.DriftFilter(rate=RATE, method=method, **option)
-    assert_same_bits(other.process(record()), plain.process(record()))
+TABLE = {option["name"]: option for option in filter_options()}
+
+
+@pytest.mark.parametrize("method", [*METHODS, "auto"])
+def test_an_option_that_the_method_does_not_use_is_refused(method):
+    """Even with the value that it has by default; the others are taken."""
+    for name, option in TABLE.items():
+        given = {"method": method, name: option["default"]}
+        with named_case(f"{name} of {method}"):
+            if method in option["methods"]:
+                zr.DriftFilter(RATE, **given)
+                continue
+            with pytest.raises(ValueError, match=f"^{name} has no effect on method '{method}', "):
+                zr.DriftFilter(RATE, **given)
+
+
+def test_the_refusal_names_who_uses_it():
+    with pytest.raises(ValueError, match=r"only on 'kf', 'akf' and 'fading'$"):
+        zr.DriftFilter(RATE, method="auto", order=(3, 1))
+
+
+def test_an_option_that_does_not_exist_is_refused_by_name():
+    with pytest.raises(TypeError, match="unexpected keyword argument 'ordre'"):
+        zr.DriftFilter(RATE, ordre=(2, 1))
+
+
+def test_signature_and_stub_are_the_table():
+    """The text in the bindings: names in the order of the table, with its defaults."""
+    parameters = dict(inspect.signature(zr.DriftFilter).parameters)
+    assert list(parameters) == ["rate", "method", "channels", *list(TABLE)[1:]]
+    for name, option in TABLE.items():
+        assert parameters[name].default == option["default"], name
+        assert parameters[name].kind is inspect.Parameter.KEYWORD_ONLY
+
+
+def test_the_ranges_of_the_table_are_those_of_the_refusals():
+    for name, option in TABLE.items():
+        bad = {"order": (0, 9), "choice": "nonsense"}.get(option["kind"], -1.0)
+        words = re.escape(f"{name} must be {option['expected']}, got")
+        with named_case(name), pytest.raises(ValueError, match=words):
+            zr.DriftFilter(RATE, **{name: bad})
 
 
 @pytest.mark.parametrize("method", ["akf", "fading"])
@@ -196,7 +225,7 @@ def test_params_rebuild_an_equal_filter(arguments, z):
     assert zr.DriftFilter.from_bytes(f.to_bytes()).params == f.params
 
 
-def test_params_name_every_argument():
+def test_params_name_every_argument_of_the_method_that_uses_all():
     f = zr.DriftFilter(rate=RATE, method="fading")
     assert list(f.params) == list(inspect.signature(zr.DriftFilter).parameters)
 
@@ -226,7 +255,7 @@ def test_params_say_what_was_given():
     given = {
         "rate": 8000.0,
         "order": (3, 2),
-        "method": "akf",
+        "method": "fading",
         "fading": 0.5,
         "adapt_for": None,
         "forgetting_factor": 0.75,

@@ -13,12 +13,15 @@ from support.checks import assert_same_bits, named
 from support.classes import EXAMPLES, STREAMS, assert_same_state, example
 from support.settings import METHODS, MOTIONS, ORDERS, OUTPUTS, RATE, start_of
 
-# The layout of a checkpoint: signature, version, kind and order, length, content, checksum.
+# The layout of a checkpoint: signature, version of the layout, tag and version of the type, orders,
+# length, content, checksum.
 SIGNATURE = b"ZRTE"
-VERSION = slice(4, 6)
-KIND, P, Q, RESERVED = 6, 7, 8, 9
-LENGTH = slice(10, 14)
-CONTENT = 14
+LAYOUT = slice(4, 6)
+TAG = slice(6, 22)
+VERSION = slice(22, 24)
+P, Q = 24, 25
+LENGTH = slice(26, 30)
+CONTENT = 30
 CHECKSUM = 4
 
 BY_KIND = pytest.mark.parametrize("kind", EXAMPLES)
@@ -53,7 +56,7 @@ def refuses(f, b, words):
         type(f).from_bytes(b)
     message = str(error.value)
     assert "\n" not in message
-    assert 20 < len(message) < 120
+    assert 20 < len(message) < 130
     assert not message.endswith(".")
 
 
@@ -69,9 +72,14 @@ def test_the_format_is_the_one_that_these_tests_change(kind):
 def test_other_versions(kind):
     f = used(kind)
     b = f.to_bytes()
-    for version in (0, 1, 3, 0xFFFF):
+    for version in (0, 1, 2, 4, 0xFFFF):
+        other = changed(b, LAYOUT, version.to_bytes(2, "little"))
+        refuses(f, other, f"layout version {version}, this zerorate reads version 3")
+    tag = b[TAG].rstrip(b"\0").decode()
+    now = int.from_bytes(b[VERSION], "little")
+    for version in (0, now + 1, 0xFFFF):
         other = changed(b, VERSION, version.to_bytes(2, "little"))
-        refuses(f, other, f"format version {version}, this zerorate reads version 2")
+        refuses(f, other, f"holds '{tag}' version {version}.*expected '{tag}' version {now}")
 
 
 @BY_KIND
@@ -109,7 +117,7 @@ def test_garbage(kind):
 ONE_OF_EACH = [example(next(iter(stream.examples))) for stream in STREAMS.values()]
 
 
-@given(st.binary(max_size=400), st.sampled_from([b"", SIGNATURE, SIGNATURE + b"\x02\0"]))
+@given(st.binary(max_size=400), st.sampled_from([b"", SIGNATURE, SIGNATURE + b"\x03\0"]))
 def test_arbitrary_bytes(rest, start):
     for f in ONE_OF_EACH:
         refuses(f, start + rest, "checkpoint")
@@ -151,15 +159,19 @@ def test_another_kind(kind):
             if type(f) is type(stranger):
                 assert_same_state(type(f).from_bytes(stranger.to_bytes()), stranger)
                 continue
-            found, expected = type(stranger).__name__, type(f).__name__
-            words = f"holds an? {found}.*expected an? {expected}"
+            words = f"holds '{tag(stranger)}' version.*, expected '"
             refuses(f, stranger.to_bytes(), words)
+
+
+def tag(f):
+    return f.to_bytes()[TAG].rstrip(b"\0").decode()
 
 
 @BY_KIND
 def test_an_unknown_kind(kind):
     f = used(kind)
-    refuses(f, changed(f.to_bytes(), KIND, 77), "content is not the state of this filter")
+    unknown = b"drift-of-tomorrow"[:16]
+    refuses(f, changed(f.to_bytes(), TAG, unknown), "holds 'drift-of-tomorro' version")
 
 
 @pytest.mark.parametrize("kind", ["fading", "started", "holding", "least-squares"])
@@ -212,12 +224,12 @@ def test_every_order_returns(order, channels):
 
 @pytest.mark.parametrize("method", [*METHODS, "auto"])
 @pytest.mark.parametrize("channels", [None, 3])
-def test_every_conduct_returns(method, channels):
+def test_every_behaviour_returns(method, channels):
     for motion in MOTIONS:
         for output in OUTPUTS:
-            conduct = {"motion": motion, "output": output}
-            with named(conduct):
-                f = zr.DriftFilter(rate=RATE, method=method, channels=channels, **conduct)
+            behaviour = {"motion": motion, "output": output}
+            with named(behaviour):
+                f = zr.DriftFilter(rate=RATE, method=method, channels=channels, **behaviour)
                 assert_returns(fed(f))
 
 

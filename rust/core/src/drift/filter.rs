@@ -248,14 +248,20 @@ where
             self.bias_sigma,
         ];
         // Column after column equals row after row: the matrices are symmetric.
-        let arrays = scalars
-            .iter()
-            .chain(self.gain.iter())
-            .chain(self.process_noise.iter())
-            .chain(self.coefficients.iter())
-            .chain(self.covariance.iter());
-        for (place, number) in numbers.iter_mut().zip(arrays) {
-            *place = (*number).into();
+        let parts = [
+            scalars.as_slice(),
+            self.gain.as_slice(),
+            self.process_noise.as_slice(),
+            self.coefficients.as_slice(),
+            self.covariance.as_slice(),
+        ];
+        let mut places = numbers;
+        for part in parts {
+            let (own, others) = places.split_at_mut(part.len());
+            for (place, number) in own.iter_mut().zip(part) {
+                *place = (*number).into();
+            }
+            places = others;
         }
         flags.copy_from_slice(&[self.missing, self.guarded, self.at_rest]);
     }

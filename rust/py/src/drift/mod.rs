@@ -122,8 +122,8 @@ streaming!(
 impl DriftFilter {
     #[new]
     #[pyo3(signature = (rate, **options), text_signature = "(rate, *, method='fading', \
-        order=(2, 1), fading=0.97, adapt_for=120.0, forgetting_factor=1.0, channels=None, \
-        motion=None, output='estimate', process_noise=0.1, process_noise_memory=0.0, \
+        channels=None, motion=None, output='estimate', order=(2, 1), fading=0.97, \
+        adapt_for=120.0, forgetting_factor=1.0, process_noise=0.1, process_noise_memory=0.0, \
         noise='allan', startup=1.0, scale=None)")]
     fn new(rate: f64, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let (options, channels) = options::read(rate, options)?;

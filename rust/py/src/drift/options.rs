@@ -3,7 +3,7 @@
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
 use zerorate_core::drift::options::{DriftOption, Kind, METHODS, OPTIONS, Options, Value, option};
 
 use super::bank::{Order, order_error};
@@ -46,7 +46,7 @@ fn set(options: &mut Options, option: &DriftOption, value: &Bound<'_, PyAny>) ->
         let (name, method) = (option.name, options.method_name());
         let methods = quoted(option.methods, "and");
         return Err(PyValueError::new_err(format!(
-            "method '{method}' does not use {name}: it is for {methods}"
+            "{name} has no effect on method '{method}', only on {methods}"
         )));
     }
     // Nothing given is the default of the method.
@@ -131,30 +131,49 @@ fn object(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
     }
 }
 
-/// The table of options as dictionaries: name, kind, default, unit, expected, choices, meaning and
-/// the methods that use it. The default of "motion" depends on the method: None.
+/// The table of options as dictionaries: name, kind ("order", "number", "seconds", "seconds or
+/// always" or "choice"), default, unit, expected, choices, meaning and the methods that use it.
+///
+/// None is the default of what depends on the method or is learned.
 #[pyfunction]
-pub fn filter_options(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
-    let table = PyList::empty(py);
+pub fn filter_options(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let defaults = Options::of_method(METHOD, 1.0);
+    let method = row(py, "method", "choice", &METHODS, "Method of the filter")?;
+    method.set_item("default", METHOD)?;
+    method.set_item("unit", "")?;
+    method.set_item("expected", quoted(&METHODS, "or"))?;
+    method.set_item("methods", METHODS)?;
+    let mut table = vec![method];
     for option in OPTIONS {
-        let row = PyDict::new(py);
-        let (kind, choices): (_, &[&str]) = match option.kind {
-            Kind::Number => ("number", &[]),
-            Kind::MaybeNumber => ("number or None", &[]),
-            Kind::Choice(words) => ("choice", words),
-            Kind::Order => ("order", &[]),
+        let (kind, choices): (_, &[&str]) = match (option.kind, option.unit) {
+            (Kind::Number, "s") => ("seconds", &[]),
+            (Kind::MaybeNumber, "s") => ("seconds or always", &[]),
+            (Kind::Number | Kind::MaybeNumber, _) => ("number", &[]),
+            (Kind::Choice(words), _) => ("choice", words),
+            (Kind::Order, _) => ("order", &[]),
         };
+        let row = row(py, option.name, kind, choices, option.meaning)?;
         let value = defaults.filter(|_| option.name != "motion").map(|o| (option.get)(&o));
-        row.set_item("name", option.name)?;
-        row.set_item("kind", kind)?;
         row.set_item("default", object(py, value.unwrap_or(Value::None))?)?;
         row.set_item("unit", option.unit)?;
         row.set_item("expected", option.expected)?;
-        row.set_item("choices", choices)?;
-        row.set_item("meaning", option.meaning)?;
         row.set_item("methods", option.methods)?;
-        table.append(row)?;
+        table.push(row);
     }
     Ok(table)
+}
+
+fn row<'py>(
+    py: Python<'py>,
+    name: &str,
+    kind: &str,
+    choices: &[&str],
+    meaning: &str,
+) -> PyResult<Bound<'py, PyDict>> {
+    let row = PyDict::new(py);
+    row.set_item("name", name)?;
+    row.set_item("kind", kind)?;
+    row.set_item("choices", choices)?;
+    row.set_item("meaning", meaning)?;
+    Ok(row)
 }
