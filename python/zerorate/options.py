@@ -1,6 +1,6 @@
-"""The options of a drift filter: one table of their names, defaults, ranges, units and methods.
+"""The options of a drift filter: the core's table of names, defaults, ranges, units and methods.
 
-Signatures, the command line and refusals come from it.
+The command line and refusals come from it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final, Literal, TypedDict
 
-from zerorate._native import DriftFilter
+from zerorate._native import DriftFilter, filter_options
 
 __all__ = [
     "FILTER_OPTIONS",
@@ -22,7 +22,7 @@ __all__ = [
     "used_by",
 ]
 
-Kind = Literal["order", "number", "seconds", "seconds or always", "choice"]
+Kind = Literal["number", "number or None", "choice", "order"]
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,8 @@ class Option:
     ----------
     name : str
         Its keyword.
-    kind : {"order", "number", "seconds", "seconds or always", "choice"}
-        What its value is: two whole numbers (p, q), a number, seconds, seconds or None for always,
-        or one of `choices`.
+    kind : {"number", "number or None", "choice", "order"}
+        What its value is: one of `choices`, or for an order two whole numbers (p, q).
     default : object
         Its default; None where that depends on the method, or where nothing is given.
     unit : str
@@ -82,103 +81,24 @@ class StreamOptions(FilterOptions, total=False):
     output: Literal["estimate", "compensated"]
 
 
+def _table() -> tuple[Option, ...]:
+    """Return the method, then all options in the order in which the core lists them."""
+    own = tuple(
+        Option(**{**row, "choices": tuple(row["choices"]), "methods": tuple(row["methods"])})
+        for row in filter_options()
+    )
+    methods = max((option.methods for option in own), key=len)
+    default = DriftFilter(1.0).method
+    expected = _listed(methods, "or")
+    method = Option(
+        "method", "choice", default, "", expected, methods, "method of the filter", methods
+    )
+    return (method, *own)
+
+
 def _listed(words: Sequence[str], last: str = "and") -> str:
     *most, end = (f"'{word}'" for word in words)
     return f"{', '.join(most)} {last} {end}" if most else end
-
-
-def _table() -> tuple[Option, ...]:
-    """Return the options in the order in which help shows them."""
-    published: tuple[str, ...] = ("kf", "akf", "fading")
-    every = (*published, "auto")
-    fraction = "above 0 and at most 1"
-    positive, not_negative = "a positive number", "zero or a positive number"
-    order = "(p, q) with p from 1 to 3 and q from 0 to 3"
-    rows: tuple[tuple[str, Kind, object, str | tuple[str, ...], str, tuple[str, ...]], ...] = (
-        ("method", "choice", "fading", every, "Method of the filter", every),
-        (
-            "motion",
-            "choice",
-            None,
-            ("hold", "ignore"),
-            "'hold' the drift in motion, the default of auto, or 'ignore' motion",
-            every,
-        ),
-        (
-            "output",
-            "choice",
-            "estimate",
-            ("estimate", "compensated"),
-            "The 'estimate' of the drift, or the rate 'compensated' by it",
-            every,
-        ),
-        ("order", "order", (2, 1), order, "Orders of the ARMA model of the drift", published),
-        ("fading", "number", 0.97, fraction, "Memory of the measurement noise R", ("fading",)),
-        (
-            "adapt_for",
-            "seconds or always",
-            120.0,
-            f"{not_negative} of seconds",
-            "How long the model is learned after the start-up",
-            published,
-        ),
-        (
-            "forgetting_factor",
-            "number",
-            1.0,
-            fraction,
-            "Memory of the model's least squares",
-            published,
-        ),
-        (
-            "process_noise",
-            "number",
-            0.1,
-            not_negative,
-            "Initial G and P, in variances of the start-up",
-            published,
-        ),
-        (
-            "process_noise_memory",
-            "number",
-            0.0,
-            not_negative,
-            "Samples that the initial G counts for",
-            ("fading",),
-        ),
-        (
-            "noise",
-            "choice",
-            "allan",
-            ("allan", "hadamard"),
-            "Variance that R is taken from",
-            ("akf", "fading"),
-        ),
-        ("startup", "seconds", 1.0, f"{positive} of seconds", "Length of the start-up", every),
-        (
-            "scale",
-            "number",
-            None,
-            positive,
-            "Deviation of the noise in the unit of the data, if it is known",
-            every,
-        ),
-    )
-    return tuple(_row(*row) for row in rows)
-
-
-def _row(
-    name: str,
-    kind: Kind,
-    default: object,
-    values: str | tuple[str, ...],
-    meaning: str,
-    methods: tuple[str, ...],
-) -> Option:
-    unit = "s" if kind.startswith("seconds") else ""
-    if isinstance(values, str):
-        return Option(name, kind, default, unit, values, (), meaning, methods)
-    return Option(name, kind, default, unit, _listed(values, "or"), values, meaning, methods)
 
 
 FILTER_OPTIONS: Final[Mapping[str, Option]] = MappingProxyType(
@@ -210,8 +130,9 @@ def check_used(given: Iterable[str], methods: Sequence[str]) -> None:
     for name in given:
         users = _option(name).methods
         if not set(users) & set(methods):
-            running = f"method{'s' if len(methods) > 1 else ''} {_listed(methods)}"
-            raise ValueError(f"{name} has no effect on {running}, only on {_listed(users)}")
+            running = "method {} does not" if len(methods) == 1 else "methods {} do not"
+            told = running.format(_listed(methods))
+            raise ValueError(f"{told} use {name}: it is for {_listed(users)}")
 
 
 def used_by(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -229,10 +150,7 @@ def checked_options(options: Mapping[str, Any]) -> dict[str, Any]:
     TypeError
         If there is no such option, or it is of another type.
     """
-    method = options.get("method", FILTER_OPTIONS["method"].default)
-    # The filter says what a method may be.
-    DriftFilter(1.0, **{"method": method, **used_by(method, options)})
-    check_used(options, [method])
+    DriftFilter(1.0, **options)
     return dict(options)
 
 
