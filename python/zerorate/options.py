@@ -83,9 +83,10 @@ class StreamOptions(FilterOptions, total=False):
 
 def _table() -> tuple[Option, ...]:
     """Return the method, then all options in the order in which the core lists them."""
+    rows: list[dict[str, Any]] = [dict(row) for row in filter_options()]
     own = tuple(
         Option(**{**row, "choices": tuple(row["choices"]), "methods": tuple(row["methods"])})
-        for row in filter_options()
+        for row in rows
     )
     methods = max((option.methods for option in own), key=len)
     default = DriftFilter(1.0).method
@@ -131,8 +132,8 @@ def check_used(given: Iterable[str], methods: Sequence[str]) -> None:
         users = _option(name).methods
         if not set(users) & set(methods):
             running = "method {} does not" if len(methods) == 1 else "methods {} do not"
-            told = running.format(_listed(methods))
-            raise ValueError(f"{told} use {name}: it is for {_listed(users)}")
+            start = running.format(_listed(methods))
+            raise ValueError(f"{start} use {name}: it is for {_listed(users)}")
 
 
 def used_by(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
