@@ -1,4 +1,4 @@
-"""The function by which long work tells how far it is."""
+"""The type of the functions that report the progress of long work."""
 
 from collections.abc import Callable
 

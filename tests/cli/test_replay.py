@@ -44,15 +44,15 @@ class TestReplay:
         [
             (
                 ("--method", "kf", "--fading", "0.9"),
-                "--fading has no effect on methods 'akf' and 'kf', only on 'fading'",
+                "methods 'akf' and 'kf' do not use --fading: it is for 'fading'",
             ),
             (
                 ("--only", "--order", "3,1"),
-                "--order has no effect on method 'auto', only on 'kf', 'akf' and 'fading'",
+                "method 'auto' does not use --order: it is for 'kf', 'akf' and 'fading'",
             ),
             (
                 ("--only", "--fading", "0.97"),
-                "--fading has no effect on method 'auto', only on 'fading'",
+                "method 'auto' does not use --fading: it is for 'fading'",
             ),
         ],
     )
@@ -181,7 +181,7 @@ USAGE_FAULTS = {
     "order": (("--order", "2"), "--order takes two numbers"),
     "order too high": (("--order", "9,1"), "order"),
     "fading": (("--fading", "2"), "fading"),
-    "adapt for": (("--adapt-for", "soon"), "--adapt-for takes seconds"),
+    "adapt for": (("--adapt-for", "soon"), "--adapt-for takes a number or 'always'"),
     "forgetting": (("--forgetting-factor", "0"), "forgetting"),
     "startup": (("--startup", "-1"), "startup"),
     "columns": (("--columns", "gyro_q"), "there is no column 'gyro_q'"),

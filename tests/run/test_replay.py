@@ -154,7 +154,7 @@ def test_progress_rises_step_by_step():
         ({"methods": ()}, "at least one"),
         ({"methods": ("kf", "kf")}, "all different"),
         ({"fading": 2.0}, "fading"),
-        ({"methods": ("kf", "auto"), "fading": 0.9}, "no effect on methods 'kf' and 'auto'"),
+        ({"methods": ("kf", "auto"), "fading": 0.9}, "methods 'kf' and 'auto' do not use fading"),
         ({"order": (7, 1)}, "order"),
         ({"motion": "stop"}, "motion"),
         ({"output": "bias"}, "output must be 'estimate' or 'compensated'"),

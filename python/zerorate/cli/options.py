@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final, TypeAlias, TypeVar, cast
 import typer
 
 from zerorate.cli.errors import UsageFault
-from zerorate.options import FILTER_OPTIONS, Option, check_used
+from zerorate.options import FILTER_OPTIONS, METHODS, Option, check_used
 
 __all__ = [
     "RECORDING",
@@ -35,6 +35,9 @@ __all__ = [
 ]
 
 _Choice = TypeVar("_Choice", bound=StrEnum)
+
+_WORDS: Final = {"adapt_for": "always"}
+"""What None is called on the command line, where a number is the default."""
 
 _REQUIRED: Final = inspect.Parameter.empty
 RECORDING: Final = (
@@ -129,7 +132,7 @@ def check_filter_options(given: Iterable[str], methods: Sequence[str]) -> None:
         try:
             check_used([name], methods)
         except ValueError as error:
-            raise UsageFault(f"{flag(name)}{str(error).removeprefix(name)}") from None
+            raise UsageFault(str(error).replace(f" use {name}:", f" use {flag(name)}:")) from None
 
 
 def flag(name: str) -> str:
@@ -157,9 +160,9 @@ def _parameter(option: Option, default: object, texts: Mapping[str, str]) -> ins
     elif option.kind == "order":
         value, metavar = str, "p,q"
         default = ",".join(map(str, cast(tuple[int, int], default)))
-    elif option.kind == "seconds or always":
-        value, metavar = str, "<seconds>"
-        default = "always" if default is None else f"{default:g}"
+    elif option.name in _WORDS:
+        value, metavar = str, "<float>"
+        default = _WORDS[option.name] if default is None else f"{default:g}"
     text = texts.get(option.name, _help(option))
     about = typer.Option(flag(option.name), metavar=metavar, help=text)
     annotation: Any = Annotated[value | None if default is None else value, about]
@@ -173,18 +176,22 @@ def _members(option: Option) -> Any:  # noqa: ANN401
 
 
 def _help(option: Option) -> str:
-    expected = "" if option.choices else f": {option.expected}"
-    always = ", or 'always'" if option.kind == "seconds or always" else ""
-    everyone = option.methods == FILTER_OPTIONS["method"].choices
-    users = "" if everyone else f" For {', '.join(option.methods)}."
-    return f"{option.meaning}{expected}{always}.{users}"
+    meaning = f"{option.meaning[0].upper()}{option.meaning[1:]}."
+    if option.choices:
+        limits = "" if option.default is not None else "the default depends on the method"
+    else:
+        word = f", or '{_WORDS[option.name]}'" if option.name in _WORDS else ""
+        limits = f"{option.expected}{word}"
+    users = "" if option.methods == METHODS else f"for {', '.join(option.methods)}"
+    rest = "; ".join(filter(None, (limits, users)))
+    return f"{meaning} {rest[0].upper()}{rest[1:]}." if rest else meaning
 
 
 def _parsed(option: Option, value: Any) -> object:  # noqa: ANN401
     if option.kind == "order":
         return parse_order(value)
-    if option.kind == "seconds or always":
-        return _parse_duration(flag(option.name), value)
+    if option.name in _WORDS:
+        return _parse_number(flag(option.name), value, _WORDS[option.name])
     return value.value if isinstance(value, Enum) else value
 
 
@@ -193,14 +200,14 @@ def _was_given(context: typer.Context, name: str) -> bool:
     return source is not None and source.name not in ("DEFAULT", "DEFAULT_MAP")
 
 
-def _parse_duration(option: str, text: str) -> float | None:
-    """Return the seconds, None for ``always``."""
-    if text == "always":
+def _parse_number(option: str, text: str, word: str) -> float | None:
+    """Return the number, None for the word."""
+    if text == word:
         return None
     try:
         return float(text)
     except ValueError:
-        raise UsageFault(f"{option} takes seconds or 'always', got '{text}'") from None
+        raise UsageFault(f"{option} takes a number or '{word}', got '{text}'") from None
 
 
 def parse_order(text: str) -> tuple[int, int]:

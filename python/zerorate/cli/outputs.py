@@ -1,4 +1,4 @@
-"""What a command shows and writes: progress bars, files that are all whole or none, their names."""
+"""Output that commands share: progress bars, and files that are all whole or none."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence

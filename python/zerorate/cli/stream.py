@@ -91,7 +91,7 @@ def stream(
 ) -> None:
     """Answer each line of samples at once with the compensated rate.
 
-    A line that is garbled is told on stderr, answered with nan and taken as missing.
+    A line that is garbled is reported on stderr, answered with nan and taken as missing.
     """
     if position:
         if checkpoint is None:

@@ -1,4 +1,4 @@
-"""How work is spread over the cores: threads of a replay, and processes of one thread each."""
+"""Work spread over the cores: threads of a replay, and processes of one thread each."""
 
 import os
 from collections import deque

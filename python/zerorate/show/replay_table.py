@@ -10,7 +10,7 @@ from zerorate.io.names import split_unit
 from zerorate.numerals import or_dash, with_error
 from zerorate.run.replay import Score, Summary
 from zerorate.run.replay.history import last_known, noise_units
-from zerorate.run.replay.result import beside_names
+from zerorate.run.replay.result import extra_names
 from zerorate.show.tables import WIDTH, Table, aligned, as_text, bulleted, on_clock
 
 __all__ = ["format_learned", "format_notes", "format_table"]
@@ -189,7 +189,7 @@ def _on_motion(replay: Summary) -> Iterator[str]:
 
 def _on_output(replay: Summary) -> Iterator[str]:
     if replay.output == "compensated":
-        columns = next(beside_names(replay.header.names, replay.header.unit))
+        columns = next(extra_names(replay.header.names, replay.header.unit))
         yield (
             "the filtered log holds raw minus drift under the names of the raw columns, and "
             f"{', '.join(columns)} and so on: the drift, its standard deviation, and rest"

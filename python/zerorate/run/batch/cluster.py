@@ -75,7 +75,7 @@ def local_cluster(count: int) -> Iterator[Cluster]:
     distributed = _distributed()
     from dask import config as dask_config
 
-    # A second try beside others would tell nothing: suspects are run alone later.
+    # A second try next to others would show nothing: suspects are run alone later.
     with single_threaded(), dask_config.set({"distributed.scheduler.allowed-failures": 0}):
         with for_the_parent_alone():
             cluster = distributed.LocalCluster(
@@ -113,7 +113,7 @@ def scheduler_at(address: str) -> Iterator[Cluster]:
         try:
             yield Cluster(client)
         except (CancelledError, OSError):
-            # A log's own faults are answers: what is raised here is the connection's end.
+            # A log's own faults are outcomes: what is raised here is the connection's end.
             raise ConnectionError(
                 f"the scheduler at '{address}' is gone: a later run goes on from here"
             ) from None

@@ -54,7 +54,7 @@ def outlived(
 ) -> Generator[Finished[T, R] | Died[T]]:
     """Yield each task's end; one whose worker died gets another try, alone, after all others.
 
-    What died for want of memory beside others, or was killed from outside, then succeeds; what
+    What died for want of memory next to others, or was killed from outside, then succeeds; what
     dies again is at fault itself.
     """
     suspects: list[T] = []
@@ -134,7 +134,7 @@ class _Worker(Generic[T, R]):
         theirs.close()
 
     def begin(self, task: T) -> None:
-        """Hand over a task; a process that is dead by now tells so at its end."""
+        """Hand over a task; that the process is dead by now shows in `end`."""
         self._task = task
         try:
             self.pipe.send(task)

@@ -123,7 +123,7 @@ def find_layout(cells: Sequence[str], wanted: Wanted) -> Layout:
     else:
         channels = tuple(_position(column, names, len(cells)) for column in wanted.columns)
     if not channels:
-        raise ColumnError("it holds the sequence number alone, expected a sample beside it")
+        raise ColumnError("it holds the sequence number alone, expected a sample next to it")
     return Layout(len(cells), channels, sequence, names)
 
 

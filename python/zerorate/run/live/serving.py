@@ -36,7 +36,7 @@ def lines_of(source: BinaryIO, answers: BinaryIO, interrupts: Interrupts) -> Ite
 
 
 def datagrams(port: socket.socket, interrupts: Interrupts) -> Iterator[Line]:
-    """Yield each datagram as a line, with a function that answers to its sender."""
+    """Yield each datagram as a line, with a function that sends its answer back."""
     while True:
         raw, sender = interrupts.wait(lambda: port.recvfrom(_LONGEST))
 
@@ -158,7 +158,7 @@ class Server:
     Parameters
     ----------
     stream : LineStream
-        What answers.
+        The filter and its settings.
     saver : Saver, optional
         Saves the stream after an answer has been given, never before.
     warn : callable

@@ -16,7 +16,7 @@ from zerorate.types import Booleans, Floats
 __all__ = ["Block", "Filters", "Output"]
 
 Output = Literal["estimate", "compensated"]
-_Beside = tuple[Floats, Booleans]
+_Noted = tuple[Floats, Booleans]
 """Standard deviation of the drift, and rest, to be filled."""
 
 
@@ -76,19 +76,19 @@ class Filters:
         """Yield what becomes of each block (k, n)."""
         for raw in raws:
             first = self.chosen.samples_seen
-            beside = (np.empty_like(raw), np.empty(raw.shape, dtype=np.bool_))
-            drift = self._drift(raw, first, executor, beside if self.notes else None)
+            noted = (np.empty_like(raw), np.empty(raw.shape, dtype=np.bool_))
+            drift = self._drift(raw, first, executor, noted if self.notes else None)
             self._blank_before_first(raw, drift)
-            yield Block(first, raw, drift, *(beside if self.notes else (None, None)))
+            yield Block(first, raw, drift, *(noted if self.notes else (None, None)))
 
     def _drift(
-        self, raw: Floats, first: int, executor: Executor, beside: _Beside | None
+        self, raw: Floats, first: int, executor: Executor, noted: _Noted | None
     ) -> dict[str, Floats]:
         *others, (name, chosen) = self.runs.items()
         low, high = np.searchsorted(self._moments, (first, first + raw.shape[1]), side="right")
         stops = (self._moments[low:high] - first).tolist()
         # The chosen one, which is noted meanwhile, takes longest.
-        job = executor.submit(chosen.watched, raw, stops, self.recorder, beside)
+        job = executor.submit(chosen.watched, raw, stops, self.recorder, noted)
         jobs = {method: executor.submit(run.through, raw) for method, run in others}
         return {method: other.result() for method, other in jobs.items()} | {name: job.result()}
 
@@ -118,24 +118,24 @@ class _Run:
         return drift
 
     def watched(
-        self, raw: Floats, stops: Sequence[int], recorder: Recorder, beside: _Beside | None
+        self, raw: Floats, stops: Sequence[int], recorder: Recorder, noted: _Noted | None
     ) -> Floats:
-        """Return the drift of a block, note the state at some of its samples, and fill `beside`."""
+        """Return the drift of a block, note the state at some of its samples, and fill `noted`."""
         drift = np.empty_like(raw)
         first = 0
         for stop in dict.fromkeys((*stops, raw.shape[1])):
             part = np.s_[:, first:stop]
-            told = None if beside is None else (beside[0][part], beside[1][part])
-            self._advance(raw[part], drift[part], told)
+            piece = None if noted is None else (noted[0][part], noted[1][part])
+            self._advance(raw[part], drift[part], piece)
             if stop in stops:
                 recorder.take(self.filter)
             first = stop
         return drift
 
-    def _advance(self, raw: Floats, drift: Floats, beside: _Beside | None = None) -> None:
+    def _advance(self, raw: Floats, drift: Floats, noted: _Noted | None = None) -> None:
         # Only the processor's time of this thread counts.
         begin = time.thread_time()
-        self.filter._replay(raw, drift, *(beside or ()))
+        self.filter._replay(raw, drift, *(noted or ()))
         self._seconds += time.thread_time() - begin
 
     @property

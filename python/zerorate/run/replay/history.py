@@ -1,4 +1,4 @@
-"""What the chosen filter knew over time: its state at some moments, its memory, the noise."""
+"""The history of the chosen filter: its state at some moments, its memory, the noise learned."""
 
 import math
 from dataclasses import dataclass

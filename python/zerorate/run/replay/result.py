@@ -21,9 +21,9 @@ __all__ = [
     "Readings",
     "Replay",
     "Summary",
-    "beside",
-    "beside_names",
     "compensated",
+    "extra_columns",
+    "extra_names",
 ]
 
 Columns = dict[str, Floats | Booleans]
@@ -143,29 +143,29 @@ class Replay(Summary):
 
     @property
     def beside(self) -> Columns:
-        """What belongs beside a compensated log, a column an axis: drift, its sigma, rest."""
+        """Columns written next to a compensated log, for each axis: drift, its sigma, rest."""
         if self.output == "estimate" or self.readings is None:
             return {}
         sigma, at_rest = self.readings.bias_sigma.T, self.readings.at_rest.T
-        return beside(self.log.names, self.log.unit, self.drift.T, sigma, at_rest)
+        return extra_columns(self.log.names, self.log.unit, self.drift.T, sigma, at_rest)
 
 
 def compensated(raw: Floats, drift: Floats) -> Floats:
     """Return raw minus drift, NaN where a sample is missing."""
-    # Numbers near the largest double overflow: a filter answers with its limit then.
+    # Numbers near the largest double overflow: the estimate of a filter is at its limit then.
     with np.errstate(over="ignore", invalid="ignore"):
         there = np.isfinite(raw)
         return raw - drift if there.all() else np.where(there, raw - drift, np.nan)
 
 
-def beside_names(names: Sequence[str], unit: str) -> Iterator[tuple[str, str, str]]:
-    """Yield the columns beside a compensated log: each axis' drift, its deviation, and rest."""
+def extra_names(names: Sequence[str], unit: str) -> Iterator[tuple[str, str, str]]:
+    """Yield the names of the columns next to a compensated log: drift, its deviation, rest."""
     for name in names:
         dimensional = with_suffix(name, unit)
         yield f"bias_{dimensional}", f"bias_sigma_{dimensional}", f"at_rest_{split_unit(name)[0]}"
 
 
-def beside(
+def extra_columns(
     names: Sequence[str],
     unit: str,
     drift: Floats,
@@ -174,7 +174,7 @@ def beside(
 ) -> Columns:
     """Return those columns by name, of arrays (k, n)."""
     columns: Columns = {}
-    for i, listed in enumerate(beside_names(names, unit)):
+    for i, listed in enumerate(extra_names(names, unit)):
         known = np.where(np.isnan(drift[i]), np.nan, sigma[i])
         columns |= zip(listed, (drift[i], known, at_rest[i]), strict=True)
     return columns

@@ -23,9 +23,9 @@ from zerorate.run.replay.result import (
     Readings,
     Replay,
     Summary,
-    beside,
-    beside_names,
     compensated,
+    extra_columns,
+    extra_names,
 )
 from zerorate.run.workers import Behind, ahead, workers
 from zerorate.types import Floats
@@ -269,7 +269,7 @@ class _FilteredFile(RowGroups):
         # Not the filter itself: it works on the next block while this one is written.
         self._method = filters.chosen.method
         self._compensates = filters.output == "compensated"
-        every = list(beside_names(header.names, header.unit))
+        every = list(extra_names(header.names, header.unit))
         others = [name for names in every for name in names] if self._compensates else []
         names = column_names(header.names, header.unit, others)
         super().__init__(path, [TIME_NAME, *names, *others], about(header))
@@ -282,7 +282,7 @@ class _FilteredFile(RowGroups):
             self.write([time, *drift])
             return
         header = self._recording.header
-        others = beside(header.names, header.unit, drift, block.bias_sigma, block.at_rest)
+        others = extra_columns(header.names, header.unit, drift, block.bias_sigma, block.at_rest)
         self.write([time, *compensated(block.raw, drift), *others.values()])
 
 
