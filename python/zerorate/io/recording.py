@@ -36,7 +36,7 @@ from zerorate.io.reading import (
 from zerorate.io.table import Content, Table
 from zerorate.types import Floats
 
-__all__ = ["KINDS", "Recording", "read_recording"]
+__all__ = ["KINDS", "Recording", "read_recording", "read_topic"]
 
 KINDS: Final = (
     "gyro",
@@ -206,18 +206,45 @@ def read_recording(
     >>> recording.gyro.rate, recording.accel.unit
     (100.0, 'g')
     """
-    request = _Request(
-        rate=None if rate is None else checked_rate(rate),
-        columns=columns,
-        reference=reference,
-        unit=_units(unit),
-        topic=topic,
-        only=_kinds(only),
-    )
     several = isinstance(source, (list, tuple))
     sources = list(cast(Sequence[LogSource], source)) if several else [cast(LogSource, source)]
     if not sources:
         raise LogError("there is no source to read")
+    return _recording(sources, _request(rate, columns, reference, unit, topic, only))
+
+
+def read_topic(
+    source: LogSource,
+    rate: float | None = None,
+    *,
+    columns: Columns = None,
+    reference: Columns = None,
+    unit: str | None = None,
+    topic: str | None = None,
+    only: Iterable[str] | None = None,
+) -> Recording:
+    """Return the recording of one topic alone, the one that `read_log` would read.
+
+    Arguments and faults are those of `read_recording` and, of several topics to choose from, those
+    of `read_log`.
+    """
+    request = _request(rate, columns, reference, unit, topic, only)
+    return _recording([source], replace(request, alone=True))
+
+
+def _request(
+    rate: float | None,
+    columns: Columns,
+    reference: Columns,
+    unit: str | Mapping[str, str] | None,
+    topic: str | None,
+    only: Iterable[str] | None,
+) -> _Request:
+    given = None if rate is None else checked_rate(rate)
+    return _Request(given, columns, reference, _units(unit), topic, _kinds(only))
+
+
+def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
     label = ", ".join(map(label_of, sources))
     found: list[_Found] = []
     notes: list[str] = []
@@ -229,7 +256,7 @@ def read_recording(
             raise LogError(f"{label_of(one)}: {error}") from None
         request = replace(request, columns=None, reference=None, topic=None)
     if not found:
-        sought = "a sensor" if only is None else " or ".join(f"a {kind}" for kind in request.only)
+        sought = "a sensor" if request.only == KINDS else f"a {request.only[0]}"
         raise LogError(
             f"{label}: no column looks like {sought}; choose with columns= from: "
             f"{', '.join(offered)}"
@@ -258,6 +285,7 @@ class _Request:
     unit: Mapping[str, str]
     topic: str | None
     only: tuple[str, ...]
+    alone: bool = False
 
     def requires(self, sensors: Iterable[_Sensor]) -> bool:
         """Whether a sensor among these was asked for, so that a fault in it is one of all."""
@@ -296,9 +324,9 @@ def _of_source(
     """Yield the logs of one source; add what was left out, and the columns that there are."""
     kind, content = opened(source)
     told = {"source": label_of(source), "format": kind}
-    tables = _tables(content, request.topic)
+    tables = [] if request.alone else _tables(content, request.topic)
     if not tables:
-        tables = [content.chosen(None)]
+        tables = [content.chosen(request.topic)]
     for table in tables:
         offered.extend(table.label(index) for index in range(table.width))
         sensors = _sensors(table, request)
