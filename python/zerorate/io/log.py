@@ -16,7 +16,7 @@ from zerorate.types import Floats
 
 _BETWEEN: Final = ", "
 
-__all__ = ["Header", "Log", "LogError", "checked_rate"]
+__all__ = ["Header", "Log", "LogError", "checked_rate", "units_of"]
 
 
 class LogError(ValueError):
@@ -112,8 +112,7 @@ class Log:
     @property
     def units(self) -> tuple[str, ...]:
         """The unit of each channel."""
-        listed = tuple(self.unit.split(_BETWEEN))
-        return listed if len(listed) == self.channels else (self.unit,) * self.channels
+        return units_of(self.unit, self.channels)
 
     @property
     def n_missing(self) -> int:
@@ -137,6 +136,12 @@ class Log:
         if values.shape != self.data.shape:
             raise LogError(f"data must have the log's shape {self.data.shape}, got {values.shape}")
         return replace(self, data=values)
+
+
+def units_of(unit: str, channels: int) -> tuple[str, ...]:
+    """Return the unit of each channel of a log: what its one unit lists, or that for all."""
+    listed = tuple(unit.split(_BETWEEN))
+    return listed if len(listed) == channels else (unit,) * channels
 
 
 def _joined(units: object, channels: int) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from zerorate.io.clock import Stamps, fit_grid
 from zerorate.io.columns import Columns, choose
 from zerorate.io.formats import LogSource, label_of, opened
-from zerorate.io.log import Log, LogError, checked_rate
+from zerorate.io.log import Log, LogError, checked_rate, units_of
 from zerorate.io.names import (
     UNKNOWN,
     Meaning,
@@ -385,8 +385,20 @@ def _sensor(table: Table, kind: str, places: list[int], request: _Request) -> _S
         # Components may stand in any order, w last for instance.
         order = sorted(range(len(names)), key=lambda i: names[i][-1].lower())
         return _Sensor(kind, tuple(places[i] for i in order), given or _ONE)
-    units = [_unit_of(name) or given or UNKNOWN for name in names]
+    stated_units = _stated_units(table)
+    units = [
+        _unit_of(name) or given or stated_units.get(index, UNKNOWN)
+        for index, name in zip(places, names, strict=True)
+    ]
     return _Sensor(kind, tuple(places), units[0] if len(set(units)) == 1 else ", ".join(units))
+
+
+def _stated_units(table: Table) -> dict[int, str]:
+    """Return the units that a file states for the columns that it lists as data."""
+    if table.data is None or table.meta.unit is None:
+        return {}
+    units = units_of(table.meta.unit, len(table.data))
+    return dict(zip(table.data, units, strict=True))
 
 
 def _unit_of(name: str) -> str | None:
