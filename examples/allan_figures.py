@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import zerorate as zr
-from zerorate.show.plotting import plot_allan, plot_dynamic, save_figure
+from zerorate.show import plot_allan, plot_dynamic, save_figure
 from zerorate.units import convert
 
 FOLDER = Path(__file__).parents[1] / "docs" / "figures"

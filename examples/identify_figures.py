@@ -10,8 +10,8 @@ import numpy as np
 
 import zerorate as zr
 from zerorate import identify
-from zerorate.show.plotting import save_figure
-from zerorate.show.plotting.style import (
+from zerorate.show import save_figure
+from zerorate.show.style import (
     BLACK,
     BLUE,
     FONT,

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import zerorate as zr
-from support.recordings import Floats, Recording, at_rest, check_folder, parser, sensors_alone
+from recordings import Floats, Recording, at_rest, check_folder, parser, sensors_alone
 from tables import table
 from zerorate import identify
 

@@ -12,10 +12,10 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 import zerorate as zr
 from published_tables import METHODS, Method, best_average
-from support.recordings import Floats, Recording, check_folder, parser, sensors_alone
+from recordings import Floats, Recording, check_folder, parser, sensors_alone
 from tables import table
 from zerorate import metrics
-from zerorate.show.plotting.style import BLACK, DPI, FONT, MM, SKY, VERMILION
+from zerorate.show.style import BLACK, DPI, FONT, MM, SKY, VERMILION
 
 Scores = dict[Method, Floats]
 

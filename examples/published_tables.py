@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 import zerorate as zr
-from support.recordings import Floats, Recording, Turning, at_rest, check_folder, parser, turning
+from recordings import Floats, Recording, Turning, at_rest, check_folder, parser, turning
 from tables import table
 from zerorate import metrics
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 import zerorate as zr
-from support.recordings import (
+from recordings import (
     BROAD,
     BROAD_RATE,
     Recording,
@@ -24,16 +24,8 @@ from support.recordings import (
 )
 from tables import table
 from zerorate._native import exponential_mean
-from zerorate.show.plotting import save_figure
-from zerorate.show.plotting.style import (
-    BLACK,
-    BLUE,
-    FONT,
-    ORANGE,
-    VERMILION,
-    new_figure,
-    style_panels,
-)
+from zerorate.show import save_figure
+from zerorate.show.style import BLACK, BLUE, FONT, ORANGE, VERMILION, new_figure, style_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -19,13 +19,13 @@ from support.compared import (
 )
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.compare import METHODS, Trial, compare, read_trial
-from zerorate.compare.methods import answer
+from zerorate.compare.methods import on_axis
 from zerorate.compare.rest import scored_from
 from zerorate.compare.slope import slope
 from zerorate.compare.turning import fitted
 from zerorate.io import LogError
-from zerorate.show.report.compare import format_compare
-from zerorate.show.report.text import WIDTH
+from zerorate.show.compare_tables import format_compare
+from zerorate.show.tables import WIDTH
 
 BROAD = "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
 ENCODER = "mpu6050_encoder_yaw_slow_100hz.parquet"
@@ -126,7 +126,7 @@ class TestSlope:
 class TestMethods:
     def test_raw_and_mean(self):
         z = BIAS[0] + noise(300, axes=1)[:, 0]
-        raw, mean = (answer(name, z, RATE, no_ema) for name in ("raw", "mean"))
+        raw, mean = (on_axis(name, z, RATE, no_ema) for name in ("raw", "mean"))
         assert raw.estimate is z
         assert not raw.bias.any()
         np.testing.assert_array_equal(mean.bias, zr.metrics.running_mean(z))
@@ -135,7 +135,7 @@ class TestMethods:
     def test_filters_are_those_of_the_package(self, method):
         z = BIAS[0] + noise(3000, axes=1)[:, 0]
         z[700:720] = np.nan
-        found = answer(method, z, RATE, no_ema)
+        found = on_axis(method, z, RATE, no_ema)
         trace = zr.DriftFilter(RATE, method=method).trace(z)
         np.testing.assert_array_equal(found.estimate, trace.estimate)
         np.testing.assert_array_equal(found.innovation, trace.innovation)
@@ -147,7 +147,7 @@ class TestMethods:
 
     def test_the_filter_says_which_methods_it_knows(self):
         with pytest.raises(ValueError, match="method must be"):
-            answer("median", noise(100, axes=1)[:, 0], RATE, no_ema)
+            on_axis("median", noise(100, axes=1)[:, 0], RATE, no_ema)
 
 
 class TestAtRest:

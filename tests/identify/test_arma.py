@@ -10,8 +10,8 @@ from statsmodels.tsa.statespace.sarimax import SARIMAX
 
 from support.autoregressions import LH
 from zerorate import _native
-from zerorate.identify.estimation.arma import arma_grid, fit_arma
-from zerorate.identify.estimation.order import select_order
+from zerorate.identify.arma import arma_grid, fit_arma
+from zerorate.identify.order import select_order
 
 
 def simulate(phi, theta, n, seed, constant=0.0):

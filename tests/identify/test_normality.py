@@ -7,7 +7,7 @@ from scipy.special import log_ndtr
 from statsmodels.stats.diagnostic import normal_ad
 
 from zerorate._native import log_normal_cdf
-from zerorate.identify.checks.normality import anderson_darling, jarque_bera
+from zerorate.identify.normality import anderson_darling, jarque_bera
 
 RNG = np.random.default_rng(1)
 RECORDS = {
@@ -45,7 +45,7 @@ def test_anderson_darling_equals_statsmodels(z):
 
 @pytest.mark.parametrize(("statistic", "p_value"), [(0.631, 0.10), (0.752, 0.05), (1.035, 0.01)])
 def test_probabilities_are_those_of_the_published_points(statistic, p_value):
-    from zerorate.identify.checks.normality import _probability
+    from zerorate.identify.normality import _probability
 
     # Stephens' fit to his own table.
     assert _probability(statistic)[0] == pytest.approx(p_value, rel=0.03)

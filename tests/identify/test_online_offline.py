@@ -1,4 +1,4 @@
-"""The online model beside the offline one of the same record."""
+"""The online model compared with the offline one of the same record."""
 
 import numpy as np
 import pytest

@@ -1,7 +1,6 @@
 """Criteria and the choice of an order, against their formulas, R and statsmodels."""
 
-import sys
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from statsmodels.tsa.ar_model import ar_select_order
 from oracle.autoregression import least_squares
 from support.autoregressions import LH, simulated, stationary_records
 from zerorate.identify import OrderSelection, select_order
-from zerorate.identify.estimation import criteria
+from zerorate.identify import order as criteria
 
 NAMES = ("fpe", "aic", "aicc", "bic", "hq")
 
@@ -142,9 +141,7 @@ def test_mixed_models_come_from_their_grid(monkeypatch):
         asked.append((len(z), max_p, max_q))
         return grid
 
-    module = ModuleType("zerorate.identify.estimation.arma")
-    module.arma_grid = arma_grid
-    monkeypatch.setitem(sys.modules, "zerorate.identify.estimation.arma", module)
+    monkeypatch.setattr("zerorate.identify.order.arma_grid", arma_grid)
     chosen = select_order(np.zeros(10), "arma", "bic", max_p=1, max_q=2)
     assert asked == [(10, 1, 2)]
     assert chosen.orders == ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2))

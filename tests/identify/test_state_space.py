@@ -1,5 +1,7 @@
 """State-space forms: all the same process, one of them literally not."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -14,7 +16,6 @@ from zerorate.identify import ArmaModel, StateSpace
 EXACT = ["harvey", "controllable", "observable", "fu-han"]
 MINIMAL = EXACT[:3]
 BY_FORM = pytest.mark.parametrize("form", EXACT)
-BY_SHAPE = pytest.mark.parametrize("shape", SHAPES, ids=str)
 NEAR_UNIT = [1.0 - 1e-3, 1.0 - 1e-5, 1.0 - 1e-7]
 
 
@@ -37,53 +38,51 @@ def test_every_form_has_the_autocovariance_of_the_model(model, R):
 
 
 @BY_FORM
-@BY_SHAPE
-@pytest.mark.parametrize("largest", NEAR_UNIT)
-def test_close_to_a_unit_root(form, shape, largest):
-    model = of_shape(shape, largest)
-    expected = model.autocovariance(10)
-    found = model.to_state_space(form).autocovariance(10)
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-10 * expected[0])
+def test_close_to_a_unit_root(form):
+    for shape, largest in product(SHAPES, NEAR_UNIT):
+        model = of_shape(shape, largest)
+        expected = model.autocovariance(10)
+        found = model.to_state_space(form).autocovariance(10)
+        atol, case = 1e-10 * expected[0], f"{shape}, root {largest}"
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=atol, err_msg=case)
 
 
 @BY_FORM
-@BY_SHAPE
-def test_covariance_is_scipys(form, shape):
-    space = of_shape(shape).to_state_space(form)
-    moving = ~space.constants
-    F, G = space.F[np.ix_(moving, moving)], space.G[moving]
-    expected = solve_discrete_lyapunov(F, 2.0 * G @ G.T)
-    found = space.covariance()[np.ix_(moving, moving)]
-    # Eigenvalues of 0.95: scipy's bilinear transform loses two digits.
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
-    assert not space.covariance()[~moving].any()
+def test_covariance_is_scipys(form):
+    for shape in SHAPES:
+        space = of_shape(shape).to_state_space(form)
+        moving = ~space.constants
+        F, G = space.F[np.ix_(moving, moving)], space.G[moving]
+        expected = solve_discrete_lyapunov(F, 2.0 * G @ G.T)
+        found = space.covariance()[np.ix_(moving, moving)]
+        # Eigenvalues of 0.95: scipy's bilinear transform loses two digits.
+        atol = 1e-12 * np.abs(expected).max()
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=atol, err_msg=str(shape))
+        assert not space.covariance()[~moving].any(), shape
 
 
-@BY_SHAPE
-def test_harvey_is_the_form_of_statsmodels(shape):
-    model = of_shape(shape)
-    p, q = shape
-    if p == q == 0:
-        shape_model = SARIMAX(np.zeros(50), order=(0, 0, 0))
-    else:
-        shape_model = SARIMAX(np.zeros(50), order=(p, 0, q))
-    shape_model.update([*model.phi, *model.theta, model.sigma2])
-    space = model.to_state_space("harvey")
-    np.testing.assert_array_equal(space.F, shape_model["transition"])
-    np.testing.assert_array_equal(space.G, shape_model["selection"])
-    np.testing.assert_array_equal(space.H, shape_model["design"][0])
+def test_harvey_is_the_form_of_statsmodels():
+    for p, q in SHAPES:
+        model, theirs = of_shape((p, q)), SARIMAX(np.zeros(50), order=(p, 0, q))
+        theirs.update([*model.phi, *model.theta, model.sigma2])
+        space, case = model.to_state_space("harvey"), f"ARMA({p}, {q})"
+        np.testing.assert_array_equal(space.F, theirs["transition"], err_msg=case)
+        np.testing.assert_array_equal(space.G, theirs["selection"], err_msg=case)
+        np.testing.assert_array_equal(space.H, theirs["design"][0], err_msg=case)
 
 
 @BY_FORM
-@BY_SHAPE
-def test_impulse_response_and_transfer_are_those_of_the_model(form, shape):
-    model = of_shape(shape)
-    space = model.to_state_space(form)
-    # Thirty products of matrices of ones and coefficients below three.
-    np.testing.assert_allclose(space.impulse_response(30), model.psi_weights(30), atol=1e-12)
+def test_impulse_response_and_transfer_are_those_of_the_model(form):
     f = np.array([0.0, 1.0, 7.3, 25.0])
-    density = 2.0 * model.sigma2 / 50.0 * np.abs(transfer_at(space, f)) ** 2
-    np.testing.assert_allclose(density, model.spectrum(f, 50.0), rtol=1e-11)
+    for shape in SHAPES:
+        model = of_shape(shape)
+        space = model.to_state_space(form)
+        response, expected = space.impulse_response(30), model.psi_weights(30)
+        # Thirty products of matrices of ones and coefficients below three.
+        np.testing.assert_allclose(response, expected, atol=1e-12, err_msg=str(shape))
+        density = 2.0 * model.sigma2 / 50.0 * np.abs(transfer_at(space, f)) ** 2
+        expected = model.spectrum(f, 50.0)
+        np.testing.assert_allclose(density, expected, rtol=1e-11, err_msg=str(shape))
 
 
 def transfer_at(space, f):
@@ -128,30 +127,29 @@ def apart(model):
     return np.min(np.abs(np.subtract.outer(1.0 / poles, 1.0 / zeros)), initial=1.0) > 1e-3
 
 
-@pytest.mark.parametrize("start", EXACT)
 @BY_FORM
-@BY_SHAPE
-def test_any_form_becomes_any_other(start, form, shape):
-    model = of_shape(shape)
-    direct = model.to_state_space(form, 0.25)
-    found = model.to_state_space(start, 0.25).to(form)
-    for name in ("F", "G", "H", "constant", "start"):
-        # One change of coordinates and back, of numbers below three.
-        np.testing.assert_allclose(getattr(found, name), getattr(direct, name), atol=1e-11)
-    assert (found.sigma2, found.R) == (direct.sigma2, direct.R)
-    assert found.offset == pytest.approx(direct.offset, rel=1e-11)
+def test_any_form_becomes_any_other(form):
+    for start, shape in product(EXACT, SHAPES):
+        model, case = of_shape(shape), f"from {start}, {shape}"
+        direct = model.to_state_space(form, 0.25)
+        found = model.to_state_space(start, 0.25).to(form)
+        for name in ("F", "G", "H", "constant", "start"):
+            got, wanted = getattr(found, name), getattr(direct, name)
+            # One change of coordinates and back, of numbers below three.
+            np.testing.assert_allclose(got, wanted, atol=1e-11, err_msg=f"{name}, {case}")
+        assert (found.sigma2, found.R) == (direct.sigma2, direct.R), case
+        assert found.offset == pytest.approx(direct.offset, rel=1e-11), case
 
 
-@pytest.mark.parametrize("start", MINIMAL)
 @pytest.mark.parametrize("form", MINIMAL)
-@BY_SHAPE
-def test_transformation(start, form, shape):
-    one, other = (of_shape(shape).to_state_space(name) for name in (start, form))
-    T = one.transformation(other)
-    # The observability matrices have conditions of a few hundred at most.
-    np.testing.assert_allclose(other.F @ T, T @ one.F, atol=1e-11)
-    np.testing.assert_allclose(other.G, T @ one.G, atol=1e-11)
-    np.testing.assert_allclose(other.H @ T, one.H, atol=1e-11)
+def test_transformation(form):
+    for start, shape in product(MINIMAL, SHAPES):
+        one, other = (of_shape(shape).to_state_space(name) for name in (start, form))
+        T, case = one.transformation(other), f"from {start}, {shape}"
+        # The observability matrices have conditions of a few hundred at most.
+        np.testing.assert_allclose(other.F @ T, T @ one.F, atol=1e-11, err_msg=case)
+        np.testing.assert_allclose(other.G, T @ one.G, atol=1e-11, err_msg=case)
+        np.testing.assert_allclose(other.H @ T, one.H, atol=1e-11, err_msg=case)
 
 
 def test_no_transformation():
@@ -168,7 +166,8 @@ def test_no_transformation():
 
 def kalman(space, z):
     """Innovations and their variances from the stationary state; NaN is missing."""
-    x, P = stationary_mean(space), space.covariance()
+    # The start holds the mean of the forms that keep the constant as a state.
+    x, P = space.start, space.covariance()
     Q = space.sigma2 * space.G @ space.G.T
     innovations, variances = [], []
     for sample in z:
@@ -185,23 +184,18 @@ def kalman(space, z):
     return np.array(innovations), np.array(variances)
 
 
-def stationary_mean(space):
-    """The start holds the mean of the forms that keep the constant as a state."""
-    return space.start
-
-
-@BY_SHAPE
 @pytest.mark.parametrize("R", [0.0, 0.4])
-def test_every_form_has_the_same_innovations(shape, R):
-    model = of_shape(shape)
-    z = model.mean + np.random.default_rng(5).standard_normal(200)
-    z[[20, 21, 90]] = np.nan
-    expected = kalman(model.to_state_space("harvey", R), z)
-    for form in EXACT[1:]:
-        found = kalman(model.to_state_space(form, R), z)
-        for got, wanted in zip(found, expected, strict=True):
-            # Two hundred steps of a plain Kalman filter of a stable model.
-            np.testing.assert_allclose(got, wanted, rtol=0.0, atol=1e-10)
+def test_every_form_has_the_same_innovations(R):
+    for shape in SHAPES:
+        model = of_shape(shape)
+        z = model.mean + np.random.default_rng(5).standard_normal(200)
+        z[[20, 21, 90]] = np.nan
+        expected = kalman(model.to_state_space("harvey", R), z)
+        for form in EXACT[1:]:
+            found, case = kalman(model.to_state_space(form, R), z), f"{form}, {shape}"
+            for got, wanted in zip(found, expected, strict=True):
+                # Two hundred steps of a plain Kalman filter of a stable model.
+                np.testing.assert_allclose(got, wanted, rtol=0.0, atol=1e-10, err_msg=case)
 
 
 def test_innovations_are_those_of_statsmodels():

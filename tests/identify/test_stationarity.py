@@ -13,10 +13,9 @@ from statsmodels.tsa.stattools import kpss as statsmodels_kpss
 
 import zerorate as zr
 from zerorate._native import reversals
-from zerorate.identify.checks import mahonian
-from zerorate.identify.checks.arrangements import reverse_arrangements
-from zerorate.identify.checks.kpss import kpss
-from zerorate.identify.checks.unit_root import adf
+from zerorate.identify import arrangements
+from zerorate.identify.arrangements import reverse_arrangements
+from zerorate.identify.stationarity import adf, kpss
 
 # J. S. Bendat, A. G. Piersol, Random Data, section 4.5.2: example and table A.6.
 BOOK = [5.2, 6.2, 3.7, 6.4, 3.9, 4.0, 3.9, 5.3, 4.0, 4.6]
@@ -55,7 +54,7 @@ def permutation(m, count):
 @pytest.mark.parametrize(("m", "bounds"), TABLE.items())
 def test_table_of_acceptance(m, bounds):
     lower, upper = bounds
-    assert mahonian.critical_values(m) == bounds
+    assert arrangements.critical_values(m) == bounds
     for count, accepted in [(lower, False), (lower + 1, True), (upper, True), (upper + 1, False)]:
         found = reverse_arrangements(permutation(m, count), segments=None)
         assert (found.reversals, found.accepted) == (count, accepted)
@@ -82,20 +81,20 @@ def test_probabilities_are_those_of_all_orders():
         fewest = min(count, counts.size - 1 - count)
         expected = min(2.0 * counts[: fewest + 1].sum() / counts.sum(), 1.0)
         # A few roundings.
-        assert mahonian.two_sided(7, count) == pytest.approx(expected, rel=1e-14)
+        assert arrangements.two_sided(7, count) == pytest.approx(expected, rel=1e-14)
 
 
 def test_probabilities_keep_their_digits_in_the_tail():
     # No reversal of 100 values is one order of 100!, two times for the other side.
     exact = 2.0 / float(np.prod(np.arange(1.0, 101.0)))
     # 99 divisions.
-    assert mahonian.two_sided(100, 0) == pytest.approx(exact, rel=1e-13)
+    assert arrangements.two_sided(100, 0) == pytest.approx(exact, rel=1e-13)
 
 
 def test_the_normal_approximation_joins_the_exact_distribution():
-    m = mahonian.LARGEST + 1
+    m = arrangements.LARGEST + 1
     for count in (1900, 2200, 2525, 2900):
-        exact = mahonian.two_sided(m, count)
+        exact = arrangements.two_sided(m, count)
         found = reverse_arrangements(permutation(m, count), segments=None).p_value
         # The approximation lacks half a step of 0.003 deviations, and the fourth moment.
         assert found == pytest.approx(exact, rel=0.02, abs=0.002)

@@ -1,4 +1,4 @@
-"""Comparisons as what JSON can hold."""
+"""Comparisons as JSON."""
 
 import json
 import math
@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from zerorate._native import __version__
-from zerorate.compare.result import Comparison, Row
+from zerorate.compare.comparison import Comparison
+from zerorate.compare.measures import Row
 from zerorate.compare.simulated import Regret
 
 __all__ = ["SCHEMA", "as_json"]

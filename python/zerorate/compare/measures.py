@@ -1,18 +1,42 @@
-"""Measures of a comparison, NaN where one cannot be taken of this record."""
+"""Rows of a comparison, and the measures that several kinds of recording share."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate import metrics
-from zerorate.compare.methods import Answer
+from zerorate.compare.methods import AxisResult
+from zerorate.types import Booleans
 
-__all__ = ["allan", "consistency", "if_possible"]
+__all__ = ["Row", "consistency", "if_possible"]
 
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
+
+@dataclass(frozen=True)
+class Row:
+    """Measures of one method on one axis.
+
+    Attributes
+    ----------
+    source : str
+        Of the recording.
+    axis : str
+        The channel's name, or ``"all"`` where the axes are measured together.
+    method : str
+        Its name.
+    angle : str
+        Unit of angles in the values: ``"rad"``, or the recording's own unit times s where that is
+        not known to be a rate.
+    values : mapping of str to float
+        Measures by name, in SI otherwise; NaN where one means nothing.
+    """
+
+    source: str
+    axis: str
+    method: str
+    angle: str
+    values: Mapping[str, float]
 
 
 def if_possible(measure: Callable[[], object]) -> float:
@@ -23,7 +47,7 @@ def if_possible(measure: Callable[[], object]) -> float:
         return math.nan
 
 
-def consistency(found: Answer, where: Flags) -> float:
+def consistency(found: AxisResult, where: Booleans) -> float:
     """Return the mean normalised innovation squared of some samples, NaN without innovations.
 
     A sample in what the method takes for motion is not used, and has none.
@@ -34,10 +58,5 @@ def consistency(found: Answer, where: Flags) -> float:
     known = where & (variance > 0.0)
     if found.at_rest is not None:
         known &= found.at_rest
-    honest = np.where(known, variance, 1.0)
-    return if_possible(lambda: metrics.nis(innovation, honest, where=known))
-
-
-def allan(z: Floats, found: Answer, rate: float) -> float:
-    """Return the ratio of Allan deviations at ten times the memory."""
-    return if_possible(lambda: metrics.allan_ratio(z, found.estimate, rate, found.memory).ratio[0])
+    positive = np.where(known, variance, 1.0)
+    return if_possible(lambda: metrics.nis(innovation, positive, where=known))

@@ -1,22 +1,32 @@
-"""What each method makes of one axis."""
+"""Methods by name, on one axis of a recording and on many simulated records."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from functools import partial
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate import metrics
 from zerorate._native import DriftFilter, Trace
 from zerorate.metrics import BestEma
-from zerorate.run.replay.history import Recorder
-from zerorate.run.replay.memory import memory
+from zerorate.run.replay.history import Recorder, memory
+from zerorate.types import Booleans, Floats
 
-__all__ = ["FIRST_REST", "METHODS", "Answer", "answer", "first_rest"]
+__all__ = [
+    "FIRST_REST",
+    "HINDSIGHT",
+    "METHODS",
+    "AxisResult",
+    "Estimate",
+    "Method",
+    "causal_method",
+    "check_name",
+    "first_rest",
+    "name_of",
+    "on_axis",
+]
 
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 METHODS: Final = ("raw", "mean", "ema", "kf", "akf", "fading", "fading+hold", "auto")
 """What is compared unless something else is asked for; ``+hold`` learns at rest only."""
@@ -28,8 +38,8 @@ _BLOCKS: Final = 64
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
-    """What a method answers to one axis of n samples.
+class AxisResult:
+    """What a method makes of one axis of n samples.
 
     Attributes
     ----------
@@ -56,12 +66,12 @@ class Answer:
     smooth: Floats | None = None
     memory: float = np.nan
     sigma: Floats | None = None
-    at_rest: Flags | None = None
+    at_rest: Booleans | None = None
     innovation: Floats | None = None
     innovation_variance: Floats | None = None
 
 
-def answer(method: str, z: Floats, rate: float, ema: Callable[[], BestEma]) -> Answer:
+def on_axis(method: str, z: Floats, rate: float, ema: Callable[[], BestEma]) -> AxisResult:
     """Return what a method makes of one axis.
 
     Parameters
@@ -81,25 +91,25 @@ def answer(method: str, z: Floats, rate: float, ema: Callable[[], BestEma]) -> A
         If the filter knows no such method.
     """
     if method == "raw":
-        return Answer(z, np.zeros_like(z), memory=0.0)
+        return AxisResult(z, np.zeros_like(z), memory=0.0)
     if method == "mean":
         mean = metrics.running_mean(z)
-        return Answer(mean, mean, memory=np.inf)
+        return AxisResult(mean, mean, memory=np.inf)
     if method == "ema":
         best = ema()
-        return Answer(best.estimate, best.estimate, memory=1.0 / (float(best.gain) * rate))
+        return AxisResult(best.estimate, best.estimate, memory=1.0 / (float(best.gain) * rate))
     return _filtered(method, z, rate)
 
 
-def first_rest(z: Floats, rate: float) -> Answer:
+def first_rest(z: Floats, rate: float) -> AxisResult:
     """Return the bias of a user who lets the sensor rest for ten seconds at the start."""
     start = z[: max(1, round(FIRST_REST * rate))]
     present = start[np.isfinite(start)]
     bias = np.full(z.shape, present.mean() if present.size else np.nan)
-    return Answer(bias, bias)
+    return AxisResult(bias, bias)
 
 
-def _filtered(method: str, z: Floats, rate: float) -> Answer:
+def _filtered(method: str, z: Floats, rate: float) -> AxisResult:
     # The filter itself says which methods it knows.
     name, held, _ = method.partition("+hold")
     arguments: dict[str, Any] = {"method": name} | ({"motion": "hold"} if held else {})
@@ -113,10 +123,10 @@ def _filtered(method: str, z: Floats, rate: float) -> Answer:
     found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     if filter_.order is None:
         gain = float(filter_.gain[0, 0])
-        return Answer(**found, memory=1.0 / (gain * rate) if gain > 0.0 else np.nan)
+        return AxisResult(**found, memory=1.0 / (gain * rate) if gain > 0.0 else np.nan)
     seconds = float(memory(recorder.history(), filter_.order, rate)[0])
     smooth = np.where(np.isfinite(z), found["estimate"], np.nan)
-    return Answer(**found, smooth=smooth, memory=seconds)
+    return AxisResult(**found, smooth=smooth, memory=seconds)
 
 
 _READINGS: Final = {
@@ -132,3 +142,78 @@ _READINGS: Final = {
 def _readings(trace: Trace) -> dict[str, Any]:
     """Return what of it is kept, of the one channel."""
     return {own: getattr(trace, name)[:, 0] for name, own in _READINGS.items()}
+
+
+# A trace keeps all that the filter knew at every sample: so many samples of it at a time.
+_SLAB: Final = 10_000
+
+HINDSIGHT: Final = "ema"
+"""The method that is chosen after the fact, with the truth at hand."""
+
+
+class Estimate(NamedTuple):
+    """Drift, and the standard deviation that the method gives it: shape (n, k), deg/s."""
+
+    drift: Floats
+    sigma: Floats
+
+
+Method = Callable[[Floats, float], Floats | Estimate]
+"""Called with k records, shape (n, k), and their rate in Hz; returns their drift, causally."""
+
+
+def name_of(method: str | Method) -> str:
+    """Return what a method is called in a table."""
+    return method if isinstance(method, str) else getattr(method, "__name__", repr(method))
+
+
+def causal_method(method: str | Method) -> Method:
+    """Return a causal method by its name, or itself."""
+    return _NAMED[method] if isinstance(method, str) else method
+
+
+def check_name(method: str | Method) -> None:
+    """Raise ValueError for a name that is not known."""
+    names = [*_NAMED, HINDSIGHT]
+    if isinstance(method, str) and method not in names:
+        raise ValueError(f"unknown method {method!r}; causal_method: {', '.join(names)}")
+
+
+def _raw(signal: Floats, rate: float) -> Floats:
+    return signal
+
+
+def _mean(signal: Floats, rate: float) -> Floats:
+    total: Floats = np.cumsum(signal, axis=0)
+    return total / np.arange(1.0, len(signal) + 1.0)[:, np.newaxis]
+
+
+def _published(signal: Floats, rate: float, *, method: Literal["kf", "akf", "fading"]) -> Floats:
+    return DriftFilter(rate, method=method, channels=signal.shape[1]).process(signal)
+
+
+def _learned(signal: Floats, rate: float) -> Estimate:
+    """Return what the self-tuning filter learned at rest, one record at a time."""
+    found = [_learned_of_one(record, rate) for record in np.ascontiguousarray(signal.T)]
+    drifts, sigmas = zip(*found, strict=True)
+    return Estimate(np.column_stack(drifts), np.column_stack(sigmas))
+
+
+def _learned_of_one(record: Floats, rate: float) -> tuple[Floats, Floats]:
+    drift_filter = DriftFilter(rate, method="auto")
+    drift, sigma = np.empty_like(record), np.empty_like(record)
+    for begin in range(0, record.size, _SLAB):
+        slab = slice(begin, begin + _SLAB)
+        trace = drift_filter.trace(record[slab])
+        drift[slab], sigma[slab] = trace.bias, trace.bias_sigma
+    return drift, sigma
+
+
+_NAMED: Final[Mapping[str, Method]] = {
+    "raw": _raw,
+    "mean": _mean,
+    "kf": partial(_published, method="kf"),
+    "akf": partial(_published, method="akf"),
+    "fading": partial(_published, method="fading"),
+    "auto": _learned,
+}

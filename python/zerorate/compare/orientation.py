@@ -1,4 +1,4 @@
-"""What methods make of a sensor whose orientation is known."""
+"""Measures of methods on a sensor whose orientation is known."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -6,21 +6,18 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate import metrics
-from zerorate.compare.measures import consistency, if_possible
-from zerorate.compare.methods import Answer, answer, first_rest
-from zerorate.compare.result import Row
+from zerorate.compare.measures import Row, consistency, if_possible
+from zerorate.compare.methods import AxisResult, first_rest, on_axis
 from zerorate.compare.trial import Orientation, Trial
 from zerorate.compare.turning import MOVING
 from zerorate.io import LogError
 from zerorate.metrics import BestEma, rotations
+from zerorate.types import Booleans, Floats
 
 __all__ = ["HORIZONS", "orientation_rows"]
 
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 Growth = Callable[[str, Floats], dict[str, float]]
 
 HORIZONS: Final = (1.0, 10.0, 60.0)
@@ -46,23 +43,23 @@ def orientation_rows(recording: Trial, truth: Orientation, methods: Sequence[str
     moving = _moving(truth.quaternions, log.rate)
     known = [method for method in methods if method != "ema"]
     for method in (*known[:1], _FIRST_REST, *known[1:]):
-        answers = [_answer(method, np.ascontiguousarray(z), log.rate) for z in log.data.T]
+        found = [_on_axis(method, np.ascontiguousarray(z), log.rate) for z in log.data.T]
         growth = partial(_growth, truth.quaternions, log.rate)
-        values = _measured(log.data, answers, growth) | _consistency(answers, moving)
+        values = _measured(log.data, found, growth) | _consistency(found, moving)
         yield Row(recording.source, "all", method, recording.angle, values)
 
 
-def _answer(method: str, z: Floats, rate: float) -> Answer:
-    return first_rest(z, rate) if method == _FIRST_REST else answer(method, z, rate, _no_ema)
+def _on_axis(method: str, z: Floats, rate: float) -> AxisResult:
+    return first_rest(z, rate) if method == _FIRST_REST else on_axis(method, z, rate, _no_ema)
 
 
 def _no_ema() -> BestEma:
     raise ValueError("there is no best average of three axes at once")
 
 
-def _measured(raw: Floats, answers: list[Answer], growth: Growth) -> dict[str, float]:
-    values = growth("growth", raw - np.column_stack([found.bias for found in answers]))
-    smooth = [found.smooth for found in answers if found.smooth is not None]
+def _measured(raw: Floats, found: list[AxisResult], growth: Growth) -> dict[str, float]:
+    values = growth("growth", raw - np.column_stack([one.bias for one in found]))
+    smooth = [one.smooth for one in found if one.smooth is not None]
     if smooth:
         values |= growth("smooth_growth", np.column_stack(smooth))
     return values
@@ -74,15 +71,15 @@ def _growth(quaternions: Floats, rate: float, name: str, rates: Floats) -> dict[
     return {key: if_possible(partial(measure, horizons=h)) for key, h in horizons.items()}
 
 
-def _consistency(answers: list[Answer], moving: Flags) -> dict[str, float]:
+def _consistency(found: list[AxisResult], moving: Booleans) -> dict[str, float]:
     parts = {"nis_rest": ~moving, "nis_motion": moving}
     return {
-        name: float(np.mean([consistency(found, where) for found in answers]))
+        name: float(np.mean([consistency(one, where) for one in found]))
         for name, where in parts.items()
     }
 
 
-def _moving(quaternions: Floats, rate: float) -> Flags:
+def _moving(quaternions: Floats, rate: float) -> Booleans:
     """Return when the reference turns; where it is missing it is taken to."""
     span = max(1, round(_SPEED_OVER * rate))
     q = rotations.unit(quaternions)

@@ -1,24 +1,22 @@
-"""What methods make of a sensor at rest."""
+"""Measures of methods on a sensor at rest."""
 
 import math
 from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate import metrics
-from zerorate.compare.measures import allan, consistency, if_possible
-from zerorate.compare.methods import Answer, answer
-from zerorate.compare.result import Row
+from zerorate.compare.measures import Row, consistency, if_possible
+from zerorate.compare.methods import AxisResult, on_axis
 from zerorate.compare.trial import Trial
-from zerorate.identify.checks.rest import moving_spans
 from zerorate.io import LogError
 from zerorate.metrics import BestEma
+from zerorate.noise.rest import moving_spans
+from zerorate.types import Floats
 
 __all__ = ["HORIZONS", "rest_notes", "rest_rows", "scored_from"]
 
-Floats = npt.NDArray[np.float64]
 
 HORIZONS: Final = (10.0, 60.0)
 """Seconds to coast."""
@@ -34,9 +32,11 @@ def scored_from(duration: float) -> float:
 def rest_rows(recording: Trial, methods: Sequence[str]) -> Iterator[Row]:
     """Yield the measures of every axis and method, one after the other."""
     for axis, z in zip(recording.log.names, recording.log.data.T, strict=True):
-        judge = _Judge(np.ascontiguousarray(z), recording.log.rate, f"{recording.source}: {axis}")
+        scored = _ScoredAxis(
+            np.ascontiguousarray(z), recording.log.rate, f"{recording.source}: {axis}"
+        )
         for method in methods:
-            yield Row(recording.source, axis, method, recording.angle, judge.measured(method))
+            yield Row(recording.source, axis, method, recording.angle, scored.measured(method))
 
 
 def rest_notes(recording: Trial) -> Iterator[str]:
@@ -50,7 +50,7 @@ def rest_notes(recording: Trial) -> Iterator[str]:
             yield f"{recording.source}: {moves}, which counts as error"
 
 
-class _Judge:
+class _ScoredAxis:
     """One axis, and the best averages that methods are measured by."""
 
     def __init__(self, z: Floats, rate: float, where: str) -> None:
@@ -66,7 +66,7 @@ class _Judge:
 
     def measured(self, method: str) -> dict[str, float]:
         """Return the measures of one method."""
-        found = answer(method, self._z, self._rate, self._ema)
+        found = on_axis(method, self._z, self._rate, self._ema)
         values = {}
         for horizon in HORIZONS:
             error = self._coasting(method, found.estimate, horizon)
@@ -74,11 +74,11 @@ class _Judge:
             values[f"coasting_{horizon:g}_over_best"] = error / self._least(horizon)
         return values | self._others(found)
 
-    def _others(self, found: Answer) -> dict[str, float]:
+    def _others(self, found: AxisResult) -> dict[str, float]:
         z, x = self._scored(self._z), self._scored(found.estimate)
         counted = np.arange(self._z.size) >= self._z.size - z.size
         return {
-            "allan_ratio": allan(self._z, found, self._rate),
+            "allan_ratio": _allan(self._z, found, self._rate),
             "nis": consistency(found, counted),
             "reduction": if_possible(lambda: metrics.reduction(z, x)),
         }
@@ -106,3 +106,8 @@ class _Judge:
 
     def _scored(self, x: Floats) -> Floats:
         return x[round(self._start * self._rate) :]
+
+
+def _allan(z: Floats, found: AxisResult, rate: float) -> float:
+    """Return the ratio of Allan deviations at ten times the memory."""
+    return if_possible(lambda: metrics.allan_ratio(z, found.estimate, rate, found.memory).ratio[0])

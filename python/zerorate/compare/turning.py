@@ -1,4 +1,4 @@
-"""What methods make of a sensor that turns beside a reference."""
+"""Measures of methods on a sensor that turns next to a reference."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -6,20 +6,18 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate import metrics
-from zerorate.compare.measures import consistency, if_possible
-from zerorate.compare.methods import Answer, answer
-from zerorate.compare.result import Row
+from zerorate.compare.measures import Row, consistency, if_possible
+from zerorate.compare.methods import AxisResult, on_axis
 from zerorate.compare.trial import Reference, Trial
 from zerorate.io import LogError
 from zerorate.metrics import BestEma, MotionError
-from zerorate.metrics.shift import moved
+from zerorate.metrics.motion import moved
+from zerorate.types import Floats
 
 __all__ = ["MOVING", "Fitted", "fitted", "turning_rows"]
 
-Floats = npt.NDArray[np.float64]
 
 MOVING: Final = math.radians(2.0)
 """rad/s: a reference that turns faster moves."""
@@ -98,12 +96,12 @@ def turning_rows(recording: Trial, match: Fitted, methods: Sequence[str]) -> Ite
         return metrics.best_ema(match.raw, recording.log.rate, truth=truth)
 
     for method in methods:
-        found = answer(method, match.raw, recording.log.rate, ema)
+        found = on_axis(method, match.raw, recording.log.rate, ema)
         values = _measured(found, match, recording.log.rate)
         yield Row(recording.source, match.axis, method, recording.angle, values)
 
 
-def _measured(found: Answer, match: Fitted, rate: float) -> dict[str, float]:
+def _measured(found: AxisResult, match: Fitted, rate: float) -> dict[str, float]:
     compensated = match.raw - found.bias
     moving = np.abs(match.rate) > MOVING
     return {

@@ -1,4 +1,4 @@
-"""The averages that any filter has to beat."""
+"""Averages that any filter has to beat."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,11 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import exponential_mean
-from zerorate.metrics.coasting import coasting_error
-from zerorate.metrics.series import answer, columns, positive, same_shape
-from zerorate.metrics.statistics import rmse
+from zerorate.metrics.channels import columns, per_channel, positive, same_shape
+from zerorate.metrics.rest import coasting_error
+from zerorate.metrics.truth import rmse
+from zerorate.types import Floats
 
-Floats = npt.NDArray[np.float64]
+__all__ = ["SHARED_GAINS", "BestEma", "best_ema", "best_shared_ema", "running_mean"]
+
+
 Error = Callable[[Floats], float]
 
 _GAINS: Final = 25
@@ -73,7 +76,7 @@ def best_ema(
     truth: npt.ArrayLike | None = None,
     start: float = 0.0,
 ) -> BestEma:
-    """Return the exponential moving average that is best in hindsight: a yardstick, not a filter.
+    """Return the exponential moving average that is best in hindsight: a baseline, not a filter.
 
     Its gain is chosen with knowledge of the whole record, which no filter has: 25 gains are tried,
     from 1/n to 1 in equal ratios. Each average begins as the running mean, y += max(1/k, g) (z - y)
@@ -121,7 +124,7 @@ def best_ema(
         raise ValueError("best_ema takes either a horizon or a truth")
     found = [_best(row, error) for row, error in zip(z, errors, strict=True)]
     estimates, gains, least = zip(*found, strict=True)
-    return BestEma(_shaped(estimates, raw), answer(gains, raw), answer(least, raw))
+    return BestEma(_shaped(estimates, raw), per_channel(gains, raw), per_channel(least, raw))
 
 
 def _best(z: Floats, error: Error) -> tuple[Floats, float, float]:
@@ -150,3 +153,31 @@ def _first(start: float, rate: float, n: int) -> int:
 def _shaped(rows: Sequence[Floats], like: npt.ArrayLike) -> Floats:
     """Return rows as channels of the shape of the data."""
     return rows[0] if np.ndim(like) == 1 else np.column_stack(rows)
+
+
+SHARED_GAINS: Final[Floats] = np.geomspace(1e-6, 1e-1, 25)
+"""Gains that `best_shared_ema` tries: averages over ten samples to a million."""
+
+
+def best_shared_ema(signal: Floats, truth: Floats, first: int) -> Floats:
+    """Return the mean squared error of each record at the one gain that is best for all of them.
+
+    As `best_ema` with a truth, but one gain of a fixed grid serves all records. Until a gain is
+    reached each average is the plain mean, so that none has to forget its first sample.
+
+    Parameters
+    ----------
+    signal, truth : ndarray, shape (n, k)
+        Output and true drift of k gyros.
+    first : int
+        First sample whose error counts.
+    """
+    gains = SHARED_GAINS[:, np.newaxis]
+    x = np.zeros((SHARED_GAINS.size, signal.shape[1]))
+    total = np.zeros_like(x)
+    for k, (z, drift) in enumerate(zip(signal, truth, strict=True)):
+        x += np.maximum(gains, 1.0 / (k + 1)) * (z - x)
+        if k >= first:
+            total += (x - drift) ** 2
+    best: Floats = total[total.sum(axis=1).argmin()]
+    return best / (len(signal) - first)

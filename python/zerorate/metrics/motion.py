@@ -1,18 +1,17 @@
-"""What a filter costs in motion."""
+"""Errors in motion: delay, what is left without it, and the low-pass filter of the same delay."""
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.metrics.delays import UnseenDelay, delay
-from zerorate.metrics.lowpass import equal_delay_lowpass
-from zerorate.metrics.series import answer, columns, same_shape
-from zerorate.metrics.shift import moved
-from zerorate.metrics.statistics import rmse
+from zerorate.metrics.channels import columns, per_channel, positive, same_shape
+from zerorate.metrics.truth import rmse
+from zerorate.types import Floats
 
-Floats = npt.NDArray[np.float64]
+__all__ = ["MotionError", "delay", "equal_delay_lowpass", "motion_error", "moved"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +90,7 @@ def motion_error(
     if z is not None:
         same_shape("reference", x, "raw", z)
     rows = [_one(x[i], y[i], None if z is None else z[i], rate, max_delay) for i in range(len(x))]
-    return MotionError(*(answer(values, reference) for values in zip(*rows, strict=True)))
+    return MotionError(*(per_channel(values, reference) for values in zip(*rows, strict=True)))
 
 
 def _one(
@@ -108,3 +107,219 @@ def _one(
         # What it holds through a gap is no measurement.
         lowpass = float(rmse(x, np.where(np.isfinite(z), smooth, np.nan)))
     return whole, late, float(rmse(moved(x, late * rate), y)), lowpass
+
+
+class UnseenDelay(ValueError):
+    """No delay can be seen in series that are valid otherwise."""
+
+
+_NOTHING: Final = 1e-24
+_BLOCK: Final = 8192
+
+
+def delay(
+    reference: npt.ArrayLike, estimate: npt.ArrayLike, rate: float, max_delay: float = 1.0
+) -> float | Floats:
+    """Return how far an estimate lags behind a reference, in seconds.
+
+    The lag at which the two correlate best, and there a parabola through three values of the
+    least-squares misfit for the part below a sample. Offset and gain do not count. It is one
+    number for a filter whose delay depends on frequency, weighted as the record's motion is, and
+    means nothing for a record at rest.
+
+    Parameters
+    ----------
+    reference, estimate : array_like, shape (n,) or (n, k)
+        A true or independently measured rate, and the filter's output, in one unit.
+    rate : float
+        Samples per second, Hz.
+    max_delay : float
+        Lags from -max_delay to max_delay seconds are searched, default 1. The reference's first
+        and last `max_delay` seconds are not used, so that all lags are compared on the same
+        samples.
+
+    Returns
+    -------
+    float or ndarray, shape (k,)
+        Seconds, negative if the estimate leads.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ, `rate` or `max_delay` is not positive and finite or less than a
+        sample, the record is not longer than twice `max_delay`, a series is constant, or the best
+        lag is not a clear one inside the range.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 20.0, 0.01)
+    >>> round(delay(np.sin(t), np.sin(t - 0.125), rate=100.0), 4)
+    0.125
+    """
+    x, y = columns("reference", reference), columns("estimate", estimate)
+    same_shape("reference", x, "estimate", y)
+    most = round(positive("max_delay", max_delay) * positive("rate", rate))
+    if not 1 <= most <= (x.shape[1] - 3) // 2:
+        raise ValueError(
+            f"a max_delay of {max_delay} s is {most} samples: it must be at least 1, and less "
+            f"than half the record's {x.shape[1]}"
+        )
+    return per_channel([_best_lag(x[i], y[i], most) / rate for i in range(len(x))], reference)
+
+
+def _best_lag(x: Floats, y: Floats, most: int) -> float:
+    inner = _centred("reference", x[most:-most])
+    y = _centred("estimate", y)
+    best = int(np.argmax(_correlations(inner, y, most)))
+    if best in (0, 2 * most):
+        raise UnseenDelay("the best lag lies at the end of the range: raise max_delay")
+    before, least, after = (_misfit(inner, y, lag) for lag in (best - 1, best, best + 1))
+    curvature = before - 2.0 * least + after
+    if not curvature > 0.0:
+        raise UnseenDelay("no lag fits clearly better than its neighbours, so no delay can be seen")
+    return best - most + 0.5 * (before - after) / curvature
+
+
+def _centred(name: str, x: Floats) -> Floats:
+    present = x[np.isfinite(x)]
+    if present.size == 0:
+        raise UnseenDelay(f"no sample is present in {name}")
+    if present.max() == present.min():
+        raise UnseenDelay(f"{name} is constant, so no delay can be seen")
+    # Offset and gain do not count, and numbers of order 1 neither overflow nor vanish when squared.
+    mean = float(present.mean())
+    scaled: Floats = (x - mean) / max(present.max() - mean, mean - present.min())
+    return scaled
+
+
+def _misfit(inner: Floats, y: Floats, start: int) -> float:
+    """Return the share of the reference's variance that the shifted estimate leaves unexplained."""
+    shifted = y[start : start + inner.size]
+    there = np.isfinite(inner) & np.isfinite(shifted)
+    if not there.any():
+        return 1.0
+    x, z = inner[there], shifted[there]
+    x, z = x - x.mean(), z - z.mean()
+    total, power = float(np.dot(x, x)), float(np.dot(z, z))
+    if total == 0.0 or power == 0.0:
+        return 1.0
+    rest = x - max(float(np.dot(x, z)), 0.0) / power * z
+    return float(np.dot(rest, rest)) / total
+
+
+def _correlations(inner: Floats, y: Floats, most: int) -> Floats:
+    """Return the correlation coefficient at each lag, its sums made by transforms of blocks."""
+    span = 2 * most
+    size = max(_BLOCK, 1 << (4 * span).bit_length())
+    block = size - span
+    spectra = np.zeros((6, size // 2 + 1), dtype=np.complex128)
+    for start in range(0, inner.size, block):
+        w, x, xx = _spectra(inner[start : start + block], size).conj()
+        v, z, zz = _spectra(y[start : start + size], size)
+        spectra += np.stack((w * v, x * v, w * z, x * z, xx * v, w * zz))
+    count, x, z, xz, xx, zz = np.fft.irfft(spectra, size)[:, : span + 1]
+    n = np.maximum(np.rint(count), 1.0)
+    # Where one series does not vary at a lag, rounding must not look like correlation.
+    floor = max(_NOTHING * abs(xx).max() * abs(zz).max(), np.finfo(np.float64).tiny)
+    variances = np.maximum((xx - x * x / n) * (zz - z * z / n), floor)
+    correlations: Floats = (xz - x * z / n) / np.sqrt(variances)
+    return correlations
+
+
+def _spectra(x: Floats, size: int) -> npt.NDArray[np.complex128]:
+    """Return spectra of the presence, the values and the squares of one block."""
+    there = np.isfinite(x)
+    values = np.where(there, x, 0.0)
+    return np.fft.rfft(np.stack((there, values, values * values)), size)
+
+
+_NEGLIGIBLE: Final = 1e-20
+
+
+def equal_delay_lowpass(raw: npt.ArrayLike, rate: float, delay: float) -> Floats:
+    """Return raw through the one-pole low-pass that has the given delay.
+
+    What a filter is to be compared with in motion: nearly any smoothing can be bought with delay,
+    and this is the cheapest that buys it. Its delay is that of slow motion; fast motion is late
+    by less and made smaller.
+
+    Parameters
+    ----------
+    raw : array_like, shape (n,) or (n, k)
+        Gyro output in any unit.
+    rate : float
+        Samples per second, Hz.
+    delay : float
+        Seconds, 0 or more; 0 changes nothing.
+
+    Returns
+    -------
+    ndarray of float64, the shape of `raw`
+        y = a y' + (1 - a) z with a/(1 - a) = delay * rate, begun at the first sample. At a missing
+        sample the output is held; before the first present one it is NaN.
+
+    Raises
+    ------
+    ValueError
+        If `raw` is empty, `rate` not positive and finite, or `delay` negative or not finite.
+
+    Examples
+    --------
+    >>> ramp = np.arange(1000.0)
+    >>> round(float((ramp - equal_delay_lowpass(ramp, rate=100.0, delay=0.05))[-1]), 9)
+    5.0
+    """
+    z = columns("raw", raw)
+    if not (math.isfinite(delay) and delay >= 0.0):
+        raise ValueError(f"delay must be finite and not negative, got {delay}")
+    lag = delay * positive("rate", rate)
+    y = np.stack([_lowpass_present(column, lag / (1.0 + lag)) for column in z])
+    return y[0] if np.ndim(raw) == 1 else np.ascontiguousarray(y.T)
+
+
+def _lowpass_present(z: Floats, a: float) -> Floats:
+    there = np.isfinite(z)
+    if there.all():
+        return _lowpass(z, a)
+    filtered = np.concatenate(([np.nan], _lowpass(z[there], a)))
+    held: Floats = filtered[np.cumsum(there)]
+    return held
+
+
+def _lowpass(z: Floats, a: float) -> Floats:
+    """Filter without a loop over samples: 1/(1 - a/z) = (1 + a/z)(1 + a^2/z^2)(1 + a^4/z^4)..."""
+    if z.size == 0:
+        return z
+    y: Floats = (1.0 - a) * (z - z[0])
+    shift, weight = 1, a
+    while shift < z.size and weight > _NEGLIGIBLE:
+        y[shift:] += weight * y[:-shift]
+        shift, weight = 2 * shift, weight * weight
+    y += z[0]
+    return y
+
+
+_NODES: Final = (-1.0, 0.0, 1.0, 2.0)
+
+
+def moved(x: Floats, samples: float) -> Floats:
+    """Return one row so many samples later, by a cubic through four samples.
+
+    NaN where that needs samples that are missing or beyond the ends.
+    """
+    whole = math.floor(-samples)
+    weights = _cubic_weights(-samples - whole)
+    first = np.arange(x.size) + whole - 1
+    inside = (first >= 0) & (first + len(_NODES) <= x.size)
+    start = first[inside]
+    known = np.where(np.isfinite(x), x, np.nan)
+    shifted = np.full(x.size, np.nan)
+    shifted[inside] = sum(w * known[start + i] for i, w in enumerate(weights))
+    return shifted
+
+
+def _cubic_weights(part: float) -> list[float]:
+    return [
+        math.prod((part - other) / (node - other) for other in _NODES if other != node)
+        for node in _NODES
+    ]

@@ -1,4 +1,4 @@
-"""What a wrong rate costs in orientation."""
+"""Errors in orientation."""
 
 from collections.abc import Sequence
 
@@ -6,9 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.metrics import rotations
-from zerorate.metrics.series import positive
+from zerorate.metrics.channels import positive
+from zerorate.types import Floats, Integers
 
-Floats = npt.NDArray[np.float64]
+__all__ = ["orientation_error_growth"]
 
 
 def orientation_error_growth(
@@ -75,7 +76,7 @@ def orientation_error_growth(
 class _Integrated:
     """Orientations made of rates, the reference, and how many rates were missing so far."""
 
-    def __init__(self, turned: Floats, reference: Floats, gaps: npt.NDArray[np.int64]) -> None:
+    def __init__(self, turned: Floats, reference: Floats, gaps: Integers) -> None:
         self._turned, self._reference, self._gaps = turned, reference, gaps
 
     def after(self, m: int, horizon: float, step: int) -> float:

@@ -3,9 +3,8 @@
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from zerorate.types import Floats
 
 _BLOCK: Final = 256
 _IDENTITY: Final = np.array([1.0, 0.0, 0.0, 0.0])

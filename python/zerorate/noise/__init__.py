@@ -2,16 +2,13 @@
 
 from zerorate.noise.allan import allan
 from zerorate.noise.coefficient import Coefficient
-from zerorate.noise.correlated import Markov, Sinusoid
-from zerorate.noise.discrete import DiscreteSigmas
 from zerorate.noise.dynamic import DynamicAllan, dynamic_allan
 from zerorate.noise.fit import FittedModel
-from zerorate.noise.model import NoiseModel
+from zerorate.noise.model import DiscreteSigmas, NoiseModel, worst_axis
 from zerorate.noise.quantities import Quantity
 from zerorate.noise.result import AllanResult
-from zerorate.noise.terms import FLICKER_FLOOR
-from zerorate.noise.whittle import whittle
-from zerorate.noise.worst import worst_axis
+from zerorate.noise.spectrum import whittle
+from zerorate.noise.terms import FLICKER_FLOOR, Markov, Sinusoid
 
 __all__ = [
     "FLICKER_FLOOR",

@@ -1,4 +1,4 @@
-"""From a record to its deviation curve."""
+"""The deviation curve of a record."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final
@@ -10,18 +10,16 @@ from zerorate import _native
 from zerorate.io import Log
 from zerorate.io.log import checked_rate
 from zerorate.noise.freedom import bounds, freedoms
-from zerorate.noise.kinds import Kind, KindName
+from zerorate.noise.kinds import Kind, KindName, TauGrid, factors, seconds
 from zerorate.noise.kinds import kind as find_kind
-from zerorate.noise.records import check_unit, unmasked
+from zerorate.noise.quantities import check_unit
+from zerorate.noise.records import is_constant, real_numbers
 from zerorate.noise.result import AllanResult
-from zerorate.noise.taus import TauGrid, factors, seconds
+from zerorate.types import Floats, Integers
 
 __all__ = ["allan"]
 
-Floats = npt.NDArray[np.float64]
-Counts = npt.NDArray[np.int64]
 
-_GLANCE: Final = 1000
 _ONE_SIGMA: Final = 0.6826894921370859
 
 
@@ -61,7 +59,7 @@ def allan(
         Gaps of at most so many samples are filled in a straight line. Every other gap costs the
         terms that would reach across it.
     exponent : int, optional
-        Noise type to take for granted in the bounds, -4 to 2; found at each tau by default.
+        Noise type that the bounds assume, -4 to 2; by default it is found at each tau.
     confidence : float, default 0.683
         Of the bounds.
     threads : int, optional
@@ -144,17 +142,13 @@ def _check(confidence: float, exponent: int | None, bridge: int) -> None:
 
 def _record(z: npt.ArrayLike) -> npt.NDArray[np.generic]:
     """Return the record as an array, as it is in memory."""
-    record = np.asarray(unmasked(z))
-    if record.dtype.kind == "O":
-        record = record.astype(np.float64)
-    if record.dtype.kind not in "fiub":
-        raise TypeError(f"z must hold real numbers, got dtype {record.dtype}")
+    record = real_numbers(z)
     if record.ndim not in (1, 2) or 0 in record.shape:
         raise ValueError(f"z must have shape (n,) or (n, k) with a sample, got {record.shape}")
     return record
 
 
-def _missing(record: npt.NDArray[np.generic]) -> Counts:
+def _missing(record: npt.NDArray[np.generic]) -> Integers:
     """Return how many samples each axis lacks, shape (k,), if none lacks all of them."""
     present = np.isfinite(record).reshape(len(record), -1)
     if present.all():
@@ -181,7 +175,7 @@ def _longest(family: Kind, n: int, rate: float) -> int:
     return longest
 
 
-def _edf(family: Kind, m: Counts, terms: Counts, exponents: Counts, n: int) -> Floats:
+def _edf(family: Kind, m: Integers, terms: Integers, exponents: Integers, n: int) -> Floats:
     """Return the degrees of freedom, axis by axis."""
     if terms.ndim == 1:
         return freedoms(family, m, terms, exponents, n)
@@ -200,30 +194,22 @@ def _names(names: Sequence[str] | None, deviation: Floats) -> tuple[str, ...]:
 
 
 def _on_record(
-    record: npt.NDArray[np.generic], missing: Counts, bridge: int, names: tuple[str, ...]
+    record: npt.NDArray[np.generic], missing: Integers, bridge: int, names: tuple[str, ...]
 ) -> Iterator[str]:
-    """Yield what must be said of gaps and of axes without noise."""
+    """Yield notes on gaps and on axes without noise."""
     for name, lacking, z in zip(names, missing, record.reshape(len(record), -1).T, strict=True):
         label = f"{name}: " if name else ""
         if lacking:
             filled = f"; gaps of up to {bridge} are bridged" if bridge else ""
             yield f"{label}{lacking} of {z.size} samples are missing{filled}"
-        if _is_constant(z):
+        if is_constant(z, z[int(np.argmax(np.isfinite(z)))]):
             yield f"{label}all samples are equal: the deviation is 0, and there is nothing to fit"
 
 
-def _on_gaps(terms: Counts, taus: Floats, names: tuple[str, ...]) -> Iterator[str]:
-    """Yield from which averaging time on the gaps leave nothing."""
+def _on_gaps(terms: Integers, taus: Floats, names: tuple[str, ...]) -> Iterator[str]:
+    """Yield notes on the averaging times for which the gaps leave no term."""
     for name, counts in zip(names, terms.reshape(taus.size, -1).T, strict=True):
         lost = np.flatnonzero(counts == 0)
         if lost.size:
             label = f"{name}: " if name else ""
             yield f"{label}gaps leave no term from {taus[lost[0]]:g} s on: bridge= fills short ones"
-
-
-def _is_constant(z: npt.NDArray[np.generic]) -> bool:
-    """Return whether all samples that are there are equal."""
-    first = z[int(np.argmax(np.isfinite(z)))]
-    # A glance at the beginning nearly always tells.
-    parts = (z[:_GLANCE], z[_GLANCE:])
-    return all(bool(np.all((part == first) | ~np.isfinite(part))) for part in parts)

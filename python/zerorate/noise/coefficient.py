@@ -1,9 +1,9 @@
-"""A noise coefficient with its uncertainty."""
+"""A noise coefficient with its uncertainty, and the dataclass field that holds one."""
 
 import math
-from typing import Final, Self
+from typing import Any, Final, Self, overload
 
-__all__ = ["Coefficient"]
+__all__ = ["Coefficient", "CoefficientField", "positive"]
 
 _ONE_SIDED_95: Final = 1.6448536269514722
 """The 0.95 quantile of the standard normal distribution."""
@@ -99,7 +99,7 @@ class Coefficient(float):
     def conservative(self) -> float:
         """The value, or the upper bound where the value is not identifiable.
 
-        What a filter is to be given: it must not take zero for unknown.
+        The number to give to a filter, which must not take an unknown coefficient for zero.
         """
         return self.value if self._identifiable else self._upper_bound
 
@@ -137,8 +137,71 @@ class Coefficient(float):
     __str__ = float.__repr__
 
 
+def positive(name: str, value: float) -> float:
+    """Return a number as a float; ValueError if it is not positive and finite."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError(f"{name} must be positive and finite, got {value}")
+    return float(value)
+
+
 def _finite(name: str, value: float) -> float:
     number = float(value)
     if not math.isfinite(number):
         raise ValueError(f"{name} must be finite, got {number}")
     return number
+
+
+class CoefficientField:
+    """A descriptor that makes a dataclass field take any number and hold a `Coefficient`.
+
+    Parameters
+    ----------
+    signed : bool
+        Whether negative numbers mean something; default no.
+    positive : bool
+        Whether zero is refused too; default no.
+    required : bool
+        Whether the field has no default; else that is zero.
+    """
+
+    def __init__(
+        self, *, signed: bool = False, positive: bool = False, required: bool = False
+    ) -> None:
+        self._signed = signed
+        self._positive = positive
+        self._required = required
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        """Remember the field's name, for storage and messages."""
+        self._name = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Coefficient: ...
+    @overload
+    def __get__(self, instance: object, owner: type) -> Coefficient: ...
+    def __get__(self, instance: object | None, owner: type) -> Coefficient:
+        """Return the coefficient; on the class, the default zero."""
+        if instance is None:
+            if self._required:
+                # A dataclass takes this for a field without a default.
+                raise AttributeError(self._name)
+            return Coefficient()
+        value: Coefficient = instance.__dict__[self._name]
+        return value
+
+    def __set__(self, instance: object, value: float) -> None:
+        """Check the number and keep it as a coefficient."""
+        instance.__dict__[self._name] = self._checked(value)
+
+    def _checked(self, value: Any) -> Coefficient:  # noqa: ANN401
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            raise ValueError(f"{self._name} must be a number, got {value!r}") from None
+        if not math.isfinite(number):
+            raise ValueError(f"{self._name} must be finite, got {number}")
+        if number < 0.0 and not self._signed:
+            raise ValueError(f"{self._name} must not be negative, got {number}")
+        if number == 0.0 and self._positive:
+            raise ValueError(f"{self._name} must be positive, got {number}")
+        return value if isinstance(value, Coefficient) else Coefficient(number)

@@ -1,4 +1,4 @@
-"""How the estimates of one curve vary, and vary together.
+"""Variances and covariances of the estimates of one curve.
 
 An estimate at m samples is the mean of squares of a difference D_m of the phase. For Gaussian
 noise the covariance of two such means is the mean over pairs of terms of 2 C(k)², where C(k) is
@@ -12,15 +12,13 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate.noise.kinds import Kind
-from zerorate.noise.power_laws import Process
+from zerorate.noise.processes import Process
+from zerorate.types import Floats, Integers
 
 __all__ = ["CurveStatistics", "degrees_of_freedom", "variances"]
 
-Floats = npt.NDArray[np.float64]
-Counts = npt.NDArray[np.int64]
 
 # C(k) bends where a point of the shorter difference meets one of the longer: so many points lie
 # to each side of these, a sixteenth of the shorter averaging time apart, so many over the whole.
@@ -50,7 +48,9 @@ class CurveStatistics:
 
     variances: Floats
 
-    def __init__(self, kind: Kind, m: Counts, terms: Counts, processes: Sequence[Process]) -> None:
+    def __init__(
+        self, kind: Kind, m: Integers, terms: Integers, processes: Sequence[Process]
+    ) -> None:
         first, second = self._pairs = np.triu_indices(m.size)
         taus = m.astype(np.float64)
         a, b = taus[first, None], taus[second, None]
@@ -84,14 +84,14 @@ class CurveStatistics:
         return matrix + np.triu(matrix, 1).T
 
 
-def variances(kind: Kind, m: Counts, process: Process) -> Floats:
+def variances(kind: Kind, m: Integers, process: Process) -> Floats:
     """Return the expected squared deviation of a process of unit strength, shape (t,)."""
     taus = m.astype(np.float64)[:, None]
     variances: Floats = _cross(kind, process, taus, taus, np.zeros_like(taus), 1.0)[:, 0]
     return variances
 
 
-def degrees_of_freedom(kind: Kind, m: Counts, terms: Counts, process: Process) -> Floats:
+def degrees_of_freedom(kind: Kind, m: Integers, terms: Integers, process: Process) -> Floats:
     """Return how many degrees of freedom estimates have where one process rules, shape (t,).
 
     Those of a chi-squared variable with the same ratio of mean and deviation.
@@ -106,7 +106,7 @@ def degrees_of_freedom(kind: Kind, m: Counts, terms: Counts, process: Process) -
     return freedoms
 
 
-def _stride(kind: Kind, m: Counts) -> Floats:
+def _stride(kind: Kind, m: Integers) -> Floats:
     """Return how far the terms of an estimate lie apart."""
     return np.ones(m.size) if kind.overlapping else m.astype(np.float64)
 

@@ -1,30 +1,48 @@
-"""Noise coefficients from a deviation curve."""
+"""Noise coefficients from a deviation curve, and the curve that a model expects."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Final
+from functools import lru_cache, reduce
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from zerorate.noise.correlated import Markov, Sinusoid
+from zerorate.noise.coefficient import Coefficient
 from zerorate.noise.covariance import CurveStatistics, variances
 from zerorate.noise.fit import Component, FittedModel, Problem, fitted
-from zerorate.noise.kinds import Kind
+from zerorate.noise.kinds import KINDS, Kind
 from zerorate.noise.least_squares import left_over
-from zerorate.noise.power_laws import markov as markov_process
-from zerorate.noise.processes import COLOURED, ramp_variance, sinusoid_variance, strength
-from zerorate.noise.quantities import Quantity
+from zerorate.noise.model import NoiseModel
+from zerorate.noise.processes import COLOURED, markov, ramp_variance, sinusoid_variance, strength
+from zerorate.noise.processes import markov as markov_process
+from zerorate.noise.quantities import TERMS, Quantity
+from zerorate.noise.terms import Markov, Sinusoid
+from zerorate.types import Floats, Integers
 
-__all__ = ["Curve", "curve_fit"]
+if TYPE_CHECKING:
+    from zerorate.noise.result import AllanResult
 
-Floats = npt.NDArray[np.float64]
-Counts = npt.NDArray[np.int64]
+__all__ = [
+    "Curve",
+    "ExpectedTerm",
+    "curve_fit",
+    "expected_deviation",
+    "expected_terms",
+    "polynomial_fit",
+]
 
 _TIMES_PER_DECADE: Final = 8
 # Keeps what has no scatter of its own, a ramp or a sine, from an infinite weight.
 _EXACT: Final = 1e-12
+
+_POWERS: Final = {
+    "quantization": -2,
+    "angle_random_walk": -1,
+    "bias_instability": 0,
+    "rate_random_walk": 1,
+    "rate_ramp": 2,
+}
+_LEAST: Final = len(_POWERS) + 1
 
 
 @dataclass(frozen=True)
@@ -48,8 +66,8 @@ class Curve:
     estimated: Kind
     kind: Kind
     rate: float
-    m: Counts
-    terms: Counts
+    m: Integers
+    terms: Integers
     variance: Floats
     edf: Floats
 
@@ -179,3 +197,100 @@ def _best_times(
         ]
         times.append(trials[int(np.argmin(left))])
     return times
+
+
+class ExpectedTerm(NamedTuple):
+    """One term of a model: its field, and its deviation of the rate in SI, shape (t,)."""
+
+    field: str
+    deviation: Floats
+
+
+def expected_terms(model: NoiseModel, curve: "AllanResult") -> tuple[ExpectedTerm, ...]:
+    """Return the terms of a model that are not zero, at the averaging times of a curve.
+
+    Parameters
+    ----------
+    model : NoiseModel
+        In SI units.
+    curve : AllanResult
+        Of any kind: its averaging times, rate and kind are what counts.
+
+    Returns
+    -------
+    tuple of ExpectedTerm
+        Of a sampled record, as `AllanResult.fit` compares them, not of a continuous one.
+    """
+    return tuple(term for term in _terms(model, curve) if np.any(term.deviation > 0.0))
+
+
+def expected_deviation(model: NoiseModel, curve: "AllanResult") -> Floats:
+    """Return the deviation of the rate that a model expects, in SI, shape (t,)."""
+    terms = (term.deviation for term in expected_terms(model, curve))
+    return reduce(np.hypot, terms, np.zeros(curve.taus.size))
+
+
+def _terms(model: NoiseModel, curve: "AllanResult") -> Iterator[ExpectedTerm]:
+    kind, m, rate = KINDS[curve.kind], curve.factors, curve.rate
+    for field in (term.field for term in TERMS[model.quantity]):
+        if field in COLOURED:
+            variance = variances(kind, m, COLOURED[field])
+        else:
+            variance = ramp_variance(kind, m.astype(np.float64))
+        size = abs(getattr(model, field).value)
+        yield ExpectedTerm(field, size * np.sqrt(strength(field, rate) * variance))
+    for correlated in model.markov:
+        scale = correlated.amplitude * np.sqrt(correlated.time / 2.0)
+        variance = variances(kind, m, markov(correlated.time * rate))
+        yield ExpectedTerm("markov", scale * np.sqrt(variance))
+    for sine in model.sinusoid:
+        variance = sinusoid_variance(kind, m.astype(np.float64), sine.frequency / rate)
+        yield ExpectedTerm("sinusoid", sine.amplitude * np.sqrt(variance))
+
+
+def polynomial_fit(taus: Floats, deviation: Floats, unit: tuple[float, Quantity]) -> FittedModel:
+    """Fit sigma^2 = sum of A_n tau^n, n = -2 to 2, by least squares of relative errors.
+
+    Every averaging time weighs the same and is taken as independent of the others, so the errors
+    that it states are too small, and a term without evidence may well come out large: that is how
+    the method is, and why it is not the default. A negative coefficient is not identifiable.
+
+    Parameters
+    ----------
+    taus, deviation : ndarray, shape (t,)
+        A curve of the Allan family.
+    unit : tuple
+        Unit of the deviation in SI, and what it measures.
+    """
+    if taus.size < _LEAST:
+        raise ValueError(f"the polynomial fit needs {_LEAST} averaging times, has {taus.size}")
+    variance = deviation**2
+    basis = taus[:, None] ** np.array(list(_POWERS.values())) / variance[:, None]
+    lengths = np.linalg.norm(basis, axis=0)
+    scaled, left, _, _ = np.linalg.lstsq(basis / lengths, np.ones(taus.size), rcond=None)
+    residual = float(left[0]) if left.size else 0.0
+    freedom = taus.size - len(_POWERS)
+    spread = np.sqrt(np.diag(np.linalg.pinv((basis / lengths).T @ (basis / lengths))))
+    sigmas = spread * np.sqrt(residual / freedom) / lengths
+    coefficients = {
+        name: _coefficient(name, a, sigma).scaled(unit[0])
+        for name, a, sigma in zip(_POWERS, scaled / lengths, sigmas, strict=True)
+    }
+    return FittedModel(
+        **coefficients,  # type: ignore[arg-type]
+        quantity=unit[1],
+        method="polynomial",
+        chi_squared=residual,
+        degrees_of_freedom=freedom,
+        misfit=float(np.sqrt(residual / freedom)),
+    )
+
+
+def _coefficient(name: str, a: float, sigma: float) -> Coefficient:
+    model = NoiseModel(**{name: 1.0})  # type: ignore[arg-type]
+    unit = float(model.allan_deviation(1.0)) ** 2
+    bound = float(np.sqrt(max(a, 0.0) + 1.645 * sigma) / np.sqrt(unit))
+    if not a > 0.0:
+        return Coefficient(0.0, bound / 1.645, False, bound)
+    value = float(np.sqrt(a / unit))
+    return Coefficient(value, float(value * sigma / (2.0 * a)), bool(a > 2.0 * sigma), bound)

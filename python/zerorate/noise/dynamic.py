@@ -1,4 +1,4 @@
-"""How the deviation curve of a record changes along it."""
+"""Deviation curves over a window that slides along a record."""
 
 from __future__ import annotations
 
@@ -11,22 +11,23 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
-from zerorate.noise.kinds import KindName
+from zerorate.noise.kinds import KindName, TauGrid, factors, seconds
 from zerorate.noise.kinds import kind as find_kind
-from zerorate.noise.records import check_unit, samples
-from zerorate.noise.taus import TauGrid, factors, seconds
+from zerorate.noise.quantities import check_unit
+from zerorate.noise.records import samples
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+from zerorate.types import Floats
+
 __all__ = ["DynamicAllan", "dynamic_allan"]
 
-Floats = npt.NDArray[np.float64]
 
 _WINDOWS: Final = 50
 _TAUS_PER_WINDOW: Final = 10
 _LEAST_SAMPLES: Final = 20
-# Windows at a time, so that the copies stay small beside the record.
+# Windows at a time, so that the copies stay small compared with the record.
 _BATCH: Final = 16
 
 
@@ -65,7 +66,7 @@ class DynamicAllan:
         ImportError
             Without matplotlib: ``pip install 'zerorate[plot]'``.
         """
-        from zerorate.show.plotting.dynamic import plot_dynamic
+        from zerorate.show.dynamic_figure import plot_dynamic
 
         return plot_dynamic(self)
 
@@ -93,7 +94,7 @@ def dynamic_allan(
         Samples per second, Hz.
     window : float, optional
         Length of the window in s; a tenth of the record by default. Averaging times go up to a
-        tenth of it, beyond which chance rules.
+        tenth of it, beyond which the estimates are mostly chance.
     step : float, optional
         From one window to the next in s; by default such that there are about fifty.
     kind, taus, unit, threads

@@ -5,18 +5,17 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate._native import chi_squared_quantile
 from zerorate.noise.coefficient import Coefficient
-from zerorate.noise.correlated import Markov, Sinusoid
 from zerorate.noise.least_squares import Solution, Weighting, bound_by_one, solve, upper_bound
 from zerorate.noise.model import NoiseModel
 from zerorate.noise.quantities import Quantity
+from zerorate.noise.terms import Markov, Sinusoid
+from zerorate.types import Floats
 
 __all__ = ["Component", "FittedModel", "Problem", "fitted"]
 
-Floats = npt.NDArray[np.float64]
 
 # A coefficient is identifiable if its square is above twice its standard error: the record then
 # gives the coefficient to better than a quarter.

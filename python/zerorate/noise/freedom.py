@@ -1,20 +1,18 @@
-"""How many degrees of freedom an estimate has, and the bounds that follow."""
+"""Degrees of freedom of an estimate, the bounds that follow, and the bias of reflection."""
 
 from collections.abc import Callable
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate._native import chi_squared_quantile
 from zerorate.noise.covariance import degrees_of_freedom
 from zerorate.noise.kinds import KINDS, Kind
-from zerorate.noise.power_laws import BY_EXPONENT
+from zerorate.noise.processes import BY_EXPONENT
+from zerorate.types import Floats, Integers
 
-__all__ = ["bounds", "freedoms", "nearest_exponent", "reflection_bias", "total_bias"]
+__all__ = ["bounds", "freedoms", "reflection_bias", "total_bias"]
 
-Floats = npt.NDArray[np.float64]
-Counts = npt.NDArray[np.int64]
 
 # Degrees of freedom change slowly with the averaging time: dense grids are filled in.
 _MOST: Final = 256
@@ -53,14 +51,14 @@ _MODIFIED_REFLECTION: Final = {
 }
 
 
-def nearest_exponent(kind: Kind, exponents: Counts) -> Counts:
+def _nearest_exponent(kind: Kind, exponents: Integers) -> Integers:
     """Return the exponents, moved into the range in which the deviation converges."""
     least = -4 if kind.order == 3 else -2
     most = 0 if kind.name in ("totdev", "htotdev") else 2
     return np.clip(exponents, least, most)
 
 
-def freedoms(kind: Kind, m: Counts, terms: Counts, exponents: Counts, n: int) -> Floats:
+def freedoms(kind: Kind, m: Integers, terms: Integers, exponents: Integers, n: int) -> Floats:
     """Return equivalent degrees of freedom, shape (t,); NaN where none are known.
 
     Parameters
@@ -82,8 +80,8 @@ def freedoms(kind: Kind, m: Counts, terms: Counts, exponents: Counts, n: int) ->
     fits of NIST SP 1065, section 5.4. None are published for the parabolic deviation.
     """
     result: Floats = np.full(m.size, np.nan)
-    for exponent in np.unique(nearest_exponent(kind, exponents)):
-        there = (nearest_exponent(kind, exponents) == exponent) & (terms > 0)
+    for exponent in np.unique(_nearest_exponent(kind, exponents)):
+        there = (_nearest_exponent(kind, exponents) == exponent) & (terms > 0)
         if there.any():
             result[there] = _of_one_noise(kind, m[there], terms[there], int(exponent), n)
     return np.maximum(result, _LEAST)
@@ -99,12 +97,12 @@ def bounds(deviation: Floats, edf: Floats, confidence: float) -> tuple[Floats, F
     return lower, upper
 
 
-def total_bias(kind: Kind, m: Counts, exponents: Counts, n: int) -> Floats:
+def total_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Floats:
     """Return the printed ratio of the variance and that of the deviation without reflection.
 
     NIST SP 1065, section 5.
     """
-    exponents = nearest_exponent(kind, exponents)
+    exponents = _nearest_exponent(kind, exponents)
     if kind.name == "totdev":
         return 1.0 - _pick(_TOTAL_BIAS, exponents, 0.0) * m / n
     if kind.name == "htotdev":
@@ -114,20 +112,20 @@ def total_bias(kind: Kind, m: Counts, exponents: Counts, n: int) -> Floats:
     return np.ones(m.size)
 
 
-def reflection_bias(kind: Kind, m: Counts, exponents: Counts, n: int) -> Floats:
-    """Return that ratio as it is, where the printed one is too far off for a fit."""
+def reflection_bias(kind: Kind, m: Integers, exponents: Integers, n: int) -> Floats:
+    """Return the same ratio, by simulation where the printed one is too far off for a fit."""
     if not (kind.total and kind.modified):
         return total_bias(kind, m, exponents, n)
-    limits = np.array([_MODIFIED_REFLECTION[int(e)] for e in nearest_exponent(kind, exponents)])
+    limits = np.array([_MODIFIED_REFLECTION[int(e)] for e in _nearest_exponent(kind, exponents)])
     # At one sample it is a half, whatever the noise.
     return np.where(m == 1, 0.5, limits[:, 0] + limits[:, 1] / m**2)
 
 
-def _pick(table: dict[int, float], exponents: Counts, other: float) -> Floats:
+def _pick(table: dict[int, float], exponents: Integers, other: float) -> Floats:
     return np.array([table.get(int(exponent), other) for exponent in exponents])
 
 
-def _of_one_noise(kind: Kind, m: Counts, terms: Counts, exponent: int, n: int) -> Floats:
+def _of_one_noise(kind: Kind, m: Integers, terms: Integers, exponent: int, n: int) -> Floats:
     if kind.name == "pdev":
         return np.full(m.size, np.nan)
     if kind.total:
@@ -146,22 +144,22 @@ def _of_one_noise(kind: Kind, m: Counts, terms: Counts, exponent: int, n: int) -
     return filled
 
 
-def _total(exponent: int, ratio: Floats, m: Counts) -> Floats:
+def _total(exponent: int, ratio: Floats, m: Integers) -> Floats:
     b, c = _TOTAL[exponent]
     return b * ratio - c
 
 
-def _modified_total(exponent: int, ratio: Floats, m: Counts) -> Floats:
+def _modified_total(exponent: int, ratio: Floats, m: Integers) -> Floats:
     b, c = _MODIFIED_TOTAL[exponent]
     return b * ratio - c
 
 
-def _hadamard_total(exponent: int, ratio: Floats, m: Counts) -> Floats:
+def _hadamard_total(exponent: int, ratio: Floats, m: Integers) -> Floats:
     b, c = _HADAMARD_TOTAL[exponent]
     return ratio / (b + c / ratio)
 
 
-def _theo1(exponent: int, ratio: Floats, m: Counts) -> Floats:
+def _theo1(exponent: int, ratio: Floats, m: Integers) -> Floats:
     samples = m.astype(np.float64)
     return _THEO1[exponent](ratio * samples + 1.0, 0.75 * samples)
 
@@ -185,7 +183,7 @@ _THEO1: Final[dict[int, Callable[[Floats, Floats], Floats]]] = {
 }
 
 
-_REFLECTED: Final[dict[str, Callable[[int, Floats, Counts], Floats]]] = {
+_REFLECTED: Final[dict[str, Callable[[int, Floats, Integers], Floats]]] = {
     "totdev": _total,
     "mtotdev": _modified_total,
     "ttotdev": _modified_total,

@@ -5,24 +5,22 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate._native import chi_squared_quantile
+from zerorate.types import Booleans, Floats
 
 __all__ = ["Solution", "Weighting", "bound_by_one", "left_over", "solve", "upper_bound"]
 
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 Weighting = Callable[[Floats], Floats]
 """Covariance of the data, shape (t, t), or (t,) if independent, given the strengths (p,)."""
 
 _ROUNDS: Final = 12
 _SETTLED: Final = 1e-7
-# Of a bound: closer than it is shown.
+# Of a bound: finer than it is printed.
 _NEAR: Final = 1e-3
-# Least eigenvalue of a correlation matrix that is taken at its word: what is computed of
-# neighbouring averaging times is good to about this.
+# Least eigenvalue of a correlation matrix that is trusted: those computed of neighbouring
+# averaging times are good to about this.
 _LEAST: Final = 1e-4
 _ONE_SIDED_95: Final = 1.6448536269514722
 
@@ -106,7 +104,7 @@ def upper_bound(basis: Floats, solution: Solution, i: int, weighting: Weighting)
 
 
 def bound_by_one(column: Floats, data: Floats, edf: Floats) -> float:
-    """Return the strength at which the most telling single estimate would be too low at 95 %."""
+    """Return the strength at which the clearest single estimate would be too low at 95 %."""
     seen = column > 0.0
     largest = data * edf / chi_squared_quantile(0.05, edf)
     return float(np.min(largest[seen] / column[seen]))
@@ -131,12 +129,12 @@ def _whitened(covariance: Floats, columns: Floats) -> Floats:
     return scaled
 
 
-def _fit(white: Floats, guess: Flags | None = None) -> Floats:
+def _fit(white: Floats, guess: Booleans | None = None) -> Floats:
     """Return the strengths for whitened columns, the last of them the data."""
     return _non_negative(white[:, :-1], white[:, -1], guess)
 
 
-def _non_negative(matrix: Floats, target: Floats, guess: Flags | None = None) -> Floats:
+def _non_negative(matrix: Floats, target: Floats, guess: Booleans | None = None) -> Floats:
     """Return the x >= 0 that brings ``matrix @ x`` closest to the target.
 
     C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23, begun with the
@@ -159,7 +157,7 @@ def _non_negative(matrix: Floats, target: Floats, guess: Flags | None = None) ->
     return strengths
 
 
-def _feasible(matrix: Floats, target: Floats, x: Floats, free: Flags) -> Floats:
+def _feasible(matrix: Floats, target: Floats, x: Floats, free: Booleans) -> Floats:
     """Move x towards the least squares of its free part, fixing at zero what would pass it."""
     while free.any():
         goal = np.zeros_like(x)

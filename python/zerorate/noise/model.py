@@ -1,24 +1,42 @@
 """The noise of a gyro or an accelerometer at rest, as the coefficients of IEEE Std 952-1997."""
 
+import math
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any, NamedTuple, TypeVar, get_args
 
-import numpy as np
 import numpy.typing as npt
 
-from zerorate.noise.coefficient import Coefficient
-from zerorate.noise.correlated import Markov, Sinusoid
-from zerorate.noise.discrete import DiscreteSigmas, discrete_sigmas
-from zerorate.noise.exports import from_json, to_json, to_kalibr, to_orbslam3, to_px4, to_vins
-from zerorate.noise.fields import CoefficientField
-from zerorate.noise.quantities import TERMS, Quantity, Term
-from zerorate.noise.table import table
-from zerorate.noise.terms import ALLAN, HADAMARD, deviation
+from zerorate.noise.coefficient import Coefficient, CoefficientField, positive
+from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_vins
+from zerorate.noise.json_text import from_json, to_json
+from zerorate.noise.quantities import TERMS, Quantity, Term, term_of
+from zerorate.noise.terms import ALLAN, HADAMARD, Markov, Sinusoid, deviation
+from zerorate.types import Floats
 from zerorate.units import canonical, convert, kind
 
-__all__ = ["NoiseModel"]
+__all__ = ["DiscreteSigmas", "NoiseModel", "worst_axis"]
+
+Row = tuple[str, str, str]
+T = TypeVar("T")
+
+
+class DiscreteSigmas(NamedTuple):
+    """Deviations per sample.
+
+    Parameters
+    ----------
+    white : float
+        N sqrt(rate) in rad/s: the deviation of the white noise of one sample. Its square is the
+        measurement noise R of a filter that takes the rate as measured.
+    walk_step : float
+        K / sqrt(rate) in rad/s: the deviation of the random walk's step from one sample to the
+        next. Its square is the process noise Q of the bias state.
+    """
+
+    white: float
+    walk_step: float
 
 
 @dataclass(frozen=True)
@@ -123,7 +141,7 @@ class NoiseModel:
         """
         return from_json(source, cls)
 
-    def allan_deviation(self, taus: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def allan_deviation(self, taus: npt.ArrayLike) -> Floats:
         """Return the model's Allan deviation curve.
 
         Parameters
@@ -155,7 +173,7 @@ class NoiseModel:
         """
         return deviation(self, taus, ALLAN)
 
-    def hadamard_deviation(self, taus: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def hadamard_deviation(self, taus: npt.ArrayLike) -> Floats:
         """Return the model's Hadamard deviation curve, which a ramp leaves alone.
 
         Parameters
@@ -244,11 +262,13 @@ class NoiseModel:
         >>> NoiseModel(angle_random_walk=1e-4, rate_random_walk=1e-6).discrete_sigmas(100.0)
         DiscreteSigmas(white=0.001, walk_step=1e-07)
         """
-        return discrete_sigmas(self.angle_random_walk, self.rate_random_walk, rate)
+        root = math.sqrt(positive("rate", rate))
+        white, walk = self.angle_random_walk, self.rate_random_walk
+        return DiscreteSigmas(white.conservative * root, walk.conservative / root)
 
     def __str__(self) -> str:
         """Return a table of the terms present: name, value, standard error, unit."""
-        return table(self)
+        return _table(self)
 
     def _coefficients(self) -> Iterator[tuple[Term, Coefficient]]:
         return ((term, getattr(self, term.field)) for term in TERMS[self.quantity])
@@ -259,3 +279,108 @@ def _terms(name: str, given: object, kind_: type) -> tuple[Any, ...]:
     if not all(isinstance(term, kind_) for term in terms):
         raise ValueError(f"{name} must be a sequence of {kind_.__name__}, got {given!r}")
     return terms
+
+
+def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
+    """Return the model whose every coefficient is the largest among the axes.
+
+    What an estimator takes that has one number for all axes.
+
+    Parameters
+    ----------
+    models : iterable of NoiseModel
+        One for each axis, at least one, all of one quantity.
+
+    Returns
+    -------
+    NoiseModel
+        Each coefficient as it is in the axis where it is largest, with its standard error; one
+        that is not identifiable counts by its upper bound, a ramp by its size. Markov terms and
+        sinusoids are those of the axis where they have the largest variance together.
+
+    Raises
+    ------
+    ValueError
+        If there is no model, or they differ in quantity.
+
+    Examples
+    --------
+    >>> x = NoiseModel(angle_random_walk=1e-4, rate_random_walk=3e-6)
+    >>> y = NoiseModel(angle_random_walk=2e-4, rate_random_walk=1e-6)
+    >>> worst = worst_axis([x, y])
+    >>> worst.angle_random_walk, worst.rate_random_walk
+    (Coefficient(0.0002), Coefficient(3e-06))
+    """
+    axes = list(models)
+    quantities = {model.quantity for model in axes}
+    if len(quantities) != 1:
+        listed = ", ".join(sorted(quantities)) or "none"
+        raise ValueError(f"the axes must be models of one quantity, got {listed}")
+    quantity = quantities.pop()
+    largest = {
+        term.field: max((getattr(axis, term.field) for axis in axes), key=_size)
+        for term in TERMS[quantity]
+    }
+    return NoiseModel(
+        **largest,
+        markov=_largest((axis.markov for axis in axes), _markov_deviation),
+        sinusoid=_largest((axis.sinusoid for axis in axes), _sinusoid_deviation),
+        quantity=quantity,
+    )
+
+
+def _size(coefficient: Coefficient) -> float:
+    return abs(coefficient.conservative)
+
+
+def _largest(choices: Iterable[tuple[T, ...]], deviation: Callable[[T], float]) -> tuple[T, ...]:
+    return max(choices, key=lambda terms: math.hypot(*map(deviation, terms)))
+
+
+def _markov_deviation(term: Markov) -> float:
+    return term.amplitude.conservative * math.sqrt(term.time / 2.0)
+
+
+def _sinusoid_deviation(term: Sinusoid) -> float:
+    return term.amplitude.conservative / math.sqrt(2.0)
+
+
+def _table(model: NoiseModel) -> str:
+    """Return aligned lines without an end: term, value with standard error, unit."""
+    rows = list(_rows(model))
+    if not rows:
+        return "no noise"
+    name_width = max(len(name) for name, _, _ in rows)
+    value_width = max((len(value) for _, value, unit in rows if unit), default=0)
+    return "\n".join(
+        f"{name.ljust(name_width)}  {value.ljust(value_width)}  {unit}".rstrip()
+        for name, value, unit in rows
+    )
+
+
+def _rows(model: NoiseModel) -> Iterator[Row]:
+    for term in TERMS[model.quantity]:
+        coefficient = getattr(model, term.field)
+        if coefficient.conservative != 0.0:
+            yield _row(term, coefficient)
+    driving = term_of(model.quantity, "rate_random_walk")
+    rate = term_of(model.quantity, "bias_instability")
+    for markov in model.markov:
+        yield _row(driving._replace(name="Markov noise"), markov.amplitude)
+        yield "  correlation time", _value(markov.time), "s"
+    for sinusoid in model.sinusoid:
+        yield _row(rate._replace(name="sinusoid"), sinusoid.amplitude)
+        yield "  frequency", _value(sinusoid.frequency), "Hz"
+
+
+def _row(term: Term, coefficient: Coefficient) -> Row:
+    shown = coefficient.scaled(convert(1.0, term.unit, term.shown))
+    if not shown.identifiable:
+        return term.name, f"not identifiable (< {shown.upper_bound:.2g} {term.shown})", ""
+    return term.name, _value(shown), term.shown
+
+
+def _value(coefficient: Coefficient) -> str:
+    if coefficient.sigma == 0.0:
+        return f"{coefficient:.4g}"
+    return f"{coefficient:.4g} ± {coefficient.sigma:.2g}"

@@ -1,27 +1,150 @@
-"""The terms that a fit may find, each with its unit strength in samples."""
+"""Generalised autocovariances (Greenhall and Riley 2003) and strengths of the noise processes.
+
+The phase x (the sum of the rate) of a noise has no autocovariance if it wanders, but differences
+of it have one, and all of them follow from one even function s(k): the covariance of two sums of
+phases with weights that add up to zero is the sum of products of weights times s. Polynomials in
+k² of a degree that the differences remove may be left out of s. The sample is the unit of time.
+"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate.noise.kinds import Kind
-from zerorate.noise.power_laws import FLICKER, QUANTISATION, WALK, WHITE, Process
+from zerorate.types import Floats
 
 __all__ = [
+    "BY_EXPONENT",
     "COLOURED",
+    "FLICKER",
+    "QUANTISATION",
     "TERMS",
+    "WALK",
+    "WHITE",
+    "Process",
     "check_frequencies",
     "check_terms",
     "check_times",
+    "markov",
     "ramp_variance",
     "sinusoid_variance",
     "strength",
 ]
 
-Floats = npt.NDArray[np.float64]
+_SERIES: Final = 20
+_ZETA_3: Final = 1.2020569031595942
+
+
+@dataclass(frozen=True)
+class Process:
+    """A noise of unit strength.
+
+    Parameters
+    ----------
+    phase : callable
+        s(k) of the phase.
+    summed : callable
+        s(k) of the running sum of the phase, whose negative second difference is `phase`.
+    is_point : bool
+        Whether s(k) of the phase is zero everywhere but at zero.
+    """
+
+    phase: Callable[[Floats], Floats]
+    summed: Callable[[Floats], Floats]
+    is_point: bool = False
+
+
+def _power_log(k: Floats, power: int) -> Floats:
+    """Return k^power ln|k|, which is 0 at 0."""
+    size = np.abs(k)
+    return size**power * np.log(np.where(size > 0.0, size, 1.0))
+
+
+def _flicker_summed(k: Floats) -> Floats:
+    """Return the even function whose negative second difference is k² ln|k| / (2 pi).
+
+    By its Euler-Maclaurin series, good to 1e-4 from 1 on; at 0 it is as at 1.
+    """
+    size = np.maximum(np.abs(k), 1.0)
+    smooth = (10.0 * size**2 * (size**2 - 1.0) + 1.0) * np.log(size) / 120.0 - 7.0 * size**4 / 144.0
+    return -(smooth + _ZETA_3 / (4.0 * math.pi**2) * size) / (2.0 * math.pi)
+
+
+QUANTISATION: Final = Process(
+    phase=lambda k: np.where(k == 0.0, 1.0, 0.0),
+    summed=lambda k: -np.abs(k) / 2.0,
+    is_point=True,
+)
+"""White phase of variance 1."""
+
+WHITE: Final = Process(
+    phase=lambda k: -np.abs(k) / 2.0,
+    summed=lambda k: np.abs(k) * (k * k - 1.0) / 12.0,
+)
+"""White rate of variance 1."""
+
+FLICKER: Final = Process(
+    phase=lambda k: _power_log(k, 2) / (2.0 * math.pi),
+    summed=_flicker_summed,
+)
+"""Flicker of rate, density 1 / (2 pi f)."""
+
+WALK: Final = Process(
+    phase=lambda k: np.abs(k) * (k * k - 1.0) / 12.0,
+    summed=lambda k: -np.abs(k) * (k * k - 1.0) * (k * k - 4.0) / 240.0,
+)
+"""Random walk of rate with steps of variance 1."""
+
+
+def _flicker_phase(k: Floats) -> Floats:
+    """Return the negative second difference of k² ln|k|, by its limit where that is rounded."""
+    near = 2.0 * _power_log(k, 2) - _power_log(k - 1.0, 2) - _power_log(k + 1.0, 2)
+    return np.where(np.abs(k) < 1e3, near, -2.0 * np.log(np.maximum(np.abs(k), 1.0)) - 3.0)
+
+
+BY_EXPONENT: Final[dict[int, Process]] = {
+    2: QUANTISATION,
+    1: Process(phase=_flicker_phase, summed=lambda k: _power_log(k, 2)),
+    0: WHITE,
+    -1: FLICKER,
+    -2: WALK,
+    -3: Process(phase=lambda k: -_power_log(k, 4), summed=lambda k: _power_log(k, 6) / 30.0),
+    -4: Process(phase=lambda k: -(np.abs(k) ** 5), summed=lambda k: np.abs(k) ** 7 / 42.0),
+}
+"""Noises by the exponent of the density of their rate, at any strength."""
+
+
+def markov(time: float) -> Process:
+    """Return a first-order Gauss-Markov rate of variance 1 and correlation time `time` samples."""
+    return Process(
+        phase=lambda k: -(time**2) * _exponential_tail(np.abs(k) / time, 3),
+        summed=lambda k: _markov_summed(np.abs(k), time),
+    )
+
+
+def _markov_summed(k: Floats, time: float) -> Floats:
+    """Return the double integral with what makes a second difference of a second derivative."""
+    integral = time**4 * _exponential_tail(k / time, 5)
+    return integral - time**2 * _exponential_tail(k / time, 3) / 12.0 - k / (180.0 * time)
+
+
+def _exponential_tail(r: Floats, first: int) -> Floats:
+    """Return the terms of exp(-r) from (-r)^first / first! on.
+
+    The even ones of lower order may be left out, the odd ones belong to the process. Where r is
+    small they would cancel in a difference, so the series is summed there.
+    """
+    small = np.minimum(r, 1.0)
+    series = np.zeros_like(r)
+    for j in range(first + _SERIES, first - 1, -1):
+        series = series * -small / (j + 1) + 1.0
+    series *= (-small) ** first / math.factorial(first)
+    direct = np.exp(-r) - sum((-r) ** j / math.factorial(j) for j in range(first))
+    return np.where(r < 1.0, series, direct)
+
 
 COLOURED: Final[dict[str, Process]] = {
     "quantization": QUANTISATION,
@@ -32,7 +155,7 @@ COLOURED: Final[dict[str, Process]] = {
 """Noises of the coefficients of `NoiseModel`."""
 
 TERMS: Final = (*COLOURED, "rate_ramp")
-"""Coefficients that a fit finds unless told otherwise."""
+"""Coefficients that a fit looks for by default."""
 
 _RATE_POWER: Final = {
     "quantization": 2.0,

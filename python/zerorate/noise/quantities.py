@@ -1,10 +1,43 @@
-"""What each coefficient is called, and its units, for gyros and for accelerometers."""
+"""Names and units of the noise coefficients, of records, and of the curves that are shown."""
 
-from typing import Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-__all__ = ["TERMS", "Quantity", "Term", "term_of"]
+import numpy as np
+
+from zerorate.noise.kinds import KINDS
+from zerorate.units import convert, kind
+
+if TYPE_CHECKING:
+    from zerorate.noise.dynamic import DynamicAllan
+    from zerorate.noise.result import AllanResult
+
+__all__ = [
+    "TERMS",
+    "UNKNOWN",
+    "Quantity",
+    "Shown",
+    "Term",
+    "check_unit",
+    "shown_unit",
+    "si_unit",
+    "term_of",
+]
 
 Quantity = Literal["angular rate", "acceleration"]
+
+UNKNOWN: Final = "unit"
+"""What a log says whose unit is not known."""
+
+_QUANTITIES: Final[dict[str, tuple[Quantity, str]]] = {
+    "rate": ("angular rate", "rad/s"),
+    "acceleration": ("acceleration", "m/s^2"),
+}
+
+# Fine and coarse unit of each kind, and from which least deviation on the coarse one reads better.
+_CHOICES: Final = {
+    "rate": ("deg/h", "deg/s", 1000.0),
+    "acceleration": ("ug", "m/s^2", 1e5),
+}
 
 
 class Term(NamedTuple):
@@ -34,6 +67,54 @@ TERMS: Final[dict[Quantity, tuple[Term, ...]]] = {
 }
 
 
+class Shown(NamedTuple):
+    """A unit, and what a deviation is multiplied by to be in it."""
+
+    unit: str
+    factor: float
+
+
 def term_of(quantity: Quantity, field: str) -> Term:
     """Return the term of a field of the model."""
     return next(term for term in TERMS[quantity] if term.field == field)
+
+
+def check_unit(unit: str) -> str:
+    """Return a unit that records may be in, or the word for an unknown one."""
+    if unit != UNKNOWN:
+        _quantity(unit)
+    return unit
+
+
+def si_unit(unit: str) -> tuple[float, Quantity]:
+    """Return what one of a unit is in SI, and which quantity it measures."""
+    if unit == UNKNOWN:
+        raise ValueError("the unit of the record is not known: give unit=, deg/s for instance")
+    quantity, si = _quantity(unit)
+    return convert(1.0, unit, si), quantity
+
+
+def _quantity(unit: str) -> tuple[Quantity, str]:
+    found = _QUANTITIES.get(kind(unit))
+    if found is None:
+        raise ValueError(
+            f"unit must be one of an angular rate or an acceleration, got {unit!r}, "
+            f"which is one of {kind(unit)}"
+        )
+    return found
+
+
+def shown_unit(curve: "AllanResult | DynamicAllan") -> Shown:
+    """Return the data-sheet unit in which the deviations of a curve read well.
+
+    Angular rates in deg/h, in deg/s where none is below 1000 deg/h; accelerations in ug, in
+    m/s^2 where none is below 0.1 g. Time deviations, and records of unknown unit, stay as they
+    are.
+    """
+    if curve.unit == UNKNOWN or KINDS[curve.kind].time:
+        return Shown(f"{curve.unit}·s" if KINDS[curve.kind].time else curve.unit, 1.0)
+    fine, coarse, limit = _CHOICES[kind(curve.unit)]
+    positive = curve.deviation[curve.deviation > 0.0]
+    least = convert(float(np.min(positive, initial=np.inf)), curve.unit, fine)
+    unit = coarse if limit <= least < np.inf else fine
+    return Shown(unit, convert(1.0, curve.unit, unit))

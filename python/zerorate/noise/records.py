@@ -1,34 +1,90 @@
-"""What a caller gives: a record, its rate and its unit."""
+"""Records as a caller gives them: checks, gaps, size and resolution."""
 
 import math
-from typing import Final
+import numbers
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate.io.log import checked_rate
-from zerorate.noise.quantities import Quantity
-from zerorate.units import convert, kind
+from zerorate.types import Floats
 
-__all__ = ["check_unit", "longest_stretch", "power_of_two", "samples", "si_unit", "unmasked"]
+__all__ = [
+    "as_record",
+    "centred",
+    "checked_width",
+    "is_constant",
+    "longest_stretch",
+    "power_of_two",
+    "real_numbers",
+    "resolution",
+    "samples",
+    "size_of",
+    "with_gaps",
+]
 
-Floats = npt.NDArray[np.float64]
+_GLANCE: Final = 1000
 
-_QUANTITIES: Final[dict[str, tuple[Quantity, str]]] = {
-    "rate": ("angular rate", "rad/s"),
-    "acceleration": ("acceleration", "m/s^2"),
-}
-UNKNOWN: Final = "unit"
-"""What a log says whose unit is not known."""
+
+def as_record(z: npt.ArrayLike, least: int = 1, purpose: str = "this") -> Floats:
+    """Return one axis as contiguous float64, NaN where missing, once it can be worked on.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,)
+        Samples; those that are not finite or masked are missing.
+    least : int
+        How many samples must be there.
+    purpose : str
+        What needs them, for the message.
+
+    Raises
+    ------
+    TypeError
+        If `z` does not hold real numbers.
+    ValueError
+        If `z` is not one axis, has too few samples, or only equal ones.
+    """
+    record = np.ascontiguousarray(real_numbers(z), dtype=np.float64)
+    if record.ndim != 1:
+        raise ValueError(f"z must be one axis of shape (n,), got shape {record.shape}")
+    present = np.isfinite(record)
+    count = int(np.count_nonzero(present))
+    if count == 0:
+        raise ValueError("z holds no finite sample")
+    if count < least:
+        raise ValueError(f"{purpose} needs at least {least} samples, got {count}")
+    first = float(record[int(np.argmax(present))])
+    if least > 1 and is_constant(record, first):
+        raise ValueError(f"{purpose} needs samples that differ, all {count} are {first:g}")
+    return record
 
 
 def samples(z: npt.ArrayLike, rate: float) -> Floats:
     """Return a record as floats, shape (n,), after checking it and its rate."""
     checked_rate(rate)
-    record = np.asarray(unmasked(z), dtype=np.float64)
+    record = np.asarray(_unmasked(z), dtype=np.float64)
     if record.ndim != 1:
         raise ValueError(f"z must have shape (n,), got {record.shape}")
     return record
+
+
+def real_numbers(z: npt.ArrayLike) -> npt.NDArray[Any]:
+    """Return an array of real numbers as it is in memory; TypeError if they are not real."""
+    array = np.asarray(_unmasked(z))
+    if array.dtype.kind == "O":
+        array = array.astype(np.float64)
+    if array.dtype.kind not in "fiub":
+        raise TypeError(f"z must hold real numbers, got dtype {array.dtype}")
+    return array
+
+
+def is_constant(record: npt.NDArray[Any], value: float) -> bool:
+    """Return whether all samples that are there are equal to a value."""
+    # The beginning nearly always settles it.
+    parts = (record[:_GLANCE], record[_GLANCE:])
+    return all(bool(np.all((part == value) | ~np.isfinite(part))) for part in parts)
 
 
 def power_of_two(values: Floats) -> float:
@@ -37,7 +93,7 @@ def power_of_two(values: Floats) -> float:
     return math.ldexp(1.0, math.frexp(largest)[1] - 1)
 
 
-def unmasked(z: npt.ArrayLike) -> npt.ArrayLike:
+def _unmasked(z: npt.ArrayLike) -> npt.ArrayLike:
     """Return the record with NaN in place of what is masked."""
     if np.ma.isMaskedArray(z):
         return np.ma.filled(np.ma.asarray(z, dtype=np.float64), np.nan)
@@ -52,26 +108,50 @@ def longest_stretch(record: Floats) -> Floats:
     return record[ends[longest] + 1 : ends[longest + 1]]
 
 
-def check_unit(unit: str) -> str:
-    """Return a unit that records may be in, or the word for an unknown one."""
-    if unit != UNKNOWN:
-        _quantity(unit)
-    return unit
+def checked_width(width: int, name: str = "width") -> int:
+    """Return a number of samples; ValueError unless it is a whole number from 1 on."""
+    whole = isinstance(width, numbers.Integral) and not isinstance(width, bool)
+    if not whole or width < 1:
+        raise ValueError(f"{name} must be a whole number from 1 on, got {width!r}")
+    return int(width)
 
 
-def si_unit(unit: str) -> tuple[float, Quantity]:
-    """Return what one of a unit is in SI, and which quantity it measures."""
-    if unit == UNKNOWN:
-        raise ValueError("the unit of the record is not known: give unit=, deg/s for instance")
-    quantity, si = _quantity(unit)
-    return convert(1.0, unit, si), quantity
+def with_gaps(record: Floats) -> Floats:
+    """Return the record with NaN for all that is not finite; itself if nothing is."""
+    finite = np.isfinite(record)
+    return record if finite.all() else np.where(finite, record, np.nan)
 
 
-def _quantity(unit: str) -> tuple[Quantity, str]:
-    found = _QUANTITIES.get(kind(unit))
-    if found is None:
-        raise ValueError(
-            f"unit must be one of an angular rate or an acceleration, got {unit!r}, "
-            f"which is one of {kind(unit)}"
-        )
-    return found
+def centred(record: Floats) -> Floats:
+    """Return the samples that are there less their mean, at most about 1 in size.
+
+    For what does not depend on the unit. The mean is found about one of the samples, so that an
+    offset costs no precision, and the unit is a power of two, so that it rounds nothing.
+    """
+    finite = np.isfinite(record)
+    present = record if finite.all() else record[finite]
+    scaled = present / size_of(present)
+    scaled -= scaled[0]
+    scaled -= scaled.mean()
+    # Once more: a record that hardly differs is small now.
+    scaled /= size_of(scaled)
+    if present is record:
+        return scaled
+    whole = np.full(record.size, np.nan)
+    whole[finite] = scaled
+    return whole
+
+
+def size_of(values: Floats) -> float:
+    """Return a power of two near the largest of finite values, 1 if all are 0."""
+    return power_of_two(values) if np.any(values) else 1.0
+
+
+def resolution(record: Floats) -> float:
+    """Return the least difference between a sample and the next that is not 0, or 0 if all are.
+
+    For a coarse record it is the step of quantisation; otherwise it is next to nothing.
+    """
+    steps = np.abs(np.diff(record))
+    steps = steps[steps > 0.0]
+    return float(steps.min()) if steps.size else 0.0

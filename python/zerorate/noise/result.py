@@ -1,4 +1,4 @@
-"""A deviation curve with its errors, and what can be asked of it."""
+"""A deviation curve with its bounds, its axes and its fits."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.noise.curve_fit import Curve, curve_fit
+from zerorate.noise.curve_fit import Curve, curve_fit, polynomial_fit
 from zerorate.noise.fit import FittedModel
 from zerorate.noise.freedom import reflection_bias
 from zerorate.noise.kinds import KINDS, Kind
-from zerorate.noise.polynomial import polynomial_fit
 from zerorate.noise.processes import TERMS, check_frequencies, check_terms, check_times
-from zerorate.noise.records import power_of_two, si_unit
+from zerorate.noise.quantities import si_unit
+from zerorate.noise.records import power_of_two
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+from zerorate.types import Floats, Integers
+
 __all__ = ["AllanResult"]
 
-Floats = npt.NDArray[np.float64]
-Counts = npt.NDArray[np.int64]
 
 # More averaging times to an octave share nearly all of what they know.
 _PER_OCTAVE: Final = 4
@@ -77,9 +77,9 @@ class AllanResult:
     lower: Floats
     upper: Floats
     edf: Floats
-    exponent: Counts
-    terms: Counts
-    factors: Counts
+    exponent: Integers
+    terms: Integers
+    factors: Integers
     rate: float
     n: int
     unit: str
@@ -191,7 +191,7 @@ class AllanResult:
         ImportError
             Without matplotlib: ``pip install 'zerorate[plot]'``.
         """
-        from zerorate.show.plotting.allan import plot_allan
+        from zerorate.show.allan_figure import plot_allan
 
         return plot_allan(self, models)
 
@@ -243,5 +243,5 @@ class AllanResult:
         return Curve(kind, plain, self.rate, m, _plain_terms(plain, m, self.n), variance, edf)
 
 
-def _plain_terms(kind: Kind, m: Counts, n: int) -> Counts:
+def _plain_terms(kind: Kind, m: Integers, n: int) -> Integers:
     return np.maximum(n + 1 - (kind.order + int(kind.modified)) * m, 1)

@@ -3,11 +3,10 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
+
+from zerorate.types import Floats
 
 __all__ = ["flicker", "markov", "quantization", "sinusoid", "walk"]
-
-Floats = npt.NDArray[np.float64]
 
 
 def walk(steps: Floats) -> Floats:

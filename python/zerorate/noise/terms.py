@@ -1,4 +1,4 @@
-"""Allan and Hadamard deviation of each noise term, by its averaging time."""
+"""Allan and Hadamard deviation of each noise term, and the terms that have a time scale."""
 
 import math
 from dataclasses import dataclass
@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.noise.coefficient import CoefficientField
+from zerorate.types import Floats
+
 if TYPE_CHECKING:
-    from zerorate.noise.correlated import Markov, Sinusoid
     from zerorate.noise.model import NoiseModel
 
-__all__ = ["ALLAN", "FLICKER_FLOOR", "HADAMARD", "Statistic", "deviation"]
-
-Floats = npt.NDArray[np.float64]
+__all__ = ["ALLAN", "FLICKER_FLOOR", "HADAMARD", "Markov", "Sinusoid", "Statistic", "deviation"]
 
 FLICKER_FLOOR: Final = math.sqrt(2.0 * math.log(2.0) / math.pi)
 """Allan deviation of flicker noise over its bias instability B, 0.664."""
@@ -25,8 +25,51 @@ _SERIES_ORDER: Final = 18
 
 
 @dataclass(frozen=True)
+class Markov:
+    """Exponentially correlated (first-order Markov) noise, IEEE Std 952-1997, C.1.5.
+
+    Parameters
+    ----------
+    amplitude : float
+        q_c in rad/s^2/sqrt(Hz): the white noise that drives it. Its variance is q_c^2 T_c / 2.
+    time : float
+        T_c in s, the correlation time, positive. Well within it the noise is a random walk with
+        K = q_c, well beyond it white with N = q_c T_c.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, the amplitude negative or the time not positive.
+    """
+
+    amplitude: CoefficientField = CoefficientField(required=True)
+    time: CoefficientField = CoefficientField(positive=True, required=True)
+
+
+@dataclass(frozen=True)
+class Sinusoid:
+    """A sine of unknown phase in the rate, IEEE Std 952-1997, C.1.6.
+
+    Parameters
+    ----------
+    amplitude : float
+        Omega_0 in rad/s, from zero to peak.
+    frequency : float
+        f_0 in Hz, positive.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, the amplitude negative or the frequency not positive.
+    """
+
+    amplitude: CoefficientField = CoefficientField(required=True)
+    frequency: CoefficientField = CoefficientField(positive=True, required=True)
+
+
+@dataclass(frozen=True)
 class Statistic:
-    """How a deviation weighs the terms: its square is their sum, each at tau = 1 s.
+    """The weights of the terms in a deviation: its square is their sum, each at tau = 1 s.
 
     Both are differences, of order 2 or 3, of the angle at steps of tau.
     """

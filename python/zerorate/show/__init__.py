@@ -1,1 +1,61 @@
-"""Results for people: figures, text tables and pages."""
+"""Results for people: figures, text tables and pages.
+
+Figures need matplotlib, which is imported when one is drawn.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from zerorate.show.allan_figure import plot_allan, plot_characterisation
+    from zerorate.show.allan_table import format_allan, format_allan_notes
+    from zerorate.show.compare_tables import format_compare
+    from zerorate.show.dynamic_figure import plot_dynamic
+    from zerorate.show.identify_figure import plot_identification
+    from zerorate.show.identify_page import identification_page
+    from zerorate.show.identify_tables import format_identify, log_notes
+    from zerorate.show.replay_figure import plot_replay
+    from zerorate.show.replay_table import format_learned, format_notes, format_table
+    from zerorate.show.style import save_figure
+    from zerorate.show.tables import WIDTH
+
+__all__ = [
+    "WIDTH",
+    "format_allan",
+    "format_allan_notes",
+    "format_compare",
+    "format_identify",
+    "format_learned",
+    "format_notes",
+    "format_table",
+    "identification_page",
+    "log_notes",
+    "plot_allan",
+    "plot_characterisation",
+    "plot_dynamic",
+    "plot_identification",
+    "plot_replay",
+    "save_figure",
+]
+
+_PLACES: Final = {
+    "allan_figure": ("plot_allan", "plot_characterisation"),
+    "allan_table": ("format_allan", "format_allan_notes"),
+    "compare_tables": ("format_compare",),
+    "dynamic_figure": ("plot_dynamic",),
+    "identify_figure": ("plot_identification",),
+    "identify_page": ("identification_page",),
+    "identify_tables": ("format_identify", "log_notes"),
+    "replay_figure": ("plot_replay",),
+    "replay_table": ("format_learned", "format_notes", "format_table"),
+    "style": ("save_figure",),
+    "tables": ("WIDTH",),
+}
+_MODULES: Final = {name: module for module, names in _PLACES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401
+    """Import the module of a name when it is first asked for: nobody needs all of them."""
+    if name not in _MODULES:
+        raise AttributeError(f"module 'zerorate.show' has no attribute {name!r}")
+    return getattr(import_module(f"zerorate.show.{_MODULES[name]}"), name)

@@ -1,4 +1,4 @@
-"""Noise of a few well-known MEMS gyros, for simulation and for judging a measured unit.
+"""Noise of a few well-known MEMS gyros, for simulation and to compare a unit with.
 
 The coefficients are those of a data sheet where it states them, read as follows: a noise density
 or angle random walk is N, an in-run bias stability (or instability) is taken as B itself. No data

@@ -5,14 +5,13 @@ from numbers import Integral
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate.noise import NoiseModel, series
 from zerorate.simulate.devices import Device
+from zerorate.types import Floats
 
-__all__ = ["simulate"]
+__all__ = ["not_negative", "simulate"]
 
-Floats = npt.NDArray[np.float64]
 
 _MOST_SAMPLES: Final = 10**9
 # A new term goes to the end: the streams before it, and so the signals of old seeds, stay.
@@ -115,21 +114,26 @@ def _axis(
     noise: NoiseModel, rate: float, n: int, bias_sigma: float, seed: np.random.SeedSequence
 ) -> tuple[Floats, Floats]:
     seeds = dict(zip(_STREAMS, seed.spawn(len(_STREAMS)), strict=True))
-    random = {name: np.random.default_rng(seeds[name]) for name in _STREAMS}
-    truth = np.full(n, bias_sigma * random["turn-on bias"].standard_normal())
+
+    def random(stream: str) -> np.random.Generator:
+        return np.random.default_rng(seeds[stream])
+
+    truth = np.full(n, bias_sigma * random("turn-on bias").standard_normal())
     if noise.bias_instability > 0.0:
-        truth += noise.bias_instability * series.flicker(random["flicker"].standard_normal(n))
+        truth += noise.bias_instability * series.flicker(random("flicker").standard_normal(n))
     if noise.rate_random_walk > 0.0:
         step = noise.rate_random_walk / math.sqrt(rate)
-        truth += step * series.walk(random["walk"].standard_normal(n))
+        truth += step * series.walk(random("walk").standard_normal(n))
     if noise.rate_ramp != 0.0:
         truth += noise.rate_ramp / rate * np.arange(n)
-    _add_markov(truth, noise, rate, seeds["markov"])
-    _add_sinusoids(truth, noise, rate, random["sinusoid"])
+    if noise.markov:
+        _add_markov(truth, noise, rate, seeds["markov"])
+    if noise.sinusoid:
+        _add_sinusoids(truth, noise, rate, random("sinusoid"))
     sigma = noise.angle_random_walk * math.sqrt(rate)
-    signal = truth + sigma * random["white"].standard_normal(n)
+    signal = truth + sigma * random("white").standard_normal(n)
     if noise.quantization > 0.0:
-        errors = random["quantization"].standard_normal(n + 1)
+        errors = random("quantization").standard_normal(n + 1)
         signal += noise.quantization * rate * series.quantization(errors)
     return signal, truth
 
@@ -160,8 +164,8 @@ def _parts(
         noise, step, sigma = model, 0.0, 0.0
     else:
         raise ValueError(f"model must be a NoiseModel or a Device, got {type(model).__name__}")
-    step = step if resolution is None else _not_negative("resolution", resolution)
-    sigma = sigma if turn_on_bias is None else _not_negative("turn_on_bias", turn_on_bias)
+    step = step if resolution is None else not_negative("resolution", resolution)
+    sigma = sigma if turn_on_bias is None else not_negative("turn_on_bias", turn_on_bias)
     return noise, step, sigma
 
 
@@ -183,7 +187,8 @@ def _whole(name: str, value: int, least: int) -> int:
     return int(value)
 
 
-def _not_negative(name: str, value: float) -> float:
+def not_negative(name: str, value: float) -> float:
+    """Return a number that must be finite and from 0."""
     if not (math.isfinite(value) and value >= 0.0):
         raise ValueError(f"{name} must be finite and not negative, got {value}")
     return float(value)

@@ -401,7 +401,24 @@ where
         (scaling.raw(y), missing, guarded)
     }
 
-    /// Start-up: answers the mean so far, zero before the first sample.
+    /// Takes one sample.
+    #[inline(always)]
+    fn advance(&mut self, z: T) -> T {
+        self.samples_seen += 1;
+        match &self.scaling {
+            Some(scaling) => {
+                (self.estimate, self.missing, self.guarded) =
+                    Self::step(&mut self.inner, scaling, z);
+            }
+            None => {
+                self.missing = !z.finite();
+                self.estimate = self.learn_scale(z);
+            }
+        }
+        self.estimate
+    }
+
+    /// Start-up: returns the mean so far, zero before the first sample.
     #[cold]
     fn learn_scale(&mut self, z: T) -> T {
         self.inner.last.innovation = self.startup.difference(z);
@@ -433,20 +450,10 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
     type Input = T;
     type Output = T;
 
-    #[inline(always)]
+    // Compiled once a type, not into every caller: a step is long, and twelve orders have one.
+    #[inline(never)]
     fn update(&mut self, z: T) -> T {
-        self.samples_seen += 1;
-        match &self.scaling {
-            Some(scaling) => {
-                (self.estimate, self.missing, self.guarded) =
-                    Self::step(&mut self.inner, scaling, z);
-            }
-            None => {
-                self.missing = !z.finite();
-                self.estimate = self.learn_scale(z);
-            }
-        }
-        self.estimate
+        self.advance(z)
     }
 
     #[inline]
@@ -454,7 +461,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
         // A copy on the stack: its addresses are fixed, which processors forward fastest.
         let mut filter = *self;
         for z in inputs {
-            put(filter.update(z));
+            put(filter.advance(z));
         }
         *self = filter;
     }

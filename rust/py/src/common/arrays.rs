@@ -34,11 +34,11 @@ pub fn sample(z: &Bound<'_, PyAny>) -> PyResult<f64> {
     })
 }
 
-/// A record of one signal, shape `(n,)`.
-pub fn batch(z: &Bound<'_, PyAny>, _channels: Option<()>) -> PyResult<Record> {
+/// The samples of one signal, shape `(n,)`, copied.
+pub fn record(z: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let record = read(z)?;
     check_shape(record.shape.len() == 1, "(n,)", &record.shape)?;
-    Ok(record)
+    Ok(record.values)
 }
 
 /// Samples of a batch: read where they stand, or copied where they stand otherwise.
@@ -296,7 +296,7 @@ pub fn copy_to<T: Element>(out: &Bound<'_, PyArrayDyn<T>>, values: Vec<T>) -> Py
 
 /// A new array of one number a channel: for so few, copying them beats handing over their memory.
 #[inline]
-pub fn small<'py>(py: Python<'py>, row: &[f64]) -> Bound<'py, PyAny> {
+pub fn small<'py, T: Element>(py: Python<'py>, row: &[T]) -> Bound<'py, PyAny> {
     PyArray1::from_slice(py, row).into_any()
 }
 

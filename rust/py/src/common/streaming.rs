@@ -59,7 +59,23 @@ impl<S: Stream + Checkpoint + Debug + Send + Sync + 'static> AnyBank for Bank<S>
 #[derive(Debug)]
 pub struct Shared<B: ?Sized> {
     pub channels: Option<usize>,
+    /// What a sample gives.
+    output: Kind,
+    /// Axes of one row of samples.
+    axes: Vec<usize>,
+    /// Places for the outputs of one row.
+    numbers: Vec<f64>,
+    flags: Vec<bool>,
     pub bank: Box<B>,
+}
+
+/// What a sample gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Nothing,
+    Number,
+    Flag,
+    Several,
 }
 
 /// The object, to change it, if no other thread is using it.
@@ -95,35 +111,40 @@ fn threads(given: Option<i128>) -> PyResult<usize> {
 
 impl<B: AnyBank + ?Sized> Shared<B> {
     pub fn new(channels: Option<usize>, bank: Box<B>) -> Self {
-        Self { channels, bank }
-    }
-
-    /// Channels, one for a single signal.
-    fn count(&self) -> usize {
-        self.channels.unwrap_or(1)
+        let output = match bank.fields() {
+            [] => Kind::Nothing,
+            [Field { shape: Shape::Number, .. }] => Kind::Number,
+            [Field { shape: Shape::Flag, .. }] => Kind::Flag,
+            _ => Kind::Several,
+        };
+        let vector = (bank.width() > 1).then_some(bank.width());
+        let axes = channels.into_iter().chain(vector).collect();
+        let (count, sizes) = (channels.unwrap_or(1), sizes(bank.fields()));
+        let (numbers, flags) = (vec![0.0; count * sizes.0], vec![false; count * sizes.1]);
+        Self { channels, output, axes, numbers, flags, bank }
     }
 
     #[inline]
     pub fn update<'py>(&mut self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let py = z.py();
-        let fields = self.bank.fields();
-        if let (None, 1, [] | [_]) = (self.channels, self.bank.width(), fields) {
-            let (mut number, mut flag) = ([0.0], [false]);
-            self.bank.update(&[arrays::sample(z)?], &mut number, &mut flag);
-            return match fields {
-                [] => py.None().into_bound_py_any(py),
-                [Field { shape: Shape::Flag, .. }] => flag[0].into_bound_py_any(py),
-                _ => number[0].into_bound_py_any(py),
-            };
+        let (numbers, flags) = (&mut self.numbers, &mut self.flags);
+        if self.axes.is_empty() {
+            self.bank.update(&[arrays::sample(z)?], numbers, flags);
+        } else {
+            self.bank.update(&arrays::row(z, &self.axes)?, numbers, flags);
         }
-        let row = arrays::row(z, &self.axes(self.bank.width()))?;
-        let (mut numbers, mut flags) = self.room(1);
-        self.bank.update(&row, &mut numbers, &mut flags);
-        match fields {
-            [] => py.None().into_bound_py_any(py),
-            [Field { shape: Shape::Flag, .. }] => self.arrays(py, flags, &[]),
-            [Field { shape: Shape::Number, .. }] => Ok(arrays::small(py, &numbers)),
-            _ => self.split(py, fields, &numbers, &flags),
+        match (self.output, self.channels) {
+            (Kind::Number, None) => self.numbers[0].into_bound_py_any(py),
+            (Kind::Number, Some(_)) => Ok(arrays::small(py, &self.numbers)),
+            (Kind::Flag, None) => self.flags[0].into_bound_py_any(py),
+            (Kind::Flag, Some(_)) => Ok(arrays::small(py, &self.flags)),
+            (Kind::Nothing, _) => py.None().into_bound_py_any(py),
+            (Kind::Several, _) => {
+                let mut parts = Parts::new(self.bank.fields(), 1);
+                parts.add(&self.numbers, &self.flags);
+                let axes: Vec<usize> = self.channels.into_iter().collect();
+                PyTuple::new(py, parts.arrays(py, &axes)?)?.into_bound_py_any(py)
+            }
         }
     }
 
@@ -136,34 +157,37 @@ impl<B: AnyBank + ?Sized> Shared<B> {
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = z.py();
         let threads = self::threads(threads)?;
-        let samples = arrays::samples(z, &self.axes(self.bank.width()))?;
-        match self.bank.fields() {
-            [] => {
+        let samples = arrays::samples(z, &self.axes)?;
+        match self.output {
+            Kind::Nothing => {
                 let (bank, rows) = (&mut *self.bank, samples.values()?);
                 py.detach(|| bank.process(rows, &mut [], &mut [], threads));
                 py.None().into_bound_py_any(py)
             }
-            [Field { shape: Shape::Number, .. }] => {
+            Kind::Number => {
                 let run = |bank: &mut B, rows: &[f64], out: &mut [f64]| {
                     bank.process(rows, out, &mut [], threads);
                 };
                 self.fill(py, samples, out, run)
             }
-            [Field { shape: Shape::Flag, .. }] => {
+            Kind::Flag => {
                 let run = |bank: &mut B, rows: &[f64], out: &mut [bool]| {
                     bank.process(rows, &mut [], out, threads);
                 };
                 self.fill(py, samples, out, run)
             }
-            fields => {
+            Kind::Several => {
                 let (bank, rows) = (&mut *self.bank, samples.values()?);
-                let count = self.channels.unwrap_or(1);
-                let n = rows.len() / (bank.width() * count).max(1);
-                let sizes = sizes(fields);
-                let mut numbers = vec![0.0; n * count * sizes.0];
-                let mut flags = vec![false; n * count * sizes.1];
-                py.detach(|| bank.process(rows, &mut numbers, &mut flags, threads));
-                split(py, fields, &self.batch_axes(n), &numbers, &flags)
+                let fields = bank.fields();
+                let width = self.axes.iter().product();
+                let channels = self.channels.unwrap_or(1);
+                let parts = py.detach(|| {
+                    Parts::of(fields, channels, rows, width, |rows, numbers, flags| {
+                        bank.process(rows, numbers, flags, threads);
+                    })
+                });
+                let axes = self.batch_axes(samples.shape()[0]);
+                PyTuple::new(py, parts.arrays(py, &axes)?)?.into_bound_py_any(py)
             }
         }
     }
@@ -205,22 +229,9 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         Ok(out.clone())
     }
 
-    /// Axes of one row of samples.
-    fn axes(&self, width: usize) -> Vec<usize> {
-        let vector = (width > 1).then_some(width);
-        self.channels.into_iter().chain(vector).collect()
-    }
-
     /// Axes of what is returned for `n` rows, before those of a field.
     pub fn batch_axes(&self, n: usize) -> Vec<usize> {
         std::iter::once(n).chain(self.channels).collect()
-    }
-
-    /// Places for the outputs of so many rows.
-    fn room(&self, rows: usize) -> (Vec<f64>, Vec<bool>) {
-        let (numbers, flags) = sizes(self.bank.fields());
-        let count = rows * self.count();
-        (vec![0.0; count * numbers], vec![false; count * flags])
     }
 
     pub fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
@@ -253,47 +264,108 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         }
     }
 
-    /// Every field of one row of outputs, in a tuple.
-    fn split<'py>(
-        &self,
-        py: Python<'py>,
-        fields: &[Field],
-        numbers: &[f64],
-        flags: &[bool],
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let axes: Vec<usize> = self.channels.into_iter().collect();
-        split(py, fields, &axes, numbers, flags)
-    }
-
     /// One field of an output that each channel has, found by its name.
     pub fn field<'py>(
         &self,
         py: Python<'py>,
-        fields: &[Field],
+        fields: &'static [Field],
         name: &str,
         numbers: &[f64],
         flags: &[bool],
     ) -> PyResult<Bound<'py, PyAny>> {
+        let mut parts = Parts::new(fields, self.channels.unwrap_or(1));
+        parts.add(numbers, flags);
         let place = fields.iter().position(|field| field.name == name).unwrap_or_default();
-        match fields[place].shape {
-            Shape::Flag => self.numbers(py, part_of(flags, fields, place, flags_of)),
-            shape => self.arrays(py, part_of(numbers, fields, place, numbers_of), &axes_of(shape)),
+        match parts.values.swap_remove(place) {
+            Values::Numbers(values) => self.arrays(py, values, &axes_of(fields[place].shape)),
+            Values::Flags(values) => self.numbers(py, values),
         }
+    }
+}
+
+/// The fields of records, apart from each other.
+#[derive(Debug)]
+pub struct Parts {
+    fields: &'static [Field],
+    values: Vec<Values>,
+}
+
+#[derive(Debug)]
+enum Values {
+    Numbers(Vec<f64>),
+    Flags(Vec<bool>),
+}
+
+/// Rows of which the records are taken apart before the next ones: they stay in the cache.
+const ROWS: usize = 128;
+
+impl Parts {
+    /// Room for so many records.
+    fn new(fields: &'static [Field], records: usize) -> Self {
+        let values = |field: &Field| match field.shape {
+            Shape::Flag => Values::Flags(Vec::with_capacity(records)),
+            shape => Values::Numbers(Vec::with_capacity(records * shape.numbers())),
+        };
+        Self { fields, values: fields.iter().map(values).collect() }
+    }
+
+    /// The records that `work` makes of rows, `channels` a row of `width` numbers.
+    pub fn of(
+        fields: &'static [Field],
+        channels: usize,
+        rows: &[f64],
+        width: usize,
+        mut work: impl FnMut(&[f64], &mut [f64], &mut [bool]),
+    ) -> Self {
+        let (n, f) = sizes(fields);
+        let width = width.max(1);
+        let mut parts = Self::new(fields, rows.len() / width * channels);
+        let mut numbers = vec![0.0; ROWS * channels * n];
+        let mut flags = vec![false; ROWS * channels * f];
+        for rows in rows.chunks(ROWS * width) {
+            let records = rows.len() / width * channels;
+            let (numbers, flags) = (&mut numbers[..records * n], &mut flags[..records * f]);
+            work(rows, numbers, flags);
+            parts.add(numbers, flags);
+        }
+        parts
+    }
+
+    fn add(&mut self, numbers: &[f64], flags: &[bool]) {
+        let (n, f) = sizes(self.fields);
+        let (mut number, mut flag) = (0, 0);
+        for (field, values) in self.fields.iter().zip(&mut self.values) {
+            match values {
+                Values::Numbers(values) => {
+                    let length = field.shape.numbers();
+                    let parts = numbers.chunks_exact(n).map(|record| &record[number..][..length]);
+                    parts.for_each(|part| values.extend_from_slice(part));
+                    number += length;
+                }
+                Values::Flags(values) => {
+                    values.extend(flags.chunks_exact(f).map(|record| record[flag]));
+                    flag += 1;
+                }
+            }
+        }
+    }
+
+    /// One array a field, with these axes before its own.
+    pub fn arrays<'py>(self, py: Python<'py>, axes: &[usize]) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let array = |(field, values): (&Field, Values)| match values {
+            Values::Numbers(values) => {
+                arrays::array(py, values, &[axes, &axes_of(field.shape)].concat())
+            }
+            Values::Flags(values) => arrays::array(py, values, axes),
+        };
+        self.fields.iter().zip(self.values).map(array).collect()
     }
 }
 
 /// Numbers and flags of a record of these fields.
 pub fn sizes(fields: &[Field]) -> (usize, usize) {
-    let sum = |size: fn(&Field) -> usize| fields.iter().map(size).sum();
-    (sum(numbers_of), sum(flags_of))
-}
-
-fn numbers_of(field: &Field) -> usize {
-    field.shape.numbers()
-}
-
-fn flags_of(field: &Field) -> usize {
-    usize::from(field.shape == Shape::Flag)
+    let flags = fields.iter().filter(|field| field.shape == Shape::Flag).count();
+    (fields.iter().map(|field| field.shape.numbers()).sum(), flags)
 }
 
 /// Axes that a field adds to those of the samples.
@@ -302,51 +374,6 @@ pub fn axes_of(shape: Shape) -> Vec<usize> {
         Shape::Number | Shape::Flag => vec![],
         Shape::Vector(n) => vec![n],
         Shape::Matrix(n) => vec![n, n],
-    }
-}
-
-/// One field of every record: `size` says what each field takes of `values`.
-fn part_of<T: Copy>(
-    values: &[T],
-    fields: &[Field],
-    place: usize,
-    size: fn(&Field) -> usize,
-) -> Vec<T> {
-    let (width, first) = (fields.iter().map(size).sum(), fields[..place].iter().map(size).sum());
-    let length: usize = size(&fields[place]);
-    let records = values.chunks_exact(width);
-    records.flat_map(|record: &[T]| record[first..first + length].iter().copied()).collect()
-}
-
-/// Records as one array a field, with these axes before its own.
-pub fn by_field<'py>(
-    py: Python<'py>,
-    fields: &[Field],
-    axes: &[usize],
-    numbers: &[f64],
-    flags: &[bool],
-) -> PyResult<Vec<Bound<'py, PyAny>>> {
-    let array = |place: usize| match fields[place].shape {
-        Shape::Flag => arrays::array(py, part_of(flags, fields, place, flags_of), axes),
-        shape => {
-            let axes = [axes, &axes_of(shape)].concat();
-            arrays::array(py, part_of(numbers, fields, place, numbers_of), &axes)
-        }
-    };
-    (0..fields.len()).map(array).collect()
-}
-
-fn split<'py>(
-    py: Python<'py>,
-    fields: &[Field],
-    axes: &[usize],
-    numbers: &[f64],
-    flags: &[bool],
-) -> PyResult<Bound<'py, PyAny>> {
-    let arrays = by_field(py, fields, axes, numbers, flags)?;
-    match arrays.as_slice() {
-        [only] => Ok(only.clone()),
-        _ => PyTuple::new(py, arrays)?.into_bound_py_any(py),
     }
 }
 

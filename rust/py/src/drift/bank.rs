@@ -8,7 +8,7 @@ use zerorate_core::stream::{Field, Output};
 use zerorate_core::{AutoFilter, Bank, Behaviour, DriftFilter, DriftStream, Error, RestGated};
 
 use crate::common::errors::NativeError;
-use crate::common::streaming::{AnyBank, sizes};
+use crate::common::streaming::{AnyBank, Parts, sizes};
 
 /// Samples of a channel that are worked on before the next channel's.
 const ROWS: usize = 512;
@@ -27,7 +27,7 @@ pub trait DriftBank: AnyBank {
     /// Numbers and flags of a snapshot of each channel.
     fn snapshots(&self) -> (Vec<f64>, Vec<bool>);
     /// Those after each sample.
-    fn trace(&mut self, rows: &[f64]) -> (Vec<f64>, Vec<bool>);
+    fn trace(&mut self, rows: &[f64]) -> Parts;
     /// The parts of a start, and the numbers of each channel's, for filters that were started.
     fn starts(&self) -> Option<(&'static [Field], Vec<f64>)>;
     /// Forgets the drift but not the noise; false if it can't.
@@ -86,12 +86,11 @@ where
         (numbers, flags)
     }
 
-    fn trace(&mut self, rows: &[f64]) -> (Vec<f64>, Vec<bool>) {
-        let (n, f) = sizes(F::Snapshot::FIELDS);
-        let mut numbers = vec![0.0; n * rows.len()];
-        let mut flags = vec![false; f * rows.len()];
-        Bank::trace(self, rows, &mut numbers, &mut flags);
-        (numbers, flags)
+    fn trace(&mut self, rows: &[f64]) -> Parts {
+        let channels = self.streams().len();
+        Parts::of(F::Snapshot::FIELDS, channels, rows, channels, |rows, numbers, flags| {
+            Bank::trace(self, rows, numbers, flags);
+        })
     }
 
     fn starts(&self) -> Option<(&'static [Field], Vec<f64>)> {

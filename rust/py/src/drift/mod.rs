@@ -18,7 +18,7 @@ pub(crate) use self::bank::{Order, for_order, order_error};
 pub use self::options::filter_options;
 pub use self::readings::Trace;
 use crate::common::arrays;
-use crate::common::streaming::{Shared, by_field, exclusive, reading, streaming};
+use crate::common::streaming::{Shared, exclusive, reading, streaming};
 
 /// Online random-drift filter of a gyro, one or more axes.
 ///
@@ -205,9 +205,9 @@ impl DriftFilter {
         let axes: Vec<usize> = this.shared.channels.into_iter().collect();
         let samples = arrays::samples(z, &axes)?;
         let (rows, bank) = (samples.values()?, &mut *this.shared.bank);
-        let (numbers, flags) = py.detach(|| bank.trace(rows));
+        let parts = py.detach(|| bank.trace(rows));
         let (n, fields) = (samples.shape()[0], this.shared.bank.readings());
-        let arrays = by_field(py, fields, &this.shared.batch_axes(n), &numbers, &flags)?;
+        let arrays = parts.arrays(py, &this.shared.batch_axes(n))?;
         let named = PyDict::new(py);
         for (field, array) in fields.iter().zip(arrays) {
             named.set_item(field.name, array)?;

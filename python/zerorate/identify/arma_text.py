@@ -1,0 +1,238 @@
+"""ARMA models as text: notes on what to beware of, a table, JSON."""
+
+import json
+import math
+import os
+from collections.abc import Iterator
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.identify.polynomials import inverse_roots
+from zerorate.noise.exports import written
+from zerorate.types import Floats
+
+if TYPE_CHECKING:
+    from zerorate.identify.arma_model import ArmaModel
+
+__all__ = ["diagnosis", "from_json", "table", "to_json"]
+
+
+# Half of the digits of the normal equations are gone.
+_ILL_CONDITIONED: Final = 1e8
+# Within so many standard errors two numbers are the same at 95 %.
+_SAME_AT_95: Final = 1.96
+
+
+class Uncertain(NamedTuple):
+    """A reciprocal root and how it moves with each of [phi, theta, c]."""
+
+    value: complex
+    gradient: npt.NDArray[np.complex128]
+
+    def sigma(self, covariance: Floats) -> float:
+        """Return the standard error of its distance from the origin."""
+        radial = np.real(self.gradient * np.conj(self.value)) / abs(self.value)
+        return _deviation(radial, covariance)
+
+
+def ar_uncertain(model: "ArmaModel") -> list[Uncertain]:
+    """Return the reciprocal roots of the autoregression that are not zero."""
+    return _uncertain(-model.phi, 0, -1.0, len(model.covariance))
+
+
+def ma_uncertain(model: "ArmaModel") -> list[Uncertain]:
+    """Return the reciprocal roots of the moving average that are not zero."""
+    return _uncertain(model.theta, len(model.phi), 1.0, len(model.covariance))
+
+
+def _uncertain(coefficients: Floats, first: int, sign: float, size: int) -> list[Uncertain]:
+    """Differentiate y^n + c_1 y^(n-1) + ... + c_n = 0: dy/dc_i = -y^(n-i) / slope."""
+    n = coefficients.size
+    slope = np.polyder(np.concatenate(([1.0], coefficients)))
+    found = []
+    for root in inverse_roots(coefficients):
+        # A double root moves like a square root: its slope of zero is no standard error.
+        steepness = complex(np.polyval(slope, root))
+        if root == 0.0 or steepness == 0.0:
+            continue
+        gradient = np.zeros(size, dtype=np.complex128)
+        gradient[first : first + n] = -sign * root ** np.arange(n - 1, -1, -1) / steepness
+        found.append(Uncertain(complex(root), gradient))
+    return found
+
+
+def undetermined_pairs(model: "ArmaModel") -> list[tuple[complex, complex]]:
+    """Return the pairs of an AR and an MA root, reciprocal, that may be one common factor."""
+    pairs = ((ar, ma) for ar in ar_uncertain(model) for ma in ma_uncertain(model))
+    return [(ar.value, ma.value) for ar, ma in pairs if _same(ar, ma, model.covariance)]
+
+
+def _same(ar: Uncertain, ma: Uncertain, covariance: Floats) -> bool:
+    if ar.value.imag < 0.0 or ma.value.imag < 0.0:
+        return False
+    sigma = _deviation(ar.gradient - ma.gradient, covariance)
+    return sigma > 0.0 and abs(ar.value - ma.value) <= _SAME_AT_95 * sigma
+
+
+def _deviation(gradient: npt.NDArray[Any], covariance: Floats) -> float:
+    """Return the standard deviation along a gradient; NaN where the covariance has infinities."""
+    with np.errstate(invalid="ignore"):
+        variance = float(np.real(np.conj(gradient) @ covariance @ gradient))
+    return math.sqrt(max(variance, 0.0)) if math.isfinite(variance) else math.nan
+
+
+def diagnosis(model: "ArmaModel") -> Iterator[str]:
+    """Yield a sentence for each rule that the model meets; NaN in the covariance meets none."""
+    if not model.converged:
+        yield "the search for the estimate did not come to its end"
+    if model.condition > _ILL_CONDITIONED:
+        yield (
+            f"the normal equations have condition {model.condition:.1g}: the record hardly tells "
+            "the coefficients apart"
+        )
+    yield from _root_notes(model)
+    for ar, ma in undetermined_pairs(model):
+        yield (
+            f"the AR root {_root_text(1.0 / ar)} and the MA root {_root_text(1.0 / ma)} are closer "
+            "than their standard errors: the record does not determine this common factor"
+        )
+
+
+def _root_notes(model: "ArmaModel") -> Iterator[str]:
+    if not model.stationary:
+        yield "not stationary: an AR root lies on or inside the unit circle"
+    elif any(_reaches_one(root, model.covariance) for root in ar_uncertain(model)):
+        yield "an AR root is within two standard errors of the unit circle: the drift may be a walk"
+    if not model.invertible:
+        yield "not invertible: an MA root lies on or inside the unit circle"
+    elif any(_reaches_one(root, model.covariance) for root in ma_uncertain(model)):
+        yield "an MA root is within two standard errors of the unit circle"
+
+
+def _reaches_one(root: Uncertain, covariance: Floats) -> bool:
+    return abs(1.0 - abs(root.value)) <= _SAME_AT_95 * root.sigma(covariance)
+
+
+def _root_text(root: complex) -> str:
+    return f"{root:.5g}" if root.imag else f"{root.real:.5g}"
+
+
+Row = tuple[str, str, str]
+
+
+def table(model: "ArmaModel") -> str:
+    """Return aligned lines without an end: coefficient, value ± error, t; then the notes."""
+    rows = list(_rows(model))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    return "\n".join([_head(model), *lines, *(f"note: {note}" for note in model.notes)])
+
+
+def _head(model: "ArmaModel") -> str:
+    p, q = model.order
+    samples = f", {model.n} innovations" if model.n else ""
+    return f"ARMA({p}, {q}) by {model.method}{samples}"
+
+
+def _rows(model: "ArmaModel") -> Iterator[Row]:
+    p, q = model.order
+    names = [f"phi_{i}" for i in range(1, p + 1)] + [f"theta_{j}" for j in range(1, q + 1)]
+    names += ["constant"] if model.has_constant else []
+    values = [*model.phi.tolist(), *model.theta.tolist(), model.constant]
+    # Without a constant the last value and its error are left over.
+    for name, value, error in zip(names, values, model.standard_errors.tolist(), strict=False):
+        yield _row(name, value, error)
+    yield "sigma^2", f"{model.sigma2:.6g}", ""
+
+
+def _row(name: str, value: float, error: float) -> Row:
+    if not error > 0.0:
+        return name, f"{value:.6g}", ""
+    return name, f"{value:.6g} ± {error:.2g}", f"t = {value / error:.3g}"
+
+
+_FORMAT: Final = "zerorate ARMA model"
+_VERSION: Final = 1
+
+
+def to_json(
+    model: "ArmaModel", path: str | os.PathLike[str] | None = None, *, force: bool = False
+) -> str:
+    """Return the model as JSON, for `ArmaModel.from_json` and for any other program.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well. Default: none.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        Every field, exact to the last bit; "nan", "inf" and "-inf" as texts.
+
+    Raises
+    ------
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+
+    Examples
+    --------
+    >>> import json
+    >>> from zerorate.identify import ArmaModel
+    >>> json.loads(ArmaModel.of([0.9], []).to_json())["phi"]
+    [0.9]
+    """
+    content = {"format": _FORMAT, "version": _VERSION}
+    content |= {field.name: _encoded(getattr(model, field.name)) for field in fields(model)}
+    return written(json.dumps(content, indent=2, allow_nan=False) + "\n", path, force)
+
+
+def from_json(source: str | os.PathLike[str], build: type["ArmaModel"]) -> "ArmaModel":
+    """Return the model that a text or a file holds."""
+    is_text = isinstance(source, str) and source.lstrip().startswith("{")
+    try:
+        text = str(source) if is_text else Path(source).read_text(encoding="utf-8")
+        return build(**_fields(json.loads(text), build))
+    except (TypeError, ValueError) as error:
+        where = "the text" if is_text else os.fspath(source)
+        raise ValueError(f"{where} is not a zerorate ARMA model in JSON: {error}") from None
+
+
+def _fields(content: object, build: type["ArmaModel"]) -> dict[str, Any]:
+    if not isinstance(content, dict):
+        raise ValueError(f"expected an object, got {content!r:.40}")
+    found = (content.get("format"), content.get("version"))
+    if found != (_FORMAT, _VERSION):
+        raise ValueError(f"format and version are {found}, expected {(_FORMAT, _VERSION)}")
+    names = [field.name for field in fields(build)]
+    missing = [name for name in names if name not in content]
+    if missing:
+        raise ValueError(f"{missing[0]!r} is missing")
+    return {name: _decoded(name, content[name]) for name in names}
+
+
+def _encoded(value: Any) -> Any:  # noqa: ANN401
+    if isinstance(value, np.ndarray):
+        return [_encoded(item) for item in value.tolist()]
+    if isinstance(value, list | tuple):
+        return [_encoded(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return value
+
+
+def _decoded(name: str, value: Any) -> Any:  # noqa: ANN401
+    if name == "remarks":
+        return tuple(value)
+    if name in ("phi", "theta", "covariance"):
+        return np.array(value, dtype=np.float64)
+    return float(value) if value in ("nan", "inf", "-inf") else value

@@ -1,0 +1,112 @@
+"""Identifications as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from zerorate._native import __version__
+from zerorate.identify.conclusions import is_fit
+from zerorate.identify.order import CRITERIA
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from zerorate.identify.arma_model import ArmaModel
+    from zerorate.identify.identification import Identification, Online
+    from zerorate.identify.order import OrderSelection
+
+__all__ = ["SCHEMA", "as_dict", "as_json"]
+
+
+SCHEMA: Final = "zerorate-identify/1"
+"""The form of the document; the number rises when a reader has to change."""
+
+
+def as_json(found: Sequence[Identification], source: str) -> str:
+    """Return the identifications of one log as strict JSON.
+
+    Parameters
+    ----------
+    found : sequence of Identification
+        One an axis, of different names.
+    source : str
+        Name of the log.
+    """
+    content = {
+        "schema": SCHEMA,
+        "zerorate": __version__,
+        "source": source,
+        "axes": {one.name: as_dict(one) for one in found},
+    }
+    return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+
+def as_dict(found: Identification) -> dict[str, Any]:
+    """Return all numbers of one axis; what is not finite is None.
+
+    ``models`` are as `ArmaModel.from_json` reads them, after `json.dumps`.
+    """
+    content = {
+        "unit": found.unit,
+        "record": {**_named(found.survey), "duration": found.survey.duration},
+        "moving": [[span.start, span.end] for span in found.moving],
+        "changes": [
+            {"what": change.what, "count": change.count} for change in found.prepared.changes
+        ],
+        "modelled_rate": found.rate,
+        "tests": [_named(test) for test in (*found.tests.all, found.whiteness.ljung_box)],
+        "slow": {
+            "part": found.tests.slow,
+            "segment": found.tests.segment,
+            "over_model": found.slow_ratio,
+        },
+        "correlogram": _named(found.correlogram),
+        "orders": {"ar": _orders(found.ar_orders), "arma": _orders(found.arma_orders)},
+        "residuals": {
+            "white": found.whiteness.white,
+            "outside": found.whiteness.outside,
+            "predictable": found.whiteness.predictable,
+            "correlogram": _named(found.whiteness.correlogram),
+        },
+        "online": None if found.online is None else _online(found.online),
+        "fit": is_fit(found),
+        "verdict": list(found.verdict),
+    }
+    models = {"ar": _model(found.ar), "arma": _model(found.model)}
+    return {**_plain(content), "models": models}
+
+
+def _named(record: Any) -> dict[str, Any]:  # noqa: ANN401
+    return {field.name: getattr(record, field.name) for field in fields(record)}
+
+
+def _orders(orders: OrderSelection) -> dict[str, Any]:
+    scores: dict[str, Any] = {name: getattr(orders, name) for name in CRITERIA}
+    choice = {"minimum": orders.minimum, "clear": orders.clear}
+    return {**_named(orders), **scores, **choice}
+
+
+def _model(model: ArmaModel) -> Any:  # noqa: ANN401
+    return json.loads(model.to_json())
+
+
+def _online(online: Online) -> dict[str, Any]:
+    return {"coefficients": online.last, "distance": online.distance}
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401
+    """Return a value with lists for arrays and None for what JSON has no number for."""
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,1 +1,0 @@
-"""The statistical tests: rest, stationarity, normality, whiteness."""

@@ -1,1 +1,0 @@
-"""Autoregressions and ARMA models of a record, and their orders."""

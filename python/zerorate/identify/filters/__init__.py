@@ -1,1 +1,0 @@
-"""Drift filters that begin with a model."""

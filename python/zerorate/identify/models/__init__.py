@@ -1,1 +1,0 @@
-"""The model that an estimate gives, and what follows from its numbers."""

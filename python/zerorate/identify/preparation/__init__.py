@@ -1,1 +1,0 @@
-"""Records made ready: outliers, smoothing, trend, decimation."""

@@ -1,1 +1,0 @@
-"""State-space forms of a model, and the way from each to any other."""

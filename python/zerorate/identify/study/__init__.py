@@ -1,1 +1,0 @@
-"""The whole way of one axis, from the record to a verdict."""

@@ -1,0 +1,89 @@
+"""Samples in channels, and which of them are present."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.types import Booleans, Floats
+
+__all__ = [
+    "columns",
+    "pairs",
+    "per_channel",
+    "positive",
+    "present",
+    "rms",
+    "same_shape",
+    "spread",
+]
+
+
+def columns(name: str, data: npt.ArrayLike) -> Floats:
+    """Return the channels as rows, without copying."""
+    array = np.asarray(data, dtype=np.float64)
+    if array.ndim not in (1, 2):
+        raise ValueError(f"{name} must have shape (n,) or (n, k), got {array.shape}")
+    if array.size == 0:
+        raise ValueError(f"{name} is empty")
+    return array.reshape(len(array), -1).T
+
+
+def same_shape(first: str, x: Floats, second: str, y: Floats) -> None:
+    """Raise ValueError unless two series have one shape."""
+    if x.shape != y.shape:
+        raise ValueError(
+            f"{first} and {second} must have the same shape, got {x.shape[::-1]} and "
+            f"{y.shape[::-1]} (samples, channels)"
+        )
+
+
+def pairs(
+    first: str, a: npt.ArrayLike, second: str, b: npt.ArrayLike
+) -> list[tuple[Floats, Floats]]:
+    """Return the samples present in both, channel by channel."""
+    x, y = columns(first, a), columns(second, b)
+    same_shape(first, x, second, y)
+    return [_common(u, v) for u, v in zip(x, y, strict=True)]
+
+
+def _common(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Return both series where both are there."""
+    there = present(x, y)
+    return (x, y) if there.all() else (x[there], y[there])
+
+
+def present(*series: Floats) -> Booleans:
+    """Return where all series are there."""
+    there = np.isfinite(series[0])
+    for other in series[1:]:
+        there &= np.isfinite(other)
+    if not there.any():
+        raise ValueError("no sample is present in every series")
+    return there
+
+
+def spread(z: Floats) -> float:
+    """Return the deviation of one column; ValueError if it is zero."""
+    # The deviation of equal samples may come out as a rounding error instead of 0.
+    if z.max() == z.min():
+        raise ValueError("raw is constant, so it has no deviation to compare with")
+    return float(z.std())
+
+
+def rms(x: Floats) -> float:
+    """Return the root of the mean square."""
+    return math.sqrt(float(np.dot(x, x)) / x.size)
+
+
+def positive(name: str, value: float) -> float:
+    """Return a number that must be positive and finite."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError(f"{name} must be positive and finite, got {value}")
+    return float(value)
+
+
+def per_channel(values: Sequence[float], like: npt.ArrayLike) -> float | Floats:
+    """Return a float for one channel, an array for several."""
+    return float(values[0]) if np.ndim(like) == 1 else np.array(values, dtype=np.float64)

@@ -1,0 +1,239 @@
+"""Measures of a sensor at rest: quiet, level, the cost of a wrong bias, slow noise."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import allan_deviations, longest_factor
+from zerorate.metrics.channels import (
+    columns,
+    pairs,
+    per_channel,
+    positive,
+    same_shape,
+    spread,
+)
+from zerorate.types import Floats
+
+__all__ = ["AllanRatio", "allan_ratio", "coasting_error", "mean_shift", "reduction"]
+
+
+def reduction(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
+    """Return the standard deviation after the filter over that before it.
+
+    It says how quiet the output is, the figure most papers print. It hides delay, lost motion and
+    whether the level is right: a constant scores 0.
+
+    Parameters
+    ----------
+    raw, filtered : array_like, shape (n,) or (n, k)
+        The same samples before and after, in any one unit.
+
+    Returns
+    -------
+    float or ndarray, shape (k,)
+        Ratio, 1 for an unchanged signal; samples missing in either are left out of both.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ, no sample is present in both, or `raw` is constant.
+
+    Examples
+    --------
+    >>> reduction([1.0, -1.0, 1.0, -1.0], [0.5, -0.5, 0.5, -0.5])
+    0.5
+    """
+    both = pairs("raw", raw, "filtered", filtered)
+    return per_channel([y.std() / spread(z) for z, y in both], raw)
+
+
+def mean_shift(raw: npt.ArrayLike, filtered: npt.ArrayLike) -> float | Floats:
+    """Return how far the filter moved the mean, in standard deviations of the raw signal.
+
+    It catches a filter that is quiet at the wrong level. It hides errors that cancel over the
+    record, and counts a filter's start-up as a shift: leave the start-up out.
+
+    Parameters
+    ----------
+    raw, filtered : array_like, shape (n,) or (n, k)
+        The same samples before and after, in any one unit.
+
+    Returns
+    -------
+    float or ndarray, shape (k,)
+        (mean filtered - mean raw) / deviation of raw, over the samples present in both.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ, no sample is present in both, or `raw` is constant.
+
+    Examples
+    --------
+    >>> mean_shift([1.0, -1.0, 1.0, -1.0], [0.5, 0.5, 0.5, 0.5])
+    0.5
+    """
+    both = pairs("raw", raw, "filtered", filtered)
+    return per_channel([(y - z).mean() / spread(z) for z, y in both], raw)
+
+
+_BLOCK: Final = 8192
+
+
+def coasting_error(
+    raw: npt.ArrayLike, estimate: npt.ArrayLike, rate: float, horizon: float
+) -> float | Floats:
+    """Return the angle error of holding each estimate through the next `horizon` seconds.
+
+    The estimate of time t is held, raw minus it integrated over the samples after t up to
+    t + horizon, and the RMS of that angle taken over all t. It is what a wrong bias costs a user,
+    and needs no truth, but a sensor at rest: turning counts as error. White noise of density N
+    alone leaves N sqrt(horizon), so for short horizons every filter looks alike.
+
+    Parameters
+    ----------
+    raw, estimate : array_like, shape (n,) or (n, k)
+        Gyro output at rest and the estimate of its bias or drift, in any one unit.
+    rate : float
+        Samples per second, Hz.
+    horizon : float
+        Seconds to coast, rounded to whole samples.
+
+    Returns
+    -------
+    float or ndarray, shape (k,)
+        In the unit of the data times seconds. Times whose window holds a missing raw sample, or
+        whose estimate is missing, are left out.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ, `rate` or `horizon` is not positive and finite, the horizon is less
+        than half a sample or not shorter than the record, or no window is complete.
+
+    Examples
+    --------
+    >>> coasting_error([1.0] * 5, [1.5] * 5, rate=1.0, horizon=2.0)
+    1.0
+    """
+    z, x = columns("raw", raw), columns("estimate", estimate)
+    same_shape("raw", z, "estimate", x)
+    m = round(positive("horizon", horizon) * positive("rate", rate))
+    if not 1 <= m < z.shape[1]:
+        raise ValueError(
+            f"a horizon of {horizon} s is {m} samples: it must be at least 1 and less than the "
+            f"record's {z.shape[1]}"
+        )
+    return per_channel([_coast(z[i], x[i], m) / rate for i in range(len(z))], raw)
+
+
+def _coast(z: Floats, x: Floats, m: int) -> float:
+    """Return the RMS over t of sum(z[t+1..t+m]) - m x[t], through one cumulative sum."""
+    sums = np.array(z)
+    missing = ~np.isfinite(sums)
+    gaps = np.cumsum(missing) if missing.any() else None
+    sums[missing] = 0.0
+    # Sums stay small, and so exact, when the level is taken out first.
+    level = float(sums.mean())
+    sums -= level
+    sums[missing] = 0.0
+    np.cumsum(sums, out=sums)
+    square, count = 0.0, 0
+    for start in range(0, z.size - m, _BLOCK):
+        now = slice(start, min(start + _BLOCK, z.size - m))
+        then = slice(now.start + m, now.stop + m)
+        angle = sums[then] - sums[now] - m * (x[now] - level)
+        usable = np.isfinite(angle)
+        if gaps is not None:
+            usable &= gaps[then] == gaps[now]
+        angle = angle[usable]
+        square, count = square + float(np.dot(angle, angle)), count + angle.size
+    if count == 0:
+        raise ValueError("no window of the horizon's length is free of missing samples")
+    return math.sqrt(square / count)
+
+
+@dataclass(frozen=True, eq=False)
+class AllanRatio:
+    """Allan deviations after a filter over those before it.
+
+    Attributes
+    ----------
+    taus : ndarray, shape (m,)
+        Averaging times an octave apart, s.
+    ratio : ndarray, shape (m,) or (m, k)
+        NaN where a deviation means nothing.
+    """
+
+    taus: Floats
+    ratio: Floats
+
+
+def allan_ratio(
+    raw: npt.ArrayLike, filtered: npt.ArrayLike, rate: float, memory: float
+) -> AllanRatio:
+    """Return Allan deviations after over before at ten times the filter's memory and beyond.
+
+    At shorter averaging times a filter's output is a smoothed one, and its noise coefficients are
+    those of the filter. Beyond, an estimate of gain 1 keeps a ratio near 1, a one-pole low-pass
+    filter 0.92 at ten times its memory and 0.99 at a hundred times: one gyro's angle random walk
+    does not fall, and a claim that it did is an error. The compensated rate, raw minus bias,
+    falls there as far as drift was removed.
+
+    Parameters
+    ----------
+    raw, filtered : array_like, shape (n,) or (n, k)
+        Gyro output at rest, and an estimate or the compensated rate, in any one unit.
+    rate : float
+        Samples per second, Hz.
+    memory : float
+        Time in which the filter makes 63 % of a step, s; 0 for none.
+
+    Returns
+    -------
+    AllanRatio
+        Averaging times up to a quarter of the record. Samples missing in either series are left
+        out of both.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ, `rate` is not positive and finite, `memory` negative or NaN, or ten
+        times the memory exceed a quarter of the record.
+
+    Examples
+    --------
+    >>> z = np.random.default_rng(1).standard_normal(4000)
+    >>> allan_ratio(z, 0.5 * z, rate=100.0, memory=0.5).ratio.tolist()
+    [0.5]
+    """
+    z, y = columns("raw", raw), columns("filtered", filtered)
+    same_shape("raw", z, "filtered", y)
+    factors = _factors(z.shape[1], positive("rate", rate), memory)
+    there = np.isfinite(z) & np.isfinite(y)
+    before, after = (_deviations(np.where(there, x, np.nan), factors) for x in (z, y))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = after / before
+    return AllanRatio(np.array(factors) / rate, ratio[:, 0] if np.ndim(raw) == 1 else ratio)
+
+
+def _factors(n: int, rate: float, memory: float) -> list[int]:
+    if not memory >= 0.0:
+        raise ValueError(f"memory must not be negative, got {memory}")
+    octaves = (1 << i for i in range(max(1, (n // 4).bit_length())))
+    most = min(n // 4, longest_factor("oadev", n))
+    factors = [m for m in octaves if 10.0 * memory * rate <= m <= most]
+    if not factors:
+        raise ValueError(
+            f"ten times a memory of {memory:g} s must not exceed a quarter of the record's "
+            f"{n / rate:g} s"
+        )
+    return factors
+
+
+def _deviations(rows: Floats, factors: list[int]) -> Floats:
+    return allan_deviations(rows.T, factors)[0]

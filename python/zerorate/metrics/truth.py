@@ -1,0 +1,257 @@
+"""Errors against a known truth, and whether a filter's own variance covers them."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.metrics.channels import (
+    columns,
+    pairs,
+    per_channel,
+    positive,
+    present,
+    rms,
+    same_shape,
+)
+from zerorate.types import Floats
+
+__all__ = ["coverage", "nis", "regret", "rmse", "settling_time"]
+
+
+def rmse(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> float | Floats:
+    """Return the root mean square of estimate minus reference.
+
+    It needs a reference, and counts noise, bias and delay as one; compare it with the
+    same figure for `equal_delay_lowpass`.
+
+    Parameters
+    ----------
+    reference, estimate : array_like, shape (n,) or (n, k)
+        The same samples in any one unit.
+
+    Returns
+    -------
+    float or ndarray, shape (k,)
+        In the unit of the data, over the samples present in both.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ or no sample is present in both.
+
+    Examples
+    --------
+    >>> rmse([0.0, 0.0], [3.0, -3.0])
+    3.0
+    """
+    both = pairs("reference", reference, "estimate", estimate)
+    return per_channel([rms(y - x) for x, y in both], reference)
+
+
+def regret(estimate: npt.ArrayLike, truth: npt.ArrayLike, optimal: npt.ArrayLike) -> float | Floats:
+    """Return the error of an estimate over that of the best estimate possible.
+
+    1 is perfect. It needs simulated data, so it hides whatever real noise has and the simulation
+    has not. For several seeds, put their records one after another and call this once: a mean of
+    single ratios is ruled by lucky denominators.
+
+    Parameters
+    ----------
+    estimate, truth : array_like, shape (n,) or (n, k)
+        The filter's drift and the true one, `zerorate.simulate`'s second result.
+    optimal : array_like, shape (n,) or (n, k)
+        What the Kalman filter that knows the true model makes of the same signal.
+
+    Returns
+    -------
+    float or ndarray, shape (k,)
+        RMSE of `estimate` over RMSE of `optimal`, over the samples present in all three.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ, no sample is present in all, or `optimal` is without error.
+
+    Examples
+    --------
+    >>> regret([2.0, -2.0], [0.0, 0.0], [1.0, -1.0])
+    2.0
+    """
+    x, y, best = (
+        columns("truth", truth),
+        columns("estimate", estimate),
+        columns("optimal", optimal),
+    )
+    same_shape("truth", x, "estimate", y)
+    same_shape("truth", x, "optimal", best)
+    ratios = []
+    for i in range(len(x)):
+        both = present(x[i], y[i], best[i])
+        least = rms(best[i][both] - x[i][both])
+        if least == 0.0:
+            raise ValueError("optimal equals truth, so there is no error to compare with")
+        ratios.append(rms(y[i][both] - x[i][both]) / least)
+    return per_channel(ratios, truth)
+
+
+def settling_time(
+    estimate: npt.ArrayLike, target: npt.ArrayLike, tolerance: float, rate: float
+) -> float | Floats:
+    """Return the first time from which an estimate stays within a tolerance of its target.
+
+    It says how long to wait after switching on. It is ruled by the single worst sample, so a noisy
+    estimate that is right on average may never settle: choose the tolerance above its noise.
+
+    Parameters
+    ----------
+    estimate : array_like, shape (n,) or (n, k)
+        A bias or drift in any unit.
+    target : float, or array_like of the shape of `estimate`
+        What it should become, or the true value at each time.
+    tolerance : float
+        Largest difference, in the unit of the data.
+    rate : float
+        Samples per second, Hz.
+
+    Returns
+    -------
+    float or ndarray, shape (k,)
+        Seconds after the first sample; infinity if the last sample present is still outside.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit, no sample is present in both, or `tolerance` or `rate` is not
+        positive and finite.
+
+    Examples
+    --------
+    >>> settling_time([5.0, 0.9, 2.0, 0.5, 0.2], 0.0, tolerance=1.0, rate=10.0)
+    0.3
+    """
+    x = columns("estimate", estimate)
+    try:
+        wanted = np.broadcast_to(np.asarray(target, dtype=np.float64), np.shape(estimate))
+    except ValueError:
+        raise ValueError(
+            f"target of shape {np.shape(target)} does not fit estimate of shape "
+            f"{np.shape(estimate)}"
+        ) from None
+    y = columns("target", wanted)
+    widest, hertz = positive("tolerance", tolerance), positive("rate", rate)
+    return per_channel([_settled(x[i], y[i], widest) / hertz for i in range(len(x))], estimate)
+
+
+def _settled(x: Floats, y: Floats, widest: float) -> float:
+    """Return the number of samples up to the first present one after the last one outside."""
+    places = np.flatnonzero(present(x, y))
+    outside = np.flatnonzero(np.abs(x[places] - y[places]) > widest)
+    if outside.size == 0:
+        return float(places[0])
+    last = int(outside[-1])
+    return math.inf if last + 1 == places.size else float(places[last + 1])
+
+
+def nis(
+    innovation: npt.ArrayLike,
+    innovation_variance: npt.ArrayLike,
+    where: npt.ArrayLike | None = None,
+) -> float | Floats:
+    """Return the mean normalised innovation squared, mean(e^2 / S).
+
+    1 for a filter whose covariance is honest, more for one too sure of itself, less for one too
+    careful. It hides correlation: a perfect 1 at rest says nothing of motion, nor that the
+    innovations are white. So give it once at rest and once in motion.
+
+    Parameters
+    ----------
+    innovation : array_like, shape (n,) or (n, k)
+        Measurement minus prediction.
+    innovation_variance : array_like, the same shape, or one that broadcasts to it
+        The filter's own variance S of the innovation, in the unit of the data squared.
+    where : array_like of bool, shape (n,) or that of `innovation`, optional
+        The samples that count, such as those at rest; by default all.
+
+    Returns
+    -------
+    float or ndarray, shape (k,)
+        Over the samples present in both; of n independent innovations the standard deviation is
+        sqrt(2/n).
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit, no sample is present in both, or a variance is not positive.
+
+    Examples
+    --------
+    >>> nis([1.0, -1.0, 3.0, -3.0], 5.0)
+    1.0
+    >>> nis([1.0, -1.0, 3.0, -3.0], 5.0, where=[False, False, True, True])
+    1.8
+    """
+    variance = _spread_over(innovation, innovation_variance)
+    if np.any(variance <= 0.0):
+        raise ValueError("innovation_variance must be positive")
+    chosen = innovation if where is None else _only(innovation, where)
+    both = pairs("innovation", chosen, "innovation_variance", variance)
+    return per_channel([float(np.mean(e * e / s)) for e, s in both], innovation)
+
+
+def coverage(error: npt.ArrayLike, sigma: npt.ArrayLike) -> float | Floats:
+    """Return the share of errors that are no larger than the filter's standard deviation.
+
+    0.683 for Gaussian errors and an honest sigma, less for a filter too sure of itself. It hides by
+    how much the others miss. Errors of a bias last long, so a record holds few independent ones:
+    take many records.
+
+    Parameters
+    ----------
+    error : array_like, shape (n,) or (n, k)
+        Estimate minus truth.
+    sigma : array_like, the same shape
+        The filter's standard deviation of its estimate.
+
+    Returns
+    -------
+    float or ndarray, shape (k,)
+        Over the samples present in both, from 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ, no sample is present in both, or a sigma is negative.
+
+    Examples
+    --------
+    >>> coverage([0.5, -0.5, 2.0, -0.1], [1.0, 1.0, 1.0, 1.0])
+    0.75
+    """
+    both = pairs("error", error, "sigma", sigma)
+    if any((s < 0.0).any() for _, s in both):
+        raise ValueError("sigma must not be negative")
+    return per_channel([float(np.mean(np.abs(e) <= s)) for e, s in both], error)
+
+
+def _spread_over(innovation: npt.ArrayLike, variance: npt.ArrayLike) -> Floats:
+    try:
+        return np.broadcast_to(np.asarray(variance, dtype=np.float64), np.shape(innovation))
+    except ValueError:
+        raise ValueError(
+            f"innovation_variance of shape {np.shape(variance)} does not fit innovation of shape "
+            f"{np.shape(innovation)}"
+        ) from None
+
+
+def _only(innovation: npt.ArrayLike, where: npt.ArrayLike) -> Floats:
+    """Return the innovations, missing where they do not count."""
+    e, mask = columns("innovation", innovation), np.asarray(where)
+    if mask.dtype != np.bool_:
+        raise ValueError(f"where must hold true and false, got dtype {mask.dtype}")
+    flags = columns("where", mask)
+    if len(flags) == 1:
+        flags = np.repeat(flags, len(e), axis=0)
+    same_shape("innovation", e, "where", flags)
+    chosen = np.where(flags > 0.0, e, np.nan).T
+    return chosen[:, 0] if np.ndim(innovation) == 1 else chosen

@@ -1,0 +1,196 @@
+"""The noise of every axis of one log: deviations, models, a second opinion, and warnings."""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from zerorate.io import Log, LogError
+from zerorate.noise import AllanResult, FittedModel, NoiseModel, allan, worst_axis
+from zerorate.noise.kinds import KindName, TauGrid
+from zerorate.noise.rest import MOVED, Step, largest_step
+from zerorate.noise.spectrum import Spectrum, fit_spectrum
+from zerorate.progress import Progress, silent
+from zerorate.types import Floats
+
+__all__ = ["Axis", "Characterisation", "characterise"]
+
+# Every kind has an averaging time from here on.
+_LEAST_SAMPLES: Final = 20
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis.
+
+    Attributes
+    ----------
+    name : str
+        Of the column.
+    model : FittedModel or None
+        Of the deviation curve; None where nothing can be fitted.
+    second : FittedModel or None
+        Of the spectrum; None where that was not asked for or cannot be.
+    step : Step
+        The largest change between the means of two seconds.
+    doubts : tuple of str
+        Why there is no model.
+    """
+
+    name: str
+    model: FittedModel | None
+    second: FittedModel | None
+    step: Step
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def moved(self) -> bool:
+        """Whether the record looks as if the sensor moved."""
+        return self.step.size > MOVED
+
+
+@dataclass(frozen=True)
+class Characterisation:
+    """The sensors of one kind in one log.
+
+    Attributes
+    ----------
+    log : Log
+        The recording.
+    curve : AllanResult
+        Deviations of every axis.
+    axes : tuple of Axis
+        Models and doubts, one a column.
+    """
+
+    log: Log
+    curve: AllanResult
+    axes: tuple[Axis, ...]
+
+    @property
+    def models(self) -> tuple[FittedModel | None, ...]:
+        """The models of the curves."""
+        return tuple(axis.model for axis in self.axes)
+
+    @property
+    def worst(self) -> NoiseModel | None:
+        """One model for all axes that have one, each coefficient the largest; None without."""
+        models = [model for model in self.models if model is not None]
+        return worst_axis(models) if models else None
+
+    @property
+    def notes(self) -> Iterator[str]:
+        """What to beware of, a sentence each."""
+        yield from (_motion(axis) for axis in self.axes if axis.moved)
+        yield from self.curve.notes
+        yield from dict.fromkeys(doubt for axis in self.axes for doubt in axis.doubts)
+        yield from (
+            f"{axis.name}: the model misses the curve by {50.0 * axis.model.misfit:.0f} % "
+            "(standard errors include it)"
+            for axis in self.axes
+            if axis.model is not None and axis.model.misfit > 0.0
+        )
+
+
+def _motion(axis: Axis) -> str:
+    return (
+        f"{axis.name}: looks as if it moved (at {axis.step.time:g} s its mean over one second "
+        f"changes {axis.step.size:.0f} times as much as usual): the numbers describe the motion, "
+        "not the sensor"
+    )
+
+
+def characterise(
+    log: Log,
+    *,
+    kind: KindName = "oadev",
+    taus: TauGrid | Sequence[float] = "octave",
+    bridge: int = 0,
+    confidence: float = 0.683,
+    markov: int = 0,
+    second_opinion: bool = True,
+    progress: Progress | None = None,
+) -> Characterisation:
+    """Find the noise coefficients of every axis of a log.
+
+    Parameters
+    ----------
+    log : Log
+        The recording of sensors of one kind.
+    kind, taus, bridge, confidence
+        As of `zerorate.allan`.
+    markov : int
+        How many Markov terms to find; default none.
+    second_opinion : bool
+        Whether to estimate from the spectrum as well; default yes.
+    progress : callable, optional
+        Called with the step's name and the fraction of it that is done.
+
+    Returns
+    -------
+    Characterisation
+        Deviations, a model an axis, and what to beware of.
+
+    Raises
+    ------
+    LogError
+        If the log has fewer than 20 samples, or a column none.
+    ValueError
+        If an argument is not as described.
+    """
+    _check_samples(log, kind)
+    tell = progress or silent
+    tell("deviations", 0.0)
+    curve = allan(log, kind=kind, taus=taus, bridge=bridge, confidence=confidence)
+
+    axes = []
+    # Transforms need no interpreter lock: they run during the fits.
+    with ThreadPoolExecutor(1) as executor:
+        columns = [np.ascontiguousarray(z) for z in log.data.T]
+        asked = columns if second_opinion else []
+        spectra = [executor.submit(Spectrum.of, z, log.rate) for z in asked]
+        for i, z in enumerate(columns):
+            tell("models", i / log.channels)
+            spectrum = spectra[i] if second_opinion else None
+            axes.append(_examined(log, curve.axis(i), z, markov, spectrum))
+    return Characterisation(log, curve, tuple(axes))
+
+
+def _check_samples(log: Log, kind: KindName) -> None:
+    if log.n < _LEAST_SAMPLES:
+        raise LogError(f"{kind} needs at least {_LEAST_SAMPLES} samples, the log has {log.n}")
+    for name, column in zip(log.names, log.data.T, strict=True):
+        if not np.isfinite(column).any():
+            raise LogError(f"column '{name}' holds no sample: choose others with columns=")
+
+
+def _examined(
+    log: Log,
+    curve: AllanResult,
+    z: Floats,
+    markov: int,
+    spectrum: Future[Spectrum] | None,
+) -> Axis:
+    (name,) = curve.names
+    step = largest_step(z, log.rate)
+    if not np.any(curve.deviation > 0.0):
+        return Axis(name, None, None, step)
+    model, doubt = _tried(lambda: curve.fit(markov=markov))
+    second = None
+    if spectrum is not None:
+        second, _ = _tried(lambda: fit_spectrum(spectrum.result(), log.rate, log.unit))
+    return Axis(name, model, second, step, (doubt,) if doubt else ())
+
+
+def _tried(
+    fit: Callable[[], FittedModel | tuple[FittedModel, ...]],
+) -> tuple[FittedModel | None, str]:
+    """Return a model, or why there is none."""
+    try:
+        model = fit()
+    except ValueError as error:
+        return None, str(error)
+    assert isinstance(model, FittedModel)  # one axis has one model
+    return model, ""

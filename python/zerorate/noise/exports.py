@@ -1,0 +1,412 @@
+"""Noise models as the configuration files of estimators: Kalibr, VINS, ORB-SLAM3, PX4."""
+
+import json
+import math
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from zerorate.io.atomic import atomic_path
+from zerorate.noise.coefficient import positive
+from zerorate.noise.quantities import Quantity, term_of
+
+if TYPE_CHECKING:
+    from zerorate.noise.model import NoiseModel
+
+__all__ = ["to_kalibr", "to_orbslam3", "to_px4", "to_vins", "written"]
+
+_CONTINUOUS: Final = "noise of an IMU, densities of continuous time."
+
+
+class _Setting(NamedTuple):
+    """One number of a configuration; not `identifiable` where it is an upper bound."""
+
+    name: str
+    value: float
+    unit: str
+    identifiable: bool
+
+    @property
+    def remark(self) -> str:
+        """The unit, and whether the number is a bound only."""
+        if self.identifiable:
+            return self.unit
+        return f"{self.unit}; upper bound, the record does not determine it"
+
+
+def _yaml_line(setting: _Setting) -> Iterator[str]:
+    yield f"{setting.name}: {_number(setting.value)}  # {setting.remark}"
+
+
+@dataclass(frozen=True)
+class _Estimator:
+    """The file of one estimator.
+
+    Parameters
+    ----------
+    gyro, accelerometer : tuple of str
+        What it calls white noise and random walk of each.
+    lines : callable
+        Yields the lines of one number; one line of YAML by default.
+    """
+
+    gyro: tuple[str, str]
+    accelerometer: tuple[str, str]
+    lines: Callable[[_Setting], Iterator[str]] = _yaml_line
+
+    def settings(
+        self,
+        gyro: "NoiseModel",
+        accelerometer: "NoiseModel | None",
+        inflate: float,
+        rate: float | None = None,
+    ) -> list[str]:
+        """Return the lines of all numbers: densities, or deviations per step at a rate in Hz."""
+        factor = positive("inflate", inflate)
+        if rate is not None:
+            factor *= math.sqrt(positive("rate", rate))
+        models = (_of(gyro, "angular rate"), _of(accelerometer, "acceleration"))
+        return [
+            line
+            for model, names in zip(models, (self.gyro, self.accelerometer), strict=True)
+            if model is not None
+            for name, field in zip(names, ("angle_random_walk", "rate_random_walk"), strict=True)
+            for line in self.lines(_setting(name, model, field, factor, rate))
+        ]
+
+
+def written(text: str, path: str | os.PathLike[str] | None, force: bool) -> str:
+    """Return the text, after writing it, whole or not at all, where a path is given."""
+    if path is not None:
+        with atomic_path(path, force) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
+    return text
+
+
+def _setting(
+    name: str, model: "NoiseModel", field: str, factor: float, rate: float | None
+) -> _Setting:
+    coefficient = getattr(model, field)
+    unit = term_of(model.quantity, field).unit
+    if rate is not None:
+        unit = unit.removesuffix("/sqrt(Hz)")
+    return _Setting(name, coefficient.conservative * factor, unit, coefficient.identifiable)
+
+
+def _of(model: "NoiseModel | None", quantity: Quantity) -> "NoiseModel | None":
+    if model is not None and model.quantity != quantity:
+        raise ValueError(
+            f"a model of {model.quantity} was given where one of {quantity} was expected: exports "
+            "are called on the gyro's model, the other goes to accelerometer="
+        )
+    return model
+
+
+def _text(title: str, accelerometer: object | None, inflate: float, lines: Sequence[str]) -> str:
+    """Return a whole file: what it is and what was done to the numbers, then the numbers."""
+    head = [f"# {title}"]
+    if inflate != 1.0:
+        head.append(f"# Every number is {inflate:g} times the measured one.")
+    if accelerometer is None:
+        head.append("# No accelerometer was given: its lines are left out.")
+    return "\n".join([*head, *lines]) + "\n"
+
+
+def _number(value: float) -> str:
+    """Return six digits, always with a point.
+
+    Without one PyYAML reads 1e-05 as a string, and ORB-SLAM3 refuses 0 as not real.
+    """
+    return f"{value:.5e}"
+
+
+def _px4_lines(setting: _Setting) -> Iterator[str]:
+    low, high = _PX4_RANGES[setting.name]
+    outside = "" if low <= setting.value <= high else f"; outside PX4's range {low:g} to {high:g}"
+    yield f"# {setting.name}: {setting.remark}{outside}"
+    yield f"1\t1\t{setting.name}\t{_number(setting.value)}\t{_PX4_FLOAT}"
+
+
+_KALIBR: Final = _Estimator(
+    gyro=("gyroscope_noise_density", "gyroscope_random_walk"),
+    accelerometer=("accelerometer_noise_density", "accelerometer_random_walk"),
+)
+_VINS: Final = _Estimator(gyro=("gyr_n", "gyr_w"), accelerometer=("acc_n", "acc_w"))
+_ORBSLAM3: Final = _Estimator(
+    gyro=("IMU.NoiseGyro", "IMU.GyroWalk"), accelerometer=("IMU.NoiseAcc", "IMU.AccWalk")
+)
+_PX4: Final = _Estimator(
+    gyro=("EKF2_GYR_NOISE", "EKF2_GYR_B_NOISE"),
+    accelerometer=("EKF2_ACC_NOISE", "EKF2_ACC_B_NOISE"),
+    lines=_px4_lines,
+)
+_PX4_RANGES: Final = {
+    "EKF2_GYR_NOISE": (0.0001, 0.1),
+    "EKF2_GYR_B_NOISE": (0.0, 0.01),
+    "EKF2_ACC_NOISE": (0.01, 1.0),
+    "EKF2_ACC_B_NOISE": (0.0, 0.01),
+}
+_PX4_FLOAT: Final = 9
+"""MAV_PARAM_TYPE_REAL32."""
+
+
+def to_kalibr(
+    model: "NoiseModel",
+    path: str | os.PathLike[str] | None = None,
+    *,
+    accelerometer: "NoiseModel | None" = None,
+    rate: float | None = None,
+    rostopic: str = "/imu0",
+    inflate: float = 1.0,
+    force: bool = False,
+) -> str:
+    """Return the model as an ``imu.yaml`` of Kalibr.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well. Default: none.
+    accelerometer : NoiseModel, optional
+        Model of quantity "acceleration". Without one its lines are left out, which Kalibr
+        does not accept: they are to be added by hand.
+    rate : float, optional
+        ``update_rate`` in Hz. Without it the line is left out.
+    rostopic : str
+        Topic of the recording; default "/imu0".
+    inflate : float
+        Factor on every number, for what a record at rest does not show; default 1, noted in the
+        file otherwise.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        The text. Where a coefficient is not identifiable it holds the upper bound, and says so.
+
+    Raises
+    ------
+    ValueError
+        If a model is of the wrong quantity, or rate or inflate not positive and finite.
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+
+    Notes
+    -----
+    Noise density is N and random walk is K, of continuous time: Kalibr itself converts to its
+    rate. The bias instability B is not a random walk, and has no line.
+
+    Examples
+    --------
+    >>> from zerorate import NoiseModel
+    >>> gyro = NoiseModel(angle_random_walk=1e-4, rate_random_walk=1e-6)
+    >>> print(gyro.to_kalibr(rate=200.0))
+    # Kalibr: noise of an IMU, densities of continuous time.
+    # No accelerometer was given: its lines are left out.
+    gyroscope_noise_density: 1.00000e-04  # rad/s/sqrt(Hz)
+    gyroscope_random_walk: 1.00000e-06  # rad/s^2/sqrt(Hz)
+    rostopic: "/imu0"
+    update_rate: 2.00000e+02  # Hz
+    <BLANKLINE>
+    """
+    lines = _KALIBR.settings(model, accelerometer, inflate)
+    # A JSON string is a YAML one in double quotes: nothing in it can end the line or begin a key.
+    lines.append(f"rostopic: {json.dumps(rostopic)}")
+    if rate is not None:
+        lines.append(f"update_rate: {_number(positive('rate', rate))}  # Hz")
+    return written(_text(f"Kalibr: {_CONTINUOUS}", accelerometer, inflate, lines), path, force)
+
+
+def to_vins(
+    model: "NoiseModel",
+    path: str | os.PathLike[str] | None = None,
+    *,
+    rate: float | None = None,
+    accelerometer: "NoiseModel | None" = None,
+    inflate: float = 1.0,
+    force: bool = False,
+) -> str:
+    """Return the model as the IMU lines of a VINS-Mono or VINS-Fusion configuration.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well. Default: none.
+    rate : float, optional
+        Rate in Hz of the IMU messages that VINS integrates: with it deviations per sample are
+        written, which is what its arithmetic takes. By default the densities of continuous time
+        are, with which most published configurations are filled.
+    accelerometer : NoiseModel, optional
+        Model of quantity "acceleration". Without one its lines are left out.
+    inflate : float
+        Factor on every number; default 1, noted in the file otherwise. Users of VINS raise the
+        numbers by 10 or more, for vibration and for what else its model leaves out.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        The text. Where a coefficient is not identifiable it holds the upper bound, and says so.
+
+    Raises
+    ------
+    ValueError
+        If a model is of the wrong quantity, or rate or inflate not positive and finite.
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+
+    Notes
+    -----
+    The preintegration adds (dt gyr_w)^2 to the variance of the bias at every step of dt, so
+    gyr_w = K sqrt(rate) gives the growth K^2 dt of a random walk; with K itself the bias is held
+    sqrt(rate) times too steady, for which `inflate` is often raised. gyr_n = N sqrt(rate) is the
+    deviation of one sample; the midpoint rule then takes both ends of a step as independent and
+    adds half of N^2 dt.
+
+    Examples
+    --------
+    >>> from zerorate import NoiseModel
+    >>> gyro = NoiseModel(angle_random_walk=1e-4, rate_random_walk=1e-6)
+    >>> print(gyro.to_vins(rate=100.0, inflate=10.0))
+    # VINS: noise of an IMU at 100 Hz, deviations per sample.
+    # Every number is 10 times the measured one.
+    # No accelerometer was given: its lines are left out.
+    gyr_n: 1.00000e-02  # rad/s
+    gyr_w: 1.00000e-04  # rad/s^2
+    <BLANKLINE>
+    """
+    lines = _VINS.settings(model, accelerometer, inflate, rate)
+    title = f"VINS: {_CONTINUOUS}"
+    if rate is not None:
+        title = f"VINS: noise of an IMU at {rate:g} Hz, deviations per sample."
+    return written(_text(title, accelerometer, inflate, lines), path, force)
+
+
+def to_orbslam3(
+    model: "NoiseModel",
+    path: str | os.PathLike[str] | None = None,
+    *,
+    rate: float | None = None,
+    accelerometer: "NoiseModel | None" = None,
+    inflate: float = 1.0,
+    force: bool = False,
+) -> str:
+    """Return the model as the IMU lines of an ORB-SLAM3 settings file.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well. Default: none.
+    rate : float, optional
+        ``IMU.Frequency`` in Hz. Without it that line is left out, which ORB-SLAM3 does not
+        accept: it is to be added by hand.
+    accelerometer : NoiseModel, optional
+        Model of quantity "acceleration". Without one its lines are left out, which ORB-SLAM3
+        does not accept: they are to be added by hand.
+    inflate : float
+        Factor on every number but the rate; default 1, noted in the file otherwise.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        The text, to be put into a settings file. Where a coefficient is not identifiable it
+        holds the upper bound, and says so.
+
+    Raises
+    ------
+    ValueError
+        If a model is of the wrong quantity, or rate or inflate not positive and finite.
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+
+    Notes
+    -----
+    Noise is N and walk is K, of continuous time: ORB-SLAM3 itself multiplies the one by the root
+    of ``IMU.Frequency`` and divides the other by it.
+
+    Examples
+    --------
+    >>> from zerorate import NoiseModel
+    >>> gyro = NoiseModel(angle_random_walk=1e-4, rate_random_walk=1e-6)
+    >>> print(gyro.to_orbslam3(rate=200.0))
+    # ORB-SLAM3: noise of an IMU, densities of continuous time.
+    # No accelerometer was given: its lines are left out.
+    IMU.NoiseGyro: 1.00000e-04  # rad/s/sqrt(Hz)
+    IMU.GyroWalk: 1.00000e-06  # rad/s^2/sqrt(Hz)
+    IMU.Frequency: 2.00000e+02  # Hz
+    <BLANKLINE>
+    """
+    lines = _ORBSLAM3.settings(model, accelerometer, inflate)
+    if rate is not None:
+        lines.append(f"IMU.Frequency: {_number(positive('rate', rate))}  # Hz")
+    return written(_text(f"ORB-SLAM3: {_CONTINUOUS}", accelerometer, inflate, lines), path, force)
+
+
+def to_px4(
+    model: "NoiseModel",
+    path: str | os.PathLike[str] | None = None,
+    *,
+    rate: float = 100.0,
+    accelerometer: "NoiseModel | None" = None,
+    inflate: float = 1.0,
+    force: bool = False,
+) -> str:
+    """Return the model as parameters of PX4's EKF2, in the format of QGroundControl.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well, ``.params`` by custom. Default: none.
+    rate : float
+        Steps of the filter per second, Hz, not samples of the sensor: the inverse of
+        ``EKF2_PREDICT_US``. Default 100, as PX4's.
+    accelerometer : NoiseModel, optional
+        Model of quantity "acceleration". Without one its lines are left out.
+    inflate : float
+        Factor on every number; default 1, noted in the file otherwise. PX4's own values, meant
+        for a vehicle that vibrates, lie far above those of a sensor at rest.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        The text. Where a coefficient is not identifiable it holds the upper bound, and says so;
+        it also says where a number lies outside the range that PX4 states.
+
+    Raises
+    ------
+    ValueError
+        If a model is of the wrong quantity, or rate or inflate not positive and finite.
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+
+    Notes
+    -----
+    EKF2 takes deviations per step, not densities: at every step of dt its covariance prediction
+    adds (dt EKF2_GYR_NOISE)^2 to the variance of the angle and (dt EKF2_GYR_B_NOISE)^2 to that
+    of the bias. These are N^2 dt and K^2 dt for N sqrt(rate), in rad/s, and K sqrt(rate), in
+    rad/s^2.
+
+    Examples
+    --------
+    >>> from zerorate import NoiseModel
+    >>> gyro = NoiseModel(angle_random_walk=1e-4, rate_random_walk=1e-6)
+    >>> print(gyro.to_px4().expandtabs(2))
+    # PX4 EKF2: noise of an IMU, deviations per filter step at 100 Hz.
+    # No accelerometer was given: its lines are left out.
+    # Vehicle-Id Component-Id Name Value Type
+    # EKF2_GYR_NOISE: rad/s
+    1 1 EKF2_GYR_NOISE  1.00000e-03 9
+    # EKF2_GYR_B_NOISE: rad/s^2
+    1 1 EKF2_GYR_B_NOISE  1.00000e-05 9
+    <BLANKLINE>
+    """
+    lines = _PX4.settings(model, accelerometer, inflate, rate)
+    title = f"PX4 EKF2: noise of an IMU, deviations per filter step at {rate:g} Hz."
+    lines.insert(0, "# Vehicle-Id Component-Id Name Value Type")
+    return written(_text(title, accelerometer, inflate, lines), path, force)

@@ -1,0 +1,150 @@
+"""Noise models as JSON, and back without loss."""
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from zerorate.noise.coefficient import Coefficient
+from zerorate.noise.exports import written
+from zerorate.noise.quantities import TERMS, Quantity, term_of
+from zerorate.noise.terms import Markov, Sinusoid
+
+if TYPE_CHECKING:
+    from zerorate.noise.model import NoiseModel
+
+__all__ = ["from_json", "to_json"]
+
+_FORMAT: Final = "zerorate noise model"
+_VERSION: Final = 1
+_NAMES: Final = {
+    bool: "true or false",
+    dict: "an object",
+    float: "a number",
+    int: "a whole number",
+    list: "a list",
+    str: "a string",
+}
+
+
+def to_json(
+    model: "NoiseModel", path: str | os.PathLike[str] | None = None, *, force: bool = False
+) -> str:
+    """Return the model as JSON, for `NoiseModel.from_json` and for any other program.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well. Default: none.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        Every coefficient with value, standard error, identifiability, bound and unit, exact to
+        the last bit.
+
+    Raises
+    ------
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+
+    Examples
+    --------
+    >>> import json
+    >>> from zerorate import NoiseModel
+    >>> read = json.loads(NoiseModel(angle_random_walk=1e-4).to_json())
+    >>> read["coefficients"]["angle_random_walk"]["value"]
+    0.0001
+    """
+    quantity = model.quantity
+    content = {
+        "format": _FORMAT,
+        "version": _VERSION,
+        "quantity": quantity,
+        "coefficients": {
+            term.field: _encoded(getattr(model, term.field), term.unit) for term in TERMS[quantity]
+        },
+        "markov": [_all_encoded(term, _markov_units(quantity)) for term in model.markov],
+        "sinusoid": [_all_encoded(term, _sinusoid_units(quantity)) for term in model.sinusoid],
+    }
+    return written(json.dumps(content, indent=2, allow_nan=False) + "\n", path, force)
+
+
+def from_json(source: str | os.PathLike[str], build: Callable[..., "NoiseModel"]) -> "NoiseModel":
+    """Return the model that a text or a file holds, built from its fields."""
+    is_text = isinstance(source, str) and source.lstrip().startswith("{")
+    try:
+        text = str(source) if is_text else Path(source).read_text(encoding="utf-8")
+        return build(**_fields(json.loads(text)))
+    except ValueError as error:
+        where = "the text" if is_text else os.fspath(source)
+        raise ValueError(f"{where} is not a zerorate noise model in JSON: {error}") from None
+
+
+def _fields(content: object) -> dict[str, Any]:
+    found = (_part(content, "format", str), _part(content, "version", int))
+    if found != (_FORMAT, _VERSION):
+        raise ValueError(f"format and version are {found}, expected {(_FORMAT, _VERSION)}")
+    quantity = _part(content, "quantity", str)
+    if quantity not in TERMS:
+        raise ValueError(f"quantity is {quantity!r}, expected one of {', '.join(TERMS)}")
+    coefficients = _part(content, "coefficients", dict)
+    fields = {term.field: _decoded(coefficients, term.field, term.unit) for term in TERMS[quantity]}
+    markov, sinusoid = (_part(content, name, list) for name in ("markov", "sinusoid"))
+    return fields | {
+        "markov": [Markov(**_all_decoded(term, _markov_units(quantity))) for term in markov],
+        "sinusoid": [
+            Sinusoid(**_all_decoded(term, _sinusoid_units(quantity))) for term in sinusoid
+        ],
+        "quantity": quantity,
+    }
+
+
+def _markov_units(quantity: Quantity) -> dict[str, str]:
+    return {"amplitude": term_of(quantity, "rate_random_walk").unit, "time": "s"}
+
+
+def _sinusoid_units(quantity: Quantity) -> dict[str, str]:
+    return {"amplitude": term_of(quantity, "bias_instability").unit, "frequency": "Hz"}
+
+
+def _all_encoded(term: Markov | Sinusoid, units: dict[str, str]) -> dict[str, Any]:
+    return {name: _encoded(getattr(term, name), unit) for name, unit in units.items()}
+
+
+def _all_decoded(entry: object, units: dict[str, str]) -> dict[str, Any]:
+    return {name: _decoded(entry, name, unit) for name, unit in units.items()}
+
+
+def _encoded(coefficient: Coefficient, unit: str) -> dict[str, Any]:
+    return {
+        "value": coefficient.value,
+        "sigma": coefficient.sigma,
+        "identifiable": coefficient.identifiable,
+        "upper_bound": coefficient.upper_bound,
+        "unit": unit,
+    }
+
+
+def _decoded(content: object, name: str, unit: str) -> Coefficient:
+    entry = _part(content, name, dict)
+    found = _part(entry, "unit", str)
+    if found != unit:
+        raise ValueError(f"the unit of {name!r} is {found!r}, expected {unit!r}")
+    return Coefficient(
+        _part(entry, "value", float),
+        _part(entry, "sigma", float),
+        _part(entry, "identifiable", bool),
+        _part(entry, "upper_bound", float),
+    )
+
+
+def _part(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
+    found = content.get(key) if isinstance(content, dict) else None
+    # JSON may write a whole number without a point.
+    if not isinstance(found, (int, float) if kind is float else kind):
+        raise ValueError(f"{key!r} must be {_NAMES[kind]}, got {found!r}")
+    return found

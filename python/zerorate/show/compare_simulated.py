@@ -1,0 +1,77 @@
+"""The regret of methods on simulated gyros as tables of text."""
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.compare.simulated import Regret
+from zerorate.numerals import significant
+from zerorate.show.tables import Table, as_text
+
+__all__ = ["format_regret"]
+
+
+_MEANING: Final = (
+    "RMSE to the true drift over that of the Kalman filter that knows the model, whose own RMSE is "
+    "the column optimum."
+)
+_TRANSIENT: Final = "Only the optimum knows its time constant; not in mean and worst."
+_HONEST: Final = "Share of errors within one sigma of the method: 0.683 if it is honest."
+
+
+def format_regret(found: Regret) -> str:
+    """Return tables with a row for each model and a column for each method.
+
+    Parameters
+    ----------
+    found : Regret
+        What to show.
+
+    Returns
+    -------
+    str
+        Lines without an end: regret with its mean and worst, models whose drift dies away apart,
+        and the coverage of methods that give a sigma.
+
+    Examples
+    --------
+    >>> from zerorate.compare.simulated import run
+    >>> from zerorate.simulate.models import MODELS
+    >>> found = run(["mean"], models=MODELS[:1], seeds=1, duration=9.0, score_from=8.0)
+    >>> format_regret(found).splitlines()[1].split()
+    ['model', 'optimum', '(deg/s)', 'mean']
+    """
+    return "\n\n".join(as_text(table) for table in _tables(found))
+
+
+def _tables(found: Regret) -> Iterator[Table]:
+    head = ("model", "optimum (deg/s)", *found.methods)
+    lasting = found.lasting
+    summary = (_row("mean", "", found.mean), _row("worst", "", found.worst))
+    if lasting.any():
+        yield Table("regret", head, (*_rows(found, lasting), *summary), note=_MEANING)
+    if not lasting.all():
+        yield Table("regret, transient", head, tuple(_rows(found, ~lasting)), note=_TRANSIENT)
+    given = np.flatnonzero(~np.isnan(found.coverage).all(axis=0))
+    if given.size:
+        names = ("model", *(found.methods[i] for i in given))
+        yield Table("coverage", names, tuple(_covered(found, given)), note=_HONEST)
+
+
+def _rows(found: Regret, chosen: npt.NDArray[np.bool_]) -> Iterator[tuple[str, ...]]:
+    for i in np.flatnonzero(chosen):
+        yield _row(found.models[i].name, f"{found.optimum[i]:.5f}", found.regret[i])
+
+
+def _covered(found: Regret, given: npt.NDArray[np.intp]) -> Iterator[tuple[str, ...]]:
+    for model, shares in zip(found.models, found.coverage[:, given], strict=True):
+        cells = ("-" if np.isnan(share) else f"{share:.2f}" for share in shares)
+        yield (model.name, *cells)
+
+
+def _row(
+    name: str, optimum: str, values: Sequence[float] | npt.NDArray[np.float64]
+) -> tuple[str, ...]:
+    return (name, optimum, *(significant(float(value)) for value in values))

@@ -1,0 +1,215 @@
+"""A comparison as plain text: tables of all recordings of a kind, or of every axis."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import Final
+
+from zerorate.compare.comparison import Comparison
+from zerorate.compare.measures import Row
+from zerorate.compare.trial import Kind
+from zerorate.numerals import NOTHING, or_dash
+from zerorate.show.tables import Table, as_text, bulleted
+
+__all__ = ["format_compare"]
+
+
+@dataclass(frozen=True)
+class _Measure:
+    """One measure in a table.
+
+    Attributes
+    ----------
+    name, head : str
+        In the rows of a comparison, and over its column.
+    factor : float
+        From SI to the unit shown.
+    ideal : float
+        The value of a perfect filter; the worst axis is that farthest from it.
+    of_one : bool
+        Whether it can be compared only within one recording, so that it stands in tables of one
+        axis only.
+    """
+
+    name: str
+    head: str
+    factor: float = 1.0
+    ideal: float = 0.0
+    of_one: bool = False
+
+    def of(self, row: Row) -> float:
+        """Return what is shown of a row."""
+        known = self.factor if row.angle == "rad" else 1.0
+        return known * row.values.get(self.name, math.nan)
+
+    def badness(self, value: float) -> float:
+        """Return how far a value shown is from ideal; twice is as far as half."""
+        if self.ideal == 0.0:
+            return abs(value)
+        return abs(math.log(value / self.ideal)) if value > 0.0 else math.inf
+
+    def text(self, value: float) -> str:
+        """Return a value as it is shown."""
+        return or_dash(value)
+
+
+@dataclass(frozen=True)
+class _Section:
+    """A table of some measures.
+
+    Attributes
+    ----------
+    title : str
+        Of what the measures are.
+    measures : tuple of _Measure
+        Its columns.
+    """
+
+    title: str
+    measures: tuple[_Measure, ...]
+
+
+_DEG: Final = math.degrees(1.0)
+_MS: Final = 1e3
+_NIS: Final = (
+    _Measure("nis_rest", "NIS at rest", ideal=1.0),
+    _Measure("nis_motion", "moving", ideal=1.0),
+)
+
+
+def _moving(title: str, name: str, *more: _Measure) -> _Section:
+    return _Section(
+        f"In motion, {title}",
+        (
+            _Measure(f"{name}_rmse", "error, deg/s", _DEG),
+            _Measure(f"{name}_delay", "delay, ms", _MS),
+            _Measure(f"{name}_rmse_undelayed", "without delay", _DEG),
+            _Measure(f"{name}_rmse_lowpass", "low-pass", _DEG),
+            *more,
+        ),
+    )
+
+
+def _growth(title: str, name: str, *more: _Measure) -> _Section:
+    return _Section(
+        f"Orientation, {title}",
+        tuple(_Measure(f"{name}_{h}", f"{h} s, deg", _DEG) for h in (1, 10, 60)) + more,
+    )
+
+
+_SECTIONS: Final[Mapping[Kind, tuple[_Section, ...]]] = {
+    "rest": (
+        _Section(
+            "At rest",
+            (
+                _Measure("coasting_10", "10 s, deg", _DEG, of_one=True),
+                _Measure("coasting_10_over_best", "10 s/best", ideal=1.0),
+                _Measure("coasting_60", "60 s, deg", _DEG, of_one=True),
+                _Measure("coasting_60_over_best", "60 s/best", ideal=1.0),
+                _Measure("allan_ratio", "Allan", ideal=1.0),
+                _Measure("nis", "NIS", ideal=1.0),
+                _Measure("reduction", "deviation"),
+            ),
+        ),
+    ),
+    "turning": (
+        _moving("raw minus bias", "compensated", _Measure("angle_drift", "angle, deg", _DEG)),
+        _moving("smoothed rate", "smooth", *_NIS),
+    ),
+    "orientation": (
+        _growth("raw minus bias", "growth"),
+        _growth("smoothed rate", "smooth_growth", *_NIS),
+    ),
+}
+"""The tables of each kind in their order; a deviation at rest comes last, for it says least."""
+
+_DAGGER: Final = "†: chosen with knowledge of the record, which no filter has"
+
+_LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
+    "rest": (
+        "10 s and 60 s: angle lost by holding the estimate so long, over that of the best moving "
+        "average; Allan: deviation of the estimate over raw at ten times its memory, 0.92 or more "
+        "if no noise is claimed away; NIS: 1 for a filter that knows its errors; deviation: of the "
+        "estimate over raw, which any low-pass filter wins",
+        _DAGGER,
+    ),
+    "turning": (
+        "error to the reference, as it is and with its delay removed; low-pass: error of the "
+        "one-pole low-pass filter of that delay; angle: largest error of the integrated rate",
+        _DAGGER,
+    ),
+    "orientation": (
+        "mean angle between gyro and reference after so many seconds of integration; first rest: "
+        "the mean of the first ten seconds is taken for the bias",
+    ),
+}
+"""What the columns mean."""
+
+
+def format_compare(found: Sequence[Comparison], per_axis: bool = False) -> str:
+    """Return the tables of each kind, at most `WIDTH` columns wide, with their notes.
+
+    Parameters
+    ----------
+    found : sequence of Comparison
+        One a kind.
+    per_axis : bool
+        Whether every axis has tables of its own; by default each number is the mean over all axes
+        of all recordings of the kind, with that of the worst axis next to it.
+
+    Returns
+    -------
+    str
+        Lines without an end. A dash stands where a number means nothing.
+    """
+    return "\n\n".join(part for one in found for part in _parts(one, per_axis))
+
+
+def _parts(found: Comparison, per_axis: bool) -> Iterator[str]:
+    axes = [list(rows) for _, rows in groupby(found.rows, lambda row: (row.source, row.axis))]
+    for section in _SECTIONS[found.kind]:
+        alone = per_axis or len(axes) == 1
+        tables = [_of_one(section, one) for one in axes] if alone else [_of_all(section, axes)]
+        yield from (as_text(table) for table in tables if table.rows)
+    yield bulleted((*_LEGENDS[found.kind], *found.notes))
+
+
+def _of_one(section: _Section, rows: Sequence[Row]) -> Table:
+    first, measures = rows[0], section.measures
+    place = Path(first.source).name + (f", {first.axis}" if first.axis != "all" else "")
+    lines = ((_label(row), *(one.text(one.of(row)) for one in measures)) for row in rows)
+    # Of an unknown unit no more can be said.
+    head = (one.head if first.angle == "rad" else one.head.partition(",")[0] for one in measures)
+    return Table(f"{section.title}: {place}", ("method", *head), _with_numbers(lines))
+
+
+def _of_all(section: _Section, axes: Sequence[Sequence[Row]]) -> Table:
+    shared = [one for one in section.measures if not one.of_one]
+    head = (text for one in shared for text in (one.head, "worst"))
+    title = f"{section.title}: mean and worst of {len(axes)} {_counted(axes)}"
+    lines = (
+        (_label(rows[0]), *(cell for one in shared for cell in _mean_and_worst(one, rows)))
+        for rows in zip(*axes, strict=True)
+    )
+    return Table(title, ("method", *head), _with_numbers(lines))
+
+
+def _counted(axes: Sequence[Sequence[Row]]) -> str:
+    return "recordings" if axes[0][0].axis == "all" else "axes"
+
+
+def _mean_and_worst(measure: _Measure, rows: Sequence[Row]) -> tuple[str, str]:
+    known = [value for value in map(measure.of, rows) if math.isfinite(value)]
+    mean = sum(known) / len(known) if known else math.nan
+    return measure.text(mean), measure.text(max(known, key=measure.badness, default=math.nan))
+
+
+def _with_numbers(lines: Iterable[tuple[str, ...]]) -> tuple[tuple[str, ...], ...]:
+    """Return the rows of methods that have a number in this table."""
+    return tuple(line for line in lines if any(cell != NOTHING for cell in line[1:]))
+
+
+def _label(row: Row) -> str:
+    return f"{row.method}†" if row.method == "ema" else row.method

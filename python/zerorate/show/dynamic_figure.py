@@ -1,0 +1,95 @@
+"""The map of a deviation that changes along a record."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from zerorate.noise.dynamic import DynamicAllan
+from zerorate.noise.kinds import KINDS
+from zerorate.noise.quantities import shown_unit
+from zerorate.show.style import (
+    FONT,
+    new_figure,
+    style_decades,
+    style_panels,
+    time_unit,
+    write_caption,
+)
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    from matplotlib.figure import Figure
+
+__all__ = ["plot_dynamic"]
+
+# Millimetres.
+_WIDTH, _HEIGHT = 125.0, 70.0
+_MAP: Final = (15.0, 15.0, 88.0, 52.0)
+_BAR: Final = (106.0, 15.0, 3.5, 52.0)
+
+
+def plot_dynamic(result: DynamicAllan) -> Figure:
+    """Return the map of a dynamic deviation: time across, averaging time up, size as colour.
+
+    Parameters
+    ----------
+    result : DynamicAllan
+        Missing values are grey.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Colours of equal steps to the eye that colour-blind readers can tell apart, on a
+        logarithmic scale.
+
+    Raises
+    ------
+    ImportError
+        Without matplotlib: ``pip install 'zerorate[plot]'``.
+    """
+    figure = new_figure(_WIDTH, _HEIGHT)
+    axes, bar = (
+        figure.add_axes((x / _WIDTH, y / _HEIGHT, w / _WIDTH, h / _HEIGHT))
+        for x, y, w, h in (_MAP, _BAR)
+    )
+    from matplotlib.colors import LogNorm
+
+    shown, (unit, seconds) = shown_unit(result), time_unit(result.times[-1] + result.window / 2.0)
+    values = np.ma.masked_invalid(shown.factor * result.deviation.T)
+    values = np.ma.masked_less_equal(values, 0.0)
+    low, high = (float(values.min()), float(values.max())) if values.count() else (0.1, 1.0)
+    axes.set_facecolor("0.8")
+    mesh = axes.pcolormesh(
+        _edges(result.times / seconds),
+        np.exp(_edges(np.log(result.taus))),
+        values,
+        norm=LogNorm(low, high if high > low else 2.0 * low),
+        cmap="viridis",
+        rasterized=True,
+    )
+    axes.set_yscale("log")
+    axes.set_xlabel(f"middle of the window [{unit}]")
+    axes.set_ylabel("averaging time [s]")
+    scale = figure.colorbar(mesh, cax=bar)
+    scale.set_label(f"{KINDS[result.kind].title} [{shown.unit}]")
+    style_panels([axes])
+    bar.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
+    bar.yaxis.label.set_fontsize(FONT)
+    scale.outline.set_linewidth(0.5)
+    style_decades(bar)
+    axes.yaxis.set_major_formatter(bar.yaxis.get_major_formatter())
+    said = f"Window of {result.window:g} s. Grey: no deviation, for gaps."
+    write_caption(figure, _HEIGHT, said)
+    return figure
+
+
+def _edges(centres: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the borders of cells about their centres."""
+    half = np.diff(centres) / 2.0 if centres.size > 1 else np.array([0.5])
+    inner = centres[:-1] + half[: centres.size - 1]
+    edges: npt.NDArray[np.float64] = np.concatenate(
+        ([centres[0] - half[0]], inner, [centres[-1] + half[-1]])
+    )
+    return edges

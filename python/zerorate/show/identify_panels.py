@@ -1,0 +1,283 @@
+"""The panels of an identification."""
+
+from __future__ import annotations
+
+from statistics import NormalDist
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from zerorate.identify.conclusions import model_name
+from zerorate.identify.order import above_least
+from zerorate.noise.spectrum import Spectrum
+from zerorate.numerals import significant
+from zerorate.show.scales import limits, spans
+from zerorate.show.style import (
+    AR_COLOURS,
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    MA_COLOURS,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    time_unit,
+    write_in_middle,
+    write_legend,
+)
+from zerorate.types import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from zerorate.identify.correlogram import Correlogram
+    from zerorate.identify.identification import Identification, Online
+    from zerorate.identify.order import OrderSelection
+
+__all__ = [
+    "draw_acf",
+    "draw_ar_orders",
+    "draw_arma_orders",
+    "draw_online",
+    "draw_pacf",
+    "draw_quantiles",
+    "draw_residual_acf",
+    "draw_series",
+    "draw_spectrum",
+    "style_orders",
+    "style_times",
+]
+
+_SUBSCRIPTS: Final = "₁₂₃"
+_FREQUENCIES: Final = 300
+
+_QUANTILES: Final = 199
+
+_MOST: Final = 100_000
+"""Residuals of which quantiles are taken: more would move no point by a line's width."""
+
+_COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+
+
+def draw_series(axes: Axes, found: Identification) -> None:
+    """Draw what was modelled with all its peaks, the means of its segments, and its motion."""
+    data, rate = found.prepared.data, found.rate
+    duration = data.size / rate
+    unit, seconds = time_unit(duration)
+    t, least, most = spans(data, rate)
+    axes.fill_between(t / seconds, least, most, color=SKY, alpha=0.55, lw=0.3, label="record")
+    means = found.tests.segment_means
+    edges = np.arange(means.size + 1) * found.tests.segment / seconds
+    axes.stairs(means, edges, baseline=None, color=BLACK, lw=0.7, label="means of segments")
+    for i, span in enumerate(found.moving):
+        label = "_" if i else "not at rest"
+        axes.axvspan(
+            span.start / seconds,
+            span.end / seconds,
+            color=ORANGE,
+            alpha=0.35,
+            lw=0.0,
+            zorder=0,
+            label=label,
+        )
+    axes.set_xlim(0.0, duration / seconds)
+    axes.set_ylim(*limits(np.concatenate((least, most)), 0.15, 0.35))
+    axes.set_xlabel(f"time [{unit}]")
+    axes.set_ylabel(f"record [{found.unit}]")
+    write_legend(axes, "upper right", 3, 1.3)
+
+
+def draw_spectrum(axes: Axes, found: Identification) -> None:
+    """Draw the averaged periodogram of what was modelled, and the spectra of the models."""
+    axes.set_title("spectrum")
+    rate = found.rate
+    measured = Spectrum.of(found.prepared.data, rate)
+    centres, density = _one_sided(measured, rate)
+    axes.plot(centres, density, color=SKY, lw=0.7, label="record")
+    frequencies = np.geomspace(centres[0], rate / 2.0, _FREQUENCIES)
+    for model, colour, style in ((found.ar, GREEN, "-"), (found.model, VERMILION, "--")):
+        shown = model.spectrum(frequencies, rate)
+        axes.plot(frequencies, shown, color=colour, lw=0.9, ls=style, label=model_name(model.order))
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel("frequency [Hz]")
+    axes.set_ylabel(f"density [({found.unit})²/Hz]")
+    drawn = np.concatenate([np.asarray(line.get_ydata(), dtype=np.float64) for line in axes.lines])
+    low, high = np.log(drawn.min()), np.log(drawn.max())
+    # The lower third is for the legend.
+    axes.set_ylim(np.exp(high - 1.5 * max(high - low, 2.0)), np.exp(high + 0.1 * (high - low)))
+    write_legend(axes, "lower left", 1, 1.3)
+
+
+def draw_online(axes: Axes, found: Identification) -> None:
+    """Draw the coefficients as they are learned, with the offline ones and their errors."""
+    axes.set_title("coefficients learned online")
+    axes.set_xlabel("time [s]")
+    axes.set_xscale("log")
+    online, rate = found.online, found.rate
+    axes.set_xlim(100.0 / rate, found.prepared.data.size / rate)
+    if online is None:
+        axes.tick_params(left=False, labelleft=False)
+        write_in_middle(axes, f"{model_name(found.model.order)} is not learned online")
+        return
+    p = found.model.order[0]
+    times = online.samples / rate
+    known = np.concatenate((found.model.phi, found.model.theta))
+    for i, (value, error) in enumerate(zip(known, found.model.standard_errors, strict=False)):
+        colour = AR_COLOURS[i] if i < p else MA_COLOURS[i - p]
+        label = f"φ{_SUBSCRIPTS[i]}" if i < p else f"θ{_SUBSCRIPTS[i - p]}"
+        axes.axhspan(value - error, value + error, color=colour, alpha=0.25, lw=0.0)
+        axes.axhline(value, color=colour, lw=0.5, ls=":")
+        axes.plot(times, online.coefficients[:, i], color=colour, lw=0.9, label=label)
+    axes.set_ylim(*_online_limits(online, known))
+    write_legend(axes, "upper right", 6, 1.3)
+
+
+def style_times(axes: Axes) -> None:
+    """Write the decades of time as plain numbers."""
+    from matplotlib.ticker import FuncFormatter
+
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def _one_sided(measured: Spectrum, rate: float) -> tuple[Floats, Floats]:
+    """Return the middles of the bands, Hz, and the one-sided density there."""
+    bands = measured.bands
+    lines = np.asarray(bands.lines)
+    first, last = lines[bands.edges[:-1]], lines[bands.edges[1:] - 1]
+    middles = np.sqrt(first * last) * rate / (bands.n + 1)
+    return middles, 2.0 * measured.density * measured.scale**2 / rate
+
+
+def _online_limits(online: Online, known: Floats) -> tuple[float, float]:
+    """Return limits that hold the last values, and as much of the beginning as reads well."""
+    late = online.coefficients[online.coefficients.shape[0] // 3 :, : known.size]
+    low, high = limits(late, 0.1, 0.3)
+    span = known.max() - known.min()
+    return min(low, known.min() - 0.1 * span), max(high, known.max() + 0.3 * span)
+
+
+def draw_acf(axes: Axes, found: Identification) -> None:
+    """Draw the autocorrelation of what was modelled."""
+    axes.set_title("autocorrelation of the record")
+    _draw_lags(axes, found.correlogram, found.correlogram.acf, BLUE)
+
+
+def draw_pacf(axes: Axes, found: Identification) -> None:
+    """Draw the partial autocorrelation of what was modelled."""
+    axes.set_title("partial autocorrelation")
+    _draw_lags(axes, found.correlogram, found.correlogram.pacf, BLUE)
+
+
+def draw_residual_acf(axes: Axes, found: Identification) -> None:
+    """Draw the autocorrelation of the residuals, and the p value of Ljung and Box."""
+    white = found.whiteness
+    p = white.ljung_box.p_value
+    shown = "< 1e-6" if p < 1e-6 else f"= {significant(p, 2)}"
+    axes.set_title(f"residuals: Ljung-Box p {shown}")
+    _draw_lags(axes, white.correlogram, white.correlogram.acf, VERMILION)
+
+
+def draw_quantiles(axes: Axes, found: Identification) -> None:
+    """Draw quantiles of the residuals over those of a Gaussian of their size."""
+    axes.set_title("quantiles of the residuals")
+    axes.set_xlabel("Gaussian [deviations]")
+    axes.set_ylabel("residuals [deviations]")
+    residuals = found.residuals
+    residuals = residuals[np.isfinite(residuals)]
+    residuals = residuals[:: max(1, residuals.size // _MOST)] / np.sqrt(found.model.sigma2)
+    # As far out as the sample reaches.
+    parts = _parts(residuals.size)
+    expected = np.array([NormalDist().inv_cdf(part) for part in parts])
+    edge = 1.08 * expected[-1]
+    axes.plot((-edge, edge), (-edge, edge), color=BLACK, lw=0.6, ls=(0, (4, 2)))
+    axes.plot(
+        expected,
+        np.quantile(residuals, parts),
+        color=VERMILION,
+        ls="none",
+        marker="o",
+        ms=1.6,
+        mew=0.0,
+    )
+    axes.set_xlim(-edge, edge)
+
+
+def _parts(n: int) -> Floats:
+    """Return probabilities whose Gaussian quantiles are evenly spaced, as far out as n reach."""
+    end = NormalDist().inv_cdf(1.0 - 0.5 / n)
+    return np.array([NormalDist().cdf(x) for x in np.linspace(-end, end, _QUANTILES)])
+
+
+def _draw_lags(axes: Axes, correlogram: Correlogram, values: Floats, colour: str) -> None:
+    lags, shown = correlogram.lags, np.nan_to_num(values)
+    axes.axhspan(-correlogram.bound, correlogram.bound, color=GREY, lw=0.0)
+    axes.axhline(0.0, color=BLACK, lw=0.4)
+    axes.vlines(lags, 0.0, shown, color=colour, lw=0.8)
+    axes.plot(lags, shown, color=colour, ls="none", marker="o", ms=1.8, mew=0.0)
+    size = max(float(np.abs(shown).max()), 2.0 * correlogram.bound)
+    axes.set_ylim(
+        min(1.25 * shown.min(), -0.15 * size - correlogram.bound),
+        max(1.25 * shown.max(), 0.15 * size + correlogram.bound),
+    )
+    axes.set_xlim(0.0, lags[-1] + 1)
+    axes.set_xlabel("lag [samples]")
+
+
+def draw_ar_orders(axes: Axes, found: Identification) -> None:
+    """Draw how far the criterion of each AR order is above the least."""
+    axes.set_title("orders of AR models")
+    _draw(axes, found.ar_orders)
+
+
+def draw_arma_orders(axes: Axes, found: Identification) -> None:
+    """Draw the same of ARMA orders, a line for each q."""
+    axes.set_title("orders of ARMA models")
+    _draw(axes, found.arma_orders)
+    write_legend(axes, "upper right", 2)
+
+
+def _draw(axes: Axes, orders: OrderSelection) -> None:
+    above = dict(zip(orders.orders, above_least(orders, orders.criterion), strict=True))
+    axes.axhspan(0.0, orders.margin, color=GREY, lw=0.0)
+    for q in sorted({q for _, q in orders.orders}):
+        colour = _COLOURS[q % len(_COLOURS)]
+        line = [(p, score) for (p, own), score in above.items() if own == q]
+        x, y = zip(*line, strict=True)
+        axes.plot(x, y, color=colour, lw=0.7, marker=".", ms=2.5, mew=0.0, label=f"q = {q}")
+    for order, face in ((orders.minimum, "white"), (orders.clear, None)):
+        colour = _COLOURS[order[1] % len(_COLOURS)]
+        axes.plot(
+            *(order[0], above[order]),
+            color=colour,
+            marker="o",
+            ms=4.0,
+            mew=0.8,
+            mfc=face or colour,
+            ls="none",
+            label="_",
+        )
+    # Linear where it decides, logarithmic where it does not.
+    axes.set_yscale("symlog", linthresh=orders.margin, linscale=1.5)
+    decades = max(1.0, np.log10(max(above.values()) / orders.margin + 1.0))
+    # The upper quarter is for a legend.
+    axes.set_ylim(-0.1 * orders.margin, orders.margin * 10.0 ** ((1.5 + decades) / 0.75 - 1.5))
+    axes.set_xlabel("p")
+    axes.set_ylabel(f"{orders.criterion.upper()} above the least")
+
+
+def style_orders(axes: Axes, margin: float) -> None:
+    """Write zero, the margin, and the decades beyond it."""
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+    most = axes.get_ylim()[1]
+    decades = 10.0 ** np.arange(np.ceil(np.log10(1.5 * margin)), np.log10(most))
+    axes.yaxis.set_major_locator(FixedLocator([0.0, margin, *decades]))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _short(value)))
+
+
+def _short(score: float) -> str:
+    return f"{score:g}" if score < 1000.0 else f"{score:.0e}".replace("e+0", "e")

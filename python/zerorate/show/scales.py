@@ -1,0 +1,110 @@
+"""Limits and scales of panels, and long series cut down to what a panel can show."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.types import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = [
+    "BUCKETS",
+    "limits",
+    "outline",
+    "parts",
+    "share_decades",
+    "share_heights",
+    "share_limits",
+    "spans",
+]
+
+Panels = np.ndarray[Any, np.dtype[np.object_]]
+
+BUCKETS: Final = 200
+"""Parts of a series that a panel shows: about as many as it has room for."""
+
+_TAIL: Final = 0.005
+
+
+def parts(n: int, count: int) -> npt.NDArray[np.intp]:
+    """Return where so many equal parts of n samples begin, fewer where there are fewer samples."""
+    return np.unique(np.linspace(0, n, min(count, n), endpoint=False).astype(np.intp))
+
+
+def spans(z: Floats, rate: float) -> tuple[Floats, Floats, Floats]:
+    """Return time (s), least and greatest value of at most `BUCKETS` buckets of a series (n,).
+
+    A bucket without a present sample is NaN.
+    """
+    starts = parts(z.size, BUCKETS)
+    centre = (starts + np.append(starts[1:], z.size) - 1) / (2.0 * rate)
+    values = np.where(np.isfinite(z), z, np.nan)
+    return centre, np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
+
+
+def outline(z: Floats, rate: float) -> tuple[Floats, Floats]:
+    """Return time (s) and values of a line that covers a series (n,), peaks included."""
+    if z.size <= 2 * BUCKETS:
+        return np.arange(z.size) / rate, np.where(np.isfinite(z), z, np.nan)
+    centre, least, most = spans(z, rate)
+    return np.repeat(centre, 2), np.column_stack((least, most)).ravel()
+
+
+def limits(z: Floats, below: float = 0.1, above: float = 0.1) -> tuple[float, float]:
+    """Return limits that hold all but the outermost half per cent of the values, and a margin.
+
+    Margins are in spans of the values. The limits are finite and apart whatever the values.
+    """
+    there = z[np.isfinite(z)]
+    low, high = np.quantile(there, (_TAIL, 1.0 - _TAIL)) if there.size else (0.0, 1.0)
+    span = high - low
+    if not span > 1e-9 * max(abs(low), abs(high)):
+        span = 0.1 * abs(high) or 1.0
+        low, high = low - span / 2, high + span / 2
+    return float(low - below * span), float(high + above * span)
+
+
+def share_limits(row: Iterable["Axes"]) -> None:
+    """Give panels the limits that hold those of each in which something is drawn."""
+    panels = list(row)
+    drawn = [axes.get_ylim() for axes in panels if _is_drawn(axes)]
+    if drawn:
+        lows, highs = zip(*drawn, strict=True)
+        for axes in panels:
+            axes.set_ylim(min(lows), max(highs))
+
+
+def share_heights(row: Panels) -> None:
+    """Give panels the same limits, from all of their lines but for the first jumps."""
+    start = 2.0 * row[0].get_xlim()[0]
+    drawn = [
+        np.where(line.get_xdata() > start, line.get_ydata(), np.nan)
+        for axes in row
+        for line in axes.lines
+        if not line.get_label().startswith("_")
+    ]
+    low, high = limits(np.concatenate(drawn), 0.1, 0.35)
+    for axes in row:
+        axes.set_ylim(low, high)
+    for axes in row[1:]:
+        axes.tick_params(labelleft=False)
+
+
+def share_decades(row: Panels) -> None:
+    """Give logarithmic panels the same limits, with room for a legend below the lines."""
+    drawn = np.concatenate([line.get_ydata() for axes in row for line in axes.lines])
+    drawn = drawn[np.isfinite(drawn)]
+    least, most = (drawn.min(), drawn.max()) if drawn.size else (1.0, 1.0)
+    room = max(most / least, 10.0) ** 0.15
+    for axes in row:
+        axes.set_ylim(least / room**1.5, most * room)
+    for axes in row[1:]:
+        axes.tick_params(labelleft=False)
+
+
+def _is_drawn(axes: "Axes") -> bool:
+    return any(np.isfinite(np.asarray(line.get_ydata())).any() for line in axes.lines)

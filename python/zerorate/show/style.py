@@ -1,0 +1,170 @@
+"""The style of all figures: colours, sizes, ticks, legends, titles and captions; their files."""
+
+from __future__ import annotations
+
+from math import ceil, floor, log10
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Literal
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "AR_COLOURS",
+    "BLACK",
+    "BLUE",
+    "DPI",
+    "FONT",
+    "GREEN",
+    "GREY",
+    "MA_COLOURS",
+    "MM",
+    "ORANGE",
+    "PURPLE",
+    "SKY",
+    "VERMILION",
+    "Corner",
+    "new_figure",
+    "save_figure",
+    "style_decades",
+    "style_panels",
+    "time_unit",
+    "write_caption",
+    "write_in_middle",
+    "write_legend",
+    "write_title",
+]
+
+Corner = Literal["upper right", "lower left"]
+
+# Of Okabe and Ito, which colour-blind readers can tell apart.
+BLACK: Final = "#000000"
+ORANGE: Final = "#E69F00"
+SKY: Final = "#56B4E9"
+GREEN: Final = "#009E73"
+BLUE: Final = "#0072B2"
+VERMILION: Final = "#D55E00"
+PURPLE: Final = "#CC79A7"
+GREY: Final = "#DDDDDD"
+
+AR_COLOURS: Final = (BLUE, SKY, GREEN)
+MA_COLOURS: Final = (VERMILION, ORANGE, PURPLE)
+
+MM: Final = 1.0 / 25.4
+"""A millimetre in inches."""
+
+FONT: Final = 6.5
+DPI: Final = 200
+
+
+def time_unit(duration: float) -> tuple[str, float]:
+    """Return the unit in which a time axis of so many seconds reads well, and its length in s."""
+    if duration <= 600.0:
+        return "s", 1.0
+    return ("min", 60.0) if duration <= 4 * 3600.0 else ("h", 3600.0)
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure of so many millimetres, outside of matplotlib's global state."""
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise ImportError("this needs matplotlib: pip install 'zerorate[plot]'") from None
+    figure = Figure(figsize=(width * MM, height * MM), dpi=DPI)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure as PNG, SVG or PDF, by the suffix of the path.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        As any function of `zerorate.show` returns it.
+    path : path-like
+        Is written over if it exists.
+    """
+    if Path(path).suffix.lower() != ".png":
+        figure.savefig(path)
+        return
+    # Compressing as far as it goes takes longer than drawing, and gains little.
+    figure.savefig(path, dpi=DPI, pil_kwargs={"compress_level": 1})
+
+
+def write_title(figure: Figure, height: float, text: str) -> None:
+    """Write the title of a figure of so many millimetres."""
+    figure.text(0.5, 1.0 - 2.0 / height, text, ha="center", va="top", size=FONT + 1.5)
+
+
+def write_caption(figure: Figure, height: float, text: str, size: float = FONT - 0.5) -> None:
+    """Write what a reader must know under a figure of so many millimetres."""
+    figure.text(0.5, 2.0 / height, text, ha="center", va="bottom", size=size, color="0.25")
+
+
+def write_in_middle(axes: Axes, text: str) -> None:
+    """Write why a panel is empty."""
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", size=FONT, color="0.4")
+
+
+def write_legend(axes: Axes, place: Corner, columns: int, handle: float = 1.1) -> None:
+    """Write the names of a panel's lines into a corner, after samples `handle` letters long."""
+    axes.legend(
+        loc=place,
+        ncols=columns,
+        fontsize=FONT - 0.5,
+        frameon=False,
+        handlelength=handle,
+        columnspacing=0.8,
+        handletextpad=0.4,
+        borderaxespad=0.2,
+    )
+
+
+def style_decades(axes: Axes) -> None:
+    """Write decades as plain numbers, and 2 and 5 where the scale shows too few of them."""
+    from matplotlib.ticker import FuncFormatter, LogLocator
+
+    plain = FuncFormatter(lambda value, _: f"{value:g}")
+    axes.xaxis.set_major_formatter(plain)
+    axes.yaxis.set_major_formatter(plain)
+    low, high = axes.get_ylim()
+    if floor(log10(high)) - ceil(log10(low)) < 1:
+        axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+        axes.yaxis.set_minor_formatter(plain)
+        axes.tick_params(axis="y", which="minor", labelsize=FONT - 0.5)
+
+
+def style_panels(panels: Sequence[Axes]) -> None:
+    """Make lines, letters and ticks small and few."""
+    for axes in panels:
+        axes.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
+        axes.tick_params(which="minor", width=0.3, length=1.2)
+        axes.title.set_fontsize(FONT + 0.5)
+        for spine in axes.spines.values():
+            spine.set_linewidth(0.5)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.label.set_fontsize(FONT)
+            axis.labelpad = 2.0
+            axis.offsetText.set_fontsize(FONT - 1.0)
+            _set_ticks(axis, vertical=axis is axes.yaxis)
+
+
+def _set_ticks(axis: Axis, vertical: bool) -> None:
+    """Keep ticks few: each one costs as much time as a curve."""
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
+
+    if axis.get_scale() == "log":
+        axis.set_minor_locator(LogLocator(subs=(2.0, 5.0) if vertical else ()))
+        axis.set_minor_formatter(NullFormatter())
+        return
+    axis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
+    formatter = ScalarFormatter()
+    formatter.set_powerlimits((-3, 4) if vertical else (-3, 6))
+    axis.set_major_formatter(formatter)

@@ -1,0 +1,172 @@
+"""The figure of a replay: panels, limits, sizes, and no label over another."""
+
+import dataclasses
+from functools import cache
+
+import numpy as np
+import pytest
+
+from support.figures import check_layout
+from support.logs import make_log, noise
+from zerorate.run.replay import replay
+from zerorate.show import plot_replay, save_figure
+
+
+def gaps():
+    z = noise(5000, 3)
+    z[1000:2000] = np.nan
+    z[:700, 1] = np.nan
+    return z
+
+
+LOGS = {
+    "plain": noise(20_000, 3),
+    "one axis": noise(3000, 1),
+    "one sample": noise(1, 1),
+    "two samples": noise(2, 2),
+    "twenty samples": noise(20, 3),
+    "start-up just over": noise(101, 1),
+    "gaps": gaps(),
+    "stuck": np.full((1000, 1), 2.5),
+    "zero": np.zeros((1000, 1)),
+    "one axis missing": np.column_stack((noise(1000, 1), np.full(1000, np.nan))),
+    "walk": 1e-3 * np.cumsum(noise(5000, 2) - 0.5, axis=0),
+    "huge": 1e150 * noise(2000, 1),
+    "tiny": 1e-150 * noise(2000, 1),
+    "far from zero": 1e6 + noise(2000, 2),
+    "spikes": np.where(noise(2000, 1) > 0.8, 1e6, noise(2000, 1)),
+}
+
+
+METHODS = ("auto", "fading")
+
+
+def figure_of(data, method="auto", **options):
+    return plot_replay(replay(make_log(data), methods=(method,), **options))
+
+
+@cache
+def drawn(name, method="auto"):
+    return figure_of(LOGS[name], method)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", LOGS)
+def test_panels_and_limits(name, method):
+    figure = drawn(name, method)
+    assert len(figure.axes) == 5 * LOGS[name].shape[1]
+    for axes in figure.axes:
+        for low, high in (axes.get_xlim(), axes.get_ylim()):
+            assert np.isfinite([low, high]).all()
+            assert low < high
+
+
+@pytest.mark.parametrize("name", ["one sample", "gaps", "one axis missing", "huge", "spikes"])
+def test_drawing(name, tmp_path):
+    save_figure(drawn(name), tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", ["plain", "one axis", "walk", "far from zero", "tiny", "stuck"])
+def test_nothing_lies_over_a_neighbour_or_outside(name, method):
+    figure = drawn(name, method)
+    check_layout(figure, figure.axes[LOGS[name].shape[1] * 4 :])
+
+
+def test_a_page_is_wide_enough_for_three_axes():
+    assert figure_of(noise(300, 3)).get_figwidth() * 25.4 == pytest.approx(180.0)
+
+
+def test_axes_that_do_not_fit_are_named():
+    figure = figure_of(noise(300, 8))
+    assert len(figure.axes) == 30
+    assert "the first 6 of 8 axes" in " ".join(figure.texts[-1].get_text().split())
+
+
+@pytest.mark.parametrize("order", [(1, 0), (3, 3), (2, 0)])
+def test_orders(order):
+    figure = figure_of(noise(2000, 1), "fading", order=order, adapt_for=None)
+    labels = [line.get_label() for line in figure.axes[2].lines]
+    assert len(labels) == sum(order) + 1
+
+
+@pytest.mark.parametrize("method", ["kf", "akf"])
+def test_methods(method):
+    figure = figure_of(noise(2000, 1), method, output="compensated")
+    assert [line.get_label() for line in figure.axes[3].lines] == ["raw", "compensated"]
+
+
+def with_motion(spans, n=4000, method="auto"):
+    """Return a replay whose first axis was taken for moving in spans of samples."""
+    result = replay(make_log(noise(n, 2)), methods=(method,), motion="hold")
+    at_rest = result.readings.at_rest.copy()
+    for begin, end in spans:
+        at_rest[begin:end, 0] = False
+    return dataclasses.replace(
+        result, readings=dataclasses.replace(result.readings, at_rest=at_rest)
+    )
+
+
+def shaded(axes):
+    """Return the spans of time in which a panel is shaded, s."""
+    (band,) = [c for c in axes.collections if c.get_zorder() == 0.5]
+    return [(path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in band.get_paths()]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_motion_is_shaded_where_it_was(method):
+    figure = plot_replay(with_motion([(1000, 2000), (3500, 4000)], method=method))
+    # The figure has 400 places over 40 s.
+    assert np.ravel(shaded(figure.axes[0])) == pytest.approx([10.0, 20.0, 35.0, 40.0], abs=0.1)
+    assert "motion" in figure.texts[-1].get_text()
+
+
+def test_a_short_motion_is_seen_and_the_other_axis_stays_white():
+    figure = plot_replay(with_motion([(1234, 1235)]))
+    ((begin, end),) = shaded(figure.axes[0])
+    assert begin <= 12.34 < end
+    assert all(c.get_zorder() != 0.5 for c in figure.axes[1].collections)
+
+
+def test_the_bias_is_compared_with_the_rest_alone():
+    figure = plot_replay(with_motion([(1000, 2000)]))
+    dots = next(line for line in figure.axes[2].lines if line.get_label() == "raw, mean at rest")
+    times = dots.get_xdata()[np.isfinite(dots.get_ydata())]
+    # The half second before a motion is in doubt; a mean is of 2/3 s and stands at its middle.
+    assert not ((times > 9.5 + 1 / 3) & (times < 20.0 - 1 / 3)).any()
+    assert times.size > 0.7 * dots.get_xdata().size
+
+
+def test_an_axis_that_learned_nothing_does_not_stretch_the_others():
+    alone = figure_of(1e-3 * noise(3000, 1))
+    beside = figure_of(np.column_stack((1e-3 * noise(3000, 1), np.full(3000, np.nan))))
+    assert beside.axes[4].get_ylim() == beside.axes[5].get_ylim() == alone.axes[2].get_ylim()
+
+
+def test_the_band_of_the_bias_is_two_sigma():
+    result = replay(make_log(noise(4000, 1)), methods=("auto",))
+    band = plot_replay(result).axes[1].collections[0].get_paths()[0].vertices
+    bias, sigma = result.history.bias[-1, 0], result.history.bias_sigma[-1, 0]
+    last = band[band[:, 0] == 40.0, 1]
+    assert (last.min(), last.max()) == pytest.approx((bias - 2 * sigma, bias + 2 * sigma))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_million_samples_make_small_vector_files(tmp_path, method):
+    figure = figure_of(noise(1_000_000, 3), method)
+    for suffix in ("svg", "pdf"):
+        path = tmp_path / f"figure.{suffix}"
+        save_figure(figure, path)
+        assert path.stat().st_size < 500_000
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_six_axes_make_a_small_svg(tmp_path, method):
+    save_figure(figure_of(noise(20_000, 6), method), tmp_path / "figure.svg")
+    assert (tmp_path / "figure.svg").stat().st_size < 500_000
+
+
+def test_without_allan_deviations_it_says_so():
+    with pytest.raises(ValueError, match="allan=True"):
+        plot_replay(replay(make_log(noise(300)), allan=False))

@@ -1,0 +1,31 @@
+"""Units of time axes, and figures outside of matplotlib's global state."""
+
+import subprocess
+import sys
+
+import pytest
+
+from zerorate.show.style import time_unit
+
+
+@pytest.mark.parametrize(("duration", "unit"), [(10, "s"), (600, "s"), (7200, "min"), (1e5, "h")])
+def test_time_unit(duration, unit):
+    assert time_unit(duration)[0] == unit
+
+
+def test_pyplot_is_not_touched():
+    code = (
+        "import sys, numpy as np, zerorate as zr\n"
+        "from zerorate.identify import identify\n"
+        "from zerorate.run.replay import replay\n"
+        "from zerorate.show import plot_replay\n"
+        "z = np.random.default_rng(1).standard_normal(500)\n"
+        "result = zr.allan(z, 10.0)\n"
+        "models, found = result.fit(), identify(z, 10.0)\n"
+        "log = zr.Log(np.arange(500) / 10, 10.0, z, ['x'])\n"
+        "replayed = replay(log)\n"
+        "assert 'matplotlib' not in sys.modules\n"
+        "result.plot(models), found.plot(), plot_replay(replayed)\n"
+        "assert 'matplotlib.pyplot' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
