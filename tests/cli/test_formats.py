@@ -10,6 +10,7 @@ from pyarrow import table
 from scipy.io import savemat
 
 from support.bags import write_recording
+from support.ulogs import flight, write_ulog
 from zerorate import read_log
 from zerorate.cli import run
 
@@ -43,18 +44,21 @@ def written(folder, suffix):
         feather.write_feather(table(columns), path)
     elif suffix == "mat":
         savemat(path, columns)
+    elif suffix == "ulg":
+        write_ulog(path, flight(N))
     else:
         with h5py.File(path, "w") as file:
             file.update(columns)
     return path
 
 
-@pytest.mark.parametrize("suffix", ["feather", "h5", "mat"])
+@pytest.mark.parametrize("suffix", ["feather", "h5", "mat", "ulg"])
 def test_a_replay_of_each_format(cli, tmp_path, suffix):
     code, text, errors = cli("replay", written(tmp_path, suffix), "--no-figure")
     assert (code, errors) == (0, "")
     assert "wrote run-zerorate.parquet" in text
-    assert read_log("run-zerorate.parquet").names == ("gyro_x_dps",)
+    names = read_log(tmp_path / f"run.{suffix}").names
+    assert read_log("run-zerorate.parquet").names == names
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -18,7 +18,7 @@ from support.compared import (
     write_table,
 )
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.compare import METHODS, compare, read_trial
+from zerorate.compare import METHODS, Trial, compare, read_trial
 from zerorate.compare.methods import on_axis
 from zerorate.compare.rest import scored_from
 from zerorate.compare.slope import slope
@@ -334,3 +334,30 @@ class TestReport:
         text = format_compare(compare([read_trial(path)], ("raw",)), per_axis=True)
         assert "deg" not in text
         assert "the unit of the data is not known" in " ".join(text.split())
+
+
+def test_a_recording_is_compared_as_it_is(tmp_path):
+    path = turning(tmp_path / "a.csv")
+    (found,) = compare([zr.read_recording(path)], ("raw",))
+    (asked,) = compare([read_trial(path, reference="encoder_deg")], ("raw",))
+    assert found == asked
+    (rest,) = compare([zr.read_recording(resting(tmp_path / "b.csv"))], ("raw",))
+    assert rest.kind == "rest"
+
+
+def test_a_slower_reference_is_spread_over_the_samples_of_the_gyro(tmp_path):
+    recording = zr.read_recording(oriented(tmp_path / "a.csv"))
+    slow = recording.reference.data.copy()
+    slow[np.arange(len(slow)) % 4 != 0] = np.nan
+    sparse = zr.read_recording(
+        {"t": recording.gyro.time, "gyro_dps": recording.gyro.data}
+        | {name: slow[:, i] for i, name in enumerate(recording.reference.names)}
+    )
+    assert sparse.reference.rate == RATE / 4
+    np.testing.assert_array_equal(Trial.of(sparse).orientation.quaternions, slow)
+
+
+def test_a_recording_without_a_gyro_is_refused():
+    recording = zr.read_recording({"accel_g": np.ones((9, 3))}, RATE)
+    with pytest.raises(LogError, match="no column looks like a gyro"):
+        Trial.of(recording)

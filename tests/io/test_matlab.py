@@ -1,4 +1,4 @@
-"""MAT files: versions 5 to 7 as SciPy writes them, 7.3 as HDF5 in MATLAB's manner."""
+"""MAT files: versions 5 to 7 as SciPy writes them, 7.3 as HDF5 the way MATLAB writes it."""
 
 import sys
 

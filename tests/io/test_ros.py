@@ -23,7 +23,7 @@ def test_the_gyro_of_a_recording(tmp_path, kind, frame):
     np.testing.assert_array_equal(log.data, values(50)[:, :3])
 
 
-def test_the_accelerometer_beside_it(tmp_path):
+def test_the_accelerometer_next_to_it(tmp_path):
     gyro, accelerometer = read_sensors(write_recording(tmp_path, "mcap", ["/imu"]))
     assert (gyro.unit, accelerometer.unit) == ("rad/s", "m/s^2")
     np.testing.assert_array_equal(accelerometer.data, values(50)[:, 3:])

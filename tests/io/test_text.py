@@ -1,4 +1,4 @@
-"""Text tables: every layout, both fast roads, and faults named by line and column."""
+"""Text tables: every layout, both fast parsers, and faults named by line and column."""
 
 import sys
 
@@ -12,8 +12,8 @@ from zerorate.io import text as text_module
 
 
 @pytest.fixture(params=["pyarrow", "numpy", "lines"])
-def road(request, monkeypatch):
-    """Force one road of reading."""
+def parser(request, monkeypatch):
+    """Force one parser."""
     if request.param != "pyarrow":
         monkeypatch.setitem(sys.modules, "pyarrow", None)
     if request.param == "lines":
@@ -45,7 +45,7 @@ LAYOUTS = {
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_layouts(tmp_path, road, layout):
+def test_layouts(tmp_path, parser, layout):
     log = read(tmp_path, LAYOUTS[layout])
     assert log.names == ("gyro_x_dps", "gyro_y_dps")
     assert (log.rate, log.unit) == (100.0, "deg/s")
@@ -53,19 +53,19 @@ def test_layouts(tmp_path, road, layout):
 
 
 @pytest.mark.parametrize("cell", ["", "nan", "NaN", "NA", "N/A", "null"])
-def test_missing_cells(tmp_path, road, cell):
+def test_missing_cells(tmp_path, parser, cell):
     log = read(tmp_path, f"time_s,gx,gy\n0,{cell},1\n0.1,2,{cell}\n0.2,3,4\n")
     np.testing.assert_array_equal(log.data, [[np.nan, 1], [2, np.nan], [3, 4]])
     assert log.n_missing == 2
 
 
-def test_all_missing_column_is_noted(tmp_path, road):
+def test_all_missing_column_is_noted(tmp_path, parser):
     log = read(tmp_path, "time_s,gx_dps,gy_dps\n0,,1\n0.1,,2\n")
     assert np.isnan(log.data[:, 0]).all()
     assert log.meta["notes"] == ("column 'gx_dps' is all missing",)
 
 
-def test_nanoseconds_keep_their_precision(tmp_path, road):
+def test_nanoseconds_keep_their_precision(tmp_path, parser):
     stamps = 1_700_000_000_000_000_123 + 5_000_000 * np.arange(4)
     rows = "".join(f"{s},0.5,0,0\n" for s in stamps)
     head = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1]\n"
@@ -83,8 +83,8 @@ def test_nanoseconds_keep_their_precision(tmp_path, road):
     ),
     mark=st.sampled_from([",", ";", "\t", " "]),
 )
-def test_roads_agree_to_the_last_bit(tmp_path_factory, rows, mark):
-    path = tmp_path_factory.mktemp("roads") / "a.txt"
+def test_parsers_agree_to_the_last_bit(tmp_path_factory, rows, mark):
+    path = tmp_path_factory.mktemp("parsers") / "a.txt"
     path.write_text(f"wx{mark}wy\n" + "".join(f"{x!r}{mark}{y!r}\n" for x, y in rows))
     got = []
     for hidden in (False, True):
@@ -96,7 +96,7 @@ def test_roads_agree_to_the_last_bit(tmp_path_factory, rows, mark):
     np.testing.assert_array_equal(got[0], np.array(rows))
 
 
-def test_headerless_time_is_found(tmp_path, road):
+def test_headerless_time_is_found(tmp_path, parser):
     log = read(tmp_path, "0.00 5 1\n0.02 4 7\n0.04 6 3\n0.06 2 1\n", ".txt")
     assert (log.rate, log.names) == (50.0, ("column_1", "column_2"))
     assert log.unit == "unit"
@@ -115,7 +115,7 @@ def test_headerless_row_counter_is_left_out(tmp_path):
         read(tmp_path, text)
 
 
-def test_single_column(tmp_path, road):
+def test_single_column(tmp_path, parser):
     assert read(tmp_path, "0.5\n1.5\n", ".dat", rate=10).data[:, 0].tolist() == [0.5, 1.5]
     assert read(tmp_path, "gyro\n0.5\n1.5\n", rate=10).names == ("gyro",)
 
@@ -142,7 +142,7 @@ HEAD = "time_s,gyro_x_dps\n0.00,1\n0.01,2\n"
         ("# zerorate nonsense\nwx,wy\n1,2\n", "no JSON object"),
     ],
 )
-def test_faults_are_named(tmp_path, road, text, message):
+def test_faults_are_named(tmp_path, parser, text, message):
     with pytest.raises(LogError) as caught:
         read(tmp_path, text)
     assert message in str(caught.value)

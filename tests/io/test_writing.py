@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from zerorate.io import Log, LogError, read_log, write_log
+from zerorate.io import Log, LogError, read_log, read_recording, write_log
 from zerorate.io.names import split_unit
 
 FORMATS = [".csv", ".tsv", ".npz", ".parquet"]
@@ -156,3 +156,13 @@ def test_columns_that_cannot_stand_beside_a_log(tmp_path, suffix, beside, messag
 def test_unknown_format_to_write(tmp_path, suffix):
     with pytest.raises(ValueError, match=r"known: \.csv, \.tsv, \.npz, \.parquet"):
         write_log(make_log([1.0]), tmp_path / f"a{suffix}")
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_position_comes_back_in_its_units(tmp_path, suffix):
+    names = ["latitude_deg", "longitude", "height_m"]
+    log = Log(np.arange(4) / 4, 4.0, np.ones((4, 3)), names, ("deg", "deg", "m"))
+    write_log(log, tmp_path / f"a{suffix}")
+    position = read_recording(tmp_path / f"a{suffix}").position
+    assert (position.units, position.rate) == (log.units, 4)
+    np.testing.assert_array_equal(position.data, log.data)

@@ -8,8 +8,9 @@ from typing import Literal
 import numpy as np
 
 from zerorate.compare.slope import slope
-from zerorate.io import Log, LogError, Recording, read_recording
+from zerorate.io import Log, LogError, Recording
 from zerorate.io.names import UNKNOWN, is_quaternion, looks_like_gyro, plain
+from zerorate.io.recording import read_topic
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
@@ -132,7 +133,7 @@ def read_trial(
     Parameters
     ----------
     path, rate, columns, unit, topic
-        As of `zerorate.read_recording`.
+        As of `zerorate.read_log`.
     reference : str, optional
         Column of an angle or a rate about the axis of one gyro, from a shaft encoder or a rate
         table. It is a rate if its unit or its name says so, else an angle, in deg unless its name
@@ -149,7 +150,7 @@ def read_trial(
     Raises
     ------
     LogError, ValueError, OSError, ImportError
-        As `zerorate.read_recording`; also if a reference and a quaternion are given, one of them is
+        As `zerorate.read_log`; also if a reference and a quaternion are given, one of them is
         not there or is not what its name says, or the gyros next to it are of no known unit.
     """
     if reference is not None and quaternion is not None:
@@ -157,7 +158,7 @@ def read_trial(
     if quaternion is not None and len(quaternion) != 4:
         raise ValueError(f"a quaternion has four columns w, x, y, z, got {len(quaternion)}")
     truth = [reference] if reference is not None else quaternion
-    recording = read_recording(
+    recording = read_topic(
         path,
         rate,
         columns=columns,
@@ -185,12 +186,13 @@ def _with_quaternion(recording: Recording) -> Recording:
 
 
 def _gyros(recording: Recording) -> Log:
-    """Return the channels of all gyros on the clock of the first, in rad/s if that is known."""
+    """Return the channels of all gyros of the first's topic and clock, in rad/s if known."""
     found = [_in_si(log) for log in recording.of_kind("gyro")]
     if not found:
         raise LogError(f"{recording.source}: no column looks like a gyro; choose with columns=")
     first = found[0]
-    logs = [log for log in found if _same_clock(log, first)]
+    topic = first.meta.get("sensor")
+    logs = [log for log in found if _same_clock(log, first) and log.meta.get("sensor") == topic]
     units = {log.unit for log in logs}
     if len(units) > 1:
         raise LogError(

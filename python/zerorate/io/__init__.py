@@ -2,10 +2,10 @@
 
 from zerorate.io.atomic import atomic_path, check_writable
 from zerorate.io.clock import ClockReport
-from zerorate.io.log import Log, LogError
+from zerorate.io.log import Log, LogError, Recording
 from zerorate.io.logfile import LogFile, open_log
 from zerorate.io.reading import read_log
-from zerorate.io.recording import Recording, read_recording
+from zerorate.io.recording import read_recording
 from zerorate.io.writing import write_log
 
 __all__ = [

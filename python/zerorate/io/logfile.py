@@ -1,4 +1,4 @@
-"""Log files that are read block by block, from a disk larger than memory or from memory."""
+"""Logs that are read block by block, from files larger than memory or from memory."""
 
 from __future__ import annotations
 
@@ -203,7 +203,7 @@ def _in_pieces(chosen: Selection, told: dict[str, str], label: str) -> LogFile:
 
 
 def _whole(table: Table, index: int) -> Column:
-    """Return one column, without a copy of it beside it."""
+    """Return one column, without a second copy of it."""
     assert table.pieces is not None
     column = None
     done = 0

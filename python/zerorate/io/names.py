@@ -1,4 +1,4 @@
-"""What the name of a column says: its unit, and what it measures."""
+"""Names of columns: the units in them, and the sensors that they tell of."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Recordings: the logs of all sensors of a file, each with its unit and its clock."""
+"""The reading of recordings: all sensors of a file, found by the names of columns and topics."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple, cast
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from zerorate.io.clock import Stamps, fit_grid
 from zerorate.io.columns import Columns, choose
 from zerorate.io.formats import LogSource, label_of, opened
-from zerorate.io.log import Log, LogError, checked_rate
+from zerorate.io.log import Log, LogError, Recording, checked_rate, units_of
 from zerorate.io.names import (
     UNKNOWN,
     Meaning,
@@ -36,7 +36,7 @@ from zerorate.io.reading import (
 from zerorate.io.table import Content, Table
 from zerorate.types import Floats
 
-__all__ = ["KINDS", "Recording", "read_recording"]
+__all__ = ["KINDS", "read_recording", "read_topic"]
 
 KINDS: Final = (
     "gyro",
@@ -53,97 +53,6 @@ _ACCELERATIONS: Final = ("g", "m/s^2")
 _ONE: Final = "1"
 _UNSTEADY: Final = 0.25
 """Periods by which stamps leave a clock that is not the sensor's own."""
-
-
-@dataclass(frozen=True, eq=False)
-class Recording(Mapping[str, Log]):
-    """Logs by name, each with its own unit, rate, clock and gaps.
-
-    Parameters
-    ----------
-    logs
-        ``"gyro"``, ``"accel"``, ``"mag"``, ``"temperature"``, ``"reference"``, ``"position"`` and
-        what else is known; further ones of a kind are ``"gyro_1"``, ``"gyro_2"`` and so on.
-    source
-        Where they come from.
-    notes
-        Sentences on what was assumed of the whole; those on one log are in ``meta["notes"]`` of
-        that.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import zerorate as zr
-    >>> table = {"time_s": np.arange(4) / 100, "temp_degc": np.full(4, 21.0)}
-    >>> recording = zr.read_recording({**table, "gyro_dps": np.zeros((4, 3))})
-    >>> recording.names, recording.gyro.unit, recording["temperature"].unit, recording.mag
-    (('temperature', 'gyro'), 'deg/s', 'degC', None)
-    """
-
-    logs: Mapping[str, Log]
-    source: str = "the recording"
-    notes: tuple[str, ...] = field(default=(), kw_only=True)
-
-    def __getitem__(self, name: str) -> Log:
-        """Return a log by its name; KeyError that lists the names if there is none."""
-        try:
-            return self.logs[name]
-        except KeyError:
-            listed = ", ".join(self.logs)
-            raise KeyError(f"there is no '{name}'; the recording has: {listed}") from None
-
-    def __iter__(self) -> Iterator[str]:
-        """Return an iterator over the names."""
-        return iter(self.logs)
-
-    def __len__(self) -> int:
-        """Return the number of logs."""
-        return len(self.logs)
-
-    def __repr__(self) -> str:
-        """Return the source and, of each log, channels, rate and unit."""
-        listed = (f"{n}: {x.channels} at {x.rate:g} Hz, {x.unit}" for n, x in self.items())
-        return f"Recording({self.source}; {'; '.join(listed)})"
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of all logs."""
-        return tuple(self.logs)
-
-    @property
-    def gyro(self) -> Log | None:
-        """Angular rate of the first gyro."""
-        return self.logs.get("gyro")
-
-    @property
-    def accel(self) -> Log | None:
-        """Specific force of the first accelerometer."""
-        return self.logs.get("accel")
-
-    @property
-    def mag(self) -> Log | None:
-        """Field of the first magnetometer."""
-        return self.logs.get("mag")
-
-    @property
-    def temperature(self) -> Log | None:
-        """The first temperature."""
-        return self.logs.get("temperature")
-
-    @property
-    def reference(self) -> Log | None:
-        """The first angle, rate or orientation that something else measured."""
-        return self.logs.get("reference")
-
-    @property
-    def position(self) -> Log | None:
-        """Position, of a GNSS receiver for instance; its channels may differ in unit."""
-        return self.logs.get("position")
-
-    def of_kind(self, kind: str) -> tuple[Log, ...]:
-        """Return all logs of a kind, ``"gyro"`` for instance, in the order of the source."""
-        names = (name for name in self if name.rpartition("_")[2].isdigit() or name == kind)
-        return tuple(self[n] for n in names if n == kind or n.rpartition("_")[0] == kind)
 
 
 def read_recording(
@@ -206,18 +115,45 @@ def read_recording(
     >>> recording.gyro.rate, recording.accel.unit
     (100.0, 'g')
     """
-    request = _Request(
-        rate=None if rate is None else checked_rate(rate),
-        columns=columns,
-        reference=reference,
-        unit=_units(unit),
-        topic=topic,
-        only=_kinds(only),
-    )
     several = isinstance(source, (list, tuple))
     sources = list(cast(Sequence[LogSource], source)) if several else [cast(LogSource, source)]
     if not sources:
         raise LogError("there is no source to read")
+    return _recording(sources, _request(rate, columns, reference, unit, topic, only))
+
+
+def read_topic(
+    source: LogSource,
+    rate: float | None = None,
+    *,
+    columns: Columns = None,
+    reference: Columns = None,
+    unit: str | None = None,
+    topic: str | None = None,
+    only: Iterable[str] | None = None,
+) -> Recording:
+    """Return the recording of one topic alone, the one that `read_log` would read.
+
+    Arguments and faults are those of `read_recording` and, of several topics to choose from, those
+    of `read_log`.
+    """
+    request = _request(rate, columns, reference, unit, topic, only)
+    return _recording([source], replace(request, alone=True))
+
+
+def _request(
+    rate: float | None,
+    columns: Columns,
+    reference: Columns,
+    unit: str | Mapping[str, str] | None,
+    topic: str | None,
+    only: Iterable[str] | None,
+) -> _Request:
+    given = None if rate is None else checked_rate(rate)
+    return _Request(given, columns, reference, _units(unit), topic, _kinds(only))
+
+
+def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
     label = ", ".join(map(label_of, sources))
     found: list[_Found] = []
     notes: list[str] = []
@@ -229,7 +165,7 @@ def read_recording(
             raise LogError(f"{label_of(one)}: {error}") from None
         request = replace(request, columns=None, reference=None, topic=None)
     if not found:
-        sought = "a sensor" if only is None else " or ".join(f"a {kind}" for kind in request.only)
+        sought = "a sensor" if request.only == KINDS else f"a {request.only[0]}"
         raise LogError(
             f"{label}: no column looks like {sought}; choose with columns= from: "
             f"{', '.join(offered)}"
@@ -258,6 +194,7 @@ class _Request:
     unit: Mapping[str, str]
     topic: str | None
     only: tuple[str, ...]
+    alone: bool = False
 
     def requires(self, sensors: Iterable[_Sensor]) -> bool:
         """Whether a sensor among these was asked for, so that a fault in it is one of all."""
@@ -296,9 +233,9 @@ def _of_source(
     """Yield the logs of one source; add what was left out, and the columns that there are."""
     kind, content = opened(source)
     told = {"source": label_of(source), "format": kind}
-    tables = _tables(content, request.topic)
+    tables = [] if request.alone else _tables(content, request.topic)
     if not tables:
-        tables = [content.chosen(None)]
+        tables = [content.chosen(request.topic)]
     for table in tables:
         offered.extend(table.label(index) for index in range(table.width))
         sensors = _sensors(table, request)
@@ -357,8 +294,20 @@ def _sensor(table: Table, kind: str, places: list[int], request: _Request) -> _S
         # Components may stand in any order, w last for instance.
         order = sorted(range(len(names)), key=lambda i: names[i][-1].lower())
         return _Sensor(kind, tuple(places[i] for i in order), given or _ONE)
-    units = [_unit_of(name) or given or UNKNOWN for name in names]
+    stated_units = _stated_units(table)
+    units = [
+        _unit_of(name) or given or stated_units.get(index, UNKNOWN)
+        for index, name in zip(places, names, strict=True)
+    ]
     return _Sensor(kind, tuple(places), units[0] if len(set(units)) == 1 else ", ".join(units))
+
+
+def _stated_units(table: Table) -> dict[int, str]:
+    """Return the units that a file states for the columns that it lists as data."""
+    if table.data is None or table.meta.unit is None:
+        return {}
+    units = units_of(table.meta.unit, len(table.data))
+    return dict(zip(table.data, units, strict=True))
 
 
 def _unit_of(name: str) -> str | None:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from zerorate.io.atomic import atomic_path, check_writable
 from zerorate.io.clock import fit_grid
-from zerorate.io.log import Log, LogError
+from zerorate.io.log import Log, LogError, units_of
 from zerorate.io.names import UNKNOWN, looks_like_gyro, split_unit, with_suffix
 from zerorate.io.parquet import TIME_NAME, write_parquet
 from zerorate.io.table import Column
@@ -88,12 +88,12 @@ def _column_names(log: Log, beside: Mapping[str, Column]) -> list[str]:
 
 def column_names(channels: Iterable[str], unit: str, beside: Iterable[str]) -> list[str]:
     """Return what the channels of a log are called in a file; LogError if two would be alike."""
-    names = []
-    for name in channels:
+    names, given = [], list(channels)
+    for name, one in zip(given, units_of(unit, len(given)), strict=True):
         own = split_unit(name)[1]
-        if own not in (None, unit):
-            raise LogError(f"channel '{name}' is named in {own}, but the log's unit is {unit}")
-        names.append(with_suffix(name, unit))
+        if own not in (None, one):
+            raise LogError(f"channel '{name}' is named in {own}, but the log's unit is {one}")
+        names.append(with_suffix(name, one))
     listed = [TIME_NAME, *names, *beside]
     if len(set(listed)) != len(listed):
         raise LogError(f"columns would share a name: {', '.join(listed)}")

@@ -9,7 +9,7 @@ from typing import Final
 
 from zerorate.compare.comparison import Comparison
 from zerorate.compare.measures import Row
-from zerorate.compare.recording import Kind
+from zerorate.compare.trial import Kind
 from zerorate.numerals import NOTHING, or_dash
 from zerorate.show.tables import Table, as_text, bulleted
 
