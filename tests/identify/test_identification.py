@@ -93,8 +93,8 @@ class TestKnownModel:
         z[4000:5000] = np.nan
         z[::3000] = np.nan
         other = identify(z, RATE)
-        assert other.survey.missing == np.isnan(z).sum()
-        assert other.survey.stretches == 6
+        assert other.record.missing == np.isnan(z).sum()
+        assert other.record.stretches == 6
         assert other.model.order == (2, 1)
         errors = other.model.standard_errors
         np.testing.assert_array_less(np.abs(other.model.phi - PHI), 4.0 * errors[:2])
@@ -143,7 +143,7 @@ class TestVerdict:
     def test_quantisation_is_the_reason(self):
         z = 0.05 * np.round(0.02 * white() / 0.05)
         found = identify(z, RATE, unit="deg/s")
-        assert found.survey.step == pytest.approx(0.05)
+        assert found.record.step == pytest.approx(0.05)
         assert "Quantised in steps of 0.0500 deg/s" in said(found)
         assert "Not Gaussian" not in said(found)
 
@@ -213,14 +213,14 @@ class TestNumbers:
         assert max(map(len, lines)) <= WIDTH
         assert lines[0] == "gyro_x_dps [deg/s]"
 
-    def test_survey(self):
+    def test_summary_of_a_record(self):
         z = np.array([np.nan, 1.0, 2.0, np.nan, np.nan, 3.0, np.nan])
-        survey = summarised(z, 2.0)
-        assert (survey.samples, survey.missing, survey.stretches) == (7, 4, 2)
-        assert (survey.mean, survey.duration, survey.step) == (2.0, 3.5, 0.0)
-        assert survey.deviation == pytest.approx(np.sqrt(2.0 / 3.0), rel=1e-15)
+        record = summarised(z, 2.0)
+        assert (record.samples, record.missing, record.stretches) == (7, 4, 2)
+        assert (record.mean, record.duration, record.step) == (2.0, 3.5, 0.0)
+        assert record.deviation == pytest.approx(np.sqrt(2.0 / 3.0), rel=1e-15)
 
-    def test_a_survey_does_not_lose_noise_under_an_offset(self):
+    def test_a_summary_does_not_lose_noise_under_an_offset(self):
         noise = np.round(white(2000) * 1024.0) / 1024.0
         # Multiples of 1/1024 under 2^30 are exact.
         assert summarised(noise + 2.0**30, RATE).deviation == pytest.approx(noise.std(), rel=1e-12)
@@ -290,7 +290,7 @@ class TestRecordings:
             assert found.moving == ()
             assert is_fit(found)
             # 1/131 deg/s: the step of the sensor.
-            assert found.survey.step == pytest.approx(1.0 / 131.0, rel=1e-6)
+            assert found.record.step == pytest.approx(1.0 / 131.0, rel=1e-6)
             # White at all short lags, as the recording's notes say.
             assert found.whiteness.predictable < 0.01
 

@@ -53,7 +53,7 @@ def as_dict(found: Identification) -> dict[str, Any]:
     """
     content = {
         "unit": found.unit,
-        "record": {**_named(found.survey), "duration": found.survey.duration},
+        "record": {**_named(found.record), "duration": found.record.duration},
         "moving": [[span.start, span.end] for span in found.moving],
         "changes": [
             {"what": change.what, "count": change.count} for change in found.prepared.changes

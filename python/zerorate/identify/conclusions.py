@@ -180,13 +180,13 @@ def _on_fitness(found: Identification) -> Iterator[str]:
 
 def _on_distribution(found: Identification) -> Iterator[str]:
     """Yield why tests of normality reject, and whether that matters."""
-    tests, survey = found.tests, found.survey
-    steps = survey.step / survey.deviation
+    tests, record = found.tests, found.record
+    steps = record.step / record.deviation
     if tests.gaussian or not is_fit(found):
         return
     if steps >= _COARSE and found.smooth == 1:
         yield (
-            f"Quantised in steps of {significant(survey.step)} {found.unit}, {significant(steps)} "
+            f"Quantised in steps of {significant(record.step)} {found.unit}, {significant(steps)} "
             f"deviations: for that alone normality is rejected; it makes {per_cent(steps**2 / 12)} "
             "of the variance."
         )

@@ -46,7 +46,7 @@ class Identification:
     ----------
     name, unit : str
         Of the axis.
-    survey : RecordSummary
+    record : RecordSummary
         The record as it came.
     moving : tuple of Span
         Where it was not at rest, s from its beginning.
@@ -75,7 +75,7 @@ class Identification:
 
     name: str
     unit: str
-    survey: RecordSummary
+    record: RecordSummary
     moving: tuple[Span, ...]
     smooth: int
     prepared: Prepared
@@ -92,7 +92,7 @@ class Identification:
     @property
     def rate(self) -> float:
         """Samples per second of what was modelled, Hz."""
-        return self.prepared.rate or self.survey.rate
+        return self.prepared.rate or self.record.rate
 
     @property
     def residuals(self) -> Floats:
@@ -292,7 +292,7 @@ def identify(
     tell = progress or (lambda step, fraction: None)
     tell("preparing", 0.0)
     record = as_record(z, LEAST_SAMPLES, "identification")
-    survey = summarised(record, checked_rate(rate))
+    summary = summarised(record, checked_rate(rate))
     moving = moving_spans(record, rate)
     prepared = _prepared(record, rate, preparation)
     data = prepared.data
@@ -306,7 +306,7 @@ def identify(
     return Identification(
         name=name,
         unit=unit,
-        survey=survey,
+        record=summary,
         moving=moving,
         smooth=preparation.get("smooth", 1),
         prepared=prepared,

@@ -93,10 +93,10 @@ def _axes(figure: Figure, height: float, row: int, column: int, span: int = 1) -
 
 
 def _caption(found: Identification) -> str:
-    survey = found.survey
+    record = found.record
     margin = found.arma_orders.margin
     return (
-        f"{survey.samples:,} samples at {survey.rate:.4g} Hz. Grey bands: 95 % bounds of white "
+        f"{record.samples:,} samples at {record.rate:.4g} Hz. Grey bands: 95 % bounds of white "
         f"noise; criteria within {margin:g} of the least. Hollow: the least of a criterion; "
         "filled: the clear choice. Shaded colours: ± one standard error of the offline values."
     )

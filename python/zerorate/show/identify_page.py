@@ -79,11 +79,11 @@ def _row(cells: Sequence[str], tag: str, words: int) -> str:
 def _body(
     found: Sequence[Identification], source: str, figures: Mapping[str, bytes], notes: Sequence[str]
 ) -> Iterator[str]:
-    survey = found[0].survey
+    record = found[0].record
     yield f"<h1>{escape(source)}: drift models</h1>"
     yield (
-        f'<p class="about">{survey.samples:,} samples at {survey.rate:g} Hz, '
-        f"{survey.duration:,.6g} s. zerorate {__version__}.</p>"
+        f'<p class="about">{record.samples:,} samples at {record.rate:g} Hz, '
+        f"{record.duration:,.6g} s. zerorate {__version__}.</p>"
     )
     if notes:
         yield _bullets(notes)

@@ -38,14 +38,14 @@ def _record(found: Identification) -> Table:
 
 
 def _facts(found: Identification) -> Iterator[Row]:
-    survey, unit = found.survey, found.unit
-    yield "samples", f"{survey.samples:,} at {survey.rate:g} Hz, {survey.duration:g} s"
-    if survey.missing:
-        yield "missing", f"{survey.missing:,}, which leaves {survey.stretches:,} stretches"
-    yield "mean", f"{significant(survey.mean, 4)} {unit}"
-    yield "deviation", f"{significant(survey.deviation, 4)} {unit}"
-    if survey.step:
-        yield "quantised", f"in steps of {significant(survey.step)} {unit}"
+    record, unit = found.record, found.unit
+    yield "samples", f"{record.samples:,} at {record.rate:g} Hz, {record.duration:g} s"
+    if record.missing:
+        yield "missing", f"{record.missing:,}, which leaves {record.stretches:,} stretches"
+    yield "mean", f"{significant(record.mean, 4)} {unit}"
+    yield "deviation", f"{significant(record.deviation, 4)} {unit}"
+    if record.step:
+        yield "quantised", f"in steps of {significant(record.step)} {unit}"
     spans = [f"{span.start:.1f} to {span.end:.1f} s" for span in found.moving]
     more = f" and {len(spans) - 4} more" if len(spans) > 4 else ""
     yield "not at rest", ", ".join(spans[:4]) + more if spans else "nowhere"
