@@ -23,9 +23,9 @@ import pyarrow.parquet as pq
 from zerorate.io import open_log
 from zerorate.io.parquet import RowGroups
 from zerorate.run.replay.filters import Filters
-from zerorate.run.replay.measure import Measures
-from zerorate.run.replay.pipeline import ROWS
-from zerorate.run.replay.workers import on_threads, workers
+from zerorate.run.replay.measures import Measures
+from zerorate.run.replay.run import ROWS
+from zerorate.run.workers import on_threads, workers
 
 RATE = 100.0
 PART = 1 << 18

@@ -36,7 +36,7 @@ from zerorate.simulate import simulate
 from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
-    from zerorate import identify, metrics
+    from zerorate import compare, identify, live, metrics
 
 __all__ = [
     "DEVICES",
@@ -59,9 +59,11 @@ __all__ = [
     "Trace",
     "__version__",
     "allan",
+    "compare",
     "device",
     "dynamic_allan",
     "identify",
+    "live",
     "metrics",
     "read_log",
     "read_recording",
@@ -74,6 +76,6 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401
     """Import the large parts when they are first asked for."""
-    if name in ("identify", "metrics"):
+    if name in ("compare", "identify", "live", "metrics"):
         return import_module(f"zerorate.{name}")
     raise AttributeError(f"module 'zerorate' has no attribute {name!r}")

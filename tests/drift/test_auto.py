@@ -5,8 +5,8 @@ import pytest
 from scipy.signal import lfilter
 
 import zerorate as zr
-from support.recordings import RECORDINGS, needs_recordings
-from support.strategies import assert_same_bits
+from support.checks import assert_same_bits
+from support.recordings import needs_recordings, recorded
 from zerorate import metrics
 
 RATE = 100.0
@@ -66,7 +66,6 @@ def test_of_a_walk_it_misses_little_that_the_optimum_has(step):
     assert rms(f.bias - drift[-1]) <= 1.2 * best
 
 
-@pytest.fixture(scope="module")
 def scores():
     """Errors over their sigma, for walks drawn as the filter expects them, at three times."""
     rng, n, channels = np.random.default_rng(2), 5 * MINUTE, 2 * CHANNELS
@@ -82,13 +81,14 @@ def scores():
     return np.array(found)
 
 
-@pytest.mark.parametrize(("sigmas", "share"), [(1.0, 0.683), (2.0, 0.954)])
-def test_the_interval_holds_the_drift_as_often_as_it_says(scores, sigmas, share):
-    held = np.mean(np.abs(scores) < sigmas, axis=1)
-    # Four deviations of a share of 400, and 0.05 for tails that are heavier than Gauss's: where
-    # the strength is unknown more lies within one sigma, and more beyond three.
-    tolerance = 4.0 * np.sqrt(share * (1.0 - share) / scores.shape[1]) + 0.05
-    np.testing.assert_allclose(held, share, rtol=0.0, atol=tolerance)
+def test_the_interval_holds_the_drift_as_often_as_it_says():
+    found = np.abs(scores())
+    for sigmas, share in [(1.0, 0.683), (2.0, 0.954)]:
+        held = np.mean(found < sigmas, axis=1)
+        # Four deviations of a share of 400, and 0.05 for tails that are heavier than Gauss's: where
+        # the strength is unknown more lies within one sigma, and more beyond three.
+        tolerance = 4.0 * np.sqrt(share * (1.0 - share) / found.shape[1]) + 0.05
+        np.testing.assert_allclose(held, share, rtol=0.0, atol=tolerance)
 
 
 def test_a_constant_is_known_exactly():
@@ -176,8 +176,7 @@ def moving_average(z, gain):
     ],
 )
 def test_it_coasts_as_well_as_the_best_average_in_hindsight(name, horizon, axis):
-    log = zr.read_log(RECORDINGS / f"{name}.parquet", rate=RATE, columns=f"gyro_{axis}_dps")
-    z = log.data[:, 0]
+    z = recorded(name, RATE, f"gyro_{axis}_dps")
 
     def coasting(drift):
         scored = slice(2 * MINUTE, None)

@@ -10,14 +10,15 @@ import pandas
 import pytest
 
 import zerorate as zr
-from support.strategies import METHODS, MOTIONS, RATE, assert_same_bits, random_start
+from support.checks import assert_same_bits
+from support.settings import METHODS, MOTIONS, RATE, random_start
 
 Z = np.random.default_rng(10).standard_normal(300)
 NAN, INF = math.nan, math.inf
 
 
 def drift(**arguments):
-    return zr.DriftFilter(**{"rate": RATE, **arguments})
+    return zr.DriftFilter(**{"rate": RATE, "method": "fading", **arguments})
 
 
 def auto(**arguments):
@@ -36,7 +37,7 @@ FILTERS = {
     "allan-noise": zr.AllanNoise,
 }
 BY_KIND = pytest.mark.parametrize("kind", FILTERS)
-MODELS = pytest.mark.parametrize("make", [drift, auto, zr.RecursiveLeastSquares])
+MODELS = pytest.mark.parametrize("make", [drift, zr.RecursiveLeastSquares])
 
 OUT_OF_RANGE = [
     (drift, "rate", [0, -1, NAN, INF, -INF], "a positive number of samples a second"),
@@ -55,7 +56,6 @@ OUT_OF_RANGE = [
     (auto, "startup", [0, -0.1, NAN, INF], "a positive number of seconds"),
     (auto, "scale", [0, -0.1, NAN, INF], "a positive number"),
     (auto, "channels", [0, -1], "at least 1"),
-    (auto, "fading", [0, NAN], "above 0 and at most 1"),
     (drift, "noise", ["Allan", ""], "'allan' or 'hadamard'"),
     (zr.RecursiveLeastSquares, "forgetting_factor", [0, 2, NAN], "above 0 and at most 1"),
     (zr.RecursiveLeastSquares, "startup", [-1, 0, 1], "at least two samples long"),
@@ -98,8 +98,7 @@ def test_orders_that_are_no_pair_of_integers(make, order):
 @MODELS
 @pytest.mark.parametrize("order", [[2, 1], (np.int64(2), np.int64(1)), np.array([2, 1])])
 def test_every_pair_of_integers_is_an_order(make, order):
-    # "auto" takes it as any method does, but has no model to use it for.
-    assert make(order=order).order == (None if make is auto else (2, 1))
+    assert make(order=order).order == (2, 1)
 
 
 @pytest.mark.parametrize("value", ["x", [1.0], 1j, {}])

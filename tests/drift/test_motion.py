@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from support.recordings import RECORDINGS, needs_recordings
-from support.strategies import METHODS, assert_same_bits
+from support.checks import assert_same_bits
+from support.recordings import needs_recordings, recorded
+from support.settings import METHODS
 
 RATE = 100.0
 NOISE, BIAS = 0.1, 0.5
@@ -128,9 +129,8 @@ def test_motion_after_switching_on_again_does_not_bring_the_old_drift_back():
 @pytest.mark.parametrize("axis", "xyz")
 def test_the_bias_of_a_recording_survives_its_motion(axis):
     rate = 2000.0 / 7.0
-    name = "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
-    log = zr.read_log(RECORDINGS / name, rate=rate, columns=f"gyro_{axis}_radps")
-    z = log.data[:, 0]
+    name = "broad_05_undisturbed_slow_rotation_with_breaks_B"
+    z = recorded(name, rate, f"gyro_{axis}_radps")
     bias = zr.DriftFilter(rate, method="auto").process(z)
     first, last = (np.mean(z[int(a * rate) : int(b * rate)]) for a, b in [(5, 34), (181, 206)])
     # Its mean at rest before all motion and after it, and what it changed in between; 0.1 deg/s

@@ -1,11 +1,10 @@
 """RestDetector on real recordings."""
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 
 import zerorate as zr
-from support.recordings import RECORDINGS, needs_recordings
+from support.recordings import column, needs_recordings
 
 pytestmark = needs_recordings
 
@@ -15,10 +14,6 @@ STATIC = {
     # Fixed beside a motor, of which the vibration swells now and then.
     "mpu6050_encoder_yaw_slow_100hz": ("fixed_gyro_{}_dps", 0.99),
 }
-
-
-def column(name, axis):
-    return pq.read_table(RECORDINGS / f"{name}.parquet", columns=[axis])[axis].to_numpy()
 
 
 @pytest.mark.parametrize("axis", "xyz")

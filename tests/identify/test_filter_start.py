@@ -8,8 +8,10 @@ from hypothesis import given
 from scipy.signal import lfilter
 
 import zerorate as zr
+from support.checks import assert_same_bits
+from support.classes import assert_same_state
 from support.models import FU_HAN, arma_models
-from support.strategies import RATE, assert_same_bits, assert_same_state
+from support.settings import RATE
 from zerorate import identify
 from zerorate.identify import ArmaModel
 from zerorate.identify.filter_start import split

@@ -1,25 +1,31 @@
 """Nothing finite yields NaN, infinity or an indefinite covariance, whatever the filter."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import zerorate as zr
-from support.strategies import (
+from support.checks import (
+    assert_covariance,
+    assert_finite,
+    assert_same_bits,
+    assert_symmetric,
+    named,
+)
+from support.classes import EXAMPLES, STREAMS, example, sound_trace, state
+from support.records import hostile_records, records
+from support.settings import (
     METHODS,
     MOTIONS,
     ORDERS,
     RATE,
-    assert_covariance,
-    assert_finite,
-    assert_semidefinite,
-    assert_symmetric,
+    answers,
     drift,
     drift_settings,
-    hostile_records,
     random_start,
-    state,
     traced,
 )
 
@@ -112,107 +118,150 @@ HOSTILE = {
     "every-scale": 10.0 ** rng().uniform(-300.0, 300.0, N) * rng().choice([-1.0, 1.0], N),
     "every-scale-after-noise": noise_then(10.0 ** rng().uniform(-300.0, 300.0, N)),
 }
-BY_RECORD = pytest.mark.parametrize("record", HOSTILE)
 BY_METHOD = pytest.mark.parametrize("method", METHODS)
 BY_EVERY_METHOD = pytest.mark.parametrize("method", [*METHODS, "auto"])
-BY_FORGETTING = pytest.mark.parametrize("forgetting_factor", [0.9, 0.99, 1.0])
+BY_ORDER = pytest.mark.parametrize("order", ORDERS, ids=str)
+SCALES = [DENORMAL, 1e-300, 1e-30, 1.0, 1e30, 1e300, LARGEST]
 
 
-def check_drift(f, z):
-    trace = traced(f, z)
-    assert_finite(trace)
-    assert_finite(state(f))
-    assert_covariance(trace["process_noise"])
-    assert_covariance(trace["covariance"])
-    for name in ("innovation_variance", "measurement_noise", "bias_sigma"):
-        assert np.all(trace[name] >= 0.0)
-    np.testing.assert_array_equal(trace["missing"], ~np.isfinite(z))
-    return trace
+def turned(values, order, method):
+    """One of some values: each comes with every order and with every method."""
+    return values[(ORDERS.index(order) + METHODS.index(method)) % len(values)]
 
 
-@BY_RECORD
+@cache
+def channels():
+    """All hostile records as channels, missing where they are over."""
+    z = np.full((max(map(len, HOSTILE.values())), len(HOSTILE)), np.nan)
+    for column, record in zip(z.T, HOSTILE.values(), strict=True):
+        column[: len(record)] = record
+    z.flags.writeable = False
+    return z
+
+
+def together(arguments):
+    """A filter with a channel for each hostile record."""
+    arguments = {**arguments, "channels": len(HOSTILE)}
+    if "start" in arguments:
+        start = arguments["start"]
+        repeated = {name: np.stack([np.asarray(start[name])] * len(HOSTILE)) for name in start}
+        arguments["start"] = repeated
+    return drift(arguments)
+
+
+def check_traces(filters):
+    """Of pairs of a filter and its record; returns the traces."""
+    pairs = [(traced(f, z), z) for f, z in filters]
+    try:
+        # All at once: most of the time goes into calls, not into numbers.
+        whole = {name: np.concatenate([trace[name] for trace, _ in pairs]) for name in pairs[0][0]}
+        sound_trace(whole, np.concatenate([z for _, z in pairs]))
+    except (AssertionError, np.linalg.LinAlgError):
+        for name, (trace, z) in zip(HOSTILE, pairs, strict=True):
+            with named("the record", name):
+                sound_trace(trace, z)
+        raise
+    return [trace for trace, _ in pairs]
+
+
+def check_drift(**arguments):
+    """No hostile record breaks anything; all as channels of one filter give the same bits."""
+    arguments = {"rate": RATE, **arguments}
+    with named(arguments):
+        filters = [drift(arguments) for _ in HOSTILE]
+        traces = check_traces(zip(filters, HOSTILE.values(), strict=True))
+        got = together(arguments).process(channels())
+        for column, (name, z) in enumerate(HOSTILE.items()):
+            with named("the record", name):
+                assert_finite(state(filters[column]))
+                expected = answers(arguments, traces[column], z)
+                assert_same_bits(got[: len(z), column].copy(), expected)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_every_class(name):
+    """Each record alone, in every example of every streaming class."""
+    stream, _ = EXAMPLES[name]
+    for record, z in HOSTILE.items():
+        with named("the record", record):
+            f = example(name)
+            stream.sound(f, z, f.process(z))
+
+
+@BY_ORDER
 @BY_METHOD
-@BY_FORGETTING
-def test_drift_filter_of_every_order(record, method, forgetting_factor):
-    for order in ORDERS:
-        arguments = {"order": order, "method": method, "forgetting_factor": forgetting_factor}
-        check_drift(zr.DriftFilter(rate=RATE, adapt_for=None, **arguments), HOSTILE[record])
+def test_drift_filter_of_every_order(order, method):
+    """Each forgetting factor with every order and every method."""
+    forgetting = turned([0.9, 0.99, 1.0], order, method)
+    check_drift(order=order, method=method, forgetting_factor=forgetting, adapt_for=None)
 
 
-@BY_RECORD
 @pytest.mark.parametrize("process_noise", [0.0, 1e-12, 1e6, 1e300])
-def test_drift_filter_of_every_process_noise(record, process_noise):
-    for order in [(1, 0), (3, 3)]:
-        f = zr.DriftFilter(rate=RATE, order=order, process_noise=process_noise, noise="hadamard")
-        check_drift(f, HOSTILE[record])
+@pytest.mark.parametrize("order", [(1, 0), (3, 3)], ids=str)
+def test_drift_filter_of_every_process_noise(order, process_noise):
+    check_drift(method="fading", order=order, process_noise=process_noise, noise="hadamard")
 
 
-@BY_RECORD
-@pytest.mark.parametrize("scale", [DENORMAL, 1e-300, 1e-30, 1.0, 1e30, 1e300, LARGEST])
-def test_drift_filter_of_every_known_scale(record, scale):
-    for method in METHODS:
-        f = zr.DriftFilter(rate=RATE, method=method, scale=scale, adapt_for=None)
-        check_drift(f, HOSTILE[record])
-
-
-@BY_RECORD
+@pytest.mark.parametrize("scale", SCALES)
 @BY_METHOD
-def test_drift_filter_of_the_shortest_start_up(record, method):
-    for order in ORDERS:
-        f = zr.DriftFilter(rate=1.0, order=order, method=method, scale=1.0, startup=1.0)
-        check_drift(f, HOSTILE[record])
+def test_drift_filter_of_every_known_scale(method, scale):
+    check_drift(method=method, scale=scale, adapt_for=None)
+
+
+@BY_ORDER
+@BY_METHOD
+def test_drift_filter_of_the_shortest_start_up(order, method):
+    check_drift(rate=1.0, order=order, method=method, scale=1.0, startup=1.0)
 
 
 # At one sample a second a tick is a sample, and a block is full after eight of them.
-@BY_RECORD
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("rate", [1.0, 20.0, RATE])
-def test_self_tuning_filter(record, motion, rate):
-    check_drift(zr.DriftFilter(rate, method="auto", motion=motion), HOSTILE[record])
+def test_self_tuning_filter(motion, rate):
+    check_drift(rate=rate, method="auto", motion=motion)
 
 
-@BY_RECORD
-def test_self_tuning_filter_of_every_known_scale(record):
-    for scale in [DENORMAL, 1e-300, 1e-30, 1.0, 1e30, 1e300, LARGEST]:
-        check_drift(zr.DriftFilter(1.0, method="auto", scale=scale), HOSTILE[record])
+@pytest.mark.parametrize("scale", SCALES)
+def test_self_tuning_filter_of_every_known_scale(scale):
+    check_drift(rate=1.0, method="auto", scale=scale)
 
 
-@BY_RECORD
 @pytest.mark.parametrize("again", ["noise-then-denormals", "step-largest-and-back", "all-missing"])
-def test_self_tuning_filter_switched_on_again(record, again):
-    f = zr.DriftFilter(1.0, method="auto")
-    check_drift(f, HOSTILE[record])
-    f.power_on()
-    check_drift(f, HOSTILE[again])
+def test_self_tuning_filter_switched_on_again(again):
+    filters = [drift({"rate": 1.0, "method": "auto"}) for _ in HOSTILE]
+    check_traces(zip(filters, HOSTILE.values(), strict=True))
+    for f in filters:
+        f.power_on()
+    check_traces((f, HOSTILE[again]) for f in filters)
+    for f, name in zip(filters, HOSTILE, strict=True):
+        with named("the record", name):
+            assert_finite(state(f))
 
 
-@BY_RECORD
 @BY_METHOD
-def test_drift_filter_that_holds_in_motion(record, method):
-    for rate in (1.0, RATE):
-        f = zr.DriftFilter(rate, method=method, motion="hold", adapt_for=None)
-        check_drift(f, HOSTILE[record])
+@pytest.mark.parametrize("rate", [1.0, RATE])
+def test_drift_filter_that_holds_in_motion(rate, method):
+    check_drift(rate=rate, method=method, motion="hold", adapt_for=None)
 
 
-@BY_RECORD
 @BY_EVERY_METHOD
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_compensated_rate(record, method, motion):
-    z = HOSTILE[record]
-    f = zr.DriftFilter(1.0, method=method, motion=motion, output="compensated")
-    rates = f.process(z)
+def test_compensated_rate(method, motion):
+    """Missing where the sample is, and only there."""
+    arguments = {"rate": 1.0, "method": method, "motion": motion, "output": "compensated"}
+    check_drift(**arguments)
+    z = channels()
+    rates = together(arguments).process(z)
     np.testing.assert_array_equal(np.isnan(rates), ~np.isfinite(z))
-    assert_finite({"rates": rates[np.isfinite(z)], **state(f)})
+    assert_finite({"rates": rates[np.isfinite(z)]})
 
 
-@BY_RECORD
+@BY_ORDER
 @BY_METHOD
-@pytest.mark.parametrize("size", [0.0, 1.0, 1e300])
-def test_started_drift_filter_of_every_order(record, method, size):
-    for order in ORDERS:
-        start = random_start(rng(), order, size)
-        arguments = {"rate": RATE, "order": order, "method": method, "adapt_for": None}
-        check_drift(drift({**arguments, "start": start}), HOSTILE[record])
+def test_started_drift_filter_of_every_order(order, method):
+    """Each size of the uncertainty with every order and every method."""
+    start = random_start(rng(), order, turned([0.0, 1.0, 1e300], order, method))
+    check_drift(order=order, method=method, adapt_for=None, start=start)
 
 
 @pytest.mark.parametrize("scale", [DENORMAL, 1e-300, 1e300, LARGEST])
@@ -226,41 +275,48 @@ def test_started_drift_filter_of_every_size(scale, size, method):
         "measurement_noise": size,
         "process_noise": 1.0 / max(size, 1e-300),
     }
-    for z in HOSTILE.values():
-        f = zr.DriftFilter.started(start, rate=RATE, method=method, adapt_for=None)
-        check_drift(f, z)
+    check_drift(start=start, method=method, adapt_for=None)
 
 
-@BY_RECORD
+GAP = np.full(100_000, np.nan)
+
+
+@pytest.mark.parametrize("order", [(1, 1), (2, 1), (3, 0), (3, 3)], ids=str)
 @BY_METHOD
-def test_drift_filter_after_a_long_gap(record, method):
-    for order in [(1, 1), (2, 1), (3, 0), (3, 3)]:
-        f = zr.DriftFilter(rate=RATE, order=order, method=method, adapt_for=None)
-        f.process(HOSTILE[record])
-        assert_finite({"gap": f.process(np.full(100_000, np.nan)), **state(f)})
-        assert_covariance(f.covariance)
-        assert_covariance(f.process_noise)
-        check_drift(f, HOSTILE[record])
+def test_drift_filter_after_a_long_gap(order, method):
+    arguments = {"rate": RATE, "order": order, "method": method, "adapt_for": None}
+    out, filters = np.empty_like(GAP), []
+    for name, z in HOSTILE.items():
+        f = drift(arguments)
+        f.process(z)
+        with named("the record", name):
+            assert_finite({"gap": f.process(GAP, out=out), **state(f)})
+            assert_covariance(f.covariance)
+            assert_covariance(f.process_noise)
+        filters.append(f)
+    check_traces(zip(filters, HOSTILE.values(), strict=True))
 
 
-@BY_RECORD
 @pytest.mark.parametrize("rate", [1.0, RATE])
-def test_self_tuning_filter_after_a_long_gap(record, rate):
-    f = zr.DriftFilter(rate, method="auto")
-    f.process(HOSTILE[record])
-    gap = f.process(np.full(100_000, np.nan))
-    # Once the block under way is over, eight ticks of at least four samples: walks lead nowhere, so
-    # what is expected of them stays.
-    after = gap[max(int(2.5 * rate), 32) :]
-    np.testing.assert_array_equal(after, after[0])
-    assert_finite(state(f))
-    check_drift(f, HOSTILE[record])
+def test_self_tuning_filter_after_a_long_gap(rate):
+    out, filters = np.empty_like(GAP), []
+    for name, z in HOSTILE.items():
+        f = drift({"rate": rate, "method": "auto"})
+        f.process(z)
+        # Once the block under way is over, eight ticks of at least four samples: walks lead
+        # nowhere, so what is expected of them stays.
+        after = f.process(GAP, out=out)[max(int(2.5 * rate), 32) :]
+        with named("the record", name):
+            np.testing.assert_array_equal(after, after[0])
+            assert_finite(state(f))
+        filters.append(f)
+    check_traces(zip(filters, HOSTILE.values(), strict=True))
 
 
 @pytest.mark.parametrize("forgetting_factor", [1e-300, 1e-3, 0.9, 0.99])
 def test_gap_of_an_unstable_model_stays_in_range(forgetting_factor):
     z = HOSTILE["unstable-model"]
-    arguments = {"adapt_for": None, "forgetting_factor": forgetting_factor}
+    arguments = {"method": "fading", "adapt_for": None, "forgetting_factor": forgetting_factor}
     f = zr.DriftFilter(rate=RATE, order=(3, 0), **arguments)
     f.process(z)
     gap = f.process(np.full(100_000, np.nan))
@@ -268,33 +324,29 @@ def test_gap_of_an_unstable_model_stays_in_range(forgetting_factor):
     assert np.max(np.abs(gap)) <= 2.0 * np.max(np.abs(z))
 
 
-@BY_RECORD
-@BY_FORGETTING
-def test_least_squares_of_every_order(record, forgetting_factor):
-    for order in ORDERS:
-        for startup in (2, 100):
-            model = zr.RecursiveLeastSquares(order, forgetting_factor, startup=startup)
-            residuals = model.process(HOSTILE[record])
-            assert_finite({"residuals": residuals, **state(model)})
-            assert_semidefinite(model.covariance)
+def check_each(stream, arguments):
+    """The filters, each after its record."""
+    filters = [stream.make(arguments) for _ in HOSTILE]
+    for f, (name, z) in zip(filters, HOSTILE.items(), strict=True):
+        with named("the record", name):
+            stream.sound(f, z, f.process(z))
+    return filters
 
 
-@pytest.mark.parametrize("order", ORDERS, ids=str)
-def test_covariance_of_least_squares_is_symmetric(order):
-    for z in HOSTILE.values():
-        model = zr.RecursiveLeastSquares(order)
-        model.process(z)
-        assert_symmetric(model.covariance)
+@BY_ORDER
+@pytest.mark.parametrize("startup", [2, 100])
+def test_least_squares_of_every_order(order, startup):
+    for forgetting_factor in (0.9, 0.99, 1.0):
+        arguments = {"forgetting_factor": forgetting_factor, "startup": startup}
+        for model in check_each(STREAMS["least-squares"], {"order": order, **arguments}):
+            assert_symmetric(model.covariance)
 
 
-@BY_RECORD
 @pytest.mark.parametrize("noise", ["allan", "hadamard"])
 @pytest.mark.parametrize("fading", [1e-300, 0.5, 1.0])
-def test_allan_noise(record, noise, fading):
-    f = zr.AllanNoise(fading, noise)
-    variances = f.process(HOSTILE[record])
-    assert_finite({"variances": variances, **state(f)})
-    assert np.all(variances >= 0.0)
+def test_allan_noise(noise, fading):
+    for f in check_each(STREAMS["allan-noise"], {"fading": fading, "noise": noise}):
+        assert f.variance >= 0.0
 
 
 @BY_EVERY_METHOD
@@ -330,16 +382,18 @@ def test_the_filter_comes_back_after_an_outlier(record, method):
     assert np.max(np.abs(f.process(rest)[-100:])) < 5.0
 
 
-@given(drift_settings(), hostile_records(), st.integers(1, 3))
+@given(drift_settings(), records(), st.integers(1, 3))
 def test_mixtures(arguments, z, times):
     f = drift(arguments)
     for _ in range(times):
-        check_drift(f, z)
+        sound_trace(traced(f, z), z)
+        assert_finite(state(f))
 
 
 @given(drift_settings(), hostile_records(), hostile_records())
 def test_mixtures_around_a_gap(arguments, before, after):
     f = drift(arguments)
-    check_drift(f, before)
+    sound_trace(traced(f, before), before)
     f.process(np.full(20_000, np.nan))
-    check_drift(f, after)
+    sound_trace(traced(f, after), after)
+    assert_finite(state(f))

@@ -8,7 +8,7 @@ import pytest
 from distributed import LocalCluster
 
 from support import roads
-from support.strategies import assert_same_bits
+from support.checks import assert_same_bits
 from zerorate import Log, read_log, write_log
 from zerorate.cli import run
 from zerorate.run.batch import Settings, run_batch

@@ -13,15 +13,10 @@ from hypothesis import strategies as st
 
 import oracle
 import zerorate as zr
-from support.strategies import (
-    RATE,
-    assert_same_bits,
-    assert_same_state,
-    hostile_records,
-    ordinary_records,
-    records,
-    state,
-)
+from support.checks import assert_same_bits
+from support.classes import assert_same_state, state
+from support.records import hostile_records, ordinary_records, records
+from support.settings import RATE
 
 OCTAVES = st.integers(1, 9)
 # Of the largest deviation: samples on an offset of a hundred deviations are rounded to 1e-14 of

@@ -1,5 +1,7 @@
 """Measurement noise from the Allan variance with fading memory (FH 17, 18, 26-31)."""
 
+import math
+
 import numpy as np
 
 
@@ -19,10 +21,10 @@ class AllanNoise:
 
     def observe(self, z):
         square = self.squared_difference(z)
-        if np.isfinite(square):
+        if math.isfinite(square):
             self.variance = (1.0 - self.weight) * self.variance + self.weight * square
             self.weight = self.weight / (self.weight + self.fading)
-        self.previous = [z if np.isfinite(z) else np.nan, self.previous[0]]
+        self.previous = [z if math.isfinite(z) else math.nan, self.previous[0]]
 
     def squared_difference(self, z):
         last, before = self.previous

@@ -28,11 +28,11 @@ class AutoFilter:
 
     def trace(self, z):
         """All that is known after each sample, as arrays by name."""
-        steps = [self.update(sample) for sample in z]
+        steps = [self.update(sample) for sample in z.tolist()]
         return {name: np.array([now[name] for now in steps]) for name in steps[0]}
 
     def update(self, z):
-        missing = not np.isfinite(z)
+        missing = not math.isfinite(z)
         used = self.learns and not missing
         innovation = z - self.known["estimate"] if used else 0.0
         self.reach = self.reach if missing else max(self.reach, abs(z))
@@ -51,7 +51,7 @@ class AutoFilter:
     def follow(self, innovation):
         """Until the tick is judged, by no more than four deviations."""
         most = self.known["most"]
-        estimate = self.known["estimate"] + self.known["gain"] * np.clip(innovation, -most, most)
+        estimate = self.known["estimate"] + self.known["gain"] * min(max(innovation, -most), most)
         self.known = {**self.known, "estimate": estimate, "bias": estimate}
 
     @property

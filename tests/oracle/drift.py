@@ -1,5 +1,7 @@
 """The whole drift filter, sample by sample."""
 
+import math
+
 import numpy as np
 
 from oracle.allan_noise import AllanNoise
@@ -77,11 +79,11 @@ class DriftFilter:
 
     def trace(self, z):
         """All that is known after each sample, as arrays by name."""
-        steps = [self.update(sample) for sample in z]
+        steps = [self.update(sample) for sample in z.tolist()]
         return {name: np.array([now[name] for now in steps]) for name in steps[0]}
 
     def update(self, z):
-        missing = not np.isfinite(z)
+        missing = not math.isfinite(z)
         self.k += not missing
         if not self.running:
             return {**self.start(z), "missing": missing, "guarded": False}
@@ -97,12 +99,12 @@ class DriftFilter:
         if self.learning_left > 0:
             self.learning_left -= 1
             self.model.observe(y)
-        if np.isfinite(y):
+        if math.isfinite(y):
             self.peak = max(self.peak, abs(y))
         return guarded
 
     def correct(self, y):
-        A = companion(self.model.phi.clip(-COEFFICIENT_MAX, COEFFICIENT_MAX))
+        A = companion(np.minimum(np.maximum(self.model.phi, -COEFFICIENT_MAX), COEFFICIENT_MAX))
         R = max(self.noise.variance, FLOOR)
         carried = A @ self.P @ A.T
         prior = carried + self.G
@@ -114,7 +116,7 @@ class DriftFilter:
         if self.method != "fading":
             return False
         guarded = False
-        if np.isfinite(y):
+        if math.isfinite(y):
             self.G, guarded = guarded_sage_husa(self.G, self.k, self.last, carried, FLOOR)
         if is_large:
             self.G = settled(settled(self.G))

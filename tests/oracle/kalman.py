@@ -1,5 +1,6 @@
 """The Kalman step of the drift model (FH 14-24, Table 3) and Sage-Husa's process noise (FH 25)."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,24 +35,23 @@ def companion(phi):
 
 def step(x, P, A, R, z, peak):
     """One sample; a missing one is predicted, not corrected. ``P`` is predicted already."""
-    size = len(x)
-    H = np.zeros((1, size))
-    H[0, 0] = 1.0
+    identity = np.eye(len(x))
+    H = identity[0]
     x = A @ x
     x[0] = min(max(x[0], -peak), peak)
-    S = (H @ P @ H.T)[0, 0] + R
-    if not np.isfinite(z):
-        return Step(x, P, 0.0, S, np.zeros(size))
-    K = (P @ H.T / S)[:, 0]
+    S = H @ P @ H + R
+    if not math.isfinite(z):
+        return Step(x, P, 0.0, S, np.zeros(len(x)))
+    K = P @ H / S
     e = z - x[0]
     # Joseph's form of (I - K H) P: with R far below S, 1 - K would lose R's digits.
-    left = np.eye(size) - np.outer(K, H)
-    P = left @ P @ left.T + R * np.outer(K, K)
+    left = identity - K[:, None] * H
+    P = left @ P @ left.T + R * K[:, None] * K
     return Step(x + K * e, (P + P.T) / 2.0, e, S, K)
 
 
 def large(prior, P):
-    return np.trace(prior) + np.trace(P) > TRACE_LARGE
+    return prior.trace() + P.trace() > TRACE_LARGE
 
 
 def settled(P):
@@ -73,7 +73,7 @@ def settled_prediction(prior, A, P):
 
 def sage_husa(G, k, now, carried):
     """FH 25 as printed; ``carried`` is ``A P_{k-1} Aᵀ``."""
-    seen = np.outer(now.K, now.K) * now.e**2
+    seen = now.K[:, None] * now.K * now.e**2
     G = (1.0 - 1.0 / k) * G + (seen + now.P - carried) / k
     return (G + G.T) / 2.0
 
@@ -83,7 +83,7 @@ def guarded_sage_husa(G, k, now, carried, floor):
     candidate = sage_husa(G, k, now, carried)
     if now.e**2 >= now.S or definite(candidate, floor):
         return candidate, False
-    return G - room(G, floor, now.K) * np.outer(now.K, now.K), True
+    return G - room(G, floor, now.K) * now.K[:, None] * now.K, True
 
 
 def room(G, floor, K):

@@ -1,5 +1,7 @@
 """Recursive extended least squares with forgetting, in covariance form (FH 8-13)."""
 
+import math
+
 import numpy as np
 
 from oracle.startup import Startup
@@ -14,35 +16,36 @@ class LeastSquares:
         self.forgetting_factor = forgetting_factor
         self.parameters = np.zeros(self.size)
         self.P = np.eye(self.size)
-        self.samples = np.zeros(self.p)
-        self.residuals = np.zeros(self.q)
+        self.samples = [0.0] * self.p
+        self.residuals = [0.0] * self.q
 
     @property
     def phi(self):
         return self.parameters[: self.p]
 
     def observe(self, y):
-        if np.isfinite(y):
+        if math.isfinite(y):
             residual = self.learn(y)
         else:
             y, residual = self.samples[0], 0.0
-        self.samples = np.array([y, *self.samples[:-1]])
-        self.residuals = np.array([residual, *self.residuals])[: self.q]
+        self.samples = [y, *self.samples[:-1]]
+        self.residuals = [residual, *self.residuals][: self.q]
         return residual
 
     def learn(self, y):
         P = self.P
-        f = np.concatenate([self.samples, self.residuals, [1.0]])
+        f = np.array([*self.samples, *self.residuals, 1.0])
         forgetting = self.bounded_forgetting()
-        g = P @ f / (forgetting + f @ P @ f)
+        fP = f @ P
+        g = P @ f / (forgetting + fP @ f)
         self.parameters = self.parameters + g * (y - f @ self.parameters)
-        P = (P - np.outer(g, f @ P)) / forgetting
+        P = (P - g[:, None] * fP) / forgetting
         self.P = (P + P.T) / 2.0
         return y - f @ self.parameters
 
     def bounded_forgetting(self):
         """The forgetting factor, or the smallest one with which P keeps the trace it began with."""
-        return min(max(self.forgetting_factor, np.trace(self.P) / self.size), 1.0)
+        return min(max(self.forgetting_factor, self.P.trace() / self.size), 1.0)
 
 
 class RecursiveLeastSquares:
@@ -72,5 +75,6 @@ class RecursiveLeastSquares:
 
 def raw_coefficients(model, offset, scale):
     """``[φ, θ, c]`` of the samples as they came: the constant has their unit and offset."""
-    constant = model.parameters[-1] * scale + (1.0 - np.sum(model.phi)) * offset
-    return np.append(model.parameters[:-1], constant)
+    coefficients = model.parameters.copy()
+    coefficients[-1] = model.parameters[-1] * scale + (1.0 - model.phi.sum()) * offset
+    return coefficients

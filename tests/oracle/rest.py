@@ -35,7 +35,7 @@ class Ticker:
         self.tick, self.previous = [], math.nan
 
     def observe(self, z):
-        if np.isfinite(z):
+        if math.isfinite(z):
             z = min(max(z, -1e300), 1e300)
             self.origin = z if self.origin is None else self.origin
             self.unit = self.unit or abs(z - self.origin)

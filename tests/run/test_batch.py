@@ -46,10 +46,12 @@ def test_each_log_is_what_a_replay_writes(logs, batch, tmp_path):
 
 
 def test_settings_reach_the_filter(logs, batch, tmp_path, capsys):
-    settings = Settings(method="kf", motion="hold", output="compensated", format="csv")
+    settings = Settings(
+        method="kf", motion="hold", output="compensated", order=(1, 1), format="csv"
+    )
     batch(settings)
-    options = "--method kf --motion hold --output-kind compensated --format csv --no-figure"
-    assert run(["replay", str(logs[0]), "-o", str(tmp_path), *options.split()]) == 0
+    options = "--method kf --motion hold --output-kind compensated --order 1,1 --format csv"
+    assert run(["replay", str(logs[0]), "-o", str(tmp_path), "--no-figure", *options.split()]) == 0
     name = f"{logs[0].stem}-zerorate.csv"
     mirrored = tmp_path / "out" / logs[0].parent.name / name
     assert mirrored.read_bytes() == (tmp_path / name).read_bytes()
@@ -134,10 +136,12 @@ def test_records_are_json_beside_the_logs(logs, batch, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"method": "best"}, "method must be one of 'kf', 'akf', 'fading', 'auto', got 'best'"),
+        ({"method": "best"}, "method must be 'kf', 'akf', 'fading' or 'auto', got 'best'"),
         ({"unit": "miles"}, "unknown unit 'miles'"),
         ({"rate": -1.0}, "rate"),
         ({"format": "xls"}, "format must be one of"),
+        ({"fading": 0.9}, "fading has no effect on method 'auto', only on 'fading'"),
+        ({"method": "fading", "fading": 2.0}, "fading must be above 0 and at most 1"),
     ],
 )
 def test_settings_are_checked_before_any_log(change, message):
@@ -166,6 +170,7 @@ class TestCommandLine:
             (["--workers", "1", "--local-cluster", "1"], 2, "exclude each other"),
             (["--unit", "miles"], 2, "unknown unit 'miles'"),
             (["--columns", ","], 2, "--columns takes names"),
+            (["--order", "1,1"], 2, "--order has no effect on method 'auto', only on 'kf'"),
         ],
     )
     def test_faults_of_usage(self, logs, tmp_path, capsys, options, code, message):

@@ -19,7 +19,7 @@ from zerorate.run.live import (
     Settings,
     SettingsError,
 )
-from zerorate.run.live.sequence import SequenceCount
+from zerorate.run.live.lines import SequenceCount
 
 RATE = 100.0
 Z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal((400, 3))
@@ -252,15 +252,32 @@ def test_a_header_is_known_after_a_restart():
         ({"beside": (Beside.bias,)}, "beside=none, now it is bias"),
         ({"columns": (0,)}, "columns=none, now it is 0"),
         ({"sequence": 0}, "sequence=none, now it is 0"),
-        ({"order": (3, 1)}, "order=2,1, now it is 3,1"),
-        ({"adapt_for": 60.0}, "adapt_for=120, now it is 60"),
+        ({"method": "kf", "order": (3, 1)}, "order=2,1, now it is 3,1"),
+        ({"method": "kf", "adapt_for": 60.0}, "adapt_for=120, now it is 60"),
+        ({"method": "kf", "adapt_for": None}, "adapt_for=120, now it is none"),
     ],
 )
 def test_other_settings_are_refused(changed, told):
-    some = stream()
+    some = stream() if len(changed) == 1 else stream(method="kf")
     some.take("1,2")
     with pytest.raises(SettingsError, match=told):
         LineStream.from_bytes(some.to_bytes(), Settings(**{"rate": RATE, **changed}))
+
+
+@pytest.mark.parametrize("method", ["auto", "kf"])
+def test_a_state_with_all_options_is_read(method):
+    """Earlier versions wrote those too that the method does not use."""
+    some = stream(method=method)
+    some.take("1,2")
+    raw = some.to_bytes()
+    length = int.from_bytes(raw[8:12], "little")
+    state = json.loads(raw[12 : 12 + length])
+    unused = {"order": [2, 1], "fading": 0.97, "adapt_for": 120.0, "noise": "allan"}
+    state["settings"] = {**unused, **state["settings"]}
+    text = json.dumps(state).encode()
+    body = raw[:8] + len(text).to_bytes(4, "little") + text + raw[12 + length : -4]
+    whole = body + zlib.crc32(body).to_bytes(4, "little")
+    assert LineStream.from_bytes(whole, stream(method=method).settings).samples == 1
 
 
 def test_what_the_default_of_motion_is_may_be_said():
@@ -301,3 +318,12 @@ def test_the_state_is_readable_text():
 def test_settings_that_no_filter_takes(bad):
     with pytest.raises(ValueError, match="must be"):
         Settings(**{"rate": RATE, **bad})
+
+
+def test_settings_that_the_method_does_not_use():
+    with pytest.raises(ValueError, match="fading has no effect on method 'auto', only on 'fading'"):
+        Settings(RATE, fading=0.97)
+
+
+def test_it_is_a_public_module():
+    assert zr.live.LineStream is LineStream

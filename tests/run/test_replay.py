@@ -12,11 +12,10 @@ from zerorate import LogError, metrics
 from zerorate._native import allan_deviations
 from zerorate.io.log import Header
 from zerorate.run.replay import replay
-from zerorate.run.replay.block import Block
-from zerorate.run.replay.history import moments
-from zerorate.run.replay.learned import last_known
-from zerorate.run.replay.measure import Measures
-from zerorate.run.replay.readings import Readings
+from zerorate.run.replay.filters import Block
+from zerorate.run.replay.history import last_known, moments
+from zerorate.run.replay.measures import Measures
+from zerorate.run.replay.result import Readings
 from zerorate.show import WIDTH, format_learned, format_notes, format_table
 
 PUBLISHED = ("kf", "akf", "fading")
@@ -155,6 +154,7 @@ def test_progress_rises_step_by_step():
         ({"methods": ()}, "at least one"),
         ({"methods": ("kf", "kf")}, "all different"),
         ({"fading": 2.0}, "fading"),
+        ({"methods": ("kf", "auto"), "fading": 0.9}, "no effect on methods 'kf' and 'auto'"),
         ({"order": (7, 1)}, "order"),
         ({"motion": "stop"}, "motion"),
         ({"output": "bias"}, "output must be 'estimate' or 'compensated'"),

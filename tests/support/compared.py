@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from support.logs import RATE, write_table
 from zerorate.metrics import rotations
 
-RATE = 100.0
 BIAS = np.array([0.5, -0.3, 0.2])
 """deg/s."""
 
@@ -17,13 +17,6 @@ def motion(t):
     """Return an angle in deg and its rate in deg/s."""
     angle = 60.0 * np.sin(0.9 * t) + 10.0 * np.sin(3.1 * t)
     return angle, 54.0 * np.cos(0.9 * t) + 31.0 * np.cos(3.1 * t)
-
-
-def write_table(path, columns):
-    names, values = zip(*columns.items(), strict=True)
-    rows = np.column_stack([np.arange(len(values[0])) / RATE, *values])
-    np.savetxt(path, rows, delimiter=",", header="time_s," + ",".join(names), comments="")
-    return path
 
 
 def gyros(z, unit="dps"):

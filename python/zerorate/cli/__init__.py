@@ -39,7 +39,7 @@ def run(arguments: Sequence[str]) -> int:
     except ImportError:
         return _fail("this needs typer: pip install 'zerorate[cli]'", 2)
     from zerorate.cli.app import invoke
-    from zerorate.cli.faults import Fault
+    from zerorate.cli.errors import Fault
 
     try:
         code = invoke(list(arguments) or ["--help"])
@@ -72,7 +72,7 @@ def _flush() -> None:
 
 def _unprinted(error: OSError) -> int:
     """Return the exit code if stdout failed: files have names, and faults of their own."""
-    from zerorate.cli.stdout import BROKEN_PIPE, drop_stdout
+    from zerorate.cli.errors import BROKEN_PIPE, drop_stdout
 
     if error.filename is not None:
         raise error

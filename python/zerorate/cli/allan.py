@@ -1,46 +1,84 @@
 """``zerorate allan``: the noise of the sensors of one log."""
 
+import json
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final, cast, get_args
 
 import typer
 
-from zerorate.cli.allan_outputs import AllanOutputs
-from zerorate.cli.background import in_background, preloaded
-from zerorate.cli.faults import DataFault, UsageFault, as_usage, in_options, reading
-from zerorate.cli.options import (
-    RECORDING,
-    TOPIC,
-    CurveFormat,
-    FigureFormat,
-    parse_columns,
-    parse_exports,
-    parse_taus,
-    parse_units,
+from zerorate.cli.errors import (
+    DataFault,
+    UsageFault,
+    as_usage,
+    in_options,
+    reading,
+    require,
+    writing,
 )
-from zerorate.cli.progress import progress_bar
+from zerorate.cli.options import (
+    Columns,
+    FigureFormat,
+    FigureFormatOption,
+    Force,
+    LogArgument,
+    NoFigure,
+    OutputFolder,
+    Rate,
+    Topic,
+    parse_choices,
+    parse_columns,
+)
+from zerorate.cli.outputs import (
+    check_outputs,
+    preloaded,
+    print_written,
+    progress_bar,
+    together,
+)
 from zerorate.io import Log, LogError
 from zerorate.io.reading import read_sensors
+from zerorate.noise import NoiseModel
 from zerorate.noise.characterise import Characterisation, characterise
+from zerorate.noise.kinds import TauGrid
 from zerorate.noise.kinds import kind as find_kind
-from zerorate.run.replay.workers import Progress
+from zerorate.progress import Progress
+from zerorate.run.interrupts import in_background
 from zerorate.show import format_allan, format_allan_notes
+from zerorate.show.curve_files import CurveFormat, write_curves
 
 __all__ = ["allan"]
 
 
+class Export(StrEnum):
+    """Estimators whose configuration can be written, and a file of every axis' model."""
+
+    kalibr = "kalibr"
+    vins = "vins"
+    orbslam3 = "orbslam3"
+    px4 = "px4"
+    json = "json"
+
+
+_SUFFIX: Final = {
+    Export.kalibr: "-kalibr.yaml",
+    Export.vins: "-vins.yaml",
+    Export.orbslam3: "-orbslam3.yaml",
+    Export.px4: "-px4.params",
+    Export.json: "-models.json",
+}
+
+
 def allan(
-    log: Annotated[Path, typer.Argument(help=RECORDING)],
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the files.")
-    ] = Path("."),
-    columns: Annotated[
-        str | None, typer.Option(help="Names or indices with commas between.")
-    ] = None,
-    topic: Annotated[str | None, typer.Option(help=TOPIC)] = None,
-    rate: Annotated[float | None, typer.Option(help="Samples per second, Hz.")] = None,
+    log: LogArgument,
+    output: OutputFolder = Path("."),
+    columns: Columns = None,
+    topic: Topic = None,
+    rate: Rate = None,
     unit: Annotated[
         str | None, typer.Option(help="Of gyros, of accelerometers, or both: deg/s,g.")
     ] = None,
@@ -56,9 +94,9 @@ def allan(
         str | None, typer.Option(help="Some of kalibr,vins,orbslam3,px4,json.")
     ] = None,
     format: Annotated[CurveFormat, typer.Option(help="Of the curve.")] = CurveFormat.csv,
-    figure_format: Annotated[FigureFormat, typer.Option(help="Of the figure.")] = FigureFormat.png,
-    no_figure: Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
+    figure_format: FigureFormatOption = FigureFormat.png,
+    no_figure: NoFigure = False,
+    force: Force = False,
 ) -> None:
     """Characterise the noise of gyros and accelerometers from a log at rest."""
     with as_usage():
@@ -68,16 +106,17 @@ def allan(
     analysis = partial(
         characterise,
         kind=family.name,
-        taus=parse_taus(taus),
+        taus=_taus(taus),
         bridge=bridge,
         confidence=confidence,
         markov=markov,
         second_opinion=second_opinion,
     )
     figure = None if no_figure else figure_format
-    exports = parse_exports(export)
-    wanted, units = parse_columns(columns), parse_units(unit)
-    outputs = AllanOutputs.of(output, log.stem, format, figure, exports, force)
+    exports = parse_choices("--export", export, Export)
+    wanted = parse_columns(columns)
+    units = [] if unit is None else [word.strip() for word in unit.split(",")]
+    outputs = _Outputs.of(output, log.stem, format, figure, exports, force)
     if figure is not None:
         preloaded(_load_plotting)
     with progress_bar() as progress:
@@ -96,14 +135,12 @@ def _found(analysis: partial[Characterisation], log: Log, progress: Progress) ->
         raise DataFault(f"{log.meta['source']}: {in_options(error)}") from None
 
 
-def _print_result(found: Sequence[Characterisation], outputs: AllanOutputs) -> None:
+def _print_result(found: Sequence[Characterisation], outputs: "_Outputs") -> None:
     print(format_allan(found))
     notes = format_allan_notes(found)
     if notes:
         print(f"\n{in_options(notes)}")
-    print()
-    for path in outputs.paths:
-        print(f"wrote {path}")
+    print_written(outputs.paths)
 
 
 def _load_plotting() -> None:
@@ -111,3 +148,107 @@ def _load_plotting() -> None:
     import matplotlib.figure  # noqa: F401
 
     import zerorate.show.allan_figure  # noqa: F401
+
+
+def _taus(text: str) -> TauGrid | list[float]:
+    """Return the name of a grid, or the seconds of a list with commas."""
+    if text in get_args(TauGrid):
+        return cast(TauGrid, text)
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        known = ", ".join(get_args(TauGrid))
+        raise UsageFault(
+            f"--taus takes {known}, or seconds such as 0.1,1,10, got '{text}'"
+        ) from None
+
+
+@dataclass(frozen=True)
+class _Outputs:
+    """The files of a characterisation, all whole or none; `figure` is None for none."""
+
+    curve: Path
+    form: CurveFormat
+    figure: Path | None
+    exports: dict[Export, Path]
+    force: bool
+
+    @classmethod
+    def of(
+        cls,
+        folder: Path,
+        stem: str,
+        form: CurveFormat,
+        figure_format: FigureFormat | None,
+        exports: Sequence[Export],
+        force: bool,
+    ) -> "_Outputs":
+        """Return the files, after checking that they can be written and drawn."""
+        base = folder / f"{stem}-zerorate-allan"
+        figure = None if figure_format is None else Path(f"{base}.{figure_format.value}")
+        if figure is not None:
+            require("matplotlib", "plot")
+        paths = {export: Path(f"{base}{_SUFFIX[export]}") for export in exports}
+        outputs = cls(Path(f"{base}.{form.value}"), form, figure, paths, force)
+        check_outputs(outputs.paths, force)
+        return outputs
+
+    @property
+    def paths(self) -> list[Path]:
+        """The files to write."""
+        figure = [] if self.figure is None else [self.figure]
+        return [self.curve, *figure, *self.exports.values()]
+
+    def write(self, found: Sequence[Characterisation], progress: Progress) -> None:
+        """Write all files under other names; rename them when all are whole."""
+        texts = [_text(export, found) for export in self.exports]
+        with (
+            writing(),
+            together(self.paths, self.force) as temporary,
+            ThreadPoolExecutor(1) as executor,
+        ):
+            curves = [one.curve for one in found]
+            job = executor.submit(write_curves, curves, temporary[0], self.form)
+            if self.figure is not None:
+                progress("drawing", 0.0)
+                _draw(found, temporary[1])
+            progress("writing", 0.9)
+            for text, path in zip(texts, temporary[len(temporary) - len(texts) :], strict=True):
+                path.write_text(text, encoding="utf-8", newline="\n")
+            job.result()
+
+
+def _text(export: Export, found: Sequence[Characterisation]) -> str:
+    if export is Export.json:
+        return _models(found)
+    gyro, accelerometer = (_worst(found, kind) for kind in ("angular rate", "acceleration"))
+    if gyro is None:
+        raise DataFault(f"--export {export} needs a model of a gyro, and this log gives none")
+    rate = found[0].curve.rate
+    if export is Export.kalibr:
+        return gyro.to_kalibr(accelerometer=accelerometer, rate=rate)
+    if export is Export.vins:
+        return gyro.to_vins(accelerometer=accelerometer, rate=rate)
+    if export is Export.orbslam3:
+        return gyro.to_orbslam3(accelerometer=accelerometer, rate=rate)
+    return gyro.to_px4(accelerometer=accelerometer)
+
+
+def _worst(found: Sequence[Characterisation], quantity: str) -> NoiseModel | None:
+    models = (one.worst for one in found)
+    return next((m for m in models if m is not None and m.quantity == quantity), None)
+
+
+def _models(found: Sequence[Characterisation]) -> str:
+    models = {
+        axis.name: None if axis.model is None else json.loads(axis.model.to_json())
+        for one in found
+        for axis in one.axes
+    }
+    return json.dumps({"axes": models}, indent=2) + "\n"
+
+
+def _draw(found: Sequence[Characterisation], path: Path) -> None:
+    from zerorate.show import plot_characterisation, save_figure
+
+    save_figure(plot_characterisation(found), path)

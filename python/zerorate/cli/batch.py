@@ -1,19 +1,38 @@
 """``zerorate batch``: many logs through the filter, on all cores or on a cluster."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from zerorate.cli.faults import DataFault, UsageFault, in_options
-from zerorate.cli.options import LogFormat, Method, Motion, OutputKind, parse_columns
-from zerorate.cli.progress import counting_bar
+from zerorate.cli.errors import DataFault, UsageFault, in_options
+from zerorate.cli.options import (
+    Columns,
+    LogFormat,
+    Rate,
+    Unit,
+    check_filter_options,
+    parse_columns,
+    with_filter_options,
+)
+from zerorate.cli.outputs import counting_bar
 from zerorate.run.batch import BatchResult, Settings, run_batch
 
 __all__ = ["batch"]
 
 
+@with_filter_options(
+    help={
+        "method": "Method of the filtered logs.",
+        "output": "Filtered logs: the 'estimate' of the drift, or the rate 'compensated' by it, "
+        "the default of auto.",
+    },
+    method="auto",
+    output=None,
+)
 def batch(
+    *,
     logs: Annotated[
         list[str], typer.Argument(help="Logs, or patterns such as 'logs/**/*.parquet'.")
     ],
@@ -27,40 +46,23 @@ def batch(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler's workers instead.")
     ] = None,
-    columns: Annotated[
-        str | None, typer.Option(help="Names or indices with commas between.")
-    ] = None,
-    rate: Annotated[float | None, typer.Option(help="Samples per second, Hz.")] = None,
-    unit: Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")] = None,
-    method: Annotated[Method, typer.Option(help="Method of the filtered logs.")] = Method.auto,
-    motion: Annotated[
-        Motion | None,
-        typer.Option(
-            metavar="<kind>",
-            help="'hold' the drift in motion, the default of auto, or 'ignore' motion.",
-        ),
-    ] = None,
-    output_kind: Annotated[
-        OutputKind | None,
-        typer.Option(
-            metavar="<kind>",
-            help="Filtered logs: the 'estimate', or the 'compensated' rate, the default of auto.",
-        ),
-    ] = None,
+    columns: Columns = None,
+    rate: Rate = None,
+    unit: Unit = None,
+    options: Mapping[str, Any],
     format: Annotated[LogFormat, typer.Option(help="Of the filtered logs.")] = LogFormat.parquet,
     force: Annotated[bool, typer.Option("--force", help="Do finished logs again.")] = False,
 ) -> None:
     """Filter many logs into a folder with a summary; a later run does only what is not finished."""
+    check_filter_options(options, [options["method"]])
     wanted = parse_columns(columns)
     try:
         settings = Settings(
-            method=method.value,
-            motion=None if motion is None else motion.value,
-            output=None if output_kind is None else output_kind.value,
             rate=rate,
             columns=None if wanted is None else tuple(wanted),
             unit=unit,
             format=format.value,
+            **options,
         )
         with counting_bar("logs") as progress:
             result = run_batch(

@@ -6,16 +6,24 @@ from typing import Annotated
 
 import typer
 
-from zerorate.cli.faults import DataFault, UsageFault, as_usage, in_options, reading, writing
-from zerorate.cli.options import RECORDING, TOPIC, parse_columns, parse_names
-from zerorate.cli.progress import progress_bar
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, reading, writing
+from zerorate.cli.options import (
+    RECORDING,
+    Columns,
+    Rate,
+    Topic,
+    Unit,
+    parse_columns,
+    parse_words,
+)
+from zerorate.cli.outputs import check_outputs, progress_bar
 from zerorate.compare import METHODS, Comparison, Trial, read_trial
 from zerorate.compare import compare as run_methods
 from zerorate.compare.as_json import as_json
 from zerorate.compare.simulated import Regret
 from zerorate.compare.simulated import run as run_simulated
-from zerorate.io import LogError, atomic_path, check_writable
-from zerorate.run.replay.workers import Progress
+from zerorate.io import LogError, atomic_path
+from zerorate.progress import Progress
 from zerorate.show.compare_simulated import format_regret
 from zerorate.show.compare_tables import format_compare
 
@@ -38,12 +46,10 @@ def compare(
     ] = None,
     seeds: Annotated[int, typer.Option(help="Simulated records of each gyro.")] = 12,
     methods: Annotated[str, typer.Option(help="Names with commas between.")] = ",".join(METHODS),
-    columns: Annotated[
-        str | None, typer.Option(help="Names or indices with commas between.")
-    ] = None,
-    topic: Annotated[str | None, typer.Option(help=TOPIC)] = None,
-    rate: Annotated[float | None, typer.Option(help="Samples per second, Hz.")] = None,
-    unit: Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")] = None,
+    columns: Columns = None,
+    topic: Topic = None,
+    rate: Rate = None,
+    unit: Unit = None,
     per_axis: Annotated[bool, typer.Option("--per-axis", help="A table of every axis.")] = False,
     json: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write all numbers, too.")
@@ -54,11 +60,10 @@ def compare(
     if not logs and not simulated:
         raise UsageFault("give at least one log, or --simulated")
     wanted = parse_columns(columns)
-    names = parse_names("--methods", methods)
-    truth = None if quaternion is None else parse_names("--quaternion", quaternion)
+    names = parse_words("--methods", methods)
+    truth = None if quaternion is None else parse_words("--quaternion", quaternion)
     if json is not None:
-        with as_usage():
-            check_writable(json, force)
+        check_outputs([json], force)
     with progress_bar() as progress:
         recordings = []
         for log in logs or []:

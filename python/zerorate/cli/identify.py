@@ -1,35 +1,80 @@
 """``zerorate identify``: drift models of the gyros of one log."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
 import typer
 
-from zerorate.cli.background import in_background, preloaded
-from zerorate.cli.faults import DataFault, UsageFault, in_options, reading
-from zerorate.cli.identify_outputs import IdentifyOutputs
+from zerorate.cli.errors import DataFault, UsageFault, in_options, reading, require, writing
 from zerorate.cli.options import (
-    RECORDING,
-    TOPIC,
-    Criterion,
-    Estimator,
-    Outliers,
-    Trend,
+    Columns,
+    Force,
+    LogArgument,
+    OutputFolder,
+    Rate,
+    Topic,
+    Unit,
     parse_columns,
     parse_order,
 )
-from zerorate.cli.progress import progress_bar
+from zerorate.cli.outputs import (
+    check_outputs,
+    preloaded,
+    print_written,
+    progress_bar,
+    together,
+)
+from zerorate.identify.as_json import as_json
 from zerorate.identify.identification import LEAST_SAMPLES, Identification
 from zerorate.identify.identification import identify as identify_axis
 from zerorate.io import Log, read_log
 from zerorate.noise.records import as_record
-from zerorate.run.replay.workers import Progress
+from zerorate.progress import Progress
+from zerorate.run.interrupts import in_background
+from zerorate.show.identify_page import identification_page
 from zerorate.show.identify_tables import format_identify, log_notes
 from zerorate.show.tables import bulleted
 
 __all__ = ["identify"]
+
+
+class Criterion(StrEnum):
+    """Criteria of order."""
+
+    fpe = "fpe"
+    aic = "aic"
+    aicc = "aicc"
+    bic = "bic"
+    hq = "hq"
+
+
+class Estimator(StrEnum):
+    """Estimates of an ARMA model."""
+
+    css = "css"
+    exact = "exact"
+
+
+class Outliers(StrEnum):
+    """Ways to replace outliers."""
+
+    none = "none"
+    hampel = "hampel"
+    moving_average = "moving-average"
+
+
+class Trend(StrEnum):
+    """What is taken off a record."""
+
+    none = "none"
+    mean = "mean"
+    linear = "linear"
+
 
 _OUTLIERS: Final[dict[Outliers, Literal["hampel", "moving-average"] | None]] = {
     Outliers.none: None,
@@ -44,16 +89,12 @@ _TRENDS: Final[dict[Trend, Literal["mean", "linear"] | None]] = {
 
 
 def identify(
-    log: Annotated[Path, typer.Argument(help=RECORDING)],
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the files.")
-    ] = Path("."),
-    columns: Annotated[
-        str | None, typer.Option(help="Names or indices with commas between.")
-    ] = None,
-    topic: Annotated[str | None, typer.Option(help=TOPIC)] = None,
-    rate: Annotated[float | None, typer.Option(help="Samples per second, Hz.")] = None,
-    unit: Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")] = None,
+    log: LogArgument,
+    output: OutputFolder = Path("."),
+    columns: Columns = None,
+    topic: Topic = None,
+    rate: Rate = None,
+    unit: Unit = None,
     order: Annotated[
         str | None, typer.Option(help="Orders p,q of the model, instead of a choice.")
     ] = None,
@@ -68,7 +109,7 @@ def identify(
     decimate: Annotated[int, typer.Option(help="Samples that become one.")] = 1,
     method: Annotated[Estimator, typer.Option(help="Of the ARMA model.")] = Estimator.css,
     no_figure: Annotated[bool, typer.Option("--no-figure", help="Draw no figures.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
+    force: Force = False,
 ) -> None:
     """Find drift models of gyros from a log at rest, and test whether they may be believed."""
     analysis = partial(
@@ -84,7 +125,7 @@ def identify(
         method=method.value,
     )
     wanted = parse_columns(columns)
-    outputs = IdentifyOutputs.of(output, log.stem, not no_figure, force)
+    outputs = _Outputs.of(output, log.stem, not no_figure, force)
     if not no_figure:
         preloaded(_load_plotting)
     with progress_bar() as progress:
@@ -123,14 +164,12 @@ def _check(log: Log) -> None:
             ) from None
 
 
-def _print_result(log: Log, found: Sequence[Identification], outputs: IdentifyOutputs) -> None:
+def _print_result(log: Log, found: Sequence[Identification], outputs: "_Outputs") -> None:
     print(format_identify(found))
     notes = bulleted(log_notes(log))
     if notes:
         print(f"\n{notes}")
-    print()
-    for path in outputs.paths:
-        print(f"wrote {path}")
+    print_written(outputs.paths)
 
 
 def _load_plotting() -> None:
@@ -139,3 +178,59 @@ def _load_plotting() -> None:
     import matplotlib.figure  # noqa: F401
 
     import zerorate.show.identify_figure  # noqa: F401
+
+
+@dataclass(frozen=True)
+class _Outputs:
+    """A page, with figures or without, and its numbers: both files whole or neither."""
+
+    page: Path
+    numbers: Path
+    figures: bool
+    force: bool
+
+    @classmethod
+    def of(cls, folder: Path, stem: str, figures: bool, force: bool) -> "_Outputs":
+        """Return the files, after checking that they can be written and drawn."""
+        if figures:
+            require("matplotlib", "plot")
+        base = folder / f"{stem}-zerorate-identify"
+        outputs = cls(Path(f"{base}.html"), Path(f"{base}.json"), figures, force)
+        check_outputs(outputs.paths, force)
+        return outputs
+
+    @property
+    def paths(self) -> list[Path]:
+        """The files to write."""
+        return [self.page, self.numbers]
+
+    def write(self, log: Log, found: Sequence[Identification], progress: Progress) -> None:
+        """Write both files under other names; rename them when they are whole."""
+        source = Path(log.meta["source"]).name
+        drawings = _drawn(found, progress) if self.figures else {}
+        texts = (
+            identification_page(found, source, drawings, log_notes(log)),
+            as_json(found, source),
+        )
+        progress("writing", 0.95)
+        with writing(), together(self.paths, self.force) as temporary:
+            for path, text in zip(temporary, texts, strict=True):
+                path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _drawn(found: Sequence[Identification], progress: Progress) -> Mapping[str, bytes]:
+    drawings = {}
+    for i, one in enumerate(found):
+        progress("drawing", i / len(found))
+        drawings[one.name] = _svg(one)
+    return drawings
+
+
+def _svg(found: Identification) -> bytes:
+    from matplotlib import rc_context
+
+    buffer = BytesIO()
+    # The same log gives the same bytes.
+    with rc_context({"svg.hashsalt": found.name}):
+        found.plot().savefig(buffer, format="svg", metadata={"Date": None})
+    return buffer.getvalue()

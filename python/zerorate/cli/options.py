@@ -1,72 +1,46 @@
-"""Choices and texts that become arguments."""
+"""Options of several commands, those of the filter among them, and texts that become arguments."""
 
+import inspect
 import re
-from enum import StrEnum
-from typing import Final, cast, get_args
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import Enum, StrEnum
+from pathlib import Path
+from typing import Annotated, Any, Final, TypeAlias, TypeVar, cast
 
-from zerorate.cli.faults import UsageFault
-from zerorate.noise.kinds import TauGrid
+import typer
+
+from zerorate.cli.errors import UsageFault
+from zerorate.options import FILTER_OPTIONS, Option, check_used
 
 __all__ = [
     "RECORDING",
-    "TOPIC",
-    "Criterion",
-    "CurveFormat",
-    "Estimator",
-    "Export",
+    "Columns",
     "FigureFormat",
+    "FigureFormatOption",
+    "Force",
+    "LogArgument",
     "LogFormat",
-    "Method",
-    "Motion",
-    "Noise",
-    "Outliers",
-    "OutputKind",
-    "Trend",
-    "parse_adapt_for",
+    "NoFigure",
+    "OutputFolder",
+    "Rate",
+    "Topic",
+    "Unit",
+    "check_filter_options",
+    "flag",
+    "parse_choices",
     "parse_columns",
-    "parse_exports",
-    "parse_names",
     "parse_order",
-    "parse_taus",
-    "parse_units",
+    "parse_words",
+    "with_filter_options",
 ]
 
+_Choice = TypeVar("_Choice", bound=StrEnum)
 
+_REQUIRED: Final = inspect.Parameter.empty
 RECORDING: Final = (
     "Recording: csv, tsv, txt, npy, npz, parquet, arrow, feather, h5, mat, bag, mcap, ulg, "
     "or the folder of a ROS 2 bag."
 )
-TOPIC: Final = "Topic of a ROS recording or a PX4 log, where several hold an IMU."
-
-
-class Method(StrEnum):
-    """Methods of the filter."""
-
-    kf = "kf"
-    akf = "akf"
-    fading = "fading"
-    auto = "auto"
-
-
-class Motion(StrEnum):
-    """What the filter does while the sensor moves."""
-
-    hold = "hold"
-    ignore = "ignore"
-
-
-class OutputKind(StrEnum):
-    """What the filtered log holds."""
-
-    estimate = "estimate"
-    compensated = "compensated"
-
-
-class Noise(StrEnum):
-    """Variances that the measurement noise is taken from."""
-
-    allan = "allan"
-    hadamard = "hadamard"
 
 
 class LogFormat(StrEnum):
@@ -77,57 +51,6 @@ class LogFormat(StrEnum):
     npz = "npz"
 
 
-class CurveFormat(StrEnum):
-    """File formats of a deviation curve."""
-
-    csv = "csv"
-    json = "json"
-    npz = "npz"
-
-
-class Export(StrEnum):
-    """Estimators whose configuration can be written, and a file of every axis' model."""
-
-    kalibr = "kalibr"
-    vins = "vins"
-    orbslam3 = "orbslam3"
-    px4 = "px4"
-    json = "json"
-
-
-class Criterion(StrEnum):
-    """Criteria of order."""
-
-    fpe = "fpe"
-    aic = "aic"
-    aicc = "aicc"
-    bic = "bic"
-    hq = "hq"
-
-
-class Estimator(StrEnum):
-    """Estimates of an ARMA model."""
-
-    css = "css"
-    exact = "exact"
-
-
-class Outliers(StrEnum):
-    """Ways to replace outliers."""
-
-    none = "none"
-    hampel = "hampel"
-    moving_average = "moving-average"
-
-
-class Trend(StrEnum):
-    """What is taken off a record."""
-
-    none = "none"
-    mean = "mean"
-    linear = "linear"
-
-
 class FigureFormat(StrEnum):
     """File formats of a figure."""
 
@@ -136,22 +59,148 @@ class FigureFormat(StrEnum):
     pdf = "pdf"
 
 
-def parse_columns(text: str | None) -> list[str | int] | None:
-    """Return the names and indices of a list with commas."""
-    if text is None:
+LogArgument: TypeAlias = Annotated[Path, typer.Argument(help=RECORDING)]
+OutputFolder: TypeAlias = Annotated[
+    Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the files.")
+]
+Columns: TypeAlias = Annotated[
+    str | None, typer.Option(help="Names or indices with commas between.")
+]
+Topic: TypeAlias = Annotated[
+    str | None,
+    typer.Option(help="Topic of a ROS recording or a PX4 log, where several hold an IMU."),
+]
+Rate: TypeAlias = Annotated[float | None, typer.Option(help="Samples per second, Hz.")]
+Unit: TypeAlias = Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")]
+FigureFormatOption: TypeAlias = Annotated[FigureFormat, typer.Option(help="Of the figure.")]
+NoFigure: TypeAlias = Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")]
+Force: TypeAlias = Annotated[bool, typer.Option("--force", help="Replace existing files.")]
+
+
+def with_filter_options(
+    help: Mapping[str, str] | None = None, **defaults: object
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return a decorator that gives a command the options of the filter, from their table.
+
+    The command takes them as `options`, a mapping by the names of `zerorate.DriftFilter`: those
+    that were given, and the command's own `defaults` that are not None.
+
+    Parameters
+    ----------
+    help : mapping of str to str, optional
+        Texts for some options instead of those of the table.
+    **defaults
+        Defaults of the command instead of those of the table.
+    """
+    texts = help or {}
+    table = {
+        name: (option, defaults.get(name, option.default))
+        for name, option in FILTER_OPTIONS.items()
+    }
+
+    def decorated(command: Callable[..., None]) -> Callable[..., None]:
+        def entry(**arguments: Any) -> None:  # noqa: ANN401
+            context: typer.Context = arguments.pop("context")
+            values = {name: arguments.pop(_argument(name)) for name in table}
+            options = {
+                name: _parsed(table[name][0], value)
+                for name, value in values.items()
+                if _was_given(context, _argument(name)) or defaults.get(name) is not None
+            }
+            command(**arguments, options=options)
+
+        parameters = [_keyword("context", typer.Context)]
+        for own in inspect.signature(command, eval_str=True).parameters.values():
+            if own.name == "options":
+                parameters += [_parameter(*row, texts) for row in table.values()]
+            else:
+                parameters.append(_keyword(own.name, own.annotation, own.default))
+        entry.__name__, entry.__doc__ = command.__name__, command.__doc__
+        entry.__annotations__ = {one.name: one.annotation for one in parameters}
+        entry.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        return entry
+
+    return decorated
+
+
+def check_filter_options(given: Iterable[str], methods: Sequence[str]) -> None:
+    """Raise a usage fault for an option that none of the methods uses."""
+    for name in given:
+        try:
+            check_used([name], methods)
+        except ValueError as error:
+            raise UsageFault(f"{flag(name)}{str(error).removeprefix(name)}") from None
+
+
+def flag(name: str) -> str:
+    """Return how an option of the filter is called on the command line."""
+    # Where files are written, that is what --output means.
+    return "--output-kind" if name == "output" else f"--{name.replace('_', '-')}"
+
+
+def _argument(name: str) -> str:
+    return flag(name).removeprefix("--").replace("-", "_")
+
+
+def _keyword(name: str, annotation: Any, default: Any = _REQUIRED) -> inspect.Parameter:  # noqa: ANN401
+    kind = inspect.Parameter.KEYWORD_ONLY
+    return inspect.Parameter(name, kind, default=default, annotation=annotation)
+
+
+def _parameter(option: Option, default: object, texts: Mapping[str, str]) -> inspect.Parameter:
+    """Return an option of the filter as a parameter of a command."""
+    value: Any = float
+    metavar = None
+    if option.kind == "choice":
+        value = _members(option)
+        default = default and value(default)
+    elif option.kind == "order":
+        value, metavar = str, "p,q"
+        default = ",".join(map(str, cast(tuple[int, int], default)))
+    elif option.kind == "seconds or always":
+        value, metavar = str, "<seconds>"
+        default = "always" if default is None else f"{default:g}"
+    text = texts.get(option.name, _help(option))
+    about = typer.Option(flag(option.name), metavar=metavar, help=text)
+    annotation: Any = Annotated[value | None if default is None else value, about]
+    return _keyword(_argument(option.name), annotation, default)
+
+
+def _members(option: Option) -> Any:  # noqa: ANN401
+    """Return the choices as a class that typer lists in help, and refuses all others by."""
+    named: Any = StrEnum
+    return named(option.name, [(choice, choice) for choice in option.choices])
+
+
+def _help(option: Option) -> str:
+    expected = "" if option.choices else f": {option.expected}"
+    always = ", or 'always'" if option.kind == "seconds or always" else ""
+    everyone = option.methods == FILTER_OPTIONS["method"].choices
+    users = "" if everyone else f" For {', '.join(option.methods)}."
+    return f"{option.meaning}{expected}{always}.{users}"
+
+
+def _parsed(option: Option, value: Any) -> object:  # noqa: ANN401
+    if option.kind == "order":
+        return parse_order(value)
+    if option.kind == "seconds or always":
+        return _parse_duration(flag(option.name), value)
+    return value.value if isinstance(value, Enum) else value
+
+
+def _was_given(context: typer.Context, name: str) -> bool:
+    source = context.get_parameter_source(name)
+    return source is not None and source.name not in ("DEFAULT", "DEFAULT_MAP")
+
+
+def _parse_duration(option: str, text: str) -> float | None:
+    """Return the seconds, None for ``always``."""
+    if text == "always":
         return None
-    words = [word.strip() for word in text.split(",")]
-    if not all(words):
-        raise UsageFault(f"--columns takes names or indices with commas between, got '{text}'")
-    return [int(word) if re.fullmatch(r"-?\d+", word) else word for word in words]
-
-
-def parse_names(option: str, text: str) -> list[str]:
-    """Return the names of a list with commas."""
-    words = [word.strip() for word in text.split(",")]
-    if not all(words):
-        raise UsageFault(f"{option} takes names with commas between, got '{text}'")
-    return words
+    try:
+        return float(text)
+    except ValueError:
+        raise UsageFault(f"{option} takes seconds or 'always', got '{text}'") from None
 
 
 def parse_order(text: str) -> tuple[int, int]:
@@ -162,38 +211,26 @@ def parse_order(text: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def parse_adapt_for(text: str) -> float | None:
-    """Return the seconds, None for ``always``."""
-    if text == "always":
+def parse_columns(text: str | None) -> list[str | int] | None:
+    """Return the names and indices of a list with commas."""
+    if text is None:
         return None
-    try:
-        return float(text)
-    except ValueError:
-        raise UsageFault(f"--adapt-for takes seconds or 'always', got '{text}'") from None
+    words = parse_words("--columns", text, "names or indices")
+    return [int(word) if re.fullmatch(r"-?\d+", word) else word for word in words]
 
 
-def parse_taus(text: str) -> TauGrid | list[float]:
-    """Return the name of a grid, or the seconds of a list with commas."""
-    if text in get_args(TauGrid):
-        return cast(TauGrid, text)
-    try:
-        return [float(word) for word in text.split(",")]
-    except ValueError:
-        known = ", ".join(get_args(TauGrid))
-        raise UsageFault(
-            f"--taus takes {known}, or seconds such as 0.1,1,10, got '{text}'"
-        ) from None
+def parse_words(option: str, text: str, expected: str = "names") -> list[str]:
+    """Return the words of a list with commas, none of them empty."""
+    words = [word.strip() for word in text.split(",")]
+    if not all(words):
+        raise UsageFault(f"{option} takes {expected} with commas between, got '{text}'")
+    return words
 
 
-def parse_units(text: str | None) -> list[str]:
-    """Return the units of a list with commas."""
-    return [] if text is None else [word.strip() for word in text.split(",")]
-
-
-def parse_exports(text: str | None) -> list[Export]:
-    """Return the formats of a list with commas, each once."""
+def parse_choices(option: str, text: str | None, choices: type[_Choice]) -> list[_Choice]:
+    """Return the members that a list with commas names, each once."""
     words = [] if text is None else [word.strip() for word in text.split(",")]
     for word in words:
-        if word not in list(Export):
-            raise UsageFault(f"--export takes some of {', '.join(Export)}, got '{word}'")
-    return list(dict.fromkeys(map(Export, words)))
+        if word not in list(choices):
+            raise UsageFault(f"{option} takes some of {', '.join(choices)}, got '{word}'")
+    return list(dict.fromkeys(map(choices, words)))

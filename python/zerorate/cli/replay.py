@@ -1,129 +1,194 @@
 """``zerorate replay``: one log through the filters."""
 
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from zerorate.cli.chosen import Chosen
-from zerorate.cli.effects import note_on_options
-from zerorate.cli.faults import reading
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, reading, require, writing
 from zerorate.cli.options import (
-    RECORDING,
-    TOPIC,
+    Columns,
     FigureFormat,
+    FigureFormatOption,
+    Force,
+    LogArgument,
     LogFormat,
-    Method,
-    Motion,
-    Noise,
-    OutputKind,
-    parse_adapt_for,
+    NoFigure,
+    OutputFolder,
+    Rate,
+    Topic,
+    Unit,
+    check_filter_options,
+    flag,
     parse_columns,
-    parse_order,
+    with_filter_options,
 )
-from zerorate.cli.outputs import Outputs
-from zerorate.cli.progress import progress_bar
-from zerorate.io import open_log
-from zerorate.run.replay import FilterOptions, Summary
-from zerorate.run.replay.result import Output
+from zerorate.cli.outputs import check_outputs, print_written, progress_bar, together
+from zerorate.io import Log, LogError, LogFile, open_log, write_log
+from zerorate.io.log import Header
+from zerorate.options import PUBLISHED, used_by
+from zerorate.progress import Progress
+from zerorate.run.replay import Replay, Summary, replay_to_file
+from zerorate.run.replay import replay as run_replay
 from zerorate.show import format_learned, format_notes, format_table
 
-__all__ = ["compared", "print_result", "replay"]
-
-_PUBLISHED = (Method.kf, Method.akf, Method.fading)
+__all__ = ["Outputs", "baselines", "in_memory", "print_result", "replay"]
 
 
+@with_filter_options(
+    help={
+        "method": "Method of the filtered log.",
+        "output": "Filtered log: the 'estimate' of the drift, or the rate 'compensated' by it, "
+        "the default of auto.",
+    },
+    method="auto",
+    output=None,
+)
 def replay(
-    context: typer.Context,
-    log: Annotated[Path, typer.Argument(help=RECORDING)],
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the files.")
-    ] = Path("."),
-    columns: Annotated[
-        str | None, typer.Option(help="Names or indices with commas between.")
-    ] = None,
-    topic: Annotated[str | None, typer.Option(help=TOPIC)] = None,
-    rate: Annotated[float | None, typer.Option(help="Samples per second, Hz.")] = None,
-    unit: Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")] = None,
-    order: Annotated[str, typer.Option(help="Orders p,q of a published method.")] = "2,1",
-    method: Annotated[Method, typer.Option(help="Method of the filtered log.")] = Method.auto,
-    motion: Annotated[
-        Motion | None,
-        typer.Option(
-            metavar="<kind>",
-            help="'hold' the drift in motion, the default of auto, or 'ignore' motion.",
-        ),
-    ] = None,
-    output_kind: Annotated[
-        OutputKind | None,
-        typer.Option(
-            metavar="<kind>",
-            help="Filtered log: the 'estimate', or the 'compensated' rate, the default of auto.",
-        ),
-    ] = None,
-    fading: Annotated[float, typer.Option(help="Memory of R, 0 to 1.")] = 0.97,
-    adapt_for: Annotated[str, typer.Option(help="Seconds of learning, or 'always'.")] = "120",
-    forgetting_factor: Annotated[float, typer.Option(help="Of the least squares, 0 to 1.")] = 1.0,
-    process_noise: Annotated[
-        float, typer.Option(help="Initial G and P, in variances of the start-up.")
-    ] = 0.1,
-    startup: Annotated[float, typer.Option(help="Seconds of the start-up.")] = 1.0,
-    noise: Annotated[Noise, typer.Option(help="Variance that R is taken from.")] = Noise.allan,
+    *,
+    log: LogArgument,
+    output: OutputFolder = Path("."),
+    columns: Columns = None,
+    topic: Topic = None,
+    rate: Rate = None,
+    unit: Unit = None,
+    options: Mapping[str, Any],
     format: Annotated[LogFormat, typer.Option(help="Of the filtered log.")] = LogFormat.parquet,
-    figure_format: Annotated[FigureFormat, typer.Option(help="Of the figure.")] = FigureFormat.png,
-    no_figure: Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")] = False,
+    figure_format: FigureFormatOption = FigureFormat.png,
+    no_figure: NoFigure = False,
     only: Annotated[
         bool, typer.Option("--only", help="The method alone, without those it is compared with.")
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
+    force: Force = False,
 ) -> None:
     """Filter every axis of a log, print what it brought, write the filtered log and a figure."""
-    options = FilterOptions(
-        order=parse_order(order),
-        fading=fading,
-        adapt_for=parse_adapt_for(adapt_for),
-        forgetting_factor=forgetting_factor,
-        process_noise=process_noise,
-        startup=startup,
-        noise=noise.value,
-        motion=None if motion is None else motion.value,
-    )
-    note = note_on_options(context, method, () if only else _baselines(method))
+    method = options["method"]
+    methods = (method,) if only else (*baselines(method), method)
+    check_filter_options(options, methods)
+    asked = {"methods": methods, **{n: v for n, v in options.items() if n != "method"}}
     wanted = parse_columns(columns)
     outputs = Outputs.of(output, log.stem, format, None if no_figure else figure_format, force)
-    methods = (method.value,) if only else compared(method)
-    kind: Output | None = None if output_kind is None else output_kind.value
     with progress_bar() as progress:
         with reading(wanted is not None):
             recording = open_log(log, rate, wanted, unit, topic)
-        chosen = Chosen(methods, kind, options)
         if no_figure:
-            result = chosen.into_file(recording, outputs.log, force, progress)
+            result = _into_file(recording, outputs.log, force, progress, asked)
         else:
             with reading(wanted is not None):
                 whole = recording.log()
-            result = chosen.in_memory(whole, progress)
+            result = in_memory(whole, progress, **asked)
             outputs.write(result, progress)
     print_result(result, outputs)
-    if note is not None:
-        print(note)
+    others = [flag(name) for name in options if name not in used_by(method, options)]
+    if others:
+        verb = "acts" if len(others) == 1 else "act"
+        print(f"{', '.join(others)} {verb} on the methods that {method} is compared with")
 
 
-def compared(method: Method) -> tuple[str, ...]:
-    """Return the published methods up to the chosen one, and that one."""
-    return (*(other.value for other in _baselines(method)), method.value)
+def baselines(method: str) -> tuple[str, ...]:
+    """Return the published methods that the chosen one is compared with."""
+    compared = PUBLISHED if method == "auto" else PUBLISHED[:2]
+    return tuple(other for other in compared if other != method)
 
 
-def _baselines(method: Method) -> tuple[Method, ...]:
-    """Return the published methods that the chosen one is compared to."""
-    published = _PUBLISHED if method is Method.auto else _PUBLISHED[:2]
-    return tuple(other for other in published if other is not method)
+def in_memory(log: Log, progress: Progress, **asked: Any) -> Replay:  # noqa: ANN401
+    """Return the log after the filters, with all that a figure needs, or raise a fault."""
+    with _naming(Header.of(log)), as_usage():
+        return run_replay(log, progress=progress, **asked)
 
 
-def print_result(result: Summary, outputs: Outputs) -> None:
+def _into_file(
+    recording: LogFile, path: Path, force: bool, progress: Progress, asked: Mapping[str, Any]
+) -> Summary:
+    """Write the filtered log block by block and return the rest, or raise a fault."""
+    with writing(), _naming(recording.header), _values():
+        return replay_to_file(recording, path, force=force, progress=progress, **asked)
+
+
+@contextmanager
+def _naming(header: Header) -> Iterator[None]:
+    """Say which log is at fault."""
+    try:
+        yield
+    except LogError as error:
+        source = str(header.meta.get("source", "the log"))
+        named = str(error).startswith(source)
+        raise DataFault(str(error) if named else f"{source}: {error}") from None
+
+
+@contextmanager
+def _values() -> Iterator[None]:
+    """Turn an argument that is not valid into a usage fault."""
+    try:
+        yield
+    except LogError:
+        raise
+    except ValueError as error:
+        raise UsageFault(str(error)) from None
+
+
+def print_result(result: Summary, outputs: "Outputs") -> None:
     """Print the table, the notes, and which files were written."""
     parts = (format_table(result), format_learned(result), format_notes(result))
     print("\n\n".join(filter(None, parts)))
-    print()
-    for path in outputs.paths:
-        print(f"wrote {path}")
+    print_written(outputs.paths)
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """The files of a replay: a filtered log and a figure, None for none; all whole or none."""
+
+    log: Path
+    figure: Path | None
+    force: bool
+
+    @classmethod
+    def of(
+        cls,
+        folder: Path,
+        stem: str,
+        log_format: LogFormat,
+        figure_format: FigureFormat | None,
+        force: bool,
+    ) -> "Outputs":
+        """Return the files, after checking that they can be written and drawn."""
+        if log_format is LogFormat.parquet:
+            require("pyarrow", "io")
+        if figure_format is not None:
+            require("matplotlib", "plot")
+        base = folder / f"{stem}-zerorate"
+        figure = None if figure_format is None else Path(f"{base}.{figure_format.value}")
+        outputs = cls(Path(f"{base}.{log_format.value}"), figure, force)
+        check_outputs(outputs.paths, force)
+        return outputs
+
+    @property
+    def paths(self) -> Sequence[Path]:
+        """The files to write."""
+        return [self.log] if self.figure is None else [self.log, self.figure]
+
+    def write(self, result: Replay, progress: Progress) -> None:
+        """Draw the figure while another thread writes the log; rename when both are whole."""
+        with (
+            writing(),
+            together(self.paths, self.force) as temporary,
+            ThreadPoolExecutor(1) as executor,
+        ):
+            job = executor.submit(
+                write_log, result.filtered_log, temporary[0], beside=result.beside
+            )
+            if self.figure is not None:
+                progress("drawing", 0.0)
+                _draw(result, temporary[1])
+            progress("writing", 0.9)
+            job.result()
+
+
+def _draw(result: Replay, path: Path) -> None:
+    from zerorate.show import plot_replay, save_figure
+
+    save_figure(plot_replay(result), path)

@@ -2,27 +2,28 @@
 
 import textwrap
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Final, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 import typer
 
-from zerorate.cli.faults import UsageFault, as_usage, require, writing
-from zerorate.cli.outputs import together
-from zerorate.cli.progress import progress_bar
-from zerorate.io import Log, check_writable, write_log
+from zerorate.cli.errors import UsageFault, as_usage, require, writing
+from zerorate.cli.options import Force
+from zerorate.cli.outputs import check_outputs, progress_bar, together
+from zerorate.io import Log, write_log
 from zerorate.show import WIDTH
 from zerorate.simulate.devices import DEVICES, Device
 from zerorate.simulate.devices import device as find_device
 from zerorate.simulate.gyro import simulate as run_simulation
+from zerorate.types import Floats
 from zerorate.units import convert
 
-__all__ = ["AXES", "made_folder", "simulate", "simulated"]
-
-Floats = npt.NDArray[np.float64]
+__all__ = ["AXES", "Duration", "Seed", "SimulatedRate", "simulate", "simulated"]
 
 AXES: Final = ("x", "y", "z")
+Duration: TypeAlias = Annotated[float, typer.Option(help="Length, s.")]
+SimulatedRate: TypeAlias = Annotated[float, typer.Option(help="Samples per second, Hz.")]
+Seed: TypeAlias = Annotated[int, typer.Option(help="The same seed gives the same signal.")]
 _SUFFIXES: Final = (".csv", ".tsv", ".npz", ".parquet")
 
 
@@ -32,12 +33,12 @@ def simulate(
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="csv, tsv, npz or parquet."),
     ] = None,
-    duration: Annotated[float, typer.Option(help="Length, s.")] = 600.0,
-    rate: Annotated[float, typer.Option(help="Samples per second, Hz.")] = 100.0,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same signal.")] = 1,
+    duration: Duration = 600.0,
+    rate: SimulatedRate = 100.0,
+    seed: Seed = 1,
     axes: Annotated[int, typer.Option(help="Number of axes.")] = 3,
     list_: Annotated[bool, typer.Option("--list", help="Print the gyros of the table.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
+    force: Force = False,
 ) -> None:
     """Write a simulated log, and its true drift to a second file, NAME-truth."""
     if list_:
@@ -55,8 +56,7 @@ def simulate(
         with writing(), together(paths, force) as temporary:
             for values, stem, path in zip(data, ("gyro", "drift"), temporary, strict=True):
                 write_log(_log(values, stem, rate, gyro), path)
-    for path in paths:
-        print(f"wrote {path}")
+    print("\n".join(f"wrote {path}" for path in paths))
 
 
 def simulated(
@@ -67,21 +67,13 @@ def simulated(
         return run_simulation(gyro, rate, duration, seed, axes=axes)
 
 
-def made_folder(folder: Path) -> None:
-    """Make the last level of a folder's path, or raise a usage fault."""
-    with as_usage():
-        folder.mkdir(exist_ok=True)
-
-
 def _checked_paths(output: Path, force: bool) -> list[Path]:
     if output.suffix.lower() not in _SUFFIXES:
         raise UsageFault(f"cannot write a log as '{output.suffix}'; known: {', '.join(_SUFFIXES)}")
     if output.suffix.lower() == ".parquet":
         require("pyarrow", "io")
     paths = [output, output.with_name(f"{output.stem}-truth{output.suffix}")]
-    with as_usage():
-        for path in paths:
-            check_writable(path, force)
+    check_outputs(paths, force)
     return paths
 
 

@@ -1,34 +1,51 @@
 """``zerorate stream``: lines of samples in, a line of answers out for each, at once."""
 
 import math
+import re
+import signal
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, BinaryIO, Final, TextIO
 
 import typer
 
-from zerorate.cli.checkpoints import position_of, resumed
-from zerorate.cli.effects import note_on_options
-from zerorate.cli.faults import UsageFault, as_usage
+from zerorate.cli.errors import BROKEN_PIPE, DataFault, UsageFault, as_usage, drop_stdout
 from zerorate.cli.options import (
-    Method,
-    Motion,
-    Noise,
-    OutputKind,
-    parse_adapt_for,
+    check_filter_options,
+    flag,
+    parse_choices,
     parse_columns,
-    parse_order,
+    with_filter_options,
 )
-from zerorate.cli.serving import report, run, tell
 from zerorate.io import check_writable
-from zerorate.run.live import Beside, Settings
-from zerorate.run.live.saver import Saver
-from zerorate.run.live.serving import Server
+from zerorate.options import FILTER_OPTIONS
+from zerorate.run.interrupts import Interrupted, Interrupts
+from zerorate.run.live import (
+    Beside,
+    CheckpointError,
+    LineError,
+    LineStream,
+    Settings,
+    SettingsError,
+)
+from zerorate.run.live.serving import Line, Saver, Server, datagrams, lines_of, loopback
 
 __all__ = ["stream"]
 
+_BY_SIGNAL: Final = 128
+_SETTINGS: Final = ("rate", "beside", "columns", "sequence", *FILTER_OPTIONS)
+_SETTING: Final = re.compile(rf"\b({'|'.join(_SETTINGS)})=")
 
+
+@with_filter_options(
+    help={"output": "Answer: the 'estimate' of the drift, or the rate 'compensated' by it."},
+    method="auto",
+    output="compensated",
+)
 def stream(
-    context: typer.Context,
+    *,
     source: Annotated[
         Path | None,
         typer.Argument(help="Device, FIFO or file; stdin without it.", show_default=False),
@@ -49,23 +66,7 @@ def stream(
         int | None,
         typer.Option(min=1, help="Numbers in a line, if the first may not be whole."),
     ] = None,
-    method: Annotated[Method, typer.Option(help="Method of the filter.")] = Method.auto,
-    motion: Annotated[
-        Motion | None,
-        typer.Option(metavar="<kind>", help="'hold' the drift in motion, or 'ignore' motion."),
-    ] = None,
-    output_kind: Annotated[
-        OutputKind, typer.Option(help="What is answered.")
-    ] = OutputKind.compensated,
-    order: Annotated[str, typer.Option(help="Orders p,q of a published method.")] = "2,1",
-    fading: Annotated[float, typer.Option(help="Memory of R, 0 to 1.")] = 0.97,
-    adapt_for: Annotated[str, typer.Option(help="Seconds of learning, or 'always'.")] = "120",
-    forgetting_factor: Annotated[float, typer.Option(help="Of the least squares, 0 to 1.")] = 1.0,
-    process_noise: Annotated[
-        float, typer.Option(help="Initial G and P, in variances of the start-up.")
-    ] = 0.1,
-    startup: Annotated[float, typer.Option(help="Seconds of the start-up.")] = 1.0,
-    noise: Annotated[Noise, typer.Option(help="Variance that R is taken from.")] = Noise.allan,
+    options: Mapping[str, Any],
     beside: Annotated[
         str | None, typer.Option("--with", help="More columns: bias,bias_sigma,at_rest.")
     ] = None,
@@ -95,37 +96,29 @@ def stream(
     if position:
         if checkpoint is None:
             raise UsageFault("--position needs --checkpoint")
-        print(position_of(checkpoint))
+        found = _read(checkpoint, None)
+        print(0 if found is None else found.position)
         return
     if source is not None and udp is not None:
         raise UsageFault("give either a source or --udp, not both")
     if rate is None:
         raise UsageFault("--rate is required: samples per second")
-    note_on_options(context, method)
+    check_filter_options(options, [options["method"]])
     with as_usage():
         settings = Settings(
-            rate=rate,
-            method=method.value,
-            motion=None if motion is None else motion.value,
-            output=output_kind.value,
-            beside=_beside(beside),
+            rate,
+            beside=tuple(parse_choices("--with", beside, Beside)),
             columns=_columns(columns),
             sequence=_column(sequence),
-            order=parse_order(order),
-            fading=fading,
-            adapt_for=parse_adapt_for(adapt_for),
-            forgetting_factor=forgetting_factor,
-            process_noise=process_noise,
-            startup=startup,
-            noise=noise.value,
+            **options,
         )
     saver = None if checkpoint is None else _saver(checkpoint, every * rate)
-    lines = resumed(checkpoint, settings, fields, force)
-    server = Server(lines, saver, tell, patient=fields is not None)
+    lines = _resumed(checkpoint, settings, fields, force)
+    server = Server(lines, saver, _tell, patient=fields is not None)
     try:
-        run(server, source, udp)
+        _run(server, source, udp)
     finally:
-        report(server)
+        _report(server)
 
 
 def _saver(checkpoint: Path, every: float) -> Saver:
@@ -133,15 +126,7 @@ def _saver(checkpoint: Path, every: float) -> Saver:
         raise UsageFault("--every takes a positive number of seconds")
     with as_usage():
         check_writable(checkpoint, force=True)
-    return Saver(checkpoint, max(1, round(every)), tell)
-
-
-def _beside(text: str | None) -> tuple[Beside, ...]:
-    words = [] if text is None else [word.strip() for word in text.split(",")]
-    for word in words:
-        if word not in list(Beside):
-            raise UsageFault(f"--with takes some of {', '.join(Beside)}, got '{word}'")
-    return tuple(dict.fromkeys(map(Beside, words)))
+    return Saver(checkpoint, max(1, round(every)), _tell)
 
 
 def _columns(text: str | None) -> tuple[str | int, ...] | None:
@@ -154,3 +139,128 @@ def _column(text: str | None) -> str | int | None:
     if found is not None and len(found) != 1:
         raise UsageFault(f"--sequence takes one column, got '{text}'")
     return None if found is None else found[0]
+
+
+def _resumed(path: Path | None, settings: Settings, cells: int | None, force: bool) -> LineStream:
+    """Return the stream in a checkpoint, or a new one if there is none, or none of use."""
+    new = LineStream(settings, cells)
+    if path is None:
+        return new
+    try:
+        return _read(path, settings) or new
+    except (DataFault, UsageFault) as fault:
+        if force:
+            return new
+        raise type(fault)(f"{fault}; --force begins anew") from None
+
+
+def _read(path: Path, settings: Settings | None) -> LineStream | None:
+    try:
+        return LineStream.from_bytes(path.read_bytes(), settings)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise DataFault(str(error)) from None
+    except SettingsError as error:
+        raise UsageFault(f"{path}: {_in_options(error)}") from None
+    except CheckpointError as error:
+        raise DataFault(f"{path}: {error}") from None
+
+
+def _in_options(error: SettingsError) -> str:
+    return _SETTING.sub(lambda found: f"{_flag(found[1])} ", str(error))
+
+
+def _flag(setting: str) -> str:
+    return "--with" if setting == "beside" else flag(setting)
+
+
+def _tell(sentence: str) -> None:
+    """Print a sentence on stderr."""
+    print(f"zerorate: {sentence}", file=sys.stderr, flush=True)
+
+
+def _run(server: Server, source: Path | None, udp: str | None) -> None:
+    """Serve lines of a file, datagrams or stdin; a signal ends it with the code of a shell."""
+    interrupts = Interrupts()
+    try:
+        with (
+            interrupts.caught(),
+            _saved(server),
+            _source(source, udp, interrupts) as taken,
+            _faults(),
+        ):
+            server.serve(taken)
+    except Interrupted as interrupted:
+        if interrupted.args[0] == signal.SIGINT:
+            raise KeyboardInterrupt from None
+        raise typer.Exit(_BY_SIGNAL + interrupted.args[0]) from None
+
+
+def _report(server: Server) -> None:
+    """Tell what was lost, if samples were numbered, and how many lines were garbled."""
+    count = server.stream.sequence
+    if server.stream.open and server.stream.settings.sequence is not None:
+        _tell(
+            f"{server.stream.samples} samples, {count.lost} of them lost; {count.late} came late "
+            f"or again; the numbers began anew {count.restarts} times"
+        )
+    if server.garbled:
+        _tell(f"garbled lines: {server.garbled}")
+
+
+@contextmanager
+def _saved(server: Server) -> Iterator[None]:
+    try:
+        yield
+    finally:
+        if server.saver is not None:
+            try:
+                server.saver.finish(None if server.owing else server.stream)
+            except OSError as error:
+                raise DataFault(f"the checkpoint cannot be written: {error}") from None
+
+
+@contextmanager
+def _source(
+    source: Path | None, udp: str | None, interrupts: Interrupts
+) -> Iterator[Iterator[Line]]:
+    if udp is not None:
+        with as_usage():
+            port = loopback(udp)
+        with port:
+            _tell("listening on {}:{}".format(*port.getsockname()[:2]))
+            yield datagrams(port, interrupts)
+    elif source is not None:
+        # To open a FIFO is to wait for its writer.
+        with interrupts.wait(lambda: _opened(source)) as file:
+            yield lines_of(file, _bytes_of(sys.stdout, "stdout"), interrupts)
+    else:
+        yield lines_of(_bytes_of(sys.stdin, "stdin"), _bytes_of(sys.stdout, "stdout"), interrupts)
+
+
+def _bytes_of(stream: TextIO | None, name: str) -> BinaryIO:
+    # None is what a closed descriptor becomes.
+    if stream is None:
+        raise DataFault(f"{name} is closed")
+    return stream.buffer
+
+
+def _opened(source: Path) -> BinaryIO:
+    try:
+        return source.open("rb")
+    except OSError as error:
+        raise DataFault(str(error)) from None
+
+
+@contextmanager
+def _faults() -> Iterator[None]:
+    try:
+        yield
+    except LineError as error:
+        raise DataFault(str(error)) from None
+    except BrokenPipeError:
+        drop_stdout()
+        raise typer.Exit(BROKEN_PIPE) from None
+    except OSError as error:
+        raise DataFault(f"a sample could not be read, or not answered: {error}") from None

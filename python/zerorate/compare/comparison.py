@@ -13,7 +13,7 @@ from zerorate.compare.rest import rest_notes, rest_rows
 from zerorate.compare.trial import Kind, Orientation, Trial
 from zerorate.compare.turning import fitted, turning_rows
 from zerorate.io import Recording
-from zerorate.run.replay.workers import Progress, silent
+from zerorate.progress import Progress, silent
 
 __all__ = ["Comparison", "compare"]
 

@@ -10,8 +10,7 @@ import numpy as np
 from zerorate import metrics
 from zerorate._native import DriftFilter, Trace
 from zerorate.metrics import BestEma
-from zerorate.run.replay.history import Recorder
-from zerorate.run.replay.memory import memory
+from zerorate.run.replay.history import Recorder, memory
 from zerorate.types import Booleans, Floats
 
 __all__ = [

@@ -9,7 +9,7 @@ import numpy as np
 
 from zerorate.compare.methods import HINDSIGHT, Estimate, Method, causal_method, check_name, name_of
 from zerorate.metrics.averages import best_shared_ema
-from zerorate.run.replay.workers import Progress, silent
+from zerorate.progress import Progress, silent
 from zerorate.simulate.models import MODELS, GyroModel, records
 from zerorate.simulate.optimum import optimum
 from zerorate.types import Booleans, Floats

@@ -78,7 +78,7 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
     check_writable(path, force)
     # A link keeps pointing where it did: the file behind it is replaced.
     target = Path(os.path.realpath(path))
-    temporary = target.with_name(f".{target.stem[:80]}.{secrets.token_hex(6)}{target.suffix}")
+    temporary = target.with_name(f".{target.stem[:80]}.{_token()}{target.suffix}")
     try:
         yield temporary
         _flush(temporary)
@@ -113,13 +113,22 @@ def _flush_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-_TEMPORARY: Final = re.compile(r"\.(?P<stem>.+)\.[0-9a-f]{12}(?P<suffix>\.[^.]+|)")
+_TEMPORARY: Final = re.compile(
+    r"\.(?P<stem>.+)\.(?P<process>[0-9a-f]{6})[0-9a-f]{6}(?P<suffix>\.[^.]+|)"
+)
+_PROCESSES: Final = 1 << 24
+
+
+def _token() -> str:
+    """Return twelve digits of a temporary name: this process, and a random number."""
+    return f"{os.getpid() % _PROCESSES:06x}{secrets.token_hex(3)}"
 
 
 def sweep(targets: Iterable[Path]) -> None:
     """Remove what `atomic_path` began for these files and a kill left behind, and no others.
 
-    Nobody may be writing them. A file that cannot be removed stays: it harms nothing.
+    What another process of this machine is writing stays, and what this one writes must not be
+    among the targets. A file that cannot be removed stays as well: it harms nothing.
     """
     folders: dict[Path, set[tuple[str, str]]] = {}
     for target in targets:
@@ -129,6 +138,26 @@ def sweep(targets: Iterable[Path]) -> None:
     for folder, known in folders.items():
         for path in folder.glob(".*.*"):
             found = _TEMPORARY.fullmatch(path.name)
-            if found is not None and (found["stem"], found["suffix"]) in known:
+            if found is None or (_own_stem(found["stem"]), found["suffix"]) not in known:
+                continue
+            if not _runs_elsewhere(int(found["process"], 16)):
                 with suppress(OSError):
                     path.unlink()
+
+
+def _own_stem(stem: str) -> str:
+    """Return the stem of the file behind a temporary name, be that one's own target temporary."""
+    inner = _TEMPORARY.fullmatch(stem)
+    return stem if inner is None else inner["stem"]
+
+
+def _runs_elsewhere(process: int) -> bool:
+    """Return whether there is such a process, and it is not this one."""
+    # There no signal can ask, and a file that is open cannot be removed anyway.
+    if os.name != "posix" or process == os.getpid() % _PROCESSES:
+        return False
+    try:
+        os.kill(process, 0)
+    except OSError as error:
+        return isinstance(error, PermissionError)
+    return process > 0

@@ -12,7 +12,7 @@ from zerorate.noise import AllanResult, FittedModel, NoiseModel, allan, worst_ax
 from zerorate.noise.kinds import KindName, TauGrid
 from zerorate.noise.rest import MOVED, Step, largest_step
 from zerorate.noise.spectrum import Spectrum, fit_spectrum
-from zerorate.run.replay.workers import Progress, silent
+from zerorate.progress import Progress, silent
 from zerorate.types import Floats
 
 __all__ = ["Axis", "Characterisation", "characterise"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from zerorate.run.replay import Replay
-from zerorate.run.replay.learned import noise_units
+from zerorate.run.replay.history import noise_units
 from zerorate.show.replay_panels import (
     MEMORIES,
     draw_allan,

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.run.replay import Replay
-from zerorate.run.replay.learned import noise_units
+from zerorate.run.replay.history import noise_units
 from zerorate.show.scales import BUCKETS, limits, outline, parts, spans
 from zerorate.show.style import (
     AR_COLOURS,

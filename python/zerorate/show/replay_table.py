@@ -9,8 +9,8 @@ import numpy as np
 from zerorate.io.names import split_unit
 from zerorate.numerals import or_dash, with_error
 from zerorate.run.replay import Score, Summary
-from zerorate.run.replay.columns import beside_names
-from zerorate.run.replay.learned import last_known, noise_units
+from zerorate.run.replay.history import last_known, noise_units
+from zerorate.run.replay.result import beside_names
 from zerorate.show.tables import WIDTH, Table, aligned, as_text, bulleted, on_clock
 
 __all__ = ["format_learned", "format_notes", "format_table"]

@@ -23,7 +23,6 @@ mod error;
 pub mod identify;
 pub mod math;
 mod rest;
-#[cfg(feature = "std")]
 pub mod score;
 pub mod stream;
 
@@ -33,7 +32,6 @@ pub use drift::{
 };
 pub use error::Error;
 pub use rest::{Event, RestDetector, Tick};
-#[cfg(feature = "std")]
 pub use score::exponential_mean;
 #[cfg(feature = "std")]
 pub use stream::Bank;

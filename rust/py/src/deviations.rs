@@ -2,7 +2,6 @@
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use rayon::prelude::*;
 use zerorate_core::allan::{Curve, Kind, Record, curves};
 use zerorate_core::stream::on_pool;
 
@@ -77,7 +76,7 @@ pub fn allan_deviations<'py>(
     let shape: Vec<usize> = std::iter::once(factors.len()).chain(columns.axes).collect();
     let curves = z.py().detach(|| {
         on_threads(threads, |parallel| {
-            let records = records(columns.values, bridge, parallel);
+            let records = Record::of_columns(columns.values, bridge, parallel);
             curves(&records, kind, &factors, parallel)
         })
     })?;
@@ -115,14 +114,6 @@ fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce(bool) -> R + Se
             })?;
             Ok(pool.install(|| work(true)))
         }
-    }
-}
-
-fn records(columns: Vec<Vec<f64>>, bridge: usize, parallel: bool) -> Vec<Record> {
-    let record = |column| Record::new(column, bridge);
-    match parallel {
-        true => columns.into_par_iter().map(record).collect(),
-        false => columns.into_iter().map(record).collect(),
     }
 }
 

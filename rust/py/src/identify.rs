@@ -110,7 +110,7 @@ pub fn arma_fit<'py>(
     exact: bool,
     start: Option<Vec<f64>>,
 ) -> PyResult<Fit<'py>> {
-    let (py, values) = (z.py(), record(z)?);
+    let (py, values) = (z.py(), arrays::record(z)?);
     check_start(start.as_deref(), p + q + usize::from(constant))?;
     let method = if exact { Method::Exact } else { Method::Conditional };
     let found = py.detach(|| {
@@ -147,7 +147,7 @@ type Grid<'py> = (Matrix<'py>, Matrix<'py, bool>, Matrix<'py, i64>, usize, Vec<V
 ///     An order beyond 8, or too few samples.
 #[pyfunction]
 pub fn arma_grid<'py>(z: &Bound<'py, PyAny>, p: usize, q: usize) -> PyResult<Grid<'py>> {
-    let (py, values) = (z.py(), record(z)?);
+    let (py, values) = (z.py(), arrays::record(z)?);
     let (cells, count) = py.detach(|| {
         let series = Series::new(values, true);
         let count = check_residuals(&series, p, q)?;
@@ -179,7 +179,7 @@ pub fn arma_likelihood(
     mean: f64,
 ) -> PyResult<(f64, f64, usize)> {
     check_orders(phi.len(), theta.len())?;
-    let values = record(z)?;
+    let values = arrays::record(z)?;
     let found = z.py().detach(|| arma::likelihood(&values, &phi, &theta, mean));
     let found = found.ok_or_else(|| {
         PyValueError::new_err(format!("phi must be stationary for a likelihood, got {phi:?}"))
@@ -212,7 +212,7 @@ pub fn arma_residuals<'py>(
     centre: f64,
     constant: f64,
 ) -> PyResult<Vector<'py>> {
-    let values = record(z)?;
+    let values = arrays::record(z)?;
     let model = Arma { phi: &phi, theta: &theta, centre, constant };
     let residuals = z.py().detach(|| model.residuals(&values));
     Ok(residuals.into_pyarray(z.py()))
@@ -282,7 +282,7 @@ pub fn without_outliers<'py>(
     least_deviation: f64,
 ) -> PyResult<(Vector<'py>, Vector<'py, i64>)> {
     let hampel = Hampel { width: positive("width", width)?, threshold, least_deviation };
-    let (py, mut values) = (z.py(), record(z)?);
+    let (py, mut values) = (z.py(), arrays::record(z)?);
     let places = py.detach(|| hampel.clean(&mut values));
     let places: Vec<i64> = places.into_iter().map(|k| k as i64).collect();
     Ok((values.into_pyarray(py), places.into_pyarray(py)))
@@ -314,7 +314,7 @@ pub fn lagged_products<'py>(
     lags: i128,
 ) -> PyResult<(Vector<'py>, Vector<'py, i64>)> {
     let lags = positive("lags", lags)?;
-    let (py, values) = (z.py(), record(z)?);
+    let (py, values) = (z.py(), arrays::record(z)?);
     let products = py.detach(|| identify::lagged_products(&values, lags));
     let pairs: Vec<i64> = products.pairs.into_iter().map(|count| count as i64).collect();
     Ok((products.sums.into_pyarray(py), pairs.into_pyarray(py)))
@@ -340,18 +340,13 @@ pub fn lagged_products<'py>(
 ///     ``z`` of another shape, or a sample is missing.
 #[pyfunction]
 pub fn reversals(z: &Bound<'_, PyAny>) -> PyResult<(u64, u64, f64)> {
-    let values = record(z)?;
+    let values = arrays::record(z)?;
     let found = z.py().detach(|| {
         let complete = values.iter().all(|z| z.is_finite());
         complete.then(|| identify::reversals(values))
     });
     let found = found.ok_or_else(|| PyValueError::new_err("z must hold finite samples only"))?;
     Ok((found.count, found.ties, found.tie_weight))
-}
-
-/// The samples of one axis, copied.
-fn record(z: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    Ok(arrays::batch(z, None)?.values)
 }
 
 /// A matrix of so many rows, given row after row.

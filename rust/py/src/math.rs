@@ -37,7 +37,7 @@ pub fn chi_squared_quantile<'py>(
             "probability must lie between 0 and 1, got {probability}"
         )));
     }
-    let mut values = arrays::batch(edf, None)?.values;
+    let mut values = arrays::record(edf)?;
     values.iter_mut().for_each(|x| *x = distributions::chi_squared_quantile(probability, *x));
     Ok(values.into_pyarray(edf.py()))
 }
@@ -79,7 +79,7 @@ pub fn chi_squared_survival(value: f64, freedom: f64) -> PyResult<f64> {
 ///     ``x`` of another shape.
 #[pyfunction]
 pub fn log_normal_cdf<'py>(x: &Bound<'py, PyAny>) -> PyResult<Vector<'py>> {
-    let mut values = arrays::batch(x, None)?.values;
+    let mut values = arrays::record(x)?;
     x.py().detach(|| values.iter_mut().for_each(|x| *x = distributions::log_normal_cdf(*x)));
     Ok(values.into_pyarray(x.py()))
 }

@@ -145,7 +145,7 @@ pub fn exponential_mean<'py>(
     z: &Bound<'py, PyAny>,
     gain: f64,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let mut values = arrays::batch(z, None)?.values;
+    let mut values = arrays::record(z)?;
     z.py()
         .detach(|| zerorate_core::exponential_mean(&mut values, gain))
         .map_err(NativeError::from)?;

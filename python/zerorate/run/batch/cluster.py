@@ -6,9 +6,9 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from typing import Any, Final, TypeVar
 
-from zerorate.run.batch.engine import Died, Finished
-from zerorate.run.batch.interrupts import for_the_parent_alone
-from zerorate.run.batch.threads import single_threaded
+from zerorate.run.batch.engines import Died, Finished
+from zerorate.run.interrupts import for_the_parent_alone
+from zerorate.run.workers import single_threaded
 
 __all__ = ["Cluster", "local_cluster", "scheduler_at"]
 

@@ -1,30 +1,68 @@
 """A batch from its patterns to its summary."""
 
+import glob
 import os
 import time
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, Final
 
-from zerorate.io import check_writable
+from zerorate.io import atomic_path, check_writable
 from zerorate.io.atomic import sweep
 from zerorate.run.batch.cluster import local_cluster as on_local_cluster
 from zerorate.run.batch.cluster import scheduler_at
-from zerorate.run.batch.engine import Died, Engine, Finished, outlived
-from zerorate.run.batch.found import find_tasks
-from zerorate.run.batch.outcome import Outcome
-from zerorate.run.batch.processes import Processes
-from zerorate.run.batch.record import record_path
-from zerorate.run.batch.result import BatchResult
-from zerorate.run.batch.settings import Settings
-from zerorate.run.batch.summary import SUMMARY, write_summary
-from zerorate.run.batch.task import Task, run_task
+from zerorate.run.batch.engines import Died, Engine, Finished, Processes, outlived
+from zerorate.run.batch.task import Outcome, Settings, Task, record_path, run_task
 
-__all__ = ["Progress", "run_batch"]
+__all__ = ["BatchResult", "Progress", "run_batch"]
 
 Progress = Callable[[int, int], None]
 """Called with the logs that are through, and all that are to do."""
+
+_SUMMARY: Final = "summary.parquet"
+
+_TEXTS: Final = ("log", "axis", "status", "error", "unit")
+_COUNTS: Final = ("samples", "missing")
+_NUMBERS: Final = (
+    "seconds",
+    "rate",
+    "raw_mean",
+    "raw_deviation",
+    "raw_coasting_10s",
+    "raw_coasting_60s",
+    "drift_mean",
+    "drift_deviation",
+    "drift_coasting_10s",
+    "drift_coasting_60s",
+    "reduction",
+    "angle_random_walk",
+    "rate_random_walk",
+    "bias",
+    "bias_sigma",
+    "time_at_rest",
+)
+
+
+@dataclass(frozen=True)
+class BatchResult:
+    """What became of every log, by name, and where the summary lies."""
+
+    outcomes: tuple[Outcome, ...]
+    summary: Path
+    seconds: float
+
+    @property
+    def failed(self) -> tuple[Outcome, ...]:
+        """The logs without a result."""
+        return tuple(one for one in self.outcomes if one.status == "failed")
+
+    @property
+    def counts(self) -> Counter[str]:
+        """How many logs have each status."""
+        return Counter(one.status for one in self.outcomes)
 
 
 def run_batch(
@@ -97,9 +135,9 @@ def run_batch(
     listed = [patterns] if isinstance(patterns, str) else list(patterns)
     folder = Path(output)
     engine = _engine(workers, local_cluster, scheduler)
-    tasks = find_tasks(listed, folder, settings or Settings(), force)
+    tasks = _tasks(listed, folder, settings or Settings(), force)
     folder.mkdir(parents=True, exist_ok=True)
-    check_writable(folder / SUMMARY, force=True)
+    check_writable(folder / _SUMMARY, force=True)
     ends = {task.name: end for task in tasks if (end := task.finished("skipped")) is not None}
     todo = [task for task in tasks if task.name not in ends]
     if todo:
@@ -107,8 +145,8 @@ def run_batch(
             ends |= _counted(fresh, len(todo), progress or _silent)
     outcomes = tuple(_still_there(task, ends[task.name]) for task in tasks)
     folder.mkdir(parents=True, exist_ok=True)
-    write_summary(outcomes, folder / SUMMARY)
-    return BatchResult(outcomes, folder / SUMMARY, time.perf_counter() - begin)
+    _write_summary(outcomes, folder / _SUMMARY)
+    return BatchResult(outcomes, folder / _SUMMARY, time.perf_counter() - begin)
 
 
 def _counted(ends: Iterable[Outcome], count: int, report: Progress) -> dict[str, Outcome]:
@@ -171,3 +209,86 @@ def _check_pyarrow() -> None:
 
 def _silent(through: int, all_of_them: int) -> None:
     """Report nothing."""
+
+
+def _tasks(
+    patterns: Sequence[str], output: Path, settings: Settings, force: bool = False
+) -> list[Task]:
+    """Return a task for each file that a pattern matches, by name; outputs mirror the folders.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a pattern matches no file.
+    ValueError
+        If two logs would be written to one place.
+    """
+    # Absolute, since a worker may stand elsewhere; links are kept, as a cluster may mount them so.
+    folder = Path(os.path.abspath(output))
+    found = {path for pattern in patterns for path in _matches(pattern, folder)}
+    root = Path(os.path.commonpath([_fixed_part(pattern) for pattern in patterns]))
+    tasks = [_task(path, path.relative_to(root), folder, settings, force) for path in sorted(found)]
+    _check_apart(tasks)
+    return tasks
+
+
+def _matches(pattern: str, output: Path) -> list[Path]:
+    paths = [Path(path) for path in glob.glob(os.path.abspath(pattern), recursive=True)]
+    # What an earlier run wrote is not to be filtered again.
+    files = [path for path in paths if path.is_file() and not path.is_relative_to(output)]
+    if not files:
+        raise FileNotFoundError(f"no file matches '{pattern}'")
+    return files
+
+
+def _fixed_part(pattern: str) -> str:
+    """Return the deepest folder of a pattern that does not depend on what it matches."""
+    path = Path(os.path.abspath(pattern))
+    fixed = [folder for folder in path.parents if not glob.has_magic(str(folder))]
+    return str(fixed[0])
+
+
+def _task(source: Path, relative: Path, output: Path, settings: Settings, force: bool) -> Task:
+    name = relative.as_posix()
+    state = source.stat()
+    return Task(
+        name=name,
+        source=source,
+        output=output / relative.with_name(f"{relative.stem}-zerorate.{settings.format}"),
+        settings=settings,
+        fingerprint=settings.fingerprint(name, state.st_size, state.st_mtime_ns),
+        force=force,
+    )
+
+
+def _check_apart(tasks: Iterable[Task]) -> None:
+    owners: dict[Path, str] = {}
+    for task in tasks:
+        other = owners.setdefault(task.output, task.name)
+        if other != task.name:
+            raise ValueError(f"'{other}' and '{task.name}' would both become {task.output.name}")
+
+
+def _write_summary(outcomes: Iterable[Outcome], path: Path) -> None:
+    """Write the table as Parquet; a failed log has one row, without an axis."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    types: list[tuple[str, Any]] = [(name, pa.string()) for name in _TEXTS]
+    types += [(name, pa.int64()) for name in _COUNTS]
+    types += [(name, pa.float64()) for name in _NUMBERS]
+    table = pa.Table.from_pylist(list(_summary_rows(outcomes)), schema=pa.schema(types))
+    with atomic_path(path, force=True) as temporary:
+        pq.write_table(table, temporary, compression="zstd")
+
+
+def _summary_rows(outcomes: Iterable[Outcome]) -> Iterator[dict[str, object]]:
+    for one in outcomes:
+        common = {
+            "log": one.name,
+            "status": one.status,
+            "error": one.error,
+            "seconds": one.seconds,
+        }
+        for row in one.rows or ({},):
+            yield {**common, **row}

@@ -1,19 +1,152 @@
-"""One log of a batch: the function that every engine runs."""
+"""One log of a batch: its settings, the function that every engine runs, and what it leaves."""
 
+import hashlib
+import json
+import math
 import time
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any, Final, Literal, Self, Unpack
 
 from zerorate._native import __version__
-from zerorate.io import LogError, open_log
-from zerorate.run.batch.outcome import Outcome, Row, Status
-from zerorate.run.batch.record import Record
-from zerorate.run.batch.rows import rows_of
-from zerorate.run.batch.settings import Settings
-from zerorate.run.replay import replay_to_file
-from zerorate.run.replay.workers import on_threads
+from zerorate.io import LogError, atomic_path, open_log
+from zerorate.io.log import checked_rate
+from zerorate.io.names import canonical_unit
+from zerorate.options import StreamOptions, checked_options
+from zerorate.run.replay import Score, Summary, replay_to_file
+from zerorate.run.replay.history import last_known
+from zerorate.run.workers import on_threads
 
-__all__ = ["Task", "run_task"]
+__all__ = ["Outcome", "Record", "Settings", "Task", "record_path", "run_task"]
+
+Status = Literal["done", "skipped", "failed"]
+Row = Mapping[str, str | float | int | None]
+
+_FORMATS: Final = ("parquet", "csv", "npz")
+
+
+@dataclass(frozen=True, init=False)
+class Settings:
+    """How each log of a batch is read, filtered and written.
+
+    Parameters
+    ----------
+    rate : float, optional
+        Samples per second, Hz, where the logs do not tell it.
+    columns : tuple of str or int, optional
+        Names or indices; by default the gyro columns.
+    unit : str, optional
+        Unit of the data, where the logs do not tell it.
+    format : {"parquet", "csv", "npz"}
+        Of the filtered logs; default Parquet.
+    **options
+        Arguments of `zerorate.DriftFilter`. The method is "auto" by default, and the output what
+        the method is for: the compensated rate of "auto", the estimate of the others.
+
+    Raises
+    ------
+    ValueError
+        If a value is not valid, or the method does not use an option.
+    """
+
+    rate: float | None
+    columns: tuple[str | int, ...] | None
+    unit: str | None
+    format: str
+    options: Mapping[str, Any]
+
+    def __init__(
+        self,
+        *,
+        rate: float | None = None,
+        columns: tuple[str | int, ...] | None = None,
+        unit: str | None = None,
+        format: str = "parquet",
+        **options: Unpack[StreamOptions],
+    ) -> None:
+        # Refused here is what would otherwise fail in every log.
+        if format not in _FORMATS:
+            raise ValueError(f"format must be one of {', '.join(_FORMATS)}, got '{format}'")
+        if rate is not None:
+            checked_rate(rate)
+        if unit is not None:
+            canonical_unit(unit)
+        chosen = checked_options({"method": "auto", **options})
+        vars(self).update(rate=rate, columns=columns, unit=unit, format=format, options=chosen)
+
+    def fingerprint(self, name: str, size: int, modified: int) -> str:
+        """Return a hash that changes whenever the result of a log could.
+
+        The input counts by its name, size and time of change, not by its content: to see that
+        nothing is left to do must not cost a reading of all the data.
+        """
+        parts = {"version": __version__, "input": [name, size, modified], **asdict(self)}
+        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one log; small, since it travels between machines.
+
+    Parameters
+    ----------
+    name : str
+        Path of the log under the folder that all logs share.
+    status : {"done", "skipped", "failed"}
+        A log is skipped if an earlier run has finished it with the same settings.
+    seconds : float
+        What reading, filtering and writing took; of a skipped log, in the earlier run.
+    rows : tuple of mapping
+        Measures, one row an axis.
+    error : str or None
+        Why it failed, in one sentence.
+    """
+
+    name: str
+    status: Status
+    seconds: float = 0.0
+    rows: tuple[Row, ...] = ()
+    error: str | None = None
+
+
+@dataclass(frozen=True)
+class Record:
+    """How a filtered log was made, and that it is whole.
+
+    It is a file of its own next to the log, not metadata of the log, which stays the same bytes as
+    those of a single replay, in every format.
+    """
+
+    fingerprint: str
+    output_bytes: int
+    seconds: float
+    rows: tuple[Row, ...]
+
+    @classmethod
+    def beside(cls, output: Path) -> Self | None:
+        """Return the record of a filtered log if both are there and belong together."""
+        try:
+            fields = json.loads(record_path(output).read_bytes())
+            found = cls(**{**fields, "rows": tuple(fields["rows"])})
+            return found if output.stat().st_size == found.output_bytes else None
+        except (OSError, ValueError, TypeError, KeyError):
+            return None
+
+    def write(self, output: Path) -> None:
+        """Write the record of a filtered log that is in its place."""
+        with atomic_path(record_path(output), force=True) as temporary:
+            temporary.write_text(json.dumps(vars(self), indent=1) + "\n")
+
+    @staticmethod
+    def discard(output: Path) -> None:
+        """Remove the record before another log takes the place of the one it speaks of."""
+        record_path(output).unlink(missing_ok=True)
+
+
+def record_path(output: Path) -> Path:
+    """Return where the record of a filtered log lies."""
+    return output.with_suffix(".json")
 
 
 @dataclass(frozen=True)
@@ -58,20 +191,17 @@ def run_task(task: Task) -> Outcome:
 
 
 def _filter(task: Task) -> tuple[Row, ...]:
-    options = task.settings
-    columns = None if options.columns is None else list(options.columns)
-    recording = open_log(task.source, options.rate, columns, options.unit)
+    settings = task.settings
+    columns = None if settings.columns is None else list(settings.columns)
+    recording = open_log(task.source, settings.rate, columns, settings.unit)
     task.output.parent.mkdir(parents=True, exist_ok=True)
     Record.discard(task.output)
+    options = dict(settings.options)
+    method, output = options.pop("method"), options.pop("output", None)
     result = replay_to_file(
-        recording,
-        task.output,
-        methods=[options.method],
-        output=options.output,
-        motion=options.motion,
-        force=True,
+        recording, task.output, methods=[method], output=output, force=True, **options
     )
-    return rows_of(result)
+    return _rows(result)
 
 
 def _check_version(expected: str) -> None:
@@ -83,3 +213,48 @@ def _told(error: Exception) -> str:
     """Return one line, with the kind of an error that does not explain itself."""
     line = " ".join(str(error).split())
     return line if isinstance(error, LogError | OSError) else f"{type(error).__name__}: {line}"
+
+
+def _rows(result: Summary) -> tuple[Row, ...]:
+    """Return one row an axis; None where a number means nothing."""
+    scores = {(score.axis, score.method): score for score in result.scores}
+    history = result.history
+    noise, drift = last_known(history.angle_random_walk), last_known(history.rate_random_walk)
+    return tuple(
+        {
+            "axis": axis,
+            "unit": result.header.unit,
+            "rate": result.header.rate,
+            "samples": result.header.n,
+            "missing": int(result.seen.missing[i]),
+            **_scores("raw", scores[axis, "raw"], result.horizons),
+            **_scores("drift", scores[axis, result.method], result.horizons),
+            "reduction": _number(scores[axis, result.method].reduction),
+            "angle_random_walk": _number(noise[i]),
+            "rate_random_walk": _number(drift[i]),
+            "bias": _number(history.bias[-1, i]),
+            "bias_sigma": _number(history.bias_sigma[-1, i]),
+            "time_at_rest": _rest(result, i),
+        }
+        for i, axis in enumerate(result.header.names)
+    )
+
+
+def _scores(of: str, score: Score, horizons: tuple[float, ...]) -> dict[str, float | None]:
+    measures = [("mean", score.mean), ("deviation", score.deviation), *_coasting(score, horizons)]
+    return {f"{of}_{name}": _number(value) for name, value in measures}
+
+
+def _coasting(score: Score, horizons: tuple[float, ...]) -> Iterator[tuple[str, float]]:
+    for horizon, value in zip(horizons, score.coasting, strict=True):
+        yield f"coasting_{horizon:g}s", value
+
+
+def _rest(result: Summary, i: int) -> float | None:
+    rested = result.seen.at_rest
+    return None if rested is None else int(rested[i]) / result.header.rate
+
+
+def _number(value: float) -> float | None:
+    # JSON knows neither NaN nor infinity.
+    return float(value) if math.isfinite(value) else None

@@ -1,10 +1,7 @@
-"""A line of numbers in, a line of answers out: what ``zerorate stream`` does, without its files."""
+"""A stream of lines: samples in, answers out, and a state that can be saved between any two."""
 
-from zerorate.run.live.answers import Beside
-from zerorate.run.live.checkpoint import CheckpointError, SettingsError
-from zerorate.run.live.rows import ColumnError, LineError
-from zerorate.run.live.settings import Settings
-from zerorate.run.live.stream import LineStream
+from zerorate.run.live.lines import Beside, ColumnError, LineError
+from zerorate.run.live.stream import CheckpointError, LineStream, Settings, SettingsError
 
 __all__ = [
     "Beside",

@@ -1,17 +1,154 @@
-"""The loop of a stream: a line, its answer, now and then a checkpoint."""
+"""A stream that is served: where its lines come from, the loop, and its checkpoints on disk."""
 
-from collections.abc import Callable, Iterable
+import ipaddress
+import socket
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Final
+from pathlib import Path
+from typing import Any, BinaryIO, Final, TypeAlias
 
-from zerorate.run.live.rows import ColumnError, LineError
-from zerorate.run.live.saver import Saver
-from zerorate.run.live.sources import Line
+from zerorate.io import atomic_path
+from zerorate.io.atomic import sweep
+from zerorate.run.interrupts import Interrupts
+from zerorate.run.live.lines import ColumnError, LineError
 from zerorate.run.live.stream import LineStream
 
-__all__ = ["Server"]
+__all__ = ["Line", "Saver", "Server", "datagrams", "lines_of", "loopback"]
 
 _TOLD: Final = 10
+_LONGEST: Final = 1 << 16
+
+Line: TypeAlias = tuple[str, Callable[[str], None]]
+"""A line, and what sends its answer."""
+
+
+def lines_of(source: BinaryIO, answers: BinaryIO, interrupts: Interrupts) -> Iterator[Line]:
+    """Yield each line as soon as it is complete, with a function that writes its answer."""
+
+    def reply(answer: str) -> None:
+        answers.write(f"{answer}\n".encode())
+        answers.flush()
+
+    while raw := interrupts.wait(lambda: _line(source)):
+        yield _text(raw), reply
+
+
+def datagrams(port: socket.socket, interrupts: Interrupts) -> Iterator[Line]:
+    """Yield each datagram as a line, with a function that answers to its sender."""
+    while True:
+        raw, sender = interrupts.wait(lambda: port.recvfrom(_LONGEST))
+
+        def reply(answer: str, sender: tuple[str, int] = sender) -> None:
+            # A sender that is gone is no fault of the stream: datagrams may be lost.
+            with suppress(OSError):
+                port.sendto(answer.encode(), sender)
+
+        yield _text(raw), reply
+
+
+def loopback(address: str) -> socket.socket:
+    """Return a socket bound to ``HOST:PORT`` of this machine alone; port 0 is any free one.
+
+    Raises
+    ------
+    ValueError
+        If the text is no such address, is open to other machines, not known, or in use.
+    """
+    host, _, number = address.rpartition(":")
+    if not host or not number.isdecimal() or int(number) > 65535:
+        raise ValueError(f"--udp takes HOST:PORT such as 127.0.0.1:5005, got '{address}'")
+    try:
+        found = socket.getaddrinfo(host.strip("[]"), int(number), type=socket.SOCK_DGRAM)
+        return _bound(*found[0])
+    except OSError as error:
+        raise ValueError(f"--udp cannot use {address}: {error.strerror}") from None
+
+
+def _bound(
+    family: int, kind: int, _protocol: int, _name: str, place: tuple[Any, ...]
+) -> socket.socket:
+    # Datagrams are taken from whoever sends them, so from this machine alone.
+    if not ipaddress.ip_address(place[0]).is_loopback:
+        raise ValueError(f"--udp takes an address of this machine alone, got '{place[0]}'")
+    port = socket.socket(family, kind)
+    try:
+        port.bind(place)
+    except OSError:
+        port.close()
+        raise
+    return port
+
+
+def _line(source: BinaryIO) -> bytes:
+    raw = source.readline(_LONGEST)
+    if len(raw) < _LONGEST or raw.endswith(b"\n"):
+        return raw
+    while (rest := source.readline(_LONGEST)) and not rest.endswith(b"\n"):
+        pass
+    # Cut short it could pass for a number.
+    return raw[:80] + b"..."
+
+
+def _text(raw: bytes) -> str:
+    return raw.decode("utf-8", "replace")
+
+
+class Saver:
+    """Saves a stream every so many samples, and once more at its end.
+
+    Another thread writes, so that no answer waits for the disk.
+
+    Parameters
+    ----------
+    path : Path
+        The file, replaced as a whole.
+    every : int
+        Samples between two checkpoints; one that is still being written delays the next.
+    warn : callable
+        Takes a sentence if a checkpoint cannot be written; the stream goes on.
+    """
+
+    def __init__(self, path: Path, every: int, warn: Callable[[str], None]) -> None:
+        # The last run may have been killed while it wrote.
+        sweep([path])
+        self._path = path
+        self._every = every
+        self._warn = warn
+        self._next: int | None = None
+        self._failing = False
+        self._thread = ThreadPoolExecutor(1)
+        self._job: Future[None] | None = None
+
+    def answered(self, stream: LineStream) -> None:
+        """Save the stream if it is time to, counted from the first answer."""
+        if self._next is None:
+            self._next = stream.samples + self._every
+        if stream.samples < self._next or (self._job is not None and not self._job.done()):
+            return
+        self._look_after_last()
+        self._next = stream.samples + self._every
+        self._job = self._thread.submit(self._write, stream.to_bytes())
+
+    def finish(self, stream: LineStream | None) -> None:
+        """Wait for the last checkpoint, and save once more; OSError if that cannot be done.
+
+        Pass None if it is not known whether all was answered: the last checkpoint stands then.
+        """
+        self._thread.shutdown()
+        if stream is not None and stream.open:
+            self._write(stream.to_bytes())
+
+    def _write(self, raw: bytes) -> None:
+        with atomic_path(self._path, force=True) as temporary:
+            temporary.write_bytes(raw)
+
+    def _look_after_last(self) -> None:
+        error = None if self._job is None else self._job.exception()
+        if error is not None and not self._failing:
+            self._warn(f"the checkpoint cannot be written: {error}")
+        self._failing = error is not None
 
 
 @dataclass

@@ -2,15 +2,14 @@
 
 from zerorate.run.replay.allan import AllanCurves
 from zerorate.run.replay.history import History
-from zerorate.run.replay.passes import FilterOptions
-from zerorate.run.replay.result import Replay, Score, Summary
-from zerorate.run.replay.run import replay
-from zerorate.run.replay.written import replay_to_file
+from zerorate.run.replay.measures import Score
+from zerorate.run.replay.result import Output, Replay, Summary
+from zerorate.run.replay.run import replay, replay_to_file
 
 __all__ = [
     "AllanCurves",
-    "FilterOptions",
     "History",
+    "Output",
     "Replay",
     "Score",
     "Summary",

@@ -1,17 +1,15 @@
 """Allan deviations before and after the filter."""
 
-from collections.abc import Iterator
-from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate._native import allan_deviations
+from zerorate.progress import Progress
+from zerorate.run.workers import workers
+from zerorate.types import Floats
 
-__all__ = ["AllanCurves", "AllanJob"]
-
-Floats = npt.NDArray[np.float64]
+__all__ = ["AllanCurves", "allan_curves"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,31 +29,24 @@ class AllanCurves:
     filtered: Floats
 
 
-class AllanJob:
-    """Curves being computed by other threads, of two records of shape (n, k)."""
-
-    def __init__(self, executor: Executor, raw: Floats, filtered: Floats, rate: float) -> None:
-        self._factors = _octaves(len(raw))
-        self._taus = np.array(self._factors) / rate
-        self._jobs: list[Future[Floats]] = [
-            executor.submit(self._deviations, record) for record in (raw, filtered)
-        ]
-
-    def _deviations(self, record: Floats) -> Floats:
-        # The executor's threads are all that the machine has.
-        deviations, _, _ = allan_deviations(record, self._factors, threads=1)
-        return deviations.T
-
-    def __iter__(self) -> Iterator[float]:
-        """Wait for one record after the other, and yield the fraction that is there."""
-        for i, job in enumerate(self._jobs, start=1):
+def allan_curves(raw: Floats, filtered: Floats, rate: float, progress: Progress) -> AllanCurves:
+    """Return the curves of two records of shape (n, k), of the samples that both have."""
+    # Predictions in a gap are no measurement.
+    there = np.isfinite(raw)
+    compared = filtered if there.all() else np.where(there, filtered, np.nan)
+    factors = _octaves(len(raw))
+    with workers() as executor:
+        jobs = [executor.submit(_deviations, record, factors) for record in (raw, compared)]
+        for i, job in enumerate(jobs, start=1):
             job.result()
-            yield i / len(self._jobs)
+            progress("measuring", i / len(jobs))
+        return AllanCurves(np.array(factors) / rate, *(job.result() for job in jobs))
 
-    def curves(self) -> AllanCurves:
-        """Wait for all, and return the curves."""
-        raw, filtered = (job.result() for job in self._jobs)
-        return AllanCurves(self._taus, raw, filtered)
+
+def _deviations(record: Floats, factors: list[int]) -> Floats:
+    # The executor's threads are all that the machine has.
+    deviations, _, _ = allan_deviations(record, factors, threads=1)
+    return deviations.T
 
 
 def _octaves(n: int) -> list[int]:

@@ -1,25 +1,49 @@
-"""All filters of a replay side by side."""
+"""The filters of a replay, all of them fed with the same blocks."""
 
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from typing import get_args
+from dataclasses import dataclass
+from typing import Any, Final, Literal, cast, get_args
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate._native import DriftFilter
-from zerorate.run.replay.block import Block
+from zerorate.options import FilterOptions, check_used, used_by
 from zerorate.run.replay.history import Recorder, moments
-from zerorate.run.replay.passes import Beside, FilterOptions, Run
-from zerorate.run.replay.result import Output
+from zerorate.types import Booleans, Floats
 
-__all__ = ["Filters"]
+__all__ = ["Block", "Filters", "Output"]
 
-Floats = npt.NDArray[np.float64]
+Output = Literal["estimate", "compensated"]
+_Beside = tuple[Floats, Booleans]
+"""Standard deviation of the drift, and rest, to be filled."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Samples from `first` on of k axes, and what the filters said of them; arrays are (k, n).
+
+    `drift` is by method; `bias_sigma` and `at_rest` are of the chosen one, where they are noted.
+    """
+
+    first: int
+    raw: Floats
+    drift: Mapping[str, Floats]
+    bias_sigma: Floats | None
+    at_rest: Booleans | None
+
+    @property
+    def end(self) -> int:
+        """The sample after the last."""
+        return self.first + int(self.raw.shape[1])
 
 
 class Filters:
-    """New filters of k axes by method, the last of which is the chosen one and is watched."""
+    """New filters of k axes by method, the last of which is the chosen one and is watched.
+
+    Each is given those of the options that its method uses.
+    """
 
     def __init__(
         self,
@@ -31,8 +55,12 @@ class Filters:
         options: FilterOptions,
     ) -> None:
         listed = _checked(methods)
-        self.runs = {method: Run(rate, channels, method, options) for method in listed}
-        self.output = _output(output, self.chosen)
+        given = cast(dict[str, Any], options)
+        self.runs = {
+            method: _Run(rate, channels, method, used_by(method, given)) for method in listed
+        }
+        check_used(given, listed)
+        self.output: Final = _output(output, self.chosen)
         self.recorder = Recorder()
         self.holds = self.chosen.params["motion"] == "hold"
         self.notes = self.holds or self.chosen.method == "auto" or self.output == "compensated"
@@ -54,7 +82,7 @@ class Filters:
             yield Block(first, raw, drift, *(beside if self.notes else (None, None)))
 
     def _drift(
-        self, raw: Floats, first: int, executor: Executor, beside: Beside | None
+        self, raw: Floats, first: int, executor: Executor, beside: _Beside | None
     ) -> dict[str, Floats]:
         *others, (name, chosen) = self.runs.items()
         low, high = np.searchsorted(self._moments, (first, first + raw.shape[1]), side="right")
@@ -72,6 +100,49 @@ class Filters:
             unknown = int(there.argmax()) if self._known[i] else None
             for series in drift.values():
                 series[i, :unknown] = np.nan
+
+
+class _Run:
+    """One filter, and the time that it took."""
+
+    def __init__(self, rate: float, channels: int, method: str, options: dict[str, Any]) -> None:
+        # The filter refuses a method that it does not know.
+        arguments = {**options, "method": method, "output": "estimate"}
+        self.filter = DriftFilter(rate, channels=channels, **arguments)
+        self._seconds = 0.0
+
+    def through(self, raw: Floats) -> Floats:
+        """Return the drift of a block (k, n)."""
+        drift = np.empty_like(raw)
+        self._advance(raw, drift)
+        return drift
+
+    def watched(
+        self, raw: Floats, stops: Sequence[int], recorder: Recorder, beside: _Beside | None
+    ) -> Floats:
+        """Return the drift of a block, note the state at some of its samples, and fill `beside`."""
+        drift = np.empty_like(raw)
+        first = 0
+        for stop in dict.fromkeys((*stops, raw.shape[1])):
+            part = np.s_[:, first:stop]
+            told = None if beside is None else (beside[0][part], beside[1][part])
+            self._advance(raw[part], drift[part], told)
+            if stop in stops:
+                recorder.take(self.filter)
+            first = stop
+        return drift
+
+    def _advance(self, raw: Floats, drift: Floats, beside: _Beside | None = None) -> None:
+        # Only the processor's time of this thread counts.
+        begin = time.thread_time()
+        self.filter._replay(raw, drift, *(beside or ()))
+        self._seconds += time.thread_time() - begin
+
+    @property
+    def speed(self) -> float:
+        """Samples per second on one core, the axes counted one by one."""
+        samples = self.filter.samples_seen * len(self.filter.ready)
+        return samples / self._seconds if self._seconds > 0.0 else np.nan
 
 
 def _output(asked: Output | None, filter_: DriftFilter) -> Output:

@@ -1,21 +1,22 @@
-"""What a filter knew over time, at few enough moments to draw."""
+"""What the chosen filter knew over time: its state at some moments, its memory, the noise."""
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from zerorate._native import DriftFilter
+from zerorate._native import DriftFilter
+from zerorate.noise.quantities import term_of
+from zerorate.types import Floats, Integers
+from zerorate.units import convert
 
-__all__ = ["History", "Recorder", "moments"]
-
-Floats = npt.NDArray[np.float64]
-Counts = npt.NDArray[np.int64]
+__all__ = ["History", "Recorder", "last_known", "memory", "moments", "noise_units"]
 
 _EVEN: Final = 600
 _PER_DECADE: Final = 60
+_REACHED: Final = 1.0 - math.exp(-1.0)
+_RATES: Final = ("rad/s", "deg/s", "deg/h")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,7 @@ class History:
         Drift and its standard deviation, in the unit of the data.
     """
 
-    samples: Counts
+    samples: Integers
     measurement_noise: Floats
     gain: Floats
     coefficients: Floats
@@ -51,7 +52,7 @@ class History:
     bias_sigma: Floats
 
 
-def moments(n: int) -> Counts:
+def moments(n: int) -> Integers:
     """Return rising sample counts up to n, dense at the start where a filter learns.
 
     Six hundred in even steps, for a linear time axis, and sixty a decade, for a logarithmic
@@ -71,7 +72,7 @@ class Recorder:
         self._samples: list[int] = []
         self._rows: list[tuple[Floats, ...]] = []
 
-    def take(self, filter_: "DriftFilter") -> None:
+    def take(self, filter_: DriftFilter) -> None:
         """Note the state of the filter."""
         ready = filter_.ready
         each = ready[:, np.newaxis]
@@ -91,3 +92,108 @@ class Recorder:
         """Return what was noted."""
         columns = (np.stack(column) for column in zip(*self._rows, strict=True))
         return History(np.array(self._samples, dtype=np.int64), *columns)
+
+
+def memory(history: History, order: tuple[int, int] | None, rate: float) -> Floats:
+    """Return the time in which each axis' estimate makes 63 % of a step, s.
+
+    The filter is taken as it stood at the end. Of a published method the gain is the median over
+    the record's second half, since a fading gain goes up and down.
+
+    Parameters
+    ----------
+    history : History
+        Of a filter of k axes.
+    order : (int, int) or None
+        Orders (p, q) of its model; None for a random walk, which is an exponential average: the
+        gain is the part of a small step that it makes in a sample.
+    rate : float
+        Samples per second, Hz.
+
+    Returns
+    -------
+    ndarray of float64, shape (k,)
+        One sample's time at least. NaN where the filter was not started up, infinity where its
+        estimate would not get so far within the record.
+    """
+    late = history.samples > history.samples[-1] // 2
+    gains = history.gain[late].swapaxes(0, 1)
+    most = int(history.samples[-1])
+    if order is None:
+        samples = [_samples_of_walk(gain[:, 0], most) for gain in gains]
+    else:
+        samples = [
+            _samples(coefficients, _middle(gain), order[0], most)
+            for coefficients, gain in zip(history.coefficients[-1], gains, strict=True)
+        ]
+    return np.array(samples, dtype=np.float64) / rate
+
+
+def _middle(gain: Floats) -> Floats:
+    """Return the median of shape (m, p + 1), without the zeros of missing samples."""
+    used = gain[gain[:, 0] != 0.0]
+    median: Floats = np.median(used, axis=0) if used.size else np.full(gain.shape[1], np.nan)
+    return median
+
+
+def _samples_of_walk(gain: Floats, most: int) -> float:
+    """Return 1/K for the last gain that was not that of a missing sample."""
+    used = gain[gain > 0.0]
+    samples = 1.0 / float(used[-1]) if used.size else math.nan
+    return math.inf if samples > most else samples
+
+
+def _samples(coefficients: Floats, gain: Floats, p: int, most: int) -> float:
+    """Return the first sample count, found by halving, at which the response is reached."""
+    if not (np.isfinite(coefficients).all() and np.isfinite(gain).all()):
+        return math.nan
+    step = _step_matrix(coefficients[:p], gain)
+    high = 1
+    while not _response(step, high) >= _REACHED:
+        high *= 2
+        if high > 2 * most:
+            return math.inf
+    low = high // 2
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if _response(step, middle) >= _REACHED else (middle, high)
+    return float(high)
+
+
+def _step_matrix(phi: Floats, gain: Floats) -> Floats:
+    """Return one step of x = (I - K H) A x + K z, the input z appended to the state."""
+    n = phi.size + 1
+    transition = np.zeros((n, n))
+    transition[0, : phi.size] = phi
+    transition[0, -1] = 1.0
+    transition[1 : phi.size, : phi.size - 1] = np.eye(phi.size - 1)
+    transition[-1, -1] = 1.0
+    step = np.eye(n + 1)
+    step[:n, :n] = transition - np.outer(gain, transition[0])
+    step[:n, n] = gain
+    return step
+
+
+def _response(step: Floats, samples: int) -> float:
+    with np.errstate(all="ignore"):
+        return float(np.linalg.matrix_power(step, samples)[0, -1])
+
+
+def last_known(values: Floats) -> Floats:
+    """Return the last row's value of each column, or the last one before that is not NaN."""
+    known = np.isfinite(values)
+    last = len(values) - 1 - known[::-1].argmax(axis=0)
+    found: Floats = values[last, np.arange(values.shape[1])]
+    return found
+
+
+def noise_units(unit: str) -> tuple[tuple[str, float], tuple[str, float]]:
+    """Return unit and factor of the angle random walk and the rate random walk of a log's unit."""
+    if unit not in _RATES:
+        return (f"{unit} √s", 1.0), (f"{unit}/√s", 1.0)
+    factor = convert(1.0, unit, "rad/s")
+    terms = (term_of("angular rate", field) for field in ("angle_random_walk", "rate_random_walk"))
+    first, second = (
+        (t.shown.replace("sqrt(h)", "√h"), factor * convert(1.0, t.unit, t.shown)) for t in terms
+    )
+    return first, second

@@ -1,74 +1,61 @@
-"""What a replay answers."""
+"""The result of a replay: a summary, all series, and the columns of the filtered log."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate.io import Log
 from zerorate.io.log import Header
+from zerorate.io.names import split_unit, with_suffix
 from zerorate.run.replay.allan import AllanCurves
-from zerorate.run.replay.columns import beside, compensated
+from zerorate.run.replay.filters import Output
 from zerorate.run.replay.history import History
-from zerorate.run.replay.readings import Readings
+from zerorate.run.replay.measures import Score, Seen, onset
+from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["Output", "Replay", "Score", "Seen", "Summary"]
+__all__ = [
+    "Columns",
+    "Output",
+    "Readings",
+    "Replay",
+    "Summary",
+    "beside",
+    "beside_names",
+    "compensated",
+]
 
-Output = Literal["estimate", "compensated"]
-Floats = npt.NDArray[np.float64]
-Counts = npt.NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Score:
-    """Measures of one axis, raw or of one method's drift; NaN where one means nothing.
-
-    All are of the samples that are present in the raw data and, if the chosen filter minds motion,
-    that it took for rest.
-
-    Parameters
-    ----------
-    axis, method : str
-        The channel's name, and the method or ``"raw"``.
-    mean, deviation : float
-        In the unit of the log.
-    reduction : float
-        Deviation over that of the raw data.
-    coasting : tuple of float
-        `zerorate.metrics.coasting_error` at each horizon, unit times seconds.
-    error : float
-        RMS error to the true drift where that was given.
-    """
-
-    axis: str
-    method: str
-    mean: float
-    deviation: float
-    reduction: float
-    coasting: tuple[float, ...]
-    error: float
+Columns = dict[str, Floats | Booleans]
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """Counts of each axis' samples, shape (k,).
+class Readings:
+    """How well the drift of k axes was known at each of n samples, by what had come until then.
 
     Parameters
     ----------
-    missing, present : ndarray of int64
-        Samples that are NaN, and that are finite.
-    equal : ndarray of bool
-        Whether all that are present are equal.
-    at_rest : ndarray of int64 or None
-        Samples at which the chosen filter learned, where that was noted.
+    bias_sigma : ndarray, shape (n, k)
+        Standard deviation of the drift, in the unit of the data.
+    at_rest : ndarray of bool, shape (n, k)
+        Whether the filter learned.
     """
 
-    missing: Counts
-    present: Counts
-    equal: npt.NDArray[np.bool_]
-    at_rest: Counts | None
+    bias_sigma: Floats
+    at_rest: Booleans
+
+    def certain_rest(self, rate: float) -> Booleans:
+        """Return `at_rest` without the samples in which a motion began unseen, shape (n, k).
+
+        Rest is judged by ticks of a quarter of a second, four samples at least; a motion is seen
+        at the end of the tick in which it began, or of the next.
+        """
+        rest = self.at_rest.copy()
+        before = onset(rate)
+        begins = np.argwhere(self.at_rest[:-1] & ~self.at_rest[1:])
+        for i, axis in begins:
+            rest[max(0, i + 1 - before) : i + 1, axis] = False
+        return rest
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -112,8 +99,8 @@ class Summary:
     scores: tuple[Score, ...]
     horizons: tuple[float, ...]
     speed: Mapping[str, float]
-    guard_count: Mapping[str, npt.NDArray[np.int64]]
-    ready: npt.NDArray[np.bool_]
+    guard_count: Mapping[str, Integers]
+    ready: Booleans
     status: tuple[str, ...]
     history: History
     memory: Floats
@@ -155,9 +142,39 @@ class Replay(Summary):
         return self.log.with_data(compensated(self.log.data, self.drift))
 
     @property
-    def beside(self) -> dict[str, npt.NDArray[np.float64 | np.bool_]]:
+    def beside(self) -> Columns:
         """What belongs beside a compensated log, a column an axis: drift, its sigma, rest."""
         if self.output == "estimate" or self.readings is None:
             return {}
         sigma, at_rest = self.readings.bias_sigma.T, self.readings.at_rest.T
         return beside(self.log.names, self.log.unit, self.drift.T, sigma, at_rest)
+
+
+def compensated(raw: Floats, drift: Floats) -> Floats:
+    """Return raw minus drift, NaN where a sample is missing."""
+    # Numbers near the largest double overflow: a filter answers with its limit then.
+    with np.errstate(over="ignore", invalid="ignore"):
+        there = np.isfinite(raw)
+        return raw - drift if there.all() else np.where(there, raw - drift, np.nan)
+
+
+def beside_names(names: Sequence[str], unit: str) -> Iterator[tuple[str, str, str]]:
+    """Yield the columns beside a compensated log: each axis' drift, its deviation, and rest."""
+    for name in names:
+        dimensional = with_suffix(name, unit)
+        yield f"bias_{dimensional}", f"bias_sigma_{dimensional}", f"at_rest_{split_unit(name)[0]}"
+
+
+def beside(
+    names: Sequence[str],
+    unit: str,
+    drift: Floats,
+    sigma: Floats,
+    at_rest: Booleans,
+) -> Columns:
+    """Return those columns by name, of arrays (k, n)."""
+    columns: Columns = {}
+    for i, listed in enumerate(beside_names(names, unit)):
+        known = np.where(np.isnan(drift[i]), np.nan, sigma[i])
+        columns |= zip(listed, (drift[i], known, at_rest[i]), strict=True)
+    return columns

@@ -1,33 +1,45 @@
-"""A log in memory through the filters."""
+"""A recording through the filters: into memory with all its series, or into a file."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
 from dataclasses import fields
-from typing import Any, Unpack
+from pathlib import Path
+from typing import Any, Final, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io import Log
-from zerorate.io.logfile import LogFile
-from zerorate.run.replay.allan import AllanCurves, AllanJob
-from zerorate.run.replay.collect import Collected
-from zerorate.run.replay.columns import compensated
-from zerorate.run.replay.filters import Filters
-from zerorate.run.replay.measure import Measures
-from zerorate.run.replay.passes import FilterOptions
-from zerorate.run.replay.pipeline import drive, summed_up
-from zerorate.run.replay.result import Output, Replay, Summary
-from zerorate.run.replay.workers import Progress, silent, workers
+from zerorate.io import Log, LogError, LogFile, atomic_path, write_log
+from zerorate.io.parquet import TIME_NAME, RowGroups, about
+from zerorate.io.reading import notes_on_missing
+from zerorate.io.writing import column_names
+from zerorate.options import METHODS, FilterOptions
+from zerorate.progress import Progress, silent
+from zerorate.run.replay.allan import AllanCurves, allan_curves
+from zerorate.run.replay.filters import Block, Filters, Output
+from zerorate.run.replay.history import memory
+from zerorate.run.replay.measures import Measures
+from zerorate.run.replay.result import (
+    Readings,
+    Replay,
+    Summary,
+    beside,
+    beside_names,
+    compensated,
+)
+from zerorate.run.workers import Behind, ahead, workers
+from zerorate.types import Floats
 
-__all__ = ["FilterOptions", "replay"]
+__all__ = ["ROWS", "replay", "replay_to_file"]
 
-Floats = npt.NDArray[np.float64]
+ROWS: Final = 1 << 15
+"""Samples of a block: enough to hide what a block costs, few enough for the processor's caches."""
 
 
 def replay(
     log: Log,
     *,
-    methods: Sequence[str] = ("kf", "akf", "fading", "auto"),
+    methods: Sequence[str] = METHODS,
     output: Output | None = None,
     truth: npt.ArrayLike | None = None,
     horizons: Sequence[float] = (10.0, 60.0),
@@ -43,7 +55,7 @@ def replay(
         The recording.
     methods : sequence of str
         Methods of `zerorate.DriftFilter`, all different. The last is the chosen one, whose
-        history is kept; by default the one that tunes itself, beside the published ones.
+        history is kept; by default the one that tunes itself, after the published ones.
     output : {"estimate", "compensated"}, optional
         What the filtered log holds: the drift, or the raw rate minus it. The latter is the default
         of "auto", the former that of the published methods. Scores are of the drift in any case.
@@ -56,7 +68,7 @@ def replay(
     progress : callable, optional
         Called in this thread with a step's name and the fraction of it that is done.
     **options
-        Arguments of `zerorate.DriftFilter`, for every method that knows them.
+        Arguments of `zerorate.DriftFilter`, each for those of the methods that use it.
 
     Returns
     -------
@@ -68,7 +80,8 @@ def replay(
     LogError
         If no axis holds a sample.
     ValueError
-        If a method or an argument is not valid, or `truth` has another shape than the data.
+        If a method or an argument is not valid, no method uses an option, or `truth` has another
+        shape than the data.
 
     Examples
     --------
@@ -79,39 +92,208 @@ def replay(
     [('raw', False), ('kf', True), ('akf', True), ('fading', True), ('auto', True)]
     """
     report = silent if progress is None else progress
-    recording = LogFile.of(log)
+    source = LogFile.of(log)
     filters = Filters(log.n, log.rate, log.channels, methods, output, options)
     known = None if truth is None else _like(truth, log)
-    measures = Measures(recording.header, list(filters.runs), horizons, filters.holds, known)
-    kept = Collected(log.data.shape, list(filters.runs), filters.notes)
-    drive(recording, filters, (measures.take, kept.take), report)
-    summary = summed_up(recording, filters, measures, horizons)
-    curves = _curves(log, filters, kept, report) if allan else None
+    measures = Measures(source.header, list(filters.runs), horizons, filters.holds, known)
+    series = _Series(log.data.shape, list(filters.runs), filters.notes)
+    _drive(source, filters, (measures.take, series.take), report)
+    summary = _summary(source, filters, measures, horizons)
+    curves = _curves(log, filters, series, report) if allan else None
     report("measuring", 1.0)
-    return Replay(
-        **_said(summary), log=log, filtered=kept.filtered, allan=curves, readings=kept.readings
+    said: dict[str, Any] = {field.name: getattr(summary, field.name) for field in fields(summary)}
+    return Replay(**said, log=log, filtered=series.filtered, allan=curves, readings=series.readings)
+
+
+def replay_to_file(
+    recording: LogFile,
+    path: Path,
+    *,
+    methods: Sequence[str] = METHODS,
+    output: Output | None = None,
+    horizons: Sequence[float] = (10.0, 60.0),
+    force: bool = False,
+    progress: Progress | None = None,
+    rows: int = ROWS,
+    **options: Unpack[FilterOptions],
+) -> Summary:
+    """Filter a recording block by block and write the filtered log.
+
+    Scores and bytes are those that `replay` and `write_log` give of the same log in memory. Its
+    length does not matter here, if it is written as Parquet; other formats are made in memory.
+
+    Parameters
+    ----------
+    recording : LogFile
+        As of `zerorate.io.open_log`.
+    path : Path
+        The file to write, whole or not at all.
+    methods, output, horizons, progress, **options
+        As of `replay`.
+    force : bool
+        Whether to replace an existing file; default no.
+    rows : int
+        Samples of a block; the results do not depend on it.
+
+    Returns
+    -------
+    Summary
+        All that `replay` says but for the series themselves.
+
+    Raises
+    ------
+    LogError
+        If the file cannot be read to its end, or no axis holds a sample.
+    ValueError
+        If a method or an argument is not valid, or no method uses an option.
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> from zerorate import Log, write_log
+    >>> from zerorate.io import open_log
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)
+    >>> write_log(Log(np.arange(6000) / 100.0, 100.0, z, ["gyro_z"]), folder / "raw.parquet")
+    >>> recording = open_log(folder / "raw.parquet")
+    >>> summary = replay_to_file(recording, folder / "filtered.parquet", methods=["auto"])
+    >>> summary.header.n, [score.method for score in summary.scores]
+    (6000, ['raw', 'auto'])
+    """
+    if path.suffix.lower() != ".parquet":
+        result = replay(
+            recording.log(),
+            methods=methods,
+            output=output,
+            horizons=horizons,
+            allan=False,
+            progress=progress,
+            **options,
+        )
+        write_log(result.filtered_log, path, force=force, beside=result.beside)
+        return result
+    header = recording.header
+    filters = Filters(header.n, header.rate, header.channels, methods, output, options)
+    measures = Measures(header, list(filters.runs), horizons, filters.holds)
+    with atomic_path(path, force) as temporary:
+        with _FilteredFile(temporary, recording, filters) as file:
+            sinks = (measures.take, file.take)
+            _drive(recording, filters, sinks, silent if progress is None else progress, rows)
+        return _summary(recording, filters, measures, horizons)
+
+
+def _drive(
+    recording: LogFile,
+    filters: Filters,
+    sinks: Sequence[Callable[[Block], None]],
+    progress: Progress,
+    rows: int = ROWS,
+) -> None:
+    """Read blocks ahead, filter them, and give them to every sink in a thread of its own."""
+    with ExitStack() as stack:
+        executor = stack.enter_context(workers())
+        raws = stack.enter_context(closing(ahead(recording.blocks(rows))))
+        steps = [stack.enter_context(Behind(sink)) for sink in sinks]
+        for block in filters.through(raws, executor):
+            for step in steps:
+                step.put(block)
+            progress("filtering", block.end / recording.header.n)
+
+
+def _summary(
+    recording: LogFile, filters: Filters, measures: Measures, horizons: Sequence[float]
+) -> Summary:
+    """Return what is said of a recording of which all blocks are through."""
+    scores, seen = measures.finish()
+    if not seen.present.any():
+        raise LogError("no axis holds a sample: all are missing")
+    header = recording.header
+    chosen, history = filters.chosen, filters.recorder.history()
+    return Summary(
+        header=header.noting(notes_on_missing(header.names, (seen.missing == header.n).tolist())),
+        method=chosen.method,
+        output=filters.output,
+        params=chosen.params,
+        scores=scores,
+        horizons=tuple(horizons),
+        speed={method: run.speed for method, run in filters.runs.items()},
+        guard_count={
+            method: np.asarray(run.filter.guard_count) for method, run in filters.runs.items()
+        },
+        ready=np.asarray(chosen.ready),
+        status=tuple(chosen.status),
+        history=history,
+        memory=memory(history, chosen.order, header.rate),
+        seen=seen,
     )
 
 
-def _curves(log: Log, filters: Filters, kept: Collected, progress: Progress) -> AllanCurves:
-    """Return Allan deviations of the raw data and of the filter's answer, both at rest."""
-    drift, readings = kept.filtered[filters.chosen.method], kept.readings
-    answer = drift if filters.output == "estimate" else compensated(log.data, drift)
+class _Series:
+    """Blocks put together again in memory."""
+
+    def __init__(self, shape: tuple[int, int], methods: Sequence[str], notes: bool) -> None:
+        # An axis after the other, as everything that measures or writes them wants them.
+        turned = shape[::-1]
+        self._drift = {method: np.empty(turned) for method in methods}
+        self._noted = (np.empty(turned), np.empty(turned, dtype=np.bool_)) if notes else None
+
+    def take(self, block: Block) -> None:
+        """Put one block in its place."""
+        place = np.s_[:, block.first : block.end]
+        for method, drift in self._drift.items():
+            drift[place] = block.drift[method]
+        if self._noted is not None:
+            self._noted[0][place], self._noted[1][place] = block.bias_sigma, block.at_rest
+
+    @property
+    def filtered(self) -> dict[str, Floats]:
+        """Drift by method, shape (n, k)."""
+        return {method: drift.T for method, drift in self._drift.items()}
+
+    @property
+    def readings(self) -> Readings | None:
+        """What the chosen filter said at every sample, where that is noted."""
+        return None if self._noted is None else Readings(*(part.T for part in self._noted))
+
+
+class _FilteredFile(RowGroups):
+    """Blocks written as the filtered log."""
+
+    def __init__(self, path: Path, recording: LogFile, filters: Filters) -> None:
+        header = recording.header
+        self._recording = recording
+        # Not the filter itself: it works on the next block while this one is written.
+        self._method = filters.chosen.method
+        self._compensates = filters.output == "compensated"
+        every = list(beside_names(header.names, header.unit))
+        others = [name for names in every for name in names] if self._compensates else []
+        names = column_names(header.names, header.unit, others)
+        super().__init__(path, [TIME_NAME, *names, *others], about(header))
+
+    def take(self, block: Block) -> None:
+        """Write one block."""
+        time = self._recording.time(block.first, block.end)
+        drift = block.drift[self._method]
+        if not self._compensates or block.bias_sigma is None or block.at_rest is None:
+            self.write([time, *drift])
+            return
+        header = self._recording.header
+        others = beside(header.names, header.unit, drift, block.bias_sigma, block.at_rest)
+        self.write([time, *compensated(block.raw, drift), *others.values()])
+
+
+def _curves(log: Log, filters: Filters, series: _Series, progress: Progress) -> AllanCurves:
+    """Return Allan deviations of the raw data and of the filtered log, both at rest."""
+    drift, readings = series.filtered[filters.chosen.method], series.readings
+    filtered = drift if filters.output == "estimate" else compensated(log.data, drift)
     raw = log.data
     if filters.holds and readings is not None:
         raw = np.where(readings.certain_rest(log.rate), raw, np.nan)
-    # Predictions in a gap are no measurement: both curves are of the same samples.
-    there = np.isfinite(raw)
-    compared = answer if there.all() else np.where(there, answer, np.nan)
-    with workers() as executor:
-        job = AllanJob(executor, raw, compared, log.rate)
-        for done in job:
-            progress("measuring", done)
-        return job.curves()
-
-
-def _said(summary: Summary) -> dict[str, Any]:
-    return {field.name: getattr(summary, field.name) for field in fields(summary)}
+    return allan_curves(raw, filtered, log.rate, progress)
 
 
 def _like(truth: npt.ArrayLike, log: Log) -> Floats:

@@ -58,13 +58,14 @@ impl<T: Real, const N: usize> State<T, N> {
     /// model would otherwise leave it in a long gap.
     #[inline(always)]
     pub fn predict(&self, row: &SVector<T, N>, G: &Symmetric<T, N>, peak: T) -> Self {
-        let x = vector(|i| match i {
-            0 => row.dot(&self.x).within(peak),
-            _ => self.x[source::<N>(i)],
-        });
+        // Loops, not closures: what is compiled apart from a step lacks the instructions of its
+        // lanes, and closures of this size are.
+        let mut x = self.x;
+        x[0] = row.dot(&self.x).within(peak);
+        for i in 1..N {
+            x[i] = self.x[source::<N>(i)];
+        }
         let moved = self.P.times(row);
-        // Loops, not a closure: what is compiled apart from a step lacks the instructions of its
-        // lanes, and a closure of this size is.
         let mut P = *G;
         for j in 0..N {
             for i in 0..=j {

@@ -1,5 +1,5 @@
-//! Numbers and matrices of every filter: scalars and SIMD lanes alike, symmetric matrices; and what
-//! several modules ask of distributions and records.
+//! Numbers, matrices and distributions that several modules share: scalars and SIMD lanes alike,
+//! symmetric matrices, segments of a record.
 
 #[cfg(feature = "std")]
 pub mod distributions;

@@ -1,23 +1,28 @@
-//! Loops on the threads of the process (feature `parallel`), or on the caller's.
+//! A loop over tasks on the threads of a pool (feature `parallel`), or on the caller's.
 
-/// What `f` returns of each task, in order; with `parallel` on the pool that the caller works on, or
+/// What `f` returns of each task, in order: with `parallel` on the pool that the caller is in, or
 /// on that of the process.
 #[cfg(feature = "parallel")]
-pub fn map<T: Sync, R: Send>(
-    tasks: &[T],
+pub fn map<T: Send, R: Send>(
+    tasks: Vec<T>,
     parallel: bool,
-    f: impl Fn(&T) -> R + Sync + Send,
+    f: impl Fn(T) -> R + Sync + Send,
 ) -> Vec<R> {
+    use crate::stream::threads::on_pool;
     use rayon::prelude::*;
-    match parallel {
-        true if rayon::current_thread_index().is_some() => tasks.par_iter().map(f).collect(),
-        true => crate::stream::threads::on_pool(|| tasks.par_iter().map(f).collect()),
-        false => tasks.iter().map(f).collect(),
+
+    if !parallel {
+        return tasks.into_iter().map(f).collect();
+    }
+    let spread = || tasks.into_par_iter().map(f).collect();
+    match rayon::current_thread_index() {
+        Some(_) => spread(),
+        None => on_pool(spread),
     }
 }
 
 /// What `f` returns of each task, in order.
 #[cfg(not(feature = "parallel"))]
-pub fn map<T, R>(tasks: &[T], _parallel: bool, f: impl Fn(&T) -> R) -> Vec<R> {
-    tasks.iter().map(f).collect()
+pub fn map<T, R>(tasks: Vec<T>, _parallel: bool, f: impl Fn(T) -> R) -> Vec<R> {
+    tasks.into_iter().map(f).collect()
 }

@@ -1,8 +1,5 @@
 //! Streams side by side, one a channel, on arrays of rows.
 
-use core::ops::Range;
-
-use nalgebra::{Dyn, MatrixViewMut, Scalar, U1};
 use serde::{Deserialize, Serialize};
 
 use super::{Input, Output, Stream, Traced};
@@ -14,132 +11,53 @@ const ROWS_ABREAST: usize = 1 << 10;
 /// Rows that a channel alone works on before the next one: they stay in the first-level cache.
 const ROWS: usize = 1 << 8;
 
-/// Rows of an array to be filled: whole ones, or the part of each that some channels have.
-#[derive(Debug)]
-pub struct Rows<'a, T: Scalar>(MatrixViewMut<'a, T, Dyn, Dyn, U1, Dyn>);
-
-impl<'a, T: Scalar> Rows<'a, T> {
-    /// So many rows of as many elements each as `elements` gives them.
-    fn new(elements: &'a mut [T], rows: usize) -> Self {
-        let columns = elements.len() / rows.max(1);
-        let (width, rows) = (Dyn(columns), Dyn(rows));
-        let stride = Dyn(columns);
-        Self(MatrixViewMut::from_slice_with_strides_generic(elements, width, rows, U1, stride))
-    }
-
-    /// Some of the rows.
-    fn range(&mut self, rows: Range<usize>) -> Rows<'_, T> {
-        Rows(self.0.columns_mut(rows.start, rows.len()))
-    }
-
-    /// The first `columns` elements of each row, and the others.
-    #[cfg(feature = "parallel")]
-    fn split(&mut self, columns: usize) -> (Rows<'_, T>, Rows<'_, T>) {
-        let (left, right) = self.0.rows_range_pair_mut(..columns, columns..);
-        (Rows(left), Rows(right))
-    }
-
-    /// Row after row.
-    #[inline(always)]
-    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut [T]> {
-        self.0.column_iter_mut().map(|row| row.data.into_slice_mut())
-    }
-}
-
-/// Rows of samples and of what is to be returned for them, for some channels side by side.
+/// Rows of samples and of what is returned for them, one of each a channel.
 #[derive(Debug)]
 pub struct Block<'a> {
-    /// Whole rows, those of other channels included.
+    channels: usize,
     input: &'a [f64],
-    /// Numbers in a row of `input`.
-    width: usize,
-    /// Place of the first channel's number in a row of `input`.
-    first: usize,
-    numbers: Rows<'a, f64>,
-    flags: Rows<'a, bool>,
+    numbers: &'a mut [f64],
+    flags: &'a mut [bool],
 }
 
 impl<'a> Block<'a> {
-    /// Rows of `channels` samples of `S`, and a place for each of their outputs.
-    pub(crate) fn new<S: Stream>(
+    /// Rows of `channels` samples, and a place for each of their outputs.
+    pub(crate) fn new(
         channels: usize,
         input: &'a [f64],
         numbers: &'a mut [f64],
         flags: &'a mut [bool],
     ) -> Self {
-        let width = channels * S::Input::NUMBERS;
-        let rows = input.len() / width.max(1);
-        debug_assert_eq!(numbers.len(), rows * channels * S::Output::NUMBERS);
-        debug_assert_eq!(flags.len(), rows * channels * S::Output::FLAGS);
-        let (numbers, flags) = (Rows::new(numbers, rows), Rows::new(flags, rows));
-        Self { input, width, first: 0, numbers, flags }
+        Self { channels, input, numbers, flags }
     }
 
-    /// How many rows it has.
-    pub fn len(&self) -> usize {
-        self.input.len() / self.width.max(1)
+    /// How many rows it has, for streams that take `S::Input`.
+    pub fn len<S: Stream>(&self) -> usize {
+        self.input.len() / (self.channels * S::Input::NUMBERS).max(1)
     }
 
-    /// Whether it has no row.
-    pub fn is_empty(&self) -> bool {
-        self.input.is_empty()
-    }
-
-    /// The samples and the numbers to be returned, row after row.
+    /// Samples of one number and the numbers returned for them, row after row.
     #[inline(always)]
     pub(crate) fn rows(&mut self) -> impl Iterator<Item = (&[f64], &mut [f64])> {
-        let first = self.first;
-        let input = self.input.chunks_exact(self.width.max(1)).map(move |row| &row[first..]);
-        input.zip(self.numbers.iter_mut())
+        let input = self.input.chunks_exact(self.channels);
+        input.zip(self.numbers.chunks_exact_mut(self.channels))
     }
 
     /// One column through a stream.
     #[inline(always)]
     pub(crate) fn run<S: Stream>(&mut self, channel: usize, stream: &mut S) {
-        let first = self.first + channel * S::Input::NUMBERS;
-        let (number, flag) = (channel * S::Output::NUMBERS, channel * S::Output::FLAGS);
-        let inputs = self.input.chunks_exact(self.width.max(1));
+        let (channels, first) = (self.channels, channel * S::Input::NUMBERS);
+        let inputs = self.input.chunks_exact(channels * S::Input::NUMBERS);
         let inputs = inputs.map(|row| S::Input::read(&row[first..][..S::Input::NUMBERS]));
-        let (mut numbers, mut flags) = (self.numbers.iter_mut(), self.flags.iter_mut());
+        let (numbers, flags) = (&mut *self.numbers, &mut *self.flags);
+        let mut place = channel;
         stream.run(inputs, |output| {
-            if let (Some(numbers), Some(flags)) = (numbers.next(), flags.next()) {
-                let numbers = &mut numbers[number..][..S::Output::NUMBERS];
-                output.write(numbers, &mut flags[flag..][..S::Output::FLAGS]);
-            }
+            output.write(
+                &mut numbers[place * S::Output::NUMBERS..][..S::Output::NUMBERS],
+                &mut flags[place * S::Output::FLAGS..][..S::Output::FLAGS],
+            );
+            place += channels;
         });
-    }
-
-    fn range(&mut self, rows: Range<usize>) -> Block<'_> {
-        Block {
-            input: &self.input[rows.start * self.width..rows.end * self.width],
-            width: self.width,
-            first: self.first,
-            numbers: self.numbers.range(rows.clone()),
-            flags: self.flags.range(rows),
-        }
-    }
-
-    /// The part of the first `channels` channels of `S`, and that of the others.
-    #[cfg(feature = "parallel")]
-    fn split<S: Stream>(&mut self, channels: usize) -> (Block<'_>, Block<'_>) {
-        let (left, right) = self.numbers.split(channels * S::Output::NUMBERS);
-        let (left_flags, right_flags) = self.flags.split(channels * S::Output::FLAGS);
-        let (input, width, first) = (self.input, self.width, self.first);
-        let second = first + channels * S::Input::NUMBERS;
-        (
-            Block { input, width, first, numbers: left, flags: left_flags },
-            Block { input, width, first: second, numbers: right, flags: right_flags },
-        )
-    }
-
-    /// The whole block through streams, one a channel, a cache's content at a time.
-    fn process<S: Stream>(mut self, streams: &mut [S]) {
-        let length = if S::abreast() > 1 && streams.len() > 1 { ROWS_ABREAST } else { ROWS };
-        let rows = self.len();
-        for first in (0..rows).step_by(length) {
-            let mut part = self.range(first..rows.min(first + length));
-            S::process_block(streams, &mut part);
-        }
     }
 }
 
@@ -189,7 +107,18 @@ impl<S: Stream> Bank<S> {
     /// Takes rows, one after the other; fills the numbers and flags of their outputs.
     pub fn process(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool]) {
         let channels = self.streams.len();
-        Block::new::<S>(channels, rows, numbers, flags).process(&mut self.streams);
+        let length = rows_at_once::<S>(channels);
+        let (n, f) = (S::Output::NUMBERS, S::Output::FLAGS);
+        let count = rows.len() / (channels * S::Input::NUMBERS).max(1);
+        for first in (0..count).step_by(length) {
+            let own = |width: usize| {
+                first * channels * width..count.min(first + length) * channels * width
+            };
+            let (numbers, flags) = (&mut numbers[own(n)], &mut flags[own(f)]);
+            let input = &rows[own(S::Input::NUMBERS)];
+            let mut block = Block::new(channels, input, numbers, flags);
+            S::process_block(&mut self.streams, &mut block);
+        }
     }
 
     /// Takes rows; fills the numbers and flags of what each stream knows after each of them.
@@ -212,11 +141,17 @@ impl<S: Stream> Bank<S> {
     }
 }
 
+/// Rows that streams work on before the next ones.
+fn rows_at_once<S: Stream>(channels: usize) -> usize {
+    if S::abreast() > 1 && channels > 1 { ROWS_ABREAST } else { ROWS }
+}
+
 #[cfg(feature = "parallel")]
 mod on_threads {
-    use super::{Bank, Block};
-    use crate::stream::threads::on_pool;
-    use crate::stream::{Input, Stream};
+    use nalgebra::{Dyn, MatrixViewMut, Scalar, U1};
+
+    use super::{Bank, Block, rows_at_once};
+    use crate::stream::{Input, Output, Stream, on_pool};
 
     /// Samples that make another thread worth its while: some 100 µs of work.
     const SAMPLES_A_THREAD: usize = 1 << 15;
@@ -235,22 +170,96 @@ mod on_threads {
             let worth = rows.len() / S::Input::NUMBERS / SAMPLES_A_THREAD;
             let threads = threads.min(worth).max(1);
             let share = channels.div_ceil(threads).next_multiple_of(S::abreast());
-            let block = Block::new::<S>(channels, rows, numbers, flags);
             if share >= channels {
-                return block.process(&mut self.streams);
+                return self.process(rows, numbers, flags);
             }
-            on_pool(|| spread(&mut self.streams, block, share));
+            let width = channels * S::Input::NUMBERS;
+            let count = rows.len() / width;
+            let part = Part {
+                rows,
+                width,
+                first: 0,
+                numbers: columns(numbers, channels * S::Output::NUMBERS, count),
+                flags: columns(flags, channels * S::Output::FLAGS, count),
+            };
+            on_pool(|| part.spread(&mut self.streams, share));
         }
     }
 
-    /// `share` channels a task.
-    fn spread<S: Stream + Send>(streams: &mut [S], mut block: Block<'_>, share: usize) {
-        if streams.len() <= share {
-            return block.process(streams);
+    /// The rows of an array as columns of a view, which can be cut along the rows.
+    type Columns<'a, T> = MatrixViewMut<'a, T, Dyn, Dyn, U1, Dyn>;
+
+    fn columns<T: Scalar>(elements: &mut [T], width: usize, rows: usize) -> Columns<'_, T> {
+        let (width, rows) = (Dyn(width), Dyn(rows));
+        MatrixViewMut::from_slice_with_strides_generic(elements, width, rows, U1, width)
+    }
+
+    /// The part of each row that some channels have.
+    struct Part<'a> {
+        /// Whole rows of samples, those of other channels included.
+        rows: &'a [f64],
+        /// Numbers in a row of samples.
+        width: usize,
+        /// Place of the first own number in it.
+        first: usize,
+        numbers: Columns<'a, f64>,
+        flags: Columns<'a, bool>,
+    }
+
+    impl Part<'_> {
+        /// `share` channels a task.
+        fn spread<S: Stream + Send>(mut self, streams: &mut [S], share: usize) {
+            if streams.len() <= share {
+                return self.process(streams);
+            }
+            let half = (streams.len().div_ceil(share) / 2) * share;
+            let (ours, theirs) = streams.split_at_mut(half);
+            let (left, right) = self.split::<S>(half);
+            rayon::join(|| left.spread(ours, share), || right.spread(theirs, share));
         }
-        let half = (streams.len().div_ceil(share) / 2) * share;
-        let (left, right) = streams.split_at_mut(half);
-        let (left_block, right_block) = block.split::<S>(half);
-        rayon::join(|| spread(left, left_block, share), || spread(right, right_block, share));
+
+        fn split<S: Stream>(&mut self, channels: usize) -> (Part<'_>, Part<'_>) {
+            let (rows, width, first) = (self.rows, self.width, self.first);
+            let at = channels * S::Output::NUMBERS;
+            let (ours, theirs) = self.numbers.rows_range_pair_mut(..at, at..);
+            let at = channels * S::Output::FLAGS;
+            let (our_flags, their_flags) = self.flags.rows_range_pair_mut(..at, at..);
+            let second = first + channels * S::Input::NUMBERS;
+            (
+                Part { rows, width, first, numbers: ours, flags: our_flags },
+                Part { rows, width, first: second, numbers: theirs, flags: their_flags },
+            )
+        }
+
+        /// Block by block through buffers that stay in the cache of this thread.
+        fn process<S: Stream>(mut self, streams: &mut [S]) {
+            let channels = streams.len();
+            let length = rows_at_once::<S>(channels);
+            let (own, n, f) =
+                (channels * S::Input::NUMBERS, self.numbers.nrows(), self.flags.nrows());
+            let mut input = Vec::with_capacity(length * own);
+            let (mut numbers, mut flags) = (vec![0.0; length * n], vec![false; length * f]);
+            for (block, rows) in self.rows.chunks(length * self.width).enumerate() {
+                let count = rows.len() / self.width;
+                input.clear();
+                for row in rows.chunks_exact(self.width) {
+                    input.extend_from_slice(&row[self.first..][..own]);
+                }
+                let (numbers, flags) = (&mut numbers[..count * n], &mut flags[..count * f]);
+                S::process_block(streams, &mut Block::new(channels, &input, numbers, flags));
+                for i in 0..count {
+                    let row = block * length + i;
+                    copy(&numbers[i * n..][..n], self.numbers.column_mut(row).as_mut_slice());
+                    copy(&flags[i * f..][..f], self.flags.column_mut(row).as_mut_slice());
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn copy<T: Copy>(from: &[T], to: &mut [T]) {
+        if !from.is_empty() {
+            to.copy_from_slice(from);
+        }
     }
 }

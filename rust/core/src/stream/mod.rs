@@ -14,7 +14,7 @@ mod scaling;
 pub(crate) mod threads;
 
 #[cfg(feature = "std")]
-pub use bank::{Bank, Block, Rows};
+pub use bank::{Bank, Block};
 pub use sample::{Field, Input, Number, Output, Shape};
 pub use scaling::{Scaling, Startup};
 #[cfg(feature = "parallel")]

@@ -34,11 +34,11 @@ pub fn sample(z: &Bound<'_, PyAny>) -> PyResult<f64> {
     })
 }
 
-/// A record of one signal, shape `(n,)`.
-pub fn batch(z: &Bound<'_, PyAny>, _channels: Option<()>) -> PyResult<Record> {
+/// The samples of one signal, shape `(n,)`, copied.
+pub fn record(z: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let record = read(z)?;
     check_shape(record.shape.len() == 1, "(n,)", &record.shape)?;
-    Ok(record)
+    Ok(record.values)
 }
 
 /// Samples of a batch: read where they stand, or copied where they stand otherwise.

@@ -53,7 +53,7 @@ pub fn curves(records: &[Record], kind: Kind, factors: &[usize], parallel: bool)
         .iter()
         .flat_map(|record| groups.iter().map(move |group| (record, *group)))
         .collect();
-    let parts = parallel::map(&tasks, parallel, |(record, group)| part(record, kind, group));
+    let parts = parallel::map(tasks, parallel, |(record, group)| part(record, kind, group));
     let mut parts = parts.into_iter();
     records.iter().map(|_| Curve::of(parts.by_ref().take(groups.len()))).collect()
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use pulp::Arch;
 
 use super::kernels::Extent;
+use crate::math::parallel;
 use crate::math::segments::segment_ranges;
 
 /// Samples beyond this magnitude, or all below its reciprocal, are scaled before they are squared.
@@ -42,6 +43,11 @@ impl Record {
         }
         integrate(&mut samples, &present, &summary);
         Self { phase: samples, segments: present, unit, arch }
+    }
+
+    /// The records of several columns of samples, with `parallel` on the current thread pool.
+    pub fn of_columns(columns: Vec<Vec<f64>>, bridged: usize, parallel: bool) -> Vec<Self> {
+        parallel::map(columns, parallel, |column| Self::new(column, bridged))
     }
 
     /// Phase points, segment by segment.

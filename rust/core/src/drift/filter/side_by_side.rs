@@ -67,7 +67,7 @@ impl<const N: usize, const M: usize> WithSimd for Together<'_, '_, N, M> {
 impl<const N: usize, const M: usize> Together<'_, '_, N, M> {
     /// Phases and places of the filters, those of one phase side by side.
     fn sorted(&self) -> Vec<(Phase, usize)> {
-        let samples = self.block.len() as u64;
+        let samples = self.block.len::<DriftFilter<f64, N, M>>() as u64;
         let phases = self.filters.iter().map(|filter| filter.phase(samples));
         let mut sorted: Vec<_> = phases.zip(0..).collect();
         sorted.sort_unstable();
@@ -126,7 +126,7 @@ impl<S: Simd, const N: usize, const M: usize> Lanes<S, N, M> {
                 output[c] = *estimate;
             }
         }
-        let samples = block.len() as u64;
+        let samples = block.len::<DriftFilter<f64, N, M>>() as u64;
         for (i, c) in members.iter().enumerate() {
             self.leave(i, samples, &mut filters[*c]);
         }
@@ -186,7 +186,7 @@ mod tests {
         let mut outputs = vec![0.0; rows.len()];
         let length = 100 * CHANNELS;
         for (rows, outputs) in rows.chunks(length).zip(outputs.chunks_mut(length)) {
-            let mut block = Block::new::<DriftFilter<f64, 3, 4>>(CHANNELS, rows, outputs, &mut []);
+            let mut block = Block::new(CHANNELS, rows, outputs, &mut []);
             simd.vectorize(Together { filters: &mut filters, block: &mut block });
         }
         outputs

@@ -63,17 +63,18 @@ pub fn best_fits(
     for diagonal in 0..=p + q {
         let orders: Vec<_> =
             (diagonal.saturating_sub(q)..=p.min(diagonal)).map(|i| (i, diagonal - i)).collect();
-        let fit = |(i, j): &(usize, usize)| {
-            let problem = Conditional::new(series, *i, *j, has_constant, skip);
+        let fit = |(i, j): (usize, usize)| {
+            let problem = Conditional::new(series, i, j, has_constant, skip);
             let lower = |less_p: usize, less_q: usize| {
                 let (p, j) = (i.checked_sub(less_p)?, j.checked_sub(less_q)?);
                 found[p * (q + 1) + j].as_ref().map(|(at, _)| Lower { p, q: j, at })
             };
             let below: Vec<_> = lower(1, 0).into_iter().chain(lower(0, 1)).collect();
-            best(&problem, starts(&problem, &regression, has_constant, lower(1, 1), &below))
+            let starts = starts(&problem, &regression, has_constant, lower(1, 1), &below);
+            (i * (q + 1) + j, best(&problem, starts))
         };
-        for ((i, j), fitted) in orders.iter().zip(parallel::map(&orders, true, fit)) {
-            found[i * (q + 1) + j] = Some(fitted);
+        for (place, fitted) in parallel::map(orders, true, fit) {
+            found[place] = Some(fitted);
         }
     }
     found.into_iter().flatten().collect()

@@ -59,10 +59,11 @@ fn last_point(problem: &Exact<'_>, found: &Descent) -> Vec<f64> {
     if is_likely(problem, &predicted) { predicted } else { found.point.clone() }
 }
 
-/// The point shrunk towards zero until its stationary state can be told from rounding.
+/// The point shrunk towards zero until rounding leaves it stationary and likely.
 fn shrunk_until_likely(problem: &Exact<'_>, mut point: Vec<f64>) -> Vec<f64> {
     let mut count = 0;
-    while !is_likely(problem, &point) && count < MOST_SHRINKS {
+    let may_start = |point: &[f64]| problem.is_stationary(point) && is_likely(problem, point);
+    while !may_start(&point) && count < MOST_SHRINKS {
         point.iter_mut().for_each(|x| *x *= SHRINK);
         count += 1;
     }
@@ -184,24 +185,33 @@ impl<'a> Exact<'a> {
         slopes
     }
 
-    /// The filter at a point and those on both sides of it in every coordinate.
-    fn bundle<const R: usize>(&self, point: &[f64]) -> Vec<(Kalman<R>, f64)> {
+    /// `φ`, `θ` and the mean at a point and on both sides of it in every coordinate.
+    fn models(&self, point: &[f64]) -> impl Iterator<Item = (Vec<f64>, Vec<f64>, f64)> {
         let moved = (0..point.len()).flat_map(|i| [WIDTH, -WIDTH].map(|step| (i, step)));
-        std::iter::once((0, 0.0))
-            .chain(moved)
-            .filter_map(|(i, step)| {
-                let mut point = point.to_vec();
-                if let Some(x) = point.get_mut(i) {
-                    *x += step;
-                }
-                let (phi, theta, mean) = self.model(&point);
-                Some((Kalman::new(&phi, &theta)?, mean))
-            })
-            .collect()
+        std::iter::once((0, 0.0)).chain(moved).map(|(i, step)| {
+            let mut point = point.to_vec();
+            if let Some(x) = point.get_mut(i) {
+                *x += step;
+            }
+            self.model(&point)
+        })
     }
 
+    /// Whether rounding leaves the model stationary, at a point and on both sides of it.
+    fn is_stationary(&self, point: &[f64]) -> bool {
+        self.models(point).all(|(phi, _, _)| partial::partials(&phi).is_some())
+    }
+
+    /// Where a model is not stationary, infinitely high: no search goes there.
     fn normal_of_size<const R: usize>(&self, point: &[f64]) -> Normal {
-        let mut filters = self.bundle::<R>(point);
+        let filters = self.models(point).map(|(phi, theta, mean)| {
+            let filter = Kalman::<R>::new(&phi, &theta)?;
+            Some((filter, mean))
+        });
+        let Some(mut filters) = filters.collect::<Option<Vec<_>>>() else {
+            let gram = DMatrix::zeros(point.len(), point.len());
+            return Normal { sum_of_squares: f64::INFINITY, ..Normal::of_gram(gram) };
+        };
         let values = &self.series.values;
         let products = Arch::new().dispatch(Differences { values, filters: &mut filters });
         let logs: Vec<f64> = filters.iter().map(|(filter, _)| filter.log_determinant).collect();

@@ -1,0 +1,104 @@
+"""Interrupts: kept from worker processes, held back within a sample, heard during native code."""
+
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
+from types import FrameType
+from typing import Final, TypeVar
+
+__all__ = ["Interrupted", "Interrupts", "for_the_parent_alone", "in_background"]
+
+T = TypeVar("T")
+
+_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextmanager
+def for_the_parent_alone() -> Iterator[None]:
+    """Start processes here that never see an interrupt; one that comes meanwhile is kept.
+
+    Ctrl-C reaches every process of a terminal: here it is for the one that leads. Threads that are
+    started here pass that on to the processes that they start later.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    # As it starts by itself, it lets interrupts through again.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def in_background(work: Callable[[], T]) -> T:
+    """Return what work returns or raise what it raises; an interrupt leaves it behind.
+
+    Native code cannot be interrupted, and some of it takes minutes.
+    """
+    future: Future[T] = Future()
+
+    def run() -> None:
+        try:
+            future.set_result(work())
+        except BaseException as error:
+            future.set_exception(error)
+
+    threading.Thread(target=run, daemon=True).start()
+    return future.result()
+
+
+class Interrupted(Exception):
+    """A signal came; its number is the argument."""
+
+
+class Interrupts:
+    """Lets signals raise only while a stream waits for its next sample.
+
+    A sample is thus taken and answered, or not taken at all, and the state can be saved.
+    """
+
+    def __init__(self) -> None:
+        self._waiting = False
+        self._pending: int | None = None
+
+    @contextmanager
+    def caught(self) -> Iterator[None]:
+        """Catch signals in the body; only the main thread gets any."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        # What a shell has told to be ignored, in the background for instance, stays ignored.
+        before = {
+            number: signal.signal(number, self._note)
+            for number in _SIGNALS
+            if signal.getsignal(number) is not signal.SIG_IGN
+        }
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    def wait(self, read: Callable[[], T]) -> T:
+        """Return what a function returns, or raise `Interrupted` if a signal comes before."""
+        self._waiting = True
+        try:
+            if self._pending is not None:
+                raise Interrupted(self._pending)
+            return read()
+        finally:
+            self._waiting = False
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        if self._waiting:
+            raise Interrupted(number)
+        if self._pending is not None:
+            # Asked twice: the reader of the answers hangs, so the sample cannot be finished.
+            raise KeyboardInterrupt
+        self._pending = number

@@ -1,0 +1,254 @@
+"""The lines of a stream: their cells and columns, their sequence numbers, and their answers."""
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import DriftFilter
+from zerorate.io.text import MISSING
+
+__all__ = [
+    "Beside",
+    "ColumnError",
+    "Layout",
+    "LineError",
+    "SequenceCount",
+    "Wanted",
+    "answer",
+    "cells_of",
+    "find_layout",
+    "header",
+    "no_answer",
+]
+
+# As many digits as a counter of 64 bits may have.
+_INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
+_LATE_SECONDS: Final = 1.0
+_GAP_SECONDS: Final = 3600.0
+
+_Column: TypeAlias = float | bool | npt.NDArray[Any]
+"""One number a channel: alone, or as an array of shape (k,)."""
+
+
+class LineError(ValueError):
+    """A line is not what the lines before it, or the options, let expect."""
+
+
+class ColumnError(LineError):
+    """A line shows that the columns are others than was asked for: no later line can be used."""
+
+
+def cells_of(line: str) -> list[str]:
+    """Return the cells of a line; commas separate them, or blanks where there is no comma."""
+    if "," in line:
+        return [cell.strip() for cell in line.split(",")]
+    return line.split() or [""]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What was asked for: columns by name or position, None for all but the sequence number."""
+
+    columns: tuple[str | int, ...] | None = None
+    sequence: str | int | None = None
+    fields: int | None = None
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How every line is laid out; `names` are those of the header, if there was one."""
+
+    fields: int
+    channels: tuple[int, ...]
+    sequence: int | None
+    names: tuple[str, ...] | None
+
+    def row(self, cells: Sequence[str]) -> list[float]:
+        """Return the sample in the cells of a line, one number a channel; LineError if none."""
+        self._check_count(cells)
+        return [_number(cells[i]) for i in self.channels]
+
+    def sequence_number(self, cells: Sequence[str]) -> int:
+        """Return the sequence number in the cells of a line; LineError if there is none."""
+        self._check_count(cells)
+        cell = cells[self.sequence or 0]
+        if not _INTEGER.fullmatch(cell):
+            raise LineError(f"the sequence number is '{_shortened(cell)}', expected an integer")
+        return int(cell)
+
+    def is_header(self, cells: Sequence[str]) -> bool:
+        """Return whether a line names the columns again; ColumnError if it names others."""
+        if self.names is None or not any(cell[:1].isalpha() for cell in cells):
+            return False
+        found = _filled(cells)
+        if found == self.names:
+            return True
+        # A garbled line may hold any words, but hardly some of the names and nothing else.
+        whole = len(found) == self.fields and all(map(_name_like, found))
+        if whole and set(found) & set(self.names):
+            names, known = ",".join(found), ",".join(self.names)
+            raise ColumnError(f"it names the columns {names}, before they were {known}")
+        return False
+
+    def _check_count(self, cells: Sequence[str]) -> None:
+        # Nothing but a line's end says that all of it is missing.
+        if len(cells) != self.fields:
+            raise LineError(f"it has {len(cells)} cells, expected {self.fields}")
+
+
+def find_layout(cells: Sequence[str], wanted: Wanted) -> Layout:
+    """Return the layout that the first line shows, be it a header or a sample.
+
+    Raises
+    ------
+    LineError
+        If the line is empty, garbled, or has another number of cells than was said.
+    ColumnError
+        If it lacks a column.
+    """
+    if list(cells) == [""]:
+        raise LineError("it is empty, expected names or numbers")
+    if wanted.fields not in (None, len(cells)):
+        raise LineError(f"it has {len(cells)} cells, expected {wanted.fields}")
+    names = None if all(map(_is_number, cells)) else _names(cells)
+    sequence = None if wanted.sequence is None else _position(wanted.sequence, names, len(cells))
+    if wanted.columns is None:
+        channels = tuple(i for i in range(len(cells)) if i != sequence)
+    else:
+        channels = tuple(_position(column, names, len(cells)) for column in wanted.columns)
+    if not channels:
+        raise ColumnError("it holds the sequence number alone, expected a sample beside it")
+    return Layout(len(cells), channels, sequence, names)
+
+
+def _name_like(cell: str) -> bool:
+    return cell[:1].isalpha() and not _is_number(cell)
+
+
+def _names(cells: Sequence[str]) -> tuple[str, ...]:
+    # A header of numbers and names is more likely a sample that was garbled.
+    if any(cell and _is_number(cell) for cell in cells):
+        raise LineError("it holds names and numbers, expected one or the other")
+    return _filled(cells)
+
+
+def _filled(cells: Sequence[str]) -> tuple[str, ...]:
+    return tuple(cell or f"column_{i}" for i, cell in enumerate(cells))
+
+
+def _position(column: str | int, names: tuple[str, ...] | None, fields: int) -> int:
+    if isinstance(column, int):
+        if not 0 <= column < fields:
+            raise ColumnError(f"there is no column {column}, the line has {fields}, from 0 on")
+        return column
+    if names is None:
+        raise ColumnError(f"there is no column '{column}', the line names none")
+    if column not in names:
+        raise ColumnError(f"there is no column '{column}', expected one of {', '.join(names)}")
+    return names.index(column)
+
+
+def _number(cell: str) -> float:
+    """Return the number in a cell, NaN where it is missing.
+
+    Raises
+    ------
+    LineError
+        If it is neither.
+    """
+    if cell in MISSING:
+        return math.nan
+    try:
+        # Python's own literals may hold underscores, which no sensor sends.
+        return float(cell.replace("_", "?"))
+    except ValueError:
+        raise LineError(f"'{_shortened(cell)}' is not a number") from None
+
+
+def _is_number(cell: str) -> bool:
+    """Return whether a cell holds a number, or says that one is missing."""
+    try:
+        _number(cell)
+    except LineError:
+        return False
+    return True
+
+
+def _shortened(cell: str) -> str:
+    """Return a cell as a message may show it."""
+    shown = cell if len(cell) <= 40 else cell[:37] + "..."
+    return shown.encode("unicode_escape").decode("ascii")
+
+
+@dataclass
+class SequenceCount:
+    """Counts what a source lost, by the numbers of the samples that came.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    last : int, optional
+        Number of the newest sample; None before the first.
+    lost, late, restarts : int
+        Samples that never came, that came again or after a newer one, and jumps by more than an
+        hour, or back by more than a second: there the source began anew, or its counter did.
+    """
+
+    rate: float
+    last: int | None = None
+    lost: int = 0
+    late: int = 0
+    restarts: int = 0
+
+    def step(self, number: int) -> int | None:
+        """Return how many samples are missing before this one, None if it comes too late."""
+        ahead = 1 if self.last is None else number - self.last
+        if -_LATE_SECONDS * self.rate <= ahead <= 0:
+            self.late += 1
+            return None
+        self.last = number
+        if not 0 < ahead <= _GAP_SECONDS * self.rate:
+            self.restarts += 1
+            return 0
+        self.lost += ahead - 1
+        return ahead - 1
+
+
+class Beside(StrEnum):
+    """Columns that may follow the rate in an answer."""
+
+    bias = "bias"
+    bias_sigma = "bias_sigma"
+    at_rest = "at_rest"
+
+
+def answer(rate: _Column, filter_: DriftFilter, beside: Sequence[Beside]) -> str:
+    """Return the rate of every channel, then every further column of every channel."""
+    if not beside:
+        return ",".join(_texts(rate))
+    columns = (rate, *(getattr(filter_, name) for name in beside))
+    return ",".join(text for column in columns for text in _texts(column))
+
+
+def no_answer(channels: int, beside: Sequence[Beside]) -> str:
+    """Return the answer to a line that held no sample."""
+    return ",".join(["nan"] * (channels * (1 + len(beside))))
+
+
+def header(names: Iterable[str], beside: Sequence[Beside]) -> str:
+    """Return the names of an answer's columns."""
+    names = tuple(names)
+    return ",".join([*names, *(f"{column}_{name}" for column in beside for name in names)])
+
+
+def _texts(column: _Column) -> list[str]:
+    # The shortest text that gives the same float again; rest as 0 or 1.
+    values = column.tolist() if isinstance(column, np.ndarray) else [column]
+    return [repr(value) if type(value) is float else str(int(value)) for value in values]

@@ -1,0 +1,154 @@
+"""The measures of a replay: scores of each axis and counts of its samples, block by block."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from zerorate._native import ReplayScores
+from zerorate.io.log import Header
+from zerorate.run.replay.filters import Block
+from zerorate.types import Booleans, Floats, Integers
+
+__all__ = ["Measures", "Score", "Seen", "onset"]
+
+_ONSET: Final = 0.5
+_FEWEST: Final = 8
+
+
+@dataclass(frozen=True)
+class Score:
+    """Measures of one axis, raw or of one method's drift; NaN where one means nothing.
+
+    All are of the samples that are present in the raw data and, if the chosen filter minds motion,
+    that it took for rest.
+
+    Parameters
+    ----------
+    axis, method : str
+        The channel's name, and the method or ``"raw"``.
+    mean, deviation : float
+        In the unit of the log.
+    reduction : float
+        Deviation over that of the raw data.
+    coasting : tuple of float
+        `zerorate.metrics.coasting_error` at each horizon, unit times seconds.
+    error : float
+        RMS error to the true drift where that was given.
+    """
+
+    axis: str
+    method: str
+    mean: float
+    deviation: float
+    reduction: float
+    coasting: tuple[float, ...]
+    error: float
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Integers of each axis' samples, shape (k,).
+
+    Parameters
+    ----------
+    missing, present : ndarray of int64
+        Samples that are NaN, and that are finite.
+    equal : ndarray of bool
+        Whether all that are present are equal.
+    at_rest : ndarray of int64 or None
+        Samples at which the chosen filter learned, where that was noted.
+    """
+
+    missing: Integers
+    present: Integers
+    equal: Booleans
+    at_rest: Integers | None
+
+
+class Measures:
+    """Scores of every axis, raw and of each method's drift; `truth` has shape (k, n).
+
+    Of a sensor that moves only what it shows at rest says something: if the chosen filter `holds`
+    the drift in motion, the scores are of where it is certain of rest.
+    """
+
+    def __init__(
+        self,
+        header: Header,
+        methods: Sequence[str],
+        horizons: Sequence[float],
+        holds: bool,
+        truth: Floats | None = None,
+    ) -> None:
+        self._header, self._methods, self._horizons = header, tuple(methods), tuple(horizons)
+        self._truth = truth
+        self._lengths = [round(horizon * header.rate) for horizon in horizons]
+        self._used = [i for i, m in enumerate(self._lengths) if 1 <= m < header.n]
+        self._notes = False
+        self._native = ReplayScores(
+            header.channels,
+            len(self._methods),
+            [self._lengths[i] for i in self._used],
+            onset(header.rate) if holds else None,
+        )
+
+    def take(self, block: Block) -> None:
+        """Measure one block."""
+        self._notes = block.at_rest is not None
+        drift = [block.drift[method] for method in self._methods]
+        truth = None if self._truth is None else self._truth[:, block.first : block.end]
+        self._native.take(block.raw, drift, block.at_rest, truth)
+
+    def finish(self) -> tuple[tuple[Score, ...], Seen]:
+        """Return the scores and what was seen, when all blocks have come."""
+        found = self._native.finish()
+        seen = Seen(
+            missing=found["missing"],
+            present=found["present"],
+            equal=found["least"] == found["most"],
+            at_rest=found["at_rest"] if self._notes else None,
+        )
+        return tuple(self._scores(_Found(**{name: found[name] for name in _NAMES}))), seen
+
+    def _scores(self, found: "_Found") -> list[Score]:
+        if self._truth is None:
+            found.error[:] = np.nan
+        coasting = np.full((*found.mean.shape, len(self._lengths)), np.nan)
+        coasting[..., self._used] = found.coasting / self._header.rate
+        return [
+            _score(found, i, j, (axis, method), coasting[i, j])
+            for i, axis in enumerate(self._header.names)
+            for j, method in enumerate(("raw", *self._methods))
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """Native results (k, m + 1), the coasting errors with an axis of horizons."""
+
+    mean: Floats
+    deviation: Floats
+    error: Floats
+    coasting: Floats
+
+
+_NAMES = ("mean", "deviation", "error", "coasting")
+
+
+def _score(found: _Found, i: int, j: int, of: tuple[str, str], coasting: Floats) -> Score:
+    raw, deviation = float(found.deviation[i, 0]), float(found.deviation[i, j])
+    return Score(
+        *of,
+        mean=float(found.mean[i, j]),
+        deviation=deviation,
+        reduction=deviation / raw if raw > 0.0 else np.nan,
+        coasting=tuple(coasting.tolist()),
+        error=float(found.error[i, j]),
+    )
+
+
+def onset(rate: float) -> int:
+    """Return the samples before a motion is seen in which it may have begun."""
+    return max(round(_ONSET * rate), _FEWEST)

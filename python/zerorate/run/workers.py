@@ -1,0 +1,129 @@
+"""How work is spread over the cores: threads of a replay, and processes of one thread each."""
+
+import os
+from collections import deque
+from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from contextvars import ContextVar
+from types import TracebackType
+from typing import Final, Generic, Self, TypeVar
+
+__all__ = ["Behind", "ahead", "on_threads", "single_threaded", "thread_count", "workers"]
+
+T = TypeVar("T")
+
+_MOST: Final = 16
+_WAITING: Final = 6
+"""Items on their way to a step: more than the blocks that are written together."""
+_POOLS: Final = (
+    "RAYON_NUM_THREADS",
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+)
+_asked: ContextVar[int | None] = ContextVar("threads of a replay", default=None)
+
+
+@contextmanager
+def on_threads(count: int) -> Iterator[None]:
+    """Let `workers` have this many threads instead, where many logs share the cores."""
+    before = _asked.set(count)
+    try:
+        yield
+    finally:
+        _asked.reset(before)
+
+
+def thread_count() -> int:
+    """Return how many threads `workers` has."""
+    return _asked.get() or min(os.cpu_count() or 1, _MOST)
+
+
+@contextmanager
+def workers() -> Iterator[ThreadPoolExecutor]:
+    """Yield as many threads as there are cores; an interrupt drops what is not yet begun.
+
+    What runs there must release the interpreter lock to gain.
+    """
+    executor = ThreadPoolExecutor(thread_count())
+    try:
+        yield executor
+    finally:
+        executor.shutdown(cancel_futures=True)
+
+
+# A step of a pipeline is a job of a pool, and whoever needs its result waits for that job alone: an
+# error of a step is raised where its result is asked for, and there is no queue that could stay
+# full or empty.
+
+
+def ahead(items: Iterator[T]) -> Generator[T]:
+    """Yield the items, the next one being made by another thread in the meantime."""
+    if thread_count() == 1:
+        yield from items
+        return
+    end = object()
+    with ThreadPoolExecutor(1) as executor:
+        coming: Future[T | object] = executor.submit(next, items, end)
+        while (item := coming.result()) is not end:
+            coming = executor.submit(next, items, end)
+            yield item  # type: ignore[misc]
+
+
+class Behind(Generic[T]):
+    """A step that takes items one after the other in another thread.
+
+    Left without an error, it has taken them all; left with one, it drops those not yet begun.
+    """
+
+    def __init__(self, take: Callable[[T], None]) -> None:
+        self._take = take
+        self._executor = None if thread_count() == 1 else ThreadPoolExecutor(1)
+        self._jobs: deque[Future[None]] = deque()
+
+    def __enter__(self) -> Self:
+        """Return the step itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Wait for what is begun, and raise its error unless there is one already."""
+        try:
+            while kind is None and self._jobs:
+                self._jobs.popleft().result()
+        finally:
+            if self._executor is not None:
+                self._executor.shutdown(cancel_futures=True)
+
+    def put(self, item: T) -> None:
+        """Hand over an item, after waiting while too many are on their way."""
+        if self._executor is None:
+            self._take(item)
+            return
+        while len(self._jobs) >= _WAITING:
+            self._jobs.popleft().result()
+        self._jobs.append(self._executor.submit(self._take, item))
+
+
+@contextmanager
+def single_threaded() -> Iterator[None]:
+    """Start worker processes here that have one thread: more would take cores from other logs.
+
+    Their pools are sized from the environment as they are loaded.
+    """
+    before = {name: os.environ.get(name) for name in _POOLS}
+    os.environ.update(dict.fromkeys(_POOLS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value

@@ -1,0 +1,71 @@
+"""The program: help, version, wrong commands, interrupts, and its exit codes as a process."""
+
+import subprocess
+import sys
+
+import pytest
+
+from support.commands import check_line
+from support.logs import write_gyros
+from zerorate import __version__
+from zerorate.cli import run
+
+
+@pytest.mark.parametrize("arguments", [("fly",), ("replay",), ("simulate",), ("demo", "x")])
+def test_wrong_commands(call, arguments):
+    code, _, errors = call(*arguments)
+    assert code == 2
+    check_line(errors, "")
+
+
+def test_missing_typer(call, monkeypatch):
+    monkeypatch.setitem(sys.modules, "typer", None)
+    code, _, errors = call("--version")
+    assert code == 2
+    check_line(errors, "this needs typer: pip install 'zerorate[cli]'")
+
+
+def test_an_interrupt_that_an_import_has_wrapped(monkeypatch, capsys):
+    def interrupted(arguments):
+        raise RuntimeError("Error calling __set_name__") from KeyboardInterrupt()
+
+    monkeypatch.setattr("zerorate.cli.app.invoke", interrupted)
+    assert run(["replay", "run.csv"]) == 130
+    assert capsys.readouterr().err == "zerorate: interrupted\n"
+
+
+def test_no_arguments_ask_for_help(call):
+    code, text, errors = call()
+    assert (code, errors) == (0, "")
+    assert "replay" in text
+
+
+def test_version_and_help(call):
+    assert call("--version") == (0, f"zerorate {__version__}\n", "")
+    code, text, _ = call("replay", "--help")
+    assert code == 0
+    assert "--forgetting-factor" in text
+
+
+@pytest.mark.parametrize("program", [("-m", "zerorate"), ("-m", "zerorate.cli")])
+def test_as_a_program(program, tmp_path, out):
+    log = write_gyros(tmp_path / "run.parquet")
+    if program[1] == "zerorate.cli":
+        program = ("-c", "from zerorate.cli import main; main()")
+    done = subprocess.run(
+        [sys.executable, *program, "replay", log, "-o", out, "--no-figure"],
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "wrote " in done.stdout
+
+
+def test_faults_of_a_program(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "zerorate", "replay", tmp_path / "nothing.csv"],
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == f"zerorate: {tmp_path / 'nothing.csv'} does not exist\n"

@@ -1,0 +1,77 @@
+"""``zerorate simulate`` and ``zerorate demo``: logs and truths of simulated gyros."""
+
+import numpy as np
+import pytest
+
+from support.commands import names
+from zerorate import DEVICES, read_log
+
+
+class TestSimulate:
+    @pytest.mark.parametrize("kind", ["csv", "tsv", "npz", "parquet"])
+    def test_log_and_truth(self, call, out, kind):
+        file = out / f"sim.{kind}"
+        assert call("simulate", "mpu6050", "-o", file, "--duration", "20")[0] == 0
+        log, truth = read_log(file), read_log(out / f"sim-truth.{kind}")
+        assert log.names == ("gyro_x_radps", "gyro_y_radps", "gyro_z_radps")
+        assert truth.names == ("drift_x_radps", "drift_y_radps", "drift_z_radps")
+        assert (log.n, log.rate, log.unit) == (2000, 100.0, "rad/s")
+        assert (log.data - truth.data).std() < 0.1
+
+    def test_seed(self, call, out):
+        for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+            options = ("--duration", "2", "--seed", seed, "--axes", "1")
+            assert call("simulate", "MTi-100", "-o", out / f"{name}.npz", *options)[0] == 0
+        a, b, c = (read_log(out / f"{name}.npz").data for name in "abc")
+        np.testing.assert_array_equal(a, b)
+        assert not np.array_equal(a, c)
+
+    def test_list(self, call):
+        code, text, _ = call("simulate", "--list")
+        assert code == 0
+        assert all(name in text for name in DEVICES)
+        assert "data sheet" in text
+        assert max(map(len, text.split("\n"))) <= 100
+
+    @pytest.mark.parametrize(
+        "arguments",
+        [
+            ("gizmo", "-o", "a.csv"),
+            ("mpu6050", "-o", "a.xyz"),
+            ("mpu6050", "-o", "nowhere/a.csv"),
+            ("mpu6050", "-o", "a.csv", "--duration", "-1"),
+            ("mpu6050", "-o", "a.csv", "--axes", "0"),
+            ("mpu6050",),
+        ],
+    )
+    def test_usage(self, call, out, monkeypatch, arguments):
+        monkeypatch.chdir(out)
+        code, _, errors = call("simulate", *arguments)
+        assert code == 2
+        assert errors.startswith("zerorate: ")
+        assert names(out) == []
+
+    def test_existing_truth_is_kept(self, call, out):
+        (out / "sim-truth.csv").write_text("old")
+        assert call("simulate", "mpu6050", "-o", out / "sim.csv", "--duration", "1")[0] == 2
+        assert names(out) == ["sim-truth.csv"]
+
+
+class TestDemo:
+    def test_it_compares_with_the_truth(self, call, out):
+        code, text, errors = call("demo", "-o", out, "--duration", "20")
+        assert (code, errors) == (0, "")
+        assert "true error" in text
+        assert "Learned by auto" in text
+        assert names(out) == ["demo-zerorate.parquet", "demo-zerorate.png"]
+        assert call("demo", "-o", out, "--duration", "20")[0] == 2
+        assert call("demo", "-o", out, "--duration", "20", "--force")[0] == 0
+
+    def test_its_folder_is_made(self, call, out):
+        assert call("demo", "-o", out / "new", "--duration", "5", "--device", "mti-100")[0] == 0
+        assert call("demo", "-o", out / "no" / "new", "--duration", "5")[0] == 2
+
+    def test_unknown_device(self, call, out):
+        code, _, errors = call("demo", "-o", out, "--device", "gizmo")
+        assert code == 2
+        assert "unknown device 'gizmo'" in errors

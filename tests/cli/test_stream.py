@@ -1,0 +1,313 @@
+"""`zerorate stream` as users run it: through pipes, FIFOs, terminals and datagrams."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tty
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from support.streams import Asked, lines_of, streamed
+from zerorate.cli import run
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="FIFOs and signals are of POSIX")
+
+RATE = ("--rate", "100")
+Z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal((300, 2))
+LINES = lines_of(Z)
+EXPECTED = lines_of(
+    zr.DriftFilter(100.0, method="auto", output="compensated", channels=2).process(Z)
+)
+
+
+def position(checkpoint, capsys):
+    assert run(["stream", "--checkpoint", str(checkpoint), "--position"]) == 0
+    return int(capsys.readouterr().out)
+
+
+def test_each_answer_comes_before_the_next_line_is_sent():
+    with Asked(*RATE) as asked:
+        assert asked.ask("wx,wy") == "wx,wy"
+        assert [asked.ask(line) for line in LINES] == EXPECTED
+        assert asked.end() == (0, [], "")
+
+
+def test_options_reach_the_filter():
+    options = "--method kf --output-kind estimate --motion hold --with bias,at_rest --columns 1"
+    code, answers, errors = streamed(LINES, *RATE, *options.split())
+    alone = zr.DriftFilter(100.0, method="kf", motion="hold")
+    trace = alone.copy().trace(Z[:, 1])
+    columns = (alone.process(Z[:, 1]), trace.bias, trace.at_rest)
+    assert (code, errors) == (0, "")
+    found = np.array([[float(cell) for cell in answer.split(",")] for answer in answers])
+    np.testing.assert_array_equal(found, np.stack(columns, axis=1))
+
+
+def test_parameters_of_a_published_method_reach_the_filter():
+    options = (
+        "--method fading --output-kind estimate --order 3,0 --fading 0.9 --adapt-for always "
+        "--forgetting-factor 0.999 --process-noise 0.2 --startup 0.5 --noise hadamard"
+    )
+    code, answers, errors = streamed(LINES, *RATE, *options.split())
+    alone = zr.DriftFilter(
+        100.0,
+        order=(3, 0),
+        method="fading",
+        fading=0.9,
+        adapt_for=None,
+        forgetting_factor=0.999,
+        process_noise=0.2,
+        startup=0.5,
+        noise="hadamard",
+        channels=2,
+    )
+    assert (code, answers, errors) == (0, lines_of(alone.process(Z)), "")
+
+
+def test_a_garbled_line_is_told_and_the_stream_goes_on():
+    lines = [*LINES[:100], "0.1,*", *LINES[101:]]
+    code, answers, errors = streamed(lines, *RATE)
+    z = Z.copy()
+    z[100] = np.nan
+    alone = zr.DriftFilter(100.0, method="auto", output="compensated", channels=2)
+    assert (code, answers) == (0, lines_of(alone.process(z)))
+    assert errors.splitlines() == [
+        "zerorate: line 101: '*' is not a number; it is taken as missing",
+        "zerorate: garbled lines: 1",
+    ]
+
+
+def test_many_garbled_lines_are_told_ten_times():
+    code, answers, errors = streamed(["1", *["x"] * 50], *RATE)
+    assert (code, answers[1:]) == (0, ["nan"] * 50)
+    assert len(errors.splitlines()) == 11
+    assert errors.endswith("garbled lines: 50\n")
+
+
+def test_a_line_without_an_end_does_not_fill_the_memory():
+    code, answers, errors = streamed(["1", "1" * 3_000_000, "1"], *RATE)
+    assert (code, answers) == (0, ["0.0", "nan", "0.0"])
+    assert "line 2: '1111" in errors
+
+
+def test_lost_samples_are_counted():
+    lines = [f"{i} {i % 7}" for i in [*range(10), *range(13, 20), 15]]
+    code, answers, errors = streamed(lines, *RATE, "--sequence", "0")
+    assert (code, len(answers), answers[-1]) == (0, 18, "15,nan")
+    assert errors == (
+        "zerorate: 20 samples, 3 of them lost; 1 came late or again; "
+        "the numbers began anew 0 times\n"
+    )
+
+
+class TestEnds:
+    def test_nobody_reads_the_answers(self):
+        with Asked(*RATE) as asked:
+            asked.ask(LINES[0])
+            asked.process.stdout.close()
+            asked.send(LINES[1])
+            # As the shell shows a process that SIGPIPE ended.
+            assert asked.process.wait() == 141
+            assert asked.process.stderr.read() == ""
+
+    @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+    def test_a_signal_saves_all_that_was_answered(self, tmp_path, capsys, number, code):
+        checkpoint = tmp_path / "state"
+        with Asked(*RATE, "--checkpoint", checkpoint, "--every", "1000") as asked:
+            answers = [asked.ask(line) for line in LINES[:57]]
+            asked.process.send_signal(number)
+            assert asked.process.wait() == code
+            expected = "zerorate: interrupted\n" if number == signal.SIGINT else ""
+            assert asked.process.stderr.read() == expected
+        assert position(checkpoint, capsys) == 57
+        code, rest, _ = streamed(LINES[57:], *RATE, "--checkpoint", checkpoint)
+        assert (code, answers + rest) == (0, EXPECTED)
+
+
+class TestSources:
+    def test_a_fifo(self, tmp_path):
+        fifo = tmp_path / "imu"
+        os.mkfifo(fifo)
+        with Asked(*RATE, fifo, stdin=subprocess.DEVNULL) as asked:
+            with fifo.open("w", buffering=1) as source:
+                for line, expected in zip(LINES, EXPECTED, strict=True):
+                    source.write(f"{line}\n")
+                    assert asked.process.stdout.readline() == f"{expected}\n"
+            assert asked.end() == (0, [], "")
+
+    def test_a_terminal_as_serial_devices_are(self):
+        device, theirs = os.openpty()
+        # As `stty raw` does: else the device's CR LF would be two line ends.
+        tty.setraw(theirs)
+        with Asked(*RATE, os.ttyname(theirs), stdin=subprocess.DEVNULL) as asked:
+            for line, expected in zip(LINES[:50], EXPECTED, strict=False):
+                os.write(device, f"{line}\r\n".encode())
+                assert asked.process.stdout.readline() == f"{expected}\n"
+            asked.process.send_signal(signal.SIGINT)
+            assert asked.process.wait() == 130
+        os.close(device)
+        os.close(theirs)
+
+    def test_a_source_that_is_not_there(self, capsys, tmp_path):
+        assert run(["stream", *RATE, str(tmp_path / "none")]) == 1
+        assert "No such file" in capsys.readouterr().err
+
+
+class TestDatagrams:
+    def test_each_is_answered_to_its_sender(self):
+        with Asked(*RATE, "--udp", "127.0.0.1:0", stdin=subprocess.DEVNULL) as asked:
+            told = asked.process.stderr.readline()
+            assert told.startswith("zerorate: listening on 127.0.0.1:")
+            place = ("127.0.0.1", int(told.rsplit(":", 1)[1]))
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as source:
+                # Generous: it only keeps a lost datagram from hanging the test.
+                source.settimeout(60.0)
+                for line, expected in zip(LINES, EXPECTED, strict=True):
+                    source.sendto(line.encode(), place)
+                    assert source.recv(1 << 16).decode() == expected
+            asked.process.send_signal(signal.SIGINT)
+            assert asked.process.wait() == 130
+
+    @pytest.mark.parametrize(
+        ("address", "told"),
+        [
+            ("5005", "takes HOST:PORT"),
+            ("127.0.0.1:x", "takes HOST:PORT"),
+            ("127.0.0.1:70000", "takes HOST:PORT"),
+            ("0.0.0.0:0", "of this machine alone"),
+            ("no host:5005", "--udp cannot use no host:5005: "),
+        ],
+    )
+    def test_addresses_that_are_refused(self, capsys, address, told):
+        assert run(["stream", *RATE, "--udp", address]) == 2
+        assert told in capsys.readouterr().err
+
+
+class TestRefused:
+    @pytest.mark.parametrize(
+        ("options", "told"),
+        [
+            ([], "--rate is required"),
+            ([*RATE, "imu", "--udp", "127.0.0.1:0"], "not both"),
+            ([*RATE, "--with", "gain"], "--with takes some of bias, bias_sigma, at_rest"),
+            ([*RATE, "--sequence", "0,1"], "--sequence takes one column"),
+            ([*RATE, "--checkpoint", "state", "--every", "0"], "--every takes a positive"),
+            ([*RATE, "--checkpoint", "none/state"], "the folder none does not exist"),
+            (["--rate", "-1"], "a positive number of samples a second"),
+            (["--position"], "--position needs --checkpoint"),
+            ([*RATE, "--order", "1,1"], "--order has no effect on method 'auto', only on"),
+            ([*RATE, "--adapt-for", "1"], "--adapt-for has no effect on method 'auto', only on"),
+            (
+                [*RATE, "--method", "akf", "--fading", "0.9"],
+                "has no effect on method 'akf', only",
+            ),
+            ([*RATE, "--method", "kf", "--order", "2"], "--order takes two numbers"),
+            ([*RATE, "--method", "kf", "--order", "9,1"], "order must be (p, q)"),
+        ],
+    )
+    def test_usage(self, capsys, tmp_path, monkeypatch, options, told):
+        monkeypatch.chdir(tmp_path)
+        assert run(["stream", *options]) == 2
+        errors = capsys.readouterr().err
+        assert told in errors
+        assert len(errors.splitlines()) == 1
+
+    @pytest.mark.parametrize("name", ["stdin", "stdout"])
+    def test_a_closed_pipe(self, capsys, monkeypatch, name):
+        monkeypatch.setattr(sys, name, None)
+        assert run(["stream", *RATE, os.devnull] if name == "stdout" else ["stream", *RATE]) == 1
+        assert capsys.readouterr().err == f"zerorate: {name} is closed\n"
+
+    def test_a_first_line_that_holds_no_sample(self):
+        code, answers, errors = streamed(["0.1,abc"], *RATE)
+        told = "zerorate: line 1: it holds names and numbers, expected one or the other\n"
+        assert (code, answers, errors) == (1, [], told)
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """A checkpoint after a hundred samples."""
+    path = tmp_path_factory.mktemp("saved") / "state"
+    assert streamed(LINES[:100], *RATE, "--checkpoint", path)[0] == 0
+    return path.read_bytes()
+
+
+class TestCheckpoints:
+    @pytest.fixture
+    def checkpoint(self, saved, tmp_path):
+        path = tmp_path / "state"
+        path.write_bytes(saved)
+        return path
+
+    def test_there_is_none_at_the_first_start(self, tmp_path, capsys):
+        assert position(tmp_path / "state", capsys) == 0
+
+    def test_no_sample_leaves_none(self, tmp_path):
+        assert streamed([], *RATE, "--checkpoint", tmp_path / "state") == (0, [], "")
+        assert list(tmp_path.iterdir()) == []
+
+    def test_the_next_start_goes_on(self, checkpoint, capsys):
+        assert position(checkpoint, capsys) == 100
+        assert streamed(LINES[100:], *RATE, "--checkpoint", checkpoint)[1] == EXPECTED[100:]
+        assert position(checkpoint, capsys) == 300
+
+    @pytest.mark.parametrize(
+        ("options", "told"),
+        [
+            (["--rate", "200"], "made with --rate 100, now it is 200"),
+            ([*RATE, "--output-kind", "estimate"], "made with --output-kind compensated, now"),
+            ([*RATE, "--with", "bias"], "made with --with none, now it is bias"),
+            ([*RATE, "--startup", "2"], "made with --startup 1, now it is 2"),
+        ],
+    )
+    def test_other_options_are_refused(self, checkpoint, options, told, capsys):
+        before = checkpoint.read_bytes()
+        assert run(["stream", *options, "--checkpoint", str(checkpoint)]) == 2
+        errors = capsys.readouterr().err
+        assert told in errors
+        assert len(errors.splitlines()) == 1
+        assert checkpoint.read_bytes() == before
+
+    @pytest.mark.parametrize("torn", ["short", "empty", "flipped", "foreign"])
+    def test_a_torn_one_is_refused_and_kept_unless_forced(self, checkpoint, torn):
+        whole = checkpoint.read_bytes()
+        flipped = bytes([*whole[:50], whole[50] ^ 1, *whole[51:]])
+        damaged = {"short": whole[:-9], "empty": b"", "flipped": flipped, "foreign": b"t,x\n1,2\n"}
+        checkpoint.write_bytes(damaged[torn])
+        code, answers, errors = streamed(LINES, *RATE, "--checkpoint", checkpoint)
+        assert (code, answers, len(errors.splitlines())) == (1, [], 1)
+        assert "--force begins anew" in errors
+        assert checkpoint.read_bytes() == damaged[torn]
+        forced = streamed(LINES[:100], *RATE, "--checkpoint", checkpoint, "--force")
+        assert forced == (0, EXPECTED[:100], "")
+        assert checkpoint.read_bytes() == whole
+
+    def test_what_a_kill_left_is_removed_at_the_next_start(self, checkpoint):
+        ours, others = ".state.0123456789ab", [".state.backup", ".other.0123456789ab", ".state"]
+        for name in (ours, *others):
+            (checkpoint.parent / name).write_bytes(b"half")
+        assert streamed(LINES[100:], *RATE, "--checkpoint", checkpoint)[0] == 0
+        names = sorted(path.name for path in checkpoint.parent.iterdir())
+        assert names == sorted([*others, "state"])
+
+    def test_force_goes_on_with_a_whole_one(self, checkpoint):
+        forced = streamed(LINES[100:], *RATE, "--checkpoint", checkpoint, "--force")
+        assert forced == (0, EXPECTED[100:], "")
+
+    def test_a_folder_that_vanishes_does_not_end_the_stream(self, tmp_path):
+        folder = tmp_path / "folder"
+        folder.mkdir()
+        options = ("--checkpoint", folder / "state", "--every", "0.1")
+        with Asked(*RATE, *options) as asked:
+            asked.ask(LINES[0])
+            folder.rmdir()
+            answers = [asked.ask(line) for line in LINES[1:]]
+            code, _, errors = asked.end()
+        assert (code, answers) == (1, EXPECTED[1:])
+        assert [line.split(":")[1] for line in errors.splitlines()] == [
+            " the checkpoint cannot be written"
+        ] * 2

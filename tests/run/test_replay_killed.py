@@ -1,0 +1,127 @@
+"""A replay that is stopped at any moment leaves no file, or a whole one, and nothing for ever."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from zerorate import Log, read_log, write_log
+from zerorate.cli import run
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
+
+N = 60_000
+OUTPUTS = ("run-zerorate.parquet", "run-zerorate.png")
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    path = tmp_path_factory.mktemp("log") / "run.parquet"
+    data = np.random.default_rng(1).standard_normal((N, 3))
+    write_log(Log(np.arange(N) / 100.0, 100.0, data, ["gyro_x", "gyro_y", "gyro_z"], "deg/s"), path)
+    return path
+
+
+def start(recording, folder, *options):
+    return subprocess.Popen(
+        [sys.executable, "-m", "zerorate", "replay", recording, "-o", folder, *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.fixture(scope="module")
+def usual_time(recording, tmp_path_factory):
+    begin = time.monotonic()
+    process = start(recording, tmp_path_factory.mktemp("whole"))
+    process.communicate()
+    assert process.returncode == 0
+    return time.monotonic() - begin
+
+
+def check_outputs(folder):
+    """Every file under a final name must be whole."""
+    log, figure = (folder / name for name in OUTPUTS)
+    if log.exists():
+        filtered = read_log(log)
+        assert filtered.data.shape == (N, 3)
+        assert np.isfinite(filtered.data).all()
+    if figure.exists():
+        assert figure.read_bytes().startswith(b"\x89PNG")
+        assert figure.read_bytes().endswith(b"IEND\xaeB`\x82")
+
+
+def visible(folder):
+    return [path.name for path in folder.iterdir() if not path.name.startswith(".")]
+
+
+def hidden(folder):
+    return [path.name for path in folder.iterdir() if path.name.startswith(".")]
+
+
+@pytest.mark.parametrize("old", [False, True], ids=["new", "replacing"])
+@pytest.mark.parametrize(
+    ("number", "share"),
+    [
+        (signal.SIGINT, 0.5),
+        (signal.SIGKILL, 0.7),
+        (signal.SIGINT, 0.85),
+        (signal.SIGKILL, 0.95),
+    ],
+)
+def test_stopped_at_any_moment(recording, usual_time, tmp_path, number, share, old):
+    for name in OUTPUTS if old else ():
+        (tmp_path / name).write_bytes(b"old")
+    process = start(recording, tmp_path, *(["--force"] if old else []))
+    time.sleep(share * usual_time)
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=30)
+    # An old output stays until the new one is whole.
+    if old and any((tmp_path / name).read_bytes() == b"old" for name in OUTPUTS):
+        for name in OUTPUTS:
+            if (tmp_path / name).read_bytes() == b"old":
+                (tmp_path / name).unlink()
+    check_outputs(tmp_path)
+    assert set(visible(tmp_path)) <= set(OUTPUTS)
+    if number == signal.SIGINT:
+        assert process.returncode in (0, 130, -signal.SIGINT)
+        assert hidden(tmp_path) == []
+        assert process.returncode != 130 or errors.strip() == "zerorate: interrupted"
+
+
+def test_a_later_run_succeeds_and_removes_what_the_kill_left(recording, tmp_path):
+    process = start(recording, tmp_path)
+    # Before the figure is drawn, and long before both files get their names.
+    while not hidden(tmp_path) and process.poll() is None:
+        time.sleep(0.002)
+    process.kill()
+    process.communicate()
+    assert hidden(tmp_path) != []
+    again = start(recording, tmp_path, "--force")
+    again.communicate()
+    assert again.returncode == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(OUTPUTS)
+    check_outputs(tmp_path)
+
+
+def test_what_another_process_is_writing_stays(recording, tmp_path):
+    (tmp_path / f".run-zerorate.{os.getpid():06x}012345.parquet").write_bytes(b"half")
+    (tmp_path / ".run-zerorate.fffffe012345.parquet").write_bytes(b"left")
+    process = start(recording, tmp_path, "--no-figure")
+    process.communicate()
+    assert process.returncode == 0
+    assert hidden(tmp_path) == [f".run-zerorate.{os.getpid():06x}012345.parquet"]
+
+
+def test_what_a_killed_simulation_left_is_removed(tmp_path):
+    left = [".a.fffffe012345.npz", ".a-truth.fffffe012345.npz"]
+    for name in left:
+        (tmp_path / name).write_bytes(b"half")
+    assert run(["simulate", "mpu6050", "-o", str(tmp_path / "a.npz"), "--duration", "2"]) == 0
+    assert sorted(visible(tmp_path)) == ["a-truth.npz", "a.npz"]
+    assert hidden(tmp_path) == []

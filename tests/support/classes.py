@@ -1,0 +1,307 @@
+"""Every streaming class in one table: what joins it is held to all laws of tests/laws.
+
+A class comes as one or more streams, where its settings make it different things. A stream takes
+records whose first axis is time; with channels the second axis is theirs.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from hypothesis import strategies as st
+
+import zerorate as zr
+from support.checks import (
+    assert_covariance,
+    assert_finite,
+    assert_same_bits,
+    assert_semidefinite,
+)
+from support.records import moving_records, ordinary_records, records
+from support.settings import (
+    METHODS,
+    RATE,
+    allan_settings,
+    auto_settings,
+    drift,
+    model_settings,
+    noise_settings,
+    published_settings,
+    rest_settings,
+    start_of,
+    started_settings,
+)
+
+# The power of the samples' unit in [φ, θ, c]: none but in the constant.
+CONSTANT_LAST = "constant last"
+
+
+def sound_trace(trace, z):
+    """Of a DriftFilter: finite, with covariances that are some, and told where samples miss."""
+    assert_finite(trace)
+    sound_covariances(trace)
+    np.testing.assert_array_equal(trace["missing"], ~np.isfinite(z))
+
+
+def sound_drift(f, z, answers):
+    """Finite, and missing only where a compensated sample is."""
+    seen = np.isfinite(z) | (f.params["output"] != "compensated")
+    np.testing.assert_array_equal(np.isnan(answers), ~seen)
+    known = state(f)
+    assert_finite({"answers": answers[seen], **known})
+    sound_covariances(known)
+
+
+def sound_covariances(known):
+    assert_covariance(known["process_noise"])
+    assert_covariance(known["covariance"])
+    for name in ("innovation_variance", "measurement_noise", "bias_sigma"):
+        assert np.all(known[name] >= 0.0), name
+
+
+def sound_model(f, z, answers):
+    assert_finite({"answers": answers, **state(f)})
+    assert_semidefinite(f.covariance)
+
+
+def sound_noise(f, z, answers):
+    assert_finite({"answers": answers, **state(f)})
+    assert np.all(answers >= 0.0)
+
+
+def sound_rest(f, z, answers):
+    assert answers.shape == z.shape
+
+
+def sound_allan(f, z, answers):
+    """A deviation wherever there are terms, and only there."""
+    known = state(f)
+    for name, terms in (("deviation", "terms"), ("hadamard_deviation", "hadamard_terms")):
+        seen = known[terms] > 0
+        assert np.all(np.isfinite(known[name][seen])), name
+        assert np.all(known[name][seen] >= 0.0), name
+        assert np.all(np.isnan(known[name][~seen])), name
+
+
+@dataclass(frozen=True)
+class Stream:
+    """A streaming class with settings of one kind."""
+
+    kind: type
+    # From a number of channels, or None for a single signal, to a strategy of arguments.
+    settings: Callable[[int | None], st.SearchStrategy]
+    # Fixed arguments by name, for what is tried with each of them.
+    examples: dict[str, dict]
+    # All that can be asked of it, and the power of the samples' unit in it.
+    properties: dict[str, int | str]
+    # The power of the samples' unit in what it returns.
+    answer: int
+    # Raises if samples, finite or missing, must not lead to these answers and this state.
+    sound: Callable
+    make: Callable
+    # Names of the arguments that have the samples' unit, with their powers.
+    units: dict[str, int]
+    # Anything that it may be fed with, and what a sensor gives.
+    records: Callable = records
+    ordinary: Callable = ordinary_records
+    # Powers of two that the samples may be multiplied by.
+    powers: int = 60
+    # Where the channels are in its properties.
+    channel_axis: int = 0
+
+    def one_of(self, arguments, channel):
+        """The arguments that make one channel alone."""
+        alone = {**arguments, "channels": None}
+        if "start" in alone:
+            alone["start"] = {name: values[channel] for name, values in alone["start"].items()}
+        return alone
+
+    def in_unit(self, arguments, a):
+        """The arguments for samples multiplied by ``a``."""
+        scaled = dict(arguments)
+        for name in scaled.keys() & self.units.keys():
+            if scaled[name] is not None:
+                scaled[name] = scaled[name] * a ** self.units[name]
+        if "start" in scaled:
+            start = scaled["start"]
+            scaled["start"] = {name: in_unit(start[name], START[name], a) for name in start}
+        return scaled
+
+
+def state(f):
+    """Every property, as arrays by name."""
+    return {name: np.asarray(getattr(f, name)) for name in PROPERTIES[type(f)]}
+
+
+def assert_same_state(got, expected):
+    for name, value in state(expected).items():
+        assert_same_bits(getattr(got, name), value)
+    assert got.to_bytes() == expected.to_bytes()
+
+
+def in_unit(value, power, a):
+    """A value in the unit of samples that were multiplied by ``a``."""
+    if power == CONSTANT_LAST:
+        return value * np.append(np.ones(value.shape[-1] - 1), a)
+    # Flags stay flags.
+    return value * a**power if power else value
+
+
+# Of the arguments and the properties of a DriftFilter.
+START = {
+    "offset": 1,
+    "scale": 1,
+    "coefficients": CONSTANT_LAST,
+    "covariance": 0,
+    "measurement_noise": 2,
+    "process_noise": 2,
+    "state_covariance": 2,
+}
+DRIFT = {
+    "estimate": 1,
+    "innovation": 1,
+    "innovation_variance": 2,
+    "gain": 0,
+    "measurement_noise": 2,
+    "process_noise": 2,
+    "coefficients": CONSTANT_LAST,
+    "covariance": 2,
+    "bias": 1,
+    "bias_sigma": 1,
+    "at_rest": 0,
+    "guard_count": 0,
+    "ready": 0,
+    "samples_seen": 0,
+}
+# The walk of "auto" has a single coefficient, and that no unit.
+AUTO = {**DRIFT, "coefficients": 0}
+MODEL = {"coefficients": CONSTANT_LAST, "covariance": 0, "ready": 0, "samples_seen": 0}
+ALLAN = {
+    "deviation": 1,
+    "hadamard_deviation": 1,
+    "terms": 0,
+    "hadamard_terms": 0,
+    "samples_seen": 0,
+}
+
+drift_stream = partial(
+    Stream, kind=zr.DriftFilter, make=drift, sound=sound_drift, answer=1, units={"scale": 1}
+)
+FADING = {"rate": RATE, "method": "fading"}
+
+STREAMS = {
+    "published": drift_stream(
+        settings=published_settings,
+        examples={method: {"rate": RATE, "method": method} for method in METHODS}
+        | {
+            "holding": {**FADING, "motion": "hold"},
+            "compensating": {**FADING, "output": "compensated"},
+        },
+        properties=DRIFT,
+    ),
+    "started": drift_stream(
+        settings=started_settings,
+        examples={
+            "started": {
+                **FADING,
+                "order": (2, 1),
+                "start": start_of(np.random.default_rng(7), (2, 1)),
+            }
+        },
+        properties=DRIFT,
+    ),
+    "auto": drift_stream(
+        settings=auto_settings,
+        examples={
+            "auto": {"rate": RATE, "method": "auto"},
+            "auto-compensating": {"rate": RATE, "method": "auto", "output": "compensated"},
+            "auto-ignoring": {"rate": RATE, "method": "auto", "motion": "ignore"},
+        },
+        properties=AUTO,
+    ),
+    "least-squares": Stream(
+        kind=zr.RecursiveLeastSquares,
+        make=lambda arguments: zr.RecursiveLeastSquares(**arguments),
+        settings=model_settings,
+        examples={"least-squares": {}},
+        properties=MODEL,
+        answer=1,
+        sound=sound_model,
+        units={"scale": 1},
+    ),
+    "allan-noise": Stream(
+        kind=zr.AllanNoise,
+        make=lambda arguments: zr.AllanNoise(**arguments),
+        settings=noise_settings,
+        examples={"allan-noise": {}, "hadamard-noise": {"noise": "hadamard", "fading": 1.0}},
+        properties={"variance": 2},
+        answer=2,
+        sound=sound_noise,
+        units={"floor": 2},
+    ),
+    "rest-detector": Stream(
+        kind=zr.RestDetector,
+        make=lambda arguments: zr.RestDetector(**arguments),
+        settings=rest_settings,
+        examples={"rest-detector": {"rate": RATE}},
+        properties={"at_rest": 0},
+        answer=0,
+        sound=sound_rest,
+        units={},
+        records=lambda: st.one_of(moving_records(), records()),
+        ordinary=moving_records,
+        powers=400,
+    ),
+    "streaming-allan": Stream(
+        kind=zr.StreamingAllan,
+        make=lambda arguments: zr.StreamingAllan(**arguments),
+        settings=allan_settings,
+        examples={"streaming-allan": {"rate": RATE, "octaves": 2}},
+        properties=ALLAN,
+        answer=0,
+        sound=sound_allan,
+        units={},
+        channel_axis=-1,
+    ),
+}
+PROPERTIES = {stream.kind: list(stream.properties) for stream in STREAMS.values()}
+EXAMPLES = {
+    name: (stream, arguments)
+    for stream in STREAMS.values()
+    for name, arguments in stream.examples.items()
+}
+
+
+def example(name, channels=None):
+    """A new filter of EXAMPLES, every channel alike."""
+    stream, arguments = EXAMPLES[name]
+    if channels is not None and "start" in arguments:
+        repeated = {
+            key: np.stack([np.asarray(value)] * channels)
+            for key, value in arguments["start"].items()
+        }
+        arguments = {**arguments, "start": repeated}
+    return stream.make({**arguments, "channels": channels})
+
+
+def joined(parts):
+    """What several calls returned, as one; of StreamingAllan, which returns nothing, None."""
+    if all(part is None for part in parts):
+        return None
+    return np.concatenate([np.atleast_1d(part) for part in parts])
+
+
+def one_by_one(f, z):
+    """What `update` returns for each sample."""
+    answers = [f.update(sample) for sample in z.tolist()]
+    if all(answer is None for answer in answers):
+        return None
+    return np.array(answers)
+
+
+def assert_same_answers(got, expected):
+    if expected is None:
+        assert got is None
+    else:
+        assert_same_bits(got, expected)

@@ -1,0 +1,149 @@
+"""Records for hypothesis: what a gyro gives, and what it should never give."""
+
+import numpy as np
+from hypothesis import strategies as st
+
+
+def white(rng, n):
+    return rng.standard_normal(n)
+
+
+def autoregressive(rng, n):
+    """ARMA(2, 1)."""
+    noise = rng.standard_normal(n + 2)
+    y = np.zeros(n + 2)
+    for k in range(2, n + 2):
+        y[k] = 1.5 * y[k - 1] - 0.6 * y[k - 2] + noise[k] - 0.4 * noise[k - 1]
+    return y[2:]
+
+
+def walk(rng, n):
+    return rng.standard_normal(n) + np.cumsum(0.05 * rng.standard_normal(n))
+
+
+def quantised(rng, n):
+    """Most samples repeat the one before."""
+    return np.round(0.5 * rng.standard_normal(n))
+
+
+def with_missing(rng, n):
+    """At the start, at random and in one long gap."""
+    z = autoregressive(rng, n)
+    z[rng.random(n) < 0.1] = np.nan
+    z[:7] = np.inf
+    z[n // 2 : n // 2 + n // 10] = np.nan
+    return z
+
+
+SIGNALS = {f.__name__: f for f in (white, autoregressive, walk, quantised, with_missing)}
+
+
+@st.composite
+def ordinary_records(draw, max_size=600):
+    """What a gyro gives: noise or drift on an offset, in any unit."""
+    signal = draw(st.sampled_from(list(SIGNALS.values())))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    size = draw(st.integers(200, max_size))
+    offset = draw(st.sampled_from([0.0, -0.35, 5.0]))
+    return offset + signal(rng, size) * draw(st.sampled_from([0.1, 1.0, 300.0]))
+
+
+@st.composite
+def moving_records(draw, steps=(0.0, 0.5, 3.0)):
+    """Rest, turning, steps, louder noise and gaps one after the other."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    parts = []
+    for kind in draw(
+        st.lists(st.sampled_from(["rest", "turn", "level", "loud", "gap"]), max_size=6)
+    ):
+        n = draw(st.integers(1, 900))
+        part = rng.standard_normal(n)
+        if kind == "turn":
+            part += 20.0 * np.sin(np.arange(n) / draw(st.floats(1.0, 100.0)))
+        elif kind == "level":
+            part += draw(st.sampled_from([0.3, 1.0, 30.0]))
+        elif kind == "loud":
+            part *= 4.0
+        elif kind == "gap":
+            part[rng.random(n) < 0.9] = np.nan
+        parts.append(part)
+    z = np.concatenate([rng.standard_normal(draw(st.integers(0, 1500))), *parts])
+    step = draw(st.sampled_from(steps))
+    return np.round(z / step) * step if step else z
+
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+ANY = st.one_of(FINITE, st.sampled_from([np.nan, np.inf, -np.inf]))
+EDGES = st.sampled_from(
+    [0.0, -0.0, 5e-324, 1e-310, 1e-150, 1e-4, 1.0, 1e7, 1e12, 1e150, 1e300, np.finfo(float).max]
+)
+
+
+@st.composite
+def segments(draw):
+    """A stretch of one kind of misbehaviour."""
+    n = draw(st.integers(1, 120))
+    size = draw(st.one_of(EDGES, FINITE))
+    k = np.arange(n)
+    with np.errstate(over="ignore", invalid="ignore", under="ignore"):
+        return draw(st.sampled_from(SHAPES))(k, size)
+
+
+def constant(k, size):
+    return np.full(len(k), size)
+
+
+def alternating(k, size):
+    return size * (-1.0) ** k
+
+
+def ramp(k, size):
+    return size * (k / len(k))
+
+
+def growth(k, size):
+    return size * 10.0**k
+
+
+def decay(k, size):
+    return size / 10.0**k
+
+
+def noise(k, size):
+    return size * np.random.default_rng(len(k)).uniform(-1.0, 1.0, len(k))
+
+
+def tiny_noise(k, size):
+    return size + 1e-4 * np.random.default_rng(len(k)).standard_normal(len(k))
+
+
+def outlier(k, size):
+    return np.where(k == len(k) // 2, size, noise(k, 1.0))
+
+
+def gap(k, size):
+    return np.full(len(k), np.nan)
+
+
+SHAPES = [constant, alternating, ramp, growth, decay, noise, tiny_noise, outlier, gap]
+
+
+@st.composite
+def hostile_records(draw):
+    """Stretches of misbehaviour, one after the other, and single wild samples among them."""
+    stretches = draw(st.lists(segments(), min_size=1, max_size=6))
+    loose = np.array(draw(st.lists(ANY, max_size=12)), dtype=float)
+    stretches.insert(draw(st.integers(0, len(stretches))), loose)
+    return np.concatenate(stretches)
+
+
+def records():
+    return st.one_of(ordinary_records(), hostile_records())
+
+
+def mixed_record():
+    """One record of all that a filter treats differently: start-up, gaps, motion and the rest."""
+    rng = np.random.default_rng(5)
+    signals = [signal(rng, 140) for signal in SIGNALS.values()]
+    motion = 30.0 * np.sin(np.arange(200) / 9.0) + white(rng, 200)
+    return np.concatenate([*signals, motion, white(rng, 200)])

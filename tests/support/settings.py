@@ -1,0 +1,182 @@
+"""Settings of the streaming classes for hypothesis, and filters made from them."""
+
+import numpy as np
+from hypothesis import strategies as st
+
+import zerorate as zr
+
+RATE = 100.0
+METHODS = ["kf", "akf", "fading"]
+MOTIONS = ["ignore", "hold"]
+OUTPUTS = ["estimate", "compensated"]
+ORDERS = [(p, q) for p in (1, 2, 3) for q in (0, 1, 2, 3)]
+
+TRACE = [
+    "estimate",
+    "innovation",
+    "innovation_variance",
+    "gain",
+    "measurement_noise",
+    "process_noise",
+    "coefficients",
+    "covariance",
+    "missing",
+    "guarded",
+    "bias",
+    "bias_sigma",
+    "at_rest",
+]
+CONDUCT = {
+    "motion": st.sampled_from(MOTIONS),
+    "output": st.sampled_from(OUTPUTS),
+    "startup": st.sampled_from([1e-3, 0.2, 1.0]),
+    "scale": st.sampled_from([None, 1e-6, 1.0, 1e6]),
+}
+
+
+def drift_settings(channels=None):
+    """Arguments of a DriftFilter of any method; `drift` takes them."""
+    return st.one_of(
+        published_settings(channels), started_settings(channels), auto_settings(channels)
+    )
+
+
+def published_settings(channels=None):
+    """Arguments of a filter with an ARMA model that learns its own start."""
+    return st.fixed_dictionaries(
+        {
+            "rate": st.just(RATE),
+            "order": st.sampled_from(ORDERS),
+            "method": st.sampled_from(METHODS),
+            "channels": st.just(channels),
+        },
+        optional={
+            "fading": st.sampled_from([1e-3, 0.5, 0.9, 0.97, 1.0]),
+            "adapt_for": st.sampled_from([None, 0.0, 0.5, 120.0]),
+            "forgetting_factor": st.sampled_from([1e-3, 0.9, 0.99, 1.0]),
+            "process_noise": st.sampled_from([0.0, 1e-12, 1e-8, 1e-4, 0.1, 1.0, 1e6]),
+            "process_noise_memory": st.sampled_from([0.0, 0.5, 10.0, 1e6]),
+            "noise": st.sampled_from(["allan", "hadamard"]),
+            **CONDUCT,
+        },
+    )
+
+
+def started_settings(channels=None):
+    """The same with a start."""
+    return published_settings(channels).flatmap(
+        lambda arguments: starts(arguments["order"], channels).map(
+            lambda start: {**arguments, "start": start}
+        )
+    )
+
+
+def auto_settings(channels=None):
+    """Arguments of the filter that tunes itself; ticks from one sample to many."""
+    return st.fixed_dictionaries(
+        {
+            "rate": st.sampled_from([1.0, 10.0, 62.5, RATE]),
+            "method": st.just("auto"),
+            "channels": st.just(channels),
+        },
+        optional=CONDUCT,
+    )
+
+
+def drift(arguments):
+    """A DriftFilter, started if the arguments say with what."""
+    arguments = dict(arguments)
+    start = arguments.pop("start", None)
+    if start is None:
+        return zr.DriftFilter(**arguments)
+    return zr.DriftFilter.started(start, **arguments)
+
+
+@st.composite
+def starts(draw, order, channels=None):
+    """What a filter is started with, from nearly certain to ignorant, some of it singular."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    return start_of(rng, order, channels, draw(st.sampled_from([0.0, 1e-8, 1.0, 1e4])))
+
+
+def start_of(rng, order, channels=None, size=1.0):
+    """Another one for each channel."""
+    if channels is None:
+        return random_start(rng, order, size)
+    known = [random_start(rng, order, size) for _ in range(channels)]
+    return {name: np.stack([np.asarray(start[name]) for start in known]) for name in known[0]}
+
+
+def random_start(rng, order, size=1.0):
+    """For one channel; `size` is that of its uncertainty."""
+    (p, q), scale = order, rng.choice([1e-6, 0.1, 1.0, 300.0])
+    n, m = p + 1, p + q + 1
+    return {
+        "offset": rng.choice([0.0, -0.35, 1e7 * scale]),
+        "scale": scale,
+        "coefficients": rng.uniform(-1.2, 1.2, m) * np.append(np.ones(m - 1), scale),
+        "covariance": size * semidefinite(rng, m),
+        "measurement_noise": scale**2 * rng.choice([0.0, 1e-8, 1.0, 1e6]),
+        "process_noise": scale**2 * rng.choice([0.0, 1e-8, 1.0, 1e6]),
+        "state_covariance": size * scale**2 * semidefinite(rng, n),
+    }
+
+
+def semidefinite(rng, size):
+    """Symmetric to the bit; with one direction fewer than its size, now and then."""
+    root = rng.standard_normal((size, size - rng.integers(2)))
+    product = root @ root.T
+    return (product + product.T) / 2.0
+
+
+def model_settings(channels=None):
+    """Arguments of a RecursiveLeastSquares."""
+    return st.fixed_dictionaries(
+        {"order": st.sampled_from(ORDERS), "channels": st.just(channels)},
+        optional={
+            "forgetting_factor": st.sampled_from([1e-3, 0.9, 0.99, 1.0]),
+            "startup": st.sampled_from([2, 10, 100]),
+            "scale": st.sampled_from([None, 1e-6, 1.0, 1e6]),
+        },
+    )
+
+
+def noise_settings(channels=None):
+    """Arguments of an AllanNoise."""
+    return st.fixed_dictionaries(
+        {"channels": st.just(channels)},
+        optional={
+            "fading": st.sampled_from([1e-3, 0.5, 0.97, 1.0]),
+            "noise": st.sampled_from(["allan", "hadamard"]),
+            "floor": st.sampled_from([0.0, 1e-12, 1.0]),
+        },
+    )
+
+
+def rest_settings(channels=None):
+    """Arguments of a RestDetector; ticks from four samples on."""
+    return st.fixed_dictionaries(
+        {"rate": st.sampled_from([1.0, 7.5, 20.0, 62.5]), "channels": st.just(channels)}
+    )
+
+
+def allan_settings(channels=None):
+    """Arguments of a StreamingAllan."""
+    return st.fixed_dictionaries(
+        {"rate": st.just(RATE), "octaves": st.integers(1, 9), "channels": st.just(channels)}
+    )
+
+
+def traced(f, z):
+    """A trace as arrays by name."""
+    trace = f.trace(z)
+    return {name: getattr(trace, name) for name in TRACE}
+
+
+def answers(arguments, trace, z):
+    """What `process` returns where `trace` told this."""
+    if arguments.get("output") != "compensated":
+        return trace["estimate"]
+    # The bound of all samples keeps the difference finite.
+    compensated = np.clip(np.clip(z, -1e300, 1e300) - trace["bias"], -1e300, 1e300)
+    return np.where(np.isfinite(z), compensated, np.nan)
