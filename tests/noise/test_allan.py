@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import zerorate as zr
-from zerorate.noise import series
 from zerorate.noise.kinds import KINDS
+from zerorate.simulate import sequences
 
 RATE = 50.0
 NOISE = np.random.default_rng(1).standard_normal(2000)
@@ -259,8 +259,8 @@ def test_repr():
 
 SIMULATED = {
     0: np.copy,
-    -1: series.flicker,
-    -2: series.walk,
+    -1: sequences.flicker,
+    -2: sequences.walk,
     2: np.diff,
 }  # fmt: skip
 

@@ -9,7 +9,6 @@ from scipy.integrate import quad
 from scipy.signal import welch
 
 import zerorate as zr
-from zerorate.noise import series
 from zerorate.noise.covariance import variances
 from zerorate.noise.curve_fit import expected_deviation, expected_terms
 from zerorate.noise.kinds import KINDS
@@ -24,6 +23,7 @@ from zerorate.noise.processes import (
     sinusoid_variance,
     strength,
 )
+from zerorate.simulate import sequences
 
 RATE = 100.0
 FLICKER_MODIFIED = (27.0 * math.log(3.0) - 32.0 * math.log(2.0)) / (16.0 * math.log(2.0))
@@ -236,7 +236,7 @@ def test_one_sided_densities_are_twice_the_square():
     [
         (lambda n: np.diff(white(n + 1)), "quantization", 100.0 * math.sqrt(3.0)),
         (white, "angle_random_walk", 100.0),
-        (lambda n: series.walk(white(n)), "rate_random_walk", 300.0),
+        (lambda n: sequences.walk(white(n)), "rate_random_walk", 300.0),
     ],
     ids=["quantisation", "white", "walk"],
 )
@@ -249,7 +249,7 @@ def test_records_are_read_where_ieee_952_reads_them(make, term, tau):
 
 
 def test_flicker_is_flat_at_its_floor():
-    z = series.flicker(white(2**18))
+    z = sequences.flicker(white(2**18))
     r = zr.allan(z, 1.0, taus=[64, 256, 1024], exponent=-1)
     # Four intervals of each estimate.
     within = 4.0 * zr.noise.FLICKER_FLOOR / np.sqrt(2.0 * r.edf)

@@ -5,10 +5,10 @@ import pytest
 
 from oracle.curve_covariance import covariance, weights
 from zerorate._native import allan_deviations, longest_factor
-from zerorate.noise import series
 from zerorate.noise.covariance import CurveStatistics, degrees_of_freedom, variances
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.processes import BY_EXPONENT, FLICKER, QUANTISATION, WALK, WHITE, markov
+from zerorate.simulate import sequences
 
 PLAIN = ["adev", "oadev", "mdev", "hdev", "ohdev"]
 PROCESSES = {
@@ -102,7 +102,7 @@ def simulated(name, make):
 @pytest.mark.parametrize("name", ["oadev", "ohdev", "mdev"])
 @pytest.mark.parametrize(
     ("make", "process"),
-    [(np.copy, WHITE), (series.flicker, FLICKER), (series.walk, WALK)],
+    [(np.copy, WHITE), (sequences.flicker, FLICKER), (sequences.walk, WALK)],
     ids=["white", "flicker", "walk"],
 )
 def test_simulated_records_vary_as_said(name, make, process):

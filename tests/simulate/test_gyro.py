@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from zerorate.noise import Markov, NoiseModel, Sinusoid, series
+from zerorate.noise import Markov, NoiseModel, Sinusoid
+from zerorate.simulate import sequences
 from zerorate.simulate.devices import DEVICES
 from zerorate.simulate.gyro import simulate
 
@@ -94,7 +95,7 @@ def test_markov_noise_is_the_plain_recursion(step):
     for w in white[1:]:
         plain.append(decay * plain[-1] + drive * w)
     # 2000 roundings of numbers of order 1 in the recursion, 11 in the doubling.
-    np.testing.assert_allclose(series.markov(white, step), plain, rtol=0.0, atol=2000 * 2.3e-16)
+    np.testing.assert_allclose(sequences.markov(white, step), plain, rtol=0.0, atol=2000 * 2.3e-16)
 
 
 def test_markov_noise_is_stationary_from_the_start():
@@ -129,7 +130,7 @@ def test_new_terms_leave_old_seeds_their_signals():
 
 def test_flicker_meets_its_floor_without_chance():
     """Drive the filter by one unit impulse: its Allan variance is a sum of squares, exact."""
-    response = series.flicker(np.eye(1, 64 * FACTORS[-1])[0])
+    response = sequences.flicker(np.eye(1, 64 * FACTORS[-1])[0])
     for m in FACTORS:
         angle = np.concatenate((np.zeros(2 * m), np.cumsum(response[: 64 * m])))
         second = angle[2 * m :] - 2.0 * angle[m:-m] + angle[: -2 * m]
@@ -145,7 +146,7 @@ def test_flicker_is_the_plain_convolution():
     response = np.cumprod(np.concatenate(([1.0], (lags - 0.5) / lags)))
     plain = np.convolve(white, response)[:300]
     # Rounding of a transform of 1024 numbers of order 1.
-    np.testing.assert_allclose(series.flicker(white), plain, rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(sequences.flicker(white), plain, rtol=0.0, atol=1e-13)
 
 
 def test_flicker_is_causal():

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from zerorate.show.allan_figure import plot_allan, plot_characterisation
     from zerorate.show.allan_table import format_allan, format_allan_notes
+    from zerorate.show.compare_simulated import format_regret
     from zerorate.show.compare_tables import format_compare
     from zerorate.show.dynamic_figure import plot_dynamic
     from zerorate.show.identify_figure import plot_identification
@@ -27,6 +28,7 @@ __all__ = [
     "format_identify",
     "format_learned",
     "format_notes",
+    "format_regret",
     "format_table",
     "identification_page",
     "log_notes",
@@ -41,6 +43,7 @@ __all__ = [
 _PLACES: Final = {
     "allan_figure": ("plot_allan", "plot_characterisation"),
     "allan_table": ("format_allan", "format_allan_notes"),
+    "compare_simulated": ("format_regret",),
     "compare_tables": ("format_compare",),
     "dynamic_figure": ("plot_dynamic",),
     "identify_figure": ("plot_identification",),

@@ -6,7 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.noise import NoiseModel, series
+from zerorate.noise import NoiseModel
+from zerorate.simulate import sequences
 from zerorate.simulate.devices import Device
 from zerorate.types import Floats
 
@@ -120,10 +121,10 @@ def _axis(
 
     truth = np.full(n, bias_sigma * random("turn-on bias").standard_normal())
     if noise.bias_instability > 0.0:
-        truth += noise.bias_instability * series.flicker(random("flicker").standard_normal(n))
+        truth += noise.bias_instability * sequences.flicker(random("flicker").standard_normal(n))
     if noise.rate_random_walk > 0.0:
         step = noise.rate_random_walk / math.sqrt(rate)
-        truth += step * series.walk(random("walk").standard_normal(n))
+        truth += step * sequences.walk(random("walk").standard_normal(n))
     if noise.rate_ramp != 0.0:
         truth += noise.rate_ramp / rate * np.arange(n)
     if noise.markov:
@@ -134,7 +135,7 @@ def _axis(
     signal = truth + sigma * random("white").standard_normal(n)
     if noise.quantization > 0.0:
         errors = random("quantization").standard_normal(n + 1)
-        signal += noise.quantization * rate * series.quantization(errors)
+        signal += noise.quantization * rate * sequences.quantization(errors)
     return signal, truth
 
 
@@ -145,14 +146,14 @@ def _add_markov(
     for term, child in zip(noise.markov, seed.spawn(len(noise.markov)), strict=True):
         white = np.random.default_rng(child).standard_normal(truth.size)
         sigma = term.amplitude * math.sqrt(term.time / 2.0)
-        truth += sigma * series.markov(white, 1.0 / (rate * term.time))
+        truth += sigma * sequences.markov(white, 1.0 / (rate * term.time))
 
 
 def _add_sinusoids(
     truth: Floats, noise: NoiseModel, rate: float, random: np.random.Generator
 ) -> None:
     for term, phase in zip(noise.sinusoid, random.random(len(noise.sinusoid)), strict=True):
-        truth += term.amplitude * series.sinusoid(truth.size, term.frequency / rate, phase)
+        truth += term.amplitude * sequences.sinusoid(truth.size, term.frequency / rate, phase)
 
 
 def _parts(

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 
-from zerorate.noise import series
+from zerorate.simulate import sequences
 from zerorate.simulate.gyro import not_negative
 from zerorate.types import Floats
 
@@ -83,7 +83,7 @@ class GaussMarkov:
     def series(self, n: int, rate: float, random: np.random.Generator) -> Floats:
         """Return n samples, deg/s."""
         white = random.standard_normal(n)
-        return self.deviation * series.markov(white, 1.0 / (rate * self.time))
+        return self.deviation * sequences.markov(white, 1.0 / (rate * self.time))
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class Resonance:
         """Return n samples, deg/s.
 
         The response Im(p^(k+1))/Im(p) of the pole p is that of a complex AR(1), solved by doubling
-        as in `zerorate.noise.series.markov`.
+        as in `zerorate.simulate.sequences.markov`.
         """
         lead, pole = math.ceil(_LEAD * rate * self.time), self._pole(rate)
         x = random.standard_normal(lead + n).astype(np.complex128)
@@ -320,7 +320,7 @@ def record(model: GyroModel, rate: float, n: int, seed: int) -> tuple[Floats, Fl
     truth = np.full(n, model.turn_on_bias * next(streams).standard_normal())
     white = next(streams).standard_normal(n)
     step = model.rate_random_walk / np.sqrt(rate)
-    truth += step * series.walk(next(streams).standard_normal(n))
+    truth += step * sequences.walk(next(streams).standard_normal(n))
     for part in model.drift:
         truth += part.series(n, rate, next(streams))
     signal = truth + model.angle_random_walk * np.sqrt(rate) * white
