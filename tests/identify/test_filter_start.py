@@ -81,7 +81,7 @@ class TestOptimality:
             best = rms(optimal(z)[0] - drift)
             filters = {
                 "started": MODEL.to_filter(RATE, "kf"),
-                "ignorant": zr.DriftFilter(RATE, (1, 1), "kf"),
+                "ignorant": zr.DriftFilter(RATE, order=(1, 1), method="kf"),
                 "started fading": MODEL.to_filter(RATE),
             }
             for name, f in filters.items():
