@@ -14,6 +14,9 @@ from zerorate._native import DriftFilter, filter_options
 if TYPE_CHECKING:
     from zerorate._native import _FilterOptions as FilterOptions
     from zerorate._native import _StreamOptions as StreamOptions
+else:
+    # The stub alone lists them by name and type.
+    FilterOptions = StreamOptions = dict
 
 __all__ = [
     "FILTER_OPTIONS",
