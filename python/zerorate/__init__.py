@@ -1,7 +1,7 @@
 """Model, measure and remove the random drift of MEMS gyroscopes, live or in replay.
 
 Conventions: a record of one axis has shape (n,), of k axes (n, k), both float64. Filters need no
-unit and answer in the unit that they are given; noise models and simulation are in SI (rad/s).
+unit and return the unit that they are given; noise models and simulation are in SI (rad/s).
 NaN, infinities and ``None`` are missing samples. R is the measurement noise variance, G the
 process noise covariance of the state.
 """

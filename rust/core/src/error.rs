@@ -1,4 +1,4 @@
-//! What can be wrong with a parameter or with the bytes of a checkpoint.
+//! Errors of parameters and of checkpoints, and checks of parameters.
 
 use crate::stream::checkpoint::Label;
 

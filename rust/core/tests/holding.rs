@@ -1,4 +1,4 @@
-//! What holds for the filters that tell rest from motion, whatever the input and the parameters.
+//! Laws of the filters that tell rest from motion, over any input and parameters.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! What holds for every filter, whatever the input and the parameters.
+//! Laws of the published filter and of least squares, over any input and parameters.
 #![allow(non_snake_case)]
 
 mod common;

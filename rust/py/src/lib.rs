@@ -1,4 +1,4 @@
-//! What Python sees of the core: conversion of arguments, errors, release of the interpreter lock.
+//! The core for Python: conversion of arguments, errors, release of the interpreter lock.
 #![forbid(unsafe_code)]
 
 mod allan;

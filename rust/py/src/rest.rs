@@ -15,7 +15,7 @@ use crate::common::streaming::{self, Shared, reading, streaming};
 /// of the last rest begin the next. Nothing depends on the unit, nor on a constant added.
 ///
 /// The start is taken for rest after 1.5 s that look like noise. If that turns out to be wrong within
-/// 10 s, no rest is believed in that has not lasted for 10 s. Slow turning at one rate and a bias
+/// 10 s, only what has lasted for 10 s is taken for rest. Slow turning at one rate and a bias
 /// look alike: a new level that stands still is taken for rest after 10 s if it is near, after 60 s
 /// if it lies five deviations of the samples off; so is a new noise, such as an engine's. What was
 /// known before is kept and returned to in 1.5 s. Turning at less than about half of the samples'

@@ -112,7 +112,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         })
     }
 
-    /// State and process noise after the sample; answers where the noise was guarded.
+    /// State and process noise after the sample; returns where the noise was guarded.
     #[inline(always)]
     fn correct(
         &mut self,

@@ -80,7 +80,7 @@ pub struct Drift<T> {
     pub at_rest: bool,
 }
 
-/// What every drift filter tells besides its outputs.
+/// What every drift filter tells in addition to its outputs.
 pub trait DriftStream<T>: Traced<Input = T, Output = T> + Checkpoint {
     /// The parts of a [`Start`], for filters that can be started.
     const START: &'static [Field] = &[];

@@ -1,4 +1,4 @@
-//! What a person chooses for a filter, and what follows from it once the rate is known.
+//! Parameters of a drift filter, and what follows from them once the rate is known.
 
 use serde::{Deserialize, Serialize};
 
@@ -61,7 +61,7 @@ pub struct Params {
     pub forgetting_factor: f64,
     /// Initial process noise G₀, and covariance P₀, in start-up variances.
     pub process_noise: f64,
-    /// Samples that G₀ counts for besides those seen, in the weight 1/k of Sage-Husa.
+    /// Samples that G₀ counts for in addition to those seen, in the weight 1/k of Sage-Husa.
     pub process_noise_memory: f64,
     /// Length of the start-up window in seconds.
     pub startup: f64,

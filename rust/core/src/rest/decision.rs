@@ -15,7 +15,7 @@ pub(super) struct Times {
     pub tick: u32,
     /// Near the level known, until rest begins.
     pub dwell: u32,
-    /// Until a rest is believed in, and until one at a level not known begins.
+    /// Until a rest counts as proven, and until one at a level not known begins.
     pub short: u32,
     /// The same, however far the level.
     pub long: u32,
@@ -62,7 +62,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         }
     }
 
-    /// Decisions a tick; answers what changed.
+    /// Takes a tick; returns what changed.
     pub(super) fn take(&mut self, seen: &TickSums<T>) -> Option<Event> {
         match self.known {
             None => self.begin(seen),

@@ -113,7 +113,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Levels<T> {
         T::one() / self.ticks - T::one() / ticks_of::<T>(SCALES)
     }
 
-    /// Takes a tick's level; answers how far off each average was.
+    /// Takes a tick's level; returns how far off each average was.
     fn follow(&mut self, level: T) -> [T; SCALES] {
         let fresh = T::one() / (self.ticks + T::one());
         let mut shorter = level;

@@ -1,4 +1,4 @@
-//! What every streaming class of Python is: a bank behind a lock, and the methods that all share.
+//! Streaming classes of Python: a bank that one thread uses at a time, and the methods of all.
 
 use std::any::Any;
 use std::fmt::Debug;

@@ -63,7 +63,7 @@ use crate::common::streaming::{Shared, exclusive, reading, streaming};
 ///     Initial process noise G and covariance P, in variances of the start-up window. Large follows
 ///     the signal, small smooths it.
 /// process_noise_memory : float, default 0.0
-///     Samples that the initial G counts for besides those seen: large keeps it longer.
+///     Samples that the initial G counts for in addition to those seen: large keeps it longer.
 /// noise : {"allan", "hadamard"}, default "allan"
 ///     Variance that R is taken from; "hadamard" ignores a constant angular acceleration.
 /// startup : float, default 1.0
@@ -163,7 +163,7 @@ impl DriftFilter {
         Ok(Self { options: plain.options, shared: Shared::new(plain.shared.channels, bank) })
     }
 
-    /// ``process`` for a replay: a row an axis in, (k, n), the drift out, and beside it, if asked for,
+    /// ``process`` for a replay: a row an axis in, (k, n), the drift out, and, if asked for,
     /// what the trace says of its deviation and of rest. The interpreter lock is released.
     #[pyo3(signature = (z, out, bias_sigma=None, at_rest=None))]
     fn _replay(

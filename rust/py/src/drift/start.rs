@@ -1,4 +1,4 @@
-//! What a filter is started with, between Python and the core.
+//! Start of a filter, between Python and the core.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;

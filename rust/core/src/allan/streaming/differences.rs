@@ -43,7 +43,7 @@ impl Differences {
         self.third.get(octave)
     }
 
-    /// Adds the terms at `x_k`, the last phase, at every octave that the stretch is long enough for.
+    /// Adds the terms at `x_k`, the last phase, at every octave that the piece is long enough for.
     #[inline]
     pub(super) fn observe(&mut self, phases: &Phases, k: u64) {
         let both = octaves_within(k / 3).min(self.octaves());

@@ -1,4 +1,4 @@
-//! The last phases of a stretch without missing samples.
+//! The last phases of a piece without missing samples.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ pub(super) const FIRST_BLOCK: u64 = 3 * BLOCK as u64;
 const DISTANCE_MAX: f64 = 1e140;
 
 /// Phases `x_0 = 0, x_1, …`: running sums of the samples' distances from the first one of the
-/// stretch, so that an offset costs no precision.
+/// piece, so that an offset costs no precision.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Phases {
     origin: f64,
@@ -52,19 +52,19 @@ impl Phases {
             && self.ring.iter().all(|x| x.is_finite())
     }
 
-    /// How many there are, `x_0` included; the samples of the stretch are one fewer.
+    /// How many there are, `x_0` included; the samples of the piece are one fewer.
     pub(super) fn count(&self) -> u64 {
         self.count
     }
 
-    /// A sample was missing: the next one starts another stretch.
+    /// A sample was missing: the next one starts another piece.
     pub(super) fn clear(&mut self) {
         self.origin = 0.0;
         self.count = 0;
         self.ring.clear();
     }
 
-    /// Adds the phase after sample `z`; answers its index.
+    /// Adds the phase after sample `z`; returns its index.
     #[inline]
     pub(super) fn push(&mut self, z: f64) -> u64 {
         if self.count == 0 {
