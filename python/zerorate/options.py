@@ -117,9 +117,8 @@ def check_used(given: Iterable[str], methods: Sequence[str]) -> None:
     for name in given:
         users = _option(name).methods
         if not set(users) & set(methods):
-            running = "method {} does not" if len(methods) == 1 else "methods {} do not"
-            start = running.format(_listed(methods))
-            raise ValueError(f"{start} use {name}: it is for {_listed(users)}")
+            running = f"method{'s' if len(methods) > 1 else ''} {_listed(methods)}"
+            raise ValueError(f"{name} has no effect on {running}, only on {_listed(users)}")
 
 
 def used_by(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
