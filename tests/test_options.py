@@ -69,20 +69,20 @@ def test_a_method_takes_what_it_uses_and_refuses_the_rest(name, method):
     if method in users:
         assert checked_options(options)[name] == OTHER[name]
         return
-    with pytest.raises(ValueError, match=f"method '{method}' does not use {name}: it is for "):
+    with pytest.raises(ValueError, match=f"{name} has no effect on method '{method}', only on "):
         checked_options(options)
     check_used([name], [method, users[0]])
-    with pytest.raises(ValueError, match=f"does not use {name}: ") as told:
+    with pytest.raises(ValueError, match=f"{name} has no effect on ") as told:
         check_used([name], [method])
     with pytest.raises(ValueError, match=f"^{re.escape(str(told.value))}$"):
         DriftFilter(100.0, **options)
 
 
 def test_a_sentence_names_who_uses_it():
-    told = "methods 'kf' and 'auto' do not use fading: it is for 'fading'"
+    told = "fading has no effect on methods 'kf' and 'auto', only on 'fading'"
     with pytest.raises(ValueError, match=f"^{told}$"):
         check_used(["startup", "fading"], ["kf", "auto"])
-    with pytest.raises(ValueError, match="method 'auto' does not use order: it is for 'kf', "):
+    with pytest.raises(ValueError, match="order has no effect on method 'auto', only on 'kf', "):
         check_used(["order"], ["auto"])
     assert PUBLISHED == ("kf", "akf", "fading")
 

@@ -44,15 +44,15 @@ class TestReplay:
         [
             (
                 ("--method", "kf", "--fading", "0.9"),
-                "methods 'akf' and 'kf' do not use --fading: it is for 'fading'",
+                "--fading has no effect on methods 'akf' and 'kf', only on 'fading'",
             ),
             (
                 ("--only", "--order", "3,1"),
-                "method 'auto' does not use --order: it is for 'kf', 'akf' and 'fading'",
+                "--order has no effect on method 'auto', only on 'kf', 'akf' and 'fading'",
             ),
             (
                 ("--only", "--fading", "0.97"),
-                "method 'auto' does not use --fading: it is for 'fading'",
+                "--fading has no effect on method 'auto', only on 'fading'",
             ),
         ],
     )
