@@ -140,7 +140,7 @@ def test_records_are_json_beside_the_logs(logs, batch, tmp_path):
         ({"unit": "miles"}, "unknown unit 'miles'"),
         ({"rate": -1.0}, "rate"),
         ({"format": "xls"}, "format must be one of"),
-        ({"fading": 0.9}, "method 'auto' does not use fading: it is for 'fading'"),
+        ({"fading": 0.9}, "fading has no effect on method 'auto', only on 'fading'"),
         ({"method": "fading", "fading": 2.0}, "fading must be above 0 and at most 1"),
     ],
 )
@@ -170,7 +170,7 @@ class TestCommandLine:
             (["--workers", "1", "--local-cluster", "1"], 2, "exclude each other"),
             (["--unit", "miles"], 2, "unknown unit 'miles'"),
             (["--columns", ","], 2, "--columns takes names"),
-            (["--order", "1,1"], 2, "method 'auto' does not use --order: it is for 'kf'"),
+            (["--order", "1,1"], 2, "--order has no effect on method 'auto', only on 'kf'"),
         ],
     )
     def test_faults_of_usage(self, logs, tmp_path, capsys, options, code, message):

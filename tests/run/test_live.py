@@ -321,7 +321,7 @@ def test_settings_that_no_filter_takes(bad):
 
 
 def test_settings_that_the_method_does_not_use():
-    with pytest.raises(ValueError, match="method 'auto' does not use fading: it is for 'fading'"):
+    with pytest.raises(ValueError, match="fading has no effect on method 'auto', only on 'fading'"):
         Settings(RATE, fading=0.97)
 
 

@@ -154,7 +154,10 @@ def test_progress_rises_step_by_step():
         ({"methods": ()}, "at least one"),
         ({"methods": ("kf", "kf")}, "all different"),
         ({"fading": 2.0}, "fading"),
-        ({"methods": ("kf", "auto"), "fading": 0.9}, "methods 'kf' and 'auto' do not use fading"),
+        (
+            {"methods": ("kf", "auto"), "fading": 0.9},
+            "fading has no effect on methods 'kf' and 'auto'",
+        ),
         ({"order": (7, 1)}, "order"),
         ({"motion": "stop"}, "motion"),
         ({"output": "bias"}, "output must be 'estimate' or 'compensated'"),

@@ -132,7 +132,7 @@ def check_filter_options(given: Iterable[str], methods: Sequence[str]) -> None:
         try:
             check_used([name], methods)
         except ValueError as error:
-            raise UsageFault(str(error).replace(f" use {name}:", f" use {flag(name)}:")) from None
+            raise UsageFault(f"{flag(name)}{str(error).removeprefix(name)}") from None
 
 
 def flag(name: str) -> str:
