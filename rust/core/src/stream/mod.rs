@@ -8,6 +8,8 @@
 #[cfg(feature = "std")]
 mod bank;
 pub mod checkpoint;
+#[cfg(feature = "std")]
+mod parts;
 mod sample;
 mod scaling;
 #[cfg(feature = "parallel")]
@@ -15,7 +17,9 @@ pub(crate) mod threads;
 
 #[cfg(feature = "std")]
 pub use bank::{Bank, Block};
-pub use sample::{Field, Input, Number, Output, Shape};
+#[cfg(feature = "std")]
+pub use parts::{Parts, Values};
+pub use sample::{Field, Input, Number, Output, Shape, sizes};
 pub use scaling::{Scaling, Startup};
 #[cfg(feature = "parallel")]
 pub use threads::on_pool;

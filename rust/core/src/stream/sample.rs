@@ -68,30 +68,23 @@ pub trait Output: Copy {
     /// Its parts.
     const FIELDS: &'static [Field];
     /// How many numbers it is.
-    const NUMBERS: usize = numbers(Self::FIELDS);
+    const NUMBERS: usize = sizes(Self::FIELDS).0;
     /// How many flags it is.
-    const FLAGS: usize = flags(Self::FIELDS);
+    const FLAGS: usize = sizes(Self::FIELDS).1;
 
     /// Puts the numbers and the flags where they belong.
     fn write(self, numbers: &mut [f64], flags: &mut [bool]);
 }
 
-const fn numbers(fields: &[Field]) -> usize {
-    let (mut sum, mut i) = (0, 0);
+/// Numbers and flags of a record of these fields.
+pub const fn sizes(fields: &[Field]) -> (usize, usize) {
+    let (mut numbers, mut flags, mut i) = (0, 0, 0);
     while i < fields.len() {
-        sum += fields[i].shape.numbers();
+        numbers += fields[i].shape.numbers();
+        flags += matches!(fields[i].shape, Shape::Flag) as usize;
         i += 1;
     }
-    sum
-}
-
-const fn flags(fields: &[Field]) -> usize {
-    let (mut sum, mut i) = (0, 0);
-    while i < fields.len() {
-        sum += matches!(fields[i].shape, Shape::Flag) as usize;
-        i += 1;
-    }
-    sum
+    (numbers, flags)
 }
 
 const fn unnamed(shape: Shape) -> Field {

@@ -10,7 +10,7 @@ use pyo3::pyclass::boolean_struct::False;
 use pyo3::types::{PyBytes, PyTuple};
 use pyo3::{IntoPyObjectExt, PyClass};
 use zerorate_core::checkpoint::{self, Checkpoint};
-use zerorate_core::stream::{Field, Input, Output, Shape};
+use zerorate_core::stream::{Field, Input, Output, Parts, Shape, Values, sizes};
 use zerorate_core::{Bank, Error, Stream};
 
 use super::arrays::{self, Samples};
@@ -143,7 +143,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
                 let mut parts = Parts::new(self.bank.fields(), 1);
                 parts.add(&self.numbers, &self.flags);
                 let axes: Vec<usize> = self.channels.into_iter().collect();
-                PyTuple::new(py, parts.arrays(py, &axes)?)?.into_bound_py_any(py)
+                PyTuple::new(py, arrays_of(py, parts, &axes)?)?.into_bound_py_any(py)
             }
         }
     }
@@ -187,7 +187,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
                     })
                 });
                 let axes = self.batch_axes(samples.shape()[0]);
-                PyTuple::new(py, parts.arrays(py, &axes)?)?.into_bound_py_any(py)
+                PyTuple::new(py, arrays_of(py, parts, &axes)?)?.into_bound_py_any(py)
             }
         }
     }
@@ -275,97 +275,15 @@ impl<B: AnyBank + ?Sized> Shared<B> {
     ) -> PyResult<Bound<'py, PyAny>> {
         let mut parts = Parts::new(fields, self.channels.unwrap_or(1));
         parts.add(numbers, flags);
-        let place = fields.iter().position(|field| field.name == name).unwrap_or_default();
-        match parts.values.swap_remove(place) {
-            Values::Numbers(values) => self.arrays(py, values, &axes_of(fields[place].shape)),
-            Values::Flags(values) => self.numbers(py, values),
-        }
-    }
-}
-
-/// The fields of records, apart from each other.
-#[derive(Debug)]
-pub struct Parts {
-    fields: &'static [Field],
-    values: Vec<Values>,
-}
-
-#[derive(Debug)]
-enum Values {
-    Numbers(Vec<f64>),
-    Flags(Vec<bool>),
-}
-
-/// Rows of which the records are taken apart before the next ones: they stay in the cache.
-const ROWS: usize = 128;
-
-impl Parts {
-    /// Room for so many records.
-    fn new(fields: &'static [Field], records: usize) -> Self {
-        let values = |field: &Field| match field.shape {
-            Shape::Flag => Values::Flags(Vec::with_capacity(records)),
-            shape => Values::Numbers(Vec::with_capacity(records * shape.numbers())),
-        };
-        Self { fields, values: fields.iter().map(values).collect() }
-    }
-
-    /// The records that `work` makes of rows, `channels` a row of `width` numbers.
-    pub fn of(
-        fields: &'static [Field],
-        channels: usize,
-        rows: &[f64],
-        width: usize,
-        mut work: impl FnMut(&[f64], &mut [f64], &mut [bool]),
-    ) -> Self {
-        let (n, f) = sizes(fields);
-        let width = width.max(1);
-        let mut parts = Self::new(fields, rows.len() / width * channels);
-        let mut numbers = vec![0.0; ROWS * channels * n];
-        let mut flags = vec![false; ROWS * channels * f];
-        for rows in rows.chunks(ROWS * width) {
-            let records = rows.len() / width * channels;
-            let (numbers, flags) = (&mut numbers[..records * n], &mut flags[..records * f]);
-            work(rows, numbers, flags);
-            parts.add(numbers, flags);
-        }
-        parts
-    }
-
-    fn add(&mut self, numbers: &[f64], flags: &[bool]) {
-        let (n, f) = sizes(self.fields);
-        let (mut number, mut flag) = (0, 0);
-        for (field, values) in self.fields.iter().zip(&mut self.values) {
-            match values {
-                Values::Numbers(values) => {
-                    let length = field.shape.numbers();
-                    let parts = numbers.chunks_exact(n).map(|record| &record[number..][..length]);
-                    parts.for_each(|part| values.extend_from_slice(part));
-                    number += length;
-                }
-                Values::Flags(values) => {
-                    values.extend(flags.chunks_exact(f).map(|record| record[flag]));
-                    flag += 1;
-                }
+        let mut named = parts.into_fields().filter(|(field, _)| field.name == name);
+        match named.next() {
+            Some((field, Values::Numbers(values))) => {
+                self.arrays(py, values, &axes_of(field.shape))
             }
+            Some((_, Values::Flags(values))) => self.numbers(py, values),
+            None => Ok(py.None().into_bound(py)),
         }
     }
-
-    /// One array a field, with these axes before its own.
-    pub fn arrays<'py>(self, py: Python<'py>, axes: &[usize]) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let array = |(field, values): (&Field, Values)| match values {
-            Values::Numbers(values) => {
-                arrays::array(py, values, &[axes, &axes_of(field.shape)].concat())
-            }
-            Values::Flags(values) => arrays::array(py, values, axes),
-        };
-        self.fields.iter().zip(self.values).map(array).collect()
-    }
-}
-
-/// Numbers and flags of a record of these fields.
-pub fn sizes(fields: &[Field]) -> (usize, usize) {
-    let flags = fields.iter().filter(|field| field.shape == Shape::Flag).count();
-    (fields.iter().map(|field| field.shape.numbers()).sum(), flags)
 }
 
 /// Axes that a field adds to those of the samples.
@@ -375,6 +293,21 @@ pub fn axes_of(shape: Shape) -> Vec<usize> {
         Shape::Vector(n) => vec![n],
         Shape::Matrix(n) => vec![n, n],
     }
+}
+
+/// One array a field, with these axes before its own.
+pub fn arrays_of<'py>(
+    py: Python<'py>,
+    parts: Parts,
+    axes: &[usize],
+) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let array = |(field, values): (&Field, Values)| match values {
+        Values::Numbers(values) => {
+            arrays::array(py, values, &[axes, &axes_of(field.shape)].concat())
+        }
+        Values::Flags(values) => arrays::array(py, values, axes),
+    };
+    parts.into_fields().map(array).collect()
 }
 
 /// The methods that all streaming classes share. `out` names those that have an output to put

@@ -4,11 +4,11 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use zerorate_core::checkpoint::{self, Label};
 use zerorate_core::drift::options::Options;
-use zerorate_core::stream::{Field, Output};
+use zerorate_core::stream::{Field, Output, Parts, sizes};
 use zerorate_core::{AutoFilter, Bank, Behaviour, DriftFilter, DriftStream, Error, RestGated};
 
 use crate::common::errors::NativeError;
-use crate::common::streaming::{AnyBank, Parts, sizes};
+use crate::common::streaming::AnyBank;
 
 /// Samples of a channel that are worked on before the next channel's.
 const ROWS: usize = 512;

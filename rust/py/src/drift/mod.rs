@@ -18,7 +18,7 @@ pub(crate) use self::bank::{Order, for_order, order_error};
 pub use self::options::filter_options;
 pub use self::readings::Trace;
 use crate::common::arrays;
-use crate::common::streaming::{Shared, exclusive, reading, streaming};
+use crate::common::streaming::{Shared, arrays_of, exclusive, reading, streaming};
 
 /// Online random-drift filter of a gyro, one or more axes.
 ///
@@ -207,7 +207,7 @@ impl DriftFilter {
         let (rows, bank) = (samples.values()?, &mut *this.shared.bank);
         let parts = py.detach(|| bank.trace(rows));
         let (n, fields) = (samples.shape()[0], this.shared.bank.readings());
-        let arrays = parts.arrays(py, &this.shared.batch_axes(n))?;
+        let arrays = arrays_of(py, parts, &this.shared.batch_axes(n))?;
         let named = PyDict::new(py);
         for (field, array) in fields.iter().zip(arrays) {
             named.set_item(field.name, array)?;

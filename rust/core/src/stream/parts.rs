@@ -1,0 +1,80 @@
+//! Records of several fields, taken apart into one list a field.
+
+use super::sample::{Field, Shape, sizes};
+
+/// The fields of records, apart from each other.
+#[derive(Debug)]
+pub struct Parts {
+    fields: &'static [Field],
+    values: Vec<Values>,
+}
+
+/// One field of every record.
+#[derive(Debug)]
+pub enum Values {
+    /// Of a field of numbers, record after record.
+    Numbers(Vec<f64>),
+    /// Of a flag.
+    Flags(Vec<bool>),
+}
+
+/// Rows of which the records are taken apart before the next ones: they stay in the cache.
+const ROWS: usize = 128;
+
+impl Parts {
+    /// Nothing yet, with room for so many records.
+    pub fn new(fields: &'static [Field], records: usize) -> Self {
+        let values = |field: &Field| match field.shape {
+            Shape::Flag => Values::Flags(Vec::with_capacity(records)),
+            shape => Values::Numbers(Vec::with_capacity(records * shape.numbers())),
+        };
+        Self { fields, values: fields.iter().map(values).collect() }
+    }
+
+    /// The records that `work` makes of rows, `channels` a row of `width` numbers.
+    pub fn of(
+        fields: &'static [Field],
+        channels: usize,
+        rows: &[f64],
+        width: usize,
+        mut work: impl FnMut(&[f64], &mut [f64], &mut [bool]),
+    ) -> Self {
+        let (n, f) = sizes(fields);
+        let width = width.max(1);
+        let mut parts = Self::new(fields, rows.len() / width * channels);
+        let mut numbers = vec![0.0; ROWS * channels * n];
+        let mut flags = vec![false; ROWS * channels * f];
+        for rows in rows.chunks(ROWS * width) {
+            let records = rows.len() / width * channels;
+            let (numbers, flags) = (&mut numbers[..records * n], &mut flags[..records * f]);
+            work(rows, numbers, flags);
+            parts.add(numbers, flags);
+        }
+        parts
+    }
+
+    /// Takes apart more records.
+    pub fn add(&mut self, numbers: &[f64], flags: &[bool]) {
+        let (n, f) = sizes(self.fields);
+        let (mut number, mut flag) = (0, 0);
+        for (field, values) in self.fields.iter().zip(&mut self.values) {
+            match values {
+                Values::Numbers(values) => {
+                    let length = field.shape.numbers();
+                    let parts = numbers.chunks_exact(n).map(|record| &record[number..][..length]);
+                    parts.for_each(|part| values.extend_from_slice(part));
+                    number += length;
+                }
+                Values::Flags(values) => {
+                    values.extend(flags.chunks_exact(f).map(|record| record[flag]));
+                    flag += 1;
+                }
+            }
+        }
+    }
+
+    /// The fields with what was gathered of each.
+    pub fn into_fields(self) -> impl Iterator<Item = (&'static Field, Values)> {
+        self.fields.iter().zip(self.values)
+    }
+}
