@@ -4,6 +4,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+TOOLS := $(VENV)/.tools
 SOURCES := $(shell find rust python -name '*.rs' -o -name '*.toml' -o -name 'pyproject.toml') \
 	Cargo.toml Cargo.lock pyproject.toml .cargo/config.toml
 
@@ -23,10 +24,10 @@ test-core: | check-cargo
 	cargo test --quiet --package zerorate-core
 
 # Not --numprocesses=auto, which counts one for the two threads of a core.
-test-package: $(STAMP)
+test-package: $(TOOLS)
 	$(BIN)/python -m pytest --numprocesses=logical --dist=worksteal
 
-lint: $(STAMP) ## Check format, lints, types and stubs
+lint: $(TOOLS) ## Check format, lints, types and stubs
 	cargo fmt --all --check
 	cargo clippy --all-targets -- -D warnings
 	cargo clippy --package zerorate-bare --profile bare -- -D warnings
@@ -35,12 +36,12 @@ lint: $(STAMP) ## Check format, lints, types and stubs
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest zerorate._native
 
-bench: $(STAMP) ## Time filters and deviations against C and other packages
+bench: $(TOOLS) ## Time filters and deviations against C and other packages
 	$(BIN)/pip install --quiet --group bench
 	cargo bench --bench filters --bench streaming --bench allan
 	$(BIN)/python -m pytest benches --benchmark-only
 
-results: $(STAMP) ## Rebuild the tables and figures of docs/ from recordings and simulations
+results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and simulations
 	$(BIN)/python examples/published_tables.py
 	$(BIN)/python examples/process_noise_sweep.py
 	$(BIN)/python examples/offline_models.py
@@ -65,7 +66,12 @@ clean: ## Remove what was built
 $(STAMP): $(SOURCES) | check-python check-cargo
 	@test -d $(VENV) || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1'
-	$(BIN)/pip install --quiet --group test --group lint --editable '.[all]'
+	$(BIN)/pip install --quiet --editable '.[all]'
+	@touch $@
+
+# What tests and lints need on top of the package.
+$(TOOLS): pyproject.toml $(STAMP)
+	$(BIN)/pip install --quiet --group test --group lint
 	@touch $@
 
 check-python:

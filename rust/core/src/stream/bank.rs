@@ -151,7 +151,8 @@ mod on_threads {
     use nalgebra::{Dyn, MatrixViewMut, Scalar, U1};
 
     use super::{Bank, Block, rows_at_once};
-    use crate::stream::{Input, Output, Stream, on_pool};
+    use crate::stream::threads::{both, started_on_pool};
+    use crate::stream::{Input, Output, Stream};
 
     /// Samples that make another thread worth its while: some 100 µs of work.
     const SAMPLES_A_THREAD: usize = 1 << 15;
@@ -182,7 +183,12 @@ mod on_threads {
                 numbers: columns(numbers, channels * S::Output::NUMBERS, count),
                 flags: columns(flags, channels * S::Output::FLAGS, count),
             };
-            on_pool(|| part.spread(&mut self.streams, share));
+            let (mut part, streams) = (Some(part), &mut self.streams);
+            started_on_pool(&mut || {
+                if let Some(part) = part.take() {
+                    part.spread(streams, share);
+                }
+            });
         }
     }
 
@@ -215,7 +221,19 @@ mod on_threads {
             let half = (streams.len().div_ceil(share) / 2) * share;
             let (ours, theirs) = streams.split_at_mut(half);
             let (left, right) = self.split::<S>(half);
-            rayon::join(|| left.spread(ours, share), || right.spread(theirs, share));
+            let (mut left, mut right) = (Some(left), Some(right));
+            both(
+                &mut || {
+                    if let Some(part) = left.take() {
+                        part.spread(ours, share);
+                    }
+                },
+                &mut || {
+                    if let Some(part) = right.take() {
+                        part.spread(theirs, share);
+                    }
+                },
+            );
         }
 
         fn split<S: Stream>(&mut self, channels: usize) -> (Part<'_>, Part<'_>) {

@@ -95,15 +95,21 @@ fn write_content<'a>(
     let content = postcard::to_slice(content, rest).map_err(|_| Error::Buffer)?.len();
     let length = HEADER + content + CHECKSUM;
     let bytes = buffer.get_mut(..length).ok_or(Error::Buffer)?;
-    bytes[..4].copy_from_slice(&SIGNATURE);
-    bytes[4..6].copy_from_slice(&LAYOUT.to_le_bytes());
-    bytes[6..22].copy_from_slice(&label.tag);
-    bytes[22..24].copy_from_slice(&label.version.to_le_bytes());
-    bytes[24..26].copy_from_slice(&label.sizes);
-    bytes[26..HEADER].copy_from_slice(&(length as u32).to_le_bytes());
+    bytes[..HEADER].copy_from_slice(&header(label, length));
     let (head, tail) = bytes.split_at_mut(length - CHECKSUM);
     tail.copy_from_slice(&crc32fast::hash(head).to_le_bytes());
     Ok(bytes)
+}
+
+fn header(label: Label, length: usize) -> [u8; HEADER] {
+    let mut header = [0; HEADER];
+    header[..4].copy_from_slice(&SIGNATURE);
+    header[4..6].copy_from_slice(&LAYOUT.to_le_bytes());
+    header[6..22].copy_from_slice(&label.tag);
+    header[22..24].copy_from_slice(&label.version.to_le_bytes());
+    header[24..26].copy_from_slice(&label.sizes);
+    header[26..].copy_from_slice(&(length as u32).to_le_bytes());
+    header
 }
 
 /// The state that [`write()`] wrote.
@@ -158,9 +164,7 @@ pub fn label(bytes: &[u8]) -> Result<Label, Error> {
 
 #[cfg(feature = "std")]
 mod banks {
-    use serde::Serialize;
-
-    use super::{CHECKSUM, Checkpoint, HEADER, Label, read_content, write_content};
+    use super::{CHECKSUM, Checkpoint, HEADER, Label, header, read_content};
     use crate::error::Error;
     use crate::stream::Bank;
 
@@ -169,13 +173,11 @@ mod banks {
     /// # Errors
     /// [`Error::Content`] if the state cannot be written.
     pub fn save<S: Checkpoint>(channels: Option<usize>, bank: &Bank<S>) -> Result<Vec<u8>, Error> {
-        to_vec(const { Label::of::<S>() }, &(channels, bank))
-    }
-
-    fn to_vec(label: Label, content: &impl Serialize) -> Result<Vec<u8>, Error> {
-        let size = postcard::experimental::serialized_size(content).map_err(|_| Error::Content)?;
-        let mut bytes = vec![0; HEADER + size + CHECKSUM];
-        write_content(label, content, &mut bytes)?;
+        let mut bytes =
+            postcard::to_extend(&(channels, bank), vec![0; HEADER]).map_err(|_| Error::Content)?;
+        let length = bytes.len() + CHECKSUM;
+        bytes[..HEADER].copy_from_slice(&header(const { Label::of::<S>() }, length));
+        bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         Ok(bytes)
     }
 

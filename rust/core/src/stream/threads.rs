@@ -45,3 +45,14 @@ fn pool() -> Option<&'static ThreadPool> {
 fn started() -> Option<ThreadPool> {
     ThreadPoolBuilder::new().thread_name(|i| format!("zerorate-{i}")).build().ok()
 }
+
+/// Does both, at once if there is a thread for it. What is done is not part of the types, so that
+/// rayon's machinery is compiled once and not for every kind of stream.
+pub(crate) fn both(one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
+    rayon::join(one, other);
+}
+
+/// [`on_pool`] for what is not part of the types.
+pub(crate) fn started_on_pool(work: &mut (dyn FnMut() + Send)) {
+    on_pool(work);
+}

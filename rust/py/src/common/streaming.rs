@@ -1,7 +1,7 @@
 //! Streaming classes of Python: a bank that one thread uses at a time, and the methods of all.
 
 use std::any::Any;
-use std::fmt::Debug;
+use std::fmt;
 
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -17,7 +17,7 @@ use super::arrays::{self, Samples};
 use super::errors::{NativeError, in_use};
 
 /// A bank whose streams only the box knows.
-pub trait AnyBank: Any + Debug + Send + Sync {
+pub trait AnyBank: Any + Send + Sync {
     /// Numbers in a sample.
     fn width(&self) -> usize;
     /// Parts of an output.
@@ -28,7 +28,7 @@ pub trait AnyBank: Any + Debug + Send + Sync {
     fn save(&self, channels: Option<usize>) -> Result<Vec<u8>, Error>;
 }
 
-impl<S: Stream + Checkpoint + Debug + Send + Sync + 'static> AnyBank for Bank<S> {
+impl<S: Stream + Checkpoint + Send + Sync + 'static> AnyBank for Bank<S> {
     fn width(&self) -> usize {
         S::Input::NUMBERS
     }
@@ -56,7 +56,6 @@ impl<S: Stream + Checkpoint + Debug + Send + Sync + 'static> AnyBank for Bank<S>
 }
 
 /// A bank of `channels` channels, or of a single signal for `None`.
-#[derive(Debug)]
 pub struct Shared<B: ?Sized> {
     pub channels: Option<usize>,
     /// What a sample gives.
@@ -67,6 +66,13 @@ pub struct Shared<B: ?Sized> {
     numbers: Vec<f64>,
     flags: Vec<bool>,
     pub bank: Box<B>,
+}
+
+// Without the state: text of every kind of stream would be a twentieth of the library.
+impl<B: ?Sized> fmt::Debug for Shared<B> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Shared").field("channels", &self.channels).finish_non_exhaustive()
+    }
 }
 
 /// What a sample gives.

@@ -32,8 +32,6 @@ pub trait DriftBank: AnyBank {
     fn starts(&self) -> Option<(&'static [Field], Vec<f64>)>;
     /// Forgets the drift but not the noise; false if it can't.
     fn power_on(&mut self) -> bool;
-    /// Filters a row an axis into another.
-    fn process_rows(&mut self, z: &[&[f64]], out: &mut [&mut [f64]]);
     /// Fills the drift, its deviation and rest of each axis.
     fn drift_rows(
         &mut self,
@@ -46,7 +44,7 @@ pub trait DriftBank: AnyBank {
 
 impl<F> DriftBank for Bank<F>
 where
-    F: DriftStream<f64> + std::fmt::Debug + Send + Sync + 'static,
+    F: DriftStream<f64> + Send + Sync + 'static,
 {
     fn options(&self) -> Options {
         self.streams()[0].options()
@@ -105,24 +103,6 @@ where
         self.streams_mut().iter_mut().all(F::power_on)
     }
 
-    fn process_rows(&mut self, z: &[&[f64]], out: &mut [&mut [f64]]) {
-        let n = z.first().map_or(0, |z| z.len());
-        let (mut rows, mut filtered) = (vec![0.0; ROWS * z.len()], vec![0.0; ROWS * z.len()]);
-        for first in (0..n).step_by(ROWS) {
-            let length = ROWS.min(n - first);
-            for (c, z) in z.iter().enumerate() {
-                let column = rows.iter_mut().skip(c).step_by(out.len());
-                column.zip(&z[first..first + length]).for_each(|(row, z)| *row = *z);
-            }
-            let size = length * z.len();
-            Bank::process(self, &rows[..size], &mut filtered[..size], &mut []);
-            for (c, out) in out.iter_mut().enumerate() {
-                let column = filtered.iter().skip(c).step_by(z.len());
-                out[first..first + length].iter_mut().zip(column).for_each(|(out, y)| *out = *y);
-            }
-        }
-    }
-
     fn drift_rows(
         &mut self,
         z: &[&[f64]],
@@ -136,6 +116,25 @@ where
                 let drift = filter.drift();
                 (bias[c][i], sigma[c][i], at_rest[c][i]) = (drift.bias, drift.sigma, drift.at_rest);
             }
+        }
+    }
+}
+
+/// Filters a row an axis into another.
+pub fn process_rows(bank: &mut dyn DriftBank, z: &[&[f64]], out: &mut [&mut [f64]]) {
+    let n = z.first().map_or(0, |z| z.len());
+    let (mut rows, mut filtered) = (vec![0.0; ROWS * z.len()], vec![0.0; ROWS * z.len()]);
+    for first in (0..n).step_by(ROWS) {
+        let length = ROWS.min(n - first);
+        for (c, z) in z.iter().enumerate() {
+            let column = rows.iter_mut().skip(c).step_by(out.len());
+            column.zip(&z[first..first + length]).for_each(|(row, z)| *row = *z);
+        }
+        let size = length * z.len();
+        bank.process(&rows[..size], &mut filtered[..size], &mut [], 1);
+        for (c, out) in out.iter_mut().enumerate() {
+            let column = filtered.iter().skip(c).step_by(z.len());
+            out[first..first + length].iter_mut().zip(column).for_each(|(out, y)| *out = *y);
         }
     }
 }
@@ -254,7 +253,7 @@ fn gated_bank<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restored, 
 
 fn bank<F>(bytes: &[u8]) -> Result<Restored, Error>
 where
-    F: DriftStream<f64> + std::fmt::Debug + Send + Sync + 'static,
+    F: DriftStream<f64> + Send + Sync + 'static,
 {
     let (channels, bank) = checkpoint::restore::<F>(bytes)?;
     Ok((channels, Box::new(bank)))

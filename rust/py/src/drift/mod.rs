@@ -190,10 +190,10 @@ impl DriftFilter {
         let z = z.as_array();
         let z = arrays::rows("z", &z)?;
         let mut out = arrays::rows_mut("out", out.as_array_mut())?;
-        let bank = &mut *this.shared.bank;
+        let filters = &mut *this.shared.bank;
         slf.py().detach(|| match details {
-            Some((mut sigma, mut rest)) => bank.drift_rows(&z, &mut out, &mut sigma, &mut rest),
-            None => bank.process_rows(&z, &mut out),
+            Some((mut sigma, mut rest)) => filters.drift_rows(&z, &mut out, &mut sigma, &mut rest),
+            None => bank::process_rows(filters, &z, &mut out),
         });
         Ok(())
     }
