@@ -1,5 +1,6 @@
 """The filter inside other programs: their arrays, their loops, and the examples that show it."""
 
+import multiprocessing
 import pickle
 import subprocess
 import sys
@@ -104,3 +105,19 @@ def test_the_example_with_asyncio():
     # three axes.
     assert left < 0.05
     assert "the last checkpoint holds" in told
+
+
+def _filtered_on_threads(z):
+    """Return the bytes of channels on two threads, and of deviations on as many as there are."""
+    f = zr.DriftFilter(rate=100.0, method="fading", channels=z.shape[1])
+    deviations = zr.allan(z[:, 0], 100.0).deviation
+    return f.process(z, threads=2).tobytes() + deviations.tobytes()
+
+
+def test_threads_survive_a_fork():
+    """A fork takes over no threads: the child needs a pool of its own, and does not wait for ours."""
+    z = np.random.default_rng(4).standard_normal((40_000, 8))
+    expected = _filtered_on_threads(z)
+    context = multiprocessing.get_context("fork")
+    with context.Pool(1) as pool:
+        assert pool.apply_async(_filtered_on_threads, (z,)).get(timeout=60) == expected

@@ -3,11 +3,11 @@
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
+
+from zerorate.types import Floats
 
 __all__ = ["slope"]
 
-Floats = npt.NDArray[np.float64]
 
 _HALF_WIDTH: Final = 0.03
 """Seconds: wide enough for the steps of an encoder, narrow enough for a shaft that vibrates."""
