@@ -115,7 +115,7 @@ def _filtered_on_threads(z):
 
 
 def test_threads_survive_a_fork():
-    """A fork takes over no threads: the child needs a pool of its own, and does not wait for ours."""
+    """A fork takes over no threads: the child makes its own and does not wait for its parent's."""
     z = np.random.default_rng(4).standard_normal((40_000, 8))
     expected = _filtered_on_threads(z)
     context = multiprocessing.get_context("fork")
