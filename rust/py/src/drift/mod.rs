@@ -157,6 +157,7 @@ impl DriftFilter {
     #[staticmethod]
     #[pyo3(signature = (start, **params))]
     fn started(start: &Bound<'_, PyDict>, params: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        start::check_method(params)?;
         let plain = start.py().get_type::<Self>().call((), params)?;
         let plain = plain.cast::<Self>()?.borrow();
         let bank = start::started(&plain.options, plain.shared.channels, start)?;

@@ -19,11 +19,6 @@ pub fn started(
     channels: Option<usize>,
     start: &Bound<'_, PyDict>,
 ) -> PyResult<Box<dyn DriftBank>> {
-    if options.method.is_none() {
-        return Err(PyValueError::new_err(
-            "method 'auto' learns its own start: start 'kf', 'akf' or 'fading', or use power_on()",
-        ));
-    }
     let (p, q) = options.order;
     let unsupported = order_error((p as i64, q as i64));
     for_order!((p, q), started_sized(options, channels, start), Err(unsupported))
@@ -41,6 +36,17 @@ fn started_sized<const N: usize, const M: usize>(
     let numbers = read(Start::<f64, N, M>::FIELDS, channels, start)?;
     let filters = numbers.into_iter().map(started).collect::<Result<_, _>>();
     gated(filters.map_err(NativeError::from)?, options.behaviour)
+}
+
+/// Refuses the method that learns its own start, before anything else that it may not use.
+pub fn check_method(params: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+    let method = params.map(|params| params.get_item("method")).transpose()?.flatten();
+    if method.is_some_and(|method| method.eq("auto").unwrap_or(false)) {
+        return Err(PyValueError::new_err(
+            "method 'auto' learns its own start: start 'kf', 'akf' or 'fading', or use power_on()",
+        ));
+    }
+    Ok(())
 }
 
 /// The numbers of each channel's start, one field after the other.
