@@ -32,7 +32,7 @@ impl<'a> Block<'a> {
     }
 
     /// How many rows it has, for streams that take `S::Input`.
-    pub fn len<S: Stream>(&self) -> usize {
+    pub fn n_rows<S: Stream>(&self) -> usize {
         self.input.len() / (self.channels * S::Input::NUMBERS).max(1)
     }
 

@@ -91,10 +91,10 @@ pub fn samples<'py>(z: &Bound<'py, PyAny>, axes: &[usize]) -> PyResult<Samples<'
 
 /// One row of samples, of these axes.
 pub fn row(z: &Bound<'_, PyAny>, axes: &[usize]) -> PyResult<Vec<f64>> {
-    if let ([channels], Some(values)) = (axes, usual_row(z)) {
-        if values.len() == *channels {
-            return Ok(values);
-        }
+    if let ([channels], Some(values)) = (axes, usual_row(z))
+        && values.len() == *channels
+    {
+        return Ok(values);
     }
     let samples = read(z)?;
     check_shape(samples.shape == axes, &tuple(axes), &samples.shape)?;

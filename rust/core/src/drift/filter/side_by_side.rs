@@ -67,7 +67,7 @@ impl<const N: usize, const M: usize> WithSimd for Together<'_, '_, N, M> {
 impl<const N: usize, const M: usize> Together<'_, '_, N, M> {
     /// Phases and places of the filters, those of one phase side by side.
     fn sorted(&self) -> Vec<(Phase, usize)> {
-        let samples = self.block.len::<DriftFilter<f64, N, M>>() as u64;
+        let samples = self.block.n_rows::<DriftFilter<f64, N, M>>() as u64;
         let phases = self.filters.iter().map(|filter| filter.phase(samples));
         let mut sorted: Vec<_> = phases.zip(0..).collect();
         sorted.sort_unstable();
@@ -126,7 +126,7 @@ impl<S: Simd, const N: usize, const M: usize> Lanes<S, N, M> {
                 output[c] = *estimate;
             }
         }
-        let samples = block.len::<DriftFilter<f64, N, M>>() as u64;
+        let samples = block.n_rows::<DriftFilter<f64, N, M>>() as u64;
         for (i, c) in members.iter().enumerate() {
             self.leave(i, samples, &mut filters[*c]);
         }
