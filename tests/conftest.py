@@ -4,6 +4,9 @@ import os
 
 from hypothesis import HealthCheck, settings
 
+# Programs that tests start compile the package once, not each anew, whatever they inherit.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 # The filters are fast and the records long: it is drawing them that takes the time.
 COMMON = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
 settings.register_profile("default", max_examples=40, derandomize=True, **COMMON)
