@@ -61,8 +61,18 @@ impl Parts {
             match values {
                 Values::Numbers(values) => {
                     let length = field.shape.numbers();
-                    let parts = numbers.chunks_exact(n).map(|record| &record[number..][..length]);
-                    parts.for_each(|part| values.extend_from_slice(part));
+                    let records = numbers.chunks_exact(n);
+                    if length == 1 {
+                        values.extend(records.map(|record| record[number]));
+                    } else {
+                        let before = values.len();
+                        values.resize(before + records.len() * length, 0.0);
+                        let places = values[before..].chunks_exact_mut(length);
+                        for (place, record) in places.zip(records) {
+                            let own = record[number..].iter();
+                            place.iter_mut().zip(own).for_each(|(place, x)| *place = *x);
+                        }
+                    }
                     number += length;
                 }
                 Values::Flags(values) => {
