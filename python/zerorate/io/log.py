@@ -178,7 +178,10 @@ def _checked_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]
 
 
 def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
-    seconds = np.ascontiguousarray(time, dtype=np.float64)
+    stamps = without_masks(time)
+    if stamps.dtype.kind in "Mm":
+        raise LogError(f"time must be numbers of seconds, got {stamps.dtype}")
+    seconds = np.ascontiguousarray(stamps, dtype=np.float64)
     if seconds.shape != (n,):
         raise LogError(f"time must have shape ({n},) as data has {n} samples, got {seconds.shape}")
     if not np.isfinite(seconds).all():
