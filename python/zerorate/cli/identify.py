@@ -33,11 +33,12 @@ from zerorate.identify.as_json import as_json
 from zerorate.identify.identification import LEAST_SAMPLES, Identification
 from zerorate.identify.identification import identify as identify_axis
 from zerorate.io import Log, read_log
+from zerorate.io.log import notes_of
 from zerorate.noise.records import as_record
 from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
 from zerorate.show.identify_page import identification_page
-from zerorate.show.identify_tables import format_identify, log_notes
+from zerorate.show.identify_tables import format_identify
 from zerorate.show.tables import bulleted
 
 __all__ = ["identify"]
@@ -166,7 +167,7 @@ def _check(log: Log) -> None:
 
 def _print_result(log: Log, found: Sequence[Identification], outputs: "_Outputs") -> None:
     print(format_identify(found))
-    notes = bulleted(log_notes(log))
+    notes = bulleted(notes_of(log))
     if notes:
         print(f"\n{notes}")
     print_written(outputs.paths)
@@ -209,7 +210,7 @@ class _Outputs:
         source = Path(log.meta["source"]).name
         drawings = _drawn(found, progress) if self.figures else {}
         texts = (
-            identification_page(found, source, drawings, log_notes(log)),
+            identification_page(found, source, drawings, notes_of(log)),
             as_json(found, source),
         )
         progress("writing", 0.95)

@@ -16,7 +16,7 @@ from zerorate.types import Floats
 
 _BETWEEN: Final = ", "
 
-__all__ = ["Header", "Log", "LogError", "Recording", "checked_rate", "units_of"]
+__all__ = ["Header", "Log", "LogError", "Recording", "checked_rate", "notes_of", "units_of"]
 
 
 class LogError(ValueError):
@@ -223,6 +223,13 @@ class Header:
     def duration(self) -> float:
         """Length in seconds."""
         return self.n / self.rate
+
+
+def notes_of(log: Log | Header) -> tuple[str, ...]:
+    """Return the sentences on a log: its clock, unless that is regular, and what was assumed."""
+    clock = log.meta.get("clock")
+    on_clock = () if clock is None or clock.regular else (clock.summary(),)
+    return (*on_clock, *log.meta.get("notes", ()))
 
 
 @dataclass(frozen=True, eq=False)

@@ -60,6 +60,15 @@ class BatchResult:
         return tuple(one for one in self.outcomes if one.status == "failed")
 
     @property
+    def notes(self) -> dict[str, list[str]]:
+        """The logs that each note is about, by name, the notes of most logs first."""
+        about: dict[str, list[str]] = {}
+        for one in self.outcomes:
+            for note in one.notes:
+                about.setdefault(note, []).append(one.name)
+        return dict(sorted(about.items(), key=lambda pair: -len(pair[1])))
+
+    @property
     def counts(self) -> Counter[str]:
         """How many logs have each status."""
         return Counter(one.status for one in self.outcomes)
@@ -277,6 +286,7 @@ def _write_summary(outcomes: Iterable[Outcome], path: Path) -> None:
     types: list[tuple[str, Any]] = [(name, pa.string()) for name in _TEXTS]
     types += [(name, pa.int64()) for name in _COUNTS]
     types += [(name, pa.float64()) for name in _NUMBERS]
+    types += [("notes", pa.list_(pa.string()))]
     table = pa.Table.from_pylist(list(_summary_rows(outcomes)), schema=pa.schema(types))
     with atomic_path(path, force=True) as temporary:
         pq.write_table(table, temporary, compression="zstd")
@@ -289,6 +299,7 @@ def _summary_rows(outcomes: Iterable[Outcome]) -> Iterator[dict[str, object]]:
             "status": one.status,
             "error": one.error,
             "seconds": one.seconds,
+            "notes": one.notes,
         }
         for row in one.rows or ({},):
             yield {**common, **row}
