@@ -163,6 +163,14 @@ def _on_start(replay: Summary) -> Iterator[str]:
                 "no noise, model or gain was learned"
             )
 
+    for name, restarts in zip(replay.header.names, replay.restarts.tolist(), strict=True):
+        if restarts:
+            times = "once" if restarts == 1 else f"{restarts} times"
+            yield (
+                f"{name}: the noise learned at the start proved wrong by many orders, and noise "
+                f"and drift were learned anew, {times}"
+            )
+
 
 def _on_memory(replay: Summary) -> Iterator[str]:
     times = {
