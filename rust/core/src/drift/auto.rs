@@ -6,8 +6,9 @@
 //! ticks, the strength of its drift from the likelihood of each walk.
 #![allow(non_snake_case)]
 
+mod sound;
+
 use nalgebra::{SMatrix, SVector};
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::options::Options;
@@ -325,9 +326,17 @@ impl<T: Number> Traced for AutoFilter<T> {
     }
 }
 
-impl<T: Real + Serialize + DeserializeOwned> Checkpoint for AutoFilter<T> {
+impl<T: Number> Checkpoint for AutoFilter<T> {
     const TAG: &'static str = "drift-auto";
     const VERSION: u16 = 2;
+
+    fn is_sound(&self) -> bool {
+        Self::new(self.params).is_ok_and(|fresh| self.is_after(&fresh))
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.params, self.samples_seen) == (other.params, other.samples_seen)
+    }
 }
 
 impl<T: DriftNumber> DriftStream<T> for AutoFilter<T> {

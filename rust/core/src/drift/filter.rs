@@ -3,9 +3,9 @@
 
 #[cfg(feature = "std")]
 pub(super) mod side_by_side;
+mod sound;
 
 use nalgebra::{SMatrix, SVector, SimdBool};
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::kalman::{Correction, State};
@@ -17,7 +17,7 @@ use crate::allan::AllanNoise;
 use crate::error::Error;
 use crate::math::{Limits, Real, Symmetric, choose, vector};
 use crate::stream::checkpoint::Checkpoint;
-use crate::stream::{Field, Output, Scaling, Shape, Startup, Stream, Traced, Watch};
+use crate::stream::{Field, Number, Output, Scaling, Shape, Startup, Stream, Traced, Watch};
 
 /// The largest coefficient of a stationary autoregression of order three.
 const COEFFICIENT_MAX: f64 = 3.0;
@@ -326,6 +326,14 @@ where
         })
     }
 
+    /// The filter before its first sample.
+    fn fresh(&self) -> Result<Self, Error> {
+        match self.start {
+            None => Self::new(self.params),
+            Some(start) => Self::started(self.params, start),
+        }
+    }
+
     /// The parameters it was made with.
     pub fn params(&self) -> &Params {
         &self.params
@@ -520,11 +528,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
     }
 
     fn reset(&mut self) {
-        let fresh = match self.start {
-            None => Self::new(self.params),
-            Some(start) => Self::started(self.params, start),
-        };
-        if let Ok(fresh) = fresh {
+        if let Ok(fresh) = self.fresh() {
             *self = fresh;
         }
     }
@@ -551,13 +555,20 @@ impl<T: DriftNumber, const N: usize, const M: usize> Traced for DriftFilter<T, N
     }
 }
 
-impl<T, const N: usize, const M: usize> Checkpoint for DriftFilter<T, N, M>
-where
-    T: Real + Serialize + DeserializeOwned,
-{
+impl<T: Number, const N: usize, const M: usize> Checkpoint for DriftFilter<T, N, M> {
     const TAG: &'static str = "drift";
     const VERSION: u16 = 2;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
+
+    fn is_sound(&self) -> bool {
+        self.fresh().is_ok_and(|fresh| self.is_after(&fresh))
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        self.params == other.params
+            && self.samples_seen == other.samples_seen
+            && self.start.is_some() == other.start.is_some()
+    }
 }
 
 impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFilter<T, N, M> {

@@ -1,11 +1,11 @@
 //! Recursive extended least squares of an ARMA(p, q) model with a constant (FH 8–13).
 
 use nalgebra::{SMatrix, SVector};
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::start::{Factors, Start};
 use crate::error::{Error, check_forgetting_factor, check_scale};
+use crate::math::sound::{is_count, is_size, is_within};
 use crate::math::{Limits, Real, choose, vector};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Scaling, Startup, Stream, Watch};
@@ -211,6 +211,22 @@ where
         rls.diagonal /= excess;
         Ok(rls)
     }
+
+    /// Whether samples can have made it of `fresh`, which knows nothing.
+    pub(super) fn is_after(&self, fresh: &Self) -> bool {
+        let known = (0..M).flat_map(|j| (0..M).map(move |i| (i, j)));
+        let is_factor = |(i, j): (usize, usize)| match i < j {
+            true => is_within(self.unit_upper[(i, j)], T::DIFFERENCE_MAX),
+            false => self.unit_upper[(i, j)] == fresh.unit_upper[(i, j)],
+        };
+        let most = T::of(2.0 * M as f64);
+        self.growth == fresh.growth
+            && self.parameters.iter().all(|x| is_within(*x, T::RAW_MAX))
+            && self.history.iter().all(|y| is_within(*y, T::LEARNED_MAX))
+            && self.diagonal.iter().all(|d| is_size(*d, most))
+            && known.into_iter().all(is_factor)
+            && self.trace() <= most
+    }
 }
 
 #[inline(always)]
@@ -347,11 +363,22 @@ impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares
     }
 }
 
-impl<T, const N: usize, const M: usize> Checkpoint for RecursiveLeastSquares<T, N, M>
-where
-    T: Real + Serialize + DeserializeOwned,
-{
+impl<T: Number, const N: usize, const M: usize> Checkpoint for RecursiveLeastSquares<T, N, M> {
     const TAG: &'static str = "least-squares";
     const VERSION: u16 = 2;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
+
+    fn is_sound(&self) -> bool {
+        Self::new(self.params).is_ok_and(|fresh| {
+            is_count(self.samples_seen)
+                && self.startup.is_after(&fresh.startup, self.samples_seen)
+                && self.scaling == self.startup.finished()
+                && self.rls.is_after(&fresh.rls)
+                && self.watch.is_sound()
+        })
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.params, self.samples_seen) == (other.params, other.samples_seen)
+    }
 }

@@ -1,5 +1,7 @@
 //! The model of one sensor: its noise, and its drift as far as it has been at rest.
 
+mod sound;
+
 use serde::{Deserialize, Serialize};
 
 use super::multiple_model::{BlockMean, KalmanBank};

@@ -146,8 +146,7 @@ where
 
     fn is_sound(&self) -> bool {
         Self::new(self.rate).is_ok_and(|fresh| {
-            self.decision.times == fresh.decision.times
-                && self.ticker.length() == fresh.ticker.length()
+            self.ticker.is_after(&fresh.ticker) && self.decision.is_after(&fresh.decision)
         })
     }
 

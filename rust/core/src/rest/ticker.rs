@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::LEAST;
+use crate::math::sound::{is_sample, is_size, is_within};
 use crate::math::{Limits, Real, choose};
 
 /// Ticks in a row whose samples the origin or the unit swallows, and after which both are lost.
@@ -72,8 +73,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             origin: T::of(f64::NAN),
             unit: zero,
             inverse: zero,
-            // Fourth powers of differences must be finite.
-            bound: T::DIFFERENCE_MAX.simd_sqrt(),
+            bound: level_max(),
             previous: T::of(f64::NAN),
             step: T::MAX,
             swallowed: 0,
@@ -85,10 +85,6 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             lowest: zero,
             highest: zero,
         }
-    }
-
-    pub(super) fn length(&self) -> u32 {
-        self.length
     }
 
     /// Takes one sample; returns the tick that it completes.
@@ -215,5 +211,47 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.squares = zero;
         self.lowest = zero;
         self.highest = zero;
+    }
+}
+
+/// Largest sample in the ticker's own units: fourth powers of differences must be finite.
+pub(super) fn level_max<T: Limits + Real<Element = T>>() -> T {
+    T::DIFFERENCE_MAX.simd_sqrt()
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
+    /// Whether samples can have made it of `fresh`.
+    pub(super) fn is_after(&self, fresh: &Self) -> bool {
+        // Raw, it must not overflow.
+        let reach = (T::RAW_MAX * T::of(4.0) * self.inverse).at_most(self.bound);
+        (self.length, self.bound) == (fresh.length, fresh.bound)
+            && is_sample(self.origin, T::RAW_MAX)
+            && self.has_unit()
+            && is_sample(self.previous, T::RAW_MAX)
+            && self.swallowed < LOST
+            && self.step > T::zero()
+            && self.step <= T::MAX
+            && is_within(self.centre, reach + reach)
+            && self.position < self.length
+            && self.count <= self.position
+            && self.has_sums(reach)
+    }
+
+    fn has_unit(&self) -> bool {
+        let inverse = match self.unit == T::zero() {
+            true => T::zero(),
+            false => T::one() / self.unit.at_least(T::TINY),
+        };
+        is_size(self.unit, T::RAW_MAX + T::RAW_MAX)
+            && self.inverse == inverse
+            && (self.origin.finite() || self.unit == T::zero())
+    }
+
+    fn has_sums(&self, reach: T) -> bool {
+        let (most, count) = (reach * T::of(4.0), T::of(f64::from(self.count)));
+        is_within(self.sum, most * count)
+            && is_size(self.squares, most * most * count)
+            && is_size(-self.lowest, most)
+            && is_size(self.highest, most)
     }
 }

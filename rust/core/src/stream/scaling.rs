@@ -1,5 +1,7 @@
 //! Offset and scale of a signal, learned from its own first samples: no filter needs a unit.
 
+mod sound;
+
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::math::sound::is_within;
 use crate::math::{Limits, Real};
 
 /// Samples that are kept at most.
@@ -84,6 +85,16 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
             }
         }
         distance
+    }
+
+    /// Whether samples can have made it.
+    pub(super) fn is_sound(&self) -> bool {
+        let kept = &self.sorted[..self.held()];
+        self.held as usize == self.held()
+            && kept.iter().all(|z| is_within(*z, T::RAW_MAX))
+            && kept.is_sorted()
+            && self.stride.is_power_of_two()
+            && self.passing < self.stride
     }
 
     /// Keeps every second sample in rank, of each pair the one nearer to the median: a sign must

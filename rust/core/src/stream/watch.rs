@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::math::sound::is_sample;
 use crate::math::{Limits, Real};
 
 /// A change over the scale at least, and at most, that proves the scale wrong: nothing that moves
@@ -10,7 +11,7 @@ const LOUDER: f64 = 1e5;
 const QUIETER: f64 = 1e-4;
 
 /// Changes in a row that prove it: neither a spike nor a pause does.
-const PROOF: i8 = 16;
+const PROOF: u8 = 16;
 
 /// Samples between two that are looked at: the watch costs a sample next to nothing.
 const PERIOD: u64 = 64;
@@ -60,6 +61,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
         self.has_disproved()
     }
 
+    /// Whether samples can have made it.
+    pub(crate) fn is_sound(&self) -> bool {
+        is_sample(self.last, T::RAW_MAX) && !self.has_disproved()
+    }
+
     fn count(&mut self, change: T, scale: T) {
         let louder = T::of(LOUDER).at_most(T::INPUT_MAX);
         let quieter = T::of(QUIETER).at_least(T::VARIANCE_FLOOR.simd_sqrt());
@@ -72,6 +78,6 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
 
     /// The scale is proved wrong.
     pub(crate) fn has_disproved(&self) -> bool {
-        self.far.abs() >= PROOF
+        self.far.unsigned_abs() >= PROOF
     }
 }
