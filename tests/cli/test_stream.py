@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
+from support.killed import left_by_a_kill
 from support.streams import Asked, lines_of, streamed
 from zerorate.cli import run
 
@@ -365,9 +366,10 @@ class TestCheckpoints:
         assert checkpoint.read_bytes() == whole
 
     def test_what_a_kill_left_is_removed_at_the_next_start(self, checkpoint):
-        ours, others = ".state.0123456789ab", [".state.backup", ".other.0123456789ab", ".state"]
-        for name in (ours, *others):
+        others = [".state.backup", ".zerorate", ".state"]
+        for name in others:
             (checkpoint.parent / name).write_bytes(b"half")
+        left_by_a_kill(checkpoint)
         assert streamed(LINES[100:], *RATE, "--checkpoint", checkpoint)[0] == 0
         names = sorted(path.name for path in checkpoint.parent.iterdir())
         assert names == sorted([*others, "state"])

@@ -56,7 +56,7 @@ def run(arguments: Sequence[str]) -> int:
         return _fail("this needs typer: pip install 'zerorate[cli]'", 2)
     from zerorate.cli.app import invoke
     from zerorate.cli.errors import Fault
-    from zerorate.run.interrupts import Ending
+    from zerorate.run.interrupts import INTERRUPT, Ending
 
     with Ending() as ending:
         try:
@@ -70,7 +70,10 @@ def run(arguments: Sequence[str]) -> int:
             return _of_the_system(error)
         except MemoryError:
             return _fail("there is not enough memory for this much data", 1)
-        except (SystemExit, GeneratorExit):
+        except SystemExit as end:
+            # What typer makes of a reader that is gone.
+            if isinstance(end.__context__, BrokenPipeError):
+                return _of_the_system(end.__context__)
             raise
         # A panic of the native code is no Exception.
         except BaseException as error:
@@ -81,8 +84,8 @@ def run(arguments: Sequence[str]) -> int:
             if hasattr(error, "format_message"):
                 return _fail(error.format_message(), 2)
             return _own_fault(error)
-        # Some versions of typer turn an interrupt into a code by themselves.
-        return _interrupted(ending.number) if ending.number == code - _BY_SIGNAL else code
+        # Some versions of typer turn an interrupt into this code by themselves.
+        return _interrupted(ending.number) if code == _BY_SIGNAL + INTERRUPT else code
 
 
 def _flush() -> None:

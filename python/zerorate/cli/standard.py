@@ -1,11 +1,14 @@
-"""The standard streams: whatever they are connected to, nothing printed is lost or goes astray."""
+"""The surroundings of a command: streams that lose nothing that is printed, whatever they are."""
 
 import codecs
 import os
 import re
 import sys
+import warnings
 from contextlib import suppress
 from typing import Final, TextIO
+
+from zerorate.texts import printable
 
 __all__ = ["BROKEN_PIPE", "drop_stdout", "prepare", "tell"]
 
@@ -39,11 +42,15 @@ _PLAIN: Final = {
 
 
 def prepare() -> None:
-    """Make the standard streams of this process safe to write on.
+    """Make the standard streams of this process safe to write on, and figures safe to draw.
 
     A descriptor that is closed would be given to the next file that is opened, and what is printed
     would go there.
     """
+    # Figures go to files alone; what a notebook sets for itself may not even be installed here.
+    os.environ.pop("MPLBACKEND", None)
+    # A box in the place of a letter says as much.
+    warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
     _reserve(0, os.O_RDONLY)
     # Not writable, so that what somebody prints there is a fault and not lost.
     _reserve(1, os.O_RDONLY)
@@ -87,19 +94,15 @@ def _let_substitute(stream: TextIO) -> None:
 
 
 def _substituted(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Return what stands for characters that an encoding lacks, and where to go on."""
+    """Return what stands for a character that an encoding lacks, and where to go on."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     root = _ROOT.match(error.object, error.start)
     if root is not None and root[1]:
         return f"sqrt({root[1]})", root.end()
-    letters = error.object[error.start : error.end]
-    return "".join(_PLAIN.get(letter) or _escaped(letter) for letter in letters), error.end
+    letter = error.object[error.start]
+    return _PLAIN.get(letter) or _escaped(letter), error.start + 1
 
 
 def _escaped(letter: str) -> str:
-    # A byte of a name that is no UTF-8 is shown as that byte.
-    byte = ord(letter) - 0xDC00
-    if 0x80 <= byte <= 0xFF:
-        return f"\\x{byte:02x}"
-    return letter.encode("ascii", "backslashreplace").decode("ascii")
+    return printable(letter).encode("ascii", "backslashreplace").decode("ascii")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -105,6 +106,7 @@ class RowGroups:
         self._waiting: list[list[Column]] = []
         self._rows = 0
         self._writer: Any = None
+        self._file: Any = None
 
     def __enter__(self) -> Self:
         """Return the file itself."""
@@ -123,6 +125,7 @@ class RowGroups:
         finally:
             if self._writer is not None:
                 self._writer.close()
+                self._file.close()
 
     def write(self, columns: Sequence[Column]) -> None:
         """Take a piece of all columns; whole groups are written."""
@@ -151,8 +154,10 @@ class RowGroups:
         # Doubles of a sensor hardly ever repeat: a dictionary is made in vain. By bytes of one
         # weight they shrink to less than by any stronger compression of whole numbers.
         doubles = [field.name for field in schema if self._arrow.types.is_float64(field.type)]
+        # By its bytes: a name need not be UTF-8.
+        self._file = self._arrow.OSFile(os.fsencode(self._path), "wb")
         return pq.ParquetWriter(
-            self._path,
+            self._file,
             schema,
             compression="lz4",
             use_dictionary=False,
