@@ -16,7 +16,7 @@ from zerorate.io.arrow import arrow_table, in_pieces, needs_pyarrow, to_arrow
 from zerorate.io.log import Header, Log, LogError
 from zerorate.io.table import Column, Content, Format
 
-__all__ = ["FORMAT", "TIME_NAME", "RowGroups", "about", "write_parquet"]
+__all__ = ["FORMAT", "TIME_NAME", "RowGroups", "about", "native_file", "write_parquet"]
 
 TIME_NAME = "time_s"
 _BUFFER: Final = 1 << 20
@@ -83,6 +83,11 @@ def _pieces(path: Path, names: list[str], most: int) -> Iterator[Sequence[Any]]:
 
 
 _ROWS: Final = 1 << 17
+
+
+def native_file(path: Path, mode: str = "rb") -> Any:  # noqa: ANN401  # its package is optional
+    """Return an open file of pyarrow; its name need not be UTF-8, as that of a path must."""
+    return needs_pyarrow("Parquet").OSFile(os.fsencode(path), mode)
 
 
 class RowGroups:
@@ -154,8 +159,7 @@ class RowGroups:
         # Doubles of a sensor hardly ever repeat: a dictionary is made in vain. By bytes of one
         # weight they shrink to less than by any stronger compression of whole numbers.
         doubles = [field.name for field in schema if self._arrow.types.is_float64(field.type)]
-        # By its bytes: a name need not be UTF-8.
-        self._file = self._arrow.OSFile(os.fsencode(self._path), "wb")
+        self._file = native_file(self._path, "wb")
         return pq.ParquetWriter(
             self._file,
             schema,
