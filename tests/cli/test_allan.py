@@ -250,6 +250,22 @@ DATA = {
 }
 
 
+class TestAxes:
+    def test_one_without_samples_is_left_out_and_named(self, cli, tmp_path, out):
+        table = {"gyro_x_dps": signal(1000)[:, 0], "gyro_y_dps": np.full(1000, np.nan)}
+        table |= {"accel_x_g": np.full(1000, np.nan)}
+        code, text, errors = cli(write_table(tmp_path / "run.csv", table), "-o", out)
+        assert (code, errors) == (0, "")
+        assert "- column 'gyro_y_dps' is all missing" in text
+        assert "gyro_x_dps" in text.splitlines()[1]
+
+    def test_a_constant_one_is_named(self, cli, tmp_path, out):
+        table = {"gyro_x_dps": signal(1000)[:, 0], "gyro_y_dps": np.full(1000, 0.25)}
+        code, text, errors = cli(write_table(tmp_path / "run.csv", table), "-o", out)
+        assert (code, errors) == (0, "")
+        assert "- gyro_y_dps: all samples are equal" in text
+
+
 class TestFaults:
     @pytest.mark.parametrize("name", USAGE)
     def test_usage(self, cli, log, out, name):

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Final, cast, get_args
 
+import numpy as np
 import typer
 
 from zerorate.cli.errors import (
@@ -41,6 +42,7 @@ from zerorate.cli.outputs import (
     together,
 )
 from zerorate.io import Log, LogError
+from zerorate.io.log import present_axes
 from zerorate.io.reading import read_sensors
 from zerorate.noise import NoiseModel
 from zerorate.noise.characterise import Characterisation, characterise
@@ -121,10 +123,16 @@ def allan(
         preloaded(_load_plotting)
     with progress_bar() as progress:
         with reading(wanted is not None):
-            sensors = read_sensors(log, rate=rate, columns=wanted, units=units, topic=topic)
+            sensors = _present(read_sensors(log, rate, wanted, units, topic))
         found = in_background(lambda: [_found(analysis, s, progress) for s in sensors])
         outputs.write(found, progress)
     _print_result(found, outputs)
+
+
+def _present(sensors: Sequence[Log]) -> list[Log]:
+    """Return what holds samples, all if nothing does: the notes of a log name what does not."""
+    present = [present_axes(log) for log in sensors if np.isfinite(log.data).any()]
+    return present or list(sensors)
 
 
 def _found(analysis: partial[Characterisation], log: Log, progress: Progress) -> Characterisation:

@@ -6,7 +6,7 @@ from enum import StrEnum
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, NoReturn
 
 import typer
 
@@ -133,28 +133,37 @@ def identify(
             recording = read_log(log, rate=rate, columns=wanted, unit=unit, topic=topic)
         found = in_background(lambda: _found(analysis, recording, progress))
         outputs.write(recording, found, progress)
-    _print_result(recording, found, outputs)
+    _print_result(found, outputs)
 
 
-def _found(
-    analysis: Callable[..., Identification], log: Log, progress: Progress
-) -> list[Identification]:
-    _check(log)
-    found = []
+@dataclass(frozen=True)
+class _Found:
+    """What was found out about each axis; notes on the log, and on axes that were left out."""
+
+    axes: list[Identification]
+    notes: tuple[str, ...]
+
+
+def _found(analysis: Callable[..., Identification], log: Log, progress: Progress) -> _Found:
+    """Return what can be said of each axis; a fault if of none."""
+    axes, refused = [], {}
     for i, (name, z) in enumerate(zip(log.names, log.data.T, strict=True)):
 
         def tell(step: str, fraction: float, done: int = i) -> None:
             progress(step, (done + fraction) / log.channels)
 
         try:
-            found.append(analysis(z, log.rate, name=name, unit=log.unit, progress=tell))
+            axes.append(analysis(z, log.rate, name=name, unit=log.unit, progress=tell))
         except ValueError as error:
-            raise UsageFault(f"{name}: {in_options(error)}") from None
-    return found
+            refused[name] = in_options(error)
+    if not axes:
+        _refuse(log, refused)
+    left_out = (f"{name} is left out: {reason}" for name, reason in refused.items())
+    return _Found(axes, (*log_notes(log), *left_out))
 
 
-def _check(log: Log) -> None:
-    """Raise a fault of the data where a column cannot be modelled, whatever the options."""
+def _refuse(log: Log, reasons: Mapping[str, str]) -> NoReturn:
+    """Raise a fault of the data where no column can be modelled, else one of the options."""
     for name, z in zip(log.names, log.data.T, strict=True):
         try:
             as_record(z, LEAST_SAMPLES, "identification")
@@ -162,11 +171,13 @@ def _check(log: Log) -> None:
             raise DataFault(
                 f"{log.meta['source']}: column '{name}': {error}; others are chosen with --columns"
             ) from None
+    name, reason = next(iter(reasons.items()))
+    raise UsageFault(f"{name}: {reason}")
 
 
-def _print_result(log: Log, found: Sequence[Identification], outputs: "_Outputs") -> None:
-    print(format_identify(found))
-    notes = bulleted(log_notes(log))
+def _print_result(found: _Found, outputs: "_Outputs") -> None:
+    print(format_identify(found.axes))
+    notes = bulleted(found.notes)
     if notes:
         print(f"\n{notes}")
     print_written(outputs.paths)
@@ -204,13 +215,13 @@ class _Outputs:
         """The files to write."""
         return [self.page, self.numbers]
 
-    def write(self, log: Log, found: Sequence[Identification], progress: Progress) -> None:
+    def write(self, log: Log, found: _Found, progress: Progress) -> None:
         """Write both files under other names; rename them when they are whole."""
         source = Path(log.meta["source"]).name
-        drawings = _drawn(found, progress) if self.figures else {}
+        drawings = _drawn(found.axes, progress) if self.figures else {}
         texts = (
-            identification_page(found, source, drawings, log_notes(log)),
-            as_json(found, source),
+            identification_page(found.axes, source, drawings, found.notes),
+            as_json(found.axes, source, found.notes),
         )
         progress("writing", 0.95)
         with writing(), together(self.paths, self.force) as temporary:

@@ -13,6 +13,7 @@ from zerorate.io import arrays, arrow, hdf5, matlab, parquet, px4, ros, text
 from zerorate.io.log import LogError
 from zerorate.io.objects import ArrowStream, described, table_of
 from zerorate.io.table import Content, Format
+from zerorate.texts import printable
 
 __all__ = ["FORMATS", "LogSource", "format_of", "label_of", "opened"]
 
@@ -37,8 +38,10 @@ _HEAD = 16
 
 
 def label_of(source: LogSource) -> str:
-    """Return what messages call a source."""
-    return str(Path(source)) if isinstance(source, (str, os.PathLike)) else described(source)
+    """Return what messages and outputs call a source."""
+    if isinstance(source, (str, os.PathLike)):
+        return printable(str(Path(source)))
+    return described(source)
 
 
 def opened(source: LogSource) -> tuple[str, Content]:

@@ -138,6 +138,15 @@ class Log:
         return replace(self, data=values)
 
 
+def present_axes(log: Log) -> Log:
+    """Return the log without the channels that hold no sample; itself if none or all do."""
+    there = np.flatnonzero(np.isfinite(log.data).any(axis=0))
+    if there.size in (0, log.channels):
+        return log
+    names, units = (tuple(given[i] for i in there) for given in (log.names, log.units))
+    return replace(log, data=log.data[:, there], names=names, unit=_joined(units, len(units)))
+
+
 def units_of(unit: str, channels: int) -> tuple[str, ...]:
     """Return the unit of each channel of a log: what its one unit lists, or that for all."""
     listed = tuple(unit.split(_BETWEEN))
