@@ -33,11 +33,12 @@ from zerorate.identify.as_json import as_json
 from zerorate.identify.identification import LEAST_SAMPLES, Identification
 from zerorate.identify.identification import identify as identify_axis
 from zerorate.io import Log, read_log
+from zerorate.io.log import notes_of
 from zerorate.noise.records import as_record
 from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
 from zerorate.show.identify_page import identification_page
-from zerorate.show.identify_tables import format_identify, log_notes
+from zerorate.show.identify_tables import format_identify
 from zerorate.show.tables import bulleted
 
 __all__ = ["identify"]
@@ -159,7 +160,7 @@ def _found(analysis: Callable[..., Identification], log: Log, progress: Progress
     if not axes:
         _refuse(log, refused)
     left_out = (f"{name} is left out: {reason}" for name, reason in refused.items())
-    return _Found(axes, (*log_notes(log), *left_out))
+    return _Found(axes, (*notes_of(log), *left_out))
 
 
 def _refuse(log: Log, reasons: Mapping[str, str]) -> NoReturn:

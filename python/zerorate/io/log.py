@@ -16,7 +16,7 @@ from zerorate.types import Floats
 
 _BETWEEN: Final = ", "
 
-__all__ = ["Header", "Log", "LogError", "Recording", "checked_rate", "units_of"]
+__all__ = ["Header", "Log", "LogError", "Recording", "checked_rate", "notes_of", "units_of"]
 
 
 class LogError(ValueError):
@@ -187,7 +187,10 @@ def _checked_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]
 
 
 def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
-    seconds = np.ascontiguousarray(time, dtype=np.float64)
+    stamps = without_masks(time)
+    if stamps.dtype.kind in "Mm":
+        raise LogError(f"time must be numbers of seconds, got {stamps.dtype}")
+    seconds = np.ascontiguousarray(stamps, dtype=np.float64)
     if seconds.shape != (n,):
         raise LogError(f"time must have shape ({n},) as data has {n} samples, got {seconds.shape}")
     if not np.isfinite(seconds).all():
@@ -229,6 +232,13 @@ class Header:
     def duration(self) -> float:
         """Length in seconds."""
         return self.n / self.rate
+
+
+def notes_of(log: Log | Header) -> tuple[str, ...]:
+    """Return the sentences on a log: its clock, unless that is regular, and what was assumed."""
+    clock = log.meta.get("clock")
+    on_clock = () if clock is None or clock.regular else (clock.summary(),)
+    return (*on_clock, *log.meta.get("notes", ()))
 
 
 @dataclass(frozen=True, eq=False)

@@ -186,7 +186,8 @@ def _in_pieces(chosen: Selection, told: dict[str, str], label: str) -> LogFile:
         raise LogError("there are columns but no rows")
     clock = clock_of(chosen, column, table.rows)
     grid, start = clock.grid, clock.start
-    meta = {**chosen.meta(told, grid), "notes": tuple(notes_on_clock(chosen.groups[0].unit, clock))}
+    notes = (*table.meta.notes, *notes_on_clock(chosen.groups[0].unit, clock))
+    meta = {**chosen.meta(told, grid), "notes": notes}
     header = Header(grid.length, grid.rate, tuple(chosen.names), chosen.groups[0].unit, meta)
     places = Places.of(grid.spread, grid.length)
 

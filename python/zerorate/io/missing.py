@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from numbers import Real
 from typing import Any, Final
 
@@ -26,9 +27,26 @@ def without_masks(values: npt.ArrayLike) -> npt.NDArray[Any]:
     if isinstance(array, np.ma.MaskedArray):
         array = _unmasked(array)
     if array.dtype.kind == "O" and all(map(_is_number_or_missing, array.flat)):
-        numbers = [np.nan if _is_missing(value) else value for value in array.flat]
-        return np.array(numbers, dtype=np.float64).reshape(array.shape)
+        return _numbers(array)
     return np.asarray(array)
+
+
+def _numbers(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    if array.size and all(isinstance(value, (int, np.integer)) for value in array.flat):
+        # Nanoseconds of today's date do not fit a double.
+        whole = np.array(array.tolist())
+        if whole.dtype.kind in "iu":
+            return whole
+    return np.array([_double(value) for value in array.flat]).reshape(array.shape)
+
+
+def _double(value: Any) -> float:  # noqa: ANN401
+    if _is_missing(value):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
 
 
 def _unmasked(array: np.ma.MaskedArray[Any, Any]) -> npt.NDArray[Any]:

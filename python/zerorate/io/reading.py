@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.io.clock import Grid, Stamps, fit_grid, to_seconds, unstamped
+from zerorate.io.clock import fit_grid
 from zerorate.io.columns import Columns, choose
 from zerorate.io.formats import LogSource, label_of, opened
+from zerorate.io.grid import Grid, unstamped
 from zerorate.io.log import Log, LogError, checked_rate
 from zerorate.io.names import (
     UNKNOWN,
@@ -21,6 +22,7 @@ from zerorate.io.names import (
     looks_like_sensor,
     split_unit,
 )
+from zerorate.io.stamps import Stamps, to_seconds
 from zerorate.io.table import Column, Table, as_numbers
 from zerorate.types import Floats
 
@@ -120,14 +122,16 @@ def read_log(
     Notes
     -----
     The time column is one named ``time``, ``t``, ``timestamp``, ``stamp`` or so; its unit is the
-    suffix (``_s _ms _us _ns``), else follows from the step: below 0.5 seconds, below 100
-    milliseconds, below 100 000 microseconds, else nanoseconds. In a table without names the
+    suffix (``_s _ms _us _ns``), else the one in which it holds dates of this century, else that
+    of the step: below 0.5 seconds, below 100 milliseconds, below 100 000 microseconds, else
+    nanoseconds. In a table without names the
     first column is the time if it rises in near-equal steps over most rows and no other column
     does; if it only counts rows (0, 1, 2, ...) it is left out, and ``rate`` is needed.
 
     Missing samples, judged by the stamps' deviation from a uniform clock, become NaN rows.
     Late or repeated stamps do not add or drop rows. Where the clock jumps back, the rows stay in
-    the file's order and the time goes on.
+    the file's order and the time goes on. Samples that their host stamped as they arrived, in
+    bursts, stand on the regular clock under the stamps.
 
     Examples
     --------
@@ -201,7 +205,11 @@ def clock_of(chosen: Selection, column: Column | None, rows: int) -> Clock:
     stamps = stamps_of(chosen, column)
     if stamps is None:
         return Clock(unstamped(rows, checked_rate(chosen.rate)), 0.0, None)
-    return Clock(fit_grid(stamps.seconds, stamps.start, chosen.rate), stamps.start, stamps.note)
+    try:
+        grid = fit_grid(stamps.seconds, stamps.start, chosen.rate)
+    except LogError as error:
+        raise LogError(f"{error} ({stamps.note})" if stamps.note else str(error)) from None
+    return Clock(grid, stamps.start + grid.offset, stamps.note)
 
 
 def stamps_of(chosen: Selection, column: Column | None) -> Stamps | None:
@@ -280,9 +288,24 @@ def notes_on_clock(unit: str, clock: Clock) -> list[str]:
         notes.append("the unit of the data is not known; give unit=")
     if clock.note:
         notes.append(clock.note)
+    notes.extend(_on_bursts(grid))
     if abs(grid.report.rate / grid.rate - 1) > 1e-5:
         notes.append(f"rate {grid.rate:g} Hz as stated; the timestamps run at {grid.report.rate:g}")
     return notes
+
+
+def _on_bursts(grid: Grid) -> Iterator[str]:
+    report = grid.report
+    if report.bursts:
+        yield (
+            f"the samples arrived in {report.bursts} bursts and were stamped then; they were put "
+            f"on the regular clock of {report.rate:.7g} Hz that made them"
+        )
+    elif report.missing_samples > len(grid.place):
+        yield (
+            "more samples are missing than there are; if they were stamped as they arrived, in "
+            "bursts, rate= tells so"
+        )
 
 
 def notes_on_missing(names: Iterable[str], missing: Iterable[bool]) -> list[str]:

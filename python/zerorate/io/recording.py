@@ -8,7 +8,7 @@ from typing import Final, NamedTuple, cast
 
 import numpy as np
 
-from zerorate.io.clock import Stamps, fit_grid
+from zerorate.io.clock import fit_grid
 from zerorate.io.columns import Columns, choose
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Log, LogError, Recording, checked_rate, units_of
@@ -33,6 +33,7 @@ from zerorate.io.reading import (
     stacked,
     stamps_of,
 )
+from zerorate.io.stamps import Stamps
 from zerorate.io.table import Content, Table
 from zerorate.types import Floats
 

@@ -65,6 +65,15 @@ class BatchResult:
         return tuple(one for one in self.outcomes if one.status == "failed")
 
     @property
+    def notes(self) -> dict[str, list[str]]:
+        """The logs that each note is about, by name, the notes of most logs first."""
+        about: dict[str, list[str]] = {}
+        for one in self.outcomes:
+            for note in one.notes:
+                about.setdefault(note, []).append(one.name)
+        return dict(sorted(about.items(), key=lambda pair: -len(pair[1])))
+
+    @property
     def counts(self) -> Counter[str]:
         """How many logs have each status."""
         return Counter(one.status for one in self.outcomes)
@@ -272,6 +281,7 @@ def _write_summary(outcomes: Iterable[Outcome], path: Path) -> None:
     types: list[tuple[str, Any]] = [(name, pa.string()) for name in _TEXTS]
     types += [(name, pa.int64()) for name in _COUNTS]
     types += [(name, pa.float64()) for name in _NUMBERS]
+    types += [("notes", pa.list_(pa.string()))]
     schema = pa.schema(types, metadata={SUMMARY_MARK: __version__})
     table = pa.Table.from_pylist(list(_summary_rows(outcomes)), schema=schema)
     with atomic_path(path, force=True) as temporary, native_file(temporary, "wb") as file:
@@ -285,6 +295,7 @@ def _summary_rows(outcomes: Iterable[Outcome]) -> Iterator[dict[str, object]]:
             "status": one.status,
             "error": None if one.error is None else printable(one.error),
             "seconds": one.seconds,
+            "notes": one.notes,
         }
         for row in one.rows or ({},):
             yield {**common, **row}
