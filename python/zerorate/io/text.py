@@ -155,15 +155,12 @@ def _metadata_from_json(text: str) -> Metadata:
     """Return the metadata in a JSON object; LogError if it is none."""
     try:
         fields = json.loads(text)
-        names = fields.get("names")
-        return Metadata(
-            rate=fields.get("rate"),
-            unit=fields.get("unit"),
-            sensor=fields.get("sensor"),
-            names=None if names is None else tuple(names),
-        )
-    except (ValueError, AttributeError, TypeError):
-        raise LogError(f"the comment '{META_MARK} {text[:40]}' is no JSON object") from None
+    except (ValueError, RecursionError):
+        fields = None
+    if not isinstance(fields, dict):
+        raise LogError(f"the comment '{META_MARK} {text[:40]}' is no JSON object")
+    known = ("rate", "unit", "sensor", "names")
+    return Metadata(**{key: value for key, value in fields.items() if key in known})
 
 
 def _read(path: Path) -> Content:
