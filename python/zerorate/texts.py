@@ -1,6 +1,6 @@
 """Texts that come from outside, such as names of files."""
 
-__all__ = ["printable"]
+__all__ = ["one_line", "printable"]
 
 
 def printable(text: str) -> str:
@@ -13,3 +13,9 @@ def printable(text: str) -> str:
     except UnicodeEncodeError:
         raw = text.encode("utf-8", "backslashreplace")
     return raw.decode("utf-8", "backslashreplace")
+
+
+def one_line(text: str) -> str:
+    """Return a text with all that cannot be printed, or breaks a line, as Python escapes it."""
+    text = printable(text)
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

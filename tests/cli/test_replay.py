@@ -159,7 +159,7 @@ DATA_FAULTS = {
     "folder": (".", None, (), "is a folder"),
     "empty": ("a.csv", b"", (), "the file is empty"),
     "binary": ("a.csv", b"\x00\x01\x02" * 50, (), "expected"),
-    "damaged parquet": ("a.parquet", b"PAR1" + b"\x00" * 50, (), "truncated or damaged"),
+    "damaged parquet": ("a.parquet", b"PAR1" + b"\x00" * 50, (), "truncated, damaged"),
     "unknown suffix": ("a.xyz", b"1,2\n", (), "unknown suffix"),
     "text in a row": ("a.csv", b"time_s,gyro_x\n0,1\n0.1,a\n0.2,2\n", (), "is not a number"),
     "no gyro": ("a.csv", b"time_s,temp\n0,1\n0.1,2\n", (), "choose with --columns"),

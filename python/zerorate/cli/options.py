@@ -212,7 +212,7 @@ def _parse_number(option: str, text: str, word: str) -> float | None:
 
 def parse_order(text: str) -> tuple[int, int]:
     """Return the orders of ``2,1``."""
-    found = re.fullmatch(r"\s*(\d+)\s*,\s*(\d+)\s*", text)
+    found = re.fullmatch(r"\s*([0-9]+)\s*,\s*([0-9]+)\s*", text)
     if found is None:
         raise UsageFault(f"--order takes two numbers p,q such as 2,1, got '{text}'")
     return int(found[1]), int(found[2])
@@ -223,7 +223,7 @@ def parse_columns(text: str | None) -> list[str | int] | None:
     if text is None:
         return None
     words = parse_words("--columns", text, "names or indices")
-    return [int(word) if re.fullmatch(r"-?\d+", word) else word for word in words]
+    return [int(word) if re.fullmatch("-?[0-9]+", word) else word for word in words]
 
 
 def parse_words(option: str, text: str, expected: str = "names") -> list[str]:

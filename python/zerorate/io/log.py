@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Real
@@ -12,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.io.missing import without_masks
+from zerorate.texts import one_line
 from zerorate.types import Floats
 
 _BETWEEN: Final = ", "
@@ -22,13 +24,20 @@ __all__ = ["Header", "Log", "LogError", "Recording", "checked_rate", "notes_of",
 class LogError(ValueError):
     """The content of a log is not what was expected; the message says what and where."""
 
+    def __init__(self, message: str) -> None:
+        """Keep the message to one line, whatever names and cells are quoted in it."""
+        super().__init__(one_line(message))
+
 
 def checked_rate(rate: object) -> float:
     """Return the rate in Hz as a float; ValueError unless it is positive and finite."""
-    number = isinstance(rate, Real) and not isinstance(rate, bool)
-    if not number or not math.isfinite(float(rate)) or float(rate) <= 0:  # type: ignore[arg-type]
-        raise ValueError(f"rate must be a positive finite number of Hz, got {rate!r}")
-    return float(rate)  # type: ignore[arg-type]
+    try:
+        value = float(rate) if isinstance(rate, Real) and not isinstance(rate, bool) else math.nan
+    except OverflowError:
+        value = math.inf
+    if not 0 < value < math.inf:
+        raise ValueError(f"rate must be a positive finite number of Hz, got {reprlib.repr(rate)}")
+    return value
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from typing import Any, Final, Self
 import numpy as np
 
 from zerorate.io.arrow import arrow_table, in_pieces, needs_pyarrow, to_arrow
-from zerorate.io.log import Header, Log, LogError
+from zerorate.io.log import Header, Log
 from zerorate.io.table import Column, Content, Format
 
 __all__ = ["FORMAT", "TIME_NAME", "RowGroups", "about", "native_file", "write_parquet"]
@@ -25,11 +25,21 @@ _BUFFER: Final = 1 << 20
 def _read(path: Path) -> Content:
     with _opened(path) as file:
         schema, rows = file.schema_arrow, file.metadata.num_rows
-    table = arrow_table(schema, lambda wanted: _load(path, [schema.names[i] for i in wanted]))
+
+    def load(wanted: Sequence[int]) -> list[Any]:
+        names, places = _places(schema.names, wanted)
+        with _opened(path) as file:
+            table = file.read(columns=names)
+        return [table.column(i) for i in places]
 
     def read(wanted: Sequence[int], most: int) -> Iterator[Sequence[Any]]:
-        return _pieces(path, [schema.names[i] for i in wanted], most)
+        names, places = _places(schema.names, wanted)
+        # Else pyarrow would keep every column chunk it has read, the whole file in the end.
+        with _opened(path, buffer_size=_BUFFER, pre_buffer=False) as file:
+            for batch in file.iter_batches(most, columns=names, use_threads=False):
+                yield [batch.column(i) for i in places]
 
+    table = arrow_table(schema, load)
     return Content.of(in_pieces(table, schema, rows, read))
 
 
@@ -51,35 +61,21 @@ def about(log: Log | Header) -> dict[str, str]:
     return fields
 
 
-def _pyarrow() -> tuple[Any, Any]:
-    pa = needs_pyarrow("Parquet")
-    import pyarrow.parquet as pq
-
-    return pa, pq
+def _places(listed: Sequence[str], wanted: Sequence[int]) -> tuple[list[str], list[int]]:
+    """Return the names to read, and where the columns then are: all of one name are read."""
+    names = list(dict.fromkeys(listed[i] for i in wanted))
+    read = [i for name in names for i, own in enumerate(listed) if own == name]
+    return names, [read.index(i) for i in wanted]
 
 
 @contextmanager
-def _opened(path: Path, **options: int) -> Iterator[Any]:
-    pa, pq = _pyarrow()
-    try:
-        # Not `read_table`: it loads the whole machinery of data sets first.
-        with pq.ParquetFile(path, **options) as file:
-            yield file
-    except (pa.ArrowException, OSError):
-        raise LogError("cannot be read as Parquet: it is truncated or damaged") from None
+def _opened(path: Path, **options: Any) -> Iterator[Any]:  # noqa: ANN401
+    needs_pyarrow("Parquet")
+    import pyarrow.parquet as pq
 
-
-def _load(path: Path, names: list[str]) -> list[Any]:
-    with _opened(path) as file:
-        table = file.read(columns=names)
-    return [table.column(name) for name in names]
-
-
-def _pieces(path: Path, names: list[str], most: int) -> Iterator[Sequence[Any]]:
-    # Else pyarrow would keep every column chunk it has read, which is the whole file in the end.
-    with _opened(path, buffer_size=_BUFFER, pre_buffer=False) as file:
-        for batch in file.iter_batches(most, columns=names, use_threads=False):
-            yield [batch.column(name) for name in names]
+    # Not `read_table`: it loads the whole machinery of data sets first.
+    with pq.ParquetFile(path, **options) as file:
+        yield file
 
 
 _ROWS: Final = 1 << 17

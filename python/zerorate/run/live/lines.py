@@ -1,6 +1,5 @@
 """The lines of a stream: their cells and columns, and their answers."""
 
-import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import DriftFilter
-from zerorate.io.text import MISSING
+from zerorate.io.cells import number
 
 __all__ = [
     "Beside",
@@ -159,13 +158,10 @@ def _number(cell: str) -> float:
     LineError
         If it is neither.
     """
-    if cell in MISSING:
-        return math.nan
     try:
-        # Python's own literals may hold underscores, which no sensor sends.
-        return float(cell.replace("_", "?"))
-    except ValueError:
-        raise LineError(f"'{_shortened(cell)}' is not a number") from None
+        return number(cell, decimal_comma=False)
+    except ValueError as error:
+        raise LineError(f"'{_shortened(cell)}' {error}") from None
 
 
 def _is_number(cell: str) -> bool:
