@@ -63,24 +63,18 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
     /// The deviation that a normal variable of this median distance from its median has. Where most
     /// samples are equal, the least distance that is not zero: a step of the sensor.
     pub(super) fn deviation(&self) -> T {
-        let centre = self.median();
-        let (mut below, mut above) = (self.held() / 2, self.held() / 2);
+        let (centre, held) = (self.median(), self.held());
+        let (mut below, mut above) = (held / 2, held / 2);
         let mut distance = T::zero();
-        for nearest in 0..self.held() {
-            let lower = (below > 0).then(|| centre - self.sorted[below - 1]);
-            let upper = (above < self.held()).then(|| self.sorted[above] - centre);
-            distance = match (lower, upper) {
-                (Some(lower), Some(upper)) if upper <= lower => upper,
-                (None, Some(upper)) => upper,
-                (Some(lower), _) => lower,
-                (None, None) => distance,
-            };
-            match upper == Some(distance) {
-                true => above += 1,
-                false => below -= 1,
-            }
-            if nearest >= self.held() / 2 && distance > T::zero() {
-                let is_median = nearest == self.held() / 2;
+        // From the median outwards.
+        for nearest in 0..held {
+            let is_above = below == 0
+                || above < held && self.sorted[above] - centre <= centre - self.sorted[below - 1];
+            let place = if is_above { above } else { below - 1 };
+            (below, above) = if is_above { (below, above + 1) } else { (place, above) };
+            distance = (self.sorted[place] - centre).simd_abs();
+            if nearest >= held / 2 && distance > T::zero() {
+                let is_median = nearest == held / 2;
                 return if is_median { distance * T::of(NORMAL) } else { distance };
             }
         }
