@@ -14,7 +14,7 @@ from zerorate.io.grid import ClockReport, Grid
 from zerorate.io.log import LogError
 from zerorate.types import Floats, Integers
 
-__all__ = ["fit_grid", "fitted_grid", "own_grid"]
+__all__ = ["clock_through", "fit_grid", "fitted_grid"]
 
 _BLOCK: Final = 1 << 16
 
@@ -107,12 +107,6 @@ def fitted_grid(stamps: Floats, start: float = 0.0, rate: float | None = None) -
     return found.grid(steps) if late is None else late
 
 
-def own_grid(stamps: Floats, period: float) -> Grid:
-    """Return the grid of coarse stamps whose period, s, is known to a per cent or so."""
-    steps = np.diff(stamps)
-    return _sampled(stamps, steps, 0.0, period).grid(steps)
-
-
 class _Fit(NamedTuple):
     """Rate, Hz, deviation of the stamps, s, and samples missing in each step, all of one clock."""
 
@@ -136,7 +130,7 @@ def _sampled(stamps: Floats, steps: Floats, start: float, period: float) -> _Fit
         missing = missing_samples(even, period)
         place = places(missing, even)
         period = _slope(even, place)
-    return _Fit(*_own_rate(even, place, start), missing, place)
+    return _Fit(*clock_through(even, place, start), missing, place)
 
 
 def _arrived(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid | None:
@@ -146,7 +140,7 @@ def _arrived(stamps: Floats, steps: Floats, start: float, rate: float | None) ->
     if (found := bursts(even, rate)) is None:
         return None
     place = places(found.missing, even)
-    own_rate, _ = _own_rate(even[found.last], place[found.last], start)
+    own_rate, _ = clock_through(even[found.last], place[found.last], start)
     if rate is not None and len(found.last) < LONG_WINDOW:
         own_rate = rate  # which so few bursts do not tell better
     late = even - place / own_rate
@@ -206,8 +200,11 @@ def _slope(stamps: Floats, place: Integers) -> float:
     return _advancing(float(np.median(slopes)))
 
 
-def _own_rate(stamps: Floats, place: Integers, start: float) -> tuple[float, Floats]:
-    """Return the roundest rate the stamps cannot tell from the fitted one, and the deviations."""
+def clock_through(stamps: Floats, place: Integers, start: float = 0.0) -> tuple[float, Floats]:
+    """Return the rate, Hz, of stamps whose places are known, and how far they are from it, s.
+
+    It is the roundest one that they cannot tell from the fitted one.
+    """
     period = _slope(stamps, place)
     deviation = stamps - period * place
     deviation -= np.median(deviation)

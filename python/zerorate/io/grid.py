@@ -122,7 +122,13 @@ class Grid:
     @property
     def place(self) -> Integers:
         """Place of each row that is used, shape (n,)."""
-        return np.arange(self.length) if self.spread is None else self.spread
+        return self.places(self.length)
+
+    def places(self, count: int) -> Integers:
+        """Return the places of so many rows at the beginning, or of all if there are fewer."""
+        if self.spread is None:
+            return np.arange(min(count, self.length))
+        return self.spread[:count]
 
     def agrees(self, rate: float) -> bool:
         """Whether a rate that somebody has stated is that of the stamps."""

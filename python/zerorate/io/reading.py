@@ -8,10 +8,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.io.clock import fit_grid
 from zerorate.io.columns import Columns, choose
 from zerorate.io.formats import LogSource, label_of, opened
-from zerorate.io.grid import Grid, unstamped
+from zerorate.io.grid import Grid
 from zerorate.io.log import Log, LogError, checked_rate
 from zerorate.io.names import (
     UNKNOWN,
@@ -22,6 +21,7 @@ from zerorate.io.names import (
     looks_like_sensor,
     split_unit,
 )
+from zerorate.io.sensor_clock import Clock, clock_of
 from zerorate.io.stamps import Stamps, to_seconds
 from zerorate.io.table import Column, Table, as_numbers
 from zerorate.types import Floats
@@ -57,14 +57,6 @@ class Selection:
         if self.table.meta.sensor is not None:
             meta["sensor"] = self.table.meta.sensor
         return meta
-
-
-class Clock(NamedTuple):
-    """The grid of the rows, the time of its first place, s, and what was assumed."""
-
-    grid: Grid
-    start: float
-    note: str | None
 
 
 def read_log(
@@ -131,7 +123,8 @@ def read_log(
     Missing samples, judged by the stamps' deviation from a uniform clock, become NaN rows.
     Late or repeated stamps do not add or drop rows. Where the clock jumps back, the rows stay in
     the file's order and the time goes on. Samples that their host stamped as they arrived, in
-    bursts, stand on the regular clock under the stamps.
+    bursts, stand on the regular clock under the stamps. Rows that repeat the one before because the
+    sensor is slower than its log are left out, unless ``rate`` is that of the timestamps.
 
     Examples
     --------
@@ -200,19 +193,12 @@ def selected(
     return Selection(table, choice.data, choice.time, names, groups, stated)
 
 
-def clock_of(chosen: Selection, column: Column | None, rows: int) -> Clock:
-    """Return the clock that a column of timestamps tells, or the rate stated."""
-    stamps = stamps_of(chosen, column)
-    if stamps is None:
-        return Clock(unstamped(rows, checked_rate(chosen.rate)), 0.0, None)
-    try:
-        grid = fit_grid(stamps.seconds, stamps.start, chosen.rate)
-    except LogError as error:
-        raise LogError(f"{error} ({stamps.note})" if stamps.note else str(error)) from None
-    return Clock(grid, stamps.start + grid.offset, stamps.note)
+def row_clock(chosen: Selection, column: Column | None, rows: int) -> Clock:
+    """Return the clock of a table's rows, by a column of timestamps or by the rate stated."""
+    return clock_of(_stamps_of(chosen, column), chosen.rate, rows)
 
 
-def stamps_of(chosen: Selection, column: Column | None) -> Stamps | None:
+def _stamps_of(chosen: Selection, column: Column | None) -> Stamps | None:
     """Return the timestamps in a column, None where there is none."""
     if chosen.time is None or column is None:
         return None
@@ -232,12 +218,12 @@ def loaded_of(chosen: Selection) -> tuple[list[Column], Column | None]:
 def logs_of(chosen: Selection, told: dict[str, str]) -> list[Log]:
     """Return a log for each group, all from one reading; ``told`` is said of the source."""
     columns, time = loaded_of(chosen)
-    clock = clock_of(chosen, time, len(columns[0]))
+    rows = row_clock(chosen, time, len(columns[0]))
     logs = []
     for group in chosen.groups:
         names = [chosen.names[i] for i in group.places]
         values = stacked([columns[i] for i in group.places], names)
-        logs.append(log_of(chosen, group, values, clock, told))
+        logs.append(log_of(chosen, group, values, rows.of_sensor(values), told))
     return logs
 
 
@@ -276,6 +262,8 @@ def stacked(columns: list[Column], names: list[str]) -> Floats:
 
 
 def _on_grid(values: Floats, grid: Grid) -> Floats:
+    if grid.used is not None:
+        values = values[grid.used]
     if grid.spread is None:
         return values
     data = np.full((grid.length, values.shape[1]), np.nan)
@@ -288,9 +276,7 @@ def notes_on_clock(unit: str, clock: Clock) -> list[str]:
     notes, grid = [], clock.grid
     if unit == UNKNOWN:
         notes.append("the unit of the data is not known; give unit=")
-    if clock.note:
-        notes.append(clock.note)
-    notes.extend(_on_bursts(grid))
+    notes.extend((*clock.notes, *_on_bursts(grid)))
     if abs(grid.report.rate / grid.rate - 1) > 1e-5:
         notes.append(f"rate {grid.rate:g} Hz as stated; the timestamps run at {grid.report.rate:g}")
     return notes
@@ -350,7 +336,7 @@ def read_sensors(
     Returns
     -------
     tuple of Log
-        One or two, on one clock: gyros first.
+        One or two, gyros first, on one clock unless one of them is slower than its rows.
 
     Raises
     ------
