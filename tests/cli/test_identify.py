@@ -213,7 +213,7 @@ USAGE = {
     "unit": (("--unit", "furlong"), "unknown unit 'furlong'"),
     "rate": (("--rate", "-5"), "rate"),
     "columns": (("--columns", "gyro_q"), "there is no column 'gyro_q'"),
-    "folder": (("-o", "not-there"), "does not exist"),
+    "folder": (("-o", f"{__file__}/out"), "is not a folder"),
 }
 
 DATA = {

@@ -177,7 +177,9 @@ class TestEnds:
             assert asked.process.wait() == 141
             assert asked.process.stderr.read() == ""
 
-    @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+    @pytest.mark.parametrize(
+        ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+    )
     def test_a_signal_saves_all_that_was_answered(self, tmp_path, capsys, number, code):
         checkpoint = tmp_path / "state"
         with Asked(*RATE, "--checkpoint", checkpoint, "--every", "1000") as asked:

@@ -115,7 +115,8 @@ def test_a_log_without_room_fails_and_leaves_nothing(tmp_path):
     make_logs(tmp_path / "more", 1, N)[0].replace(large)
     # A limit on the size of a file stands in for a full disk, which takes rights to make.
     limited = (
-        "import resource, runpy, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
+        "import resource, runpy, signal, sys; sys.dont_write_bytecode = True; "
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
         "resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000)); "
         "sys.argv[0] = 'zerorate'; runpy.run_module('zerorate', run_name='__main__')"
     )

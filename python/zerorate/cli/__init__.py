@@ -51,41 +51,53 @@ def run(arguments: Sequence[str]) -> int:
         line on stderr.
     """
     try:
-        import typer
+        import typer  # noqa: F401
     except ImportError:
         return _fail("this needs typer: pip install 'zerorate[cli]'", 2)
     from zerorate.cli.app import invoke
-    from zerorate.cli.errors import Fault
     from zerorate.run.interrupts import INTERRUPT, Ending
 
     with Ending() as ending:
         try:
             code = invoke(list(arguments) or ["--help"])
             _flush()
-        except Fault as fault:
-            return _fail(str(fault), fault.code)
-        except (KeyboardInterrupt, typer.Abort):
-            return _interrupted(ending.number)
-        except OSError as error:
-            return _of_the_system(error)
-        except MemoryError:
-            return _fail("there is not enough memory for this much data", 1)
-        except SystemExit as end:
-            # What typer makes of a reader that is gone.
-            if isinstance(end.__context__, BrokenPipeError):
-                return _of_the_system(end.__context__)
-            raise
         # A panic of the native code is no Exception.
         except BaseException as error:
-            # What Python 3.11 makes of an interrupt while a class is made, as of an import.
-            if isinstance(error.__cause__, KeyboardInterrupt):
+            if _is_interrupt(error):
                 return _interrupted(ending.number)
-            # The base class of usage errors has no public name that is the same in every typer.
-            if hasattr(error, "format_message"):
-                return _fail(error.format_message(), 2)
-            return _own_fault(error)
+            return _told(error)
         # Some versions of typer turn an interrupt into this code by themselves.
         return _interrupted(ending.number) if code == _BY_SIGNAL + INTERRUPT else code
+
+
+def _is_interrupt(error: BaseException) -> bool:
+    from typer import Abort
+
+    # Python 3.11 wraps an interrupt while a class is made, as of an import.
+    return isinstance(error, KeyboardInterrupt | Abort) or isinstance(
+        error.__cause__, KeyboardInterrupt
+    )
+
+
+def _told(error: BaseException) -> int:
+    """Tell what ended a command, and return its exit code."""
+    from zerorate.cli.errors import Fault
+
+    if isinstance(error, SystemExit):
+        # What typer makes of a reader that is gone.
+        if not isinstance(error.__context__, BrokenPipeError):
+            raise error
+        return _of_the_system(error.__context__)
+    if isinstance(error, Fault):
+        return _fail(str(error), error.code)
+    if isinstance(error, OSError):
+        return _of_the_system(error)
+    if isinstance(error, MemoryError):
+        return _fail("there is not enough memory for this much data", 1)
+    # The base class of usage errors has no public name that is the same in every typer.
+    if hasattr(error, "format_message"):
+        return _fail(error.format_message(), 2)
+    return _own_fault(error)
 
 
 def _flush() -> None:

@@ -15,7 +15,7 @@ from zerorate.cli.options import (
     Columns,
     Force,
     LogArgument,
-    OutputFolder,
+    Output,
     Rate,
     Topic,
     Unit,
@@ -23,6 +23,7 @@ from zerorate.cli.options import (
     parse_order,
 )
 from zerorate.cli.outputs import (
+    Destination,
     check_outputs,
     preloaded,
     print_written,
@@ -91,7 +92,7 @@ _TRENDS: Final[dict[Trend, Literal["mean", "linear"] | None]] = {
 
 def identify(
     log: LogArgument,
-    output: OutputFolder = Path("."),
+    output: Output = ".",
     columns: Columns = None,
     topic: Topic = None,
     rate: Rate = None,
@@ -126,7 +127,7 @@ def identify(
         method=method.value,
     )
     wanted = parse_columns(columns)
-    outputs = _Outputs.of(output, log.stem, not no_figure, force)
+    outputs = _Outputs.of(output, log, not no_figure, force)
     if not no_figure:
         preloaded(_load_plotting)
     with progress_bar() as progress:
@@ -202,13 +203,13 @@ class _Outputs:
     force: bool
 
     @classmethod
-    def of(cls, folder: Path, stem: str, figures: bool, force: bool) -> "_Outputs":
+    def of(cls, output: str, log: Path, figures: bool, force: bool) -> "_Outputs":
         """Return the files, after checking that they can be written and drawn."""
         if figures:
             require("matplotlib", "plot")
-        base = folder / f"{stem}-zerorate-identify"
-        outputs = cls(Path(f"{base}.html"), Path(f"{base}.json"), figures, force)
-        check_outputs(outputs.paths, force)
+        place = Destination.of(output, f"{log.stem}-zerorate-identify", ("html", "json"))
+        outputs = cls(place.file(".html"), place.file(".json"), figures, force)
+        check_outputs(outputs.paths, force, log)
         return outputs
 
     @property

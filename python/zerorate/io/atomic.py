@@ -16,7 +16,9 @@ from typing import Final
 __all__ = ["atomic_path", "check_writable", "sweep"]
 
 
-def check_writable(path: str | os.PathLike[str], force: bool = False) -> None:
+def check_writable(
+    path: str | os.PathLike[str], force: bool = False, make_folders: bool = False
+) -> None:
     """Check that a file can be written, before the work that fills it is begun.
 
     Parameters
@@ -25,6 +27,8 @@ def check_writable(path: str | os.PathLike[str], force: bool = False) -> None:
         The file to write.
     force
         Whether an existing file may be replaced; default no.
+    make_folders
+        Whether folders that are missing will be made; default no.
 
     Raises
     ------
@@ -35,6 +39,8 @@ def check_writable(path: str | os.PathLike[str], force: bool = False) -> None:
     """
     target = Path(path)
     folder = target.parent
+    if make_folders:
+        folder = next(one for one in target.absolute().parents if one.exists())
     if not folder.exists():
         raise FileNotFoundError(f"cannot write {target}: the folder {folder} does not exist")
     if not folder.is_dir():

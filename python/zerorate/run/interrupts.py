@@ -22,7 +22,9 @@ __all__ = [
 T = TypeVar("T")
 
 INTERRUPT: Final = int(signal.SIGINT)
-_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+# Windows has no terminal that hangs up.
+_ENDINGS: Final = (signal.SIGTERM,) if sys.platform == "win32" else (signal.SIGTERM, signal.SIGHUP)
+_SIGNALS: Final = (signal.SIGINT, *_ENDINGS)
 
 
 @contextmanager
@@ -72,7 +74,7 @@ class Ending:
     def __enter__(self) -> Self:
         """Catch them; only the main thread gets any."""
         if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)):
+            for number in _ENDINGS:
                 # What a shell or nohup has told to be ignored stays so, and so does what the
                 # caller of a command takes itself.
                 if signal.getsignal(number) is signal.SIG_DFL:
