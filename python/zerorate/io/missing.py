@@ -1,20 +1,48 @@
-"""Missing values of every kind as NaN: masked, None, the NA of pandas."""
+"""Missing values of every kind as NaN: masked, None, the NA of pandas, nulls of Arrow.
+
+Whatever takes an array of samples takes it through here, the compiled classes as well.
+"""
 
 from __future__ import annotations
 
+from decimal import Decimal
 from numbers import Real
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["without_masks"]
+__all__ = ["floats", "real_numbers", "without_masks"]
 
 _MISSING: Final[dict[str, Any]] = {
     "M": np.datetime64("NaT"),
     "m": np.timedelta64("NaT"),
     "O": None,
 }
+
+
+def floats(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
+    """Return real numbers as float64, NaN where one is missing; faults as of `real_numbers`."""
+    return np.asarray(real_numbers(values, name), dtype=np.float64)
+
+
+def real_numbers(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
+    """Return an array of real numbers of their own type, NaN where one is missing.
+
+    Raises
+    ------
+    TypeError
+        If it holds anything else.
+    ValueError
+        If it is ragged, or holds a whole number that is beyond the doubles.
+    """
+    try:
+        array = without_masks(values)
+    except OverflowError:
+        raise ValueError(f"{name} holds a number beyond the largest double, 1.8e308") from None
+    if array.dtype.kind not in "fiub":
+        raise TypeError(f"{name} must hold real numbers, got dtype {array.dtype}")
+    return array
 
 
 def without_masks(values: npt.ArrayLike) -> npt.NDArray[Any]:
@@ -47,4 +75,4 @@ def _is_missing(value: object) -> bool:
 
 
 def _is_number_or_missing(value: object) -> bool:
-    return isinstance(value, Real) or _is_missing(value)
+    return isinstance(value, (Real, Decimal)) or _is_missing(value)
