@@ -13,7 +13,9 @@ from typing import Final
 
 __all__ = [
     "MISSING",
+    "from_inert",
     "has_stray_quotes",
+    "inert",
     "is_blank",
     "is_comment",
     "is_number",
@@ -32,6 +34,22 @@ _NUMBER: Final = re.compile(
 """What C writes and reads in base ten; Python's own takes ``1_000`` and digits of any script."""
 
 _WHOLE: Final = re.compile(r"[+-]?[0-9]{1,19}", re.ASCII)
+
+
+_FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
+
+
+def inert(text: str) -> str:
+    """Return a text as a cell that no spreadsheet takes for a formula, by an apostrophe before it.
+
+    The characters are those that OWASP names under "CSV Injection".
+    """
+    return f"'{text}" if _FORMULA.match(text) else text
+
+
+def from_inert(cell: str) -> str:
+    """Return the text that `inert` made a cell of."""
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 
 def split(line: str, delimiter: str | None) -> list[str]:

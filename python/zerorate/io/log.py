@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.missing import without_masks
+from zerorate.io.missing import floats
 from zerorate.texts import one_line
 from zerorate.types import Floats
 
@@ -171,7 +171,7 @@ def _joined(units: object, channels: int) -> str:
 
 
 def _channels(data: npt.ArrayLike) -> Floats:
-    values = np.asarray(without_masks(data), dtype=np.float64)
+    values = _numbers(data, "data")
     if values.ndim == 1:
         values = values[:, np.newaxis]
     if values.ndim != 2 or 0 in values.shape:
@@ -180,6 +180,13 @@ def _channels(data: npt.ArrayLike) -> Floats:
             f"got {values.shape}"
         )
     return np.ascontiguousarray(values)
+
+
+def _numbers(values: npt.ArrayLike, name: str) -> Floats:
+    try:
+        return floats(values, name)
+    except (TypeError, ValueError) as error:
+        raise LogError(str(error)) from None
 
 
 def _checked_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]:
@@ -196,10 +203,7 @@ def _checked_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]
 
 
 def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
-    stamps = without_masks(time)
-    if stamps.dtype.kind in "Mm":
-        raise LogError(f"time must be numbers of seconds, got {stamps.dtype}")
-    seconds = np.ascontiguousarray(stamps, dtype=np.float64)
+    seconds = np.ascontiguousarray(_numbers(time, "time"))
     if seconds.shape != (n,):
         raise LogError(f"time must have shape ({n},) as data has {n} samples, got {seconds.shape}")
     if not np.isfinite(seconds).all():

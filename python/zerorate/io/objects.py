@@ -149,6 +149,8 @@ def _from_mapping(source: Mapping[Any, Any]) -> Table:
 def _array(name: str, values: Any) -> Column:  # noqa: ANN401
     try:
         array = without_masks(values)
+    except OverflowError:
+        raise LogError(f"'{name}' holds a number beyond the largest double, 1.8e308") from None
     except ValueError:
         raise LogError(f"'{name}' is ragged, expected an array of numbers") from None
     return array

@@ -74,7 +74,7 @@ def _opened(path: Path, **options: Any) -> Iterator[Any]:  # noqa: ANN401
     import pyarrow.parquet as pq
 
     # Not `read_table`: it loads the whole machinery of data sets first.
-    with pq.ParquetFile(path, **options) as file:
+    with native_file(path) as raw, pq.ParquetFile(raw, **options) as file:
         yield file
 
 

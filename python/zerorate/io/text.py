@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from zerorate.io.cells import MISSING, is_comment, is_number, split
+from zerorate.io.cells import MISSING, from_inert, inert, is_comment, is_number, split
 from zerorate.io.log import LogError
 from zerorate.io.parsers import Layout, decoded, notes_on_quotes, parsed
 from zerorate.io.table import Content, Format, Metadata, Table, listed_names
@@ -127,7 +127,7 @@ def _header(cells: list[str], row: list[str], line: int, row_line: int) -> tuple
             f"the header on line {line} names {len(cells)} columns, "
             f"but line {row_line} has {len(row)} cells"
         )
-    return tuple(cell or f"column_{i}" for i, cell in enumerate(cells))
+    return _names(cells)
 
 
 def _names_in_comment(
@@ -140,7 +140,11 @@ def _names_in_comment(
     cells = split(above[-1].text.lstrip("#% "), delimiter)
     if len(cells) != width or all(is_number(cell, False) for cell in cells):
         return None
-    return tuple(cell or f"column_{i}" for i, cell in enumerate(cells))
+    return _names(cells)
+
+
+def _names(cells: list[str]) -> tuple[str, ...]:
+    return tuple(from_inert(cell) or f"column_{i}" for i, cell in enumerate(cells))
 
 
 def _metadata(lines: list[_Line], first: _Line) -> Metadata:
@@ -181,5 +185,5 @@ FORMAT = Format("text", "a text table", (".csv", ".tsv", ".txt", ".dat"), (), _r
 def text_header(names: Sequence[str], delimiter: str) -> str:
     """Return the header line of a text table, without its end."""
     line = io.StringIO()
-    csv.writer(line, delimiter=delimiter, lineterminator="").writerow(names)
+    csv.writer(line, delimiter=delimiter, lineterminator="").writerow(map(inert, names))
     return line.getvalue()

@@ -295,7 +295,7 @@ def _summary_rows(outcomes: Iterable[Outcome]) -> Iterator[dict[str, object]]:
             "status": one.status,
             "error": None if one.error is None else printable(one.error),
             "seconds": one.seconds,
-            "notes": one.notes,
+            "notes": list(map(printable, one.notes)),
         }
         for row in one.rows or ({},):
             yield {**common, **row}

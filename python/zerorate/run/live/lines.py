@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import DriftFilter
-from zerorate.io.cells import number
+from zerorate.io.cells import from_inert, inert, number
 
 __all__ = [
     "Beside",
@@ -135,7 +135,7 @@ def _names(cells: Sequence[str]) -> tuple[str, ...]:
 
 
 def _filled(cells: Sequence[str]) -> tuple[str, ...]:
-    return tuple(cell or f"column_{i}" for i, cell in enumerate(cells))
+    return tuple(from_inert(cell) or f"column_{i}" for i, cell in enumerate(cells))
 
 
 def _position(column: str | int, names: tuple[str, ...] | None, fields: int) -> int:
@@ -202,8 +202,9 @@ def no_answer(channels: int, beside: Sequence[Beside]) -> str:
 
 def header(names: Iterable[str], beside: Sequence[Beside]) -> str:
     """Return the names of an answer's columns."""
-    names = tuple(names)
-    return ",".join([*names, *(f"{column}_{name}" for column in beside for name in names)])
+    plain = tuple(map(from_inert, names))
+    further = (f"{column}_{name}" for column in beside for name in plain)
+    return ",".join([*map(inert, plain), *further])
 
 
 def _texts(column: _Column) -> list[str]:

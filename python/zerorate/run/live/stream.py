@@ -138,7 +138,9 @@ class LineStream:
     def _header(self, cells: list[str]) -> str:
         layout = self._known
         names = header([cells[i] for i in layout.channels], self.settings.beside)
-        return names if layout.sequence is None else f"{cells[layout.sequence]},{names}"
+        return (
+            names if layout.sequence is None else f"{header([cells[layout.sequence]], ())},{names}"
+        )
 
     def _sample(self, cells: list[str]) -> str:
         if self._known.sequence is not None:
