@@ -96,6 +96,8 @@ def _print(result: BatchResult) -> None:
     )
     for one in result.failed:
         print(f"failed: {one.name}: {one.error}")
+    if result.left_out:
+        print(f"left out: {len(result.left_out)} files that a batch has written")
     _print_notes(result.notes)
     print(f"wrote {result.summary}")
     if result.failed:

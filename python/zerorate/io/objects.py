@@ -13,6 +13,7 @@ from zerorate.io.arrow import arrow_table, needs_pyarrow
 from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
 from zerorate.io.names import looks_like_time
+from zerorate.io.stored import Stored
 from zerorate.io.table import Column, Table
 
 __all__ = ["ArrowStream", "described", "table_of"]
@@ -40,7 +41,7 @@ def from_pandas(frame: _Frame) -> Table:
         width=len(series),
         load=lambda wanted: [_from_pandas(series[i], names[i]) for i in wanted],
         names=tuple(names) if named else None,
-        meta=metadata_of({k: np.asarray(v) for k, v in frame.attrs.items() if k in SCALARS}),
+        meta=metadata_of(_scalars(frame.attrs)),
         time=0 if timed else None,
     )
 
@@ -54,6 +55,10 @@ def from_polars(frame: _Frame) -> Table:
         load=lambda wanted: [_from_polars(frame.to_series(i)) for i in wanted],
         names=tuple(frame.columns),
     )
+
+
+def _scalars(attributes: Mapping[Any, Any]) -> dict[str, Stored]:
+    return {k: Stored.of(np.asarray(v)) for k, v in attributes.items() if k in SCALARS}
 
 
 def _joined(label: object) -> str:
@@ -123,7 +128,7 @@ def table_of(source: object) -> tuple[str, Table]:
     if isinstance(source, Mapping):
         return "arrays", _from_mapping(source)
     if isinstance(source, np.ndarray):
-        return "array", from_array(_plain(source))
+        return "array", from_array(Stored.of(_plain(source)))
     for package, read in _FRAMES.items():
         # A frame exists only where its package is loaded.
         frame = getattr(sys.modules.get(package), "DataFrame", None)
@@ -137,13 +142,15 @@ def table_of(source: object) -> tuple[str, Table]:
 
 
 def _from_mapping(source: Mapping[Any, Any]) -> Table:
-    arrays = {str(name): _array(str(name), values) for name, values in source.items()}
+    arrays = {str(name): Stored.of(_array(str(name), values)) for name, values in source.items()}
     return from_arrays(without_common_folder(arrays))
 
 
 def _array(name: str, values: Any) -> Column:  # noqa: ANN401
     try:
         array = without_masks(values)
+    except OverflowError:
+        raise LogError(f"'{name}' holds a number beyond the largest double, 1.8e308") from None
     except ValueError:
         raise LogError(f"'{name}' is ragged, expected an array of numbers") from None
     return array

@@ -254,8 +254,10 @@ def stacked(columns: list[Column], names: list[str]) -> Floats:
     if len(columns[0]) == 0:
         raise LogError("there are columns but no rows")
     values = np.empty((len(columns[0]), len(columns)))
-    for i, (column, name) in enumerate(zip(columns, names, strict=True)):
-        values[:, i] = as_numbers(column, name)
+    # Some bits are a NaN that warns when it becomes a double.
+    with np.errstate(invalid="ignore"):
+        for i, (column, name) in enumerate(zip(columns, names, strict=True)):
+            values[:, i] = as_numbers(column, name)
     return values
 
 

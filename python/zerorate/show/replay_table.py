@@ -147,6 +147,14 @@ def _on_log(replay: Summary) -> Iterator[str]:
         listed = ", ".join(f"{name} {n}" for name, n in counts if n)
         yield f"missing samples, predicted and not corrected: {listed} of {header.n}"
 
+    for name, restarts in zip(replay.header.names, replay.restarts.tolist(), strict=True):
+        if restarts:
+            times = "once" if restarts == 1 else f"{restarts} times"
+            yield (
+                f"{name}: the noise learned at the start proved wrong by many orders, and noise "
+                f"and drift were learned anew, {times}"
+            )
+
 
 def _on_memory(replay: Summary) -> Iterator[str]:
     times = {

@@ -19,10 +19,13 @@ from zerorate.run.replay.history import last_known
 from zerorate.run.replay.result import unlearned
 from zerorate.run.workers import on_threads
 
-__all__ = ["Outcome", "Record", "Settings", "Task", "record_path", "run_task"]
+__all__ = ["OUTPUT_MARK", "Outcome", "Record", "Settings", "Task", "record_path", "run_task"]
 
 Status = Literal["done", "skipped", "failed"]
 Row = Mapping[str, str | float | int | None]
+
+OUTPUT_MARK: Final = "-zerorate"
+"""Ends the name of a filtered log, before its suffix."""
 
 _FORMATS: Final = ("parquet", "csv", "npz")
 
@@ -139,10 +142,19 @@ class Record:
         except (OSError, ValueError, TypeError, KeyError):
             return None
 
+    @classmethod
+    def of_either(cls, path: Path) -> Self | None:
+        """Return the record that a path belongs to, as a filtered log or as the record itself."""
+        if path.suffix != record_path(path).suffix:
+            return cls.beside(path)
+        found = (cls.beside(path.with_suffix(f".{suffix}")) for suffix in _FORMATS)
+        return next(filter(None, found), None)
+
     def write(self, output: Path) -> None:
         """Write the record of a filtered log that is in its place."""
         with atomic_path(record_path(output), force=True) as temporary:
-            temporary.write_text(json.dumps(vars(self), indent=1) + "\n")
+            text = json.dumps(vars(self), indent=1) + "\n"
+            temporary.write_text(text, encoding="utf-8", newline="\n")
 
     @staticmethod
     def discard(output: Path) -> None:

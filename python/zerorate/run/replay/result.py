@@ -87,6 +87,8 @@ class Summary:
         Whether the axis' start-up was finished.
     status : tuple of str
         `DriftFilter.status` of each axis at the end.
+    restarts : ndarray, shape (k,)
+        How often the noise learned at the start proved wrong by many orders.
     history : History
         What the chosen filter knew over time.
     memory : ndarray, shape (k,)
@@ -105,6 +107,7 @@ class Summary:
     guard_count: Mapping[str, Integers]
     ready: Booleans
     status: tuple[str, ...]
+    restarts: Integers
     history: History
     memory: Floats
     seen: Seen
