@@ -7,6 +7,7 @@ use zerorate_core::stream::on_pool;
 
 use crate::common::arrays;
 use crate::common::streaming::positive;
+use crate::common::work::interruptible;
 
 type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
@@ -74,12 +75,13 @@ pub fn allan_deviations<'py>(
     let threads = threads.map(|n| positive("threads", n.min(i128::from(u16::MAX)))).transpose()?;
     let columns = arrays::columns(z)?;
     let shape: Vec<usize> = std::iter::once(factors.len()).chain(columns.axes).collect();
-    let curves = z.py().detach(|| {
+    let samples = columns.values.iter().map(Vec::len).sum();
+    let curves = interruptible(z.py(), samples, || {
         on_threads(threads, |parallel| {
             let records = Record::of_columns(columns.values, bridge, parallel);
             curves(&records, kind, &factors, parallel)
         })
-    })?;
+    })??;
     tabulate(z.py(), &curves, &shape)
 }
 

@@ -34,9 +34,14 @@ fn pool() -> Option<&'static ThreadPool> {
     let process = process::id();
     let mut pools = &POOLS;
     loop {
-        let (owner, pool) = pools.first.get_or_init(|| (process, started()));
-        if *owner == process {
-            return pool.as_ref();
+        if pools.first.get().is_none() {
+            // Made before the lock is taken: a fork meanwhile would take over a lock that nobody
+            // opens again. Of two that are made at once one is dropped.
+            let _first = pools.first.set((process, started()));
+        }
+        match pools.first.get() {
+            Some((owner, pool)) if *owner == process => return pool.as_ref(),
+            _ => {}
         }
         pools = pools.rest.get_or_init(|| Box::new(Pools::none()));
     }
