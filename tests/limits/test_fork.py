@@ -19,7 +19,7 @@ ROADS = {
     "allan-of-columns": "zr.allan(wide, 100.0, 'mdev', threads=3).deviation",
     "total": "zr.allan(z[:6000], 100.0, 'mtotdev').deviation",
     "dynamic": "zr.dynamic_allan(z[:20000], 100.0, window=50.0).deviation",
-    "order": "np.array(zr.identify.select_order(z[:9000], 2, 2).sigma2)",
+    "order": "_native.arma_grid(z[:9000], 2, 2)[0]",
     "arma": "zr.identify.fit_arma(z[:9000], 1, 1).phi",
     "autoregression": "zr.identify.fit_ar(z, 5).phi",
     "outliers": "_native.without_outliers(z, 101, 3.0, 0.0)[0]",
