@@ -68,7 +68,7 @@ def test_every_number_at_every_place(kind, n):
     b = f.to_bytes()
     stream, _ = EXAMPLES[kind]
     # Places of a ring of phases are alike: a few of them are enough.
-    stride = max((len(b) - CONTENT) // 300, 1)
+    stride = max((len(b) - CONTENT) // 150, 1)
     for place in range(CONTENT, len(b) - CHECKSUM, stride):
         for content in WORDS if place + 8 <= len(b) - CHECKSUM else BYTES:
             other = accepted(kind, forged(b, place, content))

@@ -90,7 +90,7 @@ RECORDS = {
     "likelihood": "_native.arma_likelihood(z, [0.5], [0.1], 0.0)",
     "outliers": "_native.without_outliers(z, 100_001, 3.0, 0.0)",
     "lags": "_native.lagged_products(z, len(z) - 1)",
-    "burg": "_native.fit_autoregression(z, 20_000, 'burg', True)",
+    "burg": "_native.fit_autoregression(z, 2_000, 'burg', True)",
     "reversals": "_native.reversals(z)",
 }
 

@@ -33,7 +33,7 @@ impl Stop {
     /// # Errors
     /// [`Error::Stopped`] if it was asked to end, [`Error::Memory`] if there was none left for it.
     pub fn run<R>(&self, work: impl FnOnce() -> R) -> Result<R, Error> {
-        let inside = || Some(self.clone()).held_while(work);
+        let inside = || Current(Some(self.clone())).run(work);
         catch_unwind(AssertUnwindSafe(inside)).map_err(|payload| {
             match payload.downcast::<Error>() {
                 Ok(error) => *error,
@@ -43,28 +43,27 @@ impl Stop {
     }
 }
 
-/// A stop, or none, on this thread.
-pub(crate) trait Held {
-    /// Does work that this can end, as part of that of another thread.
-    fn held_while<R>(self, work: impl FnOnce() -> R) -> R;
-}
+/// The stop of the work that this thread does, for those that it spreads over.
+#[derive(Debug, Clone)]
+pub struct Current(Option<Stop>);
 
-impl Held for Option<Stop> {
-    fn held_while<R>(self, work: impl FnOnce() -> R) -> R {
+impl Current {
+    /// That of this thread.
+    pub fn here() -> Self {
+        Self(CURRENT.with_borrow(Option::clone))
+    }
+
+    /// Does a part of the work, on whatever thread.
+    pub fn run<R>(self, part: impl FnOnce() -> R) -> R {
         struct Before(Option<Stop>);
         impl Drop for Before {
             fn drop(&mut self) {
                 CURRENT.set(self.0.take());
             }
         }
-        let _before = Before(CURRENT.replace(self));
-        work()
+        let _before = Before(CURRENT.replace(self.0));
+        part()
     }
-}
-
-/// The stop of the work that this thread does, for the threads that it spreads over.
-pub(crate) fn current() -> Option<Stop> {
-    CURRENT.with_borrow(Option::clone)
 }
 
 /// Ends the work if it was asked to: long loops call it at least every few milliseconds.
@@ -114,7 +113,7 @@ pub(crate) fn need<T>(length: usize) {
 }
 
 fn refuse<T>(length: usize, error: Error) -> ! {
-    if current().is_some() {
+    if Current::here().0.is_some() {
         end(error);
     }
     handle_alloc_error(Layout::array::<T>(length).unwrap_or(Layout::new::<T>()))

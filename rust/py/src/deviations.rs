@@ -4,6 +4,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use zerorate_core::allan::{Curve, Kind, Record, curves};
 use zerorate_core::stream::on_pool;
+use zerorate_core::work::Current;
 
 use crate::common::arrays;
 use crate::common::streaming::positive;
@@ -114,7 +115,8 @@ fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce(bool) -> R + Se
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().map_err(|error| {
                 PyRuntimeError::new_err(format!("{n} threads could not be started: {error}"))
             })?;
-            Ok(pool.install(|| work(true)))
+            let current = Current::here();
+            Ok(pool.install(|| current.run(|| work(true))))
         }
     }
 }
