@@ -92,4 +92,4 @@ def test_a_damaged_recording(cli, tmp_path):
     log.write_bytes(log.read_bytes()[:2000])
     code, _, errors = cli("replay", log)
     assert (code, errors.count("\n")) == (1, 1)
-    assert "cannot be read as a ROS recording: truncated, damaged or of a foreign kind" in errors
+    assert "cannot be read as a ROS 1 bag: truncated, damaged or of a foreign kind" in errors

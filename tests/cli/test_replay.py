@@ -159,7 +159,7 @@ DATA_FAULTS = {
     "folder": (".", None, (), "is a folder"),
     "empty": ("a.csv", b"", (), "the file is empty"),
     "binary": ("a.csv", b"\x00\x01\x02" * 50, (), "expected"),
-    "damaged parquet": ("a.parquet", b"PAR1" + b"\x00" * 50, (), "truncated or damaged"),
+    "damaged parquet": ("a.parquet", b"PAR1" + b"\x00" * 50, (), "truncated, damaged"),
     "unknown suffix": ("a.xyz", b"1,2\n", (), "unknown suffix"),
     "text in a row": ("a.csv", b"time_s,gyro_x\n0,1\n0.1,a\n0.2,2\n", (), "is not a number"),
     "no gyro": ("a.csv", b"time_s,temp\n0,1\n0.1,2\n", (), "choose with --columns"),
@@ -188,7 +188,7 @@ USAGE_FAULTS = {
     "index": (("--columns", "77"), "there is no column 77"),
     "empty column": (("--columns", "a,,b"), "--columns takes names or indices"),
     "twice": (("--columns", "1,1"), "--columns names a column twice"),
-    "folder": (("-o", "not-there"), "does not exist"),
+    "folder": (("-o", f"{__file__}/out"), "is not a folder"),
 }
 
 
@@ -225,7 +225,7 @@ class TestFaults:
         check_line(errors, "exists already; pass --force to replace it")
 
     def test_folder_that_is_a_file(self, cli, log):
-        code, _, errors = cli(log, "-o", log)
+        code, _, errors = cli(log, "-o", log / "out")
         assert code == 2
         check_line(errors, "is not a folder")
 

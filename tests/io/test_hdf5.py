@@ -108,7 +108,7 @@ def test_truncated(tmp_path, part):
     path = write(tmp_path, {"time": TIME, "gyro": GYRO})
     whole = path.read_bytes()
     path.write_bytes(whole[: int(part * len(whole))])
-    with pytest.raises(LogError, match="an HDF5 file: it is truncated or damaged"):
+    with pytest.raises(LogError, match="an HDF5 file: truncated, damaged or of a foreign kind"):
         read_log(path)
 
 

@@ -1,7 +1,11 @@
 """What names of columns say: gyros, times, units."""
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+import zerorate as zr
 from zerorate.io.names import canonical_unit, looks_like_gyro, looks_like_time, split_unit
 
 GYROS = """
@@ -59,3 +63,15 @@ def test_unit_spellings():
     spellings = ["dps", "DEG/S", "°/s", "radps", "degph", "m/s^2"]
     units = ["deg/s", "deg/s", "deg/s", "rad/s", "deg/h", "m/s^2"]
     assert [canonical_unit(s) for s in spellings] == units
+
+
+@settings(max_examples=300, deadline=None)
+@given(names=st.lists(st.text("/ _xwzgyro[]().°s\n\0ı", max_size=7), min_size=1, max_size=5))
+def test_arrays_of_any_name_are_read_or_refused(names):
+    arrays = {name: np.arange(4.0) for name in names}
+    for read in (zr.read_log, zr.read_recording):
+        for asked in (None, 0):
+            try:
+                read(arrays, rate=10, columns=asked)
+            except zr.io.LogError as error:
+                assert "\n" not in str(error)  # noqa: PT017

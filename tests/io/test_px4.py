@@ -184,7 +184,7 @@ def test_damaged_messages_are_left_out_and_noted(tmp_path, capsys):
 def test_a_log_cut_off_before_its_data(tmp_path, size):
     path = write_ulog(tmp_path / "a.ulg", flight(3))
     path.write_bytes(path.read_bytes()[:size])
-    with pytest.raises(LogError, match=r"cannot be read as a ULog: it is truncated or damaged$"):
+    with pytest.raises(LogError, match="cannot be read as a ULog: truncated, damaged or"):
         zr.read_log(path)
 
 

@@ -58,7 +58,7 @@ def test_a_truncated_recording(tmp_path, kind, part):
     path = write_recording(tmp_path, kind, ["/imu"], n=500)
     whole = path.read_bytes()
     path.write_bytes(whole[: int(part * len(whole))])
-    with pytest.raises(LogError, match="ROS recording: truncated, damaged or of a foreign kind"):
+    with pytest.raises(LogError, match="truncated, damaged or of a foreign kind"):
         read_log(path)
 
 
@@ -81,7 +81,7 @@ def test_either_order_of_bytes():
 def test_a_bag_folder_without_its_file(tmp_path):
     path = write_recording(tmp_path, "folder", ["/imu"])
     next(path.glob("*.db3")).unlink()
-    with pytest.raises(LogError, match="ROS recording: truncated, damaged or of a foreign kind"):
+    with pytest.raises(LogError, match="truncated, damaged or of a foreign kind"):
         read_log(path)
 
 

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zerorate.io import LogError, read_log
-from zerorate.io import text as text_module
+from zerorate.io import LogError, parsers, read_log
 
 
 @pytest.fixture(params=["pyarrow", "numpy", "lines"])
@@ -17,7 +16,7 @@ def parser(request, monkeypatch):
     if request.param != "pyarrow":
         monkeypatch.setitem(sys.modules, "pyarrow", None)
     if request.param == "lines":
-        monkeypatch.setattr(text_module, "_by_numpy", lambda *_: None)
+        monkeypatch.setattr(parsers, "_by_numpy", lambda *_: None)
     return request.param
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -128,13 +129,14 @@ def _rate(value: bytes | None) -> float | None:
     try:
         return None if value is None else float(value)
     except ValueError:
-        raise LogError(f"the metadata's rate is {value!r}, expected a number of Hz") from None
+        shown = reprlib.repr(value)
+        raise LogError(f"the metadata's rate is {shown}, expected a number of Hz") from None
 
 
 def _names(value: bytes | None) -> tuple[str, ...] | None:
     try:
         listed = json.loads(value or b"null")
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     strings = isinstance(listed, list) and all(isinstance(name, str) for name in listed)
     return tuple(listed) if strings else None
@@ -150,8 +152,10 @@ def _read(path: Path) -> Content:
     def read(wanted: Sequence[int]) -> list[Any]:
         fields = sorted(wanted)
         with _opened(path, fields) as reader:
-            columns = reader.read_all().columns
-        return [columns[fields.index(index)] for index in wanted]
+            columns = reader.read_all()
+        # Else a buffer that is shorter than its column says is read beyond its end.
+        columns.validate()
+        return [columns.column(fields.index(index)) for index in wanted]
 
     with _opened(path, None) as reader:
         schema = reader.schema
@@ -170,8 +174,5 @@ def _opened(path: Path, fields: list[int] | None) -> Iterator[Any]:
         whole = file.read(len(_FILE_MARK)) == _FILE_MARK
     open_as = pa.ipc.open_file if whole else pa.ipc.open_stream
     options = pa.ipc.IpcReadOptions(included_fields=fields)
-    try:
-        with pa.memory_map(str(path)) as source, open_as(source, options=options) as reader:
-            yield reader
-    except (pa.ArrowException, OSError):
-        raise LogError("cannot be read as Arrow IPC: it is truncated or damaged") from None
+    with pa.memory_map(str(path)) as source, open_as(source, options=options) as reader:
+        yield reader

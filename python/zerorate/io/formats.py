@@ -9,10 +9,12 @@ from typing import Any, Final
 
 import numpy.typing as npt
 
-from zerorate.io import arrays, arrow, hdf5, matlab, parquet, px4, ros, text
+from zerorate.io import arrow, hdf5, matlab, numpy_files, parquet, px4, ros, text
+from zerorate.io.damage import guarded_content
 from zerorate.io.log import LogError
 from zerorate.io.objects import ArrowStream, described, table_of
 from zerorate.io.table import Content, Format
+from zerorate.texts import printable
 
 __all__ = ["FORMATS", "LogSource", "format_of", "label_of", "opened"]
 
@@ -20,8 +22,8 @@ LogSource = str | os.PathLike[str] | Mapping[str, npt.ArrayLike] | npt.NDArray[A
 
 FORMATS: Final = (
     text.FORMAT,
-    arrays.NPY,
-    arrays.NPZ,
+    numpy_files.NPY,
+    numpy_files.NPZ,
     parquet.FORMAT,
     arrow.FORMAT,
     hdf5.FORMAT,
@@ -37,8 +39,10 @@ _HEAD = 16
 
 
 def label_of(source: LogSource) -> str:
-    """Return what messages call a source."""
-    return str(Path(source)) if isinstance(source, (str, os.PathLike)) else described(source)
+    """Return what messages and outputs call a source."""
+    if isinstance(source, (str, os.PathLike)):
+        return printable(str(Path(source)))
+    return described(source)
 
 
 def opened(source: LogSource) -> tuple[str, Content]:
@@ -47,7 +51,7 @@ def opened(source: LogSource) -> tuple[str, Content]:
         file = Path(source)
         _check_readable(file)
         form = format_of(file)
-        return form.kind, form.read(file)
+        return form.kind, guarded_content(form, file)
     kind, table = table_of(source)
     return kind, Content.of(table)
 
@@ -57,6 +61,11 @@ def _check_readable(file: Path) -> None:
         raise IsADirectoryError(f"{file} is a folder, expected a log file or a ROS 2 bag")
     if not file.exists():
         raise FileNotFoundError(f"{file} does not exist")
+    inside = file.iterdir() if file.is_dir() else ()
+    for one in (file, *inside):
+        # Whoever reads a pipe may wait for ever, and nobody reads it twice.
+        if one.exists() and not one.is_file() and not one.is_dir():
+            raise OSError(f"{one} is a pipe, a socket or a device, expected a file; copy it to one")
     if not os.access(file, os.R_OK):
         raise PermissionError(f"{file} cannot be read: permission denied")
 

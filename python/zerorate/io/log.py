@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Real
@@ -11,24 +12,32 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.missing import without_masks
+from zerorate.io.missing import floats
+from zerorate.texts import one_line
 from zerorate.types import Floats
 
 _BETWEEN: Final = ", "
 
-__all__ = ["Header", "Log", "LogError", "Recording", "checked_rate", "units_of"]
+__all__ = ["Header", "Log", "LogError", "Recording", "checked_rate", "notes_of", "units_of"]
 
 
 class LogError(ValueError):
     """The content of a log is not what was expected; the message says what and where."""
 
+    def __init__(self, message: str) -> None:
+        """Keep the message to one line, whatever names and cells are quoted in it."""
+        super().__init__(one_line(message))
+
 
 def checked_rate(rate: object) -> float:
     """Return the rate in Hz as a float; ValueError unless it is positive and finite."""
-    number = isinstance(rate, Real) and not isinstance(rate, bool)
-    if not number or not math.isfinite(float(rate)) or float(rate) <= 0:  # type: ignore[arg-type]
-        raise ValueError(f"rate must be a positive finite number of Hz, got {rate!r}")
-    return float(rate)  # type: ignore[arg-type]
+    try:
+        value = float(rate) if isinstance(rate, Real) and not isinstance(rate, bool) else math.nan
+    except OverflowError:
+        value = math.inf
+    if not 0 < value < math.inf:
+        raise ValueError(f"rate must be a positive finite number of Hz, got {reprlib.repr(rate)}")
+    return value
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +147,15 @@ class Log:
         return replace(self, data=values)
 
 
+def present_axes(log: Log) -> Log:
+    """Return the log without the channels that hold no sample; itself if none or all do."""
+    there = np.flatnonzero(np.isfinite(log.data).any(axis=0))
+    if there.size in (0, log.channels):
+        return log
+    names, units = (tuple(given[i] for i in there) for given in (log.names, log.units))
+    return replace(log, data=log.data[:, there], names=names, unit=_joined(units, len(units)))
+
+
 def units_of(unit: str, channels: int) -> tuple[str, ...]:
     """Return the unit of each channel of a log: what its one unit lists, or that for all."""
     listed = tuple(unit.split(_BETWEEN))
@@ -153,7 +171,7 @@ def _joined(units: object, channels: int) -> str:
 
 
 def _channels(data: npt.ArrayLike) -> Floats:
-    values = np.asarray(without_masks(data), dtype=np.float64)
+    values = _numbers(data, "data")
     if values.ndim == 1:
         values = values[:, np.newaxis]
     if values.ndim != 2 or 0 in values.shape:
@@ -162,6 +180,13 @@ def _channels(data: npt.ArrayLike) -> Floats:
             f"got {values.shape}"
         )
     return np.ascontiguousarray(values)
+
+
+def _numbers(values: npt.ArrayLike, name: str) -> Floats:
+    try:
+        return floats(values, name)
+    except (TypeError, ValueError) as error:
+        raise LogError(str(error)) from None
 
 
 def _checked_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]:
@@ -178,7 +203,7 @@ def _checked_names(names: str | Iterable[str], channels: int) -> tuple[str, ...]
 
 
 def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
-    seconds = np.ascontiguousarray(time, dtype=np.float64)
+    seconds = np.ascontiguousarray(_numbers(time, "time"))
     if seconds.shape != (n,):
         raise LogError(f"time must have shape ({n},) as data has {n} samples, got {seconds.shape}")
     if not np.isfinite(seconds).all():
@@ -220,6 +245,13 @@ class Header:
     def duration(self) -> float:
         """Length in seconds."""
         return self.n / self.rate
+
+
+def notes_of(log: Log | Header) -> tuple[str, ...]:
+    """Return the sentences on a log: its clock, unless that is regular, and what was assumed."""
+    clock = log.meta.get("clock")
+    on_clock = () if clock is None or clock.regular else (clock.summary(),)
+    return (*on_clock, *log.meta.get("notes", ()))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,14 +1,19 @@
-"""Missing values of every kind as NaN: masked, None, the NA of pandas."""
+"""Missing values of every kind as NaN: masked, None, the NA of pandas, nulls of Arrow.
+
+Whatever takes an array of samples takes it through here, the compiled classes as well.
+"""
 
 from __future__ import annotations
 
+import math
+from decimal import Decimal
 from numbers import Real
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["without_masks"]
+__all__ = ["floats", "real_numbers", "without_masks"]
 
 _MISSING: Final[dict[str, Any]] = {
     "M": np.datetime64("NaT"),
@@ -17,18 +22,56 @@ _MISSING: Final[dict[str, Any]] = {
 }
 
 
+def floats(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
+    """Return real numbers as float64, NaN where one is missing; faults as of `real_numbers`."""
+    return np.asarray(real_numbers(values, name), dtype=np.float64)
+
+
+def real_numbers(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
+    """Return an array of real numbers of their own type, NaN where one is missing.
+
+    Raises
+    ------
+    TypeError
+        If it holds anything else.
+    ValueError
+        If it is ragged, or holds a whole number that is beyond the doubles.
+    """
+    try:
+        array = without_masks(values)
+    except OverflowError:
+        raise ValueError(f"{name} holds a number beyond the largest double, 1.8e308") from None
+    if array.dtype.kind not in "fiub":
+        raise TypeError(f"{name} must hold real numbers, got dtype {array.dtype}")
+    return array
+
+
 def without_masks(values: npt.ArrayLike) -> npt.NDArray[Any]:
     """Return an array in which masked values, None and the NA of pandas are NaN or NaT.
 
     An array without any of them is returned as it is, and so is one of other objects.
+
+    Raises
+    ------
+    OverflowError
+        If an object is a whole number beyond the doubles.
     """
     array = np.asanyarray(values)
     if isinstance(array, np.ma.MaskedArray):
         array = _unmasked(array)
     if array.dtype.kind == "O" and all(map(_is_number_or_missing, array.flat)):
-        numbers = [np.nan if _is_missing(value) else value for value in array.flat]
-        return np.array(numbers, dtype=np.float64).reshape(array.shape)
+        return _numbers(array)
     return np.asarray(array)
+
+
+def _numbers(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    if array.size and all(isinstance(value, (int, np.integer)) for value in array.flat):
+        # Nanoseconds of today's date do not fit a double.
+        whole = np.array(array.tolist())
+        if whole.dtype.kind in "iu":
+            return whole
+    doubles = [math.nan if _is_missing(value) else float(value) for value in array.flat]
+    return np.array(doubles).reshape(array.shape)
 
 
 def _unmasked(array: np.ma.MaskedArray[Any, Any]) -> npt.NDArray[Any]:
@@ -47,4 +90,4 @@ def _is_missing(value: object) -> bool:
 
 
 def _is_number_or_missing(value: object) -> bool:
-    return isinstance(value, Real) or _is_missing(value)
+    return isinstance(value, (Real, Decimal)) or _is_missing(value)

@@ -13,6 +13,7 @@ from zerorate.io.arrow import arrow_table, needs_pyarrow
 from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
 from zerorate.io.names import looks_like_time
+from zerorate.io.stored import Stored
 from zerorate.io.table import Column, Table
 
 __all__ = ["ArrowStream", "described", "table_of"]
@@ -40,7 +41,7 @@ def from_pandas(frame: _Frame) -> Table:
         width=len(series),
         load=lambda wanted: [_from_pandas(series[i], names[i]) for i in wanted],
         names=tuple(names) if named else None,
-        meta=metadata_of({k: np.asarray(v) for k, v in frame.attrs.items() if k in SCALARS}),
+        meta=metadata_of(_scalars(frame.attrs)),
         time=0 if timed else None,
     )
 
@@ -56,6 +57,10 @@ def from_polars(frame: _Frame) -> Table:
     )
 
 
+def _scalars(attributes: Mapping[Any, Any]) -> dict[str, Stored]:
+    return {k: Stored.of(np.asarray(v)) for k, v in attributes.items() if k in SCALARS}
+
+
 def _joined(label: object) -> str:
     return "/".join(map(str, label)) if isinstance(label, tuple) else str(label)
 
@@ -69,7 +74,7 @@ def _from_pandas(series: _Series, name: str) -> Column:
     kind = series.dtype.kind
     if kind in "Mm":
         # Times of a zone become those of UTC, without objects between.
-        return np.asarray(series.to_numpy(dtype=f"{kind}8[ns]"))
+        return np.asarray(series.to_numpy(dtype=f"{kind}8[{_resolution(series.dtype)}]"))
     if kind not in _WIDE:
         raise LogError(f"column '{name}' holds {series.dtype}, expected numbers")
     if isinstance(series.dtype, np.dtype):
@@ -77,6 +82,13 @@ def _from_pandas(series: _Series, name: str) -> Column:
     if series.isna().any():
         return np.asarray(series.to_numpy(dtype=np.float64, na_value=np.nan))
     return np.asarray(series.to_numpy(dtype=_WIDE[kind]))
+
+
+def _resolution(dtype: Any) -> str:  # noqa: ANN401
+    """Return the unit of a type of times: of NumPy, of Arrow, or of pandas itself."""
+    if isinstance(dtype, np.dtype):
+        return np.datetime_data(dtype)[0]
+    return str(getattr(dtype, "pyarrow_dtype", dtype).unit)
 
 
 def _from_polars(series: _Series) -> Column:
@@ -116,7 +128,7 @@ def table_of(source: object) -> tuple[str, Table]:
     if isinstance(source, Mapping):
         return "arrays", _from_mapping(source)
     if isinstance(source, np.ndarray):
-        return "array", from_array(_plain(source))
+        return "array", from_array(Stored.of(_plain(source)))
     for package, read in _FRAMES.items():
         # A frame exists only where its package is loaded.
         frame = getattr(sys.modules.get(package), "DataFrame", None)
@@ -130,13 +142,15 @@ def table_of(source: object) -> tuple[str, Table]:
 
 
 def _from_mapping(source: Mapping[Any, Any]) -> Table:
-    arrays = {str(name): _array(str(name), values) for name, values in source.items()}
+    arrays = {str(name): Stored.of(_array(str(name), values)) for name, values in source.items()}
     return from_arrays(without_common_folder(arrays))
 
 
 def _array(name: str, values: Any) -> Column:  # noqa: ANN401
     try:
         array = without_masks(values)
+    except OverflowError:
+        raise LogError(f"'{name}' holds a number beyond the largest double, 1.8e308") from None
     except ValueError:
         raise LogError(f"'{name}' is ragged, expected an array of numbers") from None
     return array

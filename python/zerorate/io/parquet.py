@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,10 +13,10 @@ from typing import Any, Final, Self
 import numpy as np
 
 from zerorate.io.arrow import arrow_table, in_pieces, needs_pyarrow, to_arrow
-from zerorate.io.log import Header, Log, LogError
+from zerorate.io.log import Header, Log
 from zerorate.io.table import Column, Content, Format
 
-__all__ = ["FORMAT", "TIME_NAME", "RowGroups", "about", "write_parquet"]
+__all__ = ["FORMAT", "TIME_NAME", "RowGroups", "about", "native_file", "write_parquet"]
 
 TIME_NAME = "time_s"
 _BUFFER: Final = 1 << 20
@@ -24,11 +25,21 @@ _BUFFER: Final = 1 << 20
 def _read(path: Path) -> Content:
     with _opened(path) as file:
         schema, rows = file.schema_arrow, file.metadata.num_rows
-    table = arrow_table(schema, lambda wanted: _load(path, [schema.names[i] for i in wanted]))
+
+    def load(wanted: Sequence[int]) -> list[Any]:
+        names, places = _places(schema.names, wanted)
+        with _opened(path) as file:
+            table = file.read(columns=names)
+        return [table.column(i) for i in places]
 
     def read(wanted: Sequence[int], most: int) -> Iterator[Sequence[Any]]:
-        return _pieces(path, [schema.names[i] for i in wanted], most)
+        names, places = _places(schema.names, wanted)
+        # Else pyarrow would keep every column chunk it has read, the whole file in the end.
+        with _opened(path, buffer_size=_BUFFER, pre_buffer=False) as file:
+            for batch in file.iter_batches(most, columns=names, use_threads=False):
+                yield [batch.column(i) for i in places]
 
+    table = arrow_table(schema, load)
     return Content.of(in_pieces(table, schema, rows, read))
 
 
@@ -50,38 +61,29 @@ def about(log: Log | Header) -> dict[str, str]:
     return fields
 
 
-def _pyarrow() -> tuple[Any, Any]:
-    pa = needs_pyarrow("Parquet")
-    import pyarrow.parquet as pq
-
-    return pa, pq
+def _places(listed: Sequence[str], wanted: Sequence[int]) -> tuple[list[str], list[int]]:
+    """Return the names to read, and where the columns then are: all of one name are read."""
+    names = list(dict.fromkeys(listed[i] for i in wanted))
+    read = [i for name in names for i, own in enumerate(listed) if own == name]
+    return names, [read.index(i) for i in wanted]
 
 
 @contextmanager
-def _opened(path: Path, **options: int) -> Iterator[Any]:
-    pa, pq = _pyarrow()
-    try:
-        # Not `read_table`: it loads the whole machinery of data sets first.
-        with pq.ParquetFile(path, **options) as file:
-            yield file
-    except (pa.ArrowException, OSError):
-        raise LogError("cannot be read as Parquet: it is truncated or damaged") from None
+def _opened(path: Path, **options: Any) -> Iterator[Any]:  # noqa: ANN401
+    needs_pyarrow("Parquet")
+    import pyarrow.parquet as pq
 
-
-def _load(path: Path, names: list[str]) -> list[Any]:
-    with _opened(path) as file:
-        table = file.read(columns=names)
-    return [table.column(name) for name in names]
-
-
-def _pieces(path: Path, names: list[str], most: int) -> Iterator[Sequence[Any]]:
-    # Else pyarrow would keep every column chunk it has read, which is the whole file in the end.
-    with _opened(path, buffer_size=_BUFFER, pre_buffer=False) as file:
-        for batch in file.iter_batches(most, columns=names, use_threads=False):
-            yield [batch.column(name) for name in names]
+    # Not `read_table`: it loads the whole machinery of data sets first.
+    with native_file(path) as raw, pq.ParquetFile(raw, **options) as file:
+        yield file
 
 
 _ROWS: Final = 1 << 17
+
+
+def native_file(path: Path, mode: str = "rb") -> Any:  # noqa: ANN401  # its package is optional
+    """Return an open file of pyarrow; its name need not be UTF-8, as that of a path must."""
+    return needs_pyarrow("Parquet").OSFile(os.fsencode(path), mode)
 
 
 class RowGroups:
@@ -105,6 +107,7 @@ class RowGroups:
         self._waiting: list[list[Column]] = []
         self._rows = 0
         self._writer: Any = None
+        self._file: Any = None
 
     def __enter__(self) -> Self:
         """Return the file itself."""
@@ -123,6 +126,7 @@ class RowGroups:
         finally:
             if self._writer is not None:
                 self._writer.close()
+                self._file.close()
 
     def write(self, columns: Sequence[Column]) -> None:
         """Take a piece of all columns; whole groups are written."""
@@ -151,8 +155,9 @@ class RowGroups:
         # Doubles of a sensor hardly ever repeat: a dictionary is made in vain. By bytes of one
         # weight they shrink to less than by any stronger compression of whole numbers.
         doubles = [field.name for field in schema if self._arrow.types.is_float64(field.type)]
+        self._file = native_file(self._path, "wb")
         return pq.ParquetWriter(
-            self._path,
+            self._file,
             schema,
             compression="lz4",
             use_dictionary=False,

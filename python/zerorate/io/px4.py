@@ -36,7 +36,7 @@ def _read(path: Path) -> Content:
     tables = {name: _table(name, found[name], notes) for name in ranked}
     sensors = tuple(name for name in tables if found[name].name in _TOPICS)
     measured = tuple(name for name in sensors if found[name].name not in _DERIVED)
-    return Content(tables, lambda asked: tables[_chosen(tables, sensors, asked)], measured)
+    return Content(tables, lambda asked: _chosen(tables, sensors, asked), measured)
 
 
 FORMAT = Format("ulog", "a ULog", (".ulg",), (b"ULog\x01\x12\x35",), _read)
@@ -220,10 +220,7 @@ def _parsed(path: Path) -> tuple[Any, bool]:
         raise ImportError("a ULog needs pyulog: pip install 'zerorate[px4]'") from None
     with path.open("rb") as file, contextlib.redirect_stdout(io.StringIO()):
         watched = _Watched(file)
-        try:
-            log = ULog(watched)
-        except Exception:  # what damaged bytes raise there has no common base
-            raise LogError("cannot be read as a ULog: it is truncated or damaged") from None
+        log = ULog(watched)
     if not log.data_list and (watched.cut or log.file_corruption):
-        raise LogError("cannot be read as a ULog: it is truncated or damaged")
+        raise ValueError("no message is left")
     return log, watched.cut

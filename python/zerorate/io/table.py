@@ -6,6 +6,7 @@ says which files it reads. `zerorate.io.formats` lists them all.
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,6 +17,7 @@ import numpy.typing as npt
 
 from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
+from zerorate.texts import one_line
 
 __all__ = [
     "Column",
@@ -44,6 +46,24 @@ class Metadata:
     sensor: str | None = None
     names: tuple[str, ...] | None = None
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what is no text; the rate is looked at where it is needed."""
+        for key, value in (("unit", self.unit), ("sensor", self.sensor)):
+            if value is not None:
+                object.__setattr__(self, key, _text(key, value))
+        if self.names is not None:
+            if not isinstance(self.names, (list, tuple)):
+                raise LogError(
+                    f"in the metadata, names must be a list, got {reprlib.repr(self.names)}"
+                )
+            object.__setattr__(self, "names", tuple(_text("a name", n) for n in self.names))
+
+
+def _text(key: str, value: object) -> str:
+    if not isinstance(value, str):
+        raise LogError(f"in the metadata, {key} must be text, got {reprlib.repr(value)}")
+    return one_line(value)
 
 
 @dataclass(frozen=True)
@@ -79,26 +99,30 @@ class Table:
 
 @dataclass(frozen=True)
 class Content:
-    """The tables of a file by their topic, and which of them a topic asked for means.
+    """The tables of a file by their topic, and which topic one that is asked for means.
 
     A format without topics has one table, under the empty name. ``sensors`` are the topics of a
     recording, None for all of them.
     """
 
     tables: Mapping[str, Table]
-    chosen: Callable[[str | None], Table]
+    topic: Callable[[str | None], str]
     sensors: tuple[str, ...] | None = None
+
+    def chosen(self, asked: str | None) -> Table:
+        """Return the table of the topic asked for, None for the one that goes without saying."""
+        return self.tables[self.topic(asked)]
 
     @classmethod
     def of(cls, table: Table) -> Content:
         """Return the content of a file without topics."""
 
-        def chosen(topic: str | None) -> Table:
-            if topic is not None:
+        def only(asked: str | None) -> str:
+            if asked is not None:
                 raise LogError(NO_TOPICS)
-            return table
+            return ""
 
-        return cls({"": table}, chosen)
+        return cls({"": table}, only)
 
 
 class Reader(Protocol):

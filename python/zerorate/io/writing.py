@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -13,8 +14,10 @@ import numpy.typing as npt
 from zerorate.io.atomic import atomic_path, check_writable
 from zerorate.io.clock import fit_grid
 from zerorate.io.log import Log, LogError, units_of
+from zerorate.io.missing import without_masks
 from zerorate.io.names import UNKNOWN, looks_like_gyro, split_unit, with_suffix
 from zerorate.io.parquet import TIME_NAME, write_parquet
+from zerorate.io.repeats import HEAD, rows_held
 from zerorate.io.table import Column
 from zerorate.io.text import META_MARK, text_header
 
@@ -73,7 +76,7 @@ def write_log(
     target = Path(path)
     write = _writer(target.suffix.lower())
     check_writable(target, force)
-    others = dict(beside or {})
+    others = {name: without_masks(column) for name, column in (beside or {}).items()}
     names = _column_names(log, others)
     with atomic_path(target, force) as temporary:
         write(log, temporary, names, others)
@@ -146,6 +149,9 @@ def _says_all(log: Log, names: Sequence[str]) -> bool:
     units = {split_unit(name)[1] or UNKNOWN for name in names}
     if not plain or units != {log.unit} or "sensor" in log.meta or log.n < 2:
         return False
+    # Rows that repeat are a sample each only where the rate is stated.
+    if rows_held(log.data[:HEAD], np.arange(min(log.n, HEAD))) is not None:
+        return False
     grid = fit_grid(log.time - log.time[0], float(log.time[0]))
     return grid.rate == log.rate and grid.length == log.n
 
@@ -154,7 +160,9 @@ def _as_json(log: Log) -> str:
     fields: dict[str, object] = {"rate": log.rate, "unit": log.unit, "names": log.names}
     if "sensor" in log.meta:
         fields["sensor"] = str(log.meta["sensor"])
-    return json.dumps(fields)
+    text = json.dumps(fields)
+    # A spreadsheet that takes the line apart at its commas must not find a formula behind one.
+    return re.sub(r"[,;](?=[^ ])", lambda mark: f"\\u{ord(mark[0]):04x}", text)
 
 
 def _as_text(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]], delimiter: str) -> bytes:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.io.missing import floats
 from zerorate.types import Booleans, Floats
 
 __all__ = [
@@ -22,7 +23,7 @@ __all__ = [
 
 def columns(name: str, data: npt.ArrayLike) -> Floats:
     """Return the channels as rows, without copying."""
-    array = np.asarray(data, dtype=np.float64)
+    array = floats(data, name)
     if array.ndim not in (1, 2):
         raise ValueError(f"{name} must have shape (n,) or (n, k), got {array.shape}")
     if array.size == 0:

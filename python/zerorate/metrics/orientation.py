@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.io.missing import floats
 from zerorate.metrics import rotations
 from zerorate.metrics.channels import positive
 from zerorate.types import Floats, Integers
@@ -96,7 +97,7 @@ def _between(q: Floats, start: npt.NDArray[np.intp], end: npt.NDArray[np.intp]) 
 
 
 def _of_width(name: str, data: npt.ArrayLike, width: int) -> Floats:
-    array = np.asarray(data, dtype=np.float64)
+    array = floats(data, name)
     if array.ndim != 2 or array.shape[1] != width or array.size == 0:
         raise ValueError(f"{name} must have shape (n, {width}), got {array.shape}")
     return array

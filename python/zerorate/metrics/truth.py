@@ -5,6 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.io.missing import floats
 from zerorate.metrics.channels import (
     columns,
     pairs,
@@ -132,7 +133,7 @@ def settling_time(
     """
     x = columns("estimate", estimate)
     try:
-        wanted = np.broadcast_to(np.asarray(target, dtype=np.float64), np.shape(estimate))
+        wanted = np.broadcast_to(floats(target, "target"), np.shape(estimate))
     except ValueError:
         raise ValueError(
             f"target of shape {np.shape(target)} does not fit estimate of shape "
@@ -236,7 +237,7 @@ def coverage(error: npt.ArrayLike, sigma: npt.ArrayLike) -> float | Floats:
 
 def _spread_over(innovation: npt.ArrayLike, variance: npt.ArrayLike) -> Floats:
     try:
-        return np.broadcast_to(np.asarray(variance, dtype=np.float64), np.shape(innovation))
+        return np.broadcast_to(floats(variance, "innovation_variance"), np.shape(innovation))
     except ValueError:
         raise ValueError(
             f"innovation_variance of shape {np.shape(variance)} does not fit innovation of shape "
@@ -246,10 +247,10 @@ def _spread_over(innovation: npt.ArrayLike, variance: npt.ArrayLike) -> Floats:
 
 def _only(innovation: npt.ArrayLike, where: npt.ArrayLike) -> Floats:
     """Return the innovations, missing where they do not count."""
-    e, mask = columns("innovation", innovation), np.asarray(where)
+    e, mask = columns("innovation", innovation), np.asanyarray(where)
     if mask.dtype != np.bool_:
         raise ValueError(f"where must hold true and false, got dtype {mask.dtype}")
-    flags = columns("where", mask)
+    flags = columns("where", where)
     if len(flags) == 1:
         flags = np.repeat(flags, len(e), axis=0)
     same_shape("innovation", e, "where", flags)

@@ -9,11 +9,12 @@ import numpy.typing as npt
 from zerorate import _native
 from zerorate.io import Log
 from zerorate.io.log import checked_rate
+from zerorate.io.missing import real_numbers
 from zerorate.noise.freedom import bounds, freedoms
 from zerorate.noise.kinds import Kind, KindName, TauGrid, factors, seconds
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.noise.quantities import check_unit
-from zerorate.noise.records import is_constant, real_numbers
+from zerorate.noise.records import is_constant
 from zerorate.noise.result import AllanResult
 from zerorate.types import Floats, Integers
 
@@ -142,7 +143,7 @@ def _check(confidence: float, exponent: int | None, bridge: int) -> None:
 
 def _record(z: npt.ArrayLike) -> npt.NDArray[np.generic]:
     """Return the record as an array, as it is in memory."""
-    record = real_numbers(z)
+    record = real_numbers(z, "z")
     if record.ndim not in (1, 2) or 0 in record.shape:
         raise ValueError(f"z must have shape (n,) or (n, k) with a sample, got {record.shape}")
     return record

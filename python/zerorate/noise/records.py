@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.io.log import checked_rate
+from zerorate.io.missing import floats
 from zerorate.types import Floats
 
 __all__ = [
@@ -17,7 +18,6 @@ __all__ = [
     "is_constant",
     "longest_stretch",
     "power_of_two",
-    "real_numbers",
     "resolution",
     "samples",
     "size_of",
@@ -46,7 +46,7 @@ def as_record(z: npt.ArrayLike, least: int = 1, purpose: str = "this") -> Floats
     ValueError
         If `z` is not one axis, has too few samples, or only equal ones.
     """
-    record = np.ascontiguousarray(real_numbers(z), dtype=np.float64)
+    record = np.ascontiguousarray(floats(z, "z"))
     if record.ndim != 1:
         raise ValueError(f"z must be one axis of shape (n,), got shape {record.shape}")
     present = np.isfinite(record)
@@ -64,20 +64,10 @@ def as_record(z: npt.ArrayLike, least: int = 1, purpose: str = "this") -> Floats
 def samples(z: npt.ArrayLike, rate: float) -> Floats:
     """Return a record as floats, shape (n,), after checking it and its rate."""
     checked_rate(rate)
-    record = np.asarray(_unmasked(z), dtype=np.float64)
+    record = floats(z, "z")
     if record.ndim != 1:
         raise ValueError(f"z must have shape (n,), got {record.shape}")
     return record
-
-
-def real_numbers(z: npt.ArrayLike) -> npt.NDArray[Any]:
-    """Return an array of real numbers as it is in memory; TypeError if they are not real."""
-    array = np.asarray(_unmasked(z))
-    if array.dtype.kind == "O":
-        array = array.astype(np.float64)
-    if array.dtype.kind not in "fiub":
-        raise TypeError(f"z must hold real numbers, got dtype {array.dtype}")
-    return array
 
 
 def is_constant(record: npt.NDArray[Any], value: float) -> bool:
@@ -91,13 +81,6 @@ def power_of_two(values: Floats) -> float:
     """Return the power of two at or below the largest size: dividing by it rounds nothing."""
     largest = float(np.max(np.abs(values)))
     return math.ldexp(1.0, math.frexp(largest)[1] - 1)
-
-
-def _unmasked(z: npt.ArrayLike) -> npt.ArrayLike:
-    """Return the record with NaN in place of what is masked."""
-    if np.ma.isMaskedArray(z):
-        return np.ma.filled(np.ma.asarray(z, dtype=np.float64), np.nan)
-    return z
 
 
 def longest_stretch(record: Floats) -> Floats:

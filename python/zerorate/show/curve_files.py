@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from zerorate.io.cells import inert
 from zerorate.noise import AllanResult
 
 __all__ = ["CurveFormat", "write_curves"]
@@ -44,7 +45,7 @@ def _write_csv(curves: Sequence[AllanResult], path: Path) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(("axis", "kind", "unit", "tau_s", *_COLUMNS))
         for axis in _axes(curves):
-            head = (axis.names[0], axis.kind, axis.unit)
+            head = (inert(axis.names[0]), axis.kind, inert(axis.unit))
             columns = (axis.taus, *(getattr(axis, name) for name in _COLUMNS))
             writer.writerows((*head, *row) for row in zip(*map(_listed, columns), strict=True))
 

@@ -1,6 +1,5 @@
-"""The lines of a stream: their cells and columns, their sequence numbers, and their answers."""
+"""The lines of a stream: their cells and columns, and their answers."""
 
-import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -11,14 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import DriftFilter
-from zerorate.io.text import MISSING
+from zerorate.io.cells import from_inert, inert, number
 
 __all__ = [
     "Beside",
     "ColumnError",
     "Layout",
     "LineError",
-    "SequenceCount",
     "Wanted",
     "answer",
     "cells_of",
@@ -29,8 +27,6 @@ __all__ = [
 
 # As many digits as a counter of 64 bits may have.
 _INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
-_LATE_SECONDS: Final = 1.0
-_GAP_SECONDS: Final = 3600.0
 
 _Column: TypeAlias = float | bool | npt.NDArray[Any]
 """One number a channel: alone, or as an array of shape (k,)."""
@@ -139,7 +135,7 @@ def _names(cells: Sequence[str]) -> tuple[str, ...]:
 
 
 def _filled(cells: Sequence[str]) -> tuple[str, ...]:
-    return tuple(cell or f"column_{i}" for i, cell in enumerate(cells))
+    return tuple(from_inert(cell) or f"column_{i}" for i, cell in enumerate(cells))
 
 
 def _position(column: str | int, names: tuple[str, ...] | None, fields: int) -> int:
@@ -162,13 +158,10 @@ def _number(cell: str) -> float:
     LineError
         If it is neither.
     """
-    if cell in MISSING:
-        return math.nan
     try:
-        # Python's own literals may hold underscores, which no sensor sends.
-        return float(cell.replace("_", "?"))
-    except ValueError:
-        raise LineError(f"'{_shortened(cell)}' is not a number") from None
+        return number(cell, decimal_comma=False)
+    except ValueError as error:
+        raise LineError(f"'{_shortened(cell)}' {error}") from None
 
 
 def _is_number(cell: str) -> bool:
@@ -184,41 +177,6 @@ def _shortened(cell: str) -> str:
     """Return a cell as a message may show it."""
     shown = cell if len(cell) <= 40 else cell[:37] + "..."
     return shown.encode("unicode_escape").decode("ascii")
-
-
-@dataclass
-class SequenceCount:
-    """Counts what a source lost, by the numbers of the samples that came.
-
-    Parameters
-    ----------
-    rate : float
-        Samples a second.
-    last : int, optional
-        Number of the newest sample; None before the first.
-    lost, late, restarts : int
-        Samples that never came, that came again or after a newer one, and jumps by more than an
-        hour, or back by more than a second: there the source began anew, or its counter did.
-    """
-
-    rate: float
-    last: int | None = None
-    lost: int = 0
-    late: int = 0
-    restarts: int = 0
-
-    def step(self, number: int) -> int | None:
-        """Return how many samples are missing before this one, None if it comes too late."""
-        ahead = 1 if self.last is None else number - self.last
-        if -_LATE_SECONDS * self.rate <= ahead <= 0:
-            self.late += 1
-            return None
-        self.last = number
-        if not 0 < ahead <= _GAP_SECONDS * self.rate:
-            self.restarts += 1
-            return 0
-        self.lost += ahead - 1
-        return ahead - 1
 
 
 class Beside(StrEnum):
@@ -244,8 +202,9 @@ def no_answer(channels: int, beside: Sequence[Beside]) -> str:
 
 def header(names: Iterable[str], beside: Sequence[Beside]) -> str:
     """Return the names of an answer's columns."""
-    names = tuple(names)
-    return ",".join([*names, *(f"{column}_{name}" for column in beside for name in names)])
+    plain = tuple(map(from_inert, names))
+    further = (f"{column}_{name}" for column in beside for name in plain)
+    return ",".join([*map(inert, plain), *further])
 
 
 def _texts(column: _Column) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.io import Log, LogError, LogFile, atomic_path, write_log
+from zerorate.io.missing import floats
 from zerorate.io.parquet import TIME_NAME, RowGroups, about
 from zerorate.io.reading import notes_on_missing
 from zerorate.io.writing import column_names
@@ -226,6 +227,7 @@ def _summary(
         },
         ready=np.asarray(chosen.ready),
         status=tuple(chosen.status),
+        restarts=np.asarray(chosen.restarts),
         history=history,
         memory=memory(history, chosen.order, header.rate),
         seen=seen,
@@ -298,7 +300,7 @@ def _curves(log: Log, filters: Filters, series: _Series, progress: Progress) -> 
 
 def _like(truth: npt.ArrayLike, log: Log) -> Floats:
     """Return the truth an axis after the other, shape (k, n)."""
-    known = np.asarray(truth, dtype=np.float64)
+    known = floats(truth, "truth")
     known = known[:, np.newaxis] if known.ndim == 1 else known
     if known.shape != log.data.shape:
         raise ValueError(f"truth must have the log's shape {log.data.shape}, got {known.shape}")

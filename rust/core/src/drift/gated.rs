@@ -105,7 +105,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> Traced for RestGated<T, N, 
 
 impl<T: DriftNumber, const N: usize, const M: usize> Checkpoint for RestGated<T, N, M> {
     const TAG: &'static str = "drift-rest-gated";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
 
     fn is_sound(&self) -> bool {
@@ -143,7 +143,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RestGate
     }
 
     fn status(&self) -> Status {
-        Status::of(self.filter.ready(), self.at_rest)
+        Status::of(self.filter.ready(), self.at_rest).after(self.restarts())
     }
 
     fn drift(&self) -> Drift<T> {
@@ -156,6 +156,10 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RestGate
 
     fn guard_count(&self) -> u64 {
         self.filter.guard_count()
+    }
+
+    fn restarts(&self) -> u64 {
+        self.filter.restarts()
     }
 
     fn write_start(&self, numbers: &mut [f64]) -> bool {

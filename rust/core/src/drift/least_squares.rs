@@ -8,7 +8,7 @@ use crate::error::{Error, check_forgetting_factor, check_scale};
 use crate::math::sound::{is_count, is_size, is_within};
 use crate::math::{Limits, Real, choose, vector};
 use crate::stream::checkpoint::Checkpoint;
-use crate::stream::{Number, Scaling, Startup, Stream};
+use crate::stream::{Number, Scaling, Startup, Stream, Watch};
 
 /// Least squares on normalised samples, `N = p + 1`, `M = p + q + 1`.
 ///
@@ -261,6 +261,7 @@ pub struct RecursiveLeastSquares<T, const N: usize, const M: usize> {
     scaling: Option<Scaling<T>>,
     rls: Rls<T, N, M>,
     samples_seen: u64,
+    watch: Watch<T>,
 }
 
 impl<T: Limits, const N: usize, const M: usize> RecursiveLeastSquares<T, N, M>
@@ -280,6 +281,7 @@ where
             scaling: None,
             rls: Rls::new(params.forgetting_factor),
             samples_seen: 0,
+            watch: Watch::new(),
         })
     }
 
@@ -314,6 +316,18 @@ where
     pub fn samples_seen(&self) -> u64 {
         self.samples_seen
     }
+
+    /// A scale that was learned, not told, and is proved wrong by many orders is learned anew.
+    #[cold]
+    fn check_scale(&mut self, z: T) {
+        let told = self.params.scale.is_some();
+        let Some(scaling) = self.scaling.filter(|_| !told) else { return };
+        if self.watch.disproves(z, scaling.scale())
+            && let Ok(fresh) = Self::new(self.params)
+        {
+            *self = Self { samples_seen: self.samples_seen, ..fresh };
+        }
+    }
 }
 
 impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares<T, N, M> {
@@ -327,7 +341,12 @@ impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares
         self.samples_seen += 1;
         match &self.scaling {
             Some(scaling) => {
-                scaling.raw_difference(self.rls.observe(scaling.normalise(z), z.finite()))
+                let y = scaling.normalise(z);
+                let residual = scaling.raw_difference(self.rls.observe(y, z.finite()));
+                if Watch::<T>::is_due(self.samples_seen) {
+                    self.check_scale(z);
+                }
+                residual
             }
             None => {
                 self.startup.observe(z);
@@ -338,16 +357,15 @@ impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares
     }
 
     fn reset(&mut self) {
-        self.startup.reset();
-        self.scaling = None;
-        self.rls = Rls::new(self.params.forgetting_factor);
-        self.samples_seen = 0;
+        if let Ok(fresh) = Self::new(self.params) {
+            *self = fresh;
+        }
     }
 }
 
 impl<T: Number, const N: usize, const M: usize> Checkpoint for RecursiveLeastSquares<T, N, M> {
     const TAG: &'static str = "least-squares";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
 
     fn is_sound(&self) -> bool {
@@ -356,6 +374,7 @@ impl<T: Number, const N: usize, const M: usize> Checkpoint for RecursiveLeastSqu
                 && self.startup.is_after(&fresh.startup, self.samples_seen)
                 && self.scaling == self.startup.finished()
                 && self.rls.is_after(&fresh.rls)
+                && self.watch.is_sound()
         })
     }
 

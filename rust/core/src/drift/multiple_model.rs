@@ -263,7 +263,7 @@ mod tests {
         for _ in 0..432_000 {
             bank.correct(&BlockMean { mean: 0.0, noise: 1e-12, time: 1.0 });
         }
-        assert!(bank.weight.iter().chain(&bank.x).chain(&bank.S).all(|x| x.is_finite()));
+        assert!(bank.weight.iter().chain(&bank.x).chain(&bank.S).all(|x: &f64| x.is_finite()));
         assert!(bank.is_after(&KalmanBank::new(1e-2), 1.0));
     }
 }

@@ -64,6 +64,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
         self.begin(self.scaling.normalise(mean), samples);
     }
 
+    /// Deviation of the start-up, in the unit of the samples.
+    pub fn scale(&self) -> T {
+        self.scaling.scale()
+    }
+
     /// Whether a tick's noise is far from what is known: what was learned was not rest.
     pub fn is_another(&self, tick: &Tick<T>) -> bool {
         self.noise.is_another(self.scaling.normalised_difference(tick.deviation))

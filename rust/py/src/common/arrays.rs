@@ -29,12 +29,20 @@ pub fn sample(z: &Bound<'_, PyAny>) -> PyResult<f64> {
     if z.is_none() {
         return Ok(f64::NAN);
     }
-    z.extract().map_err(|_| {
+    z.extract().or_else(|_| missing(z)).map_err(|_: PyErr| {
         PyTypeError::new_err(format!(
             "update() takes one number, got {}; a whole record goes to process()",
             describe(z)
         ))
     })
+}
+
+/// The number in what only the package's rule of missing values knows, such as pandas' NA.
+#[cold]
+fn missing(z: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let read = floats(z)?;
+    check_shape(read.getattr("ndim")?.extract::<usize>()? == 0, "()", &[])?;
+    read.call_method0("item")?.extract()
 }
 
 /// The samples of one signal, shape `(n,)`, copied.
@@ -198,15 +206,13 @@ fn read(z: &Bound<'_, PyAny>) -> PyResult<Record> {
 
 /// `z` as an array of float64; missing samples are NaN.
 fn floats<'py>(z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-    let numpy = z.py().import("numpy")?;
-    if numpy.getattr("ma")?.call_method1("isMaskedArray", (z,))?.is_truthy()? {
-        let floats = z.call_method1("astype", ("float64",))?;
-        return floats.call_method1("filled", (f64::NAN,));
-    }
-    if z.cast::<PyArrayDyn<f64>>().is_ok() {
+    let masks = z.py().import("numpy")?.getattr("ma")?;
+    let masked = masks.call_method1("isMaskedArray", (z,))?.is_truthy()?;
+    if !masked && z.cast::<PyArrayDyn<f64>>().is_ok() {
         return Ok(z.clone());
     }
-    let array = numpy.call_method1("asarray", (z,)).map_err(|_| {
+    let rule = z.py().import("zerorate.io.missing")?.getattr("without_masks")?;
+    let array = rule.call1((z,)).map_err(|_| {
         PyValueError::new_err(format!(
             "z must be a rectangular array of numbers, got {}",
             describe(z)
@@ -214,13 +220,6 @@ fn floats<'py>(z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     })?;
     let dtype = array.getattr("dtype")?;
     let kind: String = dtype.getattr("kind")?.extract()?;
-    let is_list = z.is_instance_of::<PyList>() || z.is_instance_of::<PyTuple>();
-    if kind == "O" && is_list {
-        // A list with `None` for a missing sample; an array of objects is refused below.
-        if let Ok(floats) = numpy.call_method1("asarray", (z, "float64")) {
-            return Ok(floats);
-        }
-    }
     if !matches!(kind.as_str(), "f" | "i" | "u" | "b") {
         return Err(PyTypeError::new_err(format!(
             "z must hold real numbers, got dtype {dtype}; convert with numpy.asarray(z, dtype=float)"

@@ -14,6 +14,8 @@ impl<T: Number> AutoFilter<T> {
             && self.startup.is_after(&fresh.startup, self.samples_seen)
             && self.has_model()
             && self.has_numbers()
+            && self.watch.is_sound()
+            && self.restarts <= self.samples_seen
     }
 
     /// While no drift is known, there is a model only from before the sensor was switched on.

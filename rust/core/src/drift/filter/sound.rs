@@ -18,6 +18,8 @@ where
             && self.scaling == scaling
             && self.inner.is_after(&fresh.inner, reach)
             && is_within(self.estimate, T::RAW_MAX * T::of(32.0))
+            && self.watch.is_sound()
+            && self.restarts <= self.samples_seen
     }
 }
 

@@ -15,6 +15,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
             && is_within(self.origin, T::RAW_MAX)
             && self.has_unit()
             && self.has_moments()
+            && self.sketch.is_sound()
     }
 
     fn has_unit(&self) -> bool {

@@ -1,0 +1,125 @@
+"""Cells of text tables: how a line is taken apart into them, and which of them are numbers.
+
+A cell never spans lines. Quotes belong to the table only where they enclose a whole cell; in a line
+in which some do not, all are ordinary characters.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from typing import Final
+
+__all__ = [
+    "MISSING",
+    "from_inert",
+    "has_stray_quotes",
+    "inert",
+    "is_blank",
+    "is_comment",
+    "is_number",
+    "number",
+    "split",
+    "whole",
+]
+
+MISSING: Final = frozenset(
+    ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "na", "null", "NULL", "None", "none", "-")
+)
+_DECIMAL: Final = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?"
+_NUMBER: Final = re.compile(
+    rf"[+-]?(?:{_DECIMAL}|inf(?:inity)?|nan(?:\([a-z0-9_]*\))?)", re.ASCII | re.IGNORECASE
+)
+"""What C writes and reads in base ten; Python's own takes ``1_000`` and digits of any script."""
+
+_WHOLE: Final = re.compile(r"[+-]?[0-9]{1,19}", re.ASCII)
+
+
+_FORMULA: Final = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
+
+
+def inert(text: str) -> str:
+    """Return a text as a cell that no spreadsheet takes for a formula, by an apostrophe before it.
+
+    The characters are those that OWASP names under "CSV Injection".
+    """
+    return f"'{text}" if _FORMULA.match(text) else text
+
+
+def from_inert(cell: str) -> str:
+    """Return the text that `inert` made a cell of."""
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
+
+
+def split(line: str, delimiter: str | None) -> list[str]:
+    """Return the cells of a line; a delimiter of None stands for any run of blanks."""
+    line = line.rstrip("\r\n")
+    cells = _unquoted(line, delimiter) if '"' in line else None
+    return [cell.strip() for cell in (line.split(delimiter) if cells is None else cells)]
+
+
+def has_stray_quotes(line: str, delimiter: str | None) -> bool:
+    """Whether a line has a quote that does not belong to a pair around a whole cell."""
+    return '"' in line and _unquoted(line.rstrip("\r\n"), delimiter) is None
+
+
+def _unquoted(line: str, delimiter: str | None) -> list[str] | None:
+    if delimiter is None:
+        line, delimiter = " ".join(line.split()), " "
+    try:
+        skips = delimiter != " "
+        rows = csv.reader([line], delimiter=delimiter, skipinitialspace=skips, strict=True)
+        return next(rows)
+    except csv.Error:
+        return None
+
+
+def is_comment(line: str) -> bool:
+    """Whether a line is a remark."""
+    return line.lstrip(" \t").startswith(("#", "%"))
+
+
+def is_blank(line: str, delimiter: str | None) -> bool:
+    """Whether a line holds no cells, rather than empty ones between tabs."""
+    return not (line.strip(" \r\n") if delimiter == "\t" else line.strip())
+
+
+def is_number(cell: str, decimal_comma: bool) -> bool:
+    """Whether a cell is written as a number."""
+    return _NUMBER.fullmatch(_with_point(cell, decimal_comma)) is not None
+
+
+def whole(cell: str) -> int | None:
+    """Return the whole number in a cell, None if it is something else or longer than 64 bits."""
+    text = cell.strip()
+    return int(text) if _WHOLE.fullmatch(text) else None
+
+
+def number(cell: str, decimal_comma: bool) -> float:
+    """Return the number in a cell, NaN where it is missing.
+
+    Raises
+    ------
+    ValueError
+        If it holds none, or one that a double cannot hold; the message is the end of a sentence
+        that begins with the cell.
+    """
+    text = cell.strip()
+    if text in MISSING:
+        return math.nan
+    text = _with_point(text, decimal_comma)
+    if _NUMBER.fullmatch(text) is None:
+        raise ValueError("is not a number")
+    value = math.nan if text.endswith(")") else float(text)
+    if math.isinf(value) and text[-1].isdigit():
+        raise ValueError("is beyond the largest double, 1.8e308")
+    return value
+
+
+def _with_point(text: str, decimal_comma: bool) -> str:
+    # Swapped, for a point in a table of decimal commas is no decimal point.
+    return text.translate(_SWAPPED) if decimal_comma else text
+
+
+_SWAPPED: Final = str.maketrans(",.", ".,")

@@ -1,0 +1,78 @@
+"""Damage: whatever the bytes of a file raise in its reader becomes one sentence."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from zerorate.io.log import LogError
+from zerorate.io.table import Column, Content, Format, Table
+from zerorate.texts import one_line
+
+__all__ = ["guarded_content"]
+
+_OF_BYTES: Final = (None, errno.EINVAL)
+"""Numbers of OSError with which libraries speak of bytes; others speak of disks and rights."""
+
+
+def guarded_content(form: Format, file: Path) -> Content:
+    """Return the content of a file whose reading, now and later, fails in one sentence alone.
+
+    Raises
+    ------
+    LogError
+        If the reader raises anything but this, ImportError, or OSError for a fault of the system.
+    """
+    with _one_sentence(form.called):
+        content = form.read(file)
+        tables = {topic: _guarded(table, form.called) for topic, table in content.tables.items()}
+        return replace(content, tables=tables)
+
+
+@contextmanager
+def _one_sentence(called: str) -> Iterator[None]:
+    try:
+        yield
+    except (LogError, ImportError):
+        raise
+    except MemoryError:
+        raise LogError(
+            f"cannot be read as {called}: it asks for more memory than there is"
+        ) from None
+    except Exception as error:  # what damaged bytes raise has no common base
+        if isinstance(error, OSError) and error.errno not in _OF_BYTES:
+            raise
+        why = f"truncated, damaged or of a foreign kind ({_reason(error)})"
+        raise LogError(f"cannot be read as {called}: {why}") from error
+
+
+def _reason(error: Exception) -> str:
+    text = str(error).strip().partition("\n")[0].rstrip(".")
+    text = one_line(text) or type(error).__name__
+    return text if len(text) <= 120 else text[:117] + "..."
+
+
+def _guarded(table: Table, called: str) -> Table:
+    names = None if table.names is None else tuple(map(one_line, table.names))
+    pieces = None if table.pieces is None else _guarded_pieces(table.pieces, called)
+
+    def load(wanted: Sequence[int]) -> list[Column]:
+        with _one_sentence(called):
+            return table.load(wanted)
+
+    return replace(table, load=load, names=names, pieces=pieces)
+
+
+_Pieces = Callable[[Sequence[int], int], Iterator[list[Column]]]
+
+
+def _guarded_pieces(pieces: _Pieces, called: str) -> _Pieces:
+    def guarded(wanted: Sequence[int], most: int) -> Iterator[list[Column]]:
+        with _one_sentence(called):
+            yield from pieces(wanted, most)
+
+    return guarded

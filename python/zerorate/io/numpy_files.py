@@ -1,0 +1,77 @@
+"""NumPy's files: one array, or several by name of which only those asked for are read."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO
+
+from numpy.lib import format as npy
+
+from zerorate.io.arrays import from_array, from_arrays
+from zerorate.io.log import LogError
+from zerorate.io.stored import Stored
+from zerorate.io.table import Column, Content, Format
+
+__all__ = ["NPY", "NPZ"]
+
+_SUFFIX = ".npy"
+
+
+def _read_npy(path: Path) -> Content:
+    def read() -> Column:
+        with path.open("rb") as file:
+            return npy.read_array(file, allow_pickle=False)
+
+    with path.open("rb") as file:
+        return Content.of(from_array(_stored(file, path.stat().st_size, "the array", read)))
+
+
+def _read_npz(path: Path) -> Content:
+    arrays = {}
+    with zipfile.ZipFile(path) as archive:
+        for info in archive.infolist():
+            if info.filename.endswith(_SUFFIX):
+                name = info.filename.removesuffix(_SUFFIX)
+                arrays[name] = _member(path, archive, info, name)
+    return Content.of(from_arrays(arrays))
+
+
+def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, name: str) -> Stored:
+    def read() -> Column:
+        with zipfile.ZipFile(path) as again, again.open(info) as file:
+            array = npy.read_array(file, allow_pickle=False)
+            # The check sum is looked at where the member ends.
+            if file.read(1):
+                raise LogError(f"'{name}' holds more than it declares: it is damaged")
+            return array
+
+    with archive.open(info) as file:
+        return _stored(file, info.file_size, f"'{name}'", read)
+
+
+def _stored(file: IO[bytes], size: int, what: str, read: Callable[[], Column]) -> Stored:
+    """Return the array that a header declares; LogError if it cannot be in so many bytes."""
+    version = npy.read_magic(file)
+    if version == (1, 0):
+        shape, _, dtype = npy.read_array_header_1_0(file)
+    elif version == (2, 0):
+        shape, _, dtype = npy.read_array_header_2_0(file)
+    else:
+        array = read()
+        return Stored.of(array)
+    if dtype.hasobject:
+        raise LogError(f"{what} holds Python objects, expected numbers")
+    declared, there = math.prod(shape) * dtype.itemsize, size - file.tell()
+    if declared > there or min(shape, default=0) < 0:
+        raise LogError(
+            f"{what} declares the shape {shape} of {dtype}, but {there} bytes of it are there: "
+            "it is truncated or damaged"
+        )
+    return Stored(shape, dtype, read)
+
+
+NPY = Format("npy", "an .npy array", (_SUFFIX,), (b"\x93NUMPY",), _read_npy)
+NPZ = Format("npz", "an .npz", (".npz",), (b"PK\x03\x04",), _read_npz)

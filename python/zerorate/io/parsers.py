@@ -1,0 +1,205 @@
+"""The parsers of text tables: pyarrow, NumPy and line by line, which give the same numbers.
+
+The last one says what a table is and names the line and column of a fault. The fast ones are given
+the rows without comments and quotes, and return None for whatever they might take differently.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Final
+
+import numpy as np
+
+from zerorate.io.cells import MISSING, has_stray_quotes, is_blank, is_comment, number, split, whole
+from zerorate.io.log import LogError
+from zerorate.io.table import Column
+
+__all__ = ["Layout", "decoded", "notes_on_quotes", "parsed"]
+
+_BOM: Final = b"\xef\xbb\xbf"
+# At the beginning of a line alone, or a long one would take the square of its length.
+_QUOTED: Final = re.compile(rb'(?<![^\r\n])[^\r\n"]*"[^\r\n]*')
+_LINE_END: Final = re.compile(rb"\r\n|\r|\n")
+_HEXADECIMAL: Final = re.compile(rb"0[xX]")
+_SWAPPED: Final = bytes.maketrans(b",.", b".,")
+_Kinds = list[type[np.float64] | type[np.int64]]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the rows begin (byte offset, lines before it) and how a row is read.
+
+    ``delimiter`` is None for any run of blanks; ``first_row`` holds the cells of the first row.
+    """
+
+    offset: int
+    lines_before: int
+    delimiter: str | None
+    decimal_comma: bool
+    width: int
+    names: tuple[str, ...] | None
+    first_row: tuple[str, ...]
+
+
+def decoded(raw: bytes) -> str:
+    """Return the text of UTF-8 bytes, or of Latin-1 where they are not UTF-8."""
+    raw = raw.removeprefix(_BOM)
+    try:
+        return raw.decode("utf-8")
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")
+
+
+def parsed(raw: bytes, layout: Layout, wanted: list[int]) -> list[Column]:
+    """Return the columns at some indices; LogError that names line and column of a fault."""
+    kinds = _kinds(layout, wanted)
+    body = _body(raw, layout)
+    for parse in (_by_arrow, _by_numpy):
+        columns = parse(body, layout, wanted, kinds)
+        # An infinity may be a number that is too large, which the last parser tells apart.
+        if columns is not None and not any(np.isinf(column).any() for column in columns):
+            return columns
+    return _by_line(raw, layout, wanted, kinds)
+
+
+def notes_on_quotes(raw: bytes, layout: Layout) -> Iterator[str]:
+    """Yield a sentence on the lines whose quotes are ordinary characters, if there are any."""
+    stray = [
+        found.start()
+        for found in _QUOTED.finditer(raw)
+        if _is_stray(decoded(found[0]), layout.delimiter)
+    ]
+    if stray:
+        line = 1 + sum(1 for _ in _LINE_END.finditer(raw, 0, stray[0]))
+        others = f" and {len(stray) - 1} more" if len(stray) > 1 else ""
+        yield (
+            f"line {line}{others}: a quote does not close around a cell, and cells do not span "
+            "lines, so quotes there are read as ordinary characters"
+        )
+
+
+def _is_stray(line: str, delimiter: str | None) -> bool:
+    return not is_comment(line) and has_stray_quotes(line, delimiter)
+
+
+def _kinds(layout: Layout, wanted: list[int]) -> _Kinds:
+    """Return int64 for columns of integers too long for a float64, such as nanoseconds."""
+    cells = (layout.first_row[i].lstrip("+-") for i in wanted)
+    return [np.int64 if cell.isdigit() and len(cell) > 15 else np.float64 for cell in cells]
+
+
+def _body(raw: bytes, layout: Layout) -> bytes:
+    body = raw[layout.offset :]
+    if b"#" in body or b"%" in body:
+        lines = body.splitlines(keepends=True)
+        body = b"".join(line for line in lines if not line.lstrip(b" \t").startswith((b"#", b"%")))
+    if b'"' in body:
+        body = _QUOTED.sub(partial(_without_quotes, delimiter=layout.delimiter), body)
+    return _single_blanks(body) if layout.delimiter is None else body
+
+
+def _without_quotes(line: re.Match[bytes], delimiter: str | None) -> bytes:
+    """Return a line with its cells in no need of quotes; what is no number may become another."""
+    mark = delimiter or " "
+    cells = (cell or "NA" for cell in split(decoded(line[0]), delimiter))
+    return mark.join("?" if mark in cell else cell for cell in cells).encode()
+
+
+def _single_blanks(body: bytes) -> bytes:
+    body = body.replace(b"\t", b" ").strip(b" ")
+    while b"  " in body:
+        body = body.replace(b"  ", b" ")
+    return body.replace(b"\n ", b"\n").replace(b" \n", b"\n").replace(b" \r", b"\r")
+
+
+def _by_arrow(body: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> list[Column] | None:
+    try:
+        import pyarrow as pa
+        from pyarrow import csv as arrow_csv
+    except ImportError:
+        return None
+    if np.int64 in kinds and _HEXADECIMAL.search(body):
+        return None  # which it would take for whole numbers
+    labels = [str(i) for i in range(layout.width)]
+    types = {
+        labels[i]: pa.from_numpy_dtype(np.dtype(kind))
+        for i, kind in zip(wanted, kinds, strict=True)
+    }
+    try:
+        table = arrow_csv.read_csv(
+            io.BytesIO(body),
+            read_options=arrow_csv.ReadOptions(column_names=labels),
+            parse_options=arrow_csv.ParseOptions(
+                delimiter=layout.delimiter or " ", quote_char=False
+            ),
+            convert_options=arrow_csv.ConvertOptions(
+                column_types=types,
+                include_columns=[labels[i] for i in wanted],
+                null_values=list(MISSING),
+                decimal_point="," if layout.decimal_comma else ".",
+            ),
+        )
+    except pa.ArrowException:
+        return None
+    return [table.column(i).to_numpy() for i in range(len(wanted))]
+
+
+def _by_numpy(body: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> list[Column] | None:
+    # Every column is named, the unwanted ones as one byte, so that NumPy checks the row's width.
+    types = dict(zip(wanted, kinds, strict=True))
+    fields = [(f"c{i}", types.get(i, "S1")) for i in range(layout.width)]
+    text = decoded(body.translate(_SWAPPED) if layout.decimal_comma else body)
+    try:
+        rows = np.loadtxt(
+            io.StringIO(text),
+            dtype=np.dtype(fields),
+            delimiter=layout.delimiter,
+            comments=None,
+            quotechar=None,
+            ndmin=1,
+        )
+    except (ValueError, OverflowError):
+        return None
+    return [np.ascontiguousarray(rows[f"c{i}"]) for i in wanted]
+
+
+def _by_line(raw: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> list[Column]:
+    columns: list[list[float]] = [[] for _ in wanted]
+    for line, cells in _rows(raw, layout):
+        for values, index, kind in zip(columns, wanted, kinds, strict=True):
+            exact = whole(cells[index]) if kind is np.int64 else None
+            values.append(_value(cells[index], line, index, layout) if exact is None else exact)
+    return [_as_array(values, kind) for values, kind in zip(columns, kinds, strict=True)]
+
+
+def _rows(raw: bytes, layout: Layout) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number and the cells of each row; LogError if it has more cells or fewer."""
+    for at, line in enumerate(io.StringIO(decoded(raw), newline=None), start=1):
+        if at <= layout.lines_before or is_blank(line, layout.delimiter) or is_comment(line):
+            continue
+        cells = split(line, layout.delimiter)
+        if len(cells) != layout.width:
+            raise LogError(
+                f"line {at} has {len(cells)} cells, expected {layout.width} "
+                "as in the lines before it"
+            )
+        yield at, cells
+
+
+def _value(cell: str, line: int, index: int, layout: Layout) -> float:
+    try:
+        return number(cell, layout.decimal_comma)
+    except ValueError as error:
+        name = layout.names[index] if layout.names is not None else f"column_{index}"
+        shown = cell if len(cell) <= 40 else cell[:37] + "..."
+        raise LogError(f"line {line}, column '{name}': '{shown}' {error}") from None
+
+
+def _as_array(values: Sequence[float], kind: type[np.float64] | type[np.int64]) -> Column:
+    whole = kind is np.int64 and all(isinstance(v, int) and -(2**63) <= v < 2**63 for v in values)
+    return np.array(values, dtype=np.int64 if whole else np.float64)

@@ -1,0 +1,52 @@
+"""Arrays in files: known by shape and type, and read when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from zerorate.io.table import Column
+
+__all__ = ["Axis", "Stored", "loaded"]
+
+
+@dataclass(frozen=True)
+class Stored:
+    """An array that is read when it is asked for."""
+
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    read: Callable[[], Column]
+
+    @classmethod
+    def of(cls, array: Column) -> Stored:
+        """Return an array in memory in the same form."""
+        return cls(array.shape, array.dtype, lambda: array)
+
+    @property
+    def ndim(self) -> int:
+        """Number of dimensions."""
+        return len(self.shape)
+
+    def upright(self) -> Stored:
+        """Return the row and column vectors of MATLAB as one dimension."""
+        if self.ndim != 2 or 1 not in self.shape:
+            return self
+        rows = max(self.shape) if 0 not in self.shape else 0
+        return Stored((rows,), self.dtype, lambda: self.read().reshape(-1))
+
+
+class Axis(NamedTuple):
+    """An array (n,), or one column of an array (n, k)."""
+
+    array: Stored
+    at: int | None = None
+
+
+def loaded(axes: Sequence[Axis]) -> list[Column]:
+    """Return the columns, of which those of one array are read together."""
+    arrays = {array: array.read() for array in {axis.array for axis in axes}}
+    return [a if axis.at is None else a[:, axis.at] for axis in axes for a in [arrays[axis.array]]]
