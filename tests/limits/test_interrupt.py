@@ -1,4 +1,4 @@
-"""Ctrl-C ends long work at once, and leaves a filter as it was before the call."""
+"""Ctrl-C ends long work at once: a filter is then as it was before, or the call was over."""
 
 import pytest
 
@@ -50,16 +50,20 @@ f = {make}
 z = z if f.channels is None else np.stack([z] * f.channels, axis=1)
 f.process(z[:1000])
 before = f.to_bytes()
+f.{method}(z)
+after = f.to_bytes()
 
 def work():
     global f
     f = kind.from_bytes(before)
     f.{method}(z)
 
-kind = type(f)
-for _ in range(3):
+kind, left = type(f), []
+for _ in range(4):
     interrupted(work)
-    assert f.to_bytes() == before
+    left.append(f.to_bytes())
+# A signal may come once the call is over, while its answer is put away.
+assert before in left and set(left) <= {{before, after}}
 # And works on.
 f.{method}(z[:100])
 """
