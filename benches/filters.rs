@@ -76,7 +76,8 @@ fn channels(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("rows of", k), |b| {
             let rows = &signal[..k * HOUR];
             let mut outputs = vec![0.0; rows.len()];
-            let fresh = Bank::new(&drift::<3, 4>(Params::default()), k);
+            let fresh =
+                Bank::new(&drift::<3, 4>(Params::default()), k).expect("memory for some channels");
             b.iter(|| fresh.clone().process(black_box(rows), black_box(&mut outputs), &mut []));
         });
     }

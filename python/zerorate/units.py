@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple, overload
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["UNITS", "Unit", "canonical", "convert", "kind"]
+__all__ = ["UNITS", "Unit", "canonical", "convert", "kind", "whole_samples"]
 
 
 class Unit(NamedTuple):
@@ -34,6 +34,9 @@ _DEG: Final = math.pi / 180.0
 _METRE: Final = 1.0
 _G: Final = 9.80665
 """Standard gravity, exact by definition."""
+
+_MANY: Final = 2.0**62
+"""Samples that no record has."""
 
 UNITS: Final[dict[str, Unit]] = {
     "rad": Unit("angle", _RAD, 1.0),
@@ -237,3 +240,9 @@ def _factor(from_unit: str, to_unit: str) -> float:
             f"units of {source.kind} are {alike}"
         )
     return (source.amount / target.amount) * (target.time / source.time)
+
+
+def whole_samples(seconds: float, rate: float) -> int:
+    """Return the number of samples nearest to a time, for any finite one."""
+    # The product of two floats may be infinite, which is no whole number.
+    return round(min(max(seconds * rate, -_MANY), _MANY))

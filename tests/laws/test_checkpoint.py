@@ -1,7 +1,6 @@
 """Bytes that are no checkpoint of such a filter are refused in one clear sentence."""
 
 import pickle
-import zlib
 
 import numpy as np
 import pytest
@@ -9,20 +8,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import zerorate as zr
+from support.checkpoints import (
+    CHECKSUM,
+    CONTENT,
+    LAYOUT,
+    LENGTH,
+    SIGNATURE,
+    TAG,
+    VERSION,
+    P,
+    Q,
+    changed,
+    refuses,
+    sealed,
+    sealed_anew,
+)
 from support.checks import assert_same_bits, named
 from support.classes import EXAMPLES, STREAMS, assert_same_state, example
 from support.settings import METHODS, MOTIONS, ORDERS, OUTPUTS, RATE, start_of
-
-# The layout of a checkpoint: signature, version of the layout, tag and version of the type, orders,
-# length, content, checksum.
-SIGNATURE = b"ZRTE"
-LAYOUT = slice(4, 6)
-TAG = slice(6, 22)
-VERSION = slice(22, 24)
-P, Q = 24, 25
-LENGTH = slice(26, 30)
-CONTENT = 30
-CHECKSUM = 4
 
 BY_KIND = pytest.mark.parametrize("kind", EXAMPLES)
 RECORD = np.random.default_rng(8).standard_normal((150, 3))
@@ -37,27 +40,6 @@ def fed(f):
 def used(kind, channels=None):
     """One of EXAMPLES, after some samples."""
     return fed(example(kind, channels))
-
-
-def sealed(body):
-    """With the checksum that belongs to it."""
-    return bytes(body) + zlib.crc32(body).to_bytes(CHECKSUM, "little")
-
-
-def changed(b, place, value):
-    """With other bytes at ``place`` and a checksum that fits."""
-    body = bytearray(b[:-CHECKSUM])
-    body[place] = value
-    return sealed(body)
-
-
-def refuses(f, b, words):
-    with pytest.raises(ValueError, match=words) as error:
-        type(f).from_bytes(b)
-    message = str(error.value)
-    assert "\n" not in message
-    assert 20 < len(message) < 130
-    assert not message.endswith(".")
 
 
 @BY_KIND
@@ -145,9 +127,8 @@ def test_arbitrary_content_under_a_right_checksum(data):
 def test_other_content_under_a_right_checksum(kind, content):
     """Of another size; the last is no number of channels, and none of the filters."""
     f = used(kind)
-    body = bytearray(f.to_bytes()[:CONTENT] + content)
-    body[LENGTH] = (len(body) + CHECKSUM).to_bytes(4, "little")
-    refuses(f, sealed(body), "content is not the state of this filter")
+    other = sealed_anew(f.to_bytes()[:CONTENT] + content)
+    refuses(f, other, "content is not the state of this filter")
 
 
 @BY_KIND

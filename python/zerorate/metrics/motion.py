@@ -10,6 +10,7 @@ import numpy.typing as npt
 from zerorate.metrics.channels import columns, per_channel, positive, same_shape
 from zerorate.metrics.truth import rmse
 from zerorate.types import Floats
+from zerorate.units import whole_samples
 
 __all__ = ["MotionError", "delay", "equal_delay_lowpass", "motion_error", "moved"]
 
@@ -158,7 +159,7 @@ def delay(
     """
     x, y = columns("reference", reference), columns("estimate", estimate)
     same_shape("reference", x, "estimate", y)
-    most = round(positive("max_delay", max_delay) * positive("rate", rate))
+    most = whole_samples(positive("max_delay", max_delay), positive("rate", rate))
     if not 1 <= most <= (x.shape[1] - 3) // 2:
         raise ValueError(
             f"a max_delay of {max_delay} s is {most} samples: it must be at least 1, and less "

@@ -9,6 +9,7 @@ from zerorate.io.missing import floats
 from zerorate.metrics import rotations
 from zerorate.metrics.channels import positive
 from zerorate.types import Floats, Integers
+from zerorate.units import whole_samples
 
 __all__ = ["orientation_error_growth"]
 
@@ -66,7 +67,7 @@ def orientation_error_growth(
             f"rates and quaternions must be of one length, got {len(w)} and {len(reference)}"
         )
     hertz = positive("rate", rate)
-    step = max(1, round(positive("every", every) * hertz))
+    step = max(1, whole_samples(positive("every", every), hertz))
     missing = np.any(~np.isfinite(w), axis=1)
     vectors = np.where(missing[:, np.newaxis], 0.0, w / hertz)
     turned = rotations.cumulative_product(rotations.of_rotation_vectors(vectors))
@@ -103,7 +104,7 @@ def _of_width(name: str, data: npt.ArrayLike, width: int) -> Floats:
 
 
 def _samples(horizon: float, rate: float, n: int) -> int:
-    m = round(positive("horizon", horizon) * rate)
+    m = whole_samples(positive("horizon", horizon), rate)
     if not 1 <= m < n:
         raise ValueError(
             f"a horizon of {horizon} s is {m} samples: it must be at least 1 and less than the "

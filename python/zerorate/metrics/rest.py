@@ -17,6 +17,7 @@ from zerorate.metrics.channels import (
     spread,
 )
 from zerorate.types import Floats
+from zerorate.units import whole_samples
 
 __all__ = ["AllanRatio", "allan_ratio", "coasting_error", "mean_shift", "reduction"]
 
@@ -122,7 +123,7 @@ def coasting_error(
     """
     z, x = columns("raw", raw), columns("estimate", estimate)
     same_shape("raw", z, "estimate", x)
-    m = round(positive("horizon", horizon) * positive("rate", rate))
+    m = whole_samples(positive("horizon", horizon), positive("rate", rate))
     if not 1 <= m < z.shape[1]:
         raise ValueError(
             f"a horizon of {horizon} s is {m} samples: it must be at least 1 and less than the "

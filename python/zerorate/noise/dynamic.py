@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 from zerorate.types import Floats
+from zerorate.units import whole_samples
 
 __all__ = ["DynamicAllan", "dynamic_allan"]
 
@@ -152,13 +153,13 @@ def _sizes(n: int, rate: float, window: float | None, step: float | None) -> tup
     for name, time in (("window", window), ("step", step)):
         if time is not None and not math.isfinite(time):
             raise ValueError(f"{name} must be a finite time in s, got {time}")
-    size = n // 10 if window is None else round(window * rate)
+    size = n // 10 if window is None else whole_samples(window, rate)
     if not _LEAST_SAMPLES <= size <= n:
         raise ValueError(
             f"a window must hold {_LEAST_SAMPLES} to {n} samples (the record), "
             f"{size / rate:g} s hold {size}"
         )
-    stride = max((n - size) // _WINDOWS, 1) if step is None else round(step * rate)
+    stride = max((n - size) // _WINDOWS, 1) if step is None else whole_samples(step, rate)
     if stride < 1:
         raise ValueError(f"step must be at least one sample, {1.0 / rate:g} s, got {step}")
     return size, stride

@@ -117,13 +117,16 @@ def factors(
     wanted = np.atleast_1d(np.asarray(taus, dtype=np.float64))
     if wanted.ndim != 1 or wanted.size == 0 or not np.all(np.isfinite(wanted) & (wanted > 0.0)):
         raise ValueError("taus must be positive and finite averaging times in s, at least one")
-    exact = wanted * rate / _time_of_factor(kind)
+    with np.errstate(over="ignore"):
+        exact = wanted * rate / _time_of_factor(kind)
     found = _whole(exact, kind)
+    # As floats: a factor beyond all integers would become a small one.
     if found.max() > longest:
         limit = longest * _time_of_factor(kind) / rate
         raise ValueError(
             f"tau {wanted.max():g} s is beyond this record: its {kind.name} goes up to {limit:g} s"
         )
+    found = found.astype(np.int64)
     return np.unique(found), tuple(_rounded(wanted, exact, found, kind, rate))
 
 
@@ -137,10 +140,10 @@ def _time_of_factor(kind: Kind) -> float:
     return 0.75 if kind.name == "theo1" else 1.0
 
 
-def _whole(exact: Floats, kind: Kind) -> Integers:
+def _whole(exact: Floats, kind: Kind) -> Floats:
     if kind.name == "theo1":
-        return np.maximum(2 * np.rint(exact / 2.0).astype(np.int64), _LEAST_THEO1)
-    return np.maximum(np.rint(exact).astype(np.int64), 1)
+        return np.maximum(2.0 * np.rint(exact / 2.0), _LEAST_THEO1)
+    return np.maximum(np.rint(exact), 1.0)
 
 
 def _rounded(

@@ -58,6 +58,9 @@ pub enum Error {
         /// How much was asked for.
         bytes: usize,
     },
+    /// Work was asked to end before its result was there.
+    #[error("stopped before the result was there")]
+    Stopped,
 }
 
 pub(crate) fn check_positive(

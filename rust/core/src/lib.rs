@@ -22,9 +22,13 @@ mod error;
 #[cfg(feature = "std")]
 pub mod identify;
 pub mod math;
+#[cfg(feature = "std")]
+pub mod memory;
 mod rest;
 pub mod score;
 pub mod stream;
+#[cfg(feature = "std")]
+pub mod work;
 
 pub use drift::{
     AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Method, Params,

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 use zerorate_core::checkpoint::{self, Checkpoint};
 use zerorate_core::stream::{Field, Output, Shape, Traced};
-use zerorate_core::{Bank, Stream};
+use zerorate_core::{Bank, Error, Stream};
 
 // From here to the next such line: the filter, whole.
 
@@ -64,6 +64,10 @@ impl Stream for Centred {
 impl Checkpoint for Centred {
     const TAG: &'static str = "test-centred";
     const VERSION: u16 = 1;
+
+    fn is_sound(&self) -> bool {
+        self.threshold >= 0.0 && self.mean.iter().all(|mean| mean.is_finite())
+    }
 }
 
 // Its end.
@@ -80,6 +84,10 @@ fn new() -> Centred {
     Centred { threshold: 1.0, samples: 0, mean: [0.0; 3], turning: false }
 }
 
+fn bank(channels: usize) -> Bank<Centred> {
+    Bank::new(&new(), channels).expect("memory for some channels")
+}
+
 fn bits(numbers: &[f64]) -> Vec<u64> {
     numbers.iter().map(|number| number.to_bits()).collect()
 }
@@ -87,7 +95,7 @@ fn bits(numbers: &[f64]) -> Vec<u64> {
 /// Rows through a bank: numbers and flags.
 fn through(bank: &mut Bank<Centred>, rows: &[f64], threads: usize) -> (Vec<f64>, Vec<bool>) {
     let (mut numbers, mut flags) = (vec![0.0; rows.len()], vec![false; rows.len() / 3]);
-    bank.process_on_threads(rows, &mut numbers, &mut flags, threads);
+    bank.process_on_threads(rows, &mut numbers, &mut flags, threads).expect("memory for some rows");
     (numbers, flags)
 }
 
@@ -114,7 +122,7 @@ proptest! {
         let rows = &samples[..600 / (3 * channels) * 3 * channels];
         let expected = one_by_one(channels, rows);
         let at = (rows.len() as f64 * part) as usize / (3 * channels) * 3 * channels;
-        let mut first = Bank::new(&new(), channels);
+        let mut first = bank(channels);
         let (mut numbers, mut flags) = through(&mut first, &rows[..at], 1);
         let bytes = checkpoint::save(Some(channels), &first).expect("a bank can be saved");
         let (_, mut second) = checkpoint::restore::<Centred>(&bytes).expect("and restored");
@@ -130,10 +138,10 @@ proptest! {
 #[test]
 fn threads_give_the_same() {
     let rows = drifting(5 * 3 * 40_000, 3);
-    let alone = through(&mut Bank::new(&new(), 5), &rows, 1);
+    let alone = through(&mut bank(5), &rows, 1);
     assert_eq!(bits(&alone.0), bits(&one_by_one(5, &rows).0));
     for threads in [2, 3, 64] {
-        let spread = through(&mut Bank::new(&new(), 5), &rows, threads);
+        let spread = through(&mut bank(5), &rows, threads);
         assert_eq!(bits(&spread.0), bits(&alone.0));
         assert_eq!(spread.1, alone.1);
     }
@@ -147,7 +155,7 @@ fn batches_traces_and_resets_come_with_it() {
     assert_eq!(outputs.last().map(|output| output.turning), Some(stream.turning));
     assert_eq!(restored(&stream), stream);
 
-    let mut bank = Bank::new(&new(), 1);
+    let mut bank = bank(1);
     let mut means = vec![0.0; 300];
     bank.trace(samples.as_flattened(), &mut means, &mut []);
     assert_eq!(means[297..], stream.mean);
@@ -156,9 +164,17 @@ fn batches_traces_and_resets_come_with_it() {
 }
 
 #[test]
+fn more_channels_than_memory_are_an_error() {
+    for channels in [1 << 44, 1 << 62, usize::MAX] {
+        let refused = Bank::new(&new(), channels).map(|_| ());
+        assert!(matches!(refused, Err(Error::Memory { .. })));
+    }
+}
+
+#[test]
 fn another_type_is_refused_by_name() {
     let error = checkpoint::restore::<zerorate_core::RestDetector<f64>>(
-        &checkpoint::save(None, &Bank::new(&new(), 1)).expect("a bank can be saved"),
+        &checkpoint::save(None, &bank(1)).expect("a bank can be saved"),
     );
     let text = error.expect_err("another type").to_string();
     assert_eq!(

@@ -68,7 +68,7 @@ fn together_and_alone<const N: usize, const M: usize>(
     let (mut bank, mut outputs) = (Bank::of(filters.clone()), vec![0.0; rows.len()]);
     let length = pieces * channels;
     for (rows, outputs) in rows.chunks(length).zip(outputs.chunks_mut(length)) {
-        bank.process_on_threads(rows, outputs, &mut [], threads);
+        bank.process_on_threads(rows, outputs, &mut [], threads).expect("memory for some rows");
     }
     let (mut alone, mut expected) = (filters, rows.to_vec());
     for (i, z) in expected.iter_mut().enumerate() {

@@ -175,7 +175,8 @@ proptest! {
             (0..500).flat_map(|k| signals.iter().map(move |signal| signal[k])).collect();
         let mut outputs = vec![0.0; rows.len()];
         zerorate_core::Bank::new(&filter::<3, 4>(params, None), 3)
-            .process_on_threads(&rows, &mut outputs, &mut [], threads);
+            .and_then(|mut bank| bank.process_on_threads(&rows, &mut outputs, &mut [], threads))
+            .expect("memory for some rows");
         for (c, signal) in signals.iter().enumerate() {
             let alone = processed(&mut filter::<3, 4>(params, None), signal);
             let together: Vec<f64> = outputs.iter().skip(c).step_by(3).copied().collect();

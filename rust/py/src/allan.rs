@@ -67,8 +67,8 @@ impl AllanNoise {
             PyValueError::new_err(format!("noise must be 'allan' or 'hadamard', got '{noise}'"))
         })?;
         let noise = core::AllanNoise::new(fading, kind, floor).map_err(NativeError::from)?;
-        let bank = Box::new(Bank::new(&noise, channels.unwrap_or(1)));
-        Ok(Self { shared: Shared::new(channels, bank) })
+        let bank = Bank::new(&noise, channels.unwrap_or(1)).map_err(NativeError::from)?;
+        Ok(Self::of(channels, bank).map_err(NativeError::from)?)
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
@@ -90,7 +90,11 @@ impl AllanNoise {
 impl AllanNoise {
     fn restored(bytes: &[u8]) -> Result<Self, Error> {
         let (channels, bank) = checkpoint::restore(bytes)?;
-        Ok(Self { shared: Shared::new(channels, Box::new(bank)) })
+        Self::of(channels, bank)
+    }
+
+    fn of(channels: Option<usize>, bank: Bank<core::AllanNoise<f64>>) -> Result<Self, Error> {
+        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
     }
 }
 
@@ -164,9 +168,9 @@ impl StreamingAllan {
                 PyValueError::new_err(format!("octaves must be from 1 to {most}, got {octaves}"))
             })?;
         let channels = streaming::channels(channels)?;
-        let streams = (0..channels.unwrap_or(1)).map(|_| core::StreamingAllan::new(rate, octaves));
-        let streams = streams.collect::<Result<_, _>>().map_err(NativeError::from)?;
-        Ok(Self { shared: Shared::new(channels, Box::new(Bank::of(streams))) })
+        let allan = core::StreamingAllan::new(rate, octaves).map_err(NativeError::from)?;
+        let bank = Bank::new(&allan, channels.unwrap_or(1)).map_err(NativeError::from)?;
+        Ok(Self::of(channels, bank).map_err(NativeError::from)?)
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
@@ -232,7 +236,11 @@ impl StreamingAllan {
 impl StreamingAllan {
     fn restored(bytes: &[u8]) -> Result<Self, Error> {
         let (channels, bank) = checkpoint::restore(bytes)?;
-        Ok(Self { shared: Shared::new(channels, Box::new(bank)) })
+        Self::of(channels, bank)
+    }
+
+    fn of(channels: Option<usize>, bank: Bank<core::StreamingAllan>) -> Result<Self, Error> {
+        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
     }
 
     fn first(&self) -> &core::StreamingAllan {

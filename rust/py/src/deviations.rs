@@ -4,9 +4,11 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use zerorate_core::allan::{Curve, Kind, Record, curves};
 use zerorate_core::stream::on_pool;
+use zerorate_core::work::Current;
 
 use crate::common::arrays;
 use crate::common::streaming::positive;
+use crate::common::work::interruptible;
 
 type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
@@ -74,12 +76,13 @@ pub fn allan_deviations<'py>(
     let threads = threads.map(|n| positive("threads", n.min(i128::from(u16::MAX)))).transpose()?;
     let columns = arrays::columns(z)?;
     let shape: Vec<usize> = std::iter::once(factors.len()).chain(columns.axes).collect();
-    let curves = z.py().detach(|| {
+    let samples = columns.values.iter().map(Vec::len).sum();
+    let curves = interruptible(z.py(), samples, || {
         on_threads(threads, |parallel| {
             let records = Record::of_columns(columns.values, bridge, parallel);
             curves(&records, kind, &factors, parallel)
         })
-    })?;
+    })??;
     tabulate(z.py(), &curves, &shape)
 }
 
@@ -112,7 +115,8 @@ fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce(bool) -> R + Se
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().map_err(|error| {
                 PyRuntimeError::new_err(format!("{n} threads could not be started: {error}"))
             })?;
-            Ok(pool.install(|| work(true)))
+            let current = Current::here();
+            Ok(pool.install(|| current.run(|| work(true))))
         }
     }
 }

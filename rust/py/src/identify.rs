@@ -8,6 +8,7 @@ use zerorate_core::identify::{self, Arma, Estimator, FitError, Hampel};
 
 use crate::common::arrays;
 use crate::common::streaming::positive;
+use crate::common::work::interruptible;
 
 type Vector<'py, T = f64> = Bound<'py, PyArray1<T>>;
 type Matrix<'py, T = f64> = Bound<'py, PyArray2<T>>;
@@ -32,8 +33,9 @@ pub fn fit_autoregression<'py>(
 ) -> PyResult<(Vector<'py>, f64, f64, Matrix<'py>, usize, f64)> {
     let (py, estimator) = (z.py(), estimator(method)?);
     let record = arrays::axis(z)?;
-    // A nanosecond or two a sample: less than a copy, so the lock is kept.
-    let fit = estimator.fit(record.as_slice()?, order, constant).map_err(value_error)?;
+    let z = record.as_slice()?;
+    let fit = interruptible(py, work_of(z, order), || estimator.fit(z, order, constant))?
+        .map_err(value_error)?;
     let covariance = matrix(py, fit.covariance.as_slice().to_vec(), order + 1)?;
     Ok((fit.phi.into_pyarray(py), fit.constant, fit.sigma2, covariance, fit.n, fit.condition))
 }
@@ -48,9 +50,16 @@ pub fn autoregression_variances<'py>(
 ) -> PyResult<(Vector<'py>, usize)> {
     let estimator = estimator(method)?;
     let record = arrays::axis(z)?;
-    let found = estimator.variances(record.as_slice()?, order, constant);
+    let (py, z) = (z.py(), record.as_slice()?);
+    let found = interruptible(py, work_of(z, order), || estimator.variances(z, order, constant))?;
     let (variances, n) = found.map_err(value_error)?;
-    Ok((variances.into_pyarray(z.py()), n))
+    Ok((variances.into_pyarray(py), n))
+}
+
+/// Samples that take a thousand times as long as one of this record, which at low orders takes no
+/// longer than a copy.
+fn work_of(z: &[f64], order: usize) -> usize {
+    z.len().saturating_mul(order.saturating_add(1)) / 1000
 }
 
 fn estimator(method: &str) -> PyResult<Estimator> {
@@ -113,11 +122,11 @@ pub fn arma_fit<'py>(
     let (py, values) = (z.py(), arrays::record(z)?);
     check_start(start.as_deref(), p + q + usize::from(constant))?;
     let method = if exact { Method::Exact } else { Method::Conditional };
-    let found = py.detach(|| {
+    let found = interruptible(py, values.len(), || {
         let series = Series::new(values, constant);
         check_residuals(&series, p, q)?;
         Ok::<_, PyErr>(arma::fit(&series, p, q, constant, method, start))
-    })?;
+    })??;
     let Estimate { phi, theta, covariance, on_circle: (ar, ma), moments, .. } = found;
     let (mean, deviation) = moments;
     let [phi, theta] = [phi, theta].map(|values| values.into_pyarray(py));
@@ -148,11 +157,11 @@ type Grid<'py> = (Matrix<'py>, Matrix<'py, bool>, Matrix<'py, i64>, usize, Vec<V
 #[pyfunction]
 pub fn arma_grid<'py>(z: &Bound<'py, PyAny>, p: usize, q: usize) -> PyResult<Grid<'py>> {
     let (py, values) = (z.py(), arrays::record(z)?);
-    let (cells, count) = py.detach(|| {
+    let (cells, count) = interruptible(py, values.len(), || {
         let series = Series::new(values, true);
         let count = check_residuals(&series, p, q)?;
         Ok::<_, PyErr>((arma::grid(&series, p, q, true), count))
-    })?;
+    })??;
     let evaluations = cells.iter().map(|cell| cell.evaluations as i64).collect();
     Ok((
         matrix(py, cells.iter().map(|cell| cell.sigma2).collect(), p + 1)?,
@@ -180,7 +189,8 @@ pub fn arma_likelihood(
 ) -> PyResult<(f64, f64, usize)> {
     check_orders(phi.len(), theta.len())?;
     let values = arrays::record(z)?;
-    let found = z.py().detach(|| arma::likelihood(&values, &phi, &theta, mean));
+    let n = values.len();
+    let found = interruptible(z.py(), n, || arma::likelihood(&values, &phi, &theta, mean))?;
     let found = found.ok_or_else(|| {
         PyValueError::new_err(format!("phi must be stationary for a likelihood, got {phi:?}"))
     })?;
@@ -214,7 +224,7 @@ pub fn arma_residuals<'py>(
 ) -> PyResult<Vector<'py>> {
     let values = arrays::record(z)?;
     let model = Arma { phi: &phi, theta: &theta, centre, constant };
-    let residuals = z.py().detach(|| model.residuals(&values));
+    let residuals = interruptible(z.py(), values.len(), || model.residuals(&values))?;
     Ok(residuals.into_pyarray(z.py()))
 }
 
@@ -283,7 +293,7 @@ pub fn without_outliers<'py>(
 ) -> PyResult<(Vector<'py>, Vector<'py, i64>)> {
     let hampel = Hampel { width: positive("width", width)?, threshold, least_deviation };
     let (py, mut values) = (z.py(), arrays::record(z)?);
-    let places = py.detach(|| hampel.clean(&mut values));
+    let places = interruptible(py, values.len(), || hampel.clean(&mut values))?;
     let places: Vec<i64> = places.into_iter().map(|k| k as i64).collect();
     Ok((values.into_pyarray(py), places.into_pyarray(py)))
 }
@@ -315,7 +325,7 @@ pub fn lagged_products<'py>(
 ) -> PyResult<(Vector<'py>, Vector<'py, i64>)> {
     let lags = positive("lags", lags)?;
     let (py, values) = (z.py(), arrays::record(z)?);
-    let products = py.detach(|| identify::lagged_products(&values, lags));
+    let products = interruptible(py, values.len(), || identify::lagged_products(&values, lags))?;
     let pairs: Vec<i64> = products.pairs.into_iter().map(|count| count as i64).collect();
     Ok((products.sums.into_pyarray(py), pairs.into_pyarray(py)))
 }
@@ -341,10 +351,10 @@ pub fn lagged_products<'py>(
 #[pyfunction]
 pub fn reversals(z: &Bound<'_, PyAny>) -> PyResult<(u64, u64, f64)> {
     let values = arrays::record(z)?;
-    let found = z.py().detach(|| {
+    let found = interruptible(z.py(), values.len(), || {
         let complete = values.iter().all(|z| z.is_finite());
         complete.then(|| identify::reversals(values))
-    });
+    })?;
     let found = found.ok_or_else(|| PyValueError::new_err("z must hold finite samples only"))?;
     Ok((found.count, found.ties, found.tie_weight))
 }

@@ -57,7 +57,7 @@ fn new_sized<const N: usize, const M: usize>(
     channels: usize,
 ) -> PyResult<Box<dyn ModelBank>> {
     let model = Core::<f64, N, M>::new(params).map_err(NativeError::from)?;
-    Ok(Box::new(Bank::new(&model, channels)))
+    Ok(Box::new(Bank::new(&model, channels).map_err(NativeError::from)?))
 }
 
 type Restored = (Option<usize>, Box<dyn ModelBank>);
@@ -142,7 +142,7 @@ impl RecursiveLeastSquares {
         let params = RlsParams { forgetting_factor, startup, scale };
         let (order, channel_count) = (order.0, channels.unwrap_or(1));
         let model = for_order!(order, new_sized(params, channel_count), Err(order_error(order)))?;
-        Ok(Self { shared: Shared::new(channels, model) })
+        Ok(Self { shared: Shared::new(channels, model).map_err(NativeError::from)? })
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
@@ -203,6 +203,6 @@ impl RecursiveLeastSquares {
         }
         let order = (found.sizes[0], found.sizes[1]);
         let (channels, bank) = for_order!(order, restored_sized(bytes), Err(Error::Content))?;
-        Ok(Self { shared: Shared::new(channels, bank) })
+        Ok(Self { shared: Shared::new(channels, bank)? })
     }
 }

@@ -66,8 +66,8 @@ impl RestDetector {
     fn new(rate: f64, channels: Option<i128>) -> PyResult<Self> {
         let channels = streaming::channels(channels)?;
         let detector = Core::new(rate).map_err(NativeError::from)?;
-        let bank = Box::new(Bank::new(&detector, channels.unwrap_or(1)));
-        Ok(Self { shared: Shared::new(channels, bank) })
+        let bank = Bank::new(&detector, channels.unwrap_or(1)).map_err(NativeError::from)?;
+        Ok(Self::of(channels, bank).map_err(NativeError::from)?)
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
@@ -94,7 +94,11 @@ impl RestDetector {
 impl RestDetector {
     fn restored(bytes: &[u8]) -> Result<Self, Error> {
         let (channels, bank) = checkpoint::restore(bytes)?;
-        Ok(Self { shared: Shared::new(channels, Box::new(bank)) })
+        Self::of(channels, bank)
+    }
+
+    fn of(channels: Option<usize>, bank: Bank<Core<f64>>) -> Result<Self, Error> {
+        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
     }
 
     fn first(&self) -> &Core<f64> {

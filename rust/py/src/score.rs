@@ -1,8 +1,10 @@
 //! Measures of a replay for Python, and the average that a filter has to beat.
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use zerorate_core::memory;
 use zerorate_core::score::{AxisScores, Score, Totals};
 
 use crate::common::arrays;
@@ -34,10 +36,22 @@ pub struct ReplayScores {
 impl ReplayScores {
     #[new]
     #[pyo3(signature = (axes, estimates, horizons, delay=None))]
-    fn new(axes: usize, estimates: usize, horizons: Vec<usize>, delay: Option<usize>) -> Self {
-        let axis = AxisScores::new(estimates, &horizons, delay.unwrap_or(0));
+    fn new(
+        axes: usize,
+        estimates: usize,
+        horizons: Vec<usize>,
+        delay: Option<usize>,
+    ) -> PyResult<Self> {
+        if let Some(zero) = horizons.iter().find(|horizon| **horizon == 0) {
+            return Err(PyValueError::new_err(format!("a horizon must be at least 1, got {zero}")));
+        }
+        let mut all = memory::room(axes).map_err(NativeError::from)?;
+        for _ in 0..axes {
+            let axis = AxisScores::new(estimates, &horizons, delay.unwrap_or(0));
+            all.push(axis.map_err(NativeError::from)?);
+        }
         let leaves_out_motion = delay.is_some();
-        Self { axes: vec![axis; axes], estimates, horizons: horizons.len(), leaves_out_motion }
+        Ok(Self { axes: all, estimates, horizons: horizons.len(), leaves_out_motion })
     }
 
     /// Takes a block of samples (k, n), the estimates of each method, where the filter learned, and

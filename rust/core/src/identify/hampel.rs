@@ -2,8 +2,13 @@
 
 use std::ops::Range;
 
+use crate::work;
+
 /// The standard deviation of Gaussian samples over their median absolute deviation.
 const DEVIATION_OF_MAD: f64 = 1.482_602_218_505_602;
+
+/// Samples after which work that was asked to stop does.
+const LOOKED_AT: usize = 256;
 
 /// The window and what lies outside of it.
 #[derive(Debug, Clone, Copy)]
@@ -24,15 +29,18 @@ impl Hampel {
         let mut window = Window::with_capacity(self.width.min(record.len()));
         let (mut within, mut found) = (0..0, Vec::new());
         for k in 0..record.len() {
+            if k.is_multiple_of(LOOKED_AT) {
+                work::pause();
+            }
             let wanted = reach(k, self.width, record.len());
             window.slide(record, &within, &wanted);
             within = wanted;
             if let Some(median) = self.outlier(record[k], &window) {
-                found.push((k, median));
+                work::push(&mut found, (k, median));
             }
         }
         found.iter().for_each(|(k, median)| record[*k] = *median);
-        found.into_iter().map(|(k, _)| k).collect()
+        work::gathered(found.into_iter().map(|(k, _)| k))
     }
 
     /// The median, if `z` is too far from it.
@@ -64,7 +72,7 @@ struct Window(Vec<f64>);
 
 impl Window {
     fn with_capacity(width: usize) -> Self {
-        Self(Vec::with_capacity(width + 1))
+        Self(work::room(width + 1))
     }
 
     fn slide(&mut self, record: &[f64], from: &Range<usize>, to: &Range<usize>) {

@@ -3,9 +3,13 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::math::segments::segments;
+use crate::work;
 
 /// Samples that stay in the cache while every lag passes over them.
 const BLOCK: usize = 2048;
+
+/// Lags after which work that was asked to stop does.
+const LAGS: usize = 256;
 
 /// Independent sums, which hide the time that one addition takes.
 const SUMS: usize = 4;
@@ -21,7 +25,9 @@ pub struct LaggedProducts {
 
 /// Products at lags 0 to `lags` of a record; none reaches across a missing sample.
 pub fn lagged_products(record: &[f64], lags: usize) -> LaggedProducts {
-    let mut products = LaggedProducts { sums: vec![0.0; lags + 1], pairs: vec![0; lags + 1] };
+    let count = lags.saturating_add(1);
+    let mut products =
+        LaggedProducts { sums: work::filled(0.0, count), pairs: work::filled(0, count) };
     let arch = Arch::new();
     for segment in segments(record) {
         let lags = lags.min(segment.len() - 1);
@@ -45,6 +51,9 @@ impl WithSimd for AddProducts<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         for start in (0..self.segment.len()).step_by(BLOCK) {
             for (lag, sum) in self.sums.iter_mut().enumerate() {
+                if lag.is_multiple_of(LAGS) {
+                    work::pause();
+                }
                 let later = self.segment.get(start + lag..).unwrap_or_default();
                 let length = later.len().min(BLOCK);
                 *sum += product(simd, &self.segment[start..][..length], &later[..length]);

@@ -1,6 +1,7 @@
 //! Residuals of a given ARMA model.
 
 use crate::math::segments::segment_ranges;
+use crate::work;
 
 /// An ARMA model that is applied, not estimated.
 #[derive(Debug, Clone, Copy)]
@@ -21,7 +22,7 @@ impl Arma<'_> {
     /// Every segment starts anew: before it samples are taken to be at the centre and residuals
     /// zero. Its first `p` residuals rest on that, and are NaN as those of missing samples.
     pub fn residuals(&self, record: &[f64]) -> Vec<f64> {
-        let mut residuals = vec![f64::NAN; record.len()];
+        let mut residuals = work::filled(f64::NAN, record.len());
         for range in segment_ranges(record) {
             let part = &mut residuals[range.clone()];
             self.autoregress(&record[range], part);

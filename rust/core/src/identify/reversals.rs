@@ -1,7 +1,12 @@
 //! Reversals of a record's order: pairs of values of which the earlier one is the greater.
 
+use crate::work;
+
 /// Blocks of so few values are sorted by insertion.
 const BLOCK: usize = 16;
+
+/// Blocks of more are sorted only as long as nobody has asked the work to stop.
+const LOOKED_AT: usize = 1 << 14;
 
 /// How often the order of values is reversed, and how often it cannot be told.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +25,7 @@ pub struct Reversals {
 /// remain of the left one.
 pub fn reversals(values: Vec<f64>) -> Reversals {
     let mut keys: Vec<i64> = values.into_iter().map(key).collect();
-    let mut scratch = vec![0; keys.len() / 2];
+    let mut scratch = work::filled(0, keys.len() / 2);
     let count = sort(&mut keys, &mut scratch);
     let groups = keys.chunk_by(|a, b| a == b).map(|group| group.len() as u64);
     let (ties, tie_weight) = groups.filter(|t| *t > 1).fold((0, 0.0), |(ties, weight), t| {
@@ -40,6 +45,9 @@ fn key(z: f64) -> i64 {
 fn sort(values: &mut [i64], scratch: &mut [i64]) -> u64 {
     if values.len() <= BLOCK {
         return insert(values);
+    }
+    if values.len() > LOOKED_AT {
+        work::pause();
     }
     let (left, right) = values.split_at_mut(values.len() / 2);
     let within = sort(left, scratch) + sort(right, scratch);

@@ -9,12 +9,15 @@ pub fn map<T: Send, R: Send>(
     f: impl Fn(T) -> R + Sync + Send,
 ) -> Vec<R> {
     use crate::stream::threads::on_pool;
+    use crate::work::Current;
     use rayon::prelude::*;
 
     if !parallel {
         return tasks.into_iter().map(f).collect();
     }
-    let spread = || tasks.into_par_iter().map(f).collect();
+    let work = Current::here();
+    let task = |task| work.clone().run(|| f(task));
+    let spread = || tasks.into_par_iter().map(task).collect();
     match rayon::current_thread_index() {
         Some(_) => spread(),
         None => on_pool(spread),

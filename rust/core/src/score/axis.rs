@@ -5,6 +5,8 @@ use pulp::Arch;
 use super::BLOCK;
 use super::coasting::{Block, Coasting};
 use super::sums::{Moments, Sum, widened};
+use crate::error::Error;
+use crate::memory;
 
 /// Measures of one series, NaN where one means nothing.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,19 +61,25 @@ pub struct AxisScores {
 
 impl AxisScores {
     /// For so many estimates, horizons in samples, and samples to leave out before a motion.
-    pub fn new(estimates: usize, horizons: &[usize], delay: usize) -> Self {
-        let series = estimates + 1;
-        Self {
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if there is none for such horizons.
+    pub fn new(estimates: usize, horizons: &[usize], delay: usize) -> Result<Self, Error> {
+        let series = estimates.saturating_add(1);
+        Ok(Self {
             totals: Totals::default(),
             resting: false,
             delay,
-            pending: vec![Vec::new(); series],
+            pending: memory::filled(Vec::new(), series)?,
             truth: Vec::new(),
-            moments: vec![Moments::new(); series],
-            errors: vec![Sum::default(); series],
+            moments: memory::filled(Moments::new(), series)?,
+            errors: memory::filled(Sum::default(), series)?,
             level: None,
-            coasting: horizons.iter().map(|m| Coasting::new(*m, series)).collect(),
-        }
+            coasting: horizons
+                .iter()
+                .map(|m| Coasting::new(*m, series))
+                .collect::<Result<_, _>>()?,
+        })
     }
 
     /// Takes samples, flags of rest if motion is to be left out, each estimate, and the truth if it
@@ -206,7 +214,7 @@ mod tests {
     fn scored(pieces: usize) -> Vec<Score> {
         let (raw, estimate) = (noise(3000), noise(3100).split_off(100));
         let rest: Vec<bool> = (0..3000).map(|i| i % 700 < 600).collect();
-        let mut axis = AxisScores::new(1, &[50, 300], 30);
+        let mut axis = AxisScores::new(1, &[50, 300], 30).expect("memory");
         for first in (0..raw.len()).step_by(pieces) {
             let piece = first..raw.len().min(first + pieces);
             let estimate = &estimate[piece.clone()];
@@ -227,7 +235,7 @@ mod tests {
 
     #[test]
     fn samples_before_a_motion_are_left_out() {
-        let mut axis = AxisScores::new(0, &[], 2);
+        let mut axis = AxisScores::new(0, &[], 2).expect("memory");
         axis.take(&[1.0, 1.0, 1.0, 5.0], Some(&[true; 4]), &[], None);
         axis.take(&[5.0, 9.0, 1.0], Some(&[true, false, true]), &[], None);
         let score = &axis.finish()[0];

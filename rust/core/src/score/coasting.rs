@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use super::BLOCK;
 use super::sums::{Sum, summed};
+use crate::error::Error;
+use crate::memory;
 
 /// The samples of one block, and their sums.
 #[derive(Debug)]
@@ -38,8 +40,9 @@ pub struct Coasting {
 }
 
 impl Coasting {
-    pub fn new(length: usize, series: usize) -> Self {
-        Self { windows: Windows::new(length), held: vec![Held::new(length); series] }
+    pub fn new(length: usize, series: usize) -> Result<Self, Error> {
+        let held = (0..series).map(|_| Held::new(length)).collect::<Result<_, _>>()?;
+        Ok(Self { windows: Windows::new(length)?, held })
     }
 
     /// Takes one block, and the estimates at the same times.
@@ -80,8 +83,9 @@ struct Windows {
 }
 
 impl Windows {
-    fn new(length: usize) -> Self {
-        Self { at: 0, sums: vec![0.0; length], before: 0.0, now: 0.0, present: 0 }
+    fn new(length: usize) -> Result<Self, Error> {
+        let sums = memory::filled(0.0, length)?;
+        Ok(Self { at: 0, sums, before: 0.0, now: 0.0, present: 0 })
     }
 
     /// Puts into `angles` the sum that ends at each sample, above the level; NaN where one of its
@@ -126,8 +130,9 @@ struct Held {
 }
 
 impl Held {
-    fn new(length: usize) -> Self {
-        Self { estimates: vec![f64::NAN; length], squares: Sum::default(), count: 0 }
+    fn new(length: usize) -> Result<Self, Error> {
+        let estimates = memory::filled(f64::NAN, length)?;
+        Ok(Self { estimates, squares: Sum::default(), count: 0 })
     }
 
     #[inline(always)]
@@ -158,7 +163,7 @@ mod tests {
     use super::*;
 
     fn error(length: usize, z: &[f64], x: &[f64]) -> f64 {
-        let mut coasting = Coasting::new(length, 1);
+        let mut coasting = Coasting::new(length, 1).expect("memory");
         let whole = z.iter().all(|z| z.is_finite());
         coasting.take(&Block::new(z, whole, 1.0), &[x]);
         coasting.error(0)

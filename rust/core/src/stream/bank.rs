@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Input, Output, Stream, Traced};
+use crate::error::Error;
+use crate::memory;
 
 /// Rows that channels sharing registers work on before the next ones: putting their states
 /// together and taking them apart costs as much as some thirty rows.
@@ -73,10 +75,29 @@ pub struct Bank<S> {
     streams: Vec<S>,
 }
 
-impl<S: Clone> Bank<S> {
-    /// `channels` copies of `stream`.
-    pub fn new(stream: &S, channels: usize) -> Self {
-        Self { streams: vec![stream.clone(); channels] }
+impl<S: Stream + Clone> Bank<S> {
+    /// `channels` streams in the state of `stream`.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if there is none for so many.
+    pub fn new(stream: &S, channels: usize) -> Result<Self, Error> {
+        let mut streams = memory::room(channels)?;
+        for _ in 0..channels {
+            streams.push(stream.twin()?);
+        }
+        Ok(Self { streams })
+    }
+
+    /// An independent bank in the same state.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if there is none for it.
+    pub fn twin(&self) -> Result<Self, Error> {
+        let mut streams = memory::room(self.streams.len())?;
+        for stream in &self.streams {
+            streams.push(stream.twin()?);
+        }
+        Ok(Self { streams })
     }
 }
 
@@ -141,6 +162,11 @@ impl<S: Stream> Bank<S> {
         }
     }
 
+    /// Bytes of all states.
+    pub fn bytes(&self) -> usize {
+        self.streams.iter().map(Stream::bytes).sum()
+    }
+
     /// Every stream back to before its first sample.
     pub fn reset(&mut self) {
         self.streams.iter_mut().for_each(Stream::reset);
@@ -157,6 +183,8 @@ mod on_threads {
     use nalgebra::{Dyn, MatrixViewMut, Scalar, U1};
 
     use super::{Bank, Block, rows_at_once};
+    use crate::error::Error;
+    use crate::memory;
     use crate::stream::threads::{both, started_on_pool};
     use crate::stream::{Input, Output, Stream};
 
@@ -166,22 +194,30 @@ mod on_threads {
     impl<S: Stream + Send> Bank<S> {
         /// [`process`](Self::process) with the channels spread over up to `threads` threads; the
         /// result is the same to the last bit. No thread takes part that would not pay.
+        ///
+        /// # Errors
+        /// [`Error::Memory`] if there is none for some rows, before any was taken.
         pub fn process_on_threads(
             &mut self,
             rows: &[f64],
             numbers: &mut [f64],
             flags: &mut [bool],
             threads: usize,
-        ) {
+        ) -> Result<(), Error> {
             let channels = self.streams.len();
             let worth = rows.len() / S::Input::NUMBERS / SAMPLES_A_THREAD;
             let threads = threads.min(worth).max(1);
             let share = channels.div_ceil(threads).next_multiple_of(S::abreast());
             if share >= channels {
-                return self.process(rows, numbers, flags);
+                self.process(rows, numbers, flags);
+                return Ok(());
             }
             let width = channels * S::Input::NUMBERS;
             let count = rows.len() / width;
+            // What the threads will ask for together.
+            let numbers_a_row = width + channels * (S::Output::NUMBERS + S::Output::FLAGS);
+            let block = rows_at_once::<S>(channels).min(count);
+            drop(memory::room::<f64>(block.saturating_mul(numbers_a_row))?);
             let part = Part {
                 rows,
                 width,
@@ -195,6 +231,7 @@ mod on_threads {
                     part.spread(streams, share);
                 }
             });
+            Ok(())
         }
     }
 
@@ -258,7 +295,7 @@ mod on_threads {
         /// Block by block through buffers that stay in the cache of this thread.
         fn process<S: Stream>(mut self, streams: &mut [S]) {
             let channels = streams.len();
-            let length = rows_at_once::<S>(channels);
+            let length = rows_at_once::<S>(channels).min(self.rows.len() / self.width);
             let (own, n, f) =
                 (channels * S::Input::NUMBERS, self.numbers.nrows(), self.flags.nrows());
             let mut input = Vec::with_capacity(length * own);

@@ -26,9 +26,25 @@ pub trait Checkpoint: Serialize + DeserializeOwned {
     /// Sizes that make types of their own of one name, such as the orders of a model.
     const SIZES: [u8; 2] = [0; 2];
 
-    /// Whether a state that was read can be one of this type.
-    fn is_sound(&self) -> bool {
-        true
+    /// Reads a state off the start of `bytes`, as postcard wrote it; a type that needs much memory
+    /// does so without asking for more than there are bytes.
+    ///
+    /// # Errors
+    /// [`Error::Content`] if they are none, [`Error::Memory`] if there is none for it.
+    fn take(bytes: &[u8]) -> Result<(Self, &[u8]), Error> {
+        taken(bytes)
+    }
+
+    /// Whether a state that was read can be one of this type: every number, count and choice is one
+    /// that samples can lead to, so that what follows is as finite as after these samples.
+    fn is_sound(&self) -> bool;
+
+    /// A sound state that was read, with the memory that its steps need.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if there is none.
+    fn reserved(self) -> Result<Self, Error> {
+        Ok(self)
     }
 
     /// Whether another one can be the next channel to this one.
@@ -117,20 +133,30 @@ fn header(label: Label, length: usize) -> [u8; HEADER] {
 /// # Errors
 /// Every variant of [`Error`] that speaks of a checkpoint.
 pub fn read<S: Checkpoint>(bytes: &[u8]) -> Result<S, Error> {
-    let state: S = read_content(const { Label::of::<S>() }, bytes)?;
-    if state.is_sound() { Ok(state) } else { Err(Error::Content) }
-}
-
-fn read_content<'a, C: Deserialize<'a>>(expected: Label, bytes: &'a [u8]) -> Result<C, Error> {
-    let found = label(bytes)?;
-    if found != expected {
-        return Err(Error::Type { found, expected });
-    }
-    let content = &bytes[HEADER..bytes.len() - CHECKSUM];
-    match postcard::take_from_bytes(content) {
-        Ok((content, [])) => Ok(content),
+    match sound(content(const { Label::of::<S>() }, bytes)?)? {
+        (state, []) => Ok(state),
         _ => Err(Error::Content),
     }
+}
+
+/// A state off the start of a content.
+fn sound<S: Checkpoint>(content: &[u8]) -> Result<(S, &[u8]), Error> {
+    let (state, rest) = S::take(content)?;
+    if state.is_sound() { Ok((state.reserved()?, rest)) } else { Err(Error::Content) }
+}
+
+/// What stands between header and checksum of a checkpoint of this type.
+fn content(expected: Label, bytes: &[u8]) -> Result<&[u8], Error> {
+    let found = label(bytes)?;
+    match found == expected {
+        true => Ok(&bytes[HEADER..bytes.len() - CHECKSUM]),
+        false => Err(Error::Type { found, expected }),
+    }
+}
+
+/// What postcard reads off the start of `bytes`.
+pub(crate) fn taken<'a, C: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(C, &'a [u8]), Error> {
+    postcard::take_from_bytes(bytes).map_err(|_| Error::Content)
 }
 
 /// What these bytes hold, if they are a whole and undamaged checkpoint.
@@ -164,37 +190,77 @@ pub fn label(bytes: &[u8]) -> Result<Label, Error> {
 
 #[cfg(feature = "std")]
 mod banks {
-    use super::{CHECKSUM, Checkpoint, HEADER, Label, header, read_content};
+    use postcard::ser_flavors::Flavor;
+
+    use super::{CHECKSUM, Checkpoint, HEADER, Label, content, header, sound, taken};
     use crate::error::Error;
+    use crate::memory;
     use crate::stream::Bank;
 
     /// Saves a bank of `channels` channels, or of a single signal for `None`, in a vector.
     ///
     /// # Errors
-    /// [`Error::Content`] if the state cannot be written.
+    /// [`Error::Content`] if the state cannot be written, or [`Error::Memory`] if there is none for
+    /// it.
     pub fn save<S: Checkpoint>(channels: Option<usize>, bank: &Bank<S>) -> Result<Vec<u8>, Error> {
-        let mut bytes =
-            postcard::to_extend(&(channels, bank), vec![0; HEADER]).map_err(|_| Error::Content)?;
+        let bytes = Growing(memory::filled(0, HEADER)?);
+        let mut bytes = postcard::serialize_with_flavor(&(channels, bank), bytes)
+            .map_err(|_| Error::Memory { bytes: size_of_val(bank.streams()) })?;
         let length = bytes.len() + CHECKSUM;
+        // The header has four bytes for it.
+        if u32::try_from(length).is_err() {
+            return Err(Error::Content);
+        }
+        memory::reserve(&mut bytes, CHECKSUM)?;
         bytes[..HEADER].copy_from_slice(&header(const { Label::of::<S>() }, length));
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         Ok(bytes)
     }
 
+    /// Bytes as far as there is memory.
+    struct Growing(Vec<u8>);
+
+    impl Flavor for Growing {
+        type Output = Vec<u8>;
+
+        fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+            self.try_extend(&[byte])
+        }
+
+        fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+            memory::reserve(&mut self.0, bytes.len())
+                .map_err(|_| postcard::Error::SerializeBufferFull)?;
+            self.0.extend_from_slice(bytes);
+            Ok(())
+        }
+
+        fn finalize(self) -> postcard::Result<Vec<u8>> {
+            Ok(self.0)
+        }
+    }
+
     /// The bank that [`save`] wrote, and its channels.
     ///
     /// # Errors
-    /// Every variant of [`Error`] that speaks of a checkpoint.
+    /// Every variant of [`Error`] that speaks of a checkpoint, or [`Error::Memory`].
     pub fn restore<S: Checkpoint>(bytes: &[u8]) -> Result<(Option<usize>, Bank<S>), Error> {
-        let (channels, bank): (Option<usize>, Bank<S>) =
-            read_content(const { Label::of::<S>() }, bytes)?;
-        let streams = bank.streams();
-        let alike = streams.windows(2).all(|pair| pair[0].is_like(&pair[1]));
-        let sound = alike && streams.iter().all(Checkpoint::is_sound);
-        if streams.is_empty() || streams.len() != channels.unwrap_or(1) || !sound {
+        let content = content(const { Label::of::<S>() }, bytes)?;
+        let ((channels, count), mut content) = taken::<(Option<usize>, usize)>(content)?;
+        if count == 0 || count != channels.unwrap_or(1) {
             return Err(Error::Content);
         }
-        Ok((channels, bank))
+        let mut streams = Vec::new();
+        for _ in 0..count {
+            let (stream, rest) = sound::<S>(content)?;
+            if !streams.last().is_none_or(|last: &S| last.is_like(&stream)) {
+                return Err(Error::Content);
+            }
+            memory::reserve(&mut streams, 1)?;
+            streams.push(stream);
+            content = rest;
+        }
+        let whole = content.is_empty().then_some((channels, Bank::of(streams)));
+        whole.ok_or(Error::Content)
     }
 }
 #[cfg(feature = "std")]

@@ -18,6 +18,8 @@ pub(crate) mod threads;
 mod watch;
 
 #[cfg(feature = "std")]
+use crate::error::Error;
+#[cfg(feature = "std")]
 pub use bank::{Bank, Block};
 #[cfg(feature = "std")]
 pub use parts::{Parts, Values};
@@ -39,6 +41,24 @@ pub trait Stream: Sized {
 
     /// Back to the state before the first sample, with the same parameters.
     fn reset(&mut self);
+
+    /// An independent stream in the same state.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if there is none for it.
+    #[cfg(feature = "std")]
+    fn twin(&self) -> Result<Self, Error>
+    where
+        Self: Clone,
+    {
+        Ok(self.clone())
+    }
+
+    /// Bytes of its state.
+    #[cfg(feature = "std")]
+    fn bytes(&self) -> usize {
+        size_of::<Self>()
+    }
 
     /// Hands each input's output to `put`, equal to the last bit to calling
     /// [`update`](Self::update) sample by sample.

@@ -1,6 +1,8 @@
 //! Records of several fields, taken apart into one list a field.
 
 use super::sample::{Field, Shape, sizes};
+use crate::error::Error;
+use crate::memory;
 
 /// The fields of records, apart from each other.
 #[derive(Debug)]
@@ -23,34 +25,42 @@ const ROWS: usize = 128;
 
 impl Parts {
     /// Nothing yet, with room for so many records.
-    pub fn new(fields: &'static [Field], records: usize) -> Self {
-        let values = |field: &Field| match field.shape {
-            Shape::Flag => Values::Flags(Vec::with_capacity(records)),
-            shape => Values::Numbers(Vec::with_capacity(records * shape.numbers())),
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if there is none for them.
+    pub fn new(fields: &'static [Field], records: usize) -> Result<Self, Error> {
+        let values = |field: &Field| {
+            Ok(match field.shape {
+                Shape::Flag => Values::Flags(memory::room(records)?),
+                shape => Values::Numbers(memory::room(records.saturating_mul(shape.numbers()))?),
+            })
         };
-        Self { fields, values: fields.iter().map(values).collect() }
+        Ok(Self { fields, values: fields.iter().map(values).collect::<Result<_, _>>()? })
     }
 
-    /// The records that `work` makes of rows, `channels` a row of `width` numbers.
-    pub fn of(
-        fields: &'static [Field],
+    /// Takes apart the records that `work` makes of rows, `channels` a row of `width` numbers.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if there is none for a few of the records, before `work` has begun.
+    pub fn add_rows(
+        &mut self,
         channels: usize,
         rows: &[f64],
         width: usize,
         mut work: impl FnMut(&[f64], &mut [f64], &mut [bool]),
-    ) -> Self {
-        let (n, f) = sizes(fields);
+    ) -> Result<(), Error> {
+        let (n, f) = sizes(self.fields);
         let width = width.max(1);
-        let mut parts = Self::new(fields, rows.len() / width * channels);
-        let mut numbers = vec![0.0; ROWS * channels * n];
-        let mut flags = vec![false; ROWS * channels * f];
+        let most = ROWS.min(rows.len() / width).saturating_mul(channels);
+        let mut numbers = memory::filled(0.0, most.saturating_mul(n))?;
+        let mut flags = memory::filled(false, most.saturating_mul(f))?;
         for rows in rows.chunks(ROWS * width) {
             let records = rows.len() / width * channels;
             let (numbers, flags) = (&mut numbers[..records * n], &mut flags[..records * f]);
             work(rows, numbers, flags);
-            parts.add(numbers, flags);
+            self.add(numbers, flags);
         }
-        parts
+        Ok(())
     }
 
     /// Takes apart more records.

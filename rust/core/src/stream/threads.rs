@@ -5,6 +5,8 @@ use std::sync::OnceLock;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::work::Current;
+
 /// A pool and the process whose threads it has; after it the pools of processes forked from it.
 #[derive(Debug)]
 struct Pools {
@@ -24,8 +26,9 @@ static POOLS: Pools = Pools::none();
 /// Does `work` on the pool of this process, where rayon's functions spread it, or on the calling
 /// thread if the system refuses more. A fork takes over no threads, so a child makes its own.
 pub fn on_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    let current = Current::here();
     match pool() {
-        Some(pool) => pool.install(work),
+        Some(pool) => pool.install(|| current.run(work)),
         None => work(),
     }
 }
@@ -34,9 +37,14 @@ fn pool() -> Option<&'static ThreadPool> {
     let process = process::id();
     let mut pools = &POOLS;
     loop {
-        let (owner, pool) = pools.first.get_or_init(|| (process, started()));
-        if *owner == process {
-            return pool.as_ref();
+        if pools.first.get().is_none() {
+            // Made before the lock is taken: a fork meanwhile would take over a lock that nobody
+            // opens again. Of two that are made at once one is dropped.
+            let _first = pools.first.set((process, started()));
+        }
+        match pools.first.get() {
+            Some((owner, pool)) if *owner == process => return pool.as_ref(),
+            _ => {}
         }
         pools = pools.rest.get_or_init(|| Box::new(Pools::none()));
     }

@@ -9,6 +9,9 @@ use numpy::{
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyList, PyTuple};
+use zerorate_core::memory;
+
+use super::errors::NativeError;
 
 /// Numbers copied out of an array, row after row.
 #[derive(Debug)]
@@ -76,7 +79,7 @@ impl Samples<'_> {
 
     /// The same as a copy, which sets the array free.
     pub fn copied(self) -> PyResult<Self> {
-        let (values, shape) = (self.values()?.to_vec(), self.shape().to_vec());
+        let (values, shape) = (copy(self.values()?)?, self.shape().to_vec());
         Ok(Self::Copied(Record { values, shape }))
     }
 }
@@ -156,8 +159,9 @@ pub fn columns(z: &Bound<'_, PyAny>) -> PyResult<Columns> {
     let rows = rows.into_dimensionality::<Ix2>().map_err(|error| {
         PyValueError::new_err(format!("z must have shape (n,) or (n, k): {error}"))
     })?;
+    let column = |_| memory::room(shape[0] + 1).map_err(NativeError::from);
     let mut values: Vec<Vec<f64>> =
-        rows.columns().into_iter().map(|_| Vec::with_capacity(shape[0] + 1)).collect();
+        rows.columns().into_iter().map(column).collect::<Result<_, _>>()?;
     for block in rows.axis_chunks_iter(Axis(0), ROWS) {
         for (column, out) in block.columns().into_iter().zip(&mut values) {
             match column.to_slice() {
@@ -229,12 +233,16 @@ fn copied(array: &Bound<'_, PyAny>) -> PyResult<Record> {
     let array = array.cast::<PyArrayDyn<f64>>()?;
     let shape = array.shape().to_vec();
     if is_plain(array) {
-        let values = array.try_readonly()?.as_slice()?.to_vec();
+        let values = copy(array.try_readonly()?.as_slice()?)?;
         return Ok(Record { values, shape });
     }
     let plain = array.call_method1("copy", ("C",))?;
-    let values = plain.cast::<PyArrayDyn<f64>>()?.try_readonly()?.as_slice()?.to_vec();
+    let values = copy(plain.cast::<PyArrayDyn<f64>>()?.try_readonly()?.as_slice()?)?;
     Ok(Record { values, shape })
+}
+
+fn copy(values: &[f64]) -> PyResult<Vec<f64>> {
+    Ok(memory::copied(values).map_err(NativeError::from)?)
 }
 
 /// The array itself, or a copy if an element or a stride is not where a float64 may stand.
@@ -297,6 +305,22 @@ pub fn copy_to<T: Element>(out: &Bound<'_, PyArrayDyn<T>>, values: Vec<T>) -> Py
 #[inline]
 pub fn small<'py, T: Element>(py: Python<'py>, row: &[T]) -> Bound<'py, PyAny> {
     PyArray1::from_slice(py, row).into_any()
+}
+
+/// Elements of an array that NumPy's C interface makes; it fails where there is no memory.
+const SMALL: usize = 1 << 12;
+
+/// A new array of zeros.
+pub fn zeros<'py, T: Element>(
+    py: Python<'py>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    if shape.iter().product::<usize>() <= SMALL {
+        return Ok(PyArrayDyn::zeros(py, shape, false));
+    }
+    let shape = PyTuple::new(py, shape)?;
+    let array = py.import("numpy")?.call_method1("zeros", (shape, T::get_dtype(py)))?;
+    Ok(array.cast_into()?)
 }
 
 /// A new array of `shape` that owns `values`.

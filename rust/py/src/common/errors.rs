@@ -1,10 +1,10 @@
 //! Errors of the core as Python exceptions.
 
 use pyo3::PyErr;
-use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyRuntimeError, PyValueError};
 use zerorate_core::Error;
 
-/// Carries an error of the core to Python: a bad value, unless memory ran out.
+/// Carries an error of the core to Python: a bad value, unless memory ran out or work was stopped.
 #[derive(Debug)]
 pub struct NativeError(Error);
 
@@ -19,6 +19,7 @@ impl From<NativeError> for PyErr {
         let message = error.0.to_string();
         match error.0 {
             Error::Memory { .. } => PyMemoryError::new_err(message),
+            Error::Stopped => PyKeyboardInterrupt::new_err(message),
             _ => PyValueError::new_err(message),
         }
     }

@@ -3,3 +3,4 @@
 pub mod arrays;
 pub mod errors;
 pub mod streaming;
+pub mod work;

@@ -2,8 +2,9 @@
 
 use std::any::Any;
 use std::fmt;
+use std::ops::Range;
 
-use numpy::{PyArrayDyn, PyArrayMethods};
+use numpy::PyArrayMethods;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
@@ -11,10 +12,11 @@ use pyo3::types::{PyBytes, PyTuple};
 use pyo3::{IntoPyObjectExt, PyClass};
 use zerorate_core::checkpoint::{self, Checkpoint};
 use zerorate_core::stream::{Field, Input, Output, Parts, Shape, Values, sizes};
-use zerorate_core::{Bank, Error, Stream};
+use zerorate_core::{Bank, Error, Stream, memory};
 
 use super::arrays::{self, Samples};
 use super::errors::{NativeError, in_use};
+use super::work::in_pieces;
 
 /// A bank whose streams only the box knows.
 pub trait AnyBank: Any + Send + Sync {
@@ -22,13 +24,26 @@ pub trait AnyBank: Any + Send + Sync {
     fn width(&self) -> usize;
     /// Parts of an output.
     fn fields(&self) -> &'static [Field];
+    fn channels(&self) -> usize;
+    /// Bytes of its state.
+    fn bytes(&self) -> usize;
+    /// An independent bank in the same state.
+    fn twin(&self) -> Result<Box<dyn Any + Send>, Error>;
+    /// Takes over the state of a twin.
+    fn become_twin(&mut self, twin: Box<dyn Any + Send>);
     fn update(&mut self, row: &[f64], numbers: &mut [f64], flags: &mut [bool]);
-    fn process(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool], threads: usize);
+    fn process(
+        &mut self,
+        rows: &[f64],
+        numbers: &mut [f64],
+        flags: &mut [bool],
+        threads: usize,
+    ) -> Result<(), Error>;
     fn reset(&mut self);
     fn save(&self, channels: Option<usize>) -> Result<Vec<u8>, Error>;
 }
 
-impl<S: Stream + Checkpoint + Send + Sync + 'static> AnyBank for Bank<S> {
+impl<S: Stream + Checkpoint + Clone + Send + Sync + 'static> AnyBank for Bank<S> {
     fn width(&self) -> usize {
         S::Input::NUMBERS
     }
@@ -37,13 +52,37 @@ impl<S: Stream + Checkpoint + Send + Sync + 'static> AnyBank for Bank<S> {
         S::Output::FIELDS
     }
 
+    fn channels(&self) -> usize {
+        self.streams().len()
+    }
+
+    fn bytes(&self) -> usize {
+        Bank::bytes(self)
+    }
+
+    fn twin(&self) -> Result<Box<dyn Any + Send>, Error> {
+        Ok(Box::new(Bank::twin(self)?))
+    }
+
+    fn become_twin(&mut self, twin: Box<dyn Any + Send>) {
+        if let Ok(twin) = twin.downcast::<Self>() {
+            *self = *twin;
+        }
+    }
+
     #[inline]
     fn update(&mut self, row: &[f64], numbers: &mut [f64], flags: &mut [bool]) {
         Bank::update(self, row, numbers, flags);
     }
 
-    fn process(&mut self, rows: &[f64], numbers: &mut [f64], flags: &mut [bool], threads: usize) {
-        self.process_on_threads(rows, numbers, flags, threads);
+    fn process(
+        &mut self,
+        rows: &[f64],
+        numbers: &mut [f64],
+        flags: &mut [bool],
+        threads: usize,
+    ) -> Result<(), Error> {
+        self.process_on_threads(rows, numbers, flags, threads)
     }
 
     fn reset(&mut self) {
@@ -116,7 +155,7 @@ fn threads(given: Option<i128>) -> PyResult<usize> {
 }
 
 impl<B: AnyBank + ?Sized> Shared<B> {
-    pub fn new(channels: Option<usize>, bank: Box<B>) -> Self {
+    pub fn new(channels: Option<usize>, bank: Box<B>) -> Result<Self, Error> {
         let output = match bank.fields() {
             [] => Kind::Nothing,
             [Field { shape: Shape::Number, .. }] => Kind::Number,
@@ -126,8 +165,9 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         let vector = (bank.width() > 1).then_some(bank.width());
         let axes = channels.into_iter().chain(vector).collect();
         let (count, sizes) = (channels.unwrap_or(1), sizes(bank.fields()));
-        let (numbers, flags) = (vec![0.0; count * sizes.0], vec![false; count * sizes.1]);
-        Self { channels, output, axes, numbers, flags, bank }
+        let numbers = memory::filled(0.0, count.saturating_mul(sizes.0))?;
+        let flags = memory::filled(false, count.saturating_mul(sizes.1))?;
+        Ok(Self { channels, output, axes, numbers, flags, bank })
     }
 
     #[inline]
@@ -146,7 +186,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
             (Kind::Flag, Some(_)) => Ok(arrays::small(py, &self.flags)),
             (Kind::Nothing, _) => py.None().into_bound_py_any(py),
             (Kind::Several, _) => {
-                let mut parts = Parts::new(self.bank.fields(), 1);
+                let mut parts = Parts::new(self.bank.fields(), 1).map_err(NativeError::from)?;
                 parts.add(&self.numbers, &self.flags);
                 let axes: Vec<usize> = self.channels.into_iter().collect();
                 PyTuple::new(py, arrays_of(py, parts, &axes)?)?.into_bound_py_any(py)
@@ -164,35 +204,44 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         let py = z.py();
         let threads = self::threads(threads)?;
         let samples = arrays::samples(z, &self.axes)?;
+        // A row is as long as each part of an output.
+        let row = self.axes.iter().product();
         match self.output {
             Kind::Nothing => {
                 let (bank, rows) = (&mut *self.bank, samples.values()?);
-                py.detach(|| bank.process(rows, &mut [], &mut [], threads));
+                let n = samples.shape()[0];
+                in_pieces(py, bank, n, threads, |bank, piece| {
+                    bank.process(&rows[places(piece, row)], &mut [], &mut [], threads)
+                })?;
                 py.None().into_bound_py_any(py)
             }
             Kind::Number => {
                 let run = |bank: &mut B, rows: &[f64], out: &mut [f64]| {
-                    bank.process(rows, out, &mut [], threads);
+                    bank.process(rows, out, &mut [], threads)
                 };
-                self.fill(py, samples, out, run)
+                self.fill(py, samples, out, threads, run)
             }
             Kind::Flag => {
                 let run = |bank: &mut B, rows: &[f64], out: &mut [bool]| {
-                    bank.process(rows, &mut [], out, threads);
+                    bank.process(rows, &mut [], out, threads)
                 };
-                self.fill(py, samples, out, run)
+                self.fill(py, samples, out, threads, run)
             }
             Kind::Several => {
                 let (bank, rows) = (&mut *self.bank, samples.values()?);
-                let fields = bank.fields();
-                let width = self.axes.iter().product();
                 let channels = self.channels.unwrap_or(1);
-                let parts = py.detach(|| {
-                    Parts::of(fields, channels, rows, width, |rows, numbers, flags| {
-                        bank.process(rows, numbers, flags, threads);
-                    })
-                });
-                let axes = self.batch_axes(samples.shape()[0]);
+                let n = samples.shape()[0];
+                let mut parts =
+                    Parts::new(bank.fields(), n * channels).map_err(NativeError::from)?;
+                in_pieces(py, bank, n, threads, |bank, piece| {
+                    let mut done = Ok(());
+                    let rows = &rows[places(piece, row)];
+                    parts.add_rows(channels, rows, row, |rows, numbers, flags| {
+                        done = done.clone().and(bank.process(rows, numbers, flags, threads));
+                    })?;
+                    done
+                })?;
+                let axes = self.batch_axes(n);
                 PyTuple::new(py, arrays_of(py, parts, &axes)?)?.into_bound_py_any(py)
             }
         }
@@ -204,25 +253,31 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         py: Python<'py>,
         mut samples: Samples<'py>,
         out: Option<&Bound<'py, PyAny>>,
-        run: impl Fn(&mut B, &[f64], &mut [T]) + Sync,
+        threads: usize,
+        run: impl Fn(&mut B, &[f64], &mut [T]) -> Result<(), Error> + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let bank = &mut *self.bank;
+        let (bank, row) = (&mut *self.bank, self.axes.iter().product());
         let shape = samples.shape().to_vec();
+        let mut work = |rows: &[f64], out: &mut [T]| {
+            in_pieces(py, bank, shape[0], threads, |bank, piece| {
+                let own = places(piece, row);
+                run(bank, &rows[own.clone()], &mut out[own])
+            })
+        };
         let Some(out) = out else {
-            let array = PyArrayDyn::<T>::zeros(py, shape.as_slice(), false);
+            let array = arrays::zeros::<T>(py, &shape)?;
             let mut writable = array.try_readwrite()?;
-            let (rows, places) = (samples.values()?, writable.as_slice_mut()?);
-            py.detach(|| run(bank, rows, places));
+            work(samples.values()?, writable.as_slice_mut()?)?;
             drop(writable);
             return Ok(array.into_any());
         };
         let array = arrays::check_out::<T>(out, &shape)?;
         if !arrays::is_plain(array) {
-            let mut places = vec![T::default(); shape.iter().product()];
-            let rows = samples.values()?;
-            py.detach(|| run(bank, rows, &mut places));
+            let length = shape.iter().product();
+            let mut filled = memory::filled(T::default(), length).map_err(NativeError::from)?;
+            work(samples.values()?, &mut filled)?;
             drop(samples);
-            arrays::copy_to(array, places)?;
+            arrays::copy_to(array, filled)?;
             return Ok(out.clone());
         }
         // Samples may be filtered in their own place.
@@ -230,8 +285,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
             samples = samples.copied()?;
         }
         let mut writable = array.try_readwrite()?;
-        let (rows, places) = (samples.values()?, writable.as_slice_mut()?);
-        py.detach(|| run(bank, rows, places));
+        work(samples.values()?, writable.as_slice_mut()?)?;
         Ok(out.clone())
     }
 
@@ -242,7 +296,10 @@ impl<B: AnyBank + ?Sized> Shared<B> {
 
     pub fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = self.bank.save(self.channels).map_err(NativeError::from)?;
-        Ok(PyBytes::new(py, &bytes))
+        PyBytes::new_with(py, bytes.len(), |place| {
+            place.copy_from_slice(&bytes);
+            Ok(())
+        })
     }
 
     /// One number a channel: a float for a single signal, else an array.
@@ -279,7 +336,8 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         numbers: &[f64],
         flags: &[bool],
     ) -> PyResult<Bound<'py, PyAny>> {
-        let mut parts = Parts::new(fields, self.channels.unwrap_or(1));
+        let mut parts =
+            Parts::new(fields, self.channels.unwrap_or(1)).map_err(NativeError::from)?;
         parts.add(numbers, flags);
         let mut named = parts.into_fields().filter(|(field, _)| field.name == name);
         match named.next() {
@@ -290,6 +348,11 @@ impl<B: AnyBank + ?Sized> Shared<B> {
             None => Ok(py.None().into_bound(py)),
         }
     }
+}
+
+/// Where the numbers of some rows are.
+pub fn places(rows: Range<usize>, width: usize) -> Range<usize> {
+    rows.start * width..rows.end * width
 }
 
 /// Axes that a field adds to those of the samples.

@@ -1,11 +1,15 @@
 //! Drift filters of every method and order behind one trait: a type in the core, a value here.
 
+use std::ops::Range;
+
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use zerorate_core::checkpoint::{self, Label};
 use zerorate_core::drift::options::Options;
 use zerorate_core::stream::{Field, Output, Parts, sizes};
-use zerorate_core::{AutoFilter, Bank, Behaviour, DriftFilter, DriftStream, Error, RestGated};
+use zerorate_core::{
+    AutoFilter, Bank, Behaviour, DriftFilter, DriftStream, Error, RestGated, memory,
+};
 
 use crate::common::errors::NativeError;
 use crate::common::streaming::AnyBank;
@@ -26,16 +30,17 @@ pub trait DriftBank: AnyBank {
     /// The parts of a snapshot.
     fn readings(&self) -> &'static [Field];
     /// Numbers and flags of a snapshot of each channel.
-    fn snapshots(&self) -> (Vec<f64>, Vec<bool>);
-    /// Those after each sample.
-    fn trace(&mut self, rows: &[f64]) -> Parts;
+    fn snapshots(&self) -> Result<(Vec<f64>, Vec<bool>), Error>;
+    /// Puts down those after each sample.
+    fn trace(&mut self, rows: &[f64], parts: &mut Parts) -> Result<(), Error>;
     /// The parts of a start, and the numbers of each channel's, for filters that were started.
     fn starts(&self) -> Option<(&'static [Field], Vec<f64>)>;
     /// Forgets the drift but not the noise; false if it can't.
     fn power_on(&mut self) -> bool;
-    /// Fills the drift, its deviation and rest of each axis.
+    /// Fills the drift, its deviation and rest of each axis in these rows.
     fn drift_rows(
         &mut self,
+        rows: Range<usize>,
         z: &[&[f64]],
         bias: &mut [&mut [f64]],
         sigma: &mut [&mut [f64]],
@@ -45,7 +50,7 @@ pub trait DriftBank: AnyBank {
 
 impl<F> DriftBank for Bank<F>
 where
-    F: DriftStream<f64> + Send + Sync + 'static,
+    F: DriftStream<f64> + Clone + Send + Sync + 'static,
 {
     fn options(&self) -> Options {
         self.streams()[0].options()
@@ -79,19 +84,19 @@ where
         F::Snapshot::FIELDS
     }
 
-    fn snapshots(&self) -> (Vec<f64>, Vec<bool>) {
+    fn snapshots(&self) -> Result<(Vec<f64>, Vec<bool>), Error> {
         let (n, f) = sizes(F::Snapshot::FIELDS);
-        let mut numbers = vec![0.0; n * self.streams().len()];
-        let mut flags = vec![false; f * self.streams().len()];
+        let mut numbers = memory::filled(0.0, n * self.streams().len())?;
+        let mut flags = memory::filled(false, f * self.streams().len())?;
         for (c, filter) in self.streams().iter().enumerate() {
             filter.snapshot().write(&mut numbers[c * n..][..n], &mut flags[c * f..][..f]);
         }
-        (numbers, flags)
+        Ok((numbers, flags))
     }
 
-    fn trace(&mut self, rows: &[f64]) -> Parts {
+    fn trace(&mut self, rows: &[f64], parts: &mut Parts) -> Result<(), Error> {
         let channels = self.streams().len();
-        Parts::of(F::Snapshot::FIELDS, channels, rows, channels, |rows, numbers, flags| {
+        parts.add_rows(channels, rows, channels, |rows, numbers, flags| {
             Bank::trace(self, rows, numbers, flags);
         })
     }
@@ -110,14 +115,15 @@ where
 
     fn drift_rows(
         &mut self,
+        rows: Range<usize>,
         z: &[&[f64]],
         bias: &mut [&mut [f64]],
         sigma: &mut [&mut [f64]],
         at_rest: &mut [&mut [bool]],
     ) {
         for (c, filter) in self.streams_mut().iter_mut().enumerate() {
-            for (i, z) in z[c].iter().enumerate() {
-                filter.update(*z);
+            for i in rows.clone() {
+                filter.update(z[c][i]);
                 let drift = filter.drift();
                 (bias[c][i], sigma[c][i], at_rest[c][i]) = (drift.bias, drift.sigma, drift.at_rest);
             }
@@ -125,23 +131,29 @@ where
     }
 }
 
-/// Filters a row an axis into another.
-pub fn process_rows(bank: &mut dyn DriftBank, z: &[&[f64]], out: &mut [&mut [f64]]) {
-    let n = z.first().map_or(0, |z| z.len());
-    let (mut rows, mut filtered) = (vec![0.0; ROWS * z.len()], vec![0.0; ROWS * z.len()]);
-    for first in (0..n).step_by(ROWS) {
-        let length = ROWS.min(n - first);
+/// Filters these samples of a row an axis into another.
+pub fn process_rows(
+    bank: &mut dyn DriftBank,
+    samples: Range<usize>,
+    z: &[&[f64]],
+    out: &mut [&mut [f64]],
+) -> Result<(), Error> {
+    let most = ROWS.min(samples.len()) * z.len();
+    let (mut rows, mut filtered) = (memory::filled(0.0, most)?, memory::filled(0.0, most)?);
+    for first in samples.clone().step_by(ROWS) {
+        let length = ROWS.min(samples.end - first);
         for (c, z) in z.iter().enumerate() {
             let column = rows.iter_mut().skip(c).step_by(out.len());
             column.zip(&z[first..first + length]).for_each(|(row, z)| *row = *z);
         }
         let size = length * z.len();
-        bank.process(&rows[..size], &mut filtered[..size], &mut [], 1);
+        bank.process(&rows[..size], &mut filtered[..size], &mut [], 1)?;
         for (c, out) in out.iter_mut().enumerate() {
             let column = filtered.iter().skip(c).step_by(z.len());
             out[first..first + length].iter_mut().zip(column).for_each(|(out, y)| *out = *y);
         }
     }
+    Ok(())
 }
 
 /// Calls `$function::<N, M>` for the order `$order`, `$other` for one that is not supported.
@@ -203,7 +215,7 @@ pub fn new(options: &Options, channels: usize) -> PyResult<Box<dyn DriftBank>> {
     match options.method {
         None => {
             let filter = AutoFilter::<f64>::new(options.auto()).map_err(NativeError::from)?;
-            Ok(Box::new(Bank::new(&filter, channels)))
+            Ok(Box::new(Bank::new(&filter, channels).map_err(NativeError::from)?))
         }
         Some(_) => {
             for_order!((p, q), new_sized(options, channels), Err(order_error((p as i64, q as i64))))
@@ -216,20 +228,26 @@ fn new_sized<const N: usize, const M: usize>(
     channels: usize,
 ) -> PyResult<Box<dyn DriftBank>> {
     let filter = DriftFilter::<f64, N, M>::new(options.params).map_err(NativeError::from)?;
-    gated(vec![filter; channels], options.behaviour)
+    gated(std::iter::repeat_n(Ok(filter), channels), options.behaviour)
 }
 
 /// The filters as they are, or, where something is asked of them, gated by rest.
 pub fn gated<const N: usize, const M: usize>(
-    filters: Vec<DriftFilter<f64, N, M>>,
+    filters: impl ExactSizeIterator<Item = Result<DriftFilter<f64, N, M>, Error>>,
     behaviour: Behaviour,
 ) -> PyResult<Box<dyn DriftBank>> {
     if !behaviour.hold_in_motion && !behaviour.compensated {
-        return Ok(Box::new(Bank::of(filters)));
+        return Ok(Box::new(of(filters)?));
     }
-    let gated = filters.into_iter().map(|filter| RestGated::new(filter, behaviour));
-    let gated = gated.collect::<Result<Vec<_>, _>>().map_err(NativeError::from)?;
-    Ok(Box::new(Bank::of(gated)))
+    Ok(Box::new(of(filters.map(|filter| RestGated::new(filter?, behaviour)))?))
+}
+
+fn of<F>(filters: impl ExactSizeIterator<Item = Result<F, Error>>) -> PyResult<Bank<F>> {
+    let mut streams = memory::room(filters.len()).map_err(NativeError::from)?;
+    for filter in filters {
+        streams.push(filter.map_err(NativeError::from)?);
+    }
+    Ok(Bank::of(streams))
 }
 
 type Restored = (Option<usize>, Box<dyn DriftBank>);
@@ -258,7 +276,7 @@ fn gated_bank<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restored, 
 
 fn bank<F>(bytes: &[u8]) -> Result<Restored, Error>
 where
-    F: DriftStream<f64> + Send + Sync + 'static,
+    F: DriftStream<f64> + Clone + Send + Sync + 'static,
 {
     let (channels, bank) = checkpoint::restore::<F>(bytes)?;
     Ok((channels, Box::new(bank)))

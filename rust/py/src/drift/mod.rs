@@ -12,13 +12,16 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use zerorate_core::Error;
 use zerorate_core::drift::options::Options;
+use zerorate_core::stream::Parts;
 
 use self::bank::DriftBank;
 pub(crate) use self::bank::{Order, for_order, order_error};
 pub use self::options::filter_options;
 pub use self::readings::Trace;
 use crate::common::arrays;
-use crate::common::streaming::{Shared, arrays_of, exclusive, reading, streaming};
+use crate::common::errors::NativeError;
+use crate::common::streaming::{Shared, arrays_of, exclusive, places, reading, streaming};
+use crate::common::work::in_pieces;
 
 /// Online random-drift filter of a gyro, one or more axes.
 ///
@@ -128,7 +131,7 @@ impl DriftFilter {
     fn new(rate: f64, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let (options, channels) = options::read(rate, options)?;
         let bank = bank::new(&options, channels.unwrap_or(1))?;
-        Ok(Self { options, shared: Shared::new(channels, bank) })
+        Ok(Self { options, shared: Shared::new(channels, bank).map_err(NativeError::from)? })
     }
 
     /// A filter that is ready at its first sample because its signal is known already.
@@ -161,7 +164,8 @@ impl DriftFilter {
         let plain = start.py().get_type::<Self>().call((), params)?;
         let plain = plain.cast::<Self>()?.borrow();
         let bank = start::started(&plain.options, plain.shared.channels, start)?;
-        Ok(Self { options: plain.options, shared: Shared::new(plain.shared.channels, bank) })
+        let shared = Shared::new(plain.shared.channels, bank).map_err(NativeError::from)?;
+        Ok(Self { options: plain.options, shared })
     }
 
     /// ``process`` for a replay: a row an axis in, (k, n), the drift out, and, if asked for,
@@ -179,7 +183,7 @@ impl DriftFilter {
         arrays::check("z", z.shape(), &shape)?;
         arrays::check("out", out.shape(), &shape)?;
         let (mut bias_sigma, mut at_rest) = (bias_sigma, at_rest);
-        let details = match (&mut bias_sigma, &mut at_rest) {
+        let mut details = match (&mut bias_sigma, &mut at_rest) {
             (Some(sigma), Some(rest)) => {
                 arrays::check("bias_sigma", sigma.shape(), &shape)?;
                 arrays::check("at_rest", rest.shape(), &shape)?;
@@ -191,12 +195,19 @@ impl DriftFilter {
         let z = z.as_array();
         let z = arrays::rows("z", &z)?;
         let mut out = arrays::rows_mut("out", out.as_array_mut())?;
-        let filters = &mut *this.shared.bank;
-        slf.py().detach(|| match details {
-            Some((mut sigma, mut rest)) => filters.drift_rows(&z, &mut out, &mut sigma, &mut rest),
-            None => bank::process_rows(filters, &z, &mut out),
-        });
-        Ok(())
+        in_pieces(
+            slf.py(),
+            &mut *this.shared.bank,
+            shape[1],
+            1,
+            |filters, piece| match &mut details {
+                Some((sigma, rest)) => {
+                    filters.drift_rows(piece, &z, &mut out, sigma, rest);
+                    Ok(())
+                }
+                None => bank::process_rows(filters, piece, &z, &mut out),
+            },
+        )
     }
 
     /// Like ``process``, but returns a ``Trace`` of all that the filter knew after each sample.
@@ -206,8 +217,11 @@ impl DriftFilter {
         let axes: Vec<usize> = this.shared.channels.into_iter().collect();
         let samples = arrays::samples(z, &axes)?;
         let (rows, bank) = (samples.values()?, &mut *this.shared.bank);
-        let parts = py.detach(|| bank.trace(rows));
-        let (n, fields) = (samples.shape()[0], this.shared.bank.readings());
+        let (n, fields, channels) = (samples.shape()[0], bank.readings(), bank.channels());
+        let mut parts = Parts::new(fields, n * channels).map_err(NativeError::from)?;
+        in_pieces(py, bank, n, 1, |bank, piece| {
+            bank.trace(&rows[places(piece, channels)], &mut parts)
+        })?;
         let arrays = arrays_of(py, parts, &this.shared.batch_axes(n))?;
         let named = PyDict::new(py);
         for (field, array) in fields.iter().zip(arrays) {
@@ -349,12 +363,12 @@ impl DriftFilter {
 impl DriftFilter {
     fn restored(bytes: &[u8]) -> Result<Self, Error> {
         let (channels, bank) = bank::restored(bytes)?;
-        Ok(Self { options: bank.options(), shared: Shared::new(channels, bank) })
+        Ok(Self { options: bank.options(), shared: Shared::new(channels, bank)? })
     }
 
     fn reading<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let bank = &self.shared.bank;
-        let (numbers, flags) = bank.snapshots();
+        let (numbers, flags) = bank.snapshots().map_err(NativeError::from)?;
         self.shared.field(py, bank.readings(), name, &numbers, &flags)
     }
 }

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use zerorate_core::drift::options::Options;
 use zerorate_core::stream::{Field, Input, Output};
-use zerorate_core::{DriftFilter, Start};
+use zerorate_core::{DriftFilter, Start, memory};
 
 use super::bank::{DriftBank, for_order, gated, order_error};
 use crate::common::arrays;
@@ -34,8 +34,7 @@ fn started_sized<const N: usize, const M: usize>(
         DriftFilter::started(options.params, start)
     };
     let numbers = read(Start::<f64, N, M>::FIELDS, channels, start)?;
-    let filters = numbers.into_iter().map(started).collect::<Result<_, _>>();
-    gated(filters.map_err(NativeError::from)?, options.behaviour)
+    gated(numbers.into_iter().map(started), options.behaviour)
 }
 
 /// Refuses the method that learns its own start, before anything else that it may not use.
@@ -55,7 +54,8 @@ fn read(
     channels: Option<usize>,
     start: &Bound<'_, PyDict>,
 ) -> PyResult<Vec<Vec<f64>>> {
-    let mut numbers = vec![Vec::new(); channels.unwrap_or(1)];
+    let mut numbers =
+        memory::filled(Vec::new(), channels.unwrap_or(1)).map_err(NativeError::from)?;
     for field in fields {
         let axes: Vec<usize> = channels.into_iter().chain(axes_of(field.shape)).collect();
         let values = array(start, field.name, &axes)?;

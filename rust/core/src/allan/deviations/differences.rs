@@ -4,6 +4,7 @@ use std::array::from_fn;
 
 use super::kernels::SquaredDifferences;
 use super::record::Record;
+use crate::work;
 
 /// Terms of one factor before the next has its turn: its points stay in the nearest cache.
 const BLOCK: usize = 1024;
@@ -18,6 +19,7 @@ pub fn overlapping<const K: usize>(record: &Record, factors: &[usize]) -> Vec<f6
         let terms = |m: usize| x.len().saturating_sub(m.saturating_mul(K - 1));
         let most = factors.iter().map(|m| terms(*m)).max().unwrap_or(0);
         for start in (0..most).step_by(BLOCK) {
+            work::pause();
             for (m, sum) in factors.iter().zip(&mut sums) {
                 let end = terms(*m).min(start + BLOCK);
                 if start < end {
@@ -42,6 +44,7 @@ fn separate_at<const K: usize>(record: &Record, m: usize) -> f64 {
         let mut points = x.iter().step_by(m).copied();
         block.clear();
         loop {
+            work::pause();
             block.extend(points.by_ref().take(BLOCK - block.len()));
             let Some(terms) = block.len().checked_sub(K - 1).filter(|terms| *terms > 0) else {
                 break;
@@ -63,6 +66,7 @@ pub fn total(record: &Record, factors: &[usize]) -> Vec<f64> {
     for x in record.segments() {
         let last = x.len() - 1;
         for start in (1..last).step_by(BLOCK) {
+            work::pause();
             let end = last.min(start + BLOCK);
             for (m, sum) in factors.iter().zip(&mut sums).filter(|(m, _)| **m <= last) {
                 let before = points_before(x, start, end, *m, &mut before);
@@ -126,6 +130,7 @@ fn theo1_at(record: &Record, m: usize) -> f64 {
     for x in record.segments() {
         let terms = x.len().saturating_sub(m);
         for start in (0..terms).step_by(BLOCK) {
+            work::pause();
             let end = terms.min(start + BLOCK);
             let middles = &mut middles[..end - start];
             let ends = x[start..end].iter().zip(&x[start + m..end + m]);

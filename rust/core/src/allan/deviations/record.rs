@@ -7,6 +7,7 @@ use pulp::Arch;
 use super::kernels::Extent;
 use crate::math::parallel;
 use crate::math::segments::segment_ranges;
+use crate::work;
 
 /// Samples beyond this magnitude, or all below its reciprocal, are scaled before they are squared.
 const LARGEST: f64 = 1e100;
@@ -33,7 +34,7 @@ impl Record {
         let mut summary = Summary::of(&samples, &present, arch);
         if !summary.sum.is_finite() {
             bridge(&mut samples, bridged);
-            present = segment_ranges(&samples).filter(|range| range.len() > 1).collect();
+            present = work::gathered(segment_ranges(&samples).filter(|range| range.len() > 1));
             summary = Summary::of(&samples, &present, arch);
         }
         let unit = unit(summary.largest);
@@ -83,6 +84,7 @@ impl Summary {
         let origin = present.first().and_then(|first| samples.get(first.start)).copied();
         let none = Self { origin: origin.unwrap_or(0.0), sum: 0.0, largest: 0.0, count: 0 };
         present.iter().fold(none, |so_far, range| {
+            work::pause();
             let (sum, largest) =
                 arch.dispatch(Extent { samples: &samples[range.clone()], origin: so_far.origin });
             Self {
@@ -109,8 +111,7 @@ fn unit(largest: f64) -> f64 {
 
 /// Puts before each sample the sum of those before it in its segment, and the whole sum after.
 fn integrate(samples: &mut Vec<f64>, present: &[Range<usize>], summary: &Summary) {
-    samples.reserve_exact(1);
-    samples.push(0.0);
+    work::push(samples, 0.0);
     let mean = summary.mean_distance();
     for range in present {
         let mut sum = 0.0;

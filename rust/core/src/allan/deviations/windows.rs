@@ -7,6 +7,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::differences;
 use super::kernels::{PutThirdDifferences, SecondDifferences, squared_differences};
 use super::record::Record;
+use crate::work;
 
 /// Terms of a block.
 const BLOCK: usize = 512;
@@ -26,6 +27,7 @@ pub fn modified(record: &Record, factors: &[usize]) -> Vec<f64> {
         let terms = |m: usize| (x.len() + 1).saturating_sub(m.saturating_mul(3));
         let most = factors.iter().map(|m| terms(*m)).max().unwrap_or(0);
         for start in (0..most).step_by(BLOCK) {
+            work::pause();
             for (g, m) in factors.iter().enumerate() {
                 let window = Window { x, m: *m, terms: terms(*m), arch: record.arch() };
                 squares[g] += window.advance(start, &mut windows[g], &mut steps[g]);
@@ -122,6 +124,7 @@ fn parabolic_at(record: &Record, m: usize) -> f64 {
     for x in record.segments() {
         let terms = x.len().saturating_sub(m.saturating_mul(2));
         for start in (0..terms).step_by(renewal) {
+            work::pause();
             sum += parabolic_block(&x[start..], m, renewal.min(terms - start));
         }
     }
@@ -160,7 +163,7 @@ pub fn hadamard_total(record: &Record, factors: &[usize]) -> Vec<f64> {
 }
 
 fn rates(x: &[f64]) -> Vec<f64> {
-    x.windows(2).map(|pair| pair[1] - pair[0]).collect()
+    work::gathered(x.windows(2).map(|pair| pair[1] - pair[0]))
 }
 
 /// Sum over all windows of 3 m values, each without its slope and reflected at both ends.
@@ -171,7 +174,7 @@ fn reflected_sum(values: &[f64], m: usize, arch: Arch) -> f64 {
     let Some(last) = values.len().checked_sub(m.saturating_mul(3)) else { return 0.0 };
     let mut windows = Reflected::new(m);
     // One running sum serves as many windows as a window has values, and stays short: precise.
-    let share = (3 * m).max(64);
+    let share = share(m);
     let starts = (0..=last).step_by(share);
     starts
         .map(|start| {
@@ -179,6 +182,11 @@ fn reflected_sum(values: &[f64], m: usize, arch: Arch) -> f64 {
             arch.dispatch(windows.over(&values[start..start + count - 1 + 3 * m]))
         })
         .sum()
+}
+
+/// Windows that one running sum serves.
+fn share(m: usize) -> usize {
+    (3 * m).max(64)
 }
 
 /// Buffers for the windows of one factor.
@@ -194,8 +202,9 @@ struct Reflected {
 
 impl Reflected {
     fn new(m: usize) -> Self {
-        let index = (0..=3 * m).map(|k| k as f64).collect();
-        Self { m, index, running: Vec::new(), odd: vec![0.0; 3 * m + 3 * m / 2 * 2 + 1] }
+        let index = work::gathered((0..=3 * m).map(|k| k as f64));
+        let odd = work::filled(0.0, 3 * m + 3 * m / 2 * 2 + 1);
+        Self { m, index, running: work::room(2 * share(m)), odd }
     }
 
     /// The windows of `values`, which begin at all but its last 3 m - 1.
@@ -242,6 +251,9 @@ impl Reflected {
     }
 }
 
+/// Samples of reflected windows after which work that was asked to stop does.
+const LOOKED_AT: usize = 1 << 16;
+
 struct Over<'a>(&'a mut Reflected);
 
 impl WithSimd for Over<'_> {
@@ -250,8 +262,12 @@ impl WithSimd for Over<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let windows = self.0;
+        let often = (LOOKED_AT / windows.m).max(1);
         (0..windows.running.len() - 3 * windows.m)
             .map(|start| {
+                if start.is_multiple_of(often) {
+                    work::pause();
+                }
                 windows.reflect(start);
                 windows.mean_square(simd)
             })

@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 use self::differences::{Differences, Squares};
 use self::phases::{BLOCK, FIRST_BLOCK, Phases};
 use crate::error::{Error, check_rate};
+use crate::math::sound::is_count;
 use crate::stream::Stream;
-use crate::stream::checkpoint::Checkpoint;
+use crate::stream::checkpoint::{Checkpoint, taken};
 
 /// Fully overlapping Allan and Hadamard variances at `m = 1, 2, 4, …, 2^(octaves-1)` samples.
 ///
@@ -27,7 +28,6 @@ use crate::stream::checkpoint::Checkpoint;
 /// sums of squares are of 32 parts, each of which rounds to 1e-16 of itself: 1e9 terms cost some
 /// 1e-12.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Saved")]
 pub struct StreamingAllan {
     rate: f64,
     samples_seen: u64,
@@ -57,7 +57,7 @@ impl StreamingAllan {
         Ok(Self {
             rate,
             samples_seen: 0,
-            phases: Phases::new(3 << (octaves - 1))?,
+            phases: Phases::new(distance(octaves))?,
             differences: Differences::new(octaves),
         })
     }
@@ -135,6 +135,15 @@ impl Stream for StreamingAllan {
         self.observe(z);
     }
 
+    fn twin(&self) -> Result<Self, Error> {
+        let differences = self.differences.clone();
+        Ok(Self { phases: self.phases.twin()?, differences, ..*self })
+    }
+
+    fn bytes(&self) -> usize {
+        size_of::<Self>() + self.phases.bytes()
+    }
+
     fn reset(&mut self) {
         self.samples_seen = 0;
         self.phases.clear();
@@ -145,6 +154,26 @@ impl Stream for StreamingAllan {
 impl Checkpoint for StreamingAllan {
     const TAG: &'static str = "allan-streaming";
     const VERSION: u16 = 1;
+
+    fn take(bytes: &[u8]) -> Result<(Self, &[u8]), Error> {
+        let ((rate, samples_seen), bytes) = taken(bytes)?;
+        let (phases, bytes) = Phases::take(bytes)?;
+        let (differences, bytes) = taken(bytes)?;
+        Ok((Self { rate, samples_seen, phases, differences }, bytes))
+    }
+
+    fn is_sound(&self) -> bool {
+        check_rate(self.rate).is_ok()
+            && (1..=Self::OCTAVES_MAX).contains(&self.octaves())
+            && is_count(self.samples_seen)
+            && self.phases.is_sound(distance(self.octaves()))
+            && self.phases.count() <= self.samples_seen + 1
+            && self.differences.is_possible(self.samples_seen)
+    }
+
+    fn reserved(self) -> Result<Self, Error> {
+        Ok(Self { phases: self.phases.reserved()?, ..self })
+    }
 
     fn is_like(&self, other: &Self) -> bool {
         let common = |allan: &Self| (allan.rate.to_bits(), allan.octaves(), allan.samples_seen);
@@ -159,29 +188,7 @@ fn variance(squares: Option<&Squares>, octave: usize, weight: f64) -> (f64, u64)
     (mean_square / (weight * m * m), terms)
 }
 
-/// What a checkpoint holds, before it is known to fit together.
-#[derive(Deserialize)]
-struct Saved {
-    rate: f64,
-    samples_seen: u64,
-    phases: Phases,
-    differences: Differences,
-}
-
-impl TryFrom<Saved> for StreamingAllan {
-    type Error = Error;
-
-    fn try_from(saved: Saved) -> Result<Self, Error> {
-        let Saved { rate, samples_seen, phases, differences } = saved;
-        let fresh = Self::new(rate, differences.octaves())?;
-        let fits = phases.is_like(&fresh.phases)
-            && phases.count() <= samples_seen.saturating_add(1)
-            && differences.is_possible(samples_seen)
-            // So that no count overflows.
-            && samples_seen < 1 << 60;
-        match fits {
-            true => Ok(Self { rate, samples_seen, phases: phases.reserved()?, differences }),
-            false => Err(Error::Content),
-        }
-    }
+/// Phases that the longest averaging time looks back by.
+fn distance(octaves: usize) -> usize {
+    3 << (octaves - 1)
 }

@@ -5,6 +5,8 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
+use crate::memory;
+use crate::stream::checkpoint::taken;
 
 /// Phases that are worked on side by side.
 pub(super) const BLOCK: usize = 32;
@@ -30,26 +32,49 @@ pub(super) struct Phases {
 impl Phases {
     /// Headroom to look back by `distance` phases from each of a block.
     pub(super) fn new(distance: usize) -> Result<Self, Error> {
-        let capacity = (distance + 1).max(4 * BLOCK).next_power_of_two();
-        Self { origin: 0.0, count: 0, ring: Vec::new(), capacity }.reserved()
+        Self { origin: 0.0, count: 0, ring: Vec::new(), capacity: capacity(distance) }.reserved()
+    }
+
+    /// Reads what postcard wrote off the start of `bytes`; memory follows what is there to be read.
+    pub(super) fn take(bytes: &[u8]) -> Result<(Self, &[u8]), Error> {
+        let ((origin, count, length), mut bytes) = taken::<(f64, u64, usize)>(bytes)?;
+        let mut ring = memory::room(length.min(bytes.len() / size_of::<f64>()))?;
+        for _ in 0..length {
+            let (x, rest) = taken::<f64>(bytes)?;
+            ring.push(x);
+            bytes = rest;
+        }
+        let (capacity, bytes) = taken(bytes)?;
+        Ok((Self { origin, count, ring, capacity }, bytes))
+    }
+
+    /// The same phases, with the same room.
+    pub(super) fn twin(&self) -> Result<Self, Error> {
+        let mut ring = memory::room(self.capacity)?;
+        ring.extend_from_slice(&self.ring);
+        Ok(Self { ring, ..*self })
     }
 
     /// With memory for the whole ring, so that no step needs any.
     pub(super) fn reserved(mut self) -> Result<Self, Error> {
         let missing = self.capacity - self.ring.len();
-        self.ring
-            .try_reserve_exact(missing)
-            .map_err(|_| Error::Memory { bytes: self.capacity * size_of::<f64>() })?;
+        memory::reserve(&mut self.ring, missing)?;
         Ok(self)
     }
 
-    /// Whether another `new` of the same distance could have come to this state.
-    pub(super) fn is_like(&self, fresh: &Self) -> bool {
-        self.capacity == fresh.capacity
+    /// Whether [`new`](Self::new) for this distance could have come to this state.
+    pub(super) fn is_sound(&self, distance: usize) -> bool {
+        let most = self.count as f64 * DISTANCE_MAX;
+        self.capacity == capacity(distance)
             && self.count != 1
             && self.ring.len() as u64 == self.count.min(self.capacity as u64)
             && self.origin.is_finite()
-            && self.ring.iter().all(|x| x.is_finite())
+            && self.ring.iter().all(|x| x.abs() <= most)
+    }
+
+    /// Bytes of the ring.
+    pub(super) fn bytes(&self) -> usize {
+        self.capacity * size_of::<f64>()
     }
 
     /// How many there are, `x_0` included; the samples of the piece are one fewer.
@@ -152,6 +177,10 @@ impl Clone for Phases {
         ring.extend_from_slice(&self.ring);
         Self { ring, ..*self }
     }
+}
+
+fn capacity(distance: usize) -> usize {
+    (distance + 1).max(4 * BLOCK).next_power_of_two()
 }
 
 /// The phases before one of them.

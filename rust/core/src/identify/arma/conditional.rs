@@ -10,6 +10,7 @@ use super::columns::{BLOCK, Columns, HISTORY, Line, Sums, against};
 use super::descent::{Normal, Problem};
 use super::partial::{self, EDGE, from_free, negated, to_nearest_free};
 use super::series::Series;
+use crate::work;
 
 /// ARMA(p, q) on one record; a point is `φ`, the free coordinates of `θ`, and the constant.
 #[derive(Debug, Clone)]
@@ -191,6 +192,7 @@ impl<const Q: usize> Sweep<'_, Q> {
         let summed =
             (skip..y.len()).step_by(BLOCK).map(|start| (start, BLOCK.min(y.len() - start)));
         for (start, n) in std::iter::once((0, skip)).chain(summed) {
+            work::pause();
             self.put_inputs(y, start, n, lines);
             let Lines { e, u, v, w, x, g, h } = lines;
             recursion.run_repeatedly([e, v, w], [u, x], n);

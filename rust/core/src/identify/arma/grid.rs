@@ -9,6 +9,7 @@ use super::descent::{Descent, End, Problem, Stop, minimise};
 use super::series::Series;
 use crate::identify::autoregression::Reflections;
 use crate::math::parallel;
+use crate::work;
 
 /// Good to 1e-4 in a criterion on the scale of `N ln σ²`.
 const COARSE: Stop = Stop { step: 1e-2, evaluations: 100 };
@@ -221,6 +222,7 @@ impl WithSimd for Autocovariances<'_> {
         for segment in &self.0.segments {
             let y = &self.0.values[segment.clone()];
             for start in (0..y.len()).step_by(BLOCK) {
+                work::pause();
                 let end = y.len().min(start + BLOCK);
                 for lag in 0..=LONG.min(end - 1) {
                     let later = &y[start.max(lag)..end];
@@ -258,13 +260,14 @@ impl WithSimd for LongResiduals<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Vec<f64> {
-        let mut residuals = self.series.values.clone();
+        let mut residuals = work::gathered(self.series.values.iter().copied());
         for segment in &self.series.segments {
             let y = &self.series.values[segment.clone()];
             let out = &mut residuals[segment.clone()];
             let skip = self.phi.len().min(y.len());
             out[..skip].fill(0.0);
             for start in (skip..y.len()).step_by(BLOCK) {
+                work::pause();
                 let block = &mut out[start..y.len().min(start + BLOCK)];
                 for (i, phi) in self.phi.iter().enumerate() {
                     block.iter_mut().zip(&y[start - 1 - i..]).for_each(|(e, y)| *e -= phi * y);
@@ -293,6 +296,7 @@ impl WithSimd for Products<'_> {
         let skip = self.p.max(self.q);
         for segment in &self.series.segments {
             for start in (segment.start + skip..segment.end).step_by(BLOCK) {
+                work::pause();
                 let n = BLOCK.min(segment.end - start);
                 let columns = self.columns(start, n);
                 for (i, column) in columns.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use super::MAX_ORDER;
 use super::partial;
+use crate::work;
 
 /// Samples whose squares are summed by themselves, so that a million sum up precisely.
 const BLOCK: usize = 512;
@@ -47,7 +48,10 @@ fn of_size<const R: usize>(z: &[f64], phi: &[f64], theta: &[f64], mean: f64) -> 
         let w = kalman.update(z - mean);
         w * w
     };
-    let blocks = z.chunks(BLOCK).map(|block| block.iter().map(&mut square).sum::<f64>());
+    let blocks = z.chunks(BLOCK).map(|block| {
+        work::pause();
+        block.iter().map(&mut square).sum::<f64>()
+    });
     let sum_of_squares = blocks.sum();
     let count = z.iter().filter(|z| z.is_finite()).count();
     Some(Likelihood { sum_of_squares, log_determinant: kalman.log_determinant, count })

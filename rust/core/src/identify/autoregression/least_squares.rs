@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::normal_equations::{Centre, NormalEquations};
 use super::{Fit, FitError, NearFit, check};
 use crate::math::segments::segments;
+use crate::work;
 
 /// Variances of the residuals of orders 0..=order over the same n samples, and n.
 pub fn variances(
@@ -196,6 +197,7 @@ fn triangle(record: &[f64], order: usize, centre: Centre, constant: bool) -> DMa
     for segment in segments(record) {
         let late = segment.len().saturating_sub(order);
         for start in (0..late).step_by(depth) {
+            work::pause();
             let block = &segment[start..segment.len().min(start + depth + order)];
             upper = joined(&upper, block, order, centre, constant);
         }

@@ -8,12 +8,16 @@ mod reflections;
 use nalgebra::DMatrix;
 
 use crate::math::segments::segments;
+use crate::work;
 use normal_equations::Centre;
 
 pub(super) use reflections::{Reflections, step_up};
 
 /// A part of the variance that is no more than the rounding of its sum.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// Matrices that a fit has at a time.
+const MATRICES: usize = 8;
 
 /// How an autoregression is estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +49,7 @@ impl Estimator {
     ///
     /// [`FitError`] if the record does not determine it.
     pub fn fit(self, record: &[f64], order: usize, constant: bool) -> Result<Fit, FitError> {
+        check_size(record, order)?;
         if self == Self::LeastSquares {
             return least_squares::fit(record, order, constant);
         }
@@ -64,6 +69,7 @@ impl Estimator {
         order: usize,
         constant: bool,
     ) -> Result<(Vec<f64>, usize), FitError> {
+        check_size(record, order)?;
         if self == Self::LeastSquares {
             return least_squares::variances(record, order, constant);
         }
@@ -88,6 +94,16 @@ impl Estimator {
             false => Err(FitError::Noiseless { order }),
         }
     }
+}
+
+/// Refuses an order before anything of its size is made.
+fn check_size(record: &[f64], order: usize) -> Result<(), FitError> {
+    if order >= record.len() {
+        return Err(why_unfit(record, order, 0, 1));
+    }
+    // Matrices of the normal equations, their triangle and its inverse.
+    work::need::<f64>((order + 2).saturating_mul(order + 2).saturating_mul(MATRICES));
+    Ok(())
 }
 
 fn mean(record: &[f64], constant: bool) -> Centre {

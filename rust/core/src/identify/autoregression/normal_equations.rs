@@ -5,6 +5,7 @@ use pulp::{Arch, Simd};
 
 use super::kernel::{AddProducts, Centring, TILE};
 use crate::math::segments::segments;
+use crate::work;
 
 /// Samples that are centred together and then multiplied while they are in the nearest cache.
 const BLOCK: usize = 2048;
@@ -110,6 +111,7 @@ impl NormalEquations {
         self.present += segment.len();
         let late = segment.len().saturating_sub(self.order);
         for start in (0..late).step_by(BLOCK) {
+            work::pause();
             let block = &segment[start..segment.len().min(start + BLOCK + self.order)];
             self.sum += pass.add_block(block, &mut self.products)?;
         }

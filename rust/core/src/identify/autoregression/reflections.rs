@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::normal_equations::{Centre, NormalEquations};
 use super::{FitError, NearFit, check};
 use crate::math::segments::segments;
+use crate::work;
 
 /// Models of orders 0, 1, ... of which each is the one before it, extended.
 #[derive(Debug, Clone)]
@@ -133,7 +134,7 @@ pub fn burg(
     constant: bool,
     centre: Centre,
 ) -> Result<(Reflections, usize), FitError> {
-    let mut errors: Vec<Errors> = segments(record).map(|z| Errors::new(z, centre)).collect();
+    let mut errors = work::gathered(segments(record).map(|z| Errors::new(z, centre)));
     let n: usize = errors.iter().map(|errors| errors.forward.len()).sum();
     let energy = errors.iter().map(|errors| dot(&errors.forward, &errors.forward)).sum();
     let any = errors.iter().any(|errors| errors.forward.len() > order);
@@ -148,6 +149,7 @@ pub fn burg(
 /// The coefficient over all segments, after which their residuals are those of the next order.
 fn next_reflection(errors: &mut [Errors]) -> f64 {
     let (products, squares) = errors.iter_mut().fold((0.0, 0.0), |(products, squares), errors| {
+        work::pause();
         let (product, square) = errors.sums();
         (products + product, squares + square)
     });
@@ -167,8 +169,8 @@ struct Errors {
 
 impl Errors {
     fn new(segment: &[f64], centre: Centre) -> Self {
-        let forward: Vec<f64> = segment.iter().map(|z| centre.taken_off(*z)).collect();
-        Self { backward: forward.clone(), forward, m: 0 }
+        let forward = work::gathered(segment.iter().map(|z| centre.taken_off(*z)));
+        Self { backward: work::gathered(forward.iter().copied()), forward, m: 0 }
     }
 
     /// Sums of the products of what is to be forecast from each other, and of the squares.

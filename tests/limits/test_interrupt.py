@@ -1,0 +1,105 @@
+"""Ctrl-C ends long work at once: a filter is then as it was before, or the call was over."""
+
+import pytest
+
+from support.programs import run
+
+# Of each the work goes on until it is interrupted.
+FILTERS = {
+    "kf": "zr.DriftFilter(rate=100.0, method='kf', order=(3, 3))",
+    "fading": "zr.DriftFilter(rate=100.0, method='fading', order=(2, 1))",
+    "channels": "zr.DriftFilter(rate=100.0, channels=3)",
+    "auto": "zr.DriftFilter(rate=100.0, method='auto')",
+    "holding": "zr.DriftFilter(rate=100.0, method='akf', motion='hold')",
+    "least-squares": "zr.RecursiveLeastSquares()",
+    "noise": "zr.AllanNoise()",
+    "rest": "zr.RestDetector(rate=100.0)",
+    "streaming": "zr.StreamingAllan(rate=100.0, octaves=6)",
+}
+PROGRAM = """
+import os, signal, sys, threading, time
+import numpy as np
+import zerorate as zr
+from zerorate import _native
+
+rng = np.random.default_rng(int(sys.argv[1]))
+z = rng.standard_normal({samples})
+
+def late():
+    time.sleep(rng.uniform(0.0, 0.6))
+    global sent
+    sent = time.monotonic()
+    os.kill(os.getpid(), signal.SIGINT)
+
+def interrupted(work):
+    thread = threading.Thread(target=late)
+    thread.start()
+    try:
+        while True:
+            work()
+    except KeyboardInterrupt:
+        took = time.monotonic() - sent
+    thread.join()
+    assert took < 2.0, took
+
+{then}
+print("done")
+"""
+FILTER = """
+f = {make}
+z = z if f.channels is None else np.stack([z] * f.channels, axis=1)
+f.process(z[:1000])
+before = f.to_bytes()
+f.{method}(z)
+after = f.to_bytes()
+
+def work():
+    global f
+    f = kind.from_bytes(before)
+    f.{method}(z)
+
+kind, left = type(f), []
+for _ in range(4):
+    interrupted(work)
+    left.append(f.to_bytes())
+# A signal may come once the call is over, while its answer is put away.
+assert before in left and set(left) <= {{before, after}}
+# And works on.
+f.{method}(z[:100])
+"""
+
+
+@pytest.mark.parametrize("kind", FILTERS)
+def test_a_filter_is_as_it_was_before(kind):
+    then = FILTER.format(make=FILTERS[kind], method="process")
+    assert run(PROGRAM.format(samples=4_000_000, then=then), 1) == "done\n"
+
+
+@pytest.mark.parametrize("kind", ["kf", "fading", "auto"])
+def test_a_trace_too(kind):
+    then = FILTER.format(make=FILTERS[kind], method="trace")
+    assert run(PROGRAM.format(samples=1_500_000, then=then), 2) == "done\n"
+
+
+RECORDS = {
+    "allan": "zr.allan(z, 100.0, taus='all')",
+    "alone": "zr.allan(z, 100.0, 'mdev', taus='all', threads=1)",
+    "total": "zr.allan(z, 100.0, 'mtotdev')",
+    "hadamard-total": "zr.allan(z, 100.0, 'htotdev')",
+    "total-of-one": "_native.allan_deviations(z, [len(z) // 4], 'mtotdev')",
+    "theo1": "zr.allan(z, 100.0, 'theo1', taus='all')",
+    "parabolic": "zr.allan(z, 100.0, 'pdev', taus='all')",
+    "order": "_native.arma_grid(z, 3, 3)",
+    "arma": "_native.arma_fit(z, 3, 3, True, True)",
+    "likelihood": "_native.arma_likelihood(z, [0.5], [0.1], 0.0)",
+    "outliers": "_native.without_outliers(z, 100_001, 3.0, 0.0)",
+    "lags": "_native.lagged_products(z, len(z) - 1)",
+    "burg": "_native.fit_autoregression(z, 2_000, 'burg', True)",
+    "reversals": "_native.reversals(z)",
+}
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_work_on_a_record_ends(name):
+    then = f"for _ in range(3): interrupted(lambda: {RECORDS[name]})"
+    assert run(PROGRAM.format(samples=1_000_000, then=then), 3) == "done\n"

@@ -1,0 +1,139 @@
+"""Memory that is not there is a MemoryError, and the interpreter goes on."""
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from support.classes import STREAMS
+from support.programs import run
+from zerorate import _native
+
+CLASSES = {
+    "kf": lambda k: zr.DriftFilter(rate=100.0, method="kf", channels=k),
+    "holding": lambda k: zr.DriftFilter(rate=100.0, method="akf", motion="hold", channels=k),
+    "auto": lambda k: zr.DriftFilter(rate=100.0, method="auto", channels=k),
+    "least-squares": lambda k: zr.RecursiveLeastSquares(channels=k),
+    "noise": lambda k: zr.AllanNoise(channels=k),
+    "rest": lambda k: zr.RestDetector(rate=100.0, channels=k),
+    "streaming": lambda k: zr.StreamingAllan(rate=100.0, octaves=24, channels=k),
+}
+
+
+def test_every_streaming_class_is_here():
+    assert {type(make(1)) for make in CLASSES.values()} == {s.kind for s in STREAMS.values()}
+
+
+@pytest.mark.parametrize("channels", [10**12, 2**48, 2**60, 2**62, 2**63 - 1, 2**64 - 1])
+@pytest.mark.parametrize("name", CLASSES)
+def test_more_channels_than_any_memory_holds(name, channels):
+    with pytest.raises(MemoryError, match="bytes of memory were refused"):
+        CLASSES[name](channels)
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_no_machine_has_so_many_channels(name):
+    with pytest.raises(ValueError, match="channels must be at least 1, got"):
+        CLASSES[name](2**64)
+
+
+def test_windows_and_orders_of_any_size():
+    z = np.random.default_rng(1).standard_normal(1000)
+    whole, _ = _native.without_outliers(z, 2**63, 3.0, 0.0)
+    np.testing.assert_array_equal(whole, _native.without_outliers(z, 2001, 3.0, 0.0)[0])
+    for lags in (10**13, 2**62, 2**64 - 1):
+        with pytest.raises(MemoryError):
+            _native.lagged_products(z, lags)
+    for order in (1000, 10**9, 2**62, 2**64 - 1):
+        for method in ("least-squares", "burg", "yule-walker"):
+            with pytest.raises(ValueError, match=f"order {order} needs more than {order} samples"):
+                _native.fit_autoregression(z, order, method, True)
+    for horizon in (10**14, 2**62):
+        with pytest.raises(MemoryError):
+            _native.ReplayScores(1, 1, [horizon])
+    with pytest.raises(MemoryError):
+        _native.ReplayScores(2**62, 1, [1])
+    with pytest.raises(ValueError, match="horizon must be at least 1, got 0"):
+        _native.ReplayScores(1, 1, [0])
+
+
+def test_any_number_of_threads():
+    z = np.random.default_rng(1).standard_normal((1000, 3))
+    expected = zr.DriftFilter(rate=100.0, channels=3).process(z)
+    got = zr.DriftFilter(rate=100.0, channels=3).process(z, threads=10**9)
+    np.testing.assert_array_equal(got, expected)
+
+
+LIMITED = """
+import gc, resource, sys
+import numpy as np
+import zerorate as zr
+from zerorate import _native
+
+N = 3_000_000
+z = np.random.default_rng(1).standard_normal(N)
+short = z[:1000].copy()
+{setup}
+# Threads, buffers and caches that stay.
+def work(z):
+    return {work}
+work(short)
+zr.allan(short, 100.0)
+gc.collect()
+used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+refused = 0
+for megabytes in {megabytes}:
+    resource.setrlimit(resource.RLIMIT_AS, (used + megabytes * 2**20, resource.RLIM_INFINITY))
+    try:
+        work(z)
+    except MemoryError:
+        refused += 1
+    resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+assert refused, "nothing was refused"
+work(z[:100_000])
+print("alive")
+"""
+WORK = {
+    "process": ("f = zr.DriftFilter(rate=100.0)", "f.process(z)"),
+    "process-other-floats": ("f = zr.DriftFilter(rate=100.0)", "f.process(z.astype('f4'))"),
+    "process-strided": ("f = zr.DriftFilter(rate=100.0)", "f.process(z[::-1])"),
+    "process-into": (
+        "f = zr.DriftFilter(rate=100.0); out = np.empty((N, 2))",
+        "f.process(z, out=out[: len(z), 1])",
+    ),
+    "channels": (
+        "f = zr.DriftFilter(rate=100.0, channels=4)",
+        "f.process(z.reshape(-1, 4), threads=2)",
+    ),
+    "auto": ("f = zr.DriftFilter(rate=100.0, method='auto')", "f.process(z)"),
+    "trace": ("f = zr.DriftFilter(rate=100.0)", "f.trace(z)"),
+    "models": ("f = zr.RecursiveLeastSquares()", "f.process(z)"),
+    "rest": ("f = zr.RestDetector(rate=100.0)", "f.process(z.astype('f4'))"),
+    "many-channels": ("", "zr.DriftFilter(rate=100.0, channels=len(z) // 10)"),
+    "copy": (
+        "f = {n: zr.StreamingAllan(rate=100.0, octaves=n) for n in (2, 20)}; f[20].process(z)",
+        "f[20 if len(z) == N else 2].copy()",
+    ),
+    "copy-of-channels": (
+        "f = {k: zr.DriftFilter(rate=100.0, channels=k) for k in (2, 50_000)}",
+        "f[50_000 if len(z) == N else 2].copy()",
+    ),
+    "allan": ("", "zr.allan(z, 100.0)"),
+    "allan-of-columns": ("", "zr.allan(z[: len(z) // 2 * 2].reshape(-1, 2), 100.0, 'mdev')"),
+    "allan-with-gaps": ("z[::3] = np.nan", "zr.allan(z, 100.0)"),
+    "hadamard-total": ("", "_native.allan_deviations(z, [2], 'htotdev')"),
+    "outliers": ("", "_native.without_outliers(z, 5, 0.1, 0.0)"),
+    "reversals": ("", "_native.reversals(z)"),
+    "residuals": ("", "_native.arma_residuals(z, [0.5], [0.1], 0.0, 0.0)"),
+    "burg": ("", "_native.fit_autoregression(z, 3, 'burg', True)"),
+    "order": ("", "_native.fit_autoregression(z, min(len(z) // 100, 2000), 'least-squares', True)"),
+    "arma": ("", "_native.arma_grid(z, 1, 1)"),
+    "average": ("", "_native.exponential_mean(z, 0.1)"),
+}
+
+
+@pytest.mark.parametrize("name", WORK)
+def test_a_limit_of_memory(name):
+    """From hardly anything to enough: an answer, or MemoryError."""
+    setup, work = WORK[name]
+    program = LIMITED.format(setup=setup, work=work, megabytes=[4, 10, 20, 30, 45, 70, 120])
+    assert run(program) == "alive\n"
