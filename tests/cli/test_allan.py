@@ -223,7 +223,7 @@ USAGE = {
     "markov": (("--markov", "-1"), "--markov must not be negative"),
     "rate": (("--rate", "-5"), "rate"),
     "columns": (("--columns", "gyro_q"), "there is no column 'gyro_q'"),
-    "folder": (("-o", "not-there"), "does not exist"),
+    "folder": (("-o", f"{__file__}/out"), "is not a folder"),
 }
 
 DATA = {
@@ -248,6 +248,23 @@ DATA = {
         "--export kalibr needs a model of a gyro",
     ),
 }
+
+
+class TestAxes:
+    def test_one_without_samples_is_left_out_and_named(self, cli, tmp_path, out):
+        table = {"gyro_x_dps": signal(1000)[:, 0], "gyro_y_dps": np.full(1000, np.nan)}
+        table |= {"accel_x_g": np.full(1000, np.nan)}
+        code, text, errors = cli(write_table(tmp_path / "run.csv", table), "-o", out)
+        assert (code, errors) == (0, "")
+        assert "- column 'gyro_y_dps' is all missing" in text
+        assert "gyro_x_dps" in text.split("\n\n")[1]
+        assert "accelerometer" not in text
+
+    def test_a_constant_one_is_named(self, cli, tmp_path, out):
+        table = {"gyro_x_dps": signal(1000)[:, 0], "gyro_y_dps": np.full(1000, 0.25)}
+        code, text, errors = cli(write_table(tmp_path / "run.csv", table), "-o", out)
+        assert (code, errors) == (0, "")
+        assert "- gyro_y_dps: all samples are equal" in text
 
 
 class TestFaults:

@@ -1,5 +1,6 @@
 """The program: help, version, wrong commands, interrupts, and its exit codes as a process."""
 
+import signal
 import subprocess
 import sys
 
@@ -69,3 +70,47 @@ def test_faults_of_a_program(tmp_path):
     )
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == f"zerorate: {tmp_path / 'nothing.csv'} does not exist\n"
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_a_command_with_its_code(monkeypatch, capsys, number):
+    monkeypatch.setattr("zerorate.cli.app.invoke", lambda _: signal.raise_signal(number))
+    before = signal.getsignal(number)
+    assert run(["replay", "run.csv"]) == 128 + number
+    told = {signal.SIGTERM: "terminated", signal.SIGINT: "interrupted"}[number]
+    assert capsys.readouterr().err == f"zerorate: {told}\n"
+    assert signal.getsignal(number) is before
+
+
+class Panic(BaseException):
+    """As a panic of native code is raised."""
+
+
+@pytest.mark.parametrize("kind", [RuntimeError, KeyError, RecursionError, AssertionError, Panic])
+def test_a_fault_of_its_own_is_a_sentence(call, monkeypatch, kind):
+    def broken(_):
+        raise kind("some\nthing" + "." * 1000)
+
+    monkeypatch.setattr("zerorate.cli.app.invoke", broken)
+    monkeypatch.delenv("ZERORATE_TRACEBACK", raising=False)
+    code, _, errors = call("replay", "run.csv")
+    assert code == 70
+    check_line(errors, "please report it with what ZERORATE_TRACEBACK=1 adds to it")
+    assert errors.startswith(f"zerorate: {kind.__name__}: ")
+    assert len(errors) < 500
+    monkeypatch.setenv("ZERORATE_TRACEBACK", "1")
+    code, _, errors = call("replay", "run.csv")
+    assert (code, errors.startswith("Traceback")) == (70, True)
+    assert "in broken" in errors
+
+
+def test_a_file_that_fails_names_itself(call, monkeypatch):
+    def broken(_):
+        raise OSError(28, "No space left on device", "some.csv")
+
+    monkeypatch.setattr("zerorate.cli.app.invoke", broken)
+    assert call("replay", "run.csv") == (
+        1,
+        "",
+        "zerorate: [Errno 28] No space left on device: 'some.csv'\n",
+    )

@@ -103,7 +103,7 @@ USAGE_FAULTS = {
     "both": (("--quaternion", "a,b,c,d", "--reference", "e"), "not with both"),
     "column": (("--columns", "gyro_q"), "there is no column 'gyro_q'"),
     "unit": (("--unit", "furlong"), "unknown unit 'furlong'"),
-    "folder": (("--json", "nowhere/a.json"), "does not exist"),
+    "folder": (("--json", f"{__file__}/a.json"), "is not a folder"),
     "option": (("--colour",), "No such option"),
 }
 

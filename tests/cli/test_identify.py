@@ -213,7 +213,7 @@ USAGE = {
     "unit": (("--unit", "furlong"), "unknown unit 'furlong'"),
     "rate": (("--rate", "-5"), "rate"),
     "columns": (("--columns", "gyro_q"), "there is no column 'gyro_q'"),
-    "folder": (("-o", "not-there"), "does not exist"),
+    "folder": (("-o", f"{__file__}/out"), "is not a folder"),
 }
 
 DATA = {
@@ -221,6 +221,41 @@ DATA = {
     "no sample": (np.full(300, np.nan), "column 'gyro_x_dps': z holds no finite sample"),
     "constant": (np.full(300, 2.5), "needs samples that differ, all 300 are 2.5"),
 }
+
+
+BROKEN = {
+    "constant": (np.full(3000, 2.5), "needs samples that differ, all 3000 are 2.5"),
+    "missing": (np.full(3000, np.nan), "z holds no finite sample"),
+    "sparse": (np.where(np.arange(3000) % 10, np.nan, np.arange(3000) % 7), "segments"),
+    "a ramp": (0.5 * np.arange(3000), "without any noise to estimate"),
+    "a spike": (np.where(np.arange(3000) == 9, 1.0, 0.0), "without any noise to estimate"),
+}
+
+
+class TestAxes:
+    @pytest.mark.parametrize("name", BROKEN)
+    @pytest.mark.parametrize("place", [0, 1])
+    def test_what_cannot_be_modelled_is_left_out_and_named(self, cli, tmp_path, out, name, place):
+        z, reason = BROKEN[name]
+        good = np.random.default_rng(1).standard_normal(3000)
+        both = [("gyro_x_dps", good), ("gyro_y_dps", good)]
+        both[place] = (both[place][0], z)
+        code, text, errors = cli(write_table(tmp_path / "run.csv", dict(both)), "-o", out)
+        assert (code, errors) == (0, "")
+        assert f"{both[place][0]} is left out: " in one_line(text)
+        assert reason in one_line(text)
+        content = json.loads((out / "run-zerorate-identify.json").read_text())
+        assert list(content["axes"]) == [both[1 - place][0]]
+        assert any(reason in note for note in content["notes"])
+        assert reason in (out / "run-zerorate-identify.html").read_text(encoding="utf-8")
+
+    def test_a_sensor_that_stuck_after_a_gap_is_drawn(self, cli, tmp_path, out):
+        z = np.random.default_rng(1).standard_normal(5000)
+        z[2000], z[2001:] = np.nan, 0.3
+        code, text, errors = cli(write_table(tmp_path / "run.csv", {"gyro_x_dps": z}), "-o", out)
+        assert (code, errors) == (0, "")
+        assert "gyro_x_dps" in text
+        assert "<figure>" in (out / "run-zerorate-identify.html").read_text(encoding="utf-8")
 
 
 class TestFaults:

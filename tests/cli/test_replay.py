@@ -188,7 +188,7 @@ USAGE_FAULTS = {
     "index": (("--columns", "77"), "there is no column 77"),
     "empty column": (("--columns", "a,,b"), "--columns takes names or indices"),
     "twice": (("--columns", "1,1"), "--columns names a column twice"),
-    "folder": (("-o", "not-there"), "does not exist"),
+    "folder": (("-o", f"{__file__}/out"), "is not a folder"),
 }
 
 
@@ -225,7 +225,7 @@ class TestFaults:
         check_line(errors, "exists already; pass --force to replace it")
 
     def test_folder_that_is_a_file(self, cli, log):
-        code, _, errors = cli(log, "-o", log)
+        code, _, errors = cli(log, "-o", log / "out")
         assert code == 2
         check_line(errors, "is not a folder")
 

@@ -38,7 +38,7 @@ class TestSimulate:
         [
             ("gizmo", "-o", "a.csv"),
             ("mpu6050", "-o", "a.xyz"),
-            ("mpu6050", "-o", "nowhere/a.csv"),
+            ("mpu6050", "-o", f"{__file__}/a.csv"),
             ("mpu6050", "-o", "a.csv", "--duration", "-1"),
             ("mpu6050", "-o", "a.csv", "--axes", "0"),
             ("mpu6050",),
@@ -67,9 +67,10 @@ class TestDemo:
         assert call("demo", "-o", out, "--duration", "20")[0] == 2
         assert call("demo", "-o", out, "--duration", "20", "--force")[0] == 0
 
-    def test_its_folder_is_made(self, call, out):
-        assert call("demo", "-o", out / "new", "--duration", "5", "--device", "mti-100")[0] == 0
-        assert call("demo", "-o", out / "no" / "new", "--duration", "5")[0] == 2
+    def test_its_folders_are_made(self, call, out):
+        new = out / "new" / "deep"
+        assert call("demo", "-o", new, "--duration", "5", "--device", "mti-100")[0] == 0
+        assert names(new) == ["demo-zerorate.parquet", "demo-zerorate.png"]
 
     def test_unknown_device(self, call, out):
         code, _, errors = call("demo", "-o", out, "--device", "gizmo")

@@ -6,11 +6,13 @@ import socket
 import subprocess
 import sys
 import tty
+import zlib
 
 import numpy as np
 import pytest
 
 import zerorate as zr
+from support.killed import left_by_a_kill
 from support.streams import Asked, lines_of, streamed
 from zerorate.cli import run
 
@@ -104,6 +106,67 @@ def test_lost_samples_are_counted():
     )
 
 
+def test_a_counter_of_a_byte_wraps_many_times():
+    lines = [f"{i % 256} {i % 7}" for i in range(3000) if i != 700]
+    code, answers, errors = streamed(lines, "--rate", "1000", "--sequence", "0")
+    assert (code, sum("nan" in answer for answer in answers)) == (0, 0)
+    assert errors == (
+        "zerorate: 3000 samples, 1 of them lost; 0 came late or again; "
+        "the numbers began anew 0 times; they wrap after 255\n"
+    )
+
+
+def test_a_new_beginning_is_told_at_once():
+    with Asked("--rate", "1000", "--sequence", "0") as asked:
+        for i in [*range(100), *range(31)]:
+            asked.ask(f"{i},0.5")
+        assert asked.ask("31,0.5") == "31,0.0"
+        told = asked.process.stderr.readline()
+        assert told == "zerorate: line 132: the sequence numbers begin anew, here with 31\n"
+        code, _, errors = asked.end()
+    assert code == 0
+    assert "31 came late or again; the numbers began anew 1 times" in errors
+
+
+def test_many_new_beginnings_are_told_ten_times():
+    lines = [f"{10**7 * i},0.5" for i in range(200)]
+    code, _, errors = streamed(lines, *RATE, "--sequence", "0")
+    assert (code, errors.count("begin anew, here with")) == (0, 10)
+
+
+class TestClosedDescriptors:
+    """What a shell closes by ``2>&-`` must not be what another file is opened as."""
+
+    @staticmethod
+    def closed(descriptors, *options):
+        command = [sys.executable, "-m", "zerorate", "stream", *map(str, options)]
+        shell = ["sh", "-c", f'exec "$@" {descriptors}', "sh", *command]
+        return subprocess.run(shell, input="1\nx\n2\n", capture_output=True, text=True)
+
+    def test_warnings_do_not_enter_the_answers(self, tmp_path):
+        plain = self.closed("", *RATE)
+        done = self.closed("2>&-", *RATE)
+        assert (done.returncode, done.stdout) == (0, plain.stdout)
+
+    def test_warnings_do_not_enter_a_file(self, tmp_path):
+        source, state = tmp_path / "source", tmp_path / "state"
+        source.write_text("1\nx\n2\n")
+        options = (*RATE, source, "--checkpoint", state, "--every", "0.01")
+        done = self.closed("0<&- 2>&-", *options)
+        assert (done.returncode, done.stdout.count("\n")) == (0, 3)
+        assert run(["stream", "--checkpoint", str(state), "--position"]) == 0
+
+    def test_answers_that_go_nowhere_are_a_fault(self):
+        done = self.closed(">&-", *RATE)
+        assert (done.returncode, done.stdout) == (1, "")
+        assert "or not answered: " in done.stderr
+        assert len(done.stderr.splitlines()) == 1
+
+    def test_a_broken_stderr_does_not_end_the_stream(self):
+        done = self.closed("2>/dev/full", *RATE)
+        assert (done.returncode, done.stdout.count("\n")) == (0, 3)
+
+
 class TestEnds:
     def test_nobody_reads_the_answers(self):
         with Asked(*RATE) as asked:
@@ -114,7 +177,9 @@ class TestEnds:
             assert asked.process.wait() == 141
             assert asked.process.stderr.read() == ""
 
-    @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+    @pytest.mark.parametrize(
+        ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+    )
     def test_a_signal_saves_all_that_was_answered(self, tmp_path, capsys, number, code):
         checkpoint = tmp_path / "state"
         with Asked(*RATE, "--checkpoint", checkpoint, "--every", "1000") as asked:
@@ -195,6 +260,8 @@ class TestRefused:
             ([*RATE, "imu", "--udp", "127.0.0.1:0"], "not both"),
             ([*RATE, "--with", "gain"], "--with takes some of bias, bias_sigma, at_rest"),
             ([*RATE, "--sequence", "0,1"], "--sequence takes one column"),
+            ([*RATE, "--sequence-bits", "8"], "--sequence-bits needs --sequence"),
+            ([*RATE, "--sequence", "0", "--sequence-bits", "65"], "value for '--sequence-bits'"),
             ([*RATE, "--checkpoint", "state", "--every", "0"], "--every takes a positive"),
             ([*RATE, "--checkpoint", "none/state"], "the folder none does not exist"),
             (["--rate", "-1"], "a positive number of samples a second"),
@@ -236,6 +303,13 @@ def saved(tmp_path_factory):
     return path.read_bytes()
 
 
+def sealed(state, whole):
+    """Return a checkpoint of other JSON, with a right checksum."""
+    filter_ = whole[12 + int.from_bytes(whole[8:12], "little") : -4]
+    body = whole[:8] + len(state).to_bytes(4, "little") + state + filter_
+    return body + zlib.crc32(body).to_bytes(4, "little")
+
+
 class TestCheckpoints:
     @pytest.fixture
     def checkpoint(self, saved, tmp_path):
@@ -262,6 +336,7 @@ class TestCheckpoints:
             ([*RATE, "--output-kind", "estimate"], "made with --output-kind compensated, now"),
             ([*RATE, "--with", "bias"], "made with --with none, now it is bias"),
             ([*RATE, "--startup", "2"], "made with --startup 1, now it is 2"),
+            ([*RATE, "--fields", "3"], "made with --fields 2, now it is 3"),
         ],
     )
     def test_other_options_are_refused(self, checkpoint, options, told, capsys):
@@ -272,11 +347,17 @@ class TestCheckpoints:
         assert len(errors.splitlines()) == 1
         assert checkpoint.read_bytes() == before
 
-    @pytest.mark.parametrize("torn", ["short", "empty", "flipped", "foreign"])
+    @pytest.mark.parametrize("torn", ["short", "empty", "flipped", "foreign", "forged"])
     def test_a_torn_one_is_refused_and_kept_unless_forced(self, checkpoint, torn):
         whole = checkpoint.read_bytes()
         flipped = bytes([*whole[:50], whole[50] ^ 1, *whole[51:]])
-        damaged = {"short": whole[:-9], "empty": b"", "flipped": flipped, "foreign": b"t,x\n1,2\n"}
+        damaged = {
+            "short": whole[:-9],
+            "empty": b"",
+            "flipped": flipped,
+            "foreign": b"t,x\n1,2\n",
+            "forged": sealed(b"[{}]", whole),
+        }
         checkpoint.write_bytes(damaged[torn])
         code, answers, errors = streamed(LINES, *RATE, "--checkpoint", checkpoint)
         assert (code, answers, len(errors.splitlines())) == (1, [], 1)
@@ -287,9 +368,10 @@ class TestCheckpoints:
         assert checkpoint.read_bytes() == whole
 
     def test_what_a_kill_left_is_removed_at_the_next_start(self, checkpoint):
-        ours, others = ".state.0123456789ab", [".state.backup", ".other.0123456789ab", ".state"]
-        for name in (ours, *others):
+        others = [".state.backup", ".zerorate", ".state"]
+        for name in others:
             (checkpoint.parent / name).write_bytes(b"half")
+        left_by_a_kill(checkpoint)
         assert streamed(LINES[100:], *RATE, "--checkpoint", checkpoint)[0] == 0
         names = sorted(path.name for path in checkpoint.parent.iterdir())
         assert names == sorted([*others, "state"])

@@ -6,7 +6,9 @@ import os
 import numpy as np
 import pytest
 
+from support.killed import temporary_of
 from zerorate.io import Log, atomic_path, check_writable, write_log
+from zerorate.io.atomic import sweep
 
 
 def test_success_leaves_one_file(tmp_path):
@@ -100,3 +102,37 @@ def test_write_log_refuses_and_replaces(tmp_path):
         write_log(log, tmp_path / "a.npz")
     write_log(log, tmp_path / "a.npz", force=True)
     assert [p.name for p in tmp_path.iterdir()] == ["a.npz"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "\U0001f9ed" * 62 + ".csv",
+        "a." + "b" * 250,
+        "x" * 251 + ".npz",
+        os.fsdecode(b"r\xe9s.csv"),
+        "ü.ü",
+    ],
+)
+def test_names_of_any_length_and_letters(tmp_path, name):
+    with atomic_path(tmp_path / name) as temporary:
+        assert temporary.name.isascii()
+        assert len(temporary.name) < 80
+        temporary.write_text("whole")
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+def test_what_this_process_is_writing_stays(tmp_path):
+    target = tmp_path / "a.csv"
+    with atomic_path(target) as temporary:
+        temporary.write_text("half")
+        # Numbers of processes come again, after a restart of a container above all.
+        left = temporary_of(target, os.getpid())
+        left.write_text("left")
+        sweep([target, tmp_path / "b.csv"])
+        assert (temporary.exists(), left.exists()) == (True, False)
+
+
+def test_sweeping_a_folder_that_is_not_there(tmp_path):
+    sweep([tmp_path / "none" / "a.csv"])
+    assert list(tmp_path.iterdir()) == []

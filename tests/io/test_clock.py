@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from zerorate.io import LogError, read_log
-from zerorate.io.clock import ClockReport, fit_grid, to_seconds
+from zerorate.io.clock import fit_grid
+from zerorate.io.grid import ClockReport
 
 N = 20_000
 ROWS = np.arange(N)
@@ -152,42 +153,6 @@ def test_one_row_needs_a_rate():
 @pytest.mark.parametrize("n", [2, 3, 10, 1000])
 def test_rate_of_exact_stamps_is_exact(rate, n):
     assert fit_grid(np.arange(n) / rate).rate == rate
-
-
-@pytest.mark.parametrize(
-    ("name", "step", "per_second"),
-    [
-        ("time_s", 1, 1),
-        ("time_ms", 10, 1e3),
-        ("timestamp_us", 10, 1e6),
-        ("timestamp [ns]", 10_000_000, 1e9),
-        ("t", 0.01, 1),
-        ("time", 10, 1e3),
-        ("timestamp", 10_000, 1e6),
-        ("stamp", 10_000_000, 1e9),
-    ],
-)
-def test_unit_of_time(name, step, per_second):
-    stamps = to_seconds(np.arange(5) * step, name, None)
-    np.testing.assert_allclose(stamps.seconds, np.arange(5) * step / per_second)
-
-
-def test_stated_rate_settles_the_unit_of_time():
-    assert to_seconds(np.arange(5), "t", 1.0).seconds[-1] == 4
-    assumed = to_seconds(np.arange(5), "t", None)
-    assert assumed.seconds[-1] == 0.004
-    assert "read as ms" in assumed.note
-
-
-def test_nanoseconds_since_1970_keep_their_precision():
-    column = 1_700_000_000_123_456_789 + 10_000_001 * np.arange(100)
-    stamps = to_seconds(column, "timestamp_ns", None)
-    np.testing.assert_array_equal(stamps.seconds, 10_000_001 * np.arange(100) / 1e9)
-
-
-def test_missing_timestamp_names_its_row():
-    with pytest.raises(LogError, match="not finite in row 2"):
-        to_seconds(np.array([0.0, 1.0, np.nan]), "time_s", None)
 
 
 def test_summaries():

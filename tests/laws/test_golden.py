@@ -38,3 +38,12 @@ def test_a_state_of_an_older_layout_is_refused():
     words = "checkpoint has layout version 2, this zerorate reads version 3"
     with pytest.raises(ValueError, match=words):
         type(new("fading")).from_bytes(old)
+
+
+@pytest.mark.parametrize(("name", "holds"), [("fading", "drift"), ("auto", "drift-auto")])
+def test_a_state_of_an_older_version_is_refused(name, holds):
+    old = (GOLDEN / f"{name}-of-version-1.bin").read_bytes()
+    with pytest.raises(
+        ValueError, match=f"holds '{holds}' version 1.*, expected '{holds}' version 2"
+    ):
+        type(new(name)).from_bytes(old)

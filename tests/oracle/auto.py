@@ -7,6 +7,7 @@ import numpy as np
 from oracle.learned import Learned
 from oracle.startup import Startup
 from oracle.ticks import Ticks
+from oracle.watch import Watch
 
 STARTUP_MIN = 10
 
@@ -21,6 +22,7 @@ class AutoFilter:
         self.detector = detector(rate)
         self.startup = Startup(self.window, scale)
         self.learned = None
+        self.watch = Watch()
         self.status = "starting"
         self.experienced = False
         self.reach = 0.0
@@ -97,12 +99,22 @@ class AutoFilter:
             getattr(self, tick.event)(tick)
         if self.hold and tick.event == "jump":
             return
-        if self.status == "starting" and self.startup.finished:
+        if self.disproves(tick):
+            self.startup = Startup(self.window, self.known_scale)
+            self.learned, self.experienced, self.watch = None, False, Watch()
+            self.status = "starting"
+        elif self.status == "starting" and self.startup.finished:
             self.finish_startup()
         elif self.status == "at rest":
             self.learned.learn(tick)
         elif self.status == "in motion":
             self.learned.wait()
+
+    def disproves(self, tick):
+        told = self.known_scale is not None
+        if told or self.learned is None or self.status != "at rest":
+            return False
+        return self.watch.judge(np.sqrt(tick.variance), self.learned.scale)
 
     def rest(self, tick):
         if self.begins or self.learned is None:

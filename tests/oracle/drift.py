@@ -15,6 +15,7 @@ from oracle.kalman import (
 )
 from oracle.least_squares import LeastSquares, raw_coefficients
 from oracle.startup import Startup
+from oracle.watch import PERIOD, Watch
 
 # In variances of the start-up window.
 FLOOR = 1e-12
@@ -44,6 +45,9 @@ class DriftFilter:
         scale=None,
         start=None,
     ):
+        self.arguments = {name: value for name, value in locals().items() if name != "self"}
+        self.told = scale is not None or start is not None
+        self.watch, self.seen = Watch(), 0
         size = order[0] + 1
         self.method = method
         self.initial = process_noise
@@ -85,11 +89,24 @@ class DriftFilter:
     def update(self, z):
         missing = not math.isfinite(z)
         self.k += not missing
+        self.seen += 1
         if not self.running:
             return {**self.start(z), "missing": missing, "guarded": False}
         y = (z - self.offset) / self.scale
         guarded = self.filter(np.nan if missing else y)
-        return {**self.reading(), "missing": missing, "guarded": guarded}
+        reading = {**self.reading(), "missing": missing, "guarded": guarded}
+        looks = not self.told and self.seen % PERIOD == 0
+        if looks and self.watch.disproves(z, self.scale):
+            reading = self.start_anew(reading)
+        return reading
+
+    def start_anew(self, reading):
+        """Forgets all but the estimate."""
+        seen = self.seen
+        self.__init__(**self.arguments)
+        self.seen = seen
+        known = self.startup_reading(0.0, False)
+        return {**known, "estimate": reading["estimate"], "missing": False, "guarded": False}
 
     def filter(self, y):
         """One sample, centred and scaled; answers whether the guard acted."""
@@ -152,7 +169,9 @@ class DriftFilter:
             "innovation": innovation,
             "innovation_variance": known.variance,
             "gain": identity[0] * (1.0 / len(known.samples) if seen else 0.0),
-            "measurement_noise": max(self.noise.variance, FLOOR * unit**2),
+            "measurement_noise": known.variance
+            if known.spoilt
+            else max(self.noise.variance, FLOOR * unit**2),
             "process_noise": identity * self.initial * known.variance,
             "coefficients": np.append(np.zeros(self.model.size - 1), known.mean),
             "covariance": identity * self.initial * known.variance,
@@ -161,11 +180,16 @@ class DriftFilter:
     def begin(self, innovation):
         """The last sample of the start-up: from now on samples are centred and scaled."""
         self.offset, self.scale = self.startup.mean, self.startup.scale
-        self.peak = self.startup.peak
-        self.noise.variance /= self.scale**2
-        self.noise.previous = [(z - self.offset) / self.scale for z in self.noise.previous]
-        self.running = True
         variance = self.scale**2
+        if self.startup.spoilt:
+            self.peak = PEAK
+            self.noise.previous = [np.nan, np.nan]
+            self.noise.believe(self.startup.variance / variance, len(self.startup.samples))
+        else:
+            self.peak = self.startup.peak
+            self.noise.variance /= variance
+            self.noise.previous = [(z - self.offset) / self.scale for z in self.noise.previous]
+        self.running = True
         return {
             "estimate": self.offset,
             "innovation": innovation,

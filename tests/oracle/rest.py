@@ -10,6 +10,10 @@ CERTAIN, LOUD, LIKELY = 4.9, 3.0, 9.0
 NEAR_TICK, NEAR_MEAN = 6.0, 2.0
 SCALES = range(3)
 MEMORY = 240
+# Ticks swallowed in a row after which all begins anew.
+LOST = 4
+BOUND = 1e75
+ROUNDING = 8.0 * np.finfo(float).eps
 
 Seen = namedtuple("Seen", "count level variance weight step")
 
@@ -32,26 +36,33 @@ class Ticker:
     def __init__(self, length):
         self.length = length
         self.origin, self.unit, self.step, self.centre = None, 0.0, math.inf, 0.0
-        self.tick, self.previous = [], math.nan
+        self.tick, self.previous, self.swallowed = [], math.nan, 0
 
     def observe(self, z):
+        y = math.nan
         if math.isfinite(z):
             z = min(max(z, -1e300), 1e300)
             self.origin = z if self.origin is None else self.origin
             self.unit = self.unit or abs(z - self.origin)
-            y = (z - self.origin) * (1.0 / max(self.unit, 2.2250738585072014e-308))
-            y = min(max(y if self.unit else 0.0, -1e75), 1e75)
-            if 0.0 < abs(y - self.previous) < self.step:
-                self.step = abs(y - self.previous)
-        else:
-            y = math.nan
-        self.previous = y
+            if 0.0 < abs(z - self.previous) < self.step:
+                self.step = abs(z - self.previous)
+            y = (z - self.origin) * self.inverse
+            y = min(max(y if self.unit else 0.0, -BOUND), BOUND)
+        self.previous = z
         self.tick.append(y)
         return self.end() if len(self.tick) == self.length else None
 
+    @property
+    def inverse(self):
+        return 1.0 / max(self.unit, 2.2250738585072014e-308)
+
+    @property
+    def lost(self):
+        return self.swallowed >= LOST
+
     def end(self):
         distances = [y - self.centre for y in self.tick if not math.isnan(y)]
-        count, self.tick, variance = len(distances), [], 0.0
+        count, self.tick, variance, before = len(distances), [], 0.0, self.centre
         if count >= 4:
             far = max(abs(d) for d in distances)
             squares = sum(d * d for d in distances) - far**2
@@ -60,10 +71,24 @@ class Ticker:
             total, n = sum(distances) - farthest, count - 1
             variance = max((squares - total**2 / n) / (n - 1), 0.0)
             self.centre += total / n
-        step = self.step if self.step < math.inf else 0.0
-        rounding = 8.0 * np.finfo(float).eps * abs(self.centre)
+            mean = self.origin + self.unit * (before + sum(distances) / count)
+            self.swallowed = self.swallowed + 1 if self.swallows(mean, distances, variance) else 0
+        step = min(self.step * self.inverse, BOUND) if self.step < math.inf else 0.0
+        rounding = ROUNDING * abs(self.centre)
         weight = math.sqrt(count / self.length)
+        count = 0 if self.swallowed else count
         return Seen(count, self.centre, variance, weight, max(step, rounding))
+
+    def swallows(self, mean, distances, variance):
+        """Whether little is left of the samples beside the origin, or in the unit."""
+        deviation, rounding = math.sqrt(variance), 16.0 * ROUNDING * abs(self.origin)
+        coarse = self.step <= rounding and self.unit * deviation <= rounding
+        spread = max(0.0, *distances) - min(0.0, *distances)
+        return (
+            (coarse and abs(mean) < 1e-3 * abs(self.origin))
+            or 0.0 < spread < 1.0 / BOUND
+            or abs(self.centre) + deviation >= 0.1 * BOUND
+        )
 
 
 class Candidate:
@@ -174,6 +199,9 @@ class RestDetector:
         self.dwell = max(6, int(1.5 * seconds + 0.5))
         self.short = max(10, int(10.0 * seconds + 0.5))
         self.long = max(30, int(60.0 * seconds + 0.5))
+        self.begin_anew()
+
+    def begin_anew(self):
         self.ticker = Ticker(self.length)
         self.at_rest = self.deceived = False
         self.known = self.home = self.candidate = None
@@ -183,7 +211,11 @@ class RestDetector:
         """Whether it rests; ``event`` is what changed: a rest, a motion, a restart or None."""
         self.event = None
         seen = self.ticker.observe(z)
-        if seen and seen.count >= 4:
+        self.swallowed = self.ticker.swallowed > 0
+        if seen and self.ticker.lost:
+            self.begin_anew()
+            self.event = "restart"
+        elif seen and seen.count >= 4:
             if self.known is None:
                 self.begin(seen)
             elif self.at_rest:

@@ -2,18 +2,35 @@
 
 import numpy as np
 
+from oracle.sketch import Sketch
+
+TELLING = 8
+SPOILT, LOST = 4.0, 1e-3
+
 
 class Startup:
-    """Collects finite samples until there are enough of them and two of them differ."""
+    """Collects finite samples until there are enough of them and two of them differ.
+
+    Where a few are far from all others, median and median distance stand for mean and deviation.
+    """
 
     def __init__(self, window, known_scale=None):
         self.window = window
         self.known_scale = known_scale
         self.samples = []
+        self.sketch = Sketch()
 
     def observe(self, z):
         if np.isfinite(z):
             self.samples.append(z)
+            self.sketch.insert(z)
+
+    @property
+    def spoilt(self):
+        if len(self.samples) < TELLING or not self.sketch.deviation > 0.0:
+            return False
+        ratio = np.sqrt(np.var(self.differences, ddof=1)) / self.sketch.deviation
+        return ratio > SPOILT or ratio < LOST
 
     @property
     def finished(self):
@@ -21,12 +38,16 @@ class Startup:
 
     @property
     def mean(self):
+        if self.spoilt:
+            return self.sketch.median
         # From the first sample on, so that a large offset costs no digits.
         first = self.samples[0] if self.samples else 0.0
         return first + np.mean(self.differences) if self.samples else 0.0
 
     @property
     def variance(self):
+        if self.spoilt:
+            return self.sketch.deviation**2
         return np.var(self.differences, ddof=1) if len(self.samples) > 1 else 0.0
 
     @property

@@ -35,6 +35,8 @@ class Ticks:
         if len(self.samples) < self.length:
             return None
         samples, self.samples = np.array(self.samples), []
+        if self.detector.swallowed:
+            samples = samples[:0]
         event = self.detector.event
         if event == "restart":
             event = "jump" if at_rest else "forget"

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
@@ -99,6 +100,31 @@ def test_summary_has_a_row_for_each_log_and_axis(tmp_path, batch):
         assert abs(one["bias"] - 0.5) < 5 * one["bias_sigma"]
         # White noise of 0.1 at 100 Hz is 0.01 a root hertz; 2000 samples tell it to a few percent.
         assert one["angle_random_walk"] == pytest.approx(0.01, rel=0.2)
+
+
+def test_notes_reach_the_record_the_summary_and_the_terminal(tmp_path, batch, capsys):
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    rows = np.delete(np.arange(2000), np.s_[500:510])
+    noise = np.random.default_rng(1).standard_normal(2000)
+    for name in ("a", "b"):
+        rows_of = [f"{i / 100:.2f},{noise[i]}\n" for i in rows]
+        (logs / f"{name}.csv").write_text("time_s,gyro_x\n" + "".join(rows_of))
+    (logs / "c.csv").write_text("time,gyro_x_dps\n" + "".join(f"{10 * i},1\n" for i in range(2000)))
+    (logs / "d.csv").write_text("no table")
+    gap = "clock at 100 Hz with 10 missing samples in 1 gap (longest 0.11 s)"
+    unit = "the unit of the data is not known; give unit="
+    ms = "time column 'time' read as ms, judged by its step"
+    equal = "gyro_x_dps: all samples are equal, so no noise, model or gain was learned"
+    for _ in range(2):
+        # A log that an earlier run has finished keeps its notes.
+        table = pq.read_table(batch(Settings(method="kf")).summary).to_pylist()
+        assert [row["notes"] for row in table] == [[gap, unit], [gap, unit], [ms, equal], []]
+    line = f"zerorate batch {logs}/*.csv -o {tmp_path / 'out'} --method kf --workers 1"
+    assert run(line.split()[1:]) == 1
+    out = capsys.readouterr().out
+    assert f"note: a.csv and 1 other: {gap}" in out
+    assert f"note: c.csv: {ms}" in out
 
 
 def test_outputs_are_no_inputs(logs, tmp_path):

@@ -85,21 +85,22 @@ def test_killed_workers_lose_nothing(folder, tmp_path, engine):
     assert pq.read_table(tmp_path / "out" / "summary.parquet").num_rows == COUNT
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_a_stopped_run_is_resumed(folder, tmp_path, number):
     process = start(folder, tmp_path / "out", "--workers", "2")
     wait_until(process, tmp_path / "out", 3)
     workers = workers_of(process)
-    if number == signal.SIGINT:
-        os.killpg(process.pid, number)  # as a terminal does
+    if number != signal.SIGKILL:
+        os.killpg(process.pid, number)  # as a terminal does, and a supervisor
     else:
         process.kill()
     _, errors = process.communicate(timeout=30)
     psutil.wait_procs(workers, timeout=30)
     kept = finished(tmp_path / "out")
     assert 3 <= len(kept) < COUNT
-    if number == signal.SIGINT:
-        assert (process.returncode, errors) == (130, "zerorate: interrupted\n")
+    if number != signal.SIGKILL:
+        told = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}[number]
+        assert (process.returncode, errors) == (128 + number, f"zerorate: {told}\n")
         assert [path for path in (tmp_path / "out").rglob(".*") if path.is_file()] == []
     again = start(folder, tmp_path / "out", "--workers", "2")
     text, _ = again.communicate(timeout=120)
@@ -114,7 +115,8 @@ def test_a_log_without_room_fails_and_leaves_nothing(tmp_path):
     make_logs(tmp_path / "more", 1, N)[0].replace(large)
     # A limit on the size of a file stands in for a full disk, which takes rights to make.
     limited = (
-        "import resource, runpy, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
+        "import resource, runpy, signal, sys; sys.dont_write_bytecode = True; "
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
         "resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000)); "
         "sys.argv[0] = 'zerorate'; runpy.run_module('zerorate', run_name='__main__')"
     )

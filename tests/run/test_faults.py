@@ -27,9 +27,11 @@ WRITING = {
 }
 BY_COMMAND = pytest.mark.parametrize("command", WRITING)
 
-# A limit on the size of a file stands in for a full disk, which takes rights to make.
+# A limit on the size of a file stands in for a full disk, which takes rights to make. It would hold
+# for compiled modules as well.
 LIMITED = (
-    "import resource, runpy, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
+    "import resource, runpy, signal, sys; sys.dont_write_bytecode = True; "
+    "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
     "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)); "
     "sys.argv[0] = 'zerorate'; runpy.run_module('zerorate', run_name='__main__')"
 )

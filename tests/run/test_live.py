@@ -19,7 +19,8 @@ from zerorate.run.live import (
     Settings,
     SettingsError,
 )
-from zerorate.run.live.lines import SequenceCount
+from zerorate.run.live.running import Running
+from zerorate.run.live.sequence import SequenceCount
 
 RATE = 100.0
 Z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal((400, 3))
@@ -180,6 +181,57 @@ def test_lost_samples_are_missing_ones():
     assert (some.sequence.lost, some.samples, some.position) == (8, 400, 400)
 
 
+def work_of(monkeypatch):
+    """Count what a filter is given at once."""
+    given, process = [], Running._predict
+    monkeypatch.setattr(
+        Running, "_predict", lambda self, n: (given.append(min(n, self.owed)), process(self, n))
+    )
+    return given
+
+
+@pytest.mark.parametrize("output", ["estimate", "compensated"])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_a_long_gap_stops_no_answer(monkeypatch, output, channels):
+    rate, lost, given = 8000.0, 1_000_000, work_of(monkeypatch)
+    settings = Settings(rate, method="kf", output=output, sequence=0, beside=(Beside.bias,))
+    z = 0.5 + 0.1 * np.random.default_rng(2).standard_normal((30_000, channels))
+    numbers = np.arange(len(z)) + lost * (np.arange(len(z)) >= 10_000)
+    lines = [f"{n},{line}" for n, line in zip(numbers, lines_of(z), strict=True)]
+    some = LineStream(settings)
+    found = np.array([list(map(float, some.take(line).split(",")[1:])) for line in lines])
+    # A piece that leaves most of the time between two samples to what comes.
+    assert max(given) <= (1 << 22) / (rate * channels)
+    behind = np.flatnonzero(np.array(given) > 0)
+    caught_up = 10_000 + len(behind)
+    assert 10_000 < caught_up < 25_000
+    bias = found[10_000 : caught_up - 1, channels:]
+    held = bias if output == "estimate" else z[10_000 : caught_up - 1] - bias
+    np.testing.assert_array_equal(found[10_000 : caught_up - 1, :channels], held)
+    # The state is that of a filter which was given all of it as missing.
+    alone = settings.filter(channels)
+    flat = z[:, 0] if channels == 1 else z
+    alone.process(flat[:10_000])
+    gap = (lost + caught_up - 1 - 10_000, *flat.shape[1:])
+    alone.process(np.full(gap, np.nan))
+    alone.process(flat[caught_up - 1 :])
+    state, filter_ = opened(some.to_bytes())
+    assert filter_ == alone.to_bytes()
+    assert (state["samples"], state["owed"], some.sequence.lost) == (len(z) + lost, 0, lost)
+
+
+def test_saved_within_a_long_gap_it_goes_on(monkeypatch):
+    some = LineStream(Settings(8000.0, sequence=0))
+    lines = [f"{n + 500_000 * (n > 99)},{n % 7}" for n in range(5000)]
+    expected = taken(some, lines)
+    first = LineStream(some.settings)
+    taken(first, lines[:150])
+    second = LineStream.from_bytes(first.to_bytes())
+    assert opened(first.to_bytes())[0]["owed"] > 0
+    assert taken(second, lines[150:]) == expected[150:]
+    assert second.to_bytes() == some.to_bytes()
+
+
 def test_a_late_sample_is_answered_but_not_taken():
     some = stream(sequence=0)
     taken(some, ["10,1", "12,2"])
@@ -269,14 +321,13 @@ def test_a_state_with_all_options_is_read(method):
     """Earlier versions wrote those too that the method does not use."""
     some = stream(method=method)
     some.take("1,2")
-    raw = some.to_bytes()
-    length = int.from_bytes(raw[8:12], "little")
-    state = json.loads(raw[12 : 12 + length])
+    state, filter_ = opened(some.to_bytes())
     unused = {"order": [2, 1], "fading": 0.97, "adapt_for": 120.0, "noise": "allan"}
     state["settings"] = {**unused, **state["settings"]}
-    text = json.dumps(state).encode()
-    body = raw[:8] + len(text).to_bytes(4, "little") + text + raw[12 + length : -4]
-    whole = body + zlib.crc32(body).to_bytes(4, "little")
+    # Nor did they know of wraps, or of gaps that are not yet filled.
+    state["sequence"] = state["sequence"][:4]
+    del state["owed"], state["settings"]["sequence_bits"]
+    whole = sealed(state, filter_)
     assert LineStream.from_bytes(whole, stream(method=method).settings).samples == 1
 
 
@@ -297,6 +348,99 @@ def test_every_cut_and_every_flipped_byte_is_refused():
                 LineStream.from_bytes(damaged)
 
 
+def sealed(state, filter_):
+    """Return a checkpoint of any JSON and any filter, with a right checksum."""
+    text = json.dumps(state).encode()
+    body = b"ZRLINES1" + len(text).to_bytes(4, "little") + text + filter_
+    return body + zlib.crc32(body).to_bytes(4, "little")
+
+
+def opened(raw):
+    """Return the JSON and the filter of a checkpoint."""
+    end = 12 + int.from_bytes(raw[8:12], "little")
+    return json.loads(raw[12:end]), raw[end:-4]
+
+
+@pytest.fixture(scope="module")
+def numbered():
+    some = stream(sequence=0, sequence_bits=8, beside=(Beside.bias,))
+    taken(some, ["n,wx,wy", "254,1,2", "255,1,3", "0,2,1", "3,2,1"])
+    return opened(some.to_bytes())
+
+
+@pytest.mark.parametrize("state", [None, 1, [], {}, "x", {"settings": {}}, {"settings": []}])
+def test_foreign_json_under_a_right_checksum_is_refused(numbered, state):
+    with pytest.raises(CheckpointError, match="no state of a stream"):
+        LineStream.from_bytes(sealed(state, numbered[1]))
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers(-(10**30), 10**30) | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=5), inner),
+    max_leaves=5,
+)
+
+
+@given(st.data())
+def test_what_is_read_from_forged_json_is_a_stream_that_works(numbered, data):
+    state = json.loads(json.dumps(numbered[0]))
+    for _ in range(data.draw(st.integers(1, 2))):
+        place = state
+        while isinstance(place, dict | list) and place:
+            keys = list(place) if isinstance(place, dict) else range(len(place))
+            key = data.draw(st.sampled_from(keys))
+            if not isinstance(place[key], dict | list) or data.draw(st.booleans()):
+                place[key] = data.draw(JSON)
+                break
+            place = place[key]
+    try:
+        some = LineStream.from_bytes(sealed(state, numbered[1]))
+    except CheckpointError:
+        return
+    width = len(some.take("n,wx,wy").split(","))
+    assert [len(some.take(f"{n},1,2").split(",")) for n in range(60)] == [width] * 60
+    assert LineStream.from_bytes(some.to_bytes()).to_bytes() == some.to_bytes()
+
+
+@pytest.mark.parametrize(
+    ("part", "forged"),
+    [
+        ("samples", 7),
+        ("samples", True),
+        ("lines", -1),
+        ("owed", 1),
+        ("layout", [3, [1, 3], 0, None]),
+        ("layout", [3, [1], 0, None]),
+        ("layout", [3, [1, 2], None, None]),
+        ("layout", [3, [1, 2], 0, ["n", "wx"]]),
+        ("sequence", [0, 0, 0, 0, [5, 5], True, 0, 0]),
+        ("sequence", [0, 0, 0, 0, [0, 99], True, 0, 0]),
+        ("sequence", [0, 0, 0, 0, [0, 255], False, 0, 0]),
+        ("sequence", [0.5, 0, 0, 0, [0, 255], True, 0, 0]),
+    ],
+)
+def test_parts_that_do_not_belong_together_are_refused(numbered, part, forged):
+    state, filter_ = numbered
+    assert LineStream.from_bytes(sealed(state, filter_)).samples == 6
+    with pytest.raises(CheckpointError, match="no state of a stream"):
+        LineStream.from_bytes(sealed({**state, part: forged}, filter_))
+
+
+def test_another_width_is_refused():
+    some = stream(sequence=0)
+    some.take("1,2")
+    with pytest.raises(SettingsError, match="sequence_bits=none, now it is 8"):
+        LineStream.from_bytes(some.to_bytes(), Settings(RATE, sequence=0, sequence_bits=8))
+
+
+def test_other_fields_are_refused():
+    some = stream()
+    some.take("1,2")
+    assert LineStream.from_bytes(some.to_bytes(), some.settings, 2).samples == 1
+    with pytest.raises(SettingsError, match="fields=2, now it is 3"):
+        LineStream.from_bytes(some.to_bytes(), some.settings, 3)
+
+
 def test_a_damaged_filter_under_a_right_checksum_is_refused():
     some = stream(method="kf")
     some.take("1")
@@ -309,9 +453,7 @@ def test_a_damaged_filter_under_a_right_checksum_is_refused():
 def test_the_state_is_readable_text():
     some = stream()
     some.take("1,2")
-    raw = some.to_bytes()
-    length = int.from_bytes(raw[8:12], "little")
-    assert json.loads(raw[12 : 12 + length])["samples"] == 1
+    assert opened(some.to_bytes())[0]["samples"] == 1
 
 
 @pytest.mark.parametrize("bad", [{"rate": -1.0}, {"method": "x"}, {"motion": "x"}])

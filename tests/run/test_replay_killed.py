@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 
+from support.killed import left_by_a_kill, temporary_of
 from zerorate import Log, read_log, write_log
 from zerorate.cli import run
 
@@ -69,8 +70,10 @@ def hidden(folder):
     ("number", "share"),
     [
         (signal.SIGINT, 0.5),
+        (signal.SIGTERM, 0.6),
         (signal.SIGKILL, 0.7),
         (signal.SIGINT, 0.85),
+        (signal.SIGTERM, 0.9),
         (signal.SIGKILL, 0.95),
     ],
 )
@@ -88,10 +91,12 @@ def test_stopped_at_any_moment(recording, usual_time, tmp_path, number, share, o
                 (tmp_path / name).unlink()
     check_outputs(tmp_path)
     assert set(visible(tmp_path)) <= set(OUTPUTS)
-    if number == signal.SIGINT:
-        assert process.returncode in (0, 130, -signal.SIGINT)
+    if number != signal.SIGKILL:
+        # The interpreter's own start and end are not the command's.
+        assert process.returncode in (0, 128 + number, -number)
         assert hidden(tmp_path) == []
-        assert process.returncode != 130 or errors.strip() == "zerorate: interrupted"
+        told = {signal.SIGINT: "zerorate: interrupted", signal.SIGTERM: "zerorate: terminated"}
+        assert process.returncode != 128 + number or errors.strip() == told[number]
 
 
 def test_a_later_run_succeeds_and_removes_what_the_kill_left(recording, tmp_path):
@@ -109,19 +114,48 @@ def test_a_later_run_succeeds_and_removes_what_the_kill_left(recording, tmp_path
     check_outputs(tmp_path)
 
 
-def test_what_another_process_is_writing_stays(recording, tmp_path):
-    (tmp_path / f".run-zerorate.{os.getpid():06x}012345.parquet").write_bytes(b"half")
-    (tmp_path / ".run-zerorate.fffffe012345.parquet").write_bytes(b"left")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_while_it_streams_into_a_file_leaves_nothing(recording, tmp_path, number):
+    process = start(recording, tmp_path, "--no-figure", "--format", "csv")
+    while not hidden(tmp_path) and process.poll() is None:
+        time.sleep(0.002)
+    process.send_signal(number)
+    text, errors = process.communicate(timeout=30)
+    assert (process.returncode, text, errors) == (128 + number, "", "zerorate: terminated\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_signal_that_is_ignored_stays_so(recording, tmp_path):
+    command = [sys.executable, "-m", "zerorate", "replay", str(recording), "-o", str(tmp_path)]
+    with subprocess.Popen(["sh", "-c", 'trap "" HUP; exec "$@"', "sh", *command]) as process:
+        while not hidden(tmp_path) and process.poll() is None:
+            time.sleep(0.002)
+        process.send_signal(signal.SIGHUP)
+        assert process.wait() == 0
+    assert sorted(visible(tmp_path)) == sorted(OUTPUTS)
+
+
+def test_what_others_are_writing_stays(recording, tmp_path):
+    target, other = tmp_path / "run-zerorate.parquet", tmp_path / "other.csv"
+    here = temporary_of(target, os.getpid())
+    elsewhere = temporary_of(other, 1, machine="00000000")
+    foreign = [tmp_path / ".other.0123456789ab.csv", tmp_path / ".zerorate-notes.parquet"]
+    for path in (here, elsewhere, *foreign):
+        path.write_bytes(b"half")
+    left_by_a_kill(target)
+    left_by_a_kill(target, machine="00000000")
+    left_by_a_kill(other)
     process = start(recording, tmp_path, "--no-figure")
     process.communicate()
     assert process.returncode == 0
-    assert hidden(tmp_path) == [f".run-zerorate.{os.getpid():06x}012345.parquet"]
+    assert sorted(hidden(tmp_path)) == sorted(path.name for path in (here, elsewhere, *foreign))
 
 
-def test_what_a_killed_simulation_left_is_removed(tmp_path):
-    left = [".a.fffffe012345.npz", ".a-truth.fffffe012345.npz"]
-    for name in left:
-        (tmp_path / name).write_bytes(b"half")
-    assert run(["simulate", "mpu6050", "-o", str(tmp_path / "a.npz"), "--duration", "2"]) == 0
-    assert sorted(visible(tmp_path)) == ["a-truth.npz", "a.npz"]
+@pytest.mark.parametrize("name", ["a.npz", "b.csv"])
+def test_what_a_kill_left_is_removed_by_the_next_run_into_that_folder(tmp_path, name):
+    for target in ("a.npz", "a-truth.npz", "else.parquet"):
+        left_by_a_kill(tmp_path / target)
+    assert run(["simulate", "mpu6050", "-o", str(tmp_path / name), "--duration", "2"]) == 0
+    stem, suffix = name.split(".")
+    assert sorted(visible(tmp_path)) == [f"{stem}-truth.{suffix}", name]
     assert hidden(tmp_path) == []

@@ -1,19 +1,34 @@
-"""The command line: exit 0, 1 for data, 2 for usage, 130 when interrupted."""
+"""The command line: exit 0, 1 for data, 2 for usage, 70 for its own fault, 128 + n by signal n.
+
+A fault is one line on stderr; the variable ZERORATE_TRACEBACK adds where it was raised.
+"""
 
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 from typing import Final
 
+from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, prepare, tell
+
 __all__ = ["main", "run"]
 
-_INTERRUPTED: Final = 130
+_BY_SIGNAL: Final = 128
+_OWN_FAULT: Final = 70
+_TRACEBACK: Final = "ZERORATE_TRACEBACK"
+_SHOWN: Final = 300
 
 
 def main() -> None:
     """Run the command line and end the process."""
+    prepare()
     code = run(sys.argv[1:])
-    if code == _INTERRUPTED:
+    try:
+        _flush()
+    except OSError:
+        # It was told already; the interpreter's end would try again.
+        drop_stdout()
+    if code > _BY_SIGNAL:
         # At once: a library's thread may be inside native code still, where the interpreter's own
         # end would fail. Files are whole or gone by now.
         os._exit(code)
@@ -31,37 +46,58 @@ def run(arguments: Sequence[str]) -> int:
     Returns
     -------
     int
-        0, 1 for a fault of the data, 2 for one of usage, 130 after an interrupt. A fault is told
-        in one line on stderr.
+        0, 1 for a fault of the data, 2 for one of usage, 70 for one of zerorate, and as a shell
+        has it 128 plus the number of the signal that ended the command. A fault is told in one
+        line on stderr.
     """
     try:
-        import typer
+        import typer  # noqa: F401
     except ImportError:
         return _fail("this needs typer: pip install 'zerorate[cli]'", 2)
     from zerorate.cli.app import invoke
+    from zerorate.run.interrupts import INTERRUPT, Ending
+
+    with Ending() as ending:
+        try:
+            code = invoke(list(arguments) or ["--help"])
+            _flush()
+        # A panic of the native code is no Exception.
+        except BaseException as error:
+            if _is_interrupt(error):
+                return _interrupted(ending.number)
+            return _told(error)
+        # Some versions of typer turn an interrupt into this code by themselves.
+        return _interrupted(ending.number) if code == _BY_SIGNAL + INTERRUPT else code
+
+
+def _is_interrupt(error: BaseException) -> bool:
+    from typer import Abort
+
+    # Python 3.11 wraps an interrupt while a class is made, as of an import.
+    return isinstance(error, KeyboardInterrupt | Abort) or isinstance(
+        error.__cause__, KeyboardInterrupt
+    )
+
+
+def _told(error: BaseException) -> int:
+    """Tell what ended a command, and return its exit code."""
     from zerorate.cli.errors import Fault
 
-    try:
-        code = invoke(list(arguments) or ["--help"])
-        _flush()
-    except Fault as fault:
-        return _fail(str(fault), fault.code)
-    except (KeyboardInterrupt, typer.Abort):
-        return _fail("interrupted", _INTERRUPTED)
-    except OSError as error:
-        return _unprinted(error)
-    except MemoryError:
+    if isinstance(error, SystemExit):
+        # What typer makes of a reader that is gone.
+        if not isinstance(error.__context__, BrokenPipeError):
+            raise error
+        return _of_the_system(error.__context__)
+    if isinstance(error, Fault):
+        return _fail(str(error), error.code)
+    if isinstance(error, OSError):
+        return _of_the_system(error)
+    if isinstance(error, MemoryError):
         return _fail("there is not enough memory for this much data", 1)
-    except Exception as error:
-        # What Python 3.11 makes of an interrupt while a class is made, as of an import.
-        if isinstance(error.__cause__, KeyboardInterrupt):
-            return _fail("interrupted", _INTERRUPTED)
-        # The base class of usage errors has no public name that is the same in every typer.
-        if not hasattr(error, "format_message"):
-            raise
+    # The base class of usage errors has no public name that is the same in every typer.
+    if hasattr(error, "format_message"):
         return _fail(error.format_message(), 2)
-    # Some versions of typer turn an interrupt into this code by themselves.
-    return _fail("interrupted", code) if code == _INTERRUPTED else code
+    return _own_fault(error)
 
 
 def _flush() -> None:
@@ -70,18 +106,36 @@ def _flush() -> None:
         sys.stdout.flush()
 
 
-def _unprinted(error: OSError) -> int:
-    """Return the exit code if stdout failed: files have names, and faults of their own."""
-    from zerorate.cli.errors import BROKEN_PIPE, drop_stdout
+def _interrupted(number: int) -> int:
+    from zerorate.run.interrupts import INTERRUPT
 
+    told = "interrupted" if number == INTERRUPT else "terminated"
+    return _fail(told, _BY_SIGNAL + number)
+
+
+def _of_the_system(error: OSError) -> int:
+    """Return the exit code of a file that fails; one without a name is stdout."""
     if error.filename is not None:
-        raise error
+        return _fail(str(error), 1)
     drop_stdout()
     if isinstance(error, BrokenPipeError):
         return BROKEN_PIPE
     return _fail(f"the results cannot be printed: {error}", 1)
 
 
+def _own_fault(error: BaseException) -> int:
+    if os.environ.get(_TRACEBACK):
+        traceback.print_exception(error)
+        hint = "with the lines above"
+    else:
+        hint = f"with what {_TRACEBACK}=1 adds to it"
+    text = str(error)[:_SHOWN]
+    return _fail(
+        f"{type(error).__name__}: {text}; this is a fault of zerorate, please report it {hint}",
+        _OWN_FAULT,
+    )
+
+
 def _fail(message: str, code: int) -> int:
-    print(f"zerorate: {' '.join(message.split())}", file=sys.stderr)
+    tell(message)
     return code

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Final, cast, get_args
 
+import numpy as np
 import typer
 
 from zerorate.cli.errors import (
@@ -27,13 +28,14 @@ from zerorate.cli.options import (
     Force,
     LogArgument,
     NoFigure,
-    OutputFolder,
+    Output,
     Rate,
     Topic,
     parse_choices,
     parse_columns,
 )
 from zerorate.cli.outputs import (
+    Destination,
     check_outputs,
     preloaded,
     print_written,
@@ -41,6 +43,7 @@ from zerorate.cli.outputs import (
     together,
 )
 from zerorate.io import Log, LogError
+from zerorate.io.log import present_axes
 from zerorate.io.reading import read_sensors
 from zerorate.noise import NoiseModel
 from zerorate.noise.characterise import Characterisation, characterise
@@ -75,7 +78,7 @@ _SUFFIX: Final = {
 
 def allan(
     log: LogArgument,
-    output: OutputFolder = Path("."),
+    output: Output = ".",
     columns: Columns = None,
     topic: Topic = None,
     rate: Rate = None,
@@ -93,8 +96,11 @@ def allan(
     export: Annotated[
         str | None, typer.Option(help="Some of kalibr,vins,orbslam3,px4,json.")
     ] = None,
-    format: Annotated[CurveFormat, typer.Option(help="Of the curve.")] = CurveFormat.csv,
-    figure_format: FigureFormatOption = FigureFormat.png,
+    format: Annotated[
+        CurveFormat | None,
+        typer.Option(help="Of the curve; csv if not said.", show_default=False),
+    ] = None,
+    figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
     force: Force = False,
 ) -> None:
@@ -112,19 +118,31 @@ def allan(
         markov=markov,
         second_opinion=second_opinion,
     )
-    figure = None if no_figure else figure_format
     exports = parse_choices("--export", export, Export)
     wanted = parse_columns(columns)
     units = [] if unit is None else [word.strip() for word in unit.split(",")]
-    outputs = _Outputs.of(output, log.stem, format, figure, exports, force)
+    suffixes = [*CurveFormat, *(() if no_figure else FigureFormat)]
+    place = Destination.of(output, f"{log.stem}-zerorate-allan", suffixes)
+    curve = place.choose("--format", format, CurveFormat.csv)
+    figure = None
+    if not no_figure:
+        figure = place.choose("--figure-format", figure_format, FigureFormat.png)
+    outputs = _Outputs.of(place, curve, figure, exports, force)
+    check_outputs(outputs.paths, force, log)
     if figure is not None:
         preloaded(_load_plotting)
     with progress_bar() as progress:
         with reading(wanted is not None):
-            sensors = read_sensors(log, rate=rate, columns=wanted, units=units, topic=topic)
+            sensors = _present(read_sensors(log, rate, wanted, units, topic))
         found = in_background(lambda: [_found(analysis, s, progress) for s in sensors])
         outputs.write(found, progress)
     _print_result(found, outputs)
+
+
+def _present(sensors: Sequence[Log]) -> list[Log]:
+    """Return what holds samples, all if nothing does: the notes of a log name what does not."""
+    present = [present_axes(log) for log in sensors if np.isfinite(log.data).any()]
+    return present or list(sensors)
 
 
 def _found(analysis: partial[Characterisation], log: Log, progress: Progress) -> Characterisation:
@@ -176,22 +194,18 @@ class _Outputs:
     @classmethod
     def of(
         cls,
-        folder: Path,
-        stem: str,
+        place: Destination,
         form: CurveFormat,
-        figure_format: FigureFormat | None,
+        figure: FigureFormat | None,
         exports: Sequence[Export],
         force: bool,
     ) -> "_Outputs":
-        """Return the files, after checking that they can be written and drawn."""
-        base = folder / f"{stem}-zerorate-allan"
-        figure = None if figure_format is None else Path(f"{base}.{figure_format.value}")
+        """Return the files, after checking that the figure can be drawn."""
         if figure is not None:
             require("matplotlib", "plot")
-        paths = {export: Path(f"{base}{_SUFFIX[export]}") for export in exports}
-        outputs = cls(Path(f"{base}.{form.value}"), form, figure, paths, force)
-        check_outputs(outputs.paths, force)
-        return outputs
+        drawn = None if figure is None else place.file(f".{figure}")
+        paths = {export: place.file(_SUFFIX[export]) for export in exports}
+        return cls(place.file(f".{form}"), form, drawn, paths, force)
 
     @property
     def paths(self) -> list[Path]:

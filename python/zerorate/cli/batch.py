@@ -1,8 +1,9 @@
 """``zerorate batch``: many logs through the filter, on all cores or on a cluster."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import islice
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -82,6 +83,10 @@ def batch(
     _print(result)
 
 
+_SHOWN: Final = 20
+"""Notes that are printed; all stand in the summary."""
+
+
 def _print(result: BatchResult) -> None:
     """Print what became of the logs; a failed one is a fault of the data."""
     counts = result.counts
@@ -91,6 +96,20 @@ def _print(result: BatchResult) -> None:
     )
     for one in result.failed:
         print(f"failed: {one.name}: {one.error}")
+    if result.left_out:
+        print(f"left out: {len(result.left_out)} files that a batch has written")
+    _print_notes(result.notes)
     print(f"wrote {result.summary}")
     if result.failed:
         raise DataFault(f"{len(result.failed)} of {len(result.outcomes)} logs failed")
+
+
+def _print_notes(notes: Mapping[str, Sequence[str]]) -> None:
+    for note, logs in islice(notes.items(), _SHOWN):
+        print(f"note: {logs[0]}{_and_others(len(logs) - 1)}: {note}")
+    if len(notes) > _SHOWN:
+        print(f"{len(notes) - _SHOWN} more notes are in the summary")
+
+
+def _and_others(count: int) -> str:
+    return f" and {count} other{'s' if count > 1 else ''}" if count else ""

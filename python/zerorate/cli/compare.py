@@ -1,6 +1,7 @@
 """``zerorate compare``: many methods on the same logs."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -16,13 +17,14 @@ from zerorate.cli.options import (
     parse_columns,
     parse_words,
 )
-from zerorate.cli.outputs import check_outputs, progress_bar
+from zerorate.cli.outputs import check_outputs, progress_bar, together
 from zerorate.compare import METHODS, Comparison, Trial, read_trial
 from zerorate.compare import compare as run_methods
 from zerorate.compare.as_json import as_json
 from zerorate.compare.simulated import Regret
 from zerorate.compare.simulated import run as run_simulated
-from zerorate.io import LogError, atomic_path
+from zerorate.io import LogError
+from zerorate.io.log import present_axes
 from zerorate.progress import Progress
 from zerorate.show.compare_simulated import format_regret
 from zerorate.show.compare_tables import format_compare
@@ -68,11 +70,12 @@ def compare(
         recordings = []
         for log in logs or []:
             with reading(bool(wanted or reference or truth)):
-                recordings.append(read_trial(log, rate, wanted, unit, reference, truth, topic))
+                trial = read_trial(log, rate, wanted, unit, reference, truth, topic)
+            recordings.append(replace(trial, log=present_axes(trial.log)))
         found = _compared(recordings, names, progress)
         regret = _simulated(names, seeds, progress) if simulated else None
     if json is not None:
-        with writing(), atomic_path(json, force) as temporary:
+        with writing(), together([json], force) as (temporary,):
             temporary.write_text(as_json(found, regret), encoding="utf-8", newline="\n")
     print("\n\n".join(_texts(found, regret, per_axis)))
     if json is not None:

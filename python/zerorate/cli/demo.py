@@ -1,13 +1,12 @@
 """``zerorate demo``: a simulated gyro through the filters."""
 
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
 
 from zerorate.cli.errors import as_usage
-from zerorate.cli.options import FigureFormat, Force, LogFormat, OutputFolder
+from zerorate.cli.options import Force, Output
 from zerorate.cli.outputs import progress_bar
 from zerorate.cli.replay import Outputs, in_memory, print_result
 from zerorate.cli.simulate import AXES, Duration, Seed, SimulatedRate, simulated
@@ -25,14 +24,14 @@ def demo(
     duration: Duration = 600.0,
     rate: SimulatedRate = 100.0,
     seed: Seed = 1,
-    output: OutputFolder = Path("demo"),
+    output: Output = "demo",
     force: Force = False,
 ) -> None:
     """Simulate a three-axis gyro at rest, filter it, and compare with its true drift."""
     with as_usage():
         gyro = find_device(device)
-        output.mkdir(exist_ok=True)
-    outputs = Outputs.of(output, "demo", LogFormat.parquet, FigureFormat.png, force)
+    place = Outputs.place(output, "demo", figure=True)
+    outputs = Outputs.of(place, None, None, draws=True, force=force)
     with progress_bar() as progress:
         progress("simulating", 0.0)
         signal, truth = (

@@ -1,30 +1,22 @@
 """Errors that end a command with one line on stderr and an exit code."""
 
-import os
 import re
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
-from typing import Final
 
 from zerorate.io import LogError
 
 __all__ = [
-    "BROKEN_PIPE",
     "DataFault",
     "Fault",
     "UsageFault",
     "as_usage",
-    "drop_stdout",
     "in_options",
     "reading",
     "require",
     "writing",
 ]
-
-BROKEN_PIPE: Final = 128 + 13
-"""Exit code of a program that SIGPIPE ended, as a shell shows it."""
 
 _KEYWORD = re.compile(r"\b(rate|columns|unit|bridge|topic)=")
 _ON_TOPIC = re.compile(r"there is no topic|topic= chooses")
@@ -97,10 +89,3 @@ def require(module: str, extra: str) -> None:
 def in_options(text: object) -> str:
     """Return a text with options where it names arguments."""
     return _KEYWORD.sub(r"--\1", str(text))
-
-
-def drop_stdout() -> None:
-    """Let output that nobody reads vanish, or the interpreter complains of it at its end."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
-    os.close(nowhere)

@@ -6,7 +6,7 @@ from enum import StrEnum
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, NoReturn
 
 import typer
 
@@ -15,7 +15,7 @@ from zerorate.cli.options import (
     Columns,
     Force,
     LogArgument,
-    OutputFolder,
+    Output,
     Rate,
     Topic,
     Unit,
@@ -23,6 +23,7 @@ from zerorate.cli.options import (
     parse_order,
 )
 from zerorate.cli.outputs import (
+    Destination,
     check_outputs,
     preloaded,
     print_written,
@@ -33,11 +34,12 @@ from zerorate.identify.as_json import as_json
 from zerorate.identify.identification import LEAST_SAMPLES, Identification
 from zerorate.identify.identification import identify as identify_axis
 from zerorate.io import Log, read_log
+from zerorate.io.log import notes_of
 from zerorate.noise.records import as_record
 from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
 from zerorate.show.identify_page import identification_page
-from zerorate.show.identify_tables import format_identify, log_notes
+from zerorate.show.identify_tables import format_identify
 from zerorate.show.tables import bulleted
 
 __all__ = ["identify"]
@@ -90,7 +92,7 @@ _TRENDS: Final[dict[Trend, Literal["mean", "linear"] | None]] = {
 
 def identify(
     log: LogArgument,
-    output: OutputFolder = Path("."),
+    output: Output = ".",
     columns: Columns = None,
     topic: Topic = None,
     rate: Rate = None,
@@ -125,7 +127,7 @@ def identify(
         method=method.value,
     )
     wanted = parse_columns(columns)
-    outputs = _Outputs.of(output, log.stem, not no_figure, force)
+    outputs = _Outputs.of(output, log, not no_figure, force)
     if not no_figure:
         preloaded(_load_plotting)
     with progress_bar() as progress:
@@ -133,28 +135,37 @@ def identify(
             recording = read_log(log, rate=rate, columns=wanted, unit=unit, topic=topic)
         found = in_background(lambda: _found(analysis, recording, progress))
         outputs.write(recording, found, progress)
-    _print_result(recording, found, outputs)
+    _print_result(found, outputs)
 
 
-def _found(
-    analysis: Callable[..., Identification], log: Log, progress: Progress
-) -> list[Identification]:
-    _check(log)
-    found = []
+@dataclass(frozen=True)
+class _Found:
+    """What was found out about each axis; notes on the log, and on axes that were left out."""
+
+    axes: list[Identification]
+    notes: tuple[str, ...]
+
+
+def _found(analysis: Callable[..., Identification], log: Log, progress: Progress) -> _Found:
+    """Return what can be said of each axis; a fault if of none."""
+    axes, refused = [], {}
     for i, (name, z) in enumerate(zip(log.names, log.data.T, strict=True)):
 
         def tell(step: str, fraction: float, done: int = i) -> None:
             progress(step, (done + fraction) / log.channels)
 
         try:
-            found.append(analysis(z, log.rate, name=name, unit=log.unit, progress=tell))
+            axes.append(analysis(z, log.rate, name=name, unit=log.unit, progress=tell))
         except ValueError as error:
-            raise UsageFault(f"{name}: {in_options(error)}") from None
-    return found
+            refused[name] = in_options(error)
+    if not axes:
+        _refuse(log, refused)
+    left_out = (f"{name} is left out: {reason}" for name, reason in refused.items())
+    return _Found(axes, (*notes_of(log), *left_out))
 
 
-def _check(log: Log) -> None:
-    """Raise a fault of the data where a column cannot be modelled, whatever the options."""
+def _refuse(log: Log, reasons: Mapping[str, str]) -> NoReturn:
+    """Raise a fault of the data where no column can be modelled, else one of the options."""
     for name, z in zip(log.names, log.data.T, strict=True):
         try:
             as_record(z, LEAST_SAMPLES, "identification")
@@ -162,11 +173,13 @@ def _check(log: Log) -> None:
             raise DataFault(
                 f"{log.meta['source']}: column '{name}': {error}; others are chosen with --columns"
             ) from None
+    name, reason = next(iter(reasons.items()))
+    raise UsageFault(f"{name}: {reason}")
 
 
-def _print_result(log: Log, found: Sequence[Identification], outputs: "_Outputs") -> None:
-    print(format_identify(found))
-    notes = bulleted(log_notes(log))
+def _print_result(found: _Found, outputs: "_Outputs") -> None:
+    print(format_identify(found.axes))
+    notes = bulleted(found.notes)
     if notes:
         print(f"\n{notes}")
     print_written(outputs.paths)
@@ -190,13 +203,13 @@ class _Outputs:
     force: bool
 
     @classmethod
-    def of(cls, folder: Path, stem: str, figures: bool, force: bool) -> "_Outputs":
+    def of(cls, output: str, log: Path, figures: bool, force: bool) -> "_Outputs":
         """Return the files, after checking that they can be written and drawn."""
         if figures:
             require("matplotlib", "plot")
-        base = folder / f"{stem}-zerorate-identify"
-        outputs = cls(Path(f"{base}.html"), Path(f"{base}.json"), figures, force)
-        check_outputs(outputs.paths, force)
+        place = Destination.of(output, f"{log.stem}-zerorate-identify", ("html", "json"))
+        outputs = cls(place.file(".html"), place.file(".json"), figures, force)
+        check_outputs(outputs.paths, force, log)
         return outputs
 
     @property
@@ -204,13 +217,13 @@ class _Outputs:
         """The files to write."""
         return [self.page, self.numbers]
 
-    def write(self, log: Log, found: Sequence[Identification], progress: Progress) -> None:
+    def write(self, log: Log, found: _Found, progress: Progress) -> None:
         """Write both files under other names; rename them when they are whole."""
         source = Path(log.meta["source"]).name
-        drawings = _drawn(found, progress) if self.figures else {}
+        drawings = _drawn(found.axes, progress) if self.figures else {}
         texts = (
-            identification_page(found, source, drawings, log_notes(log)),
-            as_json(found, source),
+            identification_page(found.axes, source, drawings, found.notes),
+            as_json(found.axes, source, found.notes),
         )
         progress("writing", 0.95)
         with writing(), together(self.paths, self.force) as temporary:

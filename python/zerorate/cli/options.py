@@ -21,7 +21,7 @@ __all__ = [
     "LogArgument",
     "LogFormat",
     "NoFigure",
-    "OutputFolder",
+    "Output",
     "Rate",
     "Topic",
     "Unit",
@@ -63,8 +63,14 @@ class FigureFormat(StrEnum):
 
 
 LogArgument: TypeAlias = Annotated[Path, typer.Argument(help=RECORDING)]
-OutputFolder: TypeAlias = Annotated[
-    Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the files.")
+Output: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="PATH",
+        help="Folder of the files, or the name of one that the others share; made if missing.",
+    ),
 ]
 Columns: TypeAlias = Annotated[
     str | None, typer.Option(help="Names or indices with commas between.")
@@ -75,7 +81,9 @@ Topic: TypeAlias = Annotated[
 ]
 Rate: TypeAlias = Annotated[float | None, typer.Option(help="Samples per second, Hz.")]
 Unit: TypeAlias = Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")]
-FigureFormatOption: TypeAlias = Annotated[FigureFormat, typer.Option(help="Of the figure.")]
+FigureFormatOption: TypeAlias = Annotated[
+    FigureFormat | None, typer.Option(help="Of the figure; png if not said.", show_default=False)
+]
 NoFigure: TypeAlias = Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")]
 Force: TypeAlias = Annotated[bool, typer.Option("--force", help="Replace existing files.")]
 

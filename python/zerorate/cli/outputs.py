@@ -1,19 +1,26 @@
 """Output that commands share: progress bars, and files that are all whole or none."""
 
+import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from threading import Thread
+from typing import Final, Self, TypeVar
 
-from zerorate.cli.errors import as_usage
+from zerorate.cli.errors import UsageFault, as_usage
 from zerorate.io import atomic_path, check_writable
 from zerorate.io.atomic import sweep
+from zerorate.io.formats import FORMATS
 from zerorate.progress import Progress, silent
 
 __all__ = [
+    "Destination",
     "check_outputs",
     "counting_bar",
+    "make_folders",
     "preloaded",
     "print_written",
     "progress_bar",
@@ -21,17 +28,89 @@ __all__ = [
 ]
 
 
-def check_outputs(paths: Sequence[Path], force: bool) -> None:
-    """Raise a usage fault if a file cannot be written; remove what killed runs left of them."""
+_Format = TypeVar("_Format", bound=StrEnum)
+
+
+@dataclass(frozen=True)
+class Destination:
+    """Where ``-o`` puts the files of a command, which share a name but for what ends it.
+
+    Attributes
+    ----------
+    base : Path
+        The files without their suffixes.
+    named : str
+        Suffix of the file that was named, without its dot; empty where that was a folder.
+    """
+
+    base: Path
+    named: str
+
+    @classmethod
+    def of(cls, output: str, usual: str, suffixes: Iterable[str]) -> Self:
+        """Return the destination; a usage fault for a file that the command does not write.
+
+        A folder that exists is one, and so is what ends as one or in no suffix of a file.
+
+        Parameters
+        ----------
+        output : str
+            What was typed.
+        usual : str
+            Name of the files in a folder.
+        suffixes : iterable of str
+            Those that the command writes, without dots.
+        """
+        path, known = Path(output), list(suffixes)
+        suffix = path.suffix.lower().removeprefix(".")
+        if output.endswith((os.sep, "/")) or path.is_dir() or suffix not in (*known, *_FOREIGN):
+            return cls(path / usual, "")
+        if suffix not in known:
+            raise UsageFault(f"-o takes a folder, or a file as {', '.join(known)}, got '{output}'")
+        return cls(path.with_suffix(""), suffix)
+
+    def choose(self, option: str, given: _Format | None, usual: _Format) -> _Format:
+        """Return the format by the file that was named, by the option, or the usual one."""
+        formats = {str(one): one for one in type(usual)}
+        by_name = formats.get(self.named)
+        if given is not None and by_name not in (None, given):
+            raise UsageFault(f"-o names a file as {by_name}, but {option} says {given}")
+        return by_name or given or usual
+
+    def file(self, ending: str) -> Path:
+        """Return the file of this ending."""
+        return Path(f"{self.base}{ending}")
+
+
+_FOREIGN: Final = (
+    *(suffix.removeprefix(".") for one in FORMATS for suffix in one.suffixes),
+    *("html", "json", "pdf", "png", "svg", "xls", "xlsx", "yaml"),
+)
+
+
+def check_outputs(paths: Sequence[Path], force: bool, source: Path | None = None) -> None:
+    """Raise a usage fault if a file cannot be written; remove what killed runs left there.
+
+    What a command reads, its `source`, it does not replace.
+    """
     with as_usage():
         for path in paths:
-            check_writable(path, force)
+            if source is not None and path.exists() and source.exists() and path.samefile(source):
+                raise UsageFault(f"-o names the log itself: {path}")
+            check_writable(path, force, make_folders=True)
     sweep(paths)
+
+
+def make_folders(paths: Iterable[Path]) -> None:
+    """Make the folders of files that are to be written, as far as they are missing."""
+    for path in paths:
+        path.parent.mkdir(parents=True, exist_ok=True)
 
 
 @contextmanager
 def together(paths: Sequence[Path], force: bool) -> Iterator[list[Path]]:
     """Yield temporary names, which get the files' names once all of them are written."""
+    make_folders(paths)
     with ExitStack() as stack:
         # Left in reverse order, so the first file is the last to appear.
         yield [stack.enter_context(atomic_path(path, force)) for path in paths]

@@ -18,7 +18,7 @@ from zerorate.cli.options import (
     LogArgument,
     LogFormat,
     NoFigure,
-    OutputFolder,
+    Output,
     Rate,
     Topic,
     Unit,
@@ -27,7 +27,14 @@ from zerorate.cli.options import (
     parse_columns,
     with_filter_options,
 )
-from zerorate.cli.outputs import check_outputs, print_written, progress_bar, together
+from zerorate.cli.outputs import (
+    Destination,
+    check_outputs,
+    make_folders,
+    print_written,
+    progress_bar,
+    together,
+)
 from zerorate.io import Log, LogError, LogFile, open_log, write_log
 from zerorate.io.log import Header
 from zerorate.options import PUBLISHED, used_by
@@ -51,14 +58,17 @@ __all__ = ["Outputs", "baselines", "in_memory", "print_result", "replay"]
 def replay(
     *,
     log: LogArgument,
-    output: OutputFolder = Path("."),
+    output: Output = ".",
     columns: Columns = None,
     topic: Topic = None,
     rate: Rate = None,
     unit: Unit = None,
     options: Mapping[str, Any],
-    format: Annotated[LogFormat, typer.Option(help="Of the filtered log.")] = LogFormat.parquet,
-    figure_format: FigureFormatOption = FigureFormat.png,
+    format: Annotated[
+        LogFormat | None,
+        typer.Option(help="Of the filtered log; parquet if not said.", show_default=False),
+    ] = None,
+    figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
     only: Annotated[
         bool, typer.Option("--only", help="The method alone, without those it is compared with.")
@@ -71,7 +81,8 @@ def replay(
     check_filter_options(options, methods)
     asked = {"methods": methods, **{n: v for n, v in options.items() if n != "method"}}
     wanted = parse_columns(columns)
-    outputs = Outputs.of(output, log.stem, format, None if no_figure else figure_format, force)
+    place = Outputs.place(output, log.stem, not no_figure)
+    outputs = Outputs.of(place, format, figure_format, not no_figure, force, source=log)
     with progress_bar() as progress:
         with reading(wanted is not None):
             recording = open_log(log, rate, wanted, unit, topic)
@@ -106,6 +117,7 @@ def _into_file(
 ) -> Summary:
     """Write the filtered log block by block and return the rest, or raise a fault."""
     with writing(), _naming(recording.header), _values():
+        make_folders([path])
         return replay_to_file(recording, path, force=force, progress=progress, **asked)
 
 
@@ -146,24 +158,33 @@ class Outputs:
     figure: Path | None
     force: bool
 
+    @staticmethod
+    def place(output: str, stem: str, figure: bool) -> Destination:
+        """Return where they lie: `output` may name either of them."""
+        suffixes = [*LogFormat, *(FigureFormat if figure else ())]
+        return Destination.of(output, f"{stem}-zerorate", suffixes)
+
     @classmethod
     def of(
         cls,
-        folder: Path,
-        stem: str,
-        log_format: LogFormat,
+        place: Destination,
+        log_format: LogFormat | None,
         figure_format: FigureFormat | None,
+        draws: bool,
         force: bool,
+        source: Path | None = None,
     ) -> "Outputs":
         """Return the files, after checking that they can be written and drawn."""
-        if log_format is LogFormat.parquet:
+        chosen = place.choose("--format", log_format, LogFormat.parquet)
+        if chosen is LogFormat.parquet:
             require("pyarrow", "io")
-        if figure_format is not None:
+        figure = None
+        if draws:
             require("matplotlib", "plot")
-        base = folder / f"{stem}-zerorate"
-        figure = None if figure_format is None else Path(f"{base}.{figure_format.value}")
-        outputs = cls(Path(f"{base}.{log_format.value}"), figure, force)
-        check_outputs(outputs.paths, force)
+            figure = place.choose("--figure-format", figure_format, FigureFormat.png)
+        drawn = None if figure is None else place.file(f".{figure}")
+        outputs = cls(place.file(f".{chosen}"), drawn, force)
+        check_outputs(outputs.paths, force, source)
         return outputs
 
     @property

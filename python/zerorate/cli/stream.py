@@ -11,7 +11,7 @@ from typing import Annotated, Any, BinaryIO, Final, TextIO
 
 import typer
 
-from zerorate.cli.errors import BROKEN_PIPE, DataFault, UsageFault, as_usage, drop_stdout
+from zerorate.cli.errors import DataFault, UsageFault, as_usage
 from zerorate.cli.options import (
     check_filter_options,
     flag,
@@ -19,6 +19,7 @@ from zerorate.cli.options import (
     parse_columns,
     with_filter_options,
 )
+from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, tell
 from zerorate.io import check_writable
 from zerorate.options import FILTER_OPTIONS
 from zerorate.run.interrupts import Interrupted, Interrupts
@@ -30,12 +31,21 @@ from zerorate.run.live import (
     Settings,
     SettingsError,
 )
+from zerorate.run.live.sequence import MOST_BITS
 from zerorate.run.live.serving import Line, Saver, Server, datagrams, lines_of, loopback
 
 __all__ = ["stream"]
 
 _BY_SIGNAL: Final = 128
-_SETTINGS: Final = ("rate", "beside", "columns", "sequence", *FILTER_OPTIONS)
+_SETTINGS: Final = (
+    "rate",
+    "beside",
+    "columns",
+    "sequence",
+    "sequence_bits",
+    "fields",
+    *FILTER_OPTIONS,
+)
 _SETTING: Final = re.compile(rf"\b({'|'.join(_SETTINGS)})=")
 
 
@@ -60,6 +70,14 @@ def stream(
             metavar="COLUMN",
             help="Sequence number, by name or position: what the source lost is taken as missing "
             "and counted. Without it a lost sample cannot be seen.",
+        ),
+    ] = None,
+    sequence_bits: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=MOST_BITS,
+            help="Width of the counter that --sequence shows; learned where it is not given.",
         ),
     ] = None,
     fields: Annotated[
@@ -96,13 +114,15 @@ def stream(
     if position:
         if checkpoint is None:
             raise UsageFault("--position needs --checkpoint")
-        found = _read(checkpoint, None)
+        found = _read(checkpoint)
         print(0 if found is None else found.position)
         return
     if source is not None and udp is not None:
         raise UsageFault("give either a source or --udp, not both")
     if rate is None:
         raise UsageFault("--rate is required: samples per second")
+    if sequence_bits is not None and sequence is None:
+        raise UsageFault("--sequence-bits needs --sequence")
     check_filter_options(options, [options["method"]])
     with as_usage():
         settings = Settings(
@@ -110,11 +130,12 @@ def stream(
             beside=tuple(parse_choices("--with", beside, Beside)),
             columns=_columns(columns),
             sequence=_column(sequence),
+            sequence_bits=sequence_bits,
             **options,
         )
     saver = None if checkpoint is None else _saver(checkpoint, every * rate)
     lines = _resumed(checkpoint, settings, fields, force)
-    server = Server(lines, saver, _tell, patient=fields is not None)
+    server = Server(lines, saver, tell, patient=fields is not None)
     try:
         _run(server, source, udp)
     finally:
@@ -126,7 +147,7 @@ def _saver(checkpoint: Path, every: float) -> Saver:
         raise UsageFault("--every takes a positive number of seconds")
     with as_usage():
         check_writable(checkpoint, force=True)
-    return Saver(checkpoint, max(1, round(every)), _tell)
+    return Saver(checkpoint, max(1, round(every)), tell)
 
 
 def _columns(text: str | None) -> tuple[str | int, ...] | None:
@@ -147,16 +168,18 @@ def _resumed(path: Path | None, settings: Settings, cells: int | None, force: bo
     if path is None:
         return new
     try:
-        return _read(path, settings) or new
+        return _read(path, settings, cells) or new
     except (DataFault, UsageFault) as fault:
         if force:
             return new
         raise type(fault)(f"{fault}; --force begins anew") from None
 
 
-def _read(path: Path, settings: Settings | None) -> LineStream | None:
+def _read(
+    path: Path, settings: Settings | None = None, fields: int | None = None
+) -> LineStream | None:
     try:
-        return LineStream.from_bytes(path.read_bytes(), settings)
+        return LineStream.from_bytes(path.read_bytes(), settings, fields)
     except FileNotFoundError:
         return None
     except OSError as error:
@@ -173,11 +196,6 @@ def _in_options(error: SettingsError) -> str:
 
 def _flag(setting: str) -> str:
     return "--with" if setting == "beside" else flag(setting)
-
-
-def _tell(sentence: str) -> None:
-    """Print a sentence on stderr."""
-    print(f"zerorate: {sentence}", file=sys.stderr, flush=True)
 
 
 def _run(server: Server, source: Path | None, udp: str | None) -> None:
@@ -201,12 +219,13 @@ def _report(server: Server) -> None:
     """Tell what was lost, if samples were numbered, and how many lines were garbled."""
     count = server.stream.sequence
     if server.stream.open and server.stream.settings.sequence is not None:
-        _tell(
+        wrap = f"; they wrap after {count.turn[1]}" if count.wraps and count.turn else ""
+        tell(
             f"{server.stream.samples} samples, {count.lost} of them lost; {count.late} came late "
-            f"or again; the numbers began anew {count.restarts} times"
+            f"or again; the numbers began anew {count.restarts} times{wrap}"
         )
     if server.garbled:
-        _tell(f"garbled lines: {server.garbled}")
+        tell(f"garbled lines: {server.garbled}")
 
 
 @contextmanager
@@ -229,7 +248,7 @@ def _source(
         with as_usage():
             port = loopback(udp)
         with port:
-            _tell("listening on {}:{}".format(*port.getsockname()[:2]))
+            tell("listening on {}:{}".format(*port.getsockname()[:2]))
             yield datagrams(port, interrupts)
     elif source is not None:
         # To open a FIFO is to wait for its writer.

@@ -13,6 +13,7 @@ from zerorate.compare.rest import rest_notes, rest_rows
 from zerorate.compare.trial import Kind, Orientation, Trial
 from zerorate.compare.turning import fitted, turning_rows
 from zerorate.io import Recording
+from zerorate.io.log import notes_of
 from zerorate.progress import Progress, silent
 
 __all__ = ["Comparison", "compare"]
@@ -95,7 +96,7 @@ def _compared(
     rows: list[Row] = []
     notes: list[str] = []
     for recording in recordings:
-        said = (f"{recording.source}: {note}" for note in recording.log.meta.get("notes", ()))
+        said = (f"{recording.source}: {note}" for note in notes_of(recording.log))
         notes.extend(said)
         for one in _measured(recording, methods, notes):
             rows.append(one)

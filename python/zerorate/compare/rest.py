@@ -12,6 +12,7 @@ from zerorate.compare.methods import AxisResult, on_axis
 from zerorate.compare.trial import Trial
 from zerorate.io import LogError
 from zerorate.metrics import BestEma
+from zerorate.noise.records import is_constant
 from zerorate.noise.rest import moving_spans
 from zerorate.types import Floats
 
@@ -43,6 +44,8 @@ def rest_notes(recording: Trial) -> Iterator[str]:
     """Yield that there is no reference, and where the sensor seems to move nonetheless."""
     yield f"{recording.source}: without a reference, so it is taken to be at rest"
     for name, z in zip(recording.log.names, recording.log.data.T, strict=True):
+        if is_constant(z, np.nanmax(z)):
+            yield f"{recording.source}: {name}: all samples are equal, so there is nothing to lose"
         spans = moving_spans(z, recording.log.rate)
         if spans:
             seconds = sum(span.end - span.start for span in spans)

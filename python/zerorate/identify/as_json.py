@@ -27,7 +27,7 @@ SCHEMA: Final = "zerorate-identify/1"
 """The form of the document; the number rises when a reader has to change."""
 
 
-def as_json(found: Sequence[Identification], source: str) -> str:
+def as_json(found: Sequence[Identification], source: str, notes: Sequence[str] = ()) -> str:
     """Return the identifications of one log as strict JSON.
 
     Parameters
@@ -36,11 +36,14 @@ def as_json(found: Sequence[Identification], source: str) -> str:
         One an axis, of different names.
     source : str
         Name of the log.
+    notes : sequence of str
+        Sentences on the log, and on axes that were left out.
     """
     content = {
         "schema": SCHEMA,
         "zerorate": __version__,
         "source": source,
+        "notes": list(notes),
         "axes": {one.name: as_dict(one) for one in found},
     }
     return json.dumps(content, indent=1, allow_nan=False) + "\n"

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import platform
 import re
 import secrets
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Final
 
 __all__ = ["atomic_path", "check_writable", "sweep"]
 
 
-def check_writable(path: str | os.PathLike[str], force: bool = False) -> None:
+def check_writable(
+    path: str | os.PathLike[str], force: bool = False, make_folders: bool = False
+) -> None:
     """Check that a file can be written, before the work that fills it is begun.
 
     Parameters
@@ -22,6 +27,8 @@ def check_writable(path: str | os.PathLike[str], force: bool = False) -> None:
         The file to write.
     force
         Whether an existing file may be replaced; default no.
+    make_folders
+        Whether folders that are missing will be made; default no.
 
     Raises
     ------
@@ -32,6 +39,8 @@ def check_writable(path: str | os.PathLike[str], force: bool = False) -> None:
     """
     target = Path(path)
     folder = target.parent
+    if make_folders:
+        folder = next(one for one in target.absolute().parents if one.exists())
     if not folder.exists():
         raise FileNotFoundError(f"cannot write {target}: the folder {folder} does not exist")
     if not folder.is_dir():
@@ -78,7 +87,8 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
     check_writable(path, force)
     # A link keeps pointing where it did: the file behind it is replaced.
     target = Path(os.path.realpath(path))
-    temporary = target.with_name(f".{target.stem[:80]}.{_token()}{target.suffix}")
+    temporary = target.with_name(_temporary_name(target))
+    _BEING_WRITTEN.add(temporary.name)
     try:
         yield temporary
         _flush(temporary)
@@ -90,6 +100,8 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
         if isinstance(error, OSError) and error.filename is None:
             error.filename = os.fspath(target.parent)
         raise
+    finally:
+        _BEING_WRITTEN.discard(temporary.name)
     _flush_folder(target.parent)
 
 
@@ -114,50 +126,79 @@ def _flush_folder(folder: Path) -> None:
 
 
 _TEMPORARY: Final = re.compile(
-    r"\.(?P<stem>.+)\.(?P<process>[0-9a-f]{6})[0-9a-f]{6}(?P<suffix>\.[^.]+|)"
+    r"\.zerorate-(?P<target>[0-9a-f]{8})-(?P<machine>[0-9a-f]{8})-(?P<process>[0-9a-f]{1,8})-.*"
 )
-_PROCESSES: Final = 1 << 24
+_LONGEST_SUFFIX: Final = 16
+_BEING_WRITTEN: Final[set[str]] = set()
 
 
-def _token() -> str:
-    """Return twelve digits of a temporary name: this process, and a random number."""
-    return f"{os.getpid() % _PROCESSES:06x}{secrets.token_hex(3)}"
+def _temporary_name(target: Path) -> str:
+    """Return a name that says whose it is: of which file, machine and process.
+
+    It is short and plain whatever the file is called, for libraries that take no other names.
+    """
+    suffix = target.suffix if target.suffix.isascii() else ""
+    process, chance = f"{os.getpid():x}", secrets.token_hex(4)
+    return (
+        f".zerorate-{_digest(target.name)}-{_machine()}-{process}-{chance}"
+        f"{suffix if len(suffix) <= _LONGEST_SUFFIX else ''}"
+    )
+
+
+def _digest(text: str) -> str:
+    return hashlib.blake2b(text.encode("utf-8", "backslashreplace"), digest_size=4).hexdigest()
+
+
+@cache
+def _machine() -> str:
+    """Return what tells apart machines that share a folder, containers of one machine among them.
+
+    A process is known by its number only where the same numbers are given.
+    """
+    try:
+        numbers = os.readlink("/proc/self/ns/pid")
+    except OSError:
+        numbers = ""
+    return _digest(f"{platform.node()} {numbers}")
 
 
 def sweep(targets: Iterable[Path]) -> None:
-    """Remove what `atomic_path` began for these files and a kill left behind, and no others.
+    """Remove what `atomic_path` began in these files' folders and a kill left behind.
 
-    What another process of this machine is writing stays, and what this one writes must not be
-    among the targets. A file that cannot be removed stays as well: it harms nothing.
+    That is what a process of this machine began that is no more, and what one of another machine
+    began for these very files, which nobody else may be writing. A file that cannot be removed
+    stays: it harms nothing.
     """
-    folders: dict[Path, set[tuple[str, str]]] = {}
+    folders: dict[Path, set[str]] = {}
     for target in targets:
         # A link's temporary file lies next to the file behind it.
         path = Path(os.path.realpath(target))
-        folders.setdefault(path.parent, set()).add((path.stem[:80], path.suffix))
+        folders.setdefault(path.parent, set()).add(_digest(path.name))
     for folder, known in folders.items():
-        for path in folder.glob(".*.*"):
-            found = _TEMPORARY.fullmatch(path.name)
-            if found is None or (_own_stem(found["stem"]), found["suffix"]) not in known:
-                continue
-            if not _runs_elsewhere(int(found["process"], 16)):
-                with suppress(OSError):
-                    path.unlink()
+        with suppress(OSError):
+            for name in os.listdir(folder):
+                if _is_left(name, known):
+                    with suppress(OSError):
+                        (folder / name).unlink()
 
 
-def _own_stem(stem: str) -> str:
-    """Return the stem of the file behind a temporary name, be that one's own target temporary."""
-    inner = _TEMPORARY.fullmatch(stem)
-    return stem if inner is None else inner["stem"]
+def _is_left(name: str, known: set[str]) -> bool:
+    """Return whether a name is that of a file which nobody will finish."""
+    found = _TEMPORARY.fullmatch(name)
+    if found is None or name in _BEING_WRITTEN:
+        return False
+    if found["machine"] != _machine():
+        return found["target"] in known
+    return not _runs_elsewhere(int(found["process"], 16))
 
 
 def _runs_elsewhere(process: int) -> bool:
     """Return whether there is such a process, and it is not this one."""
     # There no signal can ask, and a file that is open cannot be removed anyway.
-    if os.name != "posix" or process == os.getpid() % _PROCESSES:
+    if os.name != "posix" or process in (0, os.getpid()):
         return False
     try:
         os.kill(process, 0)
-    except OSError as error:
+    except (OSError, OverflowError) as error:
         return isinstance(error, PermissionError)
-    return process > 0
+    return True

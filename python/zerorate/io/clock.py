@@ -1,26 +1,22 @@
-"""Clocks: timestamps of any unit, the uniform grid that fits them, and a report on both."""
+"""Clocks: the uniform grid that fits timestamps, however late, coarse or incomplete."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from zerorate.io.gaps import LONG_STEP, WINDOW, missing_samples, places
+from zerorate.io.arrivals import bursts, floor
+from zerorate.io.gaps import LONG_STEP, LONG_WINDOW, WINDOW, missing_samples, places
+from zerorate.io.grid import ClockReport, Grid
 from zerorate.io.log import LogError
-from zerorate.io.missing import without_masks
-from zerorate.io.names import plain
-from zerorate.io.table import Column
-from zerorate.types import Booleans, Floats, Integers
+from zerorate.types import Floats, Integers
 
-__all__ = ["ClockReport", "Grid", "Stamps", "fit_grid", "to_seconds", "unstamped"]
+__all__ = ["clock_through", "fit_grid", "fitted_grid"]
 
 _BLOCK: Final = 1 << 16
-_ALIKE: Final = 0.01
 
 
 @dataclass(frozen=True)
@@ -35,7 +31,7 @@ class _SteadyClock:
 def _steady_clock(stamps: Floats, start: float) -> _SteadyClock | None:
     """Return the clock of stamps whose place no estimate could tell better, None for others.
 
-    The rate is the one that the estimates for other stamps come to: it is the _roundest among all
+    The rate is the one that the estimates for other stamps come to: it is the roundest among all
     within four times their doubt, and the stamps keep to it within a quarter of that.
     """
     span = float(stamps[-1])
@@ -68,200 +64,6 @@ def _roundest(period: float, doubt: float) -> float:
     return 1 / period
 
 
-def _steps_between(column: npt.NDArray[np.float64 | np.int64]) -> tuple[float, float] | None:
-    """Return the least and the largest step, None unless they are positive and all but equal."""
-    ends = list(_ends(column))
-    if not ends:
-        return None
-    least, most = min(low for low, _ in ends), max(high for _, high in ends)
-    return (least, most) if 0.0 < most <= (1.0 + _ALIKE) * least else None
-
-
-def _ends(column: npt.NDArray[np.float64 | np.int64]) -> Iterator[tuple[float, float]]:
-    for first in range(0, len(column) - 1, _BLOCK):
-        steps = np.diff(column[first : first + _BLOCK + 1])
-        yield float(steps.min()), float(steps.max())
-
-
-_PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
-_SPELLINGS = {
-    "s": ("s", "sec", "secs", "second", "seconds"),
-    "ms": ("ms", "msec", "msecs", "millis"),
-    "us": ("us", "µs", "usec", "usecs", "micros"),
-    "ns": ("ns", "nsec", "nsecs", "nanos"),
-}
-_UNIT = {spelling: unit for unit, all_ in _SPELLINGS.items() for spelling in all_}
-_LONGEST = 1e10
-# The steps of clocks from 10 Hz to 10 kHz: one range a unit, seconds reaching down to 2 Hz.
-_STEP_BELOW = (("s", 0.5), ("ms", 100.0), ("us", 1e5), ("ns", np.inf))
-
-
-@dataclass(frozen=True)
-class Stamps:
-    """Seconds since the first stamp, shape (n,), the first stamp itself, and what was assumed."""
-
-    seconds: Floats
-    start: float
-    note: str | None
-
-
-def to_seconds(column: Column, name: str, rate: float | None) -> Stamps:
-    """Return the stamps in seconds.
-
-    The unit is that of the name's suffix; without one, that whose clock comes within 1 % of
-    ``rate``; without that, the step decides: below 0.5 it is seconds, below 100 milliseconds,
-    below 100 000 microseconds, and nanoseconds above.
-    """
-    column = without_masks(column)
-    if column.dtype.kind in "Mm":
-        _check_whole(~np.isnat(column), name)
-        kind = "datetime64[ns]" if column.dtype.kind == "M" else "timedelta64[ns]"
-        column, unit, assumed = column.astype(kind).view(np.int64), "ns", False
-    else:
-        column = _wide(column, name)
-        known = _unit_of_name(name)
-        unit, assumed = known or _unit_of_step(column, rate), known is None
-    per_second = _PER_SECOND[unit]
-    with np.errstate(over="ignore"):
-        since = column - column[0] if column[0] else column
-        seconds = since.astype(np.float64, copy=False)
-    if per_second != 1.0:
-        seconds = seconds / per_second
-    if not np.ptp(seconds) < _LONGEST:
-        raise LogError(f"time column '{name}' spans more than 300 years in {unit}")
-    note = f"time column '{name}' read as {unit}, judged by its step" if assumed else None
-    return Stamps(seconds, float(column[0]) / per_second, note if unit != "s" else None)
-
-
-def _wide(column: Column, name: str) -> Column:
-    if column.dtype.kind in "iu":
-        return column.astype(
-            np.int64, copy=False
-        )  # nanoseconds of today's date do not fit a float64
-    if column.dtype.kind != "f":
-        raise LogError(f"time column '{name}' holds {column.dtype}, expected numbers")
-    _check_whole(np.isfinite(column), name)
-    return column.astype(np.float64, copy=False)
-
-
-def _check_whole(there: Booleans, name: str) -> None:
-    if not there.all():
-        bad = np.flatnonzero(~there)
-        raise LogError(
-            f"time column '{name}' is not finite in row {bad[0]} (counting from 0), "
-            "expected a timestamp in every row"
-        )
-
-
-def _unit_of_name(name: str) -> str | None:
-    words = plain(name).split("_")
-    return _UNIT.get(words[-1]) if len(words) > 1 else None
-
-
-def _unit_of_step(column: Column, rate: float | None) -> str:
-    ends = _steps_between(column)
-    units = [_unit_of(step, rate) for step in ends or ()]
-    # Nothing but that unit lies between two ends so close.
-    if units and units[0] == units[1]:
-        return units[0]
-    steps = np.diff(column).astype(np.float64)
-    steps = steps[steps > 0]
-    return _unit_of(float(np.median(steps)), rate) if steps.size else "s"
-
-
-def _unit_of(step: float, rate: float | None) -> str:
-    if rate is not None:
-        for unit, per_second in _PER_SECOND.items():
-            if abs(step * rate / per_second - 1) < 0.01:
-                return unit
-    return next(unit for unit, bound in _STEP_BELOW if step < bound)
-
-
-@dataclass(frozen=True)
-class ClockReport:
-    """How the timestamps of a log deviate from a uniform clock.
-
-    Parameters
-    ----------
-    rate
-        Rate of the best uniform clock through the stamps, Hz; without stamps the rate given.
-    stamped
-        Whether the file had timestamps.
-    jitter_rms, jitter_max
-        Deviation of the stamps from that clock, s.
-    repeated, backward
-        Stamps equal to, and less than, the one before. Their rows are kept in file order.
-    gaps, missing_samples
-        Places where samples are missing, and the number of NaN rows put there.
-    longest_gap
-        Longest step between two stamps at a gap, s.
-    """
-
-    rate: float
-    stamped: bool = True
-    jitter_rms: float = 0.0
-    jitter_max: float = 0.0
-    repeated: int = 0
-    backward: int = 0
-    gaps: int = 0
-    missing_samples: int = 0
-    longest_gap: float = 0.0
-
-    def summary(self) -> str:
-        """Return one sentence on the clock.
-
-        Examples
-        --------
-        >>> ClockReport(rate=100.0).summary()
-        'clock regular at 100 Hz'
-        """
-        if not self.stamped:
-            return f"no timestamps, rate {self.rate:.7g} Hz as stated"
-        faults = self._faults()
-        if not faults:
-            return f"clock regular at {self.rate:.7g} Hz"
-        return f"clock at {self.rate:.7g} Hz with {', '.join(faults)}"
-
-    def _faults(self) -> list[str]:
-        faults = []
-        if self.jitter_max * self.rate > 0.01:
-            rms, most = 1e3 * self.jitter_rms, 1e3 * self.jitter_max
-            faults.append(f"jitter of {rms:.3g} ms rms ({most:.3g} ms at most)")
-        if self.repeated:
-            faults.append(_counted(self.repeated, "repeated stamp"))
-        if self.backward:
-            faults.append(_counted(self.backward, "backward step"))
-        if self.gaps:
-            missing = _counted(self.missing_samples, "missing sample")
-            gaps = f"{missing} in {_counted(self.gaps, 'gap')}"
-            faults.append(f"{gaps} (longest {self.longest_gap:.3g} s)")
-        return faults
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Uniform rate (Hz), grid length, the report, and the places of rows that leave gaps."""
-
-    rate: float
-    length: int
-    report: ClockReport
-    spread: Integers | None = None
-
-    @property
-    def place(self) -> Integers:
-        """Place of each row on the grid, shape (n,)."""
-        return np.arange(self.length) if self.spread is None else self.spread
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"
-
-
-def unstamped(n: int, rate: float) -> Grid:
-    """Return the grid of n rows without timestamps."""
-    return Grid(rate, n, ClockReport(rate, stamped=False))
-
-
 def fit_grid(stamps: Floats, start: float = 0.0, rate: float | None = None) -> Grid:
     """Return the uniform grid that fits the stamps.
 
@@ -279,32 +81,83 @@ def fit_grid(stamps: Floats, start: float = 0.0, rate: float | None = None) -> G
     LogError
         If the stamps are no clock, contradict the rate, or leave a gap too long to fill.
     """
+    return fitted_grid(stamps, start, rate).at(rate)
+
+
+def fitted_grid(stamps: Floats, start: float = 0.0, rate: float | None = None) -> Grid:
+    """Return the grid of `fit_grid` at its own rate, which may not be the one stated."""
     if len(stamps) < 2:
         if rate is None:
             raise LogError("one row gives no rate; give rate=")
         return Grid(rate, 1, ClockReport(rate))
     if (steady := _steady_clock(stamps, start)) is not None:
-        _check_agrees(rate, steady.rate)
         report = ClockReport(steady.rate, jitter_rms=steady.rms, jitter_max=steady.most)
-        return Grid(rate or steady.rate, len(stamps), report)
-    return _fitted(stamps, start, rate)
-
-
-def _fitted(stamps: Floats, start: float, rate: float | None) -> Grid:
-    """Return the grid of stamps that may be late, early, coarse, or missing."""
+        return Grid(steady.rate, len(stamps), report)
     steps = np.diff(stamps)
     _check_forward(steps)
+    return _irregular(stamps, steps, start, rate)
+
+
+def _irregular(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid:
+    """Return the grid of samples that were stamped as they were made, or as they arrived."""
     period = _first_period(stamps, steps)
+    late = _arrived(stamps, steps, start, rate)
+    believed = late is not None and (rate is None or late.agrees(rate))
+    if late is not None and believed and period * late.rate < 0.5:
+        return late
+    try:
+        found = _sampled(stamps, steps, start, period)
+    except LogError:
+        # Bursts without their clock may leave gaps that are too long to fill.
+        if late is None:
+            raise
+        return late
+    grid = found.grid(steps)
+    whole = not found.missing.any() or (rate is not None and grid.agrees(rate))
+    return grid if late is None or whole else late
+
+
+class _Fit(NamedTuple):
+    """Rate, Hz, deviation of the stamps, s, and samples missing in each step, all of one clock."""
+
+    rate: float
+    deviation: Floats
+    missing: Floats
+    place: Integers
+
+    def grid(self, steps: Floats) -> Grid:
+        """Return the grid of stamps that are these steps apart."""
+        length = int(self.place[-1]) + 1
+        report = _report(steps, self.missing, self.deviation, self.rate)
+        spread = None if length == len(self.place) else self.place
+        return Grid(self.rate, length, report, spread)
+
+
+def _sampled(stamps: Floats, steps: Floats, start: float, period: float) -> _Fit:
+    """Return the clock of stamps that may be late, early, coarse, or missing."""
     even = _rebased(stamps, steps, period)
     for _ in range(2):
         missing = missing_samples(even, period)
         place = places(missing, even)
         period = _slope(even, place)
-    own_rate, deviation = _own_rate(even, place, start)
-    report = _report(steps, missing, deviation, own_rate)
-    _check_agrees(rate, own_rate)
-    length = int(place[-1]) + 1
-    return Grid(rate or own_rate, length, report, None if length == len(stamps) else place)
+    return _Fit(*clock_through(even, place, start), missing, place)
+
+
+def _arrived(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid | None:
+    """Return the grid of samples that arrived in bursts, None if they did not."""
+    back = np.where(steps < -LONG_STEP * float(stamps[-1]) / len(steps), steps, 0.0)
+    even = stamps - np.append(0.0, np.cumsum(back)) if back.any() else stamps
+    if (found := bursts(even, rate)) is None:
+        return None
+    place = places(found.missing, even)
+    own_rate, _ = clock_through(even[found.last], place[found.last], start)
+    if rate is not None and len(found.last) < LONG_WINDOW:
+        own_rate = rate  # which so few bursts do not tell better
+    late = even - place / own_rate
+    offset = floor(late[found.last])
+    grid = _Fit(own_rate, late - offset, found.missing, place).grid(steps)
+    report = replace(grid.report, bursts=len(found.last))
+    return replace(grid, report=report, offset=offset)
 
 
 def _check_forward(steps: Floats) -> None:
@@ -313,13 +166,6 @@ def _check_forward(steps: Floats) -> None:
         raise LogError(
             f"the time column goes backward in {backward} of {len(steps)} steps, "
             "expected timestamps that rise"
-        )
-
-
-def _check_agrees(rate: float | None, own_rate: float) -> None:
-    if rate is not None and abs(own_rate / rate - 1) > 0.01:
-        raise LogError(
-            f"the rate is stated as {rate:g} Hz, but the timestamps run at {own_rate:g} Hz"
         )
 
 
@@ -364,8 +210,11 @@ def _slope(stamps: Floats, place: Integers) -> float:
     return _advancing(float(np.median(slopes)))
 
 
-def _own_rate(stamps: Floats, place: Integers, start: float) -> tuple[float, Floats]:
-    """Return the _roundest rate the stamps cannot tell from the fitted one, and the deviations."""
+def clock_through(stamps: Floats, place: Integers, start: float = 0.0) -> tuple[float, Floats]:
+    """Return the rate, Hz, of stamps whose places are known, and how far they are from it, s.
+
+    It is the roundest one that they cannot tell from the fitted one.
+    """
     period = _slope(stamps, place)
     deviation = stamps - period * place
     deviation -= np.median(deviation)

@@ -9,8 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from zerorate.io.log import LogError, printable
+from zerorate.io.log import LogError
 from zerorate.io.table import Column, Content, Format, Table
+from zerorate.texts import one_line
 
 __all__ = ["guarded_content"]
 
@@ -51,12 +52,12 @@ def _one_sentence(called: str) -> Iterator[None]:
 
 def _reason(error: Exception) -> str:
     text = str(error).strip().partition("\n")[0].rstrip(".")
-    text = printable(text) or type(error).__name__
+    text = one_line(text) or type(error).__name__
     return text if len(text) <= 120 else text[:117] + "..."
 
 
 def _guarded(table: Table, called: str) -> Table:
-    names = None if table.names is None else tuple(map(printable, table.names))
+    names = None if table.names is None else tuple(map(one_line, table.names))
     pieces = None if table.pieces is None else _guarded_pieces(table.pieces, called)
 
     def load(wanted: Sequence[int]) -> list[Column]:

@@ -14,6 +14,7 @@ from zerorate.io.damage import guarded_content
 from zerorate.io.log import LogError
 from zerorate.io.objects import ArrowStream, described, table_of
 from zerorate.io.table import Content, Format
+from zerorate.texts import printable
 
 __all__ = ["FORMATS", "LogSource", "format_of", "label_of", "opened"]
 
@@ -38,8 +39,10 @@ _HEAD = 16
 
 
 def label_of(source: LogSource) -> str:
-    """Return what messages call a source."""
-    return str(Path(source)) if isinstance(source, (str, os.PathLike)) else described(source)
+    """Return what messages and outputs call a source."""
+    if isinstance(source, (str, os.PathLike)):
+        return printable(str(Path(source)))
+    return described(source)
 
 
 def opened(source: LogSource) -> tuple[str, Content]:

@@ -13,16 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.io.missing import floats
+from zerorate.texts import one_line
 from zerorate.types import Floats
 
 _BETWEEN: Final = ", "
 
-__all__ = ["Header", "Log", "LogError", "Recording", "checked_rate", "printable", "units_of"]
-
-
-def printable(text: str) -> str:
-    """Return the text with what cannot be printed, or breaks the line, as Python escapes it."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+__all__ = ["Header", "Log", "LogError", "Recording", "checked_rate", "notes_of", "units_of"]
 
 
 class LogError(ValueError):
@@ -30,7 +26,7 @@ class LogError(ValueError):
 
     def __init__(self, message: str) -> None:
         """Keep the message to one line, whatever names and cells are quoted in it."""
-        super().__init__(printable(message))
+        super().__init__(one_line(message))
 
 
 def checked_rate(rate: object) -> float:
@@ -151,6 +147,15 @@ class Log:
         return replace(self, data=values)
 
 
+def present_axes(log: Log) -> Log:
+    """Return the log without the channels that hold no sample; itself if none or all do."""
+    there = np.flatnonzero(np.isfinite(log.data).any(axis=0))
+    if there.size in (0, log.channels):
+        return log
+    names, units = (tuple(given[i] for i in there) for given in (log.names, log.units))
+    return replace(log, data=log.data[:, there], names=names, unit=_joined(units, len(units)))
+
+
 def units_of(unit: str, channels: int) -> tuple[str, ...]:
     """Return the unit of each channel of a log: what its one unit lists, or that for all."""
     listed = tuple(unit.split(_BETWEEN))
@@ -240,6 +245,13 @@ class Header:
     def duration(self) -> float:
         """Length in seconds."""
         return self.n / self.rate
+
+
+def notes_of(log: Log | Header) -> tuple[str, ...]:
+    """Return the sentences on a log: its clock, unless that is regular, and what was assumed."""
+    clock = log.meta.get("clock")
+    on_clock = () if clock is None or clock.regular else (clock.summary(),)
+    return (*on_clock, *log.meta.get("notes", ()))
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,15 +14,17 @@ from zerorate.io.log import Header, Log, LogError, checked_rate
 from zerorate.io.names import canonical_unit
 from zerorate.io.reading import (
     Selection,
-    clock_of,
     gyros_of_one_unit,
     logs_of,
     notes_on_clock,
     notes_on_missing,
+    row_clock,
     selected,
 )
+from zerorate.io.repeats import HEAD, repeated
+from zerorate.io.sensor_clock import Clock
 from zerorate.io.table import Column, Table, as_numbers
-from zerorate.types import Floats, Integers
+from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["LogFile", "open_log"]
 
@@ -184,9 +186,10 @@ def _in_pieces(chosen: Selection, told: dict[str, str], label: str) -> LogFile:
     column = None if time is None else _whole(table, time)
     if table.rows == 0:
         raise LogError("there are columns but no rows")
-    clock = clock_of(chosen, column, table.rows)
+    clock = _clock(chosen, column)
     grid, start = clock.grid, clock.start
-    meta = {**chosen.meta(told, grid), "notes": tuple(notes_on_clock(chosen.groups[0].unit, clock))}
+    notes = (*table.meta.notes, *notes_on_clock(chosen.groups[0].unit, clock))
+    meta = {**chosen.meta(told, grid), "notes": notes}
     header = Header(grid.length, grid.rate, tuple(chosen.names), chosen.groups[0].unit, meta)
     places = Places.of(grid.spread, grid.length)
 
@@ -195,7 +198,9 @@ def _in_pieces(chosen: Selection, told: dict[str, str], label: str) -> LogFile:
 
     def blocks(rows: int) -> Iterator[Floats]:
         try:
-            yield from placed(_numbers(table, chosen, rows), places, rows, len(chosen.names))
+            pieces = _numbers(chosen, rows)
+            pieces = pieces if grid.used is None else _only(grid.used, pieces)
+            yield from placed(pieces, places, rows, len(chosen.names))
         except LogError as error:
             raise LogError(f"{label}: {error}") from None
 
@@ -217,7 +222,45 @@ def _whole(table: Table, index: int) -> Column:
     return table.load([index])[0] if column is None or done < table.rows else column
 
 
-def _numbers(table: Table, chosen: Selection, rows: int) -> Iterator[list[Column]]:
-    assert table.pieces is not None
-    for columns in table.pieces(chosen.data, rows):
+def _clock(chosen: Selection, column: Column | None) -> Clock:
+    """Return the clock of a sensor, of whose values only those at the beginning are looked at."""
+    rows = row_clock(chosen, column, chosen.table.rows)
+    head = np.concatenate([_together(piece) for piece in _beginning(chosen)])
+
+    def again() -> Booleans:
+        parts, last = [], None
+        for piece in map(_together, _numbers(chosen, _ROWS)):
+            parts.append(repeated(piece, last))
+            last = piece[-1]
+        return np.concatenate(parts)
+
+    return rows.of_sensor(head, again)
+
+
+def _together(piece: list[Column]) -> Floats:
+    return np.column_stack(piece).astype(np.float64, copy=False)
+
+
+def _beginning(chosen: Selection) -> Iterator[list[Column]]:
+    rows = 0
+    for piece in _numbers(chosen, HEAD):
+        yield piece
+        rows += len(piece[0])
+        if rows >= HEAD:
+            return
+
+
+def _only(used: Integers, pieces: Iterator[list[Column]]) -> Iterator[list[Column]]:
+    """Yield the rows of pieces that are used."""
+    begin = 0
+    for piece in pieces:
+        end = begin + len(piece[0])
+        low, high = np.searchsorted(used, (begin, end))
+        yield [column[used[low:high] - begin] for column in piece]
+        begin = end
+
+
+def _numbers(chosen: Selection, rows: int) -> Iterator[list[Column]]:
+    assert chosen.table.pieces is not None
+    for columns in chosen.table.pieces(chosen.data, rows):
         yield [as_numbers(c, name) for c, name in zip(columns, chosen.names, strict=True)]

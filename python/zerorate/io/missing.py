@@ -5,6 +5,7 @@ Whatever takes an array of samples takes it through here, the compiled classes a
 
 from __future__ import annotations
 
+import math
 from decimal import Decimal
 from numbers import Real
 from typing import Any, Final
@@ -49,14 +50,28 @@ def without_masks(values: npt.ArrayLike) -> npt.NDArray[Any]:
     """Return an array in which masked values, None and the NA of pandas are NaN or NaT.
 
     An array without any of them is returned as it is, and so is one of other objects.
+
+    Raises
+    ------
+    OverflowError
+        If an object is a whole number beyond the doubles.
     """
     array = np.asanyarray(values)
     if isinstance(array, np.ma.MaskedArray):
         array = _unmasked(array)
     if array.dtype.kind == "O" and all(map(_is_number_or_missing, array.flat)):
-        numbers = [np.nan if _is_missing(value) else value for value in array.flat]
-        return np.array(numbers, dtype=np.float64).reshape(array.shape)
+        return _numbers(array)
     return np.asarray(array)
+
+
+def _numbers(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    if array.size and all(isinstance(value, (int, np.integer)) for value in array.flat):
+        # Nanoseconds of today's date do not fit a double.
+        whole = np.array(array.tolist())
+        if whole.dtype.kind in "iu":
+            return whole
+    doubles = [math.nan if _is_missing(value) else float(value) for value in array.flat]
+    return np.array(doubles).reshape(array.shape)
 
 
 def _unmasked(array: np.ma.MaskedArray[Any, Any]) -> npt.NDArray[Any]:

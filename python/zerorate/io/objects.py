@@ -74,7 +74,7 @@ def _from_pandas(series: _Series, name: str) -> Column:
     kind = series.dtype.kind
     if kind in "Mm":
         # Times of a zone become those of UTC, without objects between.
-        return np.asarray(series.to_numpy(dtype=f"{kind}8[ns]"))
+        return np.asarray(series.to_numpy(dtype=f"{kind}8[{_resolution(series.dtype)}]"))
     if kind not in _WIDE:
         raise LogError(f"column '{name}' holds {series.dtype}, expected numbers")
     if isinstance(series.dtype, np.dtype):
@@ -82,6 +82,13 @@ def _from_pandas(series: _Series, name: str) -> Column:
     if series.isna().any():
         return np.asarray(series.to_numpy(dtype=np.float64, na_value=np.nan))
     return np.asarray(series.to_numpy(dtype=_WIDE[kind]))
+
+
+def _resolution(dtype: Any) -> str:  # noqa: ANN401
+    """Return the unit of a type of times: of NumPy, of Arrow, or of pandas itself."""
+    if isinstance(dtype, np.dtype):
+        return np.datetime_data(dtype)[0]
+    return str(getattr(dtype, "pyarrow_dtype", dtype).unit)
 
 
 def _from_polars(series: _Series) -> Column:

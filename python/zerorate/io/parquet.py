@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +16,7 @@ from zerorate.io.arrow import arrow_table, in_pieces, needs_pyarrow, to_arrow
 from zerorate.io.log import Header, Log
 from zerorate.io.table import Column, Content, Format
 
-__all__ = ["FORMAT", "TIME_NAME", "RowGroups", "about", "write_parquet"]
+__all__ = ["FORMAT", "TIME_NAME", "RowGroups", "about", "native_file", "write_parquet"]
 
 TIME_NAME = "time_s"
 _BUFFER: Final = 1 << 20
@@ -73,11 +74,16 @@ def _opened(path: Path, **options: Any) -> Iterator[Any]:  # noqa: ANN401
     import pyarrow.parquet as pq
 
     # Not `read_table`: it loads the whole machinery of data sets first.
-    with pq.ParquetFile(path, **options) as file:
+    with native_file(path) as raw, pq.ParquetFile(raw, **options) as file:
         yield file
 
 
 _ROWS: Final = 1 << 17
+
+
+def native_file(path: Path, mode: str = "rb") -> Any:  # noqa: ANN401  # its package is optional
+    """Return an open file of pyarrow; its name need not be UTF-8, as that of a path must."""
+    return needs_pyarrow("Parquet").OSFile(os.fsencode(path), mode)
 
 
 class RowGroups:
@@ -101,6 +107,7 @@ class RowGroups:
         self._waiting: list[list[Column]] = []
         self._rows = 0
         self._writer: Any = None
+        self._file: Any = None
 
     def __enter__(self) -> Self:
         """Return the file itself."""
@@ -119,6 +126,7 @@ class RowGroups:
         finally:
             if self._writer is not None:
                 self._writer.close()
+                self._file.close()
 
     def write(self, columns: Sequence[Column]) -> None:
         """Take a piece of all columns; whole groups are written."""
@@ -147,8 +155,9 @@ class RowGroups:
         # Doubles of a sensor hardly ever repeat: a dictionary is made in vain. By bytes of one
         # weight they shrink to less than by any stronger compression of whole numbers.
         doubles = [field.name for field in schema if self._arrow.types.is_float64(field.type)]
+        self._file = native_file(self._path, "wb")
         return pq.ParquetWriter(
-            self._path,
+            self._file,
             schema,
             compression="lz4",
             use_dictionary=False,

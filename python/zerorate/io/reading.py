@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.io.clock import Grid, Stamps, fit_grid, to_seconds, unstamped
 from zerorate.io.columns import Columns, choose
 from zerorate.io.formats import LogSource, label_of, opened
+from zerorate.io.grid import Grid
 from zerorate.io.log import Log, LogError, checked_rate
 from zerorate.io.names import (
     UNKNOWN,
@@ -21,6 +21,8 @@ from zerorate.io.names import (
     looks_like_sensor,
     split_unit,
 )
+from zerorate.io.sensor_clock import Clock, clock_of
+from zerorate.io.stamps import Stamps, to_seconds
 from zerorate.io.table import Column, Table, as_numbers
 from zerorate.types import Floats
 
@@ -55,14 +57,6 @@ class Selection:
         if self.table.meta.sensor is not None:
             meta["sensor"] = self.table.meta.sensor
         return meta
-
-
-class Clock(NamedTuple):
-    """The grid of the rows, the time of its first place, s, and what was assumed."""
-
-    grid: Grid
-    start: float
-    note: str | None
 
 
 def read_log(
@@ -120,14 +114,17 @@ def read_log(
     Notes
     -----
     The time column is one named ``time``, ``t``, ``timestamp``, ``stamp`` or so; its unit is the
-    suffix (``_s _ms _us _ns``), else follows from the step: below 0.5 seconds, below 100
-    milliseconds, below 100 000 microseconds, else nanoseconds. In a table without names the
+    suffix (``_s _ms _us _ns``), else the one in which it holds dates of this century, else that
+    of the step: below 0.5 seconds, below 100 milliseconds, below 100 000 microseconds, else
+    nanoseconds. In a table without names the
     first column is the time if it rises in near-equal steps over most rows and no other column
     does; if it only counts rows (0, 1, 2, ...) it is left out, and ``rate`` is needed.
 
     Missing samples, judged by the stamps' deviation from a uniform clock, become NaN rows.
     Late or repeated stamps do not add or drop rows. Where the clock jumps back, the rows stay in
-    the file's order and the time goes on.
+    the file's order and the time goes on. Samples that their host stamped as they arrived, in
+    bursts, stand on the regular clock under the stamps. Rows that repeat the one before because the
+    sensor is slower than its log are left out, unless ``rate`` is that of the timestamps.
 
     Examples
     --------
@@ -196,15 +193,12 @@ def selected(
     return Selection(table, choice.data, choice.time, names, groups, stated)
 
 
-def clock_of(chosen: Selection, column: Column | None, rows: int) -> Clock:
-    """Return the clock that a column of timestamps tells, or the rate stated."""
-    stamps = stamps_of(chosen, column)
-    if stamps is None:
-        return Clock(unstamped(rows, checked_rate(chosen.rate)), 0.0, None)
-    return Clock(fit_grid(stamps.seconds, stamps.start, chosen.rate), stamps.start, stamps.note)
+def row_clock(chosen: Selection, column: Column | None, rows: int) -> Clock:
+    """Return the clock of a table's rows, by a column of timestamps or by the rate stated."""
+    return clock_of(_stamps_of(chosen, column), chosen.rate, rows)
 
 
-def stamps_of(chosen: Selection, column: Column | None) -> Stamps | None:
+def _stamps_of(chosen: Selection, column: Column | None) -> Stamps | None:
     """Return the timestamps in a column, None where there is none."""
     if chosen.time is None or column is None:
         return None
@@ -224,12 +218,12 @@ def loaded_of(chosen: Selection) -> tuple[list[Column], Column | None]:
 def logs_of(chosen: Selection, told: dict[str, str]) -> list[Log]:
     """Return a log for each group, all from one reading; ``told`` is said of the source."""
     columns, time = loaded_of(chosen)
-    clock = clock_of(chosen, time, len(columns[0]))
+    rows = row_clock(chosen, time, len(columns[0]))
     logs = []
     for group in chosen.groups:
         names = [chosen.names[i] for i in group.places]
         values = stacked([columns[i] for i in group.places], names)
-        logs.append(log_of(chosen, group, values, clock, told))
+        logs.append(log_of(chosen, group, values, rows.of_sensor(values), told))
     return logs
 
 
@@ -268,6 +262,8 @@ def stacked(columns: list[Column], names: list[str]) -> Floats:
 
 
 def _on_grid(values: Floats, grid: Grid) -> Floats:
+    if grid.used is not None:
+        values = values[grid.used]
     if grid.spread is None:
         return values
     data = np.full((grid.length, values.shape[1]), np.nan)
@@ -280,11 +276,24 @@ def notes_on_clock(unit: str, clock: Clock) -> list[str]:
     notes, grid = [], clock.grid
     if unit == UNKNOWN:
         notes.append("the unit of the data is not known; give unit=")
-    if clock.note:
-        notes.append(clock.note)
+    notes.extend((*clock.notes, *_on_bursts(grid)))
     if abs(grid.report.rate / grid.rate - 1) > 1e-5:
         notes.append(f"rate {grid.rate:g} Hz as stated; the timestamps run at {grid.report.rate:g}")
     return notes
+
+
+def _on_bursts(grid: Grid) -> Iterator[str]:
+    report = grid.report
+    if report.bursts:
+        yield (
+            f"the samples arrived in {report.bursts} bursts and were stamped then; they were put "
+            f"on the regular clock of {report.rate:.7g} Hz that made them"
+        )
+    elif report.missing_samples > len(grid.place):
+        yield (
+            "more samples are missing than there are; if they were stamped as they arrived, in "
+            "bursts, rate= tells so"
+        )
 
 
 def notes_on_missing(names: Iterable[str], missing: Iterable[bool]) -> list[str]:
@@ -327,7 +336,7 @@ def read_sensors(
     Returns
     -------
     tuple of Log
-        One or two, on one clock: gyros first.
+        One or two, gyros first, on one clock unless one of them is slower than its rows.
 
     Raises
     ------

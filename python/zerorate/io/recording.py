@@ -8,7 +8,6 @@ from typing import Final, NamedTuple, cast
 
 import numpy as np
 
-from zerorate.io.clock import Stamps, fit_grid
 from zerorate.io.columns import Columns, choose
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Log, LogError, Recording, checked_rate, units_of
@@ -23,16 +22,14 @@ from zerorate.io.names import (
     split_unit,
 )
 from zerorate.io.reading import (
-    Clock,
     Group,
-    Selection,
-    clock_of,
     loaded_of,
     log_of,
+    row_clock,
     selected,
     stacked,
-    stamps_of,
 )
+from zerorate.io.sensor_clock import Clock
 from zerorate.io.table import Content, Table
 from zerorate.types import Floats
 
@@ -379,37 +376,31 @@ def _logs(
     concerned = not stamped or any(sensor.kind == "gyro" for sensor in sensors)
     chosen = selected(table, request.rate if concerned else None, places, grouped)
     columns, time = loaded_of(chosen)
-    clock, stamps = clock_of(chosen, time, len(columns[0])), stamps_of(chosen, time)
+    rows = row_clock(chosen, time, len(columns[0]))
     for sensor, group in zip(sensors, chosen.groups, strict=True):
         names = [chosen.names[i] for i in group.places]
         values = stacked([columns[i] for i in group.places], names)
-        own = _own_clock(chosen, stamps, values, clock)
-        if own is not None:
-            values = values[np.isfinite(values).any(axis=1)]
-        log = log_of(chosen, group, values, own or clock, told)
+        values, clock = _with_values(values, rows) or (values, rows)
+        log = log_of(chosen, group, values, clock.of_sensor(values), told)
         if np.isnan(log.data).all() and not request.requires([sensor]):
             notes.append(f"{', '.join(names)}: left out, for all samples are missing")
             continue
         yield _Found(sensor.kind, log)
 
 
-def _own_clock(
-    chosen: Selection, stamps: Stamps | None, values: Floats, shared: Clock
-) -> Clock | None:
-    """Return the clock of the rows in which a sensor has a value, None if it is that of all.
+def _with_values(values: Floats, rows: Clock) -> tuple[Floats, Clock] | None:
+    """Return the values that are there, and their clock; None if it is that of all rows.
 
     It is another one if the sensor has a value in every second row or fewer, or if the rows of
     several sensors stand between each other so that together they are no clock.
     """
-    rows = np.flatnonzero(np.isfinite(values).any(axis=1))
-    if len(rows) in (0, 1, len(values)):
+    there = np.flatnonzero(np.isfinite(values).any(axis=1))
+    if len(there) in (0, 1, len(values)):
         return None
-    unsteady = shared.grid.report.jitter_max * shared.grid.rate > _UNSTEADY
-    if np.median(np.diff(rows)) < 2 and not unsteady:
+    unsteady = rows.grid.report.jitter_max * rows.grid.rate > _UNSTEADY
+    if np.median(np.diff(there)) < 2 and not unsteady:
         return None
-    seconds = rows / checked_rate(chosen.rate) if stamps is None else stamps.seconds[rows]
-    start = seconds[0] + (0.0 if stamps is None else stamps.start)
     try:
-        return Clock(fit_grid(seconds - seconds[0], start), float(start), shared.note)
+        return values[there], rows.among(there)
     except LogError:
         return None

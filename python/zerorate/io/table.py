@@ -15,8 +15,9 @@ from typing import Any, Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io.log import LogError, printable
+from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
+from zerorate.texts import one_line
 
 __all__ = [
     "Column",
@@ -62,7 +63,7 @@ class Metadata:
 def _text(key: str, value: object) -> str:
     if not isinstance(value, str):
         raise LogError(f"in the metadata, {key} must be text, got {reprlib.repr(value)}")
-    return printable(value)
+    return one_line(value)
 
 
 @dataclass(frozen=True)

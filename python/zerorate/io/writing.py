@@ -17,6 +17,7 @@ from zerorate.io.log import Log, LogError, units_of
 from zerorate.io.missing import without_masks
 from zerorate.io.names import UNKNOWN, looks_like_gyro, split_unit, with_suffix
 from zerorate.io.parquet import TIME_NAME, write_parquet
+from zerorate.io.repeats import HEAD, rows_held
 from zerorate.io.table import Column
 from zerorate.io.text import META_MARK, text_header
 
@@ -147,6 +148,9 @@ def _says_all(log: Log, names: Sequence[str]) -> bool:
     plain = tuple(names) == log.names and all(looks_like_gyro(name) for name in names)
     units = {split_unit(name)[1] or UNKNOWN for name in names}
     if not plain or units != {log.unit} or "sensor" in log.meta or log.n < 2:
+        return False
+    # Rows that repeat are a sample each only where the rate is stated.
+    if rows_held(log.data[:HEAD], np.arange(min(log.n, HEAD))) is not None:
         return False
     grid = fit_grid(log.time - log.time[0], float(log.time[0]))
     return grid.rate == log.rate and grid.length == log.n

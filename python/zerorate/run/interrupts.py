@@ -8,13 +8,23 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from types import FrameType
-from typing import Final, TypeVar
+from typing import Any, Final, Self, TypeVar
 
-__all__ = ["Interrupted", "Interrupts", "for_the_parent_alone", "in_background"]
+__all__ = [
+    "INTERRUPT",
+    "Ending",
+    "Interrupted",
+    "Interrupts",
+    "for_the_parent_alone",
+    "in_background",
+]
 
 T = TypeVar("T")
 
-_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+INTERRUPT: Final = int(signal.SIGINT)
+# Windows has no terminal that hangs up.
+_ENDINGS: Final = (signal.SIGTERM,) if sys.platform == "win32" else (signal.SIGTERM, signal.SIGHUP)
+_SIGNALS: Final = (signal.SIGINT, *_ENDINGS)
 
 
 @contextmanager
@@ -51,6 +61,37 @@ def in_background(work: Callable[[], T]) -> T:
 
     threading.Thread(target=run, daemon=True).start()
     return future.result()
+
+
+class Ending:
+    """Lets the signals that end a process do so as an interrupt does: what is begun is removed."""
+
+    def __init__(self) -> None:
+        self.number = INTERRUPT
+        """The signal that came."""
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> Self:
+        """Catch them; only the main thread gets any."""
+        if threading.current_thread() is threading.main_thread():
+            for number in _ENDINGS:
+                # What a shell or nohup has told to be ignored stays so, and so does what the
+                # caller of a command takes itself.
+                if signal.getsignal(number) is signal.SIG_DFL:
+                    self._before[number] = signal.signal(number, self._end)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let the signals do again what they did."""
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _end(self, number: int, frame: FrameType | None) -> None:
+        self.number = number
+        # Once: a second one must not stop what cleans up.
+        for caught in self._before:
+            signal.signal(caught, signal.SIG_IGN)
+        raise KeyboardInterrupt
 
 
 class Interrupted(Exception):

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from zerorate.show.dynamic_figure import plot_dynamic
     from zerorate.show.identify_figure import plot_identification
     from zerorate.show.identify_page import identification_page
-    from zerorate.show.identify_tables import format_identify, log_notes
+    from zerorate.show.identify_tables import format_identify
     from zerorate.show.replay_figure import plot_replay
     from zerorate.show.replay_table import format_learned, format_notes, format_table
     from zerorate.show.style import save_figure
@@ -31,7 +31,6 @@ __all__ = [
     "format_regret",
     "format_table",
     "identification_page",
-    "log_notes",
     "plot_allan",
     "plot_characterisation",
     "plot_dynamic",
@@ -48,7 +47,7 @@ _PLACES: Final = {
     "dynamic_figure": ("plot_dynamic",),
     "identify_figure": ("plot_identification",),
     "identify_page": ("identification_page",),
-    "identify_tables": ("format_identify", "log_notes"),
+    "identify_tables": ("format_identify",),
     "replay_figure": ("plot_replay",),
     "replay_table": ("format_learned", "format_notes", "format_table"),
     "style": ("save_figure",),

@@ -5,12 +5,13 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.io.log import notes_of
 from zerorate.noise import AllanResult, Coefficient, NoiseModel
 from zerorate.noise.characterise import Axis, Characterisation
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, term_of
 from zerorate.numerals import significant, with_error
-from zerorate.show.tables import GAP, WIDTH, aligned, bulleted, on_clock
+from zerorate.show.tables import GAP, WIDTH, aligned, bulleted
 from zerorate.units import convert
 
 __all__ = ["format_allan", "format_allan_notes"]
@@ -56,7 +57,7 @@ def format_allan_notes(found: Sequence[Characterisation]) -> str:
     """
     logs = [one.log for one in found]
     notes = [note for one in found for note in one.notes]
-    notes += [note for log in logs for note in (*on_clock(log), *log.meta.get("notes", ()))]
+    notes += [note for log in logs for note in notes_of(log)]
     return bulleted(dict.fromkeys(notes))
 
 

@@ -72,7 +72,8 @@ def plot_identification(found: Identification) -> Figure:
     online = _axes(figure, height, 3, 1, 2)
     draw_online(online, found)
     style_panels(figure.axes)
-    style_decades(spectrum)
+    if spectrum.lines:
+        style_decades(spectrum)
     style_times(online)
     for axes in orders:
         style_orders(axes, found.arma_orders.margin)

@@ -93,7 +93,13 @@ def draw_spectrum(axes: Axes, found: Identification) -> None:
     """Draw the averaged periodogram of what was modelled, and the spectra of the models."""
     axes.set_title("spectrum")
     rate = found.rate
-    measured = Spectrum.of(found.prepared.data, rate)
+    try:
+        measured = Spectrum.of(found.prepared.data, rate)
+    except ValueError:
+        # Of a sensor that stuck, for instance: other stretches may be as they should.
+        axes.tick_params(left=False, labelleft=False, bottom=False, labelbottom=False)
+        write_in_middle(axes, "the longest stretch is constant or short")
+        return
     centres, density = _one_sided(measured, rate)
     axes.plot(centres, density, color=SKY, lw=0.7, label="record")
     frequencies = np.geomspace(centres[0], rate / 2.0, _FREQUENCIES)

@@ -10,11 +10,10 @@ from zerorate.identify.conclusions import model_name, per_cent
 from zerorate.identify.identification import Identification
 from zerorate.identify.order import CRITERIA, OrderSelection, above_least
 from zerorate.identify.verdict import Verdict
-from zerorate.io import Log
 from zerorate.numerals import significant, with_error
-from zerorate.show.tables import WIDTH, Table, as_text, bulleted, on_clock
+from zerorate.show.tables import WIDTH, Table, as_text, bulleted
 
-__all__ = ["format_identify", "log_notes", "tables"]
+__all__ = ["format_identify", "tables"]
 
 Row = tuple[str, ...]
 
@@ -201,11 +200,6 @@ def format_identify(found: Sequence[Identification]) -> str:
         Lines without an end.
     """
     return "\n\n\n".join("\n\n".join(_parts(one)) for one in found)
-
-
-def log_notes(log: Log) -> tuple[str, ...]:
-    """Return the sentences on a log's clock and columns."""
-    return (*on_clock(log), *log.meta.get("notes", ()))
 
 
 def _parts(found: Identification) -> Iterator[str]:

@@ -6,16 +6,16 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.io.log import notes_of
 from zerorate.io.names import split_unit
 from zerorate.numerals import or_dash, with_error
 from zerorate.run.replay import Score, Summary
 from zerorate.run.replay.history import last_known, noise_units
-from zerorate.run.replay.result import extra_names
-from zerorate.show.tables import WIDTH, Table, aligned, as_text, bulleted, on_clock
+from zerorate.run.replay.result import extra_names, unlearned
+from zerorate.show.tables import WIDTH, Table, aligned, as_text, bulleted
 
 __all__ = ["format_learned", "format_notes", "format_table"]
 
-_NO_REST: Final = "no rest yet"
 _WARNING: Final = (
     "At rest any low-pass filter lowers the deviation, and pays with delay when the sensor turns.",
     "Coasting error is the angle lost by holding the estimate: what a user pays for a wrong bias.",
@@ -125,7 +125,7 @@ def _speed(replay: Summary, method: str) -> str:
 
 def _notes(replay: Summary) -> Iterator[str]:
     yield from _on_log(replay)
-    yield from _on_start(replay)
+    yield from unlearned(replay)
     guarded = int(np.sum(replay.guard_count[replay.method]))
     if guarded:
         steps = replay.header.n * replay.header.channels
@@ -141,26 +141,18 @@ def _notes(replay: Summary) -> Iterator[str]:
 
 def _on_log(replay: Summary) -> Iterator[str]:
     header, missing = replay.header, replay.seen.missing
-    yield from on_clock(header)
+    yield from notes_of(header)
     if missing.any():
         counts = zip(header.names, missing.tolist(), strict=True)
         listed = ", ".join(f"{name} {n}" for name, n in counts if n)
         yield f"missing samples, predicted and not corrected: {listed} of {header.n}"
-    yield from header.meta.get("notes", ())
 
-
-def _on_start(replay: Summary) -> Iterator[str]:
-    needed, seen = max(10, round(replay.params["startup"] * replay.header.rate)), replay.seen
-    for i, name in enumerate(replay.header.names):
-        present = int(seen.present[i])
-        if replay.ready[i] or present == 0 or replay.status[i] == _NO_REST:
-            continue
-        if seen.equal[i] and present >= needed:
-            yield f"{name}: all samples are equal, so no noise, model or gain was learned"
-        else:
+    for name, restarts in zip(replay.header.names, replay.restarts.tolist(), strict=True):
+        if restarts:
+            times = "once" if restarts == 1 else f"{restarts} times"
             yield (
-                f"{name}: start-up not finished: it needs {needed} samples, has {present}: "
-                "no noise, model or gain was learned"
+                f"{name}: the noise learned at the start proved wrong by many orders, and noise "
+                f"and drift were learned anew, {times}"
             )
 
 
@@ -176,9 +168,6 @@ def _on_memory(replay: Summary) -> Iterator[str]:
 
 
 def _on_motion(replay: Summary) -> Iterator[str]:
-    for name, status in zip(replay.header.names, replay.status, strict=True):
-        if status == _NO_REST:
-            yield f"{name}: no rest was found, so no drift is known: a filter learns while it rests"
     header, rested = replay.header, replay.seen.at_rest
     if rested is None or (rested == header.n).all():
         return

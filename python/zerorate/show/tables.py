@@ -2,14 +2,11 @@
 
 import math
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from zerorate.io import Log
-from zerorate.io.log import Header
-
-__all__ = ["GAP", "WIDTH", "Table", "aligned", "as_text", "bulleted", "on_clock"]
+__all__ = ["GAP", "WIDTH", "Table", "aligned", "as_text", "bulleted"]
 
 WIDTH: Final = 100
 """Most letters in a line of a table."""
@@ -75,13 +72,6 @@ def aligned(rows: Sequence[Sequence[str]], words: int = 1, most: int | None = No
 def bulleted(notes: Iterable[str]) -> str:
     """Return sentences as a list, one a paragraph."""
     return "\n".join(textwrap.fill(f"- {note}", WIDTH, subsequent_indent="  ") for note in notes)
-
-
-def on_clock(log: Log | Header) -> Iterator[str]:
-    """Yield a sentence on a log's clock if it is not regular."""
-    clock = log.meta.get("clock")
-    if clock is not None and not clock.summary().startswith("clock regular"):
-        yield clock.summary()
 
 
 def _line(cells: Sequence[str], widths: Sequence[int], words: int) -> str:

@@ -163,6 +163,6 @@ fn another_type_is_refused_by_name() {
     let text = error.expect_err("another type").to_string();
     assert_eq!(
         text,
-        "checkpoint holds 'test-centred' version 1, expected 'rest-detector' version 1"
+        "checkpoint holds 'test-centred' version 1, expected 'rest-detector' version 2"
     );
 }

@@ -1,6 +1,5 @@
 """A batch from its patterns to its summary."""
 
-import glob
 import os
 import time
 from collections import Counter
@@ -10,19 +9,21 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
+from zerorate._native import __version__
 from zerorate.io import atomic_path, check_writable
 from zerorate.io.atomic import sweep
+from zerorate.io.parquet import native_file
 from zerorate.run.batch.cluster import local_cluster as on_local_cluster
 from zerorate.run.batch.cluster import scheduler_at
 from zerorate.run.batch.engines import Died, Engine, Finished, Processes, outlived
-from zerorate.run.batch.task import Outcome, Settings, Task, record_path, run_task
+from zerorate.run.batch.inputs import SUMMARY, SUMMARY_MARK, Inputs, inputs
+from zerorate.run.batch.task import OUTPUT_MARK, Outcome, Settings, Task, record_path, run_task
+from zerorate.texts import printable
 
 __all__ = ["BatchResult", "Progress", "run_batch"]
 
 Progress = Callable[[int, int], None]
 """Called with the logs that are through, and all that are to do."""
-
-_SUMMARY: Final = "summary.parquet"
 
 _TEXTS: Final = ("log", "axis", "status", "error", "unit")
 _COUNTS: Final = ("samples", "missing")
@@ -48,16 +49,29 @@ _NUMBERS: Final = (
 
 @dataclass(frozen=True)
 class BatchResult:
-    """What became of every log, by name, and where the summary lies."""
+    """What became of every log, by name, and where the summary lies.
+
+    `left_out` are files that match a pattern but that a batch has written.
+    """
 
     outcomes: tuple[Outcome, ...]
     summary: Path
     seconds: float
+    left_out: tuple[Path, ...] = ()
 
     @property
     def failed(self) -> tuple[Outcome, ...]:
         """The logs without a result."""
         return tuple(one for one in self.outcomes if one.status == "failed")
+
+    @property
+    def notes(self) -> dict[str, list[str]]:
+        """The logs that each note is about, by name, the notes of most logs first."""
+        about: dict[str, list[str]] = {}
+        for one in self.outcomes:
+            for note in one.notes:
+                about.setdefault(note, []).append(one.name)
+        return dict(sorted(about.items(), key=lambda pair: -len(pair[1])))
 
     @property
     def counts(self) -> Counter[str]:
@@ -84,8 +98,9 @@ def run_batch(
     Parameters
     ----------
     patterns : str or sequence of str
-        Files, or patterns such as ``"logs/**/*.parquet"``. What matches inside `output` is left
-        out.
+        Files, or patterns such as ``"logs/**/*.parquet"``; a name with brackets may be just that.
+        ``**`` takes each folder once, however many links lead there. What a batch has written is
+        left out.
     output : path
         Folder of the results, made if missing. It mirrors the folders below the patterns' common
         one: each log with a record in JSON, and ``summary.parquet`` of all.
@@ -135,18 +150,21 @@ def run_batch(
     listed = [patterns] if isinstance(patterns, str) else list(patterns)
     folder = Path(output)
     engine = _engine(workers, local_cluster, scheduler)
-    tasks = _tasks(listed, folder, settings or Settings(), force)
+    found = inputs(listed, Path(os.path.abspath(folder)))
+    tasks, unread = _tasks(found, folder, settings or Settings(), force)
     folder.mkdir(parents=True, exist_ok=True)
-    check_writable(folder / _SUMMARY, force=True)
+    check_writable(folder / SUMMARY, force=True)
     ends = {task.name: end for task in tasks if (end := task.finished("skipped")) is not None}
     todo = [task for task in tasks if task.name not in ends]
     if todo:
         with closing(_ended(engine, todo, sweeping=scheduler is None)) as fresh:
             ends |= _counted(fresh, len(todo), progress or _silent)
-    outcomes = tuple(_still_there(task, ends[task.name]) for task in tasks)
+    filtered = (_still_there(task, ends[task.name]) for task in tasks)
+    outcomes = tuple(sorted((*filtered, *unread), key=lambda one: one.name))
     folder.mkdir(parents=True, exist_ok=True)
-    _write_summary(outcomes, folder / _SUMMARY)
-    return BatchResult(outcomes, folder / _SUMMARY, time.perf_counter() - begin)
+    _write_summary(outcomes, folder / SUMMARY)
+    seconds = time.perf_counter() - begin
+    return BatchResult(outcomes, folder / SUMMARY, seconds, found.left_out)
 
 
 def _counted(ends: Iterable[Outcome], count: int, report: Progress) -> dict[str, Outcome]:
@@ -212,40 +230,26 @@ def _silent(through: int, all_of_them: int) -> None:
 
 
 def _tasks(
-    patterns: Sequence[str], output: Path, settings: Settings, force: bool = False
-) -> list[Task]:
-    """Return a task for each file that a pattern matches, by name; outputs mirror the folders.
+    found: Inputs, output: Path, settings: Settings, force: bool = False
+) -> tuple[list[Task], list[Outcome]]:
+    """Return a task for each log, whose output mirrors its folder, and what cannot be one.
 
     Raises
     ------
-    FileNotFoundError
-        If a pattern matches no file.
     ValueError
         If two logs would be written to one place.
     """
     # Absolute, since a worker may stand elsewhere; links are kept, as a cluster may mount them so.
     folder = Path(os.path.abspath(output))
-    found = {path for pattern in patterns for path in _matches(pattern, folder)}
-    root = Path(os.path.commonpath([_fixed_part(pattern) for pattern in patterns]))
-    tasks = [_task(path, path.relative_to(root), folder, settings, force) for path in sorted(found)]
+    tasks, failed = [], dict(found.failed)
+    for path in found.files:
+        try:
+            tasks.append(_task(path, path.relative_to(found.root), folder, settings, force))
+        except OSError as error:
+            failed[path] = error.strerror or str(error)
     _check_apart(tasks)
-    return tasks
-
-
-def _matches(pattern: str, output: Path) -> list[Path]:
-    paths = [Path(path) for path in glob.glob(os.path.abspath(pattern), recursive=True)]
-    # What an earlier run wrote is not to be filtered again.
-    files = [path for path in paths if path.is_file() and not path.is_relative_to(output)]
-    if not files:
-        raise FileNotFoundError(f"no file matches '{pattern}'")
-    return files
-
-
-def _fixed_part(pattern: str) -> str:
-    """Return the deepest folder of a pattern that does not depend on what it matches."""
-    path = Path(os.path.abspath(pattern))
-    fixed = [folder for folder in path.parents if not glob.has_magic(str(folder))]
-    return str(fixed[0])
+    names = ((path.relative_to(found.root).as_posix(), why) for path, why in failed.items())
+    return tasks, [Outcome(name, "failed", error=why) for name, why in names]
 
 
 def _task(source: Path, relative: Path, output: Path, settings: Settings, force: bool) -> Task:
@@ -254,7 +258,7 @@ def _task(source: Path, relative: Path, output: Path, settings: Settings, force:
     return Task(
         name=name,
         source=source,
-        output=output / relative.with_name(f"{relative.stem}-zerorate.{settings.format}"),
+        output=output / relative.with_name(f"{relative.stem}{OUTPUT_MARK}.{settings.format}"),
         settings=settings,
         fingerprint=settings.fingerprint(name, state.st_size, state.st_mtime_ns),
         force=force,
@@ -277,18 +281,21 @@ def _write_summary(outcomes: Iterable[Outcome], path: Path) -> None:
     types: list[tuple[str, Any]] = [(name, pa.string()) for name in _TEXTS]
     types += [(name, pa.int64()) for name in _COUNTS]
     types += [(name, pa.float64()) for name in _NUMBERS]
-    table = pa.Table.from_pylist(list(_summary_rows(outcomes)), schema=pa.schema(types))
-    with atomic_path(path, force=True) as temporary:
-        pq.write_table(table, temporary, compression="zstd")
+    types += [("notes", pa.list_(pa.string()))]
+    schema = pa.schema(types, metadata={SUMMARY_MARK: __version__})
+    table = pa.Table.from_pylist(list(_summary_rows(outcomes)), schema=schema)
+    with atomic_path(path, force=True) as temporary, native_file(temporary, "wb") as file:
+        pq.write_table(table, file, compression="zstd")
 
 
 def _summary_rows(outcomes: Iterable[Outcome]) -> Iterator[dict[str, object]]:
     for one in outcomes:
         common = {
-            "log": one.name,
+            "log": printable(one.name),
             "status": one.status,
-            "error": one.error,
+            "error": None if one.error is None else printable(one.error),
             "seconds": one.seconds,
+            "notes": list(map(printable, one.notes)),
         }
         for row in one.rows or ({},):
             yield {**common, **row}

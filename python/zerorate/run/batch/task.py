@@ -11,17 +11,21 @@ from typing import Any, Final, Literal, Self, Unpack
 
 from zerorate._native import __version__
 from zerorate.io import LogError, atomic_path, open_log
-from zerorate.io.log import checked_rate
+from zerorate.io.log import checked_rate, notes_of
 from zerorate.io.names import canonical_unit
 from zerorate.options import StreamOptions, checked_options
 from zerorate.run.replay import Score, Summary, replay_to_file
 from zerorate.run.replay.history import last_known
+from zerorate.run.replay.result import unlearned
 from zerorate.run.workers import on_threads
 
-__all__ = ["Outcome", "Record", "Settings", "Task", "record_path", "run_task"]
+__all__ = ["OUTPUT_MARK", "Outcome", "Record", "Settings", "Task", "record_path", "run_task"]
 
 Status = Literal["done", "skipped", "failed"]
 Row = Mapping[str, str | float | int | None]
+
+OUTPUT_MARK: Final = "-zerorate"
+"""Ends the name of a filtered log, before its suffix."""
 
 _FORMATS: Final = ("parquet", "csv", "npz")
 
@@ -101,6 +105,8 @@ class Outcome:
         Measures, one row an axis.
     error : str or None
         Why it failed, in one sentence.
+    notes : tuple of str
+        Sentences on its clock, on what was assumed of it, and on axes of which nothing was learned.
     """
 
     name: str
@@ -108,6 +114,7 @@ class Outcome:
     seconds: float = 0.0
     rows: tuple[Row, ...] = ()
     error: str | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -122,21 +129,32 @@ class Record:
     output_bytes: int
     seconds: float
     rows: tuple[Row, ...]
+    notes: tuple[str, ...]
 
     @classmethod
     def beside(cls, output: Path) -> Self | None:
         """Return the record of a filtered log if both are there and belong together."""
         try:
             fields = json.loads(record_path(output).read_bytes())
-            found = cls(**{**fields, "rows": tuple(fields["rows"])})
+            listed = {name: tuple(fields[name]) for name in ("rows", "notes")}
+            found = cls(**{**fields, **listed})
             return found if output.stat().st_size == found.output_bytes else None
         except (OSError, ValueError, TypeError, KeyError):
             return None
 
+    @classmethod
+    def of_either(cls, path: Path) -> Self | None:
+        """Return the record that a path belongs to, as a filtered log or as the record itself."""
+        if path.suffix != record_path(path).suffix:
+            return cls.beside(path)
+        found = (cls.beside(path.with_suffix(f".{suffix}")) for suffix in _FORMATS)
+        return next(filter(None, found), None)
+
     def write(self, output: Path) -> None:
         """Write the record of a filtered log that is in its place."""
         with atomic_path(record_path(output), force=True) as temporary:
-            temporary.write_text(json.dumps(vars(self), indent=1) + "\n")
+            text = json.dumps(vars(self), indent=1) + "\n"
+            temporary.write_text(text, encoding="utf-8", newline="\n")
 
     @staticmethod
     def discard(output: Path) -> None:
@@ -166,7 +184,7 @@ class Task:
         found = None if self.force else Record.beside(self.output)
         if found is None or found.fingerprint != self.fingerprint:
             return None
-        return Outcome(self.name, status, found.seconds, found.rows)
+        return Outcome(self.name, status, found.seconds, found.rows, notes=found.notes)
 
 
 def run_task(task: Task) -> Outcome:
@@ -181,16 +199,18 @@ def run_task(task: Task) -> Outcome:
         if (earlier := task.finished("done")) is not None:
             return earlier
         with on_threads(1):
-            rows = _filter(task)
+            result = _filter(task)
         seconds = time.perf_counter() - begin
-        Record(task.fingerprint, task.output.stat().st_size, seconds, rows).write(task.output)
-        return Outcome(task.name, "done", seconds, rows)
+        rows, notes = _rows(result), (*notes_of(result.header), *unlearned(result))
+        size = task.output.stat().st_size
+        Record(task.fingerprint, size, seconds, rows, notes).write(task.output)
+        return Outcome(task.name, "done", seconds, rows, notes=notes)
     except Exception as error:
         # Whatever is wrong with one log must not stop the others.
         return Outcome(task.name, "failed", time.perf_counter() - begin, error=_told(error))
 
 
-def _filter(task: Task) -> tuple[Row, ...]:
+def _filter(task: Task) -> Summary:
     settings = task.settings
     columns = None if settings.columns is None else list(settings.columns)
     recording = open_log(task.source, settings.rate, columns, settings.unit)
@@ -198,10 +218,9 @@ def _filter(task: Task) -> tuple[Row, ...]:
     Record.discard(task.output)
     options = dict(settings.options)
     method, output = options.pop("method"), options.pop("output", None)
-    result = replay_to_file(
+    return replay_to_file(
         recording, task.output, methods=[method], output=output, force=True, **options
     )
-    return _rows(result)
 
 
 def _check_version(expected: str) -> None:

@@ -1,7 +1,9 @@
 """A stream of lines: samples in, answers out, and a state that can be saved between any two."""
 
+from zerorate.run.live.checkpoint import CheckpointError, SettingsError
 from zerorate.run.live.lines import Beside, ColumnError, LineError
-from zerorate.run.live.stream import CheckpointError, LineStream, Settings, SettingsError
+from zerorate.run.live.settings import Settings
+from zerorate.run.live.stream import LineStream
 
 __all__ = [
     "Beside",

@@ -1,4 +1,4 @@
-"""The lines of a stream: their cells and columns, their sequence numbers, and their answers."""
+"""The lines of a stream: their cells and columns, and their answers."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -17,7 +17,6 @@ __all__ = [
     "ColumnError",
     "Layout",
     "LineError",
-    "SequenceCount",
     "Wanted",
     "answer",
     "cells_of",
@@ -28,8 +27,6 @@ __all__ = [
 
 # As many digits as a counter of 64 bits may have.
 _INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
-_LATE_SECONDS: Final = 1.0
-_GAP_SECONDS: Final = 3600.0
 
 _Column: TypeAlias = float | bool | npt.NDArray[Any]
 """One number a channel: alone, or as an array of shape (k,)."""
@@ -180,41 +177,6 @@ def _shortened(cell: str) -> str:
     """Return a cell as a message may show it."""
     shown = cell if len(cell) <= 40 else cell[:37] + "..."
     return shown.encode("unicode_escape").decode("ascii")
-
-
-@dataclass
-class SequenceCount:
-    """Counts what a source lost, by the numbers of the samples that came.
-
-    Parameters
-    ----------
-    rate : float
-        Samples a second.
-    last : int, optional
-        Number of the newest sample; None before the first.
-    lost, late, restarts : int
-        Samples that never came, that came again or after a newer one, and jumps by more than an
-        hour, or back by more than a second: there the source began anew, or its counter did.
-    """
-
-    rate: float
-    last: int | None = None
-    lost: int = 0
-    late: int = 0
-    restarts: int = 0
-
-    def step(self, number: int) -> int | None:
-        """Return how many samples are missing before this one, None if it comes too late."""
-        ahead = 1 if self.last is None else number - self.last
-        if -_LATE_SECONDS * self.rate <= ahead <= 0:
-            self.late += 1
-            return None
-        self.last = number
-        if not 0 < ahead <= _GAP_SECONDS * self.rate:
-            self.restarts += 1
-            return 0
-        self.lost += ahead - 1
-        return ahead - 1
 
 
 class Beside(StrEnum):

@@ -162,7 +162,8 @@ class Server:
     saver : Saver, optional
         Saves the stream after an answer has been given, never before.
     warn : callable
-        Takes a sentence on each of the first ten garbled lines.
+        Takes a sentence on each of the first ten garbled lines, and of the first ten restarts of
+        the sequence numbers.
     patient : bool
         Whether garbled lines may come before the first whole one.
     """
@@ -172,6 +173,7 @@ class Server:
     warn: Callable[[str], None]
     patient: bool = False
     garbled: int = field(default=0, init=False)
+    restarts: int = field(default=0, init=False)
     owing: bool = field(default=False, init=False)
     """Whether a sample was taken, but its answer not given: such a state is not to be saved."""
 
@@ -179,7 +181,10 @@ class Server:
         """Answer every line of a source."""
         for number, (line, reply) in enumerate(source, start=1):
             self.owing = True
+            restarts = self.stream.sequence.restarts
             answer = self._answer(number, line)
+            if restarts < self.stream.sequence.restarts:
+                self._tell_restart(number)
             if answer is not None:
                 reply(answer)
             self.owing = False
@@ -201,3 +206,9 @@ class Server:
         self.garbled += 1
         if self.garbled <= _TOLD:
             self.warn(sentence)
+
+    def _tell_restart(self, number: int) -> None:
+        self.restarts += 1
+        if self.restarts <= _TOLD:
+            last = self.stream.sequence.last
+            self.warn(f"line {number}: the sequence numbers begin anew, here with {last}")

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -24,7 +24,10 @@ __all__ = [
     "compensated",
     "extra_columns",
     "extra_names",
+    "unlearned",
 ]
+
+_NO_REST: Final = "no rest yet"
 
 Columns = dict[str, Floats | Booleans]
 
@@ -84,6 +87,8 @@ class Summary:
         Whether the axis' start-up was finished.
     status : tuple of str
         `DriftFilter.status` of each axis at the end.
+    restarts : ndarray, shape (k,)
+        How often the noise learned at the start proved wrong by many orders.
     history : History
         What the chosen filter knew over time.
     memory : ndarray, shape (k,)
@@ -102,6 +107,7 @@ class Summary:
     guard_count: Mapping[str, Integers]
     ready: Booleans
     status: tuple[str, ...]
+    restarts: Integers
     history: History
     memory: Floats
     seen: Seen
@@ -148,6 +154,24 @@ class Replay(Summary):
             return {}
         sigma, at_rest = self.readings.bias_sigma.T, self.readings.at_rest.T
         return extra_columns(self.log.names, self.log.unit, self.drift.T, sigma, at_rest)
+
+
+def unlearned(replay: Summary) -> Iterator[str]:
+    """Yield a sentence on each axis of which the chosen filter learned nothing."""
+    needed, seen = max(10, round(replay.params["startup"] * replay.header.rate)), replay.seen
+    for i, name in enumerate(replay.header.names):
+        present = int(seen.present[i])
+        if replay.status[i] == _NO_REST:
+            yield f"{name}: no rest was found, so no drift is known: a filter learns while it rests"
+        elif replay.ready[i] or present == 0:
+            continue
+        elif seen.equal[i] and present >= needed:
+            yield f"{name}: all samples are equal, so no noise, model or gain was learned"
+        else:
+            yield (
+                f"{name}: start-up not finished: it needs {needed} samples, has {present}: "
+                "no noise, model or gain was learned"
+            )
 
 
 def compensated(raw: Floats, drift: Floats) -> Floats:

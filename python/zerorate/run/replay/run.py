@@ -227,6 +227,7 @@ def _summary(
         },
         ready=np.asarray(chosen.ready),
         status=tuple(chosen.status),
+        restarts=np.asarray(chosen.restarts),
         history=history,
         memory=memory(history, chosen.order, header.rate),
         seen=seen,

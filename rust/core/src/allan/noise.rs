@@ -1,9 +1,9 @@
 //! Measurement noise R from the Allan variance at the shortest averaging time (FH 17, 18, 26–31).
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
+use crate::math::sound::{is_sample, is_size};
 use crate::math::{Limits, Real, choose};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Stream};
@@ -177,7 +177,28 @@ impl<T: Number> Stream for AllanNoise<T> {
     }
 }
 
-impl<T: Real + Serialize + DeserializeOwned> Checkpoint for AllanNoise<T> {
+impl<T: Limits + Real<Element = T, SimdBool = bool>> AllanNoise<T> {
+    /// Whether samples within `reach` can have made it of `fresh`.
+    pub(crate) fn is_after(&self, fresh: &Self, reach: T) -> bool {
+        let parameters = |noise: &Self| (noise.kind, noise.fading, noise.floor);
+        parameters(self) == parameters(fresh)
+            && is_size(self.variance, T::RAW_MAX * T::of(4.0))
+            && is_size(self.weight_sum, T::MAX)
+            && self.previous.iter().all(|z| is_sample(*z, reach))
+    }
+}
+
+impl<T: Number> Checkpoint for AllanNoise<T> {
     const TAG: &'static str = "allan-noise";
     const VERSION: u16 = 1;
+
+    fn is_sound(&self) -> bool {
+        let Self { fading, kind, floor, .. } = *self;
+        Self::new(fading.into(), kind, floor.into())
+            .is_ok_and(|fresh| self.is_after(&fresh, T::DIFFERENCE_MAX))
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.kind, self.fading, self.floor) == (other.kind, other.fading, other.floor)
+    }
 }

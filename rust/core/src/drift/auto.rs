@@ -6,8 +6,9 @@
 //! ticks, the strength of its drift from the likelihood of each walk.
 #![allow(non_snake_case)]
 
+mod sound;
+
 use nalgebra::{SMatrix, SVector};
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::options::Options;
@@ -17,7 +18,7 @@ use crate::error::Error;
 use crate::math::{Limits, Real};
 use crate::rest::{Event, RestDetector, Tick};
 use crate::stream::checkpoint::Checkpoint;
-use crate::stream::{Number, Startup, Stream, Traced};
+use crate::stream::{Number, Startup, Stream, Traced, Watch};
 
 /// Parameters of an [`AutoFilter`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -53,6 +54,8 @@ pub struct AutoFilter<T> {
     reach: T,
     missing: bool,
     samples_seen: u64,
+    watch: Watch<T>,
+    restarts: u64,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
@@ -77,12 +80,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             reach: T::zero(),
             missing: false,
             samples_seen: 0,
+            watch: Watch::new(),
+            restarts: 0,
         })
     }
 
     /// What it is doing.
     pub fn status(&self) -> Status {
-        self.status
+        self.status.after(self.restarts)
     }
 
     /// The drift.
@@ -128,11 +133,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             Some(Event::Restart) => self.forget(),
             None => {}
         }
+        if self.disproves(tick) {
+            return self.start_anew();
+        }
         match self.status {
             Status::Starting => self.finish_startup(),
             Status::AtRest => self.learn(tick),
             Status::InMotion => self.wait(),
-            Status::NoRestYet => {}
+            _ => {}
         }
     }
 
@@ -202,6 +210,25 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             model.learn(tick);
             self.run();
         }
+    }
+
+    /// Whether the noise of a rest is off by so many orders that it was never this sensor's.
+    fn disproves(&mut self, tick: &Tick<T>) -> bool {
+        let learned = self.status == Status::AtRest && self.params.scale.is_none();
+        match self.model.filter(|_| learned) {
+            Some(model) => self.watch.judge(tick.deviation, model.scale()),
+            None => false,
+        }
+    }
+
+    /// Noise and drift are learned anew, from the next sample on.
+    fn start_anew(&mut self) {
+        self.startup.reset();
+        (self.model, self.experienced) = (None, false);
+        self.interim = Interim::held();
+        self.watch = Watch::new();
+        self.restarts += 1;
+        self.status = Status::Starting;
     }
 
     /// Goes on from what is learned.
@@ -299,9 +326,17 @@ impl<T: Number> Traced for AutoFilter<T> {
     }
 }
 
-impl<T: Real + Serialize + DeserializeOwned> Checkpoint for AutoFilter<T> {
+impl<T: Number> Checkpoint for AutoFilter<T> {
     const TAG: &'static str = "drift-auto";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
+
+    fn is_sound(&self) -> bool {
+        Self::new(self.params).is_ok_and(|fresh| self.is_after(&fresh))
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.params, self.samples_seen) == (other.params, other.samples_seen)
+    }
 }
 
 impl<T: DriftNumber> DriftStream<T> for AutoFilter<T> {
@@ -321,7 +356,7 @@ impl<T: DriftNumber> DriftStream<T> for AutoFilter<T> {
     }
 
     fn status(&self) -> Status {
-        self.status
+        self.status()
     }
 
     fn drift(&self) -> Drift<T> {
@@ -334,6 +369,10 @@ impl<T: DriftNumber> DriftStream<T> for AutoFilter<T> {
             Some((R, G)) => [(R / rate).simd_sqrt(), (G * rate).simd_sqrt()],
             None => [T::of(f64::NAN); 2],
         }
+    }
+
+    fn restarts(&self) -> u64 {
+        self.restarts
     }
 
     fn power_on(&mut self) -> bool {

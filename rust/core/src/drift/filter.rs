@@ -3,9 +3,9 @@
 
 #[cfg(feature = "std")]
 pub(super) mod side_by_side;
+mod sound;
 
 use nalgebra::{SMatrix, SVector, SimdBool};
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::kalman::{Correction, State};
@@ -17,7 +17,7 @@ use crate::allan::AllanNoise;
 use crate::error::Error;
 use crate::math::{Limits, Real, Symmetric, choose, vector};
 use crate::stream::checkpoint::Checkpoint;
-use crate::stream::{Field, Output, Scaling, Shape, Startup, Stream, Traced};
+use crate::stream::{Field, Number, Output, Scaling, Shape, Startup, Stream, Traced, Watch};
 
 /// The largest coefficient of a stationary autoregression of order three.
 const COEFFICIENT_MAX: f64 = 3.0;
@@ -281,6 +281,8 @@ pub struct DriftFilter<T, const N: usize, const M: usize> {
     missing: bool,
     guarded: bool,
     start: Option<Start<T, N, M>>,
+    watch: Watch<T>,
+    restarts: u64,
 }
 
 impl<T, const N: usize, const M: usize> DriftFilter<T, N, M>
@@ -303,6 +305,8 @@ where
             missing: false,
             guarded: false,
             start: None,
+            watch: Watch::new(),
+            restarts: 0,
         })
     }
 
@@ -320,6 +324,14 @@ where
             start: Some(start),
             ..Self::new(params)?
         })
+    }
+
+    /// The filter before its first sample.
+    fn fresh(&self) -> Result<Self, Error> {
+        match self.start {
+            None => Self::new(self.params),
+            Some(start) => Self::started(self.params, start),
+        }
     }
 
     /// The parameters it was made with.
@@ -370,6 +382,14 @@ where
         (self.startup.variance() * T::of(self.params.process_noise)).at_most(T::RAW_MAX)
     }
 
+    /// Measurement noise during start-up.
+    fn startup_measurement_noise(&self) -> T {
+        match self.startup.own_scaling() {
+            Some(_) => self.startup.raw_variance(self.inner.measurement_noise.variance()),
+            None => self.startup.variance(),
+        }
+    }
+
     /// During start-up the estimate is the running mean, and so are its gain and variances.
     fn startup_snapshot(&self) -> Snapshot<T, N, M> {
         let variance = self.startup.variance();
@@ -385,7 +405,7 @@ where
             innovation: self.inner.last.innovation,
             innovation_variance: variance,
             gain,
-            measurement_noise: self.startup.raw_variance(self.inner.measurement_noise.variance()),
+            measurement_noise: self.startup_measurement_noise(),
             process_noise: SMatrix::from_diagonal_element(start),
             coefficients,
             covariance: SMatrix::from_diagonal_element(start),
@@ -415,6 +435,9 @@ where
             Some(scaling) => {
                 (self.estimate, self.missing, self.guarded) =
                     Self::step(&mut self.inner, scaling, z);
+                if Watch::<T>::is_due(self.samples_seen) && self.disproves(z) {
+                    self.start_anew_if_disproved();
+                }
             }
             None => {
                 self.missing = !z.finite();
@@ -431,24 +454,56 @@ where
         let y = self.startup.observe(z);
         self.inner.measurement_noise.observe(y);
         self.scaling = self.startup.finished();
-        if self.scaling.is_some() {
-            self.begin();
+        if let Some(scaling) = self.scaling {
+            self.begin(&scaling);
         }
         self.startup.mean()
     }
 
     /// From the start-up's own units to those of the filter.
-    fn begin(&mut self) {
-        let (mean, deviation, peak) = self.startup.own_scaling();
-        let inner = &mut self.inner;
-        inner.measurement_noise = inner.measurement_noise.rescaled(mean, deviation);
-        inner.count += T::of(self.startup.samples() as f64);
-        inner.peak = peak;
+    fn begin(&mut self, scaling: &Scaling<T>) {
+        let (inner, startup) = (&mut self.inner, &self.startup);
+        let noise = &mut inner.measurement_noise;
+        match startup.own_scaling() {
+            Some((mean, deviation, peak)) => {
+                *noise = noise.rescaled(mean, deviation);
+                inner.peak = peak;
+            }
+            None => {
+                let deviation = scaling.normalised_difference(startup.variance().simd_sqrt());
+                noise.interrupt();
+                noise.set_known(deviation * deviation, startup.samples());
+                inner.peak = T::of(PEAK);
+            }
+        }
+        inner.count += T::of(startup.samples() as f64);
         inner.last = Correction {
-            innovation: inner.last.innovation / (self.scaling.map_or(T::one(), |s| s.scale())),
+            innovation: inner.last.innovation / scaling.scale(),
             variance: T::one(),
             inverse: T::zero(),
         };
+    }
+
+    /// Whether a sample proves the scale wrong by many orders, if it was learned and not told.
+    #[cold]
+    fn disproves(&mut self, z: T) -> bool {
+        let told = self.start.is_some() || self.params.scale.is_some();
+        match self.scaling.filter(|_| !told) {
+            Some(scaling) => self.watch.disproves(z, scaling.scale()),
+            None => false,
+        }
+    }
+
+    /// Learns everything anew if the scale is proved wrong.
+    #[cold]
+    fn start_anew_if_disproved(&mut self) {
+        if self.watch.has_disproved()
+            && let Ok(fresh) = Self::new(self.params)
+        {
+            let Self { samples_seen, estimate, missing, .. } = *self;
+            let restarts = self.restarts + 1;
+            *self = Self { samples_seen, estimate, missing, restarts, ..fresh };
+        }
     }
 }
 
@@ -473,11 +528,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
     }
 
     fn reset(&mut self) {
-        let fresh = match self.start {
-            None => Self::new(self.params),
-            Some(start) => Self::started(self.params, start),
-        };
-        if let Ok(fresh) = fresh {
+        if let Ok(fresh) = self.fresh() {
             *self = fresh;
         }
     }
@@ -504,13 +555,20 @@ impl<T: DriftNumber, const N: usize, const M: usize> Traced for DriftFilter<T, N
     }
 }
 
-impl<T, const N: usize, const M: usize> Checkpoint for DriftFilter<T, N, M>
-where
-    T: Real + Serialize + DeserializeOwned,
-{
+impl<T: Number, const N: usize, const M: usize> Checkpoint for DriftFilter<T, N, M> {
     const TAG: &'static str = "drift";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
+
+    fn is_sound(&self) -> bool {
+        self.fresh().is_ok_and(|fresh| self.is_after(&fresh))
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        self.params == other.params
+            && self.samples_seen == other.samples_seen
+            && self.start.is_some() == other.start.is_some()
+    }
 }
 
 impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFilter<T, N, M> {
@@ -534,7 +592,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFil
     }
 
     fn status(&self) -> Status {
-        Status::of(self.ready(), true)
+        Status::of(self.ready(), true).after(self.restarts)
     }
 
     fn drift(&self) -> Drift<T> {
@@ -555,6 +613,10 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFil
 
     fn guard_count(&self) -> u64 {
         self.inner.guards.to_subset().map_or(0, |count: f64| count as u64)
+    }
+
+    fn restarts(&self) -> u64 {
+        self.restarts
     }
 
     fn write_start(&self, numbers: &mut [f64]) -> bool {

@@ -1,12 +1,12 @@
 //! The published filter gated by rest: motion is not taken for drift.
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::options::Options;
 use super::{Behaviour, Drift, DriftFilter, DriftNumber, DriftStream, Snapshot, Status};
 use crate::error::Error;
 use crate::math::Real;
+use crate::math::sound::is_count;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Stream, Traced};
 
@@ -103,13 +103,28 @@ impl<T: DriftNumber, const N: usize, const M: usize> Traced for RestGated<T, N, 
     }
 }
 
-impl<T, const N: usize, const M: usize> Checkpoint for RestGated<T, N, M>
-where
-    T: Real + Serialize + DeserializeOwned,
-{
+impl<T: DriftNumber, const N: usize, const M: usize> Checkpoint for RestGated<T, N, M> {
     const TAG: &'static str = "drift-rest-gated";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
+
+    fn is_sound(&self) -> bool {
+        let made_alike = |filter: &DriftFilter<T, N, M>| {
+            (filter.params(), filter.start()) == (self.filter.params(), self.filter.start())
+        };
+        is_count(self.samples_seen)
+            && self.filter.samples_seen() <= self.samples_seen
+            && self.filter.is_sound()
+            && self.at_last_rests.iter().all(|filter| made_alike(filter) && filter.is_sound())
+            && self.detector.is_sound()
+            && Self::new(self.filter, self.behaviour)
+                .is_ok_and(|fresh| self.detector.is_like(&fresh.detector))
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        let made = |gated: &Self| (gated.behaviour, *gated.filter.params(), gated.samples_seen);
+        made(self) == made(other) && self.filter.start().is_some() == other.filter.start().is_some()
+    }
 }
 
 impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RestGated<T, N, M> {
@@ -128,7 +143,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RestGate
     }
 
     fn status(&self) -> Status {
-        Status::of(self.filter.ready(), self.at_rest)
+        Status::of(self.filter.ready(), self.at_rest).after(self.restarts())
     }
 
     fn drift(&self) -> Drift<T> {
@@ -141,6 +156,10 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RestGate
 
     fn guard_count(&self) -> u64 {
         self.filter.guard_count()
+    }
+
+    fn restarts(&self) -> u64 {
+        self.filter.restarts()
     }
 
     fn write_start(&self, numbers: &mut [f64]) -> bool {

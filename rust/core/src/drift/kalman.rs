@@ -9,6 +9,7 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
+use crate::math::sound::{is_nan, is_size, is_within};
 use crate::math::{Limits, Real, Symmetric, choose, vector};
 
 /// A trace, in start-up variances, below which the floor of the noise outweighs all rounding.
@@ -124,5 +125,24 @@ impl<T: Real, const N: usize> State<T, N> {
             _ => prior.P.at(i, j) - gain[i] * prior.P.at(0, j),
         });
         Correction { innovation, variance, inverse }
+    }
+}
+
+impl<T, const N: usize> State<T, N>
+where
+    T: Limits + Real<Element = T, SimdBool = bool>,
+{
+    /// Whether a running filter can have it.
+    pub(super) fn is_sound(&self) -> bool {
+        self.x.iter().all(|x| is_within(*x, T::RAW_MAX))
+            && self.P.is_covariance(T::COVARIANCE_MAX + T::COVARIANCE_MAX)
+    }
+}
+
+impl<T: Limits> Correction<T> {
+    /// Whether a running filter can have it; the innovation of a start-up may be too large for the
+    /// scale learned.
+    pub(super) fn is_sound(&self) -> bool {
+        !is_nan(self.innovation) && is_size(self.variance, T::MAX) && is_size(self.inverse, T::MAX)
     }
 }

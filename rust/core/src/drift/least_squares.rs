@@ -1,14 +1,14 @@
 //! Recursive extended least squares of an ARMA(p, q) model with a constant (FH 8–13).
 
 use nalgebra::{SMatrix, SVector};
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::start::{Factors, Start};
 use crate::error::{Error, check_forgetting_factor, check_scale};
+use crate::math::sound::{is_count, is_size, is_within};
 use crate::math::{Limits, Real, choose, vector};
 use crate::stream::checkpoint::Checkpoint;
-use crate::stream::{Number, Scaling, Startup, Stream};
+use crate::stream::{Number, Scaling, Startup, Stream, Watch};
 
 /// Least squares on normalised samples, `N = p + 1`, `M = p + q + 1`.
 ///
@@ -211,6 +211,22 @@ where
         rls.diagonal /= excess;
         Ok(rls)
     }
+
+    /// Whether samples can have made it of `fresh`, which knows nothing.
+    pub(super) fn is_after(&self, fresh: &Self) -> bool {
+        let known = (0..M).flat_map(|j| (0..M).map(move |i| (i, j)));
+        let is_factor = |(i, j): (usize, usize)| match i < j {
+            true => is_within(self.unit_upper[(i, j)], T::DIFFERENCE_MAX),
+            false => self.unit_upper[(i, j)] == fresh.unit_upper[(i, j)],
+        };
+        let most = T::of(2.0 * M as f64);
+        self.growth == fresh.growth
+            && self.parameters.iter().all(|x| is_within(*x, T::RAW_MAX))
+            && self.history.iter().all(|y| is_within(*y, T::LEARNED_MAX))
+            && self.diagonal.iter().all(|d| is_size(*d, most))
+            && known.into_iter().all(is_factor)
+            && self.trace() <= most
+    }
 }
 
 #[inline(always)]
@@ -245,6 +261,7 @@ pub struct RecursiveLeastSquares<T, const N: usize, const M: usize> {
     scaling: Option<Scaling<T>>,
     rls: Rls<T, N, M>,
     samples_seen: u64,
+    watch: Watch<T>,
 }
 
 impl<T: Limits, const N: usize, const M: usize> RecursiveLeastSquares<T, N, M>
@@ -264,6 +281,7 @@ where
             scaling: None,
             rls: Rls::new(params.forgetting_factor),
             samples_seen: 0,
+            watch: Watch::new(),
         })
     }
 
@@ -298,6 +316,18 @@ where
     pub fn samples_seen(&self) -> u64 {
         self.samples_seen
     }
+
+    /// A scale that was learned, not told, and is proved wrong by many orders is learned anew.
+    #[cold]
+    fn check_scale(&mut self, z: T) {
+        let told = self.params.scale.is_some();
+        let Some(scaling) = self.scaling.filter(|_| !told) else { return };
+        if self.watch.disproves(z, scaling.scale())
+            && let Ok(fresh) = Self::new(self.params)
+        {
+            *self = Self { samples_seen: self.samples_seen, ..fresh };
+        }
+    }
 }
 
 impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares<T, N, M> {
@@ -311,7 +341,12 @@ impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares
         self.samples_seen += 1;
         match &self.scaling {
             Some(scaling) => {
-                scaling.raw_difference(self.rls.observe(scaling.normalise(z), z.finite()))
+                let y = scaling.normalise(z);
+                let residual = scaling.raw_difference(self.rls.observe(y, z.finite()));
+                if Watch::<T>::is_due(self.samples_seen) {
+                    self.check_scale(z);
+                }
+                residual
             }
             None => {
                 self.startup.observe(z);
@@ -322,18 +357,28 @@ impl<T: Number, const N: usize, const M: usize> Stream for RecursiveLeastSquares
     }
 
     fn reset(&mut self) {
-        self.startup.reset();
-        self.scaling = None;
-        self.rls = Rls::new(self.params.forgetting_factor);
-        self.samples_seen = 0;
+        if let Ok(fresh) = Self::new(self.params) {
+            *self = fresh;
+        }
     }
 }
 
-impl<T, const N: usize, const M: usize> Checkpoint for RecursiveLeastSquares<T, N, M>
-where
-    T: Real + Serialize + DeserializeOwned,
-{
+impl<T: Number, const N: usize, const M: usize> Checkpoint for RecursiveLeastSquares<T, N, M> {
     const TAG: &'static str = "least-squares";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
+
+    fn is_sound(&self) -> bool {
+        Self::new(self.params).is_ok_and(|fresh| {
+            is_count(self.samples_seen)
+                && self.startup.is_after(&fresh.startup, self.samples_seen)
+                && self.scaling == self.startup.finished()
+                && self.rls.is_after(&fresh.rls)
+                && self.watch.is_sound()
+        })
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.params, self.samples_seen) == (other.params, other.samples_seen)
+    }
 }

@@ -39,6 +39,8 @@ use crate::stream::{Field, Traced};
 pub enum Status {
     /// The drift is the mean so far.
     Starting,
+    /// The same, after the scale learned before was proved wrong by many orders.
+    StartingAnew,
     /// The drift is learned.
     AtRest,
     /// The drift is held.
@@ -52,6 +54,7 @@ impl Status {
     pub fn name(self) -> &'static str {
         match self {
             Self::Starting => "starting",
+            Self::StartingAnew => "starting anew",
             Self::AtRest => "at rest",
             Self::InMotion => "in motion",
             Self::NoRestYet => "no rest yet",
@@ -65,6 +68,14 @@ impl Status {
             (true, false) => Self::Starting,
             (false, true) => Self::InMotion,
             (false, false) => Self::NoRestYet,
+        }
+    }
+
+    /// The same for a filter whose scale was learned anew so often.
+    fn after(self, restarts: u64) -> Self {
+        match self {
+            Self::Starting if restarts > 0 => Self::StartingAnew,
+            status => status,
         }
     }
 }
@@ -106,6 +117,11 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + Checkpoint {
 
     /// How often the step of the process noise had to be shortened.
     fn guard_count(&self) -> u64 {
+        0
+    }
+
+    /// How often its scale was proved wrong by many orders and learned anew.
+    fn restarts(&self) -> u64 {
         0
     }
 

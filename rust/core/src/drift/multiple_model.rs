@@ -15,6 +15,7 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
+use crate::math::sound::{is_size, is_within};
 use crate::math::{Limits, Real};
 
 /// Members: no drift, then two ratios a decade.
@@ -208,7 +209,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
         let spread = (variance * self.scale(m)).ln();
         let tail = (square / self.S[m]).ln_1p() * (self.degrees + T::one());
         self.evidence[m] = self.evidence[m] * kept::<T>() - (spread + tail) * T::of(0.5);
-        self.S[m] = self.S[m] * kept::<T>() + square;
+        // A sensor that is stuck for days would bring it to zero, whose logarithm is infinite.
+        self.S[m] = (self.S[m] * kept::<T>() + square).at_least(T::VARIANCE_FLOOR);
     }
 
     fn normalise(&mut self) {
@@ -222,6 +224,24 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
     }
 }
 
+impl<T: Limits + Real<Element = T, SimdBool = bool>> KalmanBank<T> {
+    /// Whether blocks of means within `reach` can have made it of `fresh`.
+    pub(super) fn is_after(&self, fresh: &Self, reach: T) -> bool {
+        let every = |values: &Each<T>, holds: &dyn Fn(T) -> bool| values.iter().all(|x| holds(*x));
+        let (zero, most) = (T::zero(), T::DIFFERENCE_MAX);
+        self.q == fresh.q
+            && every(&self.x, &|x| is_within(x, reach))
+            && every(&self.P, &|P| is_size(P, most))
+            && every(&self.S, &|S| S >= T::VARIANCE_FLOOR && S <= most)
+            && self.degrees >= T::one()
+            && self.degrees <= T::of(MEMORY + 1.0)
+            && every(&self.evidence, &|evidence| is_within(evidence, T::RAW_MAX))
+            && self.evidence.max() == zero
+            && every(&self.weight, &|weight| is_size(weight, T::one()))
+            && is_within(self.weight.sum() - T::one(), T::of(0.01))
+    }
+}
+
 /// The part of the evidence that a block leaves.
 fn kept<T: Real>() -> T {
     T::of(1.0 - 1.0 / MEMORY)
@@ -230,4 +250,20 @@ fn kept<T: Real>() -> T {
 fn prior<T: Real>() -> Each<T> {
     let others = (1.0 - NO_DRIFT) / (MEMBERS - 1) as f64;
     Each::from_fn(|m, _| T::of(if m == 0 { NO_DRIFT } else { others }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BlockMean, KalmanBank};
+
+    #[test]
+    fn ten_days_of_a_stuck_sensor_leave_every_weight_a_number() {
+        let mut bank = KalmanBank::new(1e-2);
+        bank.begin(0.0, 1e-2);
+        for _ in 0..432_000 {
+            bank.correct(&BlockMean { mean: 0.0, noise: 1e-12, time: 1.0 });
+        }
+        assert!(bank.weight.iter().chain(&bank.x).chain(&bank.S).all(|x: &f64| x.is_finite()));
+        assert!(bank.is_after(&KalmanBank::new(1e-2), 1.0));
+    }
 }

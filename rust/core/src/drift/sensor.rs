@@ -1,5 +1,7 @@
 //! The model of one sensor: its noise, and its drift as far as it has been at rest.
 
+mod sound;
+
 use serde::{Deserialize, Serialize};
 
 use super::multiple_model::{BlockMean, KalmanBank};
@@ -60,6 +62,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
     /// [`begin`](Self::begin) with a mean in the unit of the samples.
     pub fn begin_at(&mut self, mean: T, samples: T) {
         self.begin(self.scaling.normalise(mean), samples);
+    }
+
+    /// Deviation of the start-up, in the unit of the samples.
+    pub fn scale(&self) -> T {
+        self.scaling.scale()
     }
 
     /// Whether a tick's noise is far from what is known: what was learned was not rest.

@@ -12,6 +12,7 @@ pub(crate) mod parallel;
 mod real;
 #[cfg(feature = "std")]
 pub(crate) mod segments;
+pub(crate) mod sound;
 mod symmetric;
 
 #[cfg(feature = "std")]

@@ -3,6 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
+use super::sound::is_size;
 use super::{Limits, Real, choose};
 
 /// Symmetric `N × N` matrix; only the upper triangle is kept up to date and read.
@@ -103,6 +104,45 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
         SMatrix::from_fn(|i, j| self.at(i, j))
     }
 }
+
+impl<T, const N: usize> Symmetric<T, N>
+where
+    T: Limits + Real<Element = T, SimdBool = bool>,
+{
+    /// Whether it can be a covariance of a running filter: of a trace of at most `bound`, and
+    /// semidefinite to what [`settle`](Self::settle) allows for rounding.
+    pub(crate) fn is_covariance(&self, bound: T) -> bool {
+        let below = (0..N).flat_map(|j| (j + 1..N).map(move |i| (i, j)));
+        (0..N).all(|i| is_size(self.at(i, i), bound))
+            && below.into_iter().all(|place| self.upper[place] == T::zero())
+            && self.trace() <= bound
+            && self.is_semidefinite()
+    }
+
+    /// By Cholesky's method on the correlations, so that no size of a component hides another.
+    fn is_semidefinite(&self) -> bool {
+        let scale = vector::<T, N>(|i| T::one() / (self.at(i, i) + T::TINY).simd_sqrt());
+        let one = T::one() + T::ROUNDING * T::of(N as f64);
+        let mut rest = Self::from_upper(|i, j| match i == j {
+            true => one,
+            false => self.at(i, j) * scale[i] * scale[j],
+        });
+        for j in 0..N {
+            let pivot = rest.at(j, j);
+            // Not so for NaN.
+            if !(pivot > T::zero() && pivot <= one) {
+                return false;
+            }
+            for i in j + 1..N {
+                for h in i..N {
+                    rest.set(i, h, rest.at(i, h) - rest.at(j, i) * rest.at(j, h) / pivot);
+                }
+            }
+        }
+        true
+    }
+}
+
 /// The vector of `element(i)`.
 ///
 /// Inlined whatever its size, as nalgebra's own is not: what is compiled apart from a step lacks

@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::bounds::{ALIKE_FREEDOM, CERTAIN, LEVEL_SHARE, chi_squared_bound, flips};
 use super::model::RestModel;
-use super::ticker::TickSums;
+use super::ticker::{TickSums, level_max};
+use crate::math::sound::{is_size, is_within};
 use crate::math::{Limits, Real};
 
 /// Successive ticks of much the same variance whose levels vary far less than the samples do.
@@ -98,5 +99,22 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Run<T> {
     /// Whether it is long enough, and at the level known.
     pub(super) fn has_arrived(&self, ticks: u32, known: &RestModel<T>, step: T) -> bool {
         self.ticks >= ticks && known.is_level(self.level, step)
+    }
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
+    /// Whether ticks can have made it.
+    pub(super) fn is_sound(&self) -> bool {
+        let most = level_max::<T>() + level_max();
+        is_within(self.level, most)
+            && is_size(self.squares, most * most * T::of(4.0 * f64::from(self.ticks)))
+            && is_size(self.variance, most * most)
+    }
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Run<T> {
+    /// Whether ticks can have made it.
+    pub(super) fn is_sound(&self) -> bool {
+        is_within(self.level, level_max::<T>() + level_max())
     }
 }

@@ -181,3 +181,16 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         (T::of(f64::from(short)) * times).at_most(long)
     }
 }
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
+    /// Whether ticks can have made it of `fresh`.
+    pub(super) fn is_after(&self, fresh: &Self) -> bool {
+        let is_sound = |model: &RestModel<T>| model.is_sound();
+        self.times == fresh.times
+            && (self.known.is_some() || !self.at_rest && self.earlier.is_none())
+            && self.known.iter().chain(&self.earlier).all(is_sound)
+            && self.candidate.is_sound()
+            && self.back.is_sound()
+            && self.near_earlier.is_sound()
+    }
+}

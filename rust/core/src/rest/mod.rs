@@ -108,7 +108,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
 
     fn decided(&mut self, seen: &TickSums<T>) -> Tick<T> {
         let telling = seen.count >= LEAST;
-        let event = if telling { self.decision.take(seen) } else { None };
+        let event = match (self.ticker.is_lost(), telling) {
+            (true, _) => {
+                self.restart();
+                Some(Event::Restart)
+            }
+            (false, true) => self.decision.take(seen),
+            (false, false) => None,
+        };
         let calm = telling && self.at_rest();
         Tick { count: seen.count, mean: seen.mean, deviation: seen.deviation, calm, event }
     }
@@ -135,12 +142,11 @@ where
     T: Limits + Real<Element = T, SimdBool = bool> + Serialize + DeserializeOwned,
 {
     const TAG: &'static str = "rest-detector";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
 
     fn is_sound(&self) -> bool {
         Self::new(self.rate).is_ok_and(|fresh| {
-            self.decision.times == fresh.decision.times
-                && self.ticker.length() == fresh.ticker.length()
+            self.ticker.is_after(&fresh.ticker) && self.decision.is_after(&fresh.decision)
         })
     }
 

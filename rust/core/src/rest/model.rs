@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::bounds::{CERTAIN, LOUD, NEAR_MEAN, NEAR_TICK, chi_squared_bound, flips, one_step};
 use super::candidate::Candidate;
-use super::ticker::TickSums;
+use super::ticker::{TickSums, level_max};
+use crate::math::sound::{is_size, is_within};
 use crate::math::{Limits, Real};
 
 /// Averages of 4, 16 and 64 ticks.
@@ -210,5 +211,34 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
     /// The level now, averaged over 64 ticks.
     pub(super) fn slow_level(&self) -> T {
         self.levels.averages[SCALES - 1]
+    }
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
+    /// Whether ticks can have made it.
+    pub(super) fn is_sound(&self) -> bool {
+        let most = level_max::<T>() + level_max();
+        let levels = &self.levels;
+        self.noise.is_sound(most)
+            && levels.averages.iter().all(|level| is_within(*level, most))
+            && levels.ticks >= T::one()
+            && levels.ticks <= ticks_of(SCALES)
+            && is_within(self.reference, most)
+    }
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
+    /// Whether ticks whose levels lie within `most` can have made it.
+    fn is_sound(&self, most: T) -> bool {
+        let square = most * most;
+        is_size(self.variance, square)
+            && is_size(self.spread, square * square + square * square)
+            && self.weight >= T::one()
+            && self.weight <= T::of(MEMORY)
+            && (0..SCALES).all(|i| {
+                is_size(self.differences[i], square * T::of(16.0))
+                    && self.weights[i] >= T::one()
+                    && self.weights[i] <= T::of(MEMORY) * ticks_of(i)
+            })
     }
 }

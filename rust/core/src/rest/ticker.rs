@@ -3,7 +3,19 @@
 use serde::{Deserialize, Serialize};
 
 use super::LEAST;
+use crate::math::sound::{is_sample, is_size, is_within};
 use crate::math::{Limits, Real, choose};
+
+/// Ticks in a row whose samples the origin or the unit swallows, and after which both are lost.
+const LOST: u32 = 4;
+
+/// Level over the origin at most, where the origin is far from all samples; deviation and steps over
+/// the rounding of the origin at most, where little of the samples is left beside it.
+const FAR: f64 = 1e-3;
+const LITTLE: f64 = 16.0;
+
+/// Level and deviation over the bound at least, where the unit is far too small.
+const NEAR_BOUND: f64 = 0.1;
 
 /// Sums over the samples of the tick that is under way.
 ///
@@ -18,10 +30,12 @@ pub(super) struct Ticker<T> {
     unit: T,
     inverse: T,
     bound: T,
-    /// NaN after a missing sample.
+    /// In the unit of the samples; NaN after a missing one.
     previous: T,
-    /// The smallest difference of successive samples so far that is not zero.
+    /// The smallest difference of successive samples so far that is not zero, in their unit.
     step: T,
+    /// Ticks in a row that origin or unit has swallowed.
+    swallowed: u32,
     centre: T,
     position: u32,
     count: u32,
@@ -35,7 +49,7 @@ pub(super) struct Ticker<T> {
 /// One tick, in the ticker's own units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TickSums<T> {
-    /// Samples that were not missing.
+    /// Samples that were not missing; none of a tick that origin or unit has swallowed.
     pub count: u32,
     /// Mean of the samples, in their unit.
     pub mean: T,
@@ -59,10 +73,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             origin: T::of(f64::NAN),
             unit: zero,
             inverse: zero,
-            // Fourth powers of differences must be finite.
-            bound: T::DIFFERENCE_MAX.simd_sqrt(),
+            bound: level_max(),
             previous: T::of(f64::NAN),
             step: T::MAX,
+            swallowed: 0,
             centre: zero,
             position: 0,
             count: 0,
@@ -71,10 +85,6 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             lowest: zero,
             highest: zero,
         }
-    }
-
-    pub(super) fn length(&self) -> u32 {
-        self.length
     }
 
     /// Takes one sample; returns the tick that it completes.
@@ -95,12 +105,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         if self.unit == T::zero() {
             self.find_unit(z);
         }
-        let y = ((z - self.origin) * self.inverse).within(self.bound);
-        let change = (y - self.previous).simd_abs();
+        let change = (z - self.previous).simd_abs();
         if change > T::zero() && change < self.step {
             self.step = change;
         }
-        self.previous = y;
+        self.previous = z;
+        let y = ((z - self.origin) * self.inverse).within(self.bound);
         let distance = y - self.centre;
         self.lowest = distance.at_most(self.lowest);
         self.highest = distance.at_least(self.highest);
@@ -128,17 +138,43 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         let (level, variance) = self.without_farthest();
         // Sums of samples that are all equal are off their mean by some roundings.
         let rounding = T::ROUNDING * level.simd_abs();
+        self.note_swallowed(mean, level, variance);
         let seen = TickSums {
-            count: self.count,
+            count: if self.swallowed > 0 { 0 } else { self.count },
             mean,
             deviation: self.unit * self.variance_about_mean().simd_sqrt(),
             level,
             variance,
             weight: (count / T::of(f64::from(self.length))).simd_sqrt(),
-            step: choose(self.step < T::MAX, self.step, T::zero()).at_least(rounding),
+            step: self.least_step().at_least(rounding),
         };
         self.begin(level);
         seen
+    }
+
+    /// The smallest step so far, zero if there was none.
+    fn least_step(&self) -> T {
+        choose(self.step < T::MAX, self.step * self.inverse, T::zero()).at_most(self.bound)
+    }
+
+    /// Whether neither origin nor unit fits the samples: their first ones were far from all others.
+    pub(super) fn is_lost(&self) -> bool {
+        self.swallowed >= LOST
+    }
+
+    /// Counts ticks whose samples vanish beside the origin, or leave the range of the unit.
+    fn note_swallowed(&mut self, mean: T, level: T, variance: T) {
+        if self.count < LEAST {
+            return;
+        }
+        let (origin, deviation) = (self.origin.simd_abs(), variance.simd_sqrt());
+        let rounding = T::of(LITTLE) * T::ROUNDING * origin;
+        let coarse = self.step <= rounding && self.unit * deviation <= rounding;
+        let beside = coarse && mean.simd_abs() < T::of(FAR) * origin;
+        let range = self.highest - self.lowest;
+        let small = range > T::zero() && range < T::one() / self.bound;
+        let large = level.simd_abs() + deviation >= self.bound * T::of(NEAR_BOUND);
+        self.swallowed = if beside || small || large { self.swallowed + 1 } else { 0 };
     }
 
     fn variance_about_mean(&self) -> T {
@@ -175,5 +211,47 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.squares = zero;
         self.lowest = zero;
         self.highest = zero;
+    }
+}
+
+/// Largest sample in the ticker's own units: fourth powers of differences must be finite.
+pub(super) fn level_max<T: Limits + Real<Element = T>>() -> T {
+    T::DIFFERENCE_MAX.simd_sqrt()
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
+    /// Whether samples can have made it of `fresh`.
+    pub(super) fn is_after(&self, fresh: &Self) -> bool {
+        // Raw, it must not overflow.
+        let reach = (T::RAW_MAX * T::of(4.0) * self.inverse).at_most(self.bound);
+        (self.length, self.bound) == (fresh.length, fresh.bound)
+            && is_sample(self.origin, T::RAW_MAX)
+            && self.has_unit()
+            && is_sample(self.previous, T::RAW_MAX)
+            && self.swallowed < LOST
+            && self.step > T::zero()
+            && self.step <= T::MAX
+            && is_within(self.centre, reach + reach)
+            && self.position < self.length
+            && self.count <= self.position
+            && self.has_sums(reach)
+    }
+
+    fn has_unit(&self) -> bool {
+        let inverse = match self.unit == T::zero() {
+            true => T::zero(),
+            false => T::one() / self.unit.at_least(T::TINY),
+        };
+        is_size(self.unit, T::RAW_MAX + T::RAW_MAX)
+            && self.inverse == inverse
+            && (self.origin.finite() || self.unit == T::zero())
+    }
+
+    fn has_sums(&self, reach: T) -> bool {
+        let (most, count) = (reach * T::of(4.0), T::of(f64::from(self.count)));
+        is_within(self.sum, most * count)
+            && is_size(self.squares, most * most * count)
+            && is_size(-self.lowest, most)
+            && is_size(self.highest, most)
     }
 }

@@ -43,6 +43,12 @@ impl<'a> Block<'a> {
         input.zip(self.numbers.chunks_exact_mut(self.channels))
     }
 
+    /// What is left after `rows` rows of one number each.
+    pub(crate) fn after(&mut self, rows: usize) -> Block<'_> {
+        let (channels, done) = (self.channels, rows * self.channels);
+        Block::new(channels, &self.input[done..], &mut self.numbers[done..], self.flags)
+    }
+
     /// One column through a stream.
     #[inline(always)]
     pub(crate) fn run<S: Stream>(&mut self, channel: usize, stream: &mut S) {

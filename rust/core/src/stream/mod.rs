@@ -12,8 +12,10 @@ pub mod checkpoint;
 mod parts;
 mod sample;
 mod scaling;
+mod sketch;
 #[cfg(feature = "parallel")]
 pub(crate) mod threads;
+mod watch;
 
 #[cfg(feature = "std")]
 pub use bank::{Bank, Block};
@@ -23,6 +25,7 @@ pub use sample::{Field, Input, Number, Output, Shape, sizes};
 pub use scaling::{Scaling, Startup};
 #[cfg(feature = "parallel")]
 pub use threads::on_pool;
+pub(crate) use watch::Watch;
 
 /// Something that takes samples one by one and returns something for each.
 pub trait Stream: Sized {

@@ -1,15 +1,27 @@
 //! Offset and scale of a signal, learned from its own first samples: no filter needs a unit.
 
+mod sound;
+
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
+use super::sketch::Sketch;
 use crate::error::Error;
 use crate::math::{Limits, Real, Symmetric, choose};
 
 /// Fewest samples that can tell a deviation.
 const WINDOW_MIN: u64 = 2;
 
-/// Running mean and variance of the first samples.
+/// Fewest samples of which a median says more than their mean.
+const TELLING: usize = 8;
+
+/// Deviation over that of the median distance, beyond which a few samples have spoilt it; a
+/// thousandth below which its unit has: no distribution of a sensor comes near to either.
+const SPOILT: f64 = 4.0;
+const LOST: f64 = 1e-3;
+
+/// Running mean and variance of the first samples, or, where a few of these are far from all
+/// others, median and median distance.
 ///
 /// They are counted from the first sample in units of the first difference that is not zero, so
 /// neither a large offset nor a small unit costs precision.
@@ -24,6 +36,7 @@ pub struct Startup<T> {
     mean: T,
     sum_of_squares: T,
     peak: T,
+    sketch: Sketch<T>,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
@@ -50,6 +63,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
             mean: zero,
             sum_of_squares: zero,
             peak: zero,
+            sketch: Sketch::new(),
         })
     }
 
@@ -69,6 +83,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         }
         let y = self.in_units(difference);
         self.samples += 1;
+        self.sketch.insert(z);
         let before = y - self.mean;
         self.mean += before / T::of(self.samples as f64);
         self.sum_of_squares += before * (y - self.mean);
@@ -78,20 +93,41 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
 
     /// The scaling learned, once the window is full.
     pub fn finished(&self) -> Option<Scaling<T>> {
-        let deviation = self.deviation();
-        let ready = self.samples >= self.window && deviation > T::zero();
-        ready.then(|| Scaling::new(self.origin + self.unit * self.mean, self.unit * deviation))
+        let deviation = match self.known_scale {
+            Some(scale) => scale,
+            None => self.typical().map_or(self.unit * self.sample_deviation(), |(_, d)| d),
+        };
+        let ready = self.samples >= self.window && self.unit > T::zero();
+        ready.then(|| Scaling::new(self.mean(), deviation))
     }
 
     /// Mean of the samples so far; zero before the first.
     pub fn mean(&self) -> T {
-        self.origin + self.unit * self.mean
+        self.typical().map_or(self.origin + self.unit * self.mean, |(median, _)| median)
     }
 
     /// Variance of the samples so far.
     pub fn variance(&self) -> T {
-        let deviation = self.sample_deviation();
-        self.raw_variance(deviation * deviation)
+        match self.typical() {
+            Some((_, deviation)) => {
+                (deviation.at_most(T::DIFFERENCE_MAX) * deviation).at_most(T::RAW_MAX)
+            }
+            None => {
+                let deviation = self.sample_deviation();
+                self.raw_variance(deviation * deviation)
+            }
+        }
+    }
+
+    /// Median and deviation from it, where a few samples far from all others have spoilt mean and
+    /// variance.
+    fn typical(&self) -> Option<(T, T)> {
+        if self.sketch.held() < TELLING {
+            return None;
+        }
+        let (deviation, typical) = (self.unit * self.sample_deviation(), self.sketch.deviation());
+        let spoilt = deviation > T::of(SPOILT) * typical || deviation < T::of(LOST) * typical;
+        (spoilt && typical > T::zero()).then(|| (self.sketch.median(), typical))
     }
 
     /// The raw size of a variance in the start-up's own units.
@@ -109,10 +145,15 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         self.samples
     }
 
-    /// Mean and deviation in the start-up's own units, and a bound of all normalised samples.
-    pub(crate) fn own_scaling(&self) -> (T, T, T) {
-        let deviation = self.deviation();
-        (self.mean, deviation, (self.peak + self.mean.simd_abs()) / deviation)
+    /// Mean and deviation in the start-up's own units, and a bound of all normalised samples; none
+    /// where a few samples have spoilt them.
+    pub(crate) fn own_scaling(&self) -> Option<(T, T, T)> {
+        let deviation = match self.known_scale {
+            Some(_) => T::one(),
+            None => self.sample_deviation(),
+        };
+        let peak = (self.peak + self.mean.simd_abs()) / deviation;
+        self.typical().is_none().then_some((self.mean, deviation, peak))
     }
 
     /// Back to before the first sample.
@@ -125,15 +166,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
             mean: zero,
             sum_of_squares: zero,
             peak: zero,
+            sketch: Sketch::new(),
             ..*self
         };
-    }
-
-    fn deviation(&self) -> T {
-        match self.known_scale {
-            Some(_) => T::one(),
-            None => self.sample_deviation(),
-        }
     }
 
     fn sample_deviation(&self) -> T {
@@ -206,13 +241,16 @@ impl<T: Real> Scaling<T> {
         (v * self.scale * self.scale).within(Self::raw_max())
     }
 
-    /// The raw size of a normalised covariance, as a whole limited to what the type can hold.
+    /// The raw size of a normalised covariance, as a whole limited to what the type can hold: zero
+    /// where its digits would be lost, and with them that it is semidefinite.
     pub(crate) fn raw_covariance<const N: usize>(
         &self,
         covariance: &Symmetric<T, N>,
     ) -> SMatrix<T, N, N> {
         let bound = Self::raw_max() / covariance.trace().at_least(T::one());
-        covariance.to_matrix() * (self.scale * self.scale).at_most(bound)
+        let size = (self.scale * self.scale).at_most(bound);
+        let whole = size.simd_gt(T::tiny() / T::limit(<T::Element as Limits>::ROUNDING));
+        covariance.to_matrix() * choose(whole, size, T::zero())
     }
 
     /// `[φ, θ, c]` of the raw signal: only the constant has a unit, and moves with the offset.

@@ -18,6 +18,7 @@ pub trait DriftBank: AnyBank {
     fn options(&self) -> Options;
     fn samples_seen(&self) -> u64;
     fn guard_counts(&self) -> Vec<u64>;
+    fn restarts(&self) -> Vec<u64>;
     fn ready(&self) -> Vec<bool>;
     fn status(&self) -> Vec<&'static str>;
     /// Densities of the white noise and of the drift's walk.
@@ -56,6 +57,10 @@ where
 
     fn guard_counts(&self) -> Vec<u64> {
         self.streams().iter().map(F::guard_count).collect()
+    }
+
+    fn restarts(&self) -> Vec<u64> {
+        self.streams().iter().map(F::restarts).collect()
     }
 
     fn ready(&self) -> Vec<bool> {

@@ -250,8 +250,9 @@ impl DriftFilter {
     }
 
     /// What the filter is doing: ``"starting"`` (the bias is the mean so far), ``"at rest"`` (it
-    /// learns), ``"in motion"`` (it holds the bias) or ``"no rest yet"`` (the sensor moved before
-    /// anything was learned; the bias is 0). With channels a list of k.
+    /// learns), ``"in motion"`` (it holds the bias), ``"no rest yet"`` (the sensor moved before
+    /// anything was learned; the bias is 0) or ``"starting anew"`` (the noise learned at the start
+    /// proved wrong by many orders). With channels a list of k.
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
@@ -293,6 +294,14 @@ impl DriftFilter {
     fn guard_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
         this.shared.numbers(py, this.shared.bank.guard_counts())
+    }
+
+    /// How often the scale learned at the start was proved wrong by many orders, upon which noise
+    /// and drift were learned anew: int, with channels (k,).
+    #[getter]
+    fn restarts<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.shared.numbers(py, this.shared.bank.restarts())
     }
 
     /// The start-up is over: bool, with channels (k,).

@@ -9,7 +9,7 @@ use super::{DriftFilter, DriftLoop};
 use crate::allan::AllanKind;
 use crate::drift::Method;
 use crate::math::{Lane, Laned, Mask, Real, WIDEST, laned};
-use crate::stream::{Block, Scaling};
+use crate::stream::{Block, Scaling, Watch};
 
 /// How many filters share a register.
 pub struct Width;
@@ -27,13 +27,15 @@ laned!(DriftLoop [N, M]
     common { adapts_measurement_noise, adapts_process_noise, learning_left });
 
 /// What filters must have in common to take the same branches for a number of samples: method,
-/// noise, and for how many of these they learn. None before the start-up is over.
-type Phase = Option<(Method, AllanKind, u64)>;
+/// noise, for how many of these they learn, and when their scales are looked at. None before the
+/// start-up is over.
+type Phase = Option<(Method, AllanKind, u64, u64)>;
 
 impl<const N: usize, const M: usize> DriftFilter<f64, N, M> {
     fn phase(&self, samples: u64) -> Phase {
         let learning = self.inner.learning_left.min(samples);
-        self.scaling.map(|_| (self.params.method, self.params.noise, learning))
+        let turn = Watch::<f64>::turn(self.samples_seen);
+        self.scaling.map(|_| (self.params.method, self.params.noise, learning, turn))
     }
 }
 
@@ -55,9 +57,12 @@ impl<const N: usize, const M: usize> WithSimd for Together<'_, '_, N, M> {
         for alike in self.sorted().chunk_by(|(a, _), (b, _)| a == b) {
             let places: Vec<usize> = alike.iter().map(|(_, c)| *c).collect();
             for members in places.chunks(S::F64_LANES) {
-                match Lanes::<S, N, M>::of(self.filters, members) {
+                let rows = match Lanes::<S, N, M>::of(self.filters, members) {
                     Some(lanes) => lanes.process(self.filters, members, self.block),
-                    None => one_by_one(self.filters, members, self.block),
+                    None => 0,
+                };
+                if rows < self.block.n_rows::<DriftFilter<f64, N, M>>() {
+                    one_by_one(self.filters, members, &mut self.block.after(rows));
                 }
             }
         }
@@ -87,6 +92,20 @@ fn one_by_one<const N: usize, const M: usize>(
     }
 }
 
+/// Whether a row proves the scale of one of the filters wrong.
+#[inline(never)]
+fn disproves<const N: usize, const M: usize>(
+    filters: &mut [DriftFilter<f64, N, M>],
+    members: &[usize],
+    row: &[f64],
+) -> bool {
+    let mut any = false;
+    for c in members {
+        any |= filters[*c].disproves(row[*c]);
+    }
+    any
+}
+
 /// Filters in one phase, one a lane; lanes without a filter do what the first one does.
 struct Lanes<S: Simd, const N: usize, const M: usize> {
     inner: DriftLoop<Lane<S>, N, M>,
@@ -111,25 +130,33 @@ impl<S: Simd, const N: usize, const M: usize> Lanes<S, N, M> {
         Some(Self { inner, scaling, estimate, seen, guarded: !seen })
     }
 
+    /// Takes rows until the scale of one of them is proved wrong; returns how many.
     #[inline(always)]
     fn process(
         mut self,
         filters: &mut [DriftFilter<f64, N, M>],
         members: &[usize],
         block: &mut Block<'_>,
-    ) {
+    ) -> usize {
         let places: [usize; WIDEST] = from_fn(|i| *members.get(i).unwrap_or(&members[0]));
+        let seen_before = filters[places[0]].samples_seen;
+        let mut rows = 0;
         for (input, output) in block.rows() {
             let numbers = from_fn(|i| if i < S::F64_LANES { input[places[i]] } else { 0.0 });
             let estimates = self.step(Lane::load(&numbers)).store();
             for (estimate, c) in estimates.iter().zip(places).take(S::F64_LANES) {
                 output[c] = *estimate;
             }
+            rows += 1;
+            if Watch::<f64>::is_due(seen_before + rows) && disproves(filters, members, input) {
+                break;
+            }
         }
-        let samples = block.n_rows::<DriftFilter<f64, N, M>>() as u64;
         for (i, c) in members.iter().enumerate() {
-            self.leave(i, samples, &mut filters[*c]);
+            self.leave(i, rows, &mut filters[*c]);
+            filters[*c].start_anew_if_disproved();
         }
+        rows as usize
     }
 
     #[inline(always)]

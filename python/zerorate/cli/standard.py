@@ -1,0 +1,108 @@
+"""The surroundings of a command: streams that lose nothing that is printed, whatever they are."""
+
+import codecs
+import os
+import re
+import sys
+import warnings
+from contextlib import suppress
+from typing import Final, TextIO
+
+from zerorate.texts import printable
+
+__all__ = ["BROKEN_PIPE", "drop_stdout", "prepare", "tell"]
+
+BROKEN_PIPE: Final = 128 + 13
+"""Exit code of a program that SIGPIPE ended, as a shell shows it."""
+
+_SUBSTITUTES: Final = "zerorate.substitutes"
+_ROOT: Final = re.compile(r"√(\w*)", re.ASCII)
+_PLAIN: Final = {
+    "±": "+/-",
+    "√": "sqrt",
+    "°": "deg",
+    "º": "deg",
+    "µ": "u",
+    "μ": "u",
+    "σ": "sigma",
+    "φ": "phi",
+    "θ": "theta",
+    "τ": "tau",
+    "²": "^2",
+    "³": "^3",
+    "·": "*",
+    "×": "x",
+    "†": "*",
+    "…": "...",
+    "–": "-",
+    "—": "-",
+    "−": "-",
+    "ê": "e",
+}
+
+
+def prepare() -> None:
+    """Make the standard streams of this process safe to write on, and figures safe to draw.
+
+    A descriptor that is closed would be given to the next file that is opened, and what is printed
+    would go there.
+    """
+    # Figures go to files alone; what a notebook sets for itself may not even be installed here.
+    os.environ.pop("MPLBACKEND", None)
+    # A box in the place of a letter says as much.
+    warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
+    _reserve(0, os.O_RDONLY)
+    # Not writable, so that what somebody prints there is a fault and not lost.
+    _reserve(1, os.O_RDONLY)
+    _reserve(2, os.O_WRONLY)
+    if sys.stdout is None:
+        sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
+    if sys.stderr is None:
+        sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False)
+    codecs.register_error(_SUBSTITUTES, _substituted)
+    for stream in (sys.stdout, sys.stderr):
+        _let_substitute(stream)
+
+
+def tell(sentence: str) -> None:
+    """Print a line on stderr; if nobody can read it there, nowhere."""
+    # Where there is no stderr, print would take stdout instead.
+    if sys.stderr is not None:
+        with suppress(OSError, ValueError):
+            print(f"zerorate: {' '.join(sentence.split())}", file=sys.stderr, flush=True)
+
+
+def drop_stdout() -> None:
+    """Let output that nobody reads vanish, or the interpreter complains of it at its end."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
+
+
+def _reserve(descriptor: int, mode: int) -> None:
+    try:
+        os.fstat(descriptor)
+    except OSError:
+        # The lowest that is free is this one: those under it are taken by now.
+        os.open(os.devnull, mode)
+
+
+def _let_substitute(stream: TextIO) -> None:
+    reconfigure = getattr(stream, "reconfigure", None)
+    if reconfigure is not None:
+        reconfigure(errors=_SUBSTITUTES)
+
+
+def _substituted(error: UnicodeError) -> tuple[str | bytes, int]:
+    """Return what stands for a character that an encoding lacks, and where to go on."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    root = _ROOT.match(error.object, error.start)
+    if root is not None and root[1]:
+        return f"sqrt({root[1]})", root.end()
+    letter = error.object[error.start]
+    return _PLAIN.get(letter) or _escaped(letter), error.start + 1
+
+
+def _escaped(letter: str) -> str:
+    return printable(letter).encode("ascii", "backslashreplace").decode("ascii")

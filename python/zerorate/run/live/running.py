@@ -1,0 +1,81 @@
+"""The filter of a stream, which no gap may stop from answering."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate._native import DriftFilter
+from zerorate.run.live.lines import Beside, answer
+
+__all__ = ["Running"]
+
+# About a millisecond of the slowest method, after which nobody asks in a stream that has a gap.
+_AT_ONCE: Final = 1 << 14
+# What the slowest method predicts in a third of a second: the samples that come leave that free.
+_A_SECOND: Final = 1 << 22
+_CHUNK: Final = 1 << 16
+
+
+@dataclass
+class Running:
+    """A filter with the missing samples that it has not been given yet.
+
+    It catches up with a long gap in pieces, one with each sample that comes. Such a sample is
+    answered with the drift as known so far, and counts as missing: the state does not depend on how
+    fast the machine is.
+
+    Parameters
+    ----------
+    filter : DriftFilter
+        For one channel it takes floats.
+    beside : sequence of Beside
+        Further columns of an answer.
+    owed : int
+        Missing samples that the filter has not been given.
+    """
+
+    filter: DriftFilter
+    beside: Sequence[Beside]
+    owed: int = 0
+
+    def __post_init__(self) -> None:
+        """Derive how much is predicted in between."""
+        self._width = self.filter.channels or 1
+        self._compensates = self.filter.params["output"] == "compensated"
+        # Two at least: the sample that comes meanwhile is owed as well.
+        self._piece = max(2, int(_A_SECOND / (self.filter.rate * self._width)))
+
+    def answer(self, row: list[float]) -> str:
+        """Return the answer to a sample."""
+        self._predict(self._piece)
+        if self.owed:
+            self.owed += 1
+            rate = self._held(row)
+        else:
+            rate = self.filter.update(row[0] if self.filter.channels is None else row)
+        return answer(rate, self.filter, self.beside)
+
+    def miss(self, count: int) -> None:
+        """Take so many samples as missing."""
+        behind = self.owed > 0
+        self.owed += count
+        if not behind and count * self._width <= _AT_ONCE:
+            self._predict(self.owed)
+
+    def _held(self, row: list[float]) -> Any:  # noqa: ANN401  # a float, or one a channel
+        if not self._compensates:
+            return self.filter.estimate
+        if self.filter.channels is None:
+            return row[0] - self.filter.bias
+        return np.array(row) - self.filter.bias
+
+    def _predict(self, most: int) -> None:
+        count = min(most, self.owed)
+        self.owed -= count
+        while count > 0:
+            n = min(count, max(1, _CHUNK // self._width))
+            shape = n if self.filter.channels is None else (n, self._width)
+            self.filter.process(np.full(shape, np.nan))
+            count -= n

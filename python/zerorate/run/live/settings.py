@@ -1,0 +1,106 @@
+"""What a stream is asked for: its filter, and what its lines hold."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Self, Unpack
+
+from zerorate._native import DriftFilter
+from zerorate.options import FILTER_OPTIONS, StreamOptions, checked_options, used_by
+from zerorate.run.live.lines import Beside, Wanted
+from zerorate.run.live.sequence import MOST_BITS
+
+__all__ = ["Settings"]
+
+_LINES: Final = ("beside", "columns", "sequence", "sequence_bits")
+
+
+@dataclass(frozen=True, init=False)
+class Settings:
+    """The filter of a stream, and what its lines hold: the same after a restart.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    beside : tuple of str
+        Further columns of an answer: ``"bias"``, ``"bias_sigma"``, ``"at_rest"``.
+    columns : tuple of str or int, optional
+        Channels by name or position; None is all but the sequence number.
+    sequence : str or int, optional
+        Column of the sequence number; None for no such column.
+    sequence_bits : int, optional
+        Width of the counter that numbers the samples; None if it is to be learned.
+    **options
+        Arguments of `zerorate.DriftFilter`. By default the method is "auto" and the output
+        "compensated".
+
+    Raises
+    ------
+    ValueError
+        If the filter refuses a value, the method does not use an option, or the width is none.
+    """
+
+    rate: float
+    beside: tuple[Beside, ...]
+    columns: tuple[str | int, ...] | None
+    sequence: str | int | None
+    sequence_bits: int | None
+    options: Mapping[str, Any]
+
+    def __init__(
+        self,
+        rate: float,
+        *,
+        beside: tuple[Beside, ...] = (),
+        columns: tuple[str | int, ...] | None = None,
+        sequence: str | int | None = None,
+        sequence_bits: int | None = None,
+        **options: Unpack[StreamOptions],
+    ) -> None:
+        if sequence_bits is not None:
+            _check_bits(sequence_bits, sequence)
+        given = checked_options({"method": "auto", "output": "compensated", **options})
+        # Written out, so that it is the same setting whether given or not.
+        params: Mapping[str, Any] = DriftFilter(rate, **given).params
+        known = {name: params[name] for name in FILTER_OPTIONS if name in params}
+        vars(self).update(
+            rate=rate,
+            beside=tuple(map(Beside, beside)),
+            columns=columns,
+            sequence=sequence,
+            sequence_bits=sequence_bits,
+            options=known,
+        )
+
+    def filter(self, channels: int) -> DriftFilter:
+        """Return a new filter; for one channel it takes floats, the fastest way."""
+        return DriftFilter(self.rate, channels=None if channels == 1 else channels, **self.options)
+
+    def wanted(self, fields: int | None) -> Wanted:
+        """Return which columns to look for in lines of so many cells, None for any number."""
+        return Wanted(self.columns, self.sequence, fields)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the settings as JSON keeps them."""
+        own = {"rate": self.rate, **self.options, **{name: getattr(self, name) for name in _LINES}}
+        return {
+            name: list(value) if isinstance(value, tuple) else value for name, value in own.items()
+        }
+
+    @classmethod
+    def from_json(cls, fields: Mapping[str, Any]) -> Self:
+        """Return the settings that `as_json` gave."""
+        given: dict[str, Any] = {
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in fields.items()
+        }
+        own = {name: given.pop(name) for name in ("rate", *_LINES) if name in given}
+        # An earlier version wrote all options, those that its method does not use as well.
+        return cls(**own, **used_by(given["method"], given))
+
+
+def _check_bits(bits: int, sequence: str | int | None) -> None:
+    if sequence is None:
+        raise ValueError("sequence_bits needs sequence, the column of the numbers")
+    if not 1 <= bits <= MOST_BITS:
+        raise ValueError(f"sequence_bits must be 1 to {MOST_BITS}, got {bits}")

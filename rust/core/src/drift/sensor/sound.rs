@@ -1,0 +1,46 @@
+//! What the model of a sensor can be after any ticks.
+
+use super::{Block, Interim, SensorModel, TickNoise};
+use crate::math::sound::{is_size, is_within};
+use crate::math::{Limits, Real};
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
+    /// Whether ticks of `length` samples can have made it.
+    pub(crate) fn is_sound(&self, length: T, known_scale: Option<f64>) -> bool {
+        let reach = self.scaling.reach() + self.scaling.reach();
+        let fresh = Self::new(self.scaling, length, T::one());
+        self.scaling.is_sound(known_scale)
+            && fresh.is_ok_and(|fresh| {
+                self.length == fresh.length
+                    && self.noise.is_after(&fresh.noise)
+                    && self.sample_noise() <= T::DIFFERENCE_MAX
+                    && self.block.is_after(&fresh.block, reach)
+                    && self.bank.is_after(&fresh.bank, reach)
+            })
+    }
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
+    fn is_after(&self, fresh: &Self) -> bool {
+        self.of_means.is_after(&fresh.of_means, T::INPUT_MAX)
+            && is_size(self.of_samples, T::DIFFERENCE_MAX)
+            && is_size(self.ticks, T::RAW_MAX)
+    }
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Block<T> {
+    fn is_after(&self, fresh: &Self, reach: T) -> bool {
+        self.length == fresh.length
+            && is_size(self.elapsed, self.length)
+            && is_size(self.present, self.elapsed)
+            && (self.present == T::zero() || self.present >= T::one())
+            && is_within(self.sum, reach * self.present)
+    }
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Interim<T> {
+    /// Whether a model can have told it.
+    pub(crate) fn is_sound(&self) -> bool {
+        is_size(self.gain, T::one()) && is_size(self.most, T::RAW_MAX)
+    }
+}

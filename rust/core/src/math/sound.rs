@@ -1,0 +1,29 @@
+//! Whether numbers that were read can be those of a running filter: what a filter computes stays
+//! within bounds, and from numbers within them it computes no NaN.
+
+use super::Limits;
+
+/// Samples that can be counted on from without an overflow.
+pub(crate) fn is_count(samples: u64) -> bool {
+    samples < 1 << 60
+}
+
+/// From `-bound` to `bound`; NaN is not.
+pub(crate) fn is_within<T: Limits>(x: T, bound: T) -> bool {
+    -bound <= x && x <= bound
+}
+
+/// From zero to `bound`; NaN is not.
+pub(crate) fn is_size<T: Limits>(x: T, bound: T) -> bool {
+    T::zero() <= x && x <= bound
+}
+
+/// From `-bound` to `bound`, or NaN where a sample is missing.
+pub(crate) fn is_sample<T: Limits>(z: T, bound: T) -> bool {
+    is_nan(z) || is_within(z, bound)
+}
+
+/// Not a number.
+pub(crate) fn is_nan<T: Limits>(x: T) -> bool {
+    x.partial_cmp(&x).is_none()
+}

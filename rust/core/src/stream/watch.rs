@@ -1,0 +1,83 @@
+//! Whether the scale that a start-up has learned still fits.
+
+use serde::{Deserialize, Serialize};
+
+use crate::math::sound::is_sample;
+use crate::math::{Limits, Real};
+
+/// A change over the scale at least, and at most, that proves the scale wrong: nothing that moves
+/// spans five orders, and a tenth of the least noise that a filter tells from none is four below.
+const LOUDER: f64 = 1e5;
+const QUIETER: f64 = 1e-4;
+
+/// Changes in a row that prove it: neither a spike nor a pause does.
+const PROOF: u8 = 16;
+
+/// Samples between two that are looked at: the watch costs a sample next to nothing.
+const PERIOD: u64 = 64;
+
+/// Compares now and then how much the samples change with the scale.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Watch<T> {
+    /// The sample looked at last, NaN before the first.
+    last: T,
+    /// Changes in a row that are far too large, or, below zero, far too small.
+    far: i8,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
+    pub(crate) fn new() -> Self {
+        Self { last: T::of(f64::NAN), far: 0 }
+    }
+
+    /// Whether to look at the sample that is the `samples_seen`th.
+    #[inline(always)]
+    pub(crate) fn is_due(samples_seen: u64) -> bool {
+        Self::turn(samples_seen) == 0
+    }
+
+    /// Samples since one was looked at.
+    #[inline(always)]
+    pub(crate) fn turn(samples_seen: u64) -> u64 {
+        samples_seen % PERIOD
+    }
+
+    /// Looks at a sample; returns whether the scale is proved wrong.
+    pub(crate) fn disproves(&mut self, z: T, scale: T) -> bool {
+        if !z.finite() {
+            return false;
+        }
+        let z = z.within(T::RAW_MAX);
+        let change = (z - self.last).simd_abs();
+        self.last = z;
+        self.judge(change, scale)
+    }
+
+    /// Looks at the size of a change; one of zero, or not known, says nothing.
+    pub(crate) fn judge(&mut self, change: T, scale: T) -> bool {
+        if change > T::zero() {
+            self.count(change, scale);
+        }
+        self.has_disproved()
+    }
+
+    /// Whether samples can have made it.
+    pub(crate) fn is_sound(&self) -> bool {
+        is_sample(self.last, T::RAW_MAX) && !self.has_disproved()
+    }
+
+    fn count(&mut self, change: T, scale: T) {
+        let louder = T::of(LOUDER).at_most(T::INPUT_MAX);
+        let quieter = T::of(QUIETER).at_least(T::VARIANCE_FLOOR.simd_sqrt());
+        self.far = match (change > louder * scale, change < quieter * scale) {
+            (true, _) => self.far.max(0) + 1,
+            (_, true) => self.far.min(0) - 1,
+            _ => 0,
+        };
+    }
+
+    /// The scale is proved wrong.
+    pub(crate) fn has_disproved(&self) -> bool {
+        self.far.unsigned_abs() >= PROOF
+    }
+}

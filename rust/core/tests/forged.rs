@@ -1,0 +1,216 @@
+//! What a filter saves is always accepted; a forged state with a right checksum is refused, or goes
+//! on like any other: finite, without a panic.
+
+mod common;
+
+use common::{any_params, any_sample, saved, some_start};
+use proptest::prelude::*;
+use zerorate_core::allan::{AllanKind, AllanNoise};
+use zerorate_core::checkpoint::{self, Checkpoint};
+use zerorate_core::stream::{Number, Output};
+use zerorate_core::{
+    AutoFilter, AutoParams, Behaviour, DriftFilter, Params, RecursiveLeastSquares, RestDetector,
+    RestGated, RlsParams, Stream, Traced,
+};
+
+const HEADER: usize = 30;
+const CHECKSUM: usize = 4;
+
+/// Of the places in the content, every so manyth is forged in one case.
+const STRIDE: usize = 37;
+
+/// Numbers that no filter computes, or none at that place.
+const WORDS: [f64; 20] = [
+    f64::NAN,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    f64::MAX,
+    f64::MIN,
+    1e300,
+    -1e300,
+    1e150,
+    -1e150,
+    1e75,
+    1e38,
+    -1e30,
+    1e12,
+    -1.0,
+    0.0,
+    5e-324,
+    -1e-310,
+    1e-300,
+    1e-30,
+    -1e-12,
+];
+
+/// A state with other bytes in its content, and the checksum that belongs to them.
+fn forged(bytes: &[u8], place: usize, content: &[u8]) -> Vec<u8> {
+    let mut body = bytes[..bytes.len() - CHECKSUM].to_vec();
+    let end = body.len().min(place + content.len());
+    body[place..end].copy_from_slice(&content[..end - place]);
+    let checksum = crc32(&body).to_le_bytes();
+    body.extend(checksum);
+    body
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
+            (crc >> 1) ^ (0xEDB8_8320 & 0u32.wrapping_sub(crc & 1))
+        })
+    })
+}
+
+/// All that a state tells, with what it returned last.
+type Told<S> = fn(&S, <S as Stream>::Output) -> Vec<f64>;
+
+/// Numbers of any output.
+fn numbers<O: Output>(output: O) -> Vec<f64> {
+    let (mut numbers, mut flags) = (vec![0.0; O::NUMBERS], vec![false; O::FLAGS]);
+    output.write(&mut numbers, &mut flags);
+    numbers
+}
+
+fn traced<S: Traced>(stream: &S, output: S::Output) -> Vec<f64> {
+    [numbers(output), numbers(stream.snapshot())].concat()
+}
+
+fn returned<S: Stream>(_: &S, output: S::Output) -> Vec<f64> {
+    numbers(output)
+}
+
+fn check<T: Number, S: Stream<Input = T> + Checkpoint>(
+    mut stream: S,
+    told: Told<S>,
+    samples: &[f64],
+    after: &[f64],
+    first: usize,
+) -> Result<(), TestCaseError> {
+    for (k, z) in samples.iter().enumerate() {
+        stream.update(T::of(*z));
+        if k % 7 == 0 {
+            let restored = checkpoint::read::<S>(&saved(&stream));
+            prop_assert!(restored.is_ok(), "a running state is refused after sample {}", k);
+        }
+    }
+    let bytes = saved(&stream);
+    let words = WORDS.map(|word| {
+        if is_single::<T>() {
+            (word as f32).to_le_bytes().to_vec()
+        } else {
+            word.to_le_bytes().to_vec()
+        }
+    });
+    let single = [0, 1, 2, 0x7f, 0x80, 0xff].map(|byte| vec![byte]);
+    let contents: Vec<&Vec<u8>> = words.iter().chain(&single).collect();
+    for place in (HEADER + first % STRIDE..bytes.len() - CHECKSUM).step_by(STRIDE) {
+        for content in &contents {
+            let Ok(mut other) = checkpoint::read::<S>(&forged(&bytes, place, content)) else {
+                continue;
+            };
+            for z in after {
+                let output = other.update(T::of(*z));
+                if z.is_finite() {
+                    let told = told(&other, output);
+                    prop_assert!(
+                        told.iter().all(|x| x.is_finite()),
+                        "{:?} at {} is accepted and gives {:?} for {:e}",
+                        content,
+                        place,
+                        told,
+                        z
+                    );
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn is_single<T: Number>() -> bool {
+    size_of::<T>() == size_of::<f32>()
+}
+
+fn published<T, const N: usize, const M: usize>(
+    params: Params,
+    hold_in_motion: bool,
+) -> RestGated<T, N, M>
+where
+    T: zerorate_core::drift::DriftNumber,
+{
+    let filter = DriftFilter::new(params).expect("valid parameters");
+    RestGated::new(filter, Behaviour { hold_in_motion, compensated: false }).expect("a valid rate")
+}
+
+fn auto<T: Number>(scale: Option<f64>, hold_in_motion: bool) -> AutoFilter<T> {
+    let behaviour = Behaviour { hold_in_motion, compensated: false };
+    AutoFilter::new(AutoParams { rate: 16.0, startup: 1.0, scale, behaviour })
+        .expect("valid parameters")
+}
+
+fn samples() -> impl Strategy<Value = Vec<f64>> {
+    let calm = prop::collection::vec(-1.0..1.0, 0..400);
+    let wild = prop::collection::vec(any_sample(), 0..100);
+    (calm, wild).prop_map(|(calm, wild)| [calm, wild].concat())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn published_filters(
+        params in any_params(), samples in samples(), after in prop::collection::vec(any_sample(), 40), first in 0..STRIDE,
+    ) {
+        check(DriftFilter::<f64, 3, 4>::new(params)?, traced, &samples, &after, first)?;
+        check(DriftFilter::<f32, 2, 3>::new(params)?, traced, &samples, &after, first)?;
+        check(DriftFilter::<f64, 4, 7>::new(params)?, traced, &samples, &after, first)?;
+    }
+
+    #[test]
+    fn started_filters(
+        params in any_params(), samples in samples(), after in prop::collection::vec(any_sample(), 40), first in 0..STRIDE,
+        seed in any::<u64>(), power in -9..9,
+    ) {
+        let start = some_start::<3, 4>(seed, 10f64.powi(power));
+        if let Ok(filter) = DriftFilter::started(params, start) {
+            check(filter, traced, &samples, &after, first)?;
+        }
+    }
+
+    #[test]
+    fn gated_filters(
+        params in any_params(), samples in samples(), after in prop::collection::vec(any_sample(), 40), first in 0..STRIDE,
+        hold in any::<bool>(),
+    ) {
+        check(published::<f64, 2, 2>(params, hold), traced, &samples, &after, first)?;
+    }
+
+    #[test]
+    fn filters_that_tune_themselves(
+        samples in samples(), after in prop::collection::vec(any_sample(), 80), first in 0..STRIDE,
+        scale in prop::option::of(prop::sample::select(vec![1e-310, 1e-3, 1.0, 1e300, f64::MAX])),
+        hold in any::<bool>(),
+    ) {
+        check(auto::<f64>(scale, hold), traced, &samples, &after, first)?;
+    }
+
+    #[test]
+    fn models(samples in samples(), after in prop::collection::vec(any_sample(), 40), first in 0..STRIDE, forgetting_factor in 0.5..=1.0) {
+        let params = RlsParams { forgetting_factor, startup: 20, scale: None };
+        check(RecursiveLeastSquares::<f64, 3, 4>::new(params)?, returned, &samples, &after, first)?;
+    }
+
+    #[test]
+    fn noises(samples in samples(), after in prop::collection::vec(any_sample(), 40), first in 0..STRIDE, fading in 0.01..=1.0) {
+        for kind in [AllanKind::Allan, AllanKind::Hadamard] {
+            check(AllanNoise::<f64>::new(fading, kind, 0.0)?, returned, &samples, &after, first)?;
+            check(AllanNoise::<f32>::new(fading, kind, 0.0)?, returned, &samples, &after, first)?;
+        }
+    }
+
+    #[test]
+    fn detectors(samples in samples(), after in prop::collection::vec(any_sample(), 80), first in 0..STRIDE) {
+        check(RestDetector::<f64>::new(16.0)?, returned, &samples, &after, first)?;
+        check(RestDetector::<f32>::new(16.0)?, returned, &samples, &after, first)?;
+    }
+}
