@@ -10,7 +10,7 @@ SOURCES := $(shell find rust python -name '*.rs' -o -name '*.toml' -o -name 'pyp
 
 RECORDINGS ?= ../shared/data
 
-.PHONY: help demo test test-core test-package lint bench results compare clean check-python check-cargo
+.PHONY: help demo test test-core test-package fuzz lint bench results compare clean check-python check-cargo
 
 help: ## Show this help
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -26,6 +26,12 @@ test-core: | check-cargo
 # Not --numprocesses=auto, which counts one for the two threads of a core.
 test-package: $(TOOLS)
 	$(BIN)/python -m pytest --numprocesses=logical --dist=worksteal
+
+MINUTES ?= 60
+
+fuzz: $(TOOLS) ## Search for faults for MINUTES (60), with a seed of its own
+	FUZZ_SEED=$${FUZZ_SEED:-$$(date +%s)} FUZZ_MINUTES=$(MINUTES) \
+		$(BIN)/python -m pytest tests/fuzz --numprocesses=logical
 
 lint: $(TOOLS) ## Check format, lints, types and stubs
 	cargo fmt --all --check

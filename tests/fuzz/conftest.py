@@ -9,38 +9,28 @@ with a seed of its own, and a case that fails says how it is repeated:
 
 import os
 import time
+from collections import Counter
 from itertools import count
 
 import numpy as np
 import pytest
 
 
-def pytest_collection_modifyitems(items):
-    """Give each search an equal part of the time, known once all are collected."""
-    searches = [item for item in items if "search" in getattr(item, "fixturenames", ())]
-    for item in searches:
-        item.user_properties.append(("part", 1.0 / len(searches)))
-
-
 @pytest.fixture
-def search(request):
+def search(request, record_property):
     """Return what runs a case with one generator after another."""
-    part = dict(request.node.user_properties)["part"]
-    seconds = 60.0 * part * float(os.environ.get("FUZZ_MINUTES", "0"))
-    seed = int(os.environ.get("FUZZ_SEED", "0"))
-    alone = os.environ.get("FUZZ_CASE")
+    seed, alone = int(os.environ.get("FUZZ_SEED", "0")), os.environ.get("FUZZ_CASE")
 
     def run(case, cases):
-        """Run ``case(rng)`` ``cases`` times, or for as long as was asked."""
+        """Run ``case(rng)`` ``cases`` times, and on for as long as was asked."""
         if alone is not None:
-            return case(generator(*map(int, alone.split("-"))))
-        end = time.monotonic() + seconds
+            return case(np.random.default_rng(list(map(int, alone.split("-")))))
+        end = time.monotonic() + seconds_of_each(request)
         for number in count():
-            if number >= cases and time.monotonic() > end:
-                print(f"{request.node.name}: {number} cases of seed {seed}")
-                return None
+            if number >= cases and time.monotonic() >= end:
+                return record_property("cases", number)
             try:
-                case(generator(seed, number))
+                case(np.random.default_rng([seed, number]))
             except BaseException as error:
                 error.add_note(f"FUZZ_CASE={seed}-{number} repeats this case")
                 raise
@@ -49,5 +39,21 @@ def search(request):
     return run
 
 
-def generator(seed, number):
-    return np.random.default_rng([seed, number])
+def seconds_of_each(request):
+    """Return the time of one search: the workers share all of them."""
+    items = request.session.items
+    searches = sum("search" in item.fixturenames for item in items if hasattr(item, "fixturenames"))
+    workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    return 60.0 * float(os.environ.get("FUZZ_MINUTES", "0")) * workers / searches
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Say how many cases held, search by search where time was asked for."""
+    held = Counter()
+    for report in terminalreporter.stats.get("passed", []):
+        for name, cases in report.user_properties:
+            if name == "cases":
+                held[report.nodeid.split("::")[1].split("[")[0]] += cases
+    if held and "FUZZ_MINUTES" in os.environ:
+        for name, cases in held.items():
+            terminalreporter.write_line(f"{cases:>12,} cases held  {name}")

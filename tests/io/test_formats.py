@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 
+from support.formats import FORMATS, N, written
 from support.tables import parquet
 from zerorate.io import LogError, read_log
 
@@ -52,3 +53,11 @@ def test_no_reader_is_loaded_before_it_is_needed():
     script = f"import sys, zerorate; print({extras} & sys.modules.keys())"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert (done.stdout.strip(), done.stderr) == ("set()", "")
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_the_name_of_a_file_need_not_be_text(tmp_path, name):
+    path = written(tmp_path, name)
+    other = path.with_name(f"caf\udce9{path.suffix}")
+    path.rename(other)
+    assert read_log(other).n == N

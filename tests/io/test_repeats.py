@@ -55,6 +55,13 @@ def random_repeats(rng):
     return rng.standard_normal((N, 3))[np.maximum.accumulate(rows)]
 
 
+def resampled(rng):
+    """Return rows of which every third or fifth stands three times: a period, but no clock."""
+    return np.repeat(
+        rng.standard_normal((8 * 700, 3)), np.tile([3, 1, 1, 3, 1, 1, 1, 1], 700), axis=0
+    )
+
+
 def stuck(rng):
     stuck_ = (np.arange(N) // 500 % 2 == 0)[:, None]
     return np.where(stuck_, rng.standard_normal((N, 3)), 1.0)
@@ -63,6 +70,7 @@ def stuck(rng):
 FAST = {
     "noise": lambda rng: rng.standard_normal((N, 3)),
     "repeats at random": random_repeats,
+    "resampled": resampled,
     "stuck now and then": stuck,
     "constant": lambda rng: np.ones((N, 3)),
     "missing": lambda rng: np.full((N, 3), np.nan),
@@ -101,10 +109,10 @@ def test_no_column_of_the_recordings_is_of_a_slower_sensor():
 
 
 def test_a_sensor_that_rests_and_repeats_itself_keeps_its_samples():
-    """Every tenth sample equals the one before, and a hundred are stuck."""
+    """Every twentieth sample equals the one before, and a hundred are stuck."""
     rng = np.random.default_rng(3)
     samples = quantised(rng, N, 3)
-    samples[10::10] = samples[9:-1:10]
+    samples[20::20] = samples[19:-1:20]
     samples[3000:3100] = samples[3000]
     log = held(rng, samples, RATE, 1.5 * RATE)
     grid = slower(unstamped(len(log.rows), 150.0), repeated(log.rows), recognised(log.rows))

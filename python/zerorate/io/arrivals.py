@@ -21,6 +21,8 @@ __all__ = ["Bursts", "bursts", "floor"]
 
 _LAG: Final = 512  # rows over which bursts even out
 _FEWEST_STATED: Final = 3  # bursts of which there is one that is neither the first nor the last
+_SHORT: Final = 0.8  # of the period by count, at most: steps within a burst
+_WIDTHS: Final = (WINDOW, WINDOW // 3)  # bursts: the more see past delays, the fewer past gaps
 _CERTAIN: Final = 10.0  # standard deviations of the line, which no burst leaves for good
 _TO_DEVIATION: Final = 0.7413  # standard deviation of normal noise over its interquartile range
 
@@ -46,7 +48,7 @@ class Bursts(NamedTuple):
 def bursts(stamps: Floats, rate: float | None = None) -> Bursts | None:
     """Return the bursts in which samples arrived, None unless the stamps are those of arrival.
 
-    They are if most steps are shorter than half the period that the count of rows tells, and if
+    They are if most steps are clearly shorter than the period that the count of rows tells, and if
     pauses of different length are made up for by what comes after them. A sensor that was
     switched on and off does neither. A ``rate``, Hz, that somebody has stated needs no such
     evidence.
@@ -56,7 +58,7 @@ def bursts(stamps: Floats, rate: float | None = None) -> Bursts | None:
     if lag == 0:
         return None
     period = float(np.median(stamps[lag:] - stamps[:-lag])) / lag
-    if not 0.0 <= (middle := float(np.median(steps))) <= 0.5 * period:
+    if not 0.0 <= (middle := float(np.median(steps))) <= _SHORT * period:
         return None
     last = np.append(np.flatnonzero(steps > period), len(steps))
     stated = rate is not None and _explains(rate, period, stamps, steps)
@@ -93,8 +95,12 @@ class _Pauses:
     def made_up_for(self, step: float) -> bool:
         """Whether pauses differ, by more than a step, and leave the bursts on a line."""
         spread = _spread(self._length)
-        level = self._end - _slope(self._end, self._last, WINDOW) * self._last
-        return spread > step and _spread(_lift(level, WINDOW)) < 0.5 * spread
+        return spread > step and any(self._lifts(width) < 0.5 * spread for width in _WIDTHS)
+
+    def _lifts(self, width: int) -> float:
+        """Return how much the line under so many bursts rises and falls."""
+        level = self._end - _slope(self._end, self._last, width) * self._last
+        return _spread(_lift(level, width))
 
     def lost(self) -> tuple[float, Floats]:
         """Return the period of the samples, and how many were lost in each pause."""
@@ -102,7 +108,7 @@ class _Pauses:
         for width in (WINDOW, LONG_WINDOW):
             for _ in range(ROUNDS):
                 before = np.append(0.0, np.cumsum(lost))
-                lag = len(before) // 2 if lost.any() else width
+                lag = len(before) // 2 if lost.any() else WINDOW // 3
                 period = _slope(self._end, self._last + before, lag)
                 wrong = self._wrong(before, lost > 0, period, width)
                 if not wrong.any():

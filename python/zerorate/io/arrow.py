@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -174,5 +175,5 @@ def _opened(path: Path, fields: list[int] | None) -> Iterator[Any]:
         whole = file.read(len(_FILE_MARK)) == _FILE_MARK
     open_as = pa.ipc.open_file if whole else pa.ipc.open_stream
     options = pa.ipc.IpcReadOptions(included_fields=fields)
-    with pa.memory_map(str(path)) as source, open_as(source, options=options) as reader:
+    with pa.memory_map(os.fsencode(path)) as source, open_as(source, options=options) as reader:
         yield reader

@@ -95,16 +95,26 @@ def fitted_grid(stamps: Floats, start: float = 0.0, rate: float | None = None) -
         return Grid(steady.rate, len(stamps), report)
     steps = np.diff(stamps)
     _check_forward(steps)
+    return _irregular(stamps, steps, start, rate)
+
+
+def _irregular(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid:
+    """Return the grid of samples that were stamped as they were made, or as they arrived."""
+    period = _first_period(stamps, steps)
+    late = _arrived(stamps, steps, start, rate)
+    believed = late is not None and (rate is None or late.agrees(rate))
+    if late is not None and believed and period * late.rate < 0.5:
+        return late
     try:
-        found = _sampled(stamps, steps, start, _first_period(stamps, steps))
+        found = _sampled(stamps, steps, start, period)
     except LogError:
         # Bursts without their clock may leave gaps that are too long to fill.
-        if (late := _arrived(stamps, steps, start, rate)) is None:
+        if late is None:
             raise
         return late
-    whole = not found.missing.any() or (rate is not None and found.grid(steps).agrees(rate))
-    late = None if whole else _arrived(stamps, steps, start, rate)
-    return found.grid(steps) if late is None else late
+    grid = found.grid(steps)
+    whole = not found.missing.any() or (rate is not None and grid.agrees(rate))
+    return grid if late is None or whole else late
 
 
 class _Fit(NamedTuple):

@@ -30,6 +30,10 @@ _FEWEST: Final = 4
 """Spans of so many changes."""
 _CERTAIN: Final = 10.0
 """Standard deviations by which chance does not come near the power of a clock."""
+_OFF: Final = 1.25
+"""Rows by which a run may differ from that, one for it is whole and some for what is read late."""
+_MOST: Final = 0.9
+"""Part of the runs that are so."""
 _LATE: Final = 0.25
 """Part of the power of a clock without fault that is left where its ticks are seen late."""
 _EXCESS: Final = 10.0
@@ -58,8 +62,16 @@ def rows_held(values: Floats, place: Integers) -> float | None:
     """
     again = repeated(values)
     first = place[~again]
-    often = len(place) >= _LEAST * len(first) and len(first) >= _FEWEST * _CHANGES
-    return _period(first) if often and _abrupt(values, again) else None
+    if len(place) < _LEAST * len(first) or len(first) < _FEWEST * _CHANGES:
+        return None
+    held = _period(first) if _abrupt(values, again) else None
+    return held if held is not None and _even(first, held) else None
+
+
+def _even(first: Integers, held: float) -> bool:
+    """Whether runs are as long as samples are held: a pattern has its period too, but others."""
+    off = np.abs(np.diff(first) - held)
+    return bool((off <= max(_OFF, held / 4)).mean() >= _MOST)
 
 
 def _period(first: Integers) -> float | None:
