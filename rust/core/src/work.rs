@@ -69,13 +69,19 @@ impl Current {
 /// Ends the work if it was asked to: long loops call it at least every few milliseconds.
 #[inline(never)]
 pub(crate) fn pause() {
-    let asked = |stop: &Option<Stop>| stop.as_ref().is_some_and(|s| s.0.load(Ordering::Relaxed));
-    if CURRENT.with_borrow(asked) {
+    if is_asked_to_end() {
         end(Error::Stopped);
     }
 }
 
-fn end(error: Error) -> ! {
+/// Whether the work was asked to end.
+pub(crate) fn is_asked_to_end() -> bool {
+    let asked = |stop: &Option<Stop>| stop.as_ref().is_some_and(|s| s.0.load(Ordering::Relaxed));
+    CURRENT.with_borrow(asked)
+}
+
+/// Unwinds.
+pub(crate) fn end(error: Error) -> ! {
     let payload: Box<dyn Any + Send> = Box::new(error);
     resume_unwind(payload)
 }

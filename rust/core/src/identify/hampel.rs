@@ -8,7 +8,7 @@ use crate::work;
 const DEVIATION_OF_MAD: f64 = 1.482_602_218_505_602;
 
 /// Samples after which work that was asked to stop does.
-const LOOKED_AT: usize = 256;
+const LOOKED_AT: usize = 64;
 
 /// The window and what lies outside of it.
 #[derive(Debug, Clone, Copy)]

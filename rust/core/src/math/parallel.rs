@@ -8,20 +8,23 @@ pub fn map<T: Send, R: Send>(
     parallel: bool,
     f: impl Fn(T) -> R + Sync + Send,
 ) -> Vec<R> {
+    use crate::error::Error;
     use crate::stream::threads::on_pool;
-    use crate::work::Current;
+    use crate::work::{Current, end, is_asked_to_end};
     use rayon::prelude::*;
 
     if !parallel {
         return tasks.into_iter().map(f).collect();
     }
     let work = Current::here();
-    let task = |task| work.clone().run(|| f(task));
-    let spread = || tasks.into_par_iter().map(task).collect();
-    match rayon::current_thread_index() {
+    // Of a million tasks not each is to unwind.
+    let task = |task| work.clone().run(|| (!is_asked_to_end()).then(|| f(task)));
+    let spread = || tasks.into_par_iter().map(task).collect::<Option<Vec<R>>>();
+    let found = match rayon::current_thread_index() {
         Some(_) => spread(),
         None => on_pool(spread),
-    }
+    };
+    found.unwrap_or_else(|| end(Error::Stopped))
 }
 
 /// What `f` returns of each task, in order.
