@@ -126,8 +126,8 @@ def factors(
         raise ValueError(
             f"tau {wanted.max():g} s is beyond this record: its {kind.name} goes up to {limit:g} s"
         )
-    found = found.astype(np.int64)
-    return np.unique(found), tuple(_rounded(wanted, exact, found, kind, rate))
+    factors = found.astype(np.int64)
+    return np.unique(factors), tuple(_rounded(wanted, exact, factors, kind, rate))
 
 
 def seconds(m: Integers, kind: Kind, rate: float) -> Floats:
