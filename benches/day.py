@@ -21,7 +21,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from zerorate.io import open_log
-from zerorate.io.parquet import RowGroups
+from zerorate.io.readers.parquet import RowGroups
 from zerorate.run.replay.filters import Filters
 from zerorate.run.replay.measures import Measures
 from zerorate.run.replay.run import ROWS

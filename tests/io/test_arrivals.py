@@ -5,7 +5,7 @@ import pytest
 
 from support.arrivals import arrived, packets, polls, stalls
 from zerorate.io import LogError, read_log
-from zerorate.io.clock import fit_grid
+from zerorate.io.clocks.clock import fit_grid
 
 RATE = 99.3
 GAPS = ((3000, 300), (10_000, 500), (15_000, 120), (15_600, 400))

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from zerorate.io import LogError, read_log
-from zerorate.io.clock import fit_grid
-from zerorate.io.grid import ClockReport
+from zerorate.io.clocks.clock import fit_grid
+from zerorate.io.clocks.grid import ClockReport
 
 N = 20_000
 ROWS = np.arange(N)

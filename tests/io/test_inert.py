@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import zerorate as zr
 from zerorate.io import Log, read_log, write_log
-from zerorate.io.cells import from_inert, inert
+from zerorate.io.readers.cells import from_inert, inert
 from zerorate.live import Beside, LineStream, Settings
 from zerorate.show.curve_files import CurveFormat, write_curves
 

@@ -8,8 +8,8 @@ from support.recordings import RECORDINGS, needs_recordings
 from support.slow_sensors import held, quantised
 from zerorate.cli import run
 from zerorate.io import Log, LogError, open_log, read_log, read_recording, write_log
-from zerorate.io.grid import unstamped
-from zerorate.io.repeats import HEAD, repeated, rows_held, slower
+from zerorate.io.clocks.grid import unstamped
+from zerorate.io.clocks.repeats import HEAD, repeated, rows_held, slower
 
 RATE = 100.0
 N = 6000

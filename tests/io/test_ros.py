@@ -8,8 +8,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from support.bags import EPOCH, IMU, KINDS, WIND, imu_message, values, write_recording
 from zerorate.io import LogError, read_log
+from zerorate.io.readers.ros import imu_of_cdr
 from zerorate.io.reading import read_sensors
-from zerorate.io.ros import imu_of_cdr
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -7,7 +7,7 @@ import pyarrow as pa
 import pytest
 
 from zerorate.io import Log, LogError, read_log
-from zerorate.io.stamps import to_seconds
+from zerorate.io.clocks.stamps import to_seconds
 
 
 @pytest.mark.parametrize(

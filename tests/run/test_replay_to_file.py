@@ -11,7 +11,7 @@ import pytest
 
 from zerorate.cli import run
 from zerorate.io import LogError, open_log, read_log, write_log
-from zerorate.io.parquet import RowGroups
+from zerorate.io.readers.parquet import RowGroups
 from zerorate.run.replay import replay, replay_to_file
 from zerorate.run.workers import on_threads
 from zerorate.show import format_learned, format_notes

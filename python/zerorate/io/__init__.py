@@ -1,7 +1,7 @@
 """Read and write sensor logs: files of many formats and objects, `Log` and `Recording` out."""
 
 from zerorate.io.atomic import atomic_path, check_writable
-from zerorate.io.grid import ClockReport
+from zerorate.io.clocks.grid import ClockReport
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.io.logfile import LogFile, open_log
 from zerorate.io.reading import read_log

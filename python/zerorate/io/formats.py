@@ -9,11 +9,11 @@ from typing import Any, Final
 
 import numpy.typing as npt
 
-from zerorate.io import arrow, hdf5, matlab, numpy_files, parquet, px4, ros, text
 from zerorate.io.damage import guarded_content
 from zerorate.io.log import LogError
-from zerorate.io.objects import ArrowStream, described, table_of
 from zerorate.io.parts import Part
+from zerorate.io.readers import arrow, hdf5, matlab, numpy_files, parquet, px4, ros, text
+from zerorate.io.readers.objects import ArrowStream, described, table_of
 from zerorate.io.table import Content, Format
 from zerorate.texts import printable
 

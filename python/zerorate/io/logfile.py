@@ -8,6 +8,8 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.io.clocks.repeats import HEAD, repeated
+from zerorate.io.clocks.sensor_clock import Clock
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Header, Log, LogError, checked_rate
 from zerorate.io.names import canonical_unit
@@ -20,8 +22,6 @@ from zerorate.io.reading import (
     row_clock,
     selected,
 )
-from zerorate.io.repeats import HEAD, repeated
-from zerorate.io.sensor_clock import Clock
 from zerorate.io.table import Column, Table, as_numbers
 from zerorate.types import Booleans, Floats, Integers
 

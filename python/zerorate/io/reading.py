@@ -8,9 +8,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from zerorate.io.clocks.grid import Grid
+from zerorate.io.clocks.sensor_clock import Clock, clock_of
+from zerorate.io.clocks.stamps import Stamps, to_seconds
 from zerorate.io.columns import Columns, choose
 from zerorate.io.formats import LogSource, label_of, opened
-from zerorate.io.grid import Grid
 from zerorate.io.log import Log, LogError, checked_rate
 from zerorate.io.names import (
     UNKNOWN,
@@ -22,8 +24,6 @@ from zerorate.io.names import (
     split_unit,
 )
 from zerorate.io.parts import advice
-from zerorate.io.sensor_clock import Clock, clock_of
-from zerorate.io.stamps import Stamps, to_seconds
 from zerorate.io.table import Column, Table, as_numbers
 from zerorate.types import Floats
 

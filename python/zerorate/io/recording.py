@@ -8,6 +8,7 @@ from typing import Final, NamedTuple, cast
 
 import numpy as np
 
+from zerorate.io.clocks.sensor_clock import Clock
 from zerorate.io.columns import Columns, choose
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Log, LogError, Recording, checked_rate, units_of
@@ -29,7 +30,6 @@ from zerorate.io.reading import (
     selected,
     stacked,
 )
-from zerorate.io.sensor_clock import Clock
 from zerorate.io.table import Content, Table
 from zerorate.types import Floats
 

@@ -12,14 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.io.atomic import atomic_path, check_writable
-from zerorate.io.clock import fit_grid
+from zerorate.io.clocks.clock import fit_grid
+from zerorate.io.clocks.repeats import HEAD, rows_held
 from zerorate.io.log import Log, LogError, units_of
 from zerorate.io.missing import without_masks
 from zerorate.io.names import UNKNOWN, looks_like_gyro, split_unit, with_suffix
-from zerorate.io.parquet import TIME_NAME, write_parquet
-from zerorate.io.repeats import HEAD, rows_held
+from zerorate.io.readers.parquet import TIME_NAME, write_parquet
+from zerorate.io.readers.text import META_MARK, text_header
 from zerorate.io.table import Column
-from zerorate.io.text import META_MARK, text_header
 
 _Writer = Callable[[Log, Path, Sequence[str], Mapping[str, Column]], None]
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from zerorate.io.cells import inert
+from zerorate.io.readers.cells import inert
 from zerorate.noise import AllanResult
 
 __all__ = ["CurveFormat", "write_curves"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from zerorate.io.parquet import native_file
+from zerorate.io.readers.parquet import native_file
 from zerorate.run.batch.patterns import find
 from zerorate.run.batch.task import OUTPUT_MARK, Record
 

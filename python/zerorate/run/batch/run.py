@@ -12,7 +12,7 @@ from typing import Any, Final
 from zerorate._native import __version__
 from zerorate.io import atomic_path, check_writable
 from zerorate.io.atomic import sweep
-from zerorate.io.parquet import native_file
+from zerorate.io.readers.parquet import native_file
 from zerorate.run.batch.cluster import local_cluster as on_local_cluster
 from zerorate.run.batch.cluster import scheduler_at
 from zerorate.run.batch.engines import Died, Engine, Finished, Processes, outlived

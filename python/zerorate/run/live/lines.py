@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import DriftFilter
-from zerorate.io.cells import from_inert, inert, number
+from zerorate.io.readers.cells import from_inert, inert, number
 
 __all__ = [
     "Beside",

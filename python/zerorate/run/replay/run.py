@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from zerorate.io import Log, LogError, LogFile, atomic_path, write_log
 from zerorate.io.missing import floats
-from zerorate.io.parquet import TIME_NAME, RowGroups, about
+from zerorate.io.readers.parquet import TIME_NAME, RowGroups, about
 from zerorate.io.reading import notes_on_missing
 from zerorate.io.writing import column_names
 from zerorate.options import METHODS, FilterOptions

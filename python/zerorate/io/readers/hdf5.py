@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from zerorate.io.arrays import SCALARS, from_arrays, without_common_folder
 from zerorate.io.log import LogError
 from zerorate.io.names import spelled, with_suffix
-from zerorate.io.stored import Stored
+from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_folder
+from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Content, Format
 
 __all__ = ["FORMAT", "read_matlab_hdf5"]

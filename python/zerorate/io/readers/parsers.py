@@ -15,8 +15,16 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.io.cells import MISSING, has_stray_quotes, is_blank, is_comment, number, split, whole
 from zerorate.io.log import LogError
+from zerorate.io.readers.cells import (
+    MISSING,
+    has_stray_quotes,
+    is_blank,
+    is_comment,
+    number,
+    split,
+    whole,
+)
 from zerorate.io.table import Column
 
 __all__ = ["Layout", "decoded", "notes_on_quotes", "parsed", "texts"]

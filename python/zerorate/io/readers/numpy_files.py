@@ -10,9 +10,9 @@ from typing import IO
 
 from numpy.lib import format as npy
 
-from zerorate.io.arrays import from_array, from_arrays
 from zerorate.io.log import LogError
-from zerorate.io.stored import Stored
+from zerorate.io.readers.arrays import from_array, from_arrays
+from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Content, Format
 
 __all__ = ["NPY", "NPZ"]

@@ -1,6 +1,6 @@
 """Text tables: comma, semicolon, tab or blanks between cells, with or without a header.
 
-The layout is found from the first lines; `zerorate.io.parsers` reads the rows.
+The layout is found from the first lines; `zerorate.io.readers.parsers` reads the rows.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from zerorate.io.cells import MISSING, from_inert, inert, is_comment, is_number, split
 from zerorate.io.log import LogError
-from zerorate.io.parsers import Layout, decoded, notes_on_quotes, parsed, texts
+from zerorate.io.readers.cells import MISSING, from_inert, inert, is_comment, is_number, split
+from zerorate.io.readers.parsers import Layout, decoded, notes_on_quotes, parsed, texts
 from zerorate.io.table import Content, Format, Metadata, Table, listed_names
 
 __all__ = ["FORMAT", "META_MARK", "text_header"]

@@ -10,7 +10,7 @@ import numpy as np
 
 from zerorate.io.log import LogError
 from zerorate.io.names import looks_like_sensor, looks_like_time, split_unit
-from zerorate.io.stored import Axis, Stored, loaded
+from zerorate.io.readers.stored import Axis, Stored, loaded
 from zerorate.io.table import Column, Metadata, Table
 
 __all__ = ["SCALARS", "from_array", "from_arrays", "metadata_of", "without_common_folder"]

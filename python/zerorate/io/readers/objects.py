@@ -8,12 +8,18 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from zerorate.io.arrays import SCALARS, from_array, from_arrays, metadata_of, without_common_folder
-from zerorate.io.arrow import arrow_table, needs_pyarrow
 from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
 from zerorate.io.names import looks_like_time
-from zerorate.io.stored import Stored
+from zerorate.io.readers.arrays import (
+    SCALARS,
+    from_array,
+    from_arrays,
+    metadata_of,
+    without_common_folder,
+)
+from zerorate.io.readers.arrow import arrow_table, needs_pyarrow
+from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Table
 
 __all__ = ["ArrowStream", "described", "table_of"]

@@ -13,9 +13,9 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.io.clock import clock_through
-from zerorate.io.gaps import WINDOW
-from zerorate.io.grid import Grid
+from zerorate.io.clocks.clock import clock_through
+from zerorate.io.clocks.gaps import WINDOW
+from zerorate.io.clocks.grid import Grid
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["HEAD", "repeated", "rows_held", "slower"]

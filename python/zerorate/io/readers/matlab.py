@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from zerorate.io import matlab_child
-from zerorate.io.arrays import SCALARS, from_arrays, without_common_folder
-from zerorate.io.hdf5 import read_matlab_hdf5
 from zerorate.io.log import LogError
-from zerorate.io.stored import Stored
+from zerorate.io.readers import matlab_child
+from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_folder
+from zerorate.io.readers.hdf5 import read_matlab_hdf5
+from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Content, Format
 
 __all__ = ["FORMAT"]

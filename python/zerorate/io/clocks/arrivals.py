@@ -13,8 +13,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.io.gaps import LONG_STEP, LONG_WINDOW, ROUNDS, WINDOW
-from zerorate.io.grid import ALIKE
+from zerorate.io.clocks.gaps import LONG_STEP, LONG_WINDOW, ROUNDS, WINDOW
+from zerorate.io.clocks.grid import ALIKE
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["Bursts", "bursts", "floor"]

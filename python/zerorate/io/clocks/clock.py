@@ -8,9 +8,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.io.arrivals import bursts, floor
-from zerorate.io.gaps import LONG_STEP, LONG_WINDOW, WINDOW, missing_samples, places
-from zerorate.io.grid import ClockReport, Grid
+from zerorate.io.clocks.arrivals import bursts, floor
+from zerorate.io.clocks.gaps import LONG_STEP, LONG_WINDOW, WINDOW, missing_samples, places
+from zerorate.io.clocks.grid import ClockReport, Grid
 from zerorate.io.log import LogError
 from zerorate.types import Floats, Integers
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from zerorate.io.clock import fitted_grid
-from zerorate.io.grid import Grid, unstamped
+from zerorate.io.clocks.clock import fitted_grid
+from zerorate.io.clocks.grid import Grid, unstamped
+from zerorate.io.clocks.repeats import HEAD, repeated, rows_held, slower
+from zerorate.io.clocks.stamps import Stamps
 from zerorate.io.log import LogError, checked_rate
-from zerorate.io.repeats import HEAD, repeated, rows_held, slower
-from zerorate.io.stamps import Stamps
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["Clock", "clock_of"]

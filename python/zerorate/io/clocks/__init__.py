@@ -1,0 +1,1 @@
+"""Timestamps of any kind, and the regular clocks that made them."""
