@@ -136,7 +136,9 @@ class TestSplit:
     @pytest.mark.parametrize("theta", [[], [0.4], [-0.7, 0.2]])
     def test_without_an_autoregression_all_is_noise(self, theta):
         model = ArmaModel.of([], theta, sigma2=3.0)
-        assert split(model.phi, model.theta, 3.0) == (0.0, model.autocovariance(0)[0])
+        found = split(model.phi, model.theta, 3.0)
+        # The same sum, by products in another order on some processors.
+        assert found == pytest.approx((0.0, model.autocovariance(0)[0]), rel=1e-15)
 
     def test_an_explosive_model_needs_its_noise(self):
         with pytest.raises(ValueError, match="explosive model"):

@@ -77,7 +77,7 @@ def test_failed_logs_do_not_stop_the_others(logs, batch, tmp_path):
     result = batch()
     assert result.counts == {"done": 2, "failed": 3}
     errors = {one.name: one.error for one in result.failed}
-    assert "truncated or damaged" in errors[f"unit0/{logs[0].name}"]
+    assert "truncated, damaged" in errors[f"unit0/{logs[0].name}"]
     assert all(len(error.splitlines()) == 1 for error in errors.values())
     logs[0].write_bytes(whole)
     assert batch().counts == {"done": 1, "skipped": 2, "failed": 2}
