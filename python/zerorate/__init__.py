@@ -18,7 +18,7 @@ from zerorate._native import (
     Trace,
     __version__,
 )
-from zerorate.io import Log, LogError, Recording, read_log, read_recording, write_log
+from zerorate.io import Log, LogError, Recording, read_log, read_recording, split_log, write_log
 from zerorate.noise import (
     AllanResult,
     Coefficient,
@@ -68,6 +68,7 @@ __all__ = [
     "read_log",
     "read_recording",
     "simulate",
+    "split_log",
     "whittle",
     "worst_axis",
     "write_log",

@@ -102,6 +102,18 @@ def test_a_scale_that_was_told_stays(method):
     assert (f.restarts, f.status) == (0, "at rest")
 
 
+@pytest.mark.parametrize("scale", [1e-150, 1e-9, 1e9, 1e150])
+def test_a_model_whose_scale_is_proved_wrong_begins_anew(scale):
+    rng = np.random.default_rng(3)
+    z = record(60.0)
+    model, fresh = zr.RecursiveLeastSquares((1, 0)), zr.RecursiveLeastSquares((1, 0))
+    model.process(np.concatenate([scale * rng.standard_normal(1000), z]))
+    fresh.process(z[-4000:])
+    # Both have learned white noise about the same level from thousands of samples.
+    np.testing.assert_allclose(model.coefficients, fresh.coefficients, atol=0.03)
+    assert abs(model.coefficients[-1] / (1.0 - model.coefficients[0]) - LEVEL) < 0.01
+
+
 @BY_LEARNING
 def test_the_rest_of_a_wild_ride_is_no_proof(method, motion):
     """A quiet sensor in fast motion: 3e4 deviations, which no scale has to follow."""

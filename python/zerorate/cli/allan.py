@@ -26,6 +26,7 @@ from zerorate.cli.options import (
     FigureFormat,
     FigureFormatOption,
     Force,
+    GroupBy,
     LogArgument,
     NoFigure,
     Output,
@@ -42,6 +43,7 @@ from zerorate.cli.outputs import (
     progress_bar,
     together,
 )
+from zerorate.cli.records import print_title, records
 from zerorate.io import Log, LogError
 from zerorate.io.log import present_axes
 from zerorate.io.reading import read_sensors
@@ -81,6 +83,7 @@ def allan(
     output: Output = ".",
     columns: Columns = None,
     topic: Topic = None,
+    group_by: GroupBy = None,
     rate: Rate = None,
     unit: Annotated[
         str | None, typer.Option(help="Of gyros, of accelerometers, or both: deg/s,g.")
@@ -127,16 +130,27 @@ def allan(
     figure = None
     if not no_figure:
         figure = place.choose("--figure-format", figure_format, FigureFormat.png)
-    outputs = _Outputs.of(place, curve, figure, exports, force)
-    check_outputs(outputs.paths, force, log)
+    all_of_them = records(log, group_by)
+    outputs = [
+        _Outputs.of(place.of_part(one.ending), curve, figure, exports, force) for one in all_of_them
+    ]
+    check_outputs([path for files in outputs for path in files.paths], force, log)
     if figure is not None:
         preloaded(_load_plotting)
-    with progress_bar() as progress:
-        with reading(wanted is not None):
-            sensors = _present(read_sensors(log, rate, wanted, units, topic))
-        found = in_background(lambda: [_found(analysis, s, progress) for s in sensors])
-        outputs.write(found, progress)
-    _print_result(found, outputs)
+    for one, files in zip(all_of_them, outputs, strict=True):
+        with progress_bar() as progress:
+            with reading(wanted is not None):
+                sensors = _present(read_sensors(one.source, rate, wanted, units, topic))
+            found = in_background(partial(_all_found, analysis, sensors, progress))
+            files.write(found, progress)
+        print_title(one, first=one is all_of_them[0])
+        _print_result(found, files)
+
+
+def _all_found(
+    analysis: partial[Characterisation], sensors: Sequence[Log], progress: Progress
+) -> list[Characterisation]:
+    return [_found(analysis, sensor, progress) for sensor in sensors]
 
 
 def _present(sensors: Sequence[Log]) -> list[Log]:

@@ -11,6 +11,7 @@ from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, rea
 from zerorate.cli.options import (
     RECORDING,
     Columns,
+    GroupBy,
     Rate,
     Topic,
     Unit,
@@ -18,6 +19,7 @@ from zerorate.cli.options import (
     parse_words,
 )
 from zerorate.cli.outputs import check_outputs, progress_bar, together
+from zerorate.cli.records import records
 from zerorate.compare import METHODS, Comparison, Trial, read_trial
 from zerorate.compare import compare as run_methods
 from zerorate.compare.as_json import as_json
@@ -50,6 +52,7 @@ def compare(
     methods: Annotated[str, typer.Option(help="Names with commas between.")] = ",".join(METHODS),
     columns: Columns = None,
     topic: Topic = None,
+    group_by: GroupBy = None,
     rate: Rate = None,
     unit: Unit = None,
     per_axis: Annotated[bool, typer.Option("--per-axis", help="A table of every axis.")] = False,
@@ -68,9 +71,9 @@ def compare(
         check_outputs([json], force)
     with progress_bar() as progress:
         recordings = []
-        for log in logs or []:
+        for one in (one for log in logs or [] for one in records(log, group_by)):
             with reading(bool(wanted or reference or truth)):
-                trial = read_trial(log, rate, wanted, unit, reference, truth, topic)
+                trial = read_trial(one.source, rate, wanted, unit, reference, truth, topic)
             recordings.append(replace(trial, log=present_axes(trial.log)))
         found = _compared(recordings, names, progress)
         regret = _simulated(names, seeds, progress) if simulated else None

@@ -18,7 +18,7 @@ __all__ = [
     "writing",
 ]
 
-_KEYWORD = re.compile(r"\b(rate|columns|unit|bridge|topic)=")
+_KEYWORD = re.compile(r"\b(rate|columns|unit|bridge|topic|group_by)=")
 _ON_TOPIC = re.compile(r"there is no topic|topic= chooses")
 _ON_COLUMNS = re.compile(r"there is no column|columns=|columns are named")
 
@@ -88,4 +88,4 @@ def require(module: str, extra: str) -> None:
 
 def in_options(text: object) -> str:
     """Return a text with options where it names arguments."""
-    return _KEYWORD.sub(r"--\1", str(text))
+    return _KEYWORD.sub(lambda found: f"--{found[1].replace('_', '-')}", str(text))

@@ -14,6 +14,7 @@ from zerorate.cli.errors import DataFault, UsageFault, in_options, reading, requ
 from zerorate.cli.options import (
     Columns,
     Force,
+    GroupBy,
     LogArgument,
     Output,
     Rate,
@@ -30,6 +31,7 @@ from zerorate.cli.outputs import (
     progress_bar,
     together,
 )
+from zerorate.cli.records import print_title, records
 from zerorate.identify.as_json import as_json
 from zerorate.identify.identification import LEAST_SAMPLES, Identification
 from zerorate.identify.identification import identify as identify_axis
@@ -95,6 +97,7 @@ def identify(
     output: Output = ".",
     columns: Columns = None,
     topic: Topic = None,
+    group_by: GroupBy = None,
     rate: Rate = None,
     unit: Unit = None,
     order: Annotated[
@@ -127,15 +130,18 @@ def identify(
         method=method.value,
     )
     wanted = parse_columns(columns)
-    outputs = _Outputs.of(output, log, not no_figure, force)
+    all_of_them = records(log, group_by)
+    outputs = [_Outputs.of(output, log, not no_figure, force, one.ending) for one in all_of_them]
     if not no_figure:
         preloaded(_load_plotting)
-    with progress_bar() as progress:
-        with reading(wanted is not None):
-            recording = read_log(log, rate=rate, columns=wanted, unit=unit, topic=topic)
-        found = in_background(lambda: _found(analysis, recording, progress))
-        outputs.write(recording, found, progress)
-    _print_result(found, outputs)
+    for one, files in zip(all_of_them, outputs, strict=True):
+        with progress_bar() as progress:
+            with reading(wanted is not None):
+                recording = read_log(one.source, rate, wanted, unit, topic)
+            found = in_background(partial(_found, analysis, recording, progress))
+            files.write(recording, found, progress)
+        print_title(one, first=one is all_of_them[0])
+        _print_result(found, files)
 
 
 @dataclass(frozen=True)
@@ -203,11 +209,12 @@ class _Outputs:
     force: bool
 
     @classmethod
-    def of(cls, output: str, log: Path, figures: bool, force: bool) -> "_Outputs":
+    def of(cls, output: str, log: Path, figures: bool, force: bool, ending: str) -> "_Outputs":
         """Return the files, after checking that they can be written and drawn."""
         if figures:
             require("matplotlib", "plot")
         place = Destination.of(output, f"{log.stem}-zerorate-identify", ("html", "json"))
+        place = place.of_part(ending)
         outputs = cls(place.file(".html"), place.file(".json"), figures, force)
         check_outputs(outputs.paths, force, log)
         return outputs

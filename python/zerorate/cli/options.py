@@ -18,6 +18,7 @@ __all__ = [
     "FigureFormat",
     "FigureFormatOption",
     "Force",
+    "GroupBy",
     "LogArgument",
     "LogFormat",
     "NoFigure",
@@ -74,6 +75,10 @@ Output: TypeAlias = Annotated[
 ]
 Columns: TypeAlias = Annotated[
     str | None, typer.Option(help="Names or indices with commas between.")
+]
+GroupBy: TypeAlias = Annotated[
+    str | None,
+    typer.Option(help="Column that tells several sensors or recordings apart: each is a log."),
 ]
 Topic: TypeAlias = Annotated[
     str | None,

@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from threading import Thread
@@ -76,6 +76,10 @@ class Destination:
         if given is not None and by_name not in (None, given):
             raise UsageFault(f"-o names a file as {by_name}, but {option} says {given}")
         return by_name or given or usual
+
+    def of_part(self, ending: str) -> Self:
+        """Return where the files of a part of the log go, whose names end so."""
+        return replace(self, base=self.file(ending))
 
     def file(self, ending: str) -> Path:
         """Return the file of this ending."""

@@ -9,12 +9,21 @@ from typing import Annotated, Any
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, reading, require, writing
+from zerorate.cli.errors import (
+    DataFault,
+    UsageFault,
+    as_usage,
+    in_options,
+    reading,
+    require,
+    writing,
+)
 from zerorate.cli.options import (
     Columns,
     FigureFormat,
     FigureFormatOption,
     Force,
+    GroupBy,
     LogArgument,
     LogFormat,
     NoFigure,
@@ -35,6 +44,7 @@ from zerorate.cli.outputs import (
     progress_bar,
     together,
 )
+from zerorate.cli.records import print_title, records
 from zerorate.io import Log, LogError, LogFile, open_log, write_log
 from zerorate.io.log import Header
 from zerorate.options import PUBLISHED, used_by
@@ -61,6 +71,7 @@ def replay(
     output: Output = ".",
     columns: Columns = None,
     topic: Topic = None,
+    group_by: GroupBy = None,
     rate: Rate = None,
     unit: Unit = None,
     options: Mapping[str, Any],
@@ -82,18 +93,16 @@ def replay(
     asked = {"methods": methods, **{n: v for n, v in options.items() if n != "method"}}
     wanted = parse_columns(columns)
     place = Outputs.place(output, log.stem, not no_figure)
-    outputs = Outputs.of(place, format, figure_format, not no_figure, force, source=log)
-    with progress_bar() as progress:
-        with reading(wanted is not None):
-            recording = open_log(log, rate, wanted, unit, topic)
-        if no_figure:
-            result = _into_file(recording, outputs.log, force, progress, asked)
-        else:
+    shape = (format, figure_format, not no_figure, force, log)
+    found = records(log, group_by)
+    outputs = [Outputs.of(place.of_part(one.ending), *shape) for one in found]
+    for one, files in zip(found, outputs, strict=True):
+        with progress_bar() as progress:
             with reading(wanted is not None):
-                whole = recording.log()
-            result = in_memory(whole, progress, **asked)
-            outputs.write(result, progress)
-    print_result(result, outputs)
+                recording = open_log(one.source, rate, wanted, unit, topic)
+            result = _replayed(recording, files, not no_figure, progress, asked)
+        print_title(one, first=one is found[0])
+        print_result(result, files)
     others = [flag(name) for name in options if name not in used_by(method, options)]
     if others:
         verb = "acts" if len(others) == 1 else "act"
@@ -110,6 +119,23 @@ def in_memory(log: Log, progress: Progress, **asked: Any) -> Replay:  # noqa: AN
     """Return the log after the filters, with all that a figure needs, or raise a fault."""
     with _naming(Header.of(log)), as_usage():
         return run_replay(log, progress=progress, **asked)
+
+
+def _replayed(
+    recording: LogFile,
+    files: "Outputs",
+    draws: bool,
+    progress: Progress,
+    asked: Mapping[str, Any],
+) -> Summary:
+    """Write the files of one record and return the rest, or raise a fault."""
+    if not draws:
+        return _into_file(recording, files.log, files.force, progress, asked)
+    with reading(columns_asked=False):
+        whole = recording.log()
+    result = in_memory(whole, progress, **asked)
+    files.write(result, progress)
+    return result
 
 
 def _into_file(
@@ -145,7 +171,7 @@ def _values() -> Iterator[None]:
 
 def print_result(result: Summary, outputs: "Outputs") -> None:
     """Print the table, the notes, and which files were written."""
-    parts = (format_table(result), format_learned(result), format_notes(result))
+    parts = (format_table(result), format_learned(result), in_options(format_notes(result)))
     print("\n\n".join(filter(None, parts)))
     print_written(outputs.paths)
 

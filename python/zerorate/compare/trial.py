@@ -1,6 +1,5 @@
 """Trials: gyros of a recording, with or without what else measured their motion."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -9,6 +8,7 @@ import numpy as np
 
 from zerorate.compare.slope import slope
 from zerorate.io import Log, LogError, Recording
+from zerorate.io.formats import LogSource
 from zerorate.io.names import UNKNOWN, is_quaternion, looks_like_gyro, plain
 from zerorate.io.recording import read_topic
 from zerorate.types import Floats
@@ -120,7 +120,7 @@ class Trial:
 
 
 def read_trial(
-    path: str | os.PathLike[str],
+    path: LogSource,
     rate: float | None = None,
     columns: Sequence[str | int] | None = None,
     unit: str | None = None,

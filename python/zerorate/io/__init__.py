@@ -6,6 +6,7 @@ from zerorate.io.log import Log, LogError, Recording
 from zerorate.io.logfile import LogFile, open_log
 from zerorate.io.reading import read_log
 from zerorate.io.recording import read_recording
+from zerorate.io.split import split_log
 from zerorate.io.writing import write_log
 
 __all__ = [
@@ -19,5 +20,6 @@ __all__ = [
     "open_log",
     "read_log",
     "read_recording",
+    "split_log",
     "write_log",
 ]

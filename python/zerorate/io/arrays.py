@@ -33,8 +33,10 @@ def from_array(array: Stored) -> Table:
 
 def from_arrays(arrays: Mapping[str, Stored]) -> Table:
     """Return the table of arrays by name, its rate, unit, names and sensor among them."""
-    meta = metadata_of(arrays)
-    columns = {name: array for name, array in arrays.items() if name not in SCALARS}
+    # An array of them tells the rows of several sensors apart.
+    sensors = {n for n, array in arrays.items() if n == "sensor" and math.prod(array.shape) > 1}
+    meta = metadata_of({n: array for n, array in arrays.items() if n not in sensors})
+    columns = {n: array for n, array in arrays.items() if n not in SCALARS or n in sensors}
     if "data" in columns:
         return _with_data(columns, meta)
     return _one_array_a_column(columns, meta)

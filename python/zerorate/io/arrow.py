@@ -42,8 +42,15 @@ def arrow_table(schema: _Schema, read: Callable[[Sequence[int]], Sequence[_Chunk
         _check_types(schema, wanted)
         return [_to_numpy(column) for column in read(wanted)]
 
+    def labels(index: int) -> Column:
+        pa = needs_pyarrow("Arrow")
+        values: Column = read([index])[0].cast(pa.string()).to_numpy(zero_copy_only=False)
+        return values
+
     meta = _metadata(schema.metadata or {})
-    return listed_names(Table(len(schema), load, names=_column_names(schema), meta=meta))
+    return listed_names(
+        Table(len(schema), load, names=_column_names(schema), meta=meta, labels=labels)
+    )
 
 
 def in_pieces(

@@ -60,11 +60,15 @@ def _guarded(table: Table, called: str) -> Table:
     names = None if table.names is None else tuple(map(one_line, table.names))
     pieces = None if table.pieces is None else _guarded_pieces(table.pieces, called)
 
+    def labels(index: int) -> Column:
+        with _one_sentence(called):
+            return (table.labels or (lambda i: table.load([i])[0]))(index)
+
     def load(wanted: Sequence[int]) -> list[Column]:
         with _one_sentence(called):
             return table.load(wanted)
 
-    return replace(table, load=load, names=names, pieces=pieces)
+    return replace(table, load=load, labels=labels, names=names, pieces=pieces)
 
 
 _Pieces = Callable[[Sequence[int], int], Iterator[list[Column]]]

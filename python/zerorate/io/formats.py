@@ -13,12 +13,15 @@ from zerorate.io import arrow, hdf5, matlab, numpy_files, parquet, px4, ros, tex
 from zerorate.io.damage import guarded_content
 from zerorate.io.log import LogError
 from zerorate.io.objects import ArrowStream, described, table_of
+from zerorate.io.parts import Part
 from zerorate.io.table import Content, Format
 from zerorate.texts import printable
 
 __all__ = ["FORMATS", "LogSource", "format_of", "label_of", "opened"]
 
-LogSource = str | os.PathLike[str] | Mapping[str, npt.ArrayLike] | npt.NDArray[Any] | ArrowStream
+LogSource = (
+    str | os.PathLike[str] | Mapping[str, npt.ArrayLike] | npt.NDArray[Any] | ArrowStream | Part
+)
 
 FORMATS: Final = (
     text.FORMAT,
@@ -42,6 +45,8 @@ def label_of(source: LogSource) -> str:
     """Return what messages and outputs call a source."""
     if isinstance(source, (str, os.PathLike)):
         return printable(str(Path(source)))
+    if isinstance(source, Part):
+        return source.label
     return described(source)
 
 
@@ -52,6 +57,8 @@ def opened(source: LogSource) -> tuple[str, Content]:
         _check_readable(file)
         form = format_of(file)
         return form.kind, guarded_content(form, file)
+    if isinstance(source, Part):
+        return source.kind, source.content
     kind, table = table_of(source)
     return kind, Content.of(table)
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from zerorate.io.formats import label_of, opened
+from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Header, Log, LogError, checked_rate
 from zerorate.io.names import canonical_unit
 from zerorate.io.reading import (
@@ -156,7 +155,7 @@ class LogFile:
 
 
 def open_log(
-    path: str | os.PathLike[str],
+    path: LogSource,
     rate: float | None = None,
     columns: str | int | Sequence[str | int] | None = None,
     unit: str | None = None,

@@ -40,6 +40,7 @@ def from_pandas(frame: _Frame) -> Table:
     return Table(
         width=len(series),
         load=lambda wanted: [_from_pandas(series[i], names[i]) for i in wanted],
+        labels=lambda index: np.asarray(series[index], dtype=object),
         names=tuple(names) if named else None,
         meta=metadata_of(_scalars(frame.attrs)),
         time=0 if timed else None,
@@ -53,6 +54,7 @@ def from_polars(frame: _Frame) -> Table:
     return Table(
         width=frame.width,
         load=lambda wanted: [_from_polars(frame.to_series(i)) for i in wanted],
+        labels=lambda index: np.array(frame.to_series(index).to_list(), dtype=object),
         names=tuple(frame.columns),
     )
 

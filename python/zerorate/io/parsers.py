@@ -19,7 +19,7 @@ from zerorate.io.cells import MISSING, has_stray_quotes, is_blank, is_comment, n
 from zerorate.io.log import LogError
 from zerorate.io.table import Column
 
-__all__ = ["Layout", "decoded", "notes_on_quotes", "parsed"]
+__all__ = ["Layout", "decoded", "notes_on_quotes", "parsed", "texts"]
 
 _BOM: Final = b"\xef\xbb\xbf"
 # At the beginning of a line alone, or a long one would take the square of its length.
@@ -65,6 +65,11 @@ def parsed(raw: bytes, layout: Layout, wanted: list[int]) -> list[Column]:
         if columns is not None and not any(np.isinf(column).any() for column in columns):
             return columns
     return _by_line(raw, layout, wanted, kinds)
+
+
+def texts(raw: bytes, layout: Layout, index: int) -> Column:
+    """Return a column as it is written; LogError if a row has more cells or fewer."""
+    return np.array([cells[index] for _, cells in _rows(raw, layout)], dtype=object)
 
 
 def notes_on_quotes(raw: bytes, layout: Layout) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from zerorate.io.names import (
     looks_like_sensor,
     split_unit,
 )
+from zerorate.io.parts import advice
 from zerorate.io.sensor_clock import Clock, clock_of
 from zerorate.io.stamps import Stamps, to_seconds
 from zerorate.io.table import Column, Table, as_numbers
@@ -195,7 +196,12 @@ def selected(
 
 def row_clock(chosen: Selection, column: Column | None, rows: int) -> Clock:
     """Return the clock of a table's rows, by a column of timestamps or by the rate stated."""
-    return clock_of(_stamps_of(chosen, column), chosen.rate, rows)
+    hint = advice(chosen.table, chosen.time, column)
+    try:
+        clock = clock_of(_stamps_of(chosen, column), chosen.rate, rows)
+    except LogError as error:
+        raise LogError(f"{error}; {hint}" if hint else str(error)) from None
+    return replace(clock, notes=(*clock.notes, hint)) if hint else clock
 
 
 def _stamps_of(chosen: Selection, column: Column | None) -> Stamps | None:

@@ -74,7 +74,7 @@ class Table:
     the format says it, ``data`` the data columns where the file lists them, ``lengths`` the
     number of values of each column where they may differ. ``pieces`` gives the columns at some
     indices in pieces of so many rows at most, and ``rows`` says how many they are together, where
-    a format can be read so.
+    a format can be read so. ``labels`` gives a column of texts, where ``load`` has none.
     """
 
     width: int
@@ -86,6 +86,7 @@ class Table:
     lengths: tuple[int, ...] | None = None
     pieces: Callable[[Sequence[int], int], Iterator[list[Column]]] | None = None
     rows: int = 0
+    labels: Callable[[int], Column] | None = None
 
     def label(self, index: int) -> str:
         """Return the column's name, or one made from its index."""

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from zerorate.io.cells import MISSING, from_inert, inert, is_comment, is_number, split
 from zerorate.io.log import LogError
-from zerorate.io.parsers import Layout, decoded, notes_on_quotes, parsed
+from zerorate.io.parsers import Layout, decoded, notes_on_quotes, parsed, texts
 from zerorate.io.table import Content, Format, Metadata, Table, listed_names
 
 __all__ = ["FORMAT", "META_MARK", "text_header"]
@@ -174,6 +174,7 @@ def _read(path: Path) -> Content:
         width=layout.width,
         load=lambda wanted: parsed(raw, layout, list(wanted)),
         names=layout.names,
+        labels=lambda index: texts(raw, layout, index),
         meta=replace(meta, notes=(*meta.notes, *notes_on_quotes(raw, layout))),
     )
     return Content.of(listed_names(table))

@@ -126,8 +126,8 @@ def factors(
         raise ValueError(
             f"tau {wanted.max():g} s is beyond this record: its {kind.name} goes up to {limit:g} s"
         )
-    notes = tuple(_rounded(wanted, exact, found, kind, rate))
-    return np.unique(found).astype(np.int64), notes
+    factors = found.astype(np.int64)
+    return np.unique(factors), tuple(_rounded(wanted, exact, factors, kind, rate))
 
 
 def seconds(m: Integers, kind: Kind, rate: float) -> Floats:
@@ -149,7 +149,7 @@ def _whole(exact: Floats, kind: Kind) -> Floats:
 def _rounded(
     wanted: Floats,
     exact: Floats,
-    found: Floats,
+    found: Integers,
     kind: Kind,
     rate: float,
 ) -> list[str]:

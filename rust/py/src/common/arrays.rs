@@ -1,5 +1,7 @@
 //! Every check and conversion of an array.
 
+use std::fmt::Display;
+
 use numpy::ndarray::{ArrayView2, ArrayViewMut2};
 use numpy::ndarray::{Axis, Ix2};
 use numpy::{
@@ -211,6 +213,9 @@ fn floats<'py>(z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     if !masked && z.cast::<PyArrayDyn<f64>>().is_ok() {
         return Ok(z.clone());
     }
+    if z.is_none() {
+        return Err(no_numbers("object"));
+    }
     let rule = z.py().import("zerorate.io.missing")?.getattr("without_masks")?;
     let array = rule.call1((z,)).map_err(|_| {
         PyValueError::new_err(format!(
@@ -221,11 +226,15 @@ fn floats<'py>(z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let dtype = array.getattr("dtype")?;
     let kind: String = dtype.getattr("kind")?.extract()?;
     if !matches!(kind.as_str(), "f" | "i" | "u" | "b") {
-        return Err(PyTypeError::new_err(format!(
-            "z must hold real numbers, got dtype {dtype}; convert with numpy.asarray(z, dtype=float)"
-        )));
+        return Err(no_numbers(dtype));
     }
     array.call_method1("astype", ("float64",))
+}
+
+fn no_numbers(dtype: impl Display) -> PyErr {
+    PyTypeError::new_err(format!(
+        "z must hold real numbers, got dtype {dtype}; convert with numpy.asarray(z, dtype=float)"
+    ))
 }
 
 /// The elements of a float64 array, row after row, whatever its layout.

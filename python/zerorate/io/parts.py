@@ -1,0 +1,113 @@
+"""Parts of a table: the rows of one sensor or recording among those of several."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from zerorate.io.log import LogError
+from zerorate.io.names import looks_like_time, meaning_of
+from zerorate.io.table import Column, Content, Table
+from zerorate.texts import one_line
+from zerorate.types import Integers
+
+__all__ = ["Part", "advice", "parts_of"]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Rows of a source that are a record of their own, as `zerorate.split_log` returns them.
+
+    Parameters
+    ----------
+    name
+        What the rows have in common in the column that tells them apart.
+    label
+        What messages and outputs call it.
+    kind, content
+        Format of the source, and the rows.
+    """
+
+    name: str
+    label: str
+    kind: str
+    content: Content
+
+
+def parts_of(table: Table, by: int) -> dict[str, Table]:
+    """Return the rows of each value in a column, in the order in which the values first appear.
+
+    Raises
+    ------
+    LogError
+        If a row has no value there, or hardly any value comes twice.
+    """
+    names, which = _values(_labels(table, by), table.label(by))
+    return {name: _rows_of(table, np.flatnonzero(which == i)) for i, name in enumerate(names)}
+
+
+def _labels(table: Table, index: int) -> Column:
+    return table.load([index])[0] if table.labels is None else table.labels(index)
+
+
+def _values(labels: Column, column: str) -> tuple[list[str], Integers]:
+    """Return the different values as texts, and of each row which one it has, shape (n,)."""
+    texts = [_text(value) for value in labels.tolist()]
+    if None in texts:
+        raise LogError(f"column '{column}' has no value in row {texts.index(None)}")
+    names = [one_line(str(text)) for text in dict.fromkeys(texts)]
+    if 2 * len(names) > len(texts):
+        raise LogError(
+            f"column '{column}' has {len(names)} different values in {len(texts)} rows, "
+            "expected the few of an id"
+        )
+    numbers = {text: number for number, text in enumerate(dict.fromkeys(texts))}
+    return names, np.array([numbers[text] for text in texts])
+
+
+def _text(value: object) -> str | None:
+    """Return a value as a person writes it, None where it is missing."""
+    if value is None or value != value or str(value).strip() in ("", "NaT", "<NA>"):
+        return None
+    if isinstance(value, float) and value.is_integer():
+        return str(int(value))
+    return str(value).strip()
+
+
+def _rows_of(table: Table, rows: Integers) -> Table:
+    def load(wanted: Sequence[int]) -> list[Column]:
+        return [column[rows] for column in table.load(wanted)]
+
+    return replace(table, load=load, lengths=None, pieces=None, rows=0, labels=None)
+
+
+def advice(table: Table, time: int | None, stamps: Column | None) -> str | None:
+    """Return a sentence on the column that makes several records of one with a broken clock.
+
+    That is one within each of whose values the stamps rise, though in the file they do not.
+    """
+    if time is None or stamps is None or table.names is None or len(stamps) < 2:
+        return None
+    back, same = stamps[1:] < stamps[:-1], stamps[1:] == stamps[:-1]
+    if not back.any() and 2 * np.count_nonzero(same) < len(stamps) - 1:
+        return None
+    for index, name in enumerate(table.names):
+        if index == time or looks_like_time(name) or meaning_of(name) is not None:
+            continue
+        if _explains(table, index, stamps):
+            return f"column '{name}' seems to tell several records apart; group_by= reads each"
+    return None
+
+
+def _explains(table: Table, index: int, stamps: Column) -> bool:
+    try:
+        names, which = _values(_labels(table, index), table.label(index))
+    except LogError:
+        return False
+    if len(names) < 2 or len(which) != len(stamps):
+        return False
+    order = np.argsort(which, kind="stable")
+    inside = np.diff(which[order]) == 0
+    return bool((stamps[order][1:] > stamps[order][:-1])[inside].all())

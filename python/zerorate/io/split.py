@@ -1,0 +1,62 @@
+"""Tables of several sensors or recordings one below the other, each a record of its own."""
+
+from __future__ import annotations
+
+from zerorate.io.columns import choose
+from zerorate.io.formats import LogSource, label_of, opened
+from zerorate.io.log import LogError
+from zerorate.io.parts import Part, parts_of
+from zerorate.io.table import Content
+
+__all__ = ["split_log"]
+
+
+def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:
+    """Return the records in a table whose rows belong to several sensors or recordings.
+
+    Parameters
+    ----------
+    source
+        As of `read_log`, without topics.
+    group_by
+        Name or index of the column that tells the records apart: an id, a name, a number.
+
+    Returns
+    -------
+    dict of str to Part
+        What the column says, in the order of the file, and the rows in which it does: a source
+        for `read_log`, `read_recording` and all that take one.
+
+    Raises
+    ------
+    LogError
+        If there is no such column, a row has no value in it, hardly any value comes twice, or the
+        source has topics or no names.
+    TypeError, OSError, ImportError
+        As `read_log`.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> table = {"sensor": [1, 1, 1, 2, 2, 2], "t": [0.0, 0.1, 0.2] * 2, "gyro_x_dps": range(6)}
+    >>> parts = zr.split_log(table, "sensor")
+    >>> zr.read_log(parts["2"]).data[:, 0]
+    array([3., 4., 5.])
+    """
+    label = label_of(source)
+    try:
+        kind, content = opened(source)
+        if "" not in content.tables:
+            raise LogError("group_by= is for tables, and this is a recording of topics")
+        table = content.chosen(None)
+        if table.names is None:
+            raise LogError("a table without names has no column for group_by=")
+        (index,) = choose(table, group_by).data
+        found = parts_of(table, index)
+    except LogError as error:
+        raise LogError(f"{label}: {error}") from None
+    column = table.label(index)
+    return {
+        name: Part(name, f"{label} ({column} {name})", kind, Content.of(part))
+        for name, part in found.items()
+    }
