@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zerorate.units import UNITS, canonical, convert, kind
+from zerorate.units import UNITS, canonical, convert, kind, whole_samples
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e150, max_value=1e150)
 
@@ -122,3 +122,9 @@ def test_shape_and_type_follow_the_value():
     assert array.shape == (2, 3)
     assert array.dtype == np.float64
     np.testing.assert_array_equal(array, 3600.0)
+
+
+def test_any_finite_time_is_a_whole_number_of_samples():
+    assert [whole_samples(t, 100.0) for t in (0.0, 0.014, 0.016, -1.0)] == [0, 1, 2, -100]
+    for far in (1e17, 1e300, 1.7e308):
+        assert whole_samples(far, 1e3) == -whole_samples(-far, 1e3) > 10**18

@@ -202,6 +202,8 @@ def test_too_short_a_record_says_what_it_takes(kind):
         *(({"taus": taus}, "taus must be positive and finite averaging times in s")
           for taus in ([0.0], [1.0, -1.0], [np.nan], [np.inf], [], [[1.0]])),
         ({"taus": [1.0, 30.0]}, "tau 30 s is beyond this record: its oadev goes up to 20 s"),
+        *(({"taus": [0.5, tau]}, "is beyond this record: its oadev goes up to 20 s")
+          for tau in (9.3e16, 1e17, 1e19, 1e300, 1.7e308)),
         *(({"confidence": c}, "confidence must lie between 0 and 1") for c in (0.0, 1.0, 95.0)),
         ({"confidence": np.nan}, "confidence must lie between 0 and 1, got nan"),
         *(({"exponent": e}, "exponent must be a whole number from -4 to 2") for e in (3, -5, 0.5)),

@@ -67,6 +67,7 @@ def test_averaging_times_are_chosen():
         ({"window": 0.3}, "a window must hold 20 to 5000 samples .*, 0.3 s hold 15"),
         ({"window": 100.1}, "a window must hold 20 to 5000 samples .*, 100.1 s hold 5005"),
         ({"window": -1.0}, "a window must hold 20 to 5000 samples"),
+        ({"window": 1.7e308}, "a window must hold 20 to 5000 samples"),
         ({"window": np.nan}, "window must be a finite time in s, got nan"),
         ({"window": np.inf}, "window must be a finite time in s, got inf"),
         ({"step": 0.0}, "step must be at least one sample, 0.02 s, got 0"),

@@ -1,5 +1,6 @@
 //! Deviations of the Allan family for Python.
 
+use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use zerorate_core::allan::{Curve, Kind, Record, curves};
@@ -63,14 +64,13 @@ type Arrays<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 #[pyo3(signature = (z, factors, kind="oadev", bridge=0, threads=None))]
 pub fn allan_deviations<'py>(
     z: &Bound<'py, PyAny>,
-    factors: Vec<i128>,
+    factors: &Bound<'py, PyAny>,
     kind: &str,
     bridge: i128,
     threads: Option<i128>,
 ) -> PyResult<Arrays<'py>> {
     let kind = named(kind)?;
-    let factors =
-        factors.into_iter().map(|m| positive("a factor", m)).collect::<PyResult<Vec<_>>>()?;
+    let factors = read(factors)?;
     let bridge = usize::try_from(bridge)
         .map_err(|_| PyValueError::new_err(format!("bridge must not be negative, got {bridge}")))?;
     let threads = threads.map(|n| positive("threads", n.min(i128::from(u16::MAX)))).transpose()?;
@@ -97,6 +97,15 @@ pub fn longest_factor(kind: &str, n: i128) -> PyResult<usize> {
     let samples = usize::try_from(n)
         .map_err(|_| PyValueError::new_err(format!("n must be a number of samples, got {n}")))?;
     Ok(named(kind)?.longest(samples))
+}
+
+/// Averaging factors: of an array at once, which may be as long as a record.
+fn read(factors: &Bound<'_, PyAny>) -> PyResult<Vec<usize>> {
+    let factor = |m| positive("a factor", m);
+    match factors.cast::<PyArray1<i64>>() {
+        Ok(array) => array.try_readonly()?.as_array().iter().map(|m| factor((*m).into())).collect(),
+        Err(_) => factors.extract::<Vec<i128>>()?.into_iter().map(factor).collect(),
+    }
 }
 
 fn named(kind: &str) -> PyResult<Kind> {
