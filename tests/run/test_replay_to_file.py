@@ -161,8 +161,9 @@ class TestFaults:
         arguments = ["replay", str(path), "-o", str(tmp_path), "--no-figure", "--method", method]
         assert run(arguments) == 1
         error = capsys.readouterr().err
-        said = f"zerorate: {path}: cannot be read as Parquet: truncated, damaged or of a foreign kind ("
-        assert error.startswith(said)
+        assert error.startswith(
+            f"zerorate: {path}: cannot be read as Parquet: truncated, damaged or"
+        )
         assert error.count("\n") == 1
 
     def test_a_full_disk(self, tmp_path, monkeypatch, capsys):

@@ -121,7 +121,6 @@ pub fn any_params() -> impl Strategy<Value = Params> {
 }
 
 /// Calls `$check::<N, M>` with the arguments for every order.
-#[macro_export]
 macro_rules! every_order {
     ($check:ident($($argument:expr),*)) => {
         $check::<2, 2>($($argument),*)?;

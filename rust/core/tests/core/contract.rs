@@ -1,10 +1,7 @@
 //! The contract of a stream, shown on a filter of three axes that returns rates and a flag: what it
 //! has for the lines that it takes.
-#![cfg(feature = "parallel")]
 
-mod common;
-
-use common::{any_sample, drifting, restored};
+use crate::common::{any_sample, drifting, restored};
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 use zerorate_core::checkpoint::{self, Checkpoint};

@@ -1,8 +1,6 @@
 //! Laws of the filters that tell rest from motion, over any input and parameters.
 
-mod common;
-
-use common::{any_params, any_sample, drifting, processed, restored};
+use crate::common::{any_params, any_sample, drifting, processed, restored};
 use proptest::prelude::*;
 use zerorate_core::checkpoint::Checkpoint;
 use zerorate_core::drift::Snapshot;

@@ -1,8 +1,6 @@
 //! `RestDetector`: its laws, and what it tells at the ends of ticks.
 
-mod common;
-
-use common::{any_sample, processed_to, restored, saved, white_noise};
+use crate::common::{any_sample, processed_to, restored, saved, white_noise};
 use proptest::prelude::*;
 use zerorate_core::{Error, Event, RestDetector, Stream, Tick};
 

@@ -1,9 +1,6 @@
 //! `StreamingAllan` against the variances of the whole record, and its laws.
-#![cfg(feature = "std")]
 
-mod common;
-
-use common::{any_sample, restored, white_noise};
+use crate::common::{any_sample, restored, white_noise};
 use proptest::prelude::*;
 use zerorate_core::allan::StreamingAllan;
 use zerorate_core::{Error, Stream};

@@ -1,9 +1,6 @@
 //! Deviations of the Allan family against published numbers, and noise types of known noise.
-#![cfg(feature = "std")]
 
-mod common;
-
-use common::white_noise;
+use crate::common::white_noise;
 use proptest::prelude::*;
 use zerorate_core::Stream;
 use zerorate_core::allan::{AllanKind, AllanNoise, Kind, Record, curves};
@@ -105,7 +102,7 @@ fn sp1065_thousand_points_by_sigma_theta() {
 
 #[test]
 fn equal_weights_give_the_allan_variance_of_the_record() {
-    let signal = common::drifting(5000, 3);
+    let signal = crate::common::drifting(5000, 3);
     let mut noise = AllanNoise::new(1.0, AllanKind::Allan, 0.0).expect("valid parameters");
     let running = signal.iter().map(|z| noise.update(*z)).last().expect("samples");
     let deviation = deviations(&signal, Kind::Oadev, &[1])[0].expect("long enough");

@@ -1,8 +1,6 @@
 //! Against closed forms.
 
-mod common;
-
-use common::{drifting, processed, white_noise};
+use crate::common::{drifting, processed, white_noise};
 use zerorate_core::allan::{AllanKind, AllanNoise};
 use zerorate_core::{
     DriftFilter, Method, Params, RecursiveLeastSquares, RlsParams, Stream, Traced,

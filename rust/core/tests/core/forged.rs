@@ -1,9 +1,7 @@
 //! What a filter saves is always accepted; a forged state with a right checksum is refused, or goes
 //! on like any other: finite, without a panic.
 
-mod common;
-
-use common::{any_params, any_sample, saved, some_start};
+use crate::common::{any_params, any_sample, saved, some_start};
 use proptest::prelude::*;
 use zerorate_core::allan::{AllanKind, AllanNoise};
 use zerorate_core::checkpoint::{self, Checkpoint};

@@ -1,8 +1,6 @@
 //! The same step on SIMD lanes and on single numbers.
 
-mod common;
-
-use common::{any_params, any_sample, drifting, processed, saved, white_noise};
+use crate::common::{any_params, any_sample, drifting, processed, saved, white_noise};
 use nalgebra::SimdValue;
 use proptest::prelude::*;
 use simba::simd::WideF64x4;

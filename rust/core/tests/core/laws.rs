@@ -1,9 +1,7 @@
 //! Laws of the published filter and of least squares, over any input and parameters.
 #![allow(non_snake_case)]
 
-mod common;
-
-use common::{any_params, any_sample, drifting, processed, restored, some_start};
+use crate::common::{any_params, any_sample, drifting, processed, restored, some_start};
 use nalgebra::SMatrix;
 use proptest::prelude::*;
 use zerorate_core::drift::Snapshot;

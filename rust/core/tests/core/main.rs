@@ -1,0 +1,19 @@
+//! The tests of the core in one program: what they make of twelve orders is compiled once.
+
+#[macro_use]
+mod common;
+
+mod auto;
+#[cfg(feature = "parallel")]
+mod contract;
+#[cfg(feature = "std")]
+mod deviations;
+mod forged;
+mod holding;
+#[cfg(feature = "parallel")]
+mod lanes;
+mod laws;
+mod reference;
+mod rest;
+#[cfg(feature = "std")]
+mod streaming;
