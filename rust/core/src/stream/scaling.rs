@@ -56,7 +56,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
         let zero = T::zero();
         Ok(Self {
             window,
-            known_scale: known_scale.map(T::of),
+            known_scale: known_scale.map(|scale| T::of(scale).at_most(T::MAX)),
             samples: 0,
             origin: zero,
             unit: zero,
