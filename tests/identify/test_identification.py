@@ -274,6 +274,15 @@ def test_names_of_models(order, name):
     assert model_name(order) == name
 
 
+@pytest.mark.parametrize("spike", [1e9, -3.4e38, 1e150])
+def test_one_sample_beyond_all_sense_is_named(spike):
+    z = np.random.default_rng(4).standard_normal(3000)
+    z[1234] = spike
+    with pytest.raises(ValueError, match=r"of one size: sample 1234 is .*outliers= can replace it"):
+        identify(z, RATE)
+    assert identify(z, RATE, outliers="hampel").whiteness.white
+
+
 def test_phrases():
     assert listed(["a"]) == "a"
     assert listed(["a", "b", "c"]) == "a, b and c"

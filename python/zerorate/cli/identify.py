@@ -172,12 +172,13 @@ def _found(analysis: Callable[..., Identification], log: Log, progress: Progress
 
 def _refuse(log: Log, reasons: Mapping[str, str]) -> NoReturn:
     """Raise a fault of the data where no column can be modelled, else one of the options."""
-    for name, z in zip(log.names, log.data.T, strict=True):
+    told = "; ".join(f"column '{name}': {reason}" for name, reason in reasons.items())
+    for z in log.data.T:
         try:
             as_record(z, LEAST_SAMPLES, "identification")
-        except ValueError as error:
+        except ValueError:
             raise DataFault(
-                f"{log.meta['source']}: column '{name}': {error}; others are chosen with --columns"
+                f"{log.meta['source']}: {told}; others are chosen with --columns"
             ) from None
     name, reason = next(iter(reasons.items()))
     raise UsageFault(f"{name}: {reason}")

@@ -334,8 +334,23 @@ def _fitted(
 def _prepared(record: Floats, rate: float, preparation: Preparation) -> Prepared:
     options: Preparation = {"trend": None, **preparation}
     prepared = prepare(record, rate, **options)
-    as_record(prepared.data, LEAST_SAMPLES, "identification after decimation")
+    _check_sizes(as_record(prepared.data, LEAST_SAMPLES, "identification after decimation"))
     return prepared
+
+
+_ONE_SIZE: Final = 1e8
+"""Times the median distance from the median: beside such a square all others are rounding."""
+
+
+def _check_sizes(data: Floats) -> None:
+    middle = np.nanmedian(data)
+    away = np.abs(data - middle)
+    typical, farthest = np.nanmedian(away), int(np.nanargmax(away))
+    if 0.0 < _ONE_SIZE * typical < away[farthest]:
+        raise ValueError(
+            f"identification needs samples of one size: sample {farthest} is {data[farthest]:g}, "
+            f"and half of all lie within {typical:.3g} of {middle:.3g}; outliers= can replace it"
+        )
 
 
 _LEAST_MEANS: Final = 30
