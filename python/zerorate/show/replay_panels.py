@@ -45,6 +45,7 @@ MEMORIES: Final = 10.0
 _MOMENTS: Final = 130
 _MEANS: Final = 60
 _DEPTH: Final = 1e4
+_FAR: Final = 1e3
 _SUBSCRIPTS: Final = "₀₁₂₃"
 _OUTPUT_NAMES: Final = {"estimate": "filtered", "compensated": "compensated"}
 
@@ -192,7 +193,9 @@ def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
     _shade_motion(axes, replay, i)
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
     late = t > t[-1] / 10.0
-    axes.set_ylim(*_holding(means, (bias - 2.0 * sigma)[late], (bias + 2.0 * sigma)[late]))
+    axes.set_ylim(
+        *_holding(_together(means), (bias - 2.0 * sigma)[late], (bias + 2.0 * sigma)[late])
+    )
     axes.set_xlabel(f"time [{unit}]")
     if not replay.ready[i]:
         write_in_middle(axes, "no drift known")
@@ -226,6 +229,16 @@ def _holding(*series: Floats) -> tuple[float, float]:
     known = [limits(z) for z in series if np.isfinite(z).any()] or [(0.0, 1.0)]
     low, high = min(low for low, _ in known), max(high for _, high in known)
     return low, high + 0.3 * (high - low)
+
+
+def _together(values: Floats) -> Floats:
+    """Return the values without those so far from the others that these would be one line."""
+    there = values[np.isfinite(values)]
+    if there.size == 0:
+        return there
+    away = np.abs(there - np.median(there))
+    typical = np.median(away)
+    return there[away <= _FAR * typical] if typical > 0.0 else there
 
 
 def _decades(values: Floats) -> tuple[float, float]:
