@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zerorate.io import LogError, parsers, read_log
+from zerorate.io import LogError, read_log
+from zerorate.io.readers import parsers
 
 
 @pytest.fixture(params=["pyarrow", "numpy", "lines"])
