@@ -7,7 +7,7 @@ import numpy as np
 from oracle.learned import Learned
 from oracle.startup import Startup
 from oracle.ticks import Ticks
-from oracle.watch import Watch
+from oracle.watch import LOUDER_TICK, Watch
 
 STARTUP_MIN = 10
 
@@ -114,7 +114,7 @@ class AutoFilter:
         told = self.known_scale is not None
         if told or self.learned is None or self.status != "at rest":
             return False
-        return self.watch.judge(np.sqrt(tick.variance), self.learned.scale)
+        return self.watch.judge(np.sqrt(tick.variance), self.learned.scale, LOUDER_TICK)
 
     def rest(self, tick):
         if self.begins or self.learned is None:

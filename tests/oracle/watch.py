@@ -2,7 +2,7 @@
 
 import math
 
-LOUDER, QUIETER, PROOF, PERIOD = 1e5, 1e-4, 16, 64
+LOUDER, LOUDER_TICK, QUIETER, PROOF, PERIOD = 1e6, 1e5, 1e-4, 16, 64
 
 
 class Watch:
@@ -16,8 +16,8 @@ class Watch:
         change, self.last = abs(z - self.last), z
         return self.judge(change, scale)
 
-    def judge(self, change, scale):
+    def judge(self, change, scale, louder=LOUDER):
         if change > 0.0:
-            self.verdicts.append(int(change > LOUDER * scale) - int(change < QUIETER * scale))
+            self.verdicts.append(int(change > louder * scale) - int(change < QUIETER * scale))
         latest = self.verdicts[-PROOF:]
         return latest in ([1] * PROOF, [-1] * PROOF)

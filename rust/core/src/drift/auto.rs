@@ -216,7 +216,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     fn disproves(&mut self, tick: &Tick<T>) -> bool {
         let learned = self.status == Status::AtRest && self.params.scale.is_none();
         match self.model.filter(|_| learned) {
-            Some(model) => self.watch.judge(tick.deviation, model.scale()),
+            Some(model) => self.watch.disproves_by_tick(tick.deviation, model.scale()),
             None => false,
         }
     }

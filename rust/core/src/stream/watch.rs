@@ -5,9 +5,14 @@ use serde::{Deserialize, Serialize};
 use crate::math::sound::is_sample;
 use crate::math::{Limits, Real};
 
-/// A change over the scale at least, and at most, that proves the scale wrong: nothing that moves
-/// spans five orders, and a tenth of the least noise that a filter tells from none is four below.
-const LOUDER: f64 = 1e5;
+/// A change of samples over the scale at least that proves the scale wrong: 24 bits hardly span as
+/// much, and no motion does so for long.
+const LOUDER: f64 = 1e6;
+
+/// A deviation within a tick that does: motion has little of its size in a quarter of a second.
+const LOUDER_TICK: f64 = 1e5;
+
+/// Either at most: two orders above the least noise that a filter tells from none.
 const QUIETER: f64 = 1e-4;
 
 /// Changes in a row that prove it: neither a spike nor a pause does.
@@ -50,13 +55,18 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
         let z = z.within(T::RAW_MAX);
         let change = (z - self.last).simd_abs();
         self.last = z;
-        self.judge(change, scale)
+        self.judge(change, scale, LOUDER)
+    }
+
+    /// Looks at the deviation of a tick; returns whether the scale is proved wrong.
+    pub(crate) fn disproves_by_tick(&mut self, deviation: T, scale: T) -> bool {
+        self.judge(deviation, scale, LOUDER_TICK)
     }
 
     /// Looks at the size of a change; one of zero, or not known, says nothing.
-    pub(crate) fn judge(&mut self, change: T, scale: T) -> bool {
+    fn judge(&mut self, change: T, scale: T, louder: f64) -> bool {
         if change > T::zero() {
-            self.count(change, scale);
+            self.count(change, scale, T::of(louder).at_most(T::INPUT_MAX));
         }
         self.has_disproved()
     }
@@ -66,8 +76,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Watch<T> {
         is_sample(self.last, T::RAW_MAX) && !self.has_disproved()
     }
 
-    fn count(&mut self, change: T, scale: T) {
-        let louder = T::of(LOUDER).at_most(T::INPUT_MAX);
+    fn count(&mut self, change: T, scale: T, louder: T) {
         let quieter = T::of(QUIETER).at_least(T::VARIANCE_FLOOR.simd_sqrt());
         self.far = match (change > louder * scale, change < quieter * scale) {
             (true, _) => self.far.max(0) + 1,
