@@ -127,7 +127,7 @@ def factors(
             f"tau {wanted.max():g} s is beyond this record: its {kind.name} goes up to {limit:g} s"
         )
     factors = found.astype(np.int64)
-    return np.unique(factors), tuple(_rounded(wanted, exact, factors, kind, rate))
+    return _different(factors), tuple(_rounded(wanted, exact, factors, kind, rate))
 
 
 def seconds(m: Integers, kind: Kind, rate: float) -> Floats:
@@ -178,4 +178,10 @@ def _grid(name: str, kind: Kind, longest: int) -> Integers:
     if kind.name == "theo1":
         grid = 2 * (grid // 2)
         grid = grid[grid >= _LEAST_THEO1]
-    return np.unique(grid).astype(np.int64)
+    return _different(grid)
+
+
+def _different(values: Floats | Integers) -> Integers:
+    """Return the different factors, rising, in a fraction of the time that np.unique takes."""
+    factors = np.sort(values).astype(np.int64)
+    return factors[np.append(True, factors[1:] > factors[:-1])]
