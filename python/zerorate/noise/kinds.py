@@ -183,5 +183,5 @@ def _grid(name: str, kind: Kind, longest: int) -> Integers:
 
 def _different(values: Floats | Integers) -> Integers:
     """Return the different factors, rising, in a fraction of the time that np.unique takes."""
-    factors = np.sort(values).astype(np.int64)
-    return factors[np.append(True, factors[1:] > factors[:-1])]
+    factors: Integers = np.sort(values).astype(np.int64)
+    return factors[np.diff(factors, prepend=0) > 0]
