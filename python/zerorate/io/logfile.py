@@ -224,7 +224,10 @@ def _whole(table: Table, index: int) -> Column:
 def _clock(chosen: Selection, column: Column | None) -> Clock:
     """Return the clock of a sensor, of whose values only those at the beginning are looked at."""
     rows = row_clock(chosen, column, chosen.table.rows)
-    head = np.concatenate([_together(piece) for piece in _beginning(chosen)])
+    beginning = [_together(piece) for piece in _beginning(chosen)]
+    if not beginning:
+        raise LogError("truncated or damaged: it says that it has rows, and has none")
+    head = np.concatenate(beginning)
 
     def again() -> Booleans:
         parts, last = [], None

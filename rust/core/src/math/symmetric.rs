@@ -105,6 +105,10 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     }
 }
 
+/// Times [`Limits::ROUNDING`] by which a running covariance may miss semidefiniteness: sizes thirty
+/// orders apart add up roundings, and a true state must never be refused.
+const UNSETTLED: f64 = 1024.0;
+
 impl<T, const N: usize> Symmetric<T, N>
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
@@ -122,7 +126,7 @@ where
     /// By Cholesky's method on the correlations, so that no size of a component hides another.
     fn is_semidefinite(&self) -> bool {
         let scale = vector::<T, N>(|i| T::one() / (self.at(i, i) + T::TINY).simd_sqrt());
-        let one = T::one() + T::ROUNDING * T::of(N as f64);
+        let one = T::one() + T::ROUNDING * T::of(N as f64 * UNSETTLED);
         let mut rest = Self::from_upper(|i, j| match i == j {
             true => one,
             false => self.at(i, j) * scale[i] * scale[j],
