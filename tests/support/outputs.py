@@ -882,12 +882,16 @@ def cells(column: Iterable[str]) -> list[Any]:
 
 
 def parquet_columns(path: Path) -> dict[str, Any]:
-    """Return the columns of a Parquet file, a missing text as an empty one."""
+    """Return the columns of a Parquet file, a missing text as an empty one, lists as one text."""
     table, columns = pq.read_table(path), {}
     for name in table.column_names:
         column = table[name]
-        text = pa.types.is_string(column.type) or pa.types.is_large_string(column.type)
-        columns[name] = [each or "" for each in column.to_pylist()] if text else column.to_numpy()
+        if pa.types.is_list(column.type):
+            columns[name] = ["; ".join(each or ()) for each in column.to_pylist()]
+        elif pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
+            columns[name] = [each or "" for each in column.to_pylist()]
+        else:
+            columns[name] = column.to_numpy()
     return columns
 
 
