@@ -203,7 +203,6 @@ def test_what_was_written_is_read_back_with_its_rows(tmp_path, suffix):
 
 
 def test_block_by_block_as_in_one_piece(tmp_path):
-    pytest.importorskip("pyarrow")
     import pyarrow as pa
 
     log = log_of(1.5, late=0.2, n=120_000)

@@ -82,6 +82,8 @@ def texts(raw: bytes, layout: Layout, index: int) -> Column:
 
 def notes_on_quotes(raw: bytes, layout: Layout) -> Iterator[str]:
     """Yield a sentence on the lines whose quotes are ordinary characters, if there are any."""
+    if b'"' not in raw:
+        return  # found out in a hundredth of the time of a search line by line
     stray = [
         found.start()
         for found in _QUOTED.finditer(raw)
