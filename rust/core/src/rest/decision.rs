@@ -209,7 +209,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         if new <= old * ratio && new * ratio >= old {
             accepted.noise = known.noise;
         }
-        if known.trust >= self.times.long {
+        if is_quieter(new, old, seen.step) {
+            self.proven = true;
+        } else if known.trust >= self.times.long {
             self.earlier = Some(*known);
         }
         self.known = Some(accepted);

@@ -134,6 +134,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.set_bounds(step);
     }
 
+    /// Leaves out what this tick has shown so far.
+    pub(super) fn forget_tick(&mut self) {
+        (self.inside, self.moves) = (0, false);
+    }
+
     fn set_bounds(&mut self, step: T) {
         let bound = |deviations: f64, steps: f64| {
             (T::of(deviations) * self.scale).at_least(T::of(steps) * step).at_most(T::MAX)
