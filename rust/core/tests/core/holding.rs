@@ -26,8 +26,12 @@ fn any_limits() -> impl Strategy<Value = RestLimits> {
 fn any_auto() -> impl Strategy<Value = AutoParams> {
     let rate = prop::sample::select(vec![1.0, 62.5, 100.0]);
     (rate, 0.01..2.0, any_behaviour(), any_limits()).prop_map(
-        |(rate, startup, behaviour, limits)| {
-            AutoParams { rate, startup, scale: None, behaviour, limits }
+        |(rate, startup, behaviour, limits)| AutoParams {
+            rate,
+            startup,
+            scale: None,
+            behaviour,
+            limits,
         },
     )
 }

@@ -144,8 +144,11 @@ fn nothing_beyond_the_limits_is_rest() {
 fn a_quieter_level_is_believed_over_one_that_nothing_has_proven() {
     let mut detector = new(RATE);
     let noise = white_noise(6000, 6);
-    let samples: Vec<f64> =
-        noise.iter().enumerate().map(|(i, z)| if i < 2000 { 30.0 + 20.0 * z } else { *z }).collect();
+    let samples: Vec<f64> = noise
+        .iter()
+        .enumerate()
+        .map(|(i, z)| if i < 2000 { 30.0 + 20.0 * z } else { *z })
+        .collect();
     let mut events = Vec::new();
     for (i, z) in samples.iter().enumerate() {
         let provisional = detector.is_provisional();
