@@ -30,7 +30,7 @@ const LEAST_STEPS: f64 = 0.25;
 const OUTLIERS: [u32; 2] = [3, 10];
 
 /// How long outliers are on one side at most, in seconds and in samples.
-const SIDE: f64 = 0.03;
+const SIDE: f64 = 0.015;
 const LEAST_SIDE: u32 = 3;
 
 /// Samples that a first median is taken of at least.
