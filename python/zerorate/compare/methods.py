@@ -10,6 +10,7 @@ import numpy as np
 from zerorate import metrics
 from zerorate._native import DriftFilter, Trace
 from zerorate.metrics import BestEma
+from zerorate.options import FILTER_OPTIONS
 from zerorate.run.replay.history import Recorder, memory
 from zerorate.types import Booleans, Floats
 
@@ -22,6 +23,7 @@ __all__ = [
     "Method",
     "causal_method",
     "check_name",
+    "filter_arguments",
     "first_rest",
     "name_of",
     "on_axis",
@@ -30,6 +32,9 @@ __all__ = [
 
 METHODS: Final = ("raw", "mean", "ema", "kf", "akf", "fading", "fading+hold", "auto")
 """What is compared unless something else is asked for; ``+hold`` learns at rest only."""
+
+_SUFFIXES: Final = {"hold": ("motion", "hold"), "reject": ("outliers", "reject")}
+"""Options of the filter by the words that stand after a method's name and a plus."""
 
 FIRST_REST: Final = 10.0
 """Seconds at the start whose mean is taken for the bias."""
@@ -101,6 +106,16 @@ def on_axis(method: str, z: Floats, rate: float, ema: Callable[[], BestEma]) -> 
     return _filtered(method, z, rate)
 
 
+def filter_arguments(method: str) -> dict[str, Any]:
+    """Return the arguments of `zerorate.DriftFilter` that a name such as ``fading+hold`` means."""
+    name, *words = method.split("+")
+    chosen = dict(_SUFFIXES.get(word, ("", "")) for word in words)
+    # The filter itself says which methods it knows, so what is not known here is left to it.
+    return (
+        {"method": name} | chosen if FILTER_OPTIONS.keys() >= chosen.keys() else {"method": method}
+    )
+
+
 def first_rest(z: Floats, rate: float) -> AxisResult:
     """Return the bias of a user who lets the sensor rest for ten seconds at the start."""
     start = z[: max(1, round(FIRST_REST * rate))]
@@ -110,10 +125,7 @@ def first_rest(z: Floats, rate: float) -> AxisResult:
 
 
 def _filtered(method: str, z: Floats, rate: float) -> AxisResult:
-    # The filter itself says which methods it knows.
-    name, held, _ = method.partition("+hold")
-    arguments: dict[str, Any] = {"method": name} | ({"motion": "hold"} if held else {})
-    filter_ = DriftFilter(rate, channels=1, **arguments)
+    filter_ = DriftFilter(rate, channels=1, **filter_arguments(method))
     recorder, parts = Recorder(), []
     # The traces of a long record at once would fill the memory with what nobody reads.
     for block in np.array_split(z[:, np.newaxis], min(_BLOCKS, z.size)):
