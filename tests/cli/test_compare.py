@@ -203,7 +203,7 @@ def test_contaminated_gyros(cli, tmp_path, monkeypatch):
     (faulty,) = content["contaminated"]
     assert [row["method"] for row in faulty["simulated"]] == ["mean", "auto"]
     found = {row["method"]: row for row in faulty["simulated"]}
-    # Five deviations of 0.1 deg/s on average, known to the share's deviation after two minutes, 4 %.
+    # Five deviations of 0.1 deg/s on average, known to 4 % by then.
     assert found["mean"]["regret"] * found["mean"]["optimum_dps"] == pytest.approx(0.5, rel=0.1)
 
 

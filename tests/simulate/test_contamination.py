@@ -166,14 +166,17 @@ def test_a_text_that_means_nothing_is_refused(text, message):
         (np.zeros((2, 2, 2)), RATE, 1, r"shape \(n,\) or \(n, k\), got \(2, 2, 2\)"),
         (Z, 0.0, 1, "rate must be positive and finite, got 0.0"),
         (Z, RATE, -1, "seed must be a whole number from 0, got -1"),
-        (np.ones(10), RATE, 1, "sized by the steps between samples, and the record has none"),
-        (np.array([1.0, np.nan, 2.0]), RATE, 1, "no two samples side by side"),
-        ([], RATE, 1, "no two samples side by side"),
     ],
 )
 def test_a_record_that_means_nothing_is_refused(z, rate, seed, message):
     with pytest.raises(ValueError, match=message):
         Contamination(share=0.1, size=3.0).apply(z, rate, seed)
+
+
+@pytest.mark.parametrize("z", [np.ones(10), np.array([1.0, np.nan, 2.0]), np.array([])])
+def test_where_no_sample_differs_from_the_next_outliers_have_no_size(z):
+    found = Contamination(share=1.0, size=3.0).apply(z, RATE, seed=1)
+    np.testing.assert_array_equal(found, z)
 
 
 def test_a_constant_record_may_be_stuck():

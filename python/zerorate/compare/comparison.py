@@ -13,7 +13,7 @@ from zerorate.compare.orientation import orientation_rows
 from zerorate.compare.rest import rest_notes, rest_rows, scored_axes
 from zerorate.compare.trial import Kind, Orientation, Trial
 from zerorate.compare.turning import fitted, turning_rows
-from zerorate.io import LogError, Recording
+from zerorate.io import Recording
 from zerorate.io.log import notes_of
 from zerorate.progress import Progress, silent
 from zerorate.simulate import Contamination
@@ -90,7 +90,7 @@ def compare(
     Raises
     ------
     LogError
-        If a recording does not allow what its kind asks for, or a constant one is to get outliers.
+        If a recording does not allow what its kind asks for.
     ValueError
         If a method or a word of a contamination is not known.
     """
@@ -137,7 +137,8 @@ def _compared(
         own = list(report.each(judge(methods, recording.log.data)))
         clean += own
         for rows, fault in zip(faulty, faults, strict=True):
-            found = report.each(judge(methods, _contaminated(recording, fault)))
+            fed = fault.apply(recording.log.data, recording.log.rate, _SEED)
+            found = report.each(judge(methods, fed))
             rows += map(degraded, found, own)
     return [
         Comparison(kind, tuple(clean), tuple(notes)),
@@ -161,13 +162,6 @@ def _judge(recording: Trial, notes: list[str]) -> Judge:
         return partial(turning_rows, recording, match)
     notes.extend(rest_notes(recording))
     return partial(rest_rows, recording, scored_axes(recording))
-
-
-def _contaminated(recording: Trial, fault: Contamination) -> Floats:
-    try:
-        return fault.apply(recording.log.data, recording.log.rate, _SEED)
-    except ValueError as error:
-        raise LogError(f"{recording.source}: {error}") from None
 
 
 def _on_orientation(source: str, truth: Orientation) -> str:

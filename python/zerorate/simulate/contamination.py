@@ -54,6 +54,7 @@ class Contamination:
     The deviation of a record is 1.4826/sqrt(2) times the median size of its steps from one sample
     to the next: the standard deviation of white noise, whatever the level, its drift or the unit.
     Where half the steps are zero, that of a coarse output, their root mean square counts instead.
+    The deviation of a constant record is zero, and so is the size of its outliers.
 
     Examples
     --------
@@ -133,8 +134,8 @@ class Contamination:
         Raises
         ------
         ValueError
-            If `z` has another shape, rate is not positive and finite, the seed is not a whole
-            number from 0, or a channel to get outliers has no two different samples side by side.
+            If `z` has another shape, rate is not positive and finite, or the seed is not a whole
+            number from 0.
         """
         samples = np.array(z, dtype=np.float64)
         if samples.ndim not in (1, 2):
@@ -209,9 +210,6 @@ def _deviation(z: Floats, there: Booleans) -> float:
     steps = np.abs(np.diff(np.where(there, z, np.nan)))
     steps = steps[np.isfinite(steps)]
     if not steps.any():
-        raise ValueError(
-            "outliers are sized by the steps between samples, and the record has none: it is "
-            "constant or has no two samples side by side"
-        )
+        return 0.0
     typical = _SIGMA_OF_MEDIAN * float(np.median(steps)) or float(np.sqrt(np.mean(steps**2)))
     return typical / math.sqrt(2.0)
