@@ -32,10 +32,10 @@ pub mod work;
 
 pub use drift::{
     AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Method, Params,
-    RecursiveLeastSquares, RestGated, RlsParams, Start, Status,
+    RecursiveLeastSquares, RestGated, RlsParams, Start, Status, Tally,
 };
 pub use error::Error;
-pub use rest::{Event, RestDetector, Tick};
+pub use rest::{Event, RestDetector, RestLimits, Tick};
 pub use score::exponential_mean;
 #[cfg(feature = "std")]
 pub use stream::Bank;

@@ -16,6 +16,7 @@ use super::{Behaviour, Drift, DriftNumber, DriftStream, Params, Status, sage_hus
 use crate::allan::AllanNoise;
 use crate::error::Error;
 use crate::math::{Limits, Real, Symmetric, choose, vector};
+use crate::rest::RestLimits;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Number, Output, Scaling, Shape, Startup, Stream, Traced, Watch};
 
@@ -215,6 +216,10 @@ pub struct Snapshot<T, const N: usize, const M: usize> {
     pub bias_sigma: T,
     /// The sensor is at rest, or is taken to be.
     pub at_rest: bool,
+    /// The sample was at the end of the sensor's range, and missing.
+    pub saturated: bool,
+    /// The sensor gives the same sample again and again.
+    pub stuck: bool,
 }
 
 impl<T, const N: usize, const M: usize> Output for Snapshot<T, N, M>
@@ -236,6 +241,8 @@ where
         Field { name: "missing", shape: Shape::Flag },
         Field { name: "guarded", shape: Shape::Flag },
         Field { name: "at_rest", shape: Shape::Flag },
+        Field { name: "saturated", shape: Shape::Flag },
+        Field { name: "stuck", shape: Shape::Flag },
     ];
 
     fn write(self, numbers: &mut [f64], flags: &mut [bool]) {
@@ -263,7 +270,13 @@ where
             }
             places = others;
         }
-        flags.copy_from_slice(&[self.missing, self.guarded, self.at_rest]);
+        flags.copy_from_slice(&[
+            self.missing,
+            self.guarded,
+            self.at_rest,
+            self.saturated,
+            self.stuck,
+        ]);
     }
 }
 
@@ -370,6 +383,8 @@ where
             bias: self.estimate,
             bias_sigma: self.sigma(scaling),
             at_rest: true,
+            saturated: false,
+            stuck: false,
         }
     }
 
@@ -414,6 +429,8 @@ where
             bias: self.estimate,
             bias_sigma: start.simd_sqrt(),
             at_rest: true,
+            saturated: false,
+            stuck: false,
         }
     }
 
@@ -579,7 +596,8 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFil
             method: Some(self.params.method),
             order: (N - 1, M - N),
             params: self.params,
-            behaviour: Behaviour { hold_in_motion: false, compensated: false },
+            behaviour: Behaviour::default(),
+            limits: RestLimits::default(),
         }
     }
 

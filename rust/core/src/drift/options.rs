@@ -6,6 +6,7 @@
 use super::{AutoParams, Behaviour, Method, Params};
 use crate::allan::AllanKind;
 use crate::error::Error;
+use crate::rest::RestLimits;
 
 /// Everything that makes a drift filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,8 +17,10 @@ pub struct Options {
     pub order: (usize, usize),
     /// Numbers; the filter that tunes itself uses `rate`, `startup` and `scale` of them.
     pub params: Params,
-    /// What it does about motion, and what it returns.
+    /// What it takes, what it does about motion, and what it returns.
     pub behaviour: Behaviour,
+    /// What rest can be, for the filter that tunes itself.
+    pub limits: RestLimits,
 }
 
 /// The names of the methods, as people write them.
@@ -31,7 +34,8 @@ impl Options {
             method,
             order: (2, 1),
             params: Params { rate, method: method.unwrap_or(params.method), ..params },
-            behaviour: Behaviour { hold_in_motion: method.is_none(), compensated: false },
+            behaviour: Behaviour { hold_in_motion: method.is_none(), ..Behaviour::default() },
+            limits: RestLimits::default(),
         }
     }
 
@@ -60,7 +64,7 @@ impl Options {
     /// Parameters of the filter that tunes itself.
     pub fn auto(&self) -> AutoParams {
         let Params { rate, startup, scale, .. } = self.params;
-        AutoParams { rate, startup, scale, behaviour: self.behaviour }
+        AutoParams { rate, startup, scale, behaviour: self.behaviour, limits: self.limits }
     }
 
     /// Whether the method uses an option.
@@ -118,6 +122,7 @@ pub struct DriftOption {
 
 const PUBLISHED: &[&str] = &["kf", "akf", "fading"];
 const FADING: &[&str] = &["fading"];
+const AUTO: &[&str] = &["auto"];
 
 /// Every option but the method and the rate.
 pub const OPTIONS: &[DriftOption] = &[
@@ -140,6 +145,46 @@ pub const OPTIONS: &[DriftOption] = &[
         methods: &METHODS,
         get: |o| Value::Word(if o.behaviour.compensated { "compensated" } else { "estimate" }),
         set: |o, value| o.behaviour.compensated = value == Value::Word("compensated"),
+    },
+    DriftOption {
+        name: "limit",
+        kind: Kind::MaybeNumber,
+        unit: "unit of the samples",
+        expected: "a positive number",
+        meaning: "End of the sensor's range: a sample of this size is missing",
+        methods: &METHODS,
+        get: |o| maybe(o.behaviour.limit),
+        set: |o, value| set_maybe(&mut o.behaviour.limit, value),
+    },
+    DriftOption {
+        name: "rest_limit",
+        kind: Kind::MaybeNumber,
+        unit: "unit of the samples",
+        expected: "a positive number",
+        meaning: "Deviation of the samples above which a sensor of this kind cannot be at rest",
+        methods: AUTO,
+        get: |o| maybe(o.limits.rest),
+        set: |o, value| set_maybe(&mut o.limits.rest, value),
+    },
+    DriftOption {
+        name: "bias_limit",
+        kind: Kind::MaybeNumber,
+        unit: "unit of the samples",
+        expected: "a positive number",
+        meaning: "Level above which nothing is taken for a bias",
+        methods: AUTO,
+        get: |o| maybe(o.limits.bias),
+        set: |o, value| set_maybe(&mut o.limits.bias, value),
+    },
+    DriftOption {
+        name: "outliers",
+        kind: Kind::Choice(&["keep", "reject"]),
+        unit: "",
+        expected: "'keep' or 'reject'",
+        meaning: "'keep' outliers, as published, or 'reject' them, as auto always does",
+        methods: PUBLISHED,
+        get: |o| Value::Word(if o.behaviour.reject_outliers { "reject" } else { "keep" }),
+        set: |o, value| o.behaviour.reject_outliers = value == Value::Word("reject"),
     },
     DriftOption {
         name: "order",
@@ -251,7 +296,8 @@ impl Options {
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
     pub fn checked(self) -> Result<Self, Error> {
-        Ok(Self { params: self.params.checked()?, ..self })
+        let (params, behaviour) = (self.params.checked()?, self.behaviour.checked()?);
+        Ok(Self { params, behaviour, limits: self.limits.checked()?, ..self })
     }
 }
 

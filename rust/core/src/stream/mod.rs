@@ -27,6 +27,7 @@ pub use sample::{Field, Input, Number, Output, Shape, sizes};
 pub use scaling::{Scaling, Startup};
 #[cfg(feature = "parallel")]
 pub use threads::on_pool;
+pub(crate) use sketch::Sketch;
 pub(crate) use watch::Watch;
 
 /// Something that takes samples one by one and returns something for each.

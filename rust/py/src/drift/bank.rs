@@ -8,7 +8,7 @@ use zerorate_core::checkpoint::{self, Label};
 use zerorate_core::drift::options::Options;
 use zerorate_core::stream::{Field, Output, Parts, sizes};
 use zerorate_core::{
-    AutoFilter, Bank, Behaviour, DriftFilter, DriftStream, Error, RestGated, memory,
+    AutoFilter, Bank, Behaviour, DriftFilter, DriftStream, Error, RestGated, Tally, memory,
 };
 
 use crate::common::errors::NativeError;
@@ -23,6 +23,7 @@ pub trait DriftBank: AnyBank {
     fn samples_seen(&self) -> u64;
     fn guard_counts(&self) -> Vec<u64>;
     fn restarts(&self) -> Vec<u64>;
+    fn tallies(&self) -> Vec<Tally>;
     fn ready(&self) -> Vec<bool>;
     fn status(&self) -> Vec<&'static str>;
     /// Densities of the white noise and of the drift's walk.
@@ -66,6 +67,10 @@ where
 
     fn restarts(&self) -> Vec<u64> {
         self.streams().iter().map(F::restarts).collect()
+    }
+
+    fn tallies(&self) -> Vec<Tally> {
+        self.streams().iter().map(F::tally).collect()
     }
 
     fn ready(&self) -> Vec<bool> {
@@ -236,7 +241,7 @@ pub fn gated<const N: usize, const M: usize>(
     filters: impl ExactSizeIterator<Item = Result<DriftFilter<f64, N, M>, Error>>,
     behaviour: Behaviour,
 ) -> PyResult<Box<dyn DriftBank>> {
-    if !behaviour.hold_in_motion && !behaviour.compensated {
+    if behaviour == Behaviour::default() {
         return Ok(Box::new(of(filters)?));
     }
     Ok(Box::new(of(filters.map(|filter| RestGated::new(filter?, behaviour)))?))
