@@ -1,12 +1,11 @@
 """The figures of the guide to robust filtering: what outliers cost, and how a tick leaves them out.
 
-python examples/robust_figures.py [FOLDER] [--seconds S]
+python examples/robust_figures.py [FOLDER] [--seconds S] [--figures FOLDER]
 """
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -40,7 +39,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Floats = npt.NDArray[np.float64]
-Filter = partial[Floats]
 
 FIGURES: Final = Path(__file__).resolve().parents[1] / "docs" / "figures"
 RATE: Final = 100.0
@@ -60,13 +58,18 @@ NAMES: Final = {"mean": "running mean", "fading+reject": "fading, outliers rejec
 
 def main() -> None:
     """Draw both figures."""
-    arguments = parser(__doc__).parse_args()
+    options = parser(__doc__)
+    options.add_argument("--figures", type=Path, default=FIGURES, help="where they are written")
+    arguments = options.parse_args()
     check_folder(arguments.folder)
-    contamination(sensors_alone(arguments.folder, min(arguments.seconds, SECONDS)))
-    burst()
+    recordings = sensors_alone(arguments.folder, min(arguments.seconds, SECONDS))
+    for name, figure in (("contamination", contamination(recordings)), ("tick", burst())):
+        path = arguments.figures / f"robust_{name}.png"
+        save_figure(figure, path)
+        print(f"wrote {path}")
 
 
-def contamination(recordings: list[Recording]) -> None:
+def contamination(recordings: list[Recording]) -> "Figure":
     """Draw what a share of outliers costs each method, either way and one way."""
     height = 78.0
     figure = new_figure(180.0, height)
@@ -90,7 +93,7 @@ def contamination(recordings: list[Recording]) -> None:
         "angle lost by holding the bias for 60 s, mean of the ratios.\n"
         "Fed with the contaminated record, judged by the clean one. Dots: on the clean record.",
     )
-    _save(figure, "robust_contamination")
+    return figure
 
 
 def _costs(axes: "Axes", recordings: list[Recording], faults: str) -> None:
@@ -207,7 +210,7 @@ class Tick:
     bound: float
 
 
-def burst() -> None:
+def burst() -> "Figure":
     """Draw outliers, and then a burst, in ticks of a quarter second."""
     length, ticks, deviation = 25, 8, 0.1
     random = np.random.default_rng(8)
@@ -237,7 +240,7 @@ def burst() -> None:
         "samples in a row on one side, or more than three in ten of a tick, are no outliers: the "
         "tick counts whole, the centre follows what may be a new level, and returns.",
     )
-    _save(figure, "robust_tick")
+    return figure
 
 
 def _draw_tick(axes: "Axes", tick: Tick, begin: float, end: float) -> None:
@@ -280,11 +283,6 @@ def _legend() -> list[object]:
         Line2D([], [], color="0.45", lw=0.7, ls="--", label="centre c"),
         Line2D([], [], color=BLACK, lw=1.3, label="level of the tick"),
     ]
-
-
-def _save(figure: "Figure", name: str) -> None:
-    save_figure(figure, FIGURES / f"{name}.png")
-    print(f"wrote docs/figures/{name}.png")
 
 
 if __name__ == "__main__":
