@@ -19,7 +19,7 @@ from support.compared import (
 )
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.compare import METHODS, Trial, compare, read_trial
-from zerorate.compare.methods import on_axis
+from zerorate.compare.methods import WHOLE, on_axis
 from zerorate.compare.rest import scored_from
 from zerorate.compare.slope import slope
 from zerorate.compare.turning import fitted
@@ -146,9 +146,26 @@ class TestMethods:
         )
         assert 1.0 / RATE <= found.memory < 30.0
 
-    def test_the_filter_says_which_methods_it_knows(self):
+    @pytest.mark.parametrize("method", ["median", "fading+", "fading+wings", "median+hold"])
+    def test_the_filter_says_which_methods_it_knows(self, method):
         with pytest.raises(ValueError, match="method must be"):
-            on_axis("median", noise(100, axes=1)[:, 0], RATE, no_gain)
+            on_axis(method, noise(100, axes=1)[:, 0], RATE, no_gain)
+
+    @pytest.mark.parametrize(
+        ("name", "arguments"),
+        [
+            ("kf", {"method": "kf"}),
+            ("kf+hold", {"method": "kf", "motion": "hold"}),
+            ("kf+reject", {"method": "kf", "outliers": "reject"}),
+            ("kf+hold+reject", {"method": "kf", "motion": "hold", "outliers": "reject"}),
+        ],
+    )
+    def test_words_after_a_plus_are_options(self, name, arguments):
+        z = BIAS[0] + noise(3000, axes=1)[:, 0]
+        z[::50] += 20.0
+        found = on_axis(name, z, RATE, no_gain)
+        expected = zr.DriftFilter(RATE, **arguments).process(z)
+        np.testing.assert_array_equal(found.estimate, expected)
 
 
 class TestAtRest:
@@ -167,6 +184,22 @@ class TestAtRest:
         assert values["akf"]["reduction"] == zr.metrics.reduction(z[start:], estimate[start:])
         assert values["ema"]["coasting_10_over_best"] == 1.0
         assert math.isnan(values["akf"]["coasting_60"])
+
+    def test_every_method_has_an_error(self, tmp_path):
+        (found,) = compare([read_trial(resting(tmp_path / "a.csv", axes=1))])
+        values = by_method(found)
+        assert tuple(values) == METHODS
+        assert all(0.0 < value["coasting_10"] < math.radians(1.0) for value in values.values())
+        marked = {name for name in METHODS if f"\n  {name}‡ " in format_compare([found])}
+        assert marked == set(WHOLE) & set(METHODS)
+
+    def test_with_missing_samples_what_needs_all_of_them_has_no_error(self, tmp_path):
+        recording = read_trial(resting(tmp_path / "a.csv", axes=1))
+        recording.log.data[100:120] = np.nan
+        (found,) = compare([recording])
+        for method, values in by_method(found).items():
+            # Wu & Ran's filter predicts what is missing before the wavelet sees it.
+            assert math.isnan(values["coasting_10"]) == (method == "visushrink")
 
     def test_channels_do_not_mix(self, tmp_path):
         recording = read_trial(resting(tmp_path / "a.csv", n=4000))
@@ -249,7 +282,7 @@ class TestOrientation:
     def test_the_bias_of_the_first_rest_is_what_counts(self, tmp_path):
         (found,) = compare([read_trial(oriented(tmp_path / "a.csv"))])
         values = by_method(found)
-        methods = ["kf", "akf", "fading", "fading+hold", "auto"]
+        methods = [name for name in METHODS if name not in ("raw", "mean", "ema")]
         assert list(values) == ["raw", "first rest", "mean", *methods]
         # The mean of ten seconds is off by 0.05 deg/s / sqrt(1000) an axis, and noise walks as far.
         assert math.degrees(values["first rest"]["growth_10"]) < 0.1

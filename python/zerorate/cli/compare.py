@@ -124,6 +124,6 @@ def _simulated(
     methods: list[str], faults: list[Contamination], seeds: int, progress: Progress
 ) -> list[Regret]:
     # Simulated gyros rest.
-    plain = [name for name in methods if not name.endswith("+hold")]
+    plain = [name for name in methods if "+hold" not in name]
     with as_usage():
         return run_contaminated(plain, faults, seeds=seeds, progress=progress)

@@ -38,6 +38,9 @@ _SUFFIXES: Final = {"hold": ("motion", "hold"), "reject": ("outliers", "reject")
 WHOLE: Final = ("wu-ran", "visushrink")
 """Wavelets, which see the whole record: Wu & Ran's after their robust filter, and VisuShrink."""
 
+_LEVEL: Final = 5
+"""Octaves that VisuShrink thresholds, as in Wu & Ran's comparison."""
+
 _ROWS: Final = (
     "raw",
     "mean",
@@ -175,19 +178,17 @@ def _filtered(method: str, z: Floats, rate: float) -> AxisResult:
 
 
 def _denoised(method: str, z: Floats, rate: float) -> Floats:
-    """Return a whole record through a wavelet; NaN where samples are missing, for it allows none.
-
-    VisuShrink has five levels, as in Wu & Ran's comparison.
-    """
-    if not np.isfinite(z).all():
+    """Return a whole record through a wavelet: NaN if a sample is missing or it is too short."""
+    try:
+        if method == "visushrink":
+            return _wavelet(z, level=_LEVEL)
+        robust = DriftFilter(rate, **filter_arguments("robust")).process(z)
+        return _wavelet(robust, level="psr", approximation=True)
+    except ValueError:
         return np.full_like(z, np.nan)
-    if method == "visushrink":
-        return _wavelet(z, level=5)
-    robust = DriftFilter(rate, **filter_arguments("robust")).process(z)
-    return _wavelet(robust, level="psr", approximation=True)
 
 
-def _wavelet(z: Floats, **options: object) -> Floats:
+def _wavelet(z: Floats, **options: Any) -> Floats:  # noqa: ANN401
     signal: Floats = zerorate.denoise(z, **options).signal
     return signal
 
