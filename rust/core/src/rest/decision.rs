@@ -10,6 +10,9 @@ use super::ticker::TickSums;
 use super::{Event, LEAST, RestLimits};
 use crate::math::{Limits, Real};
 
+/// Doubts after which the time that a rest needs no longer doubles.
+const PATIENCE: u32 = 8;
+
 /// Samples in a tick, and times in ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Times {
@@ -48,6 +51,8 @@ pub(super) struct Decision<T> {
     /// Ticks near the level of earlier.
     near_earlier: Run<T>,
     still: Still<T>,
+    /// Rests in a row that were left too early to be proven, where limits let them begin at once.
+    doubts: u32,
     /// What is known is rest: something louder has been seen, or it has lasted for a minute.
     proven: bool,
 }
@@ -57,6 +62,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         Self {
             times,
             still: Still::new(limits),
+            doubts: 0,
             proven: limits.rest.is_some(),
             at_rest: false,
             false_start: false,
@@ -78,6 +84,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         }
     }
 
+    /// Ticks in a row that may become the first rest.
+    pub(super) fn standing(&self) -> u32 {
+        if self.known.is_some() { 0 } else { self.candidate.ticks }
+    }
+
     /// Whether what is taken for rest may as well be motion, since nothing else has been seen.
     pub(super) fn is_provisional(&self) -> bool {
         !self.proven
@@ -96,7 +107,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         if self.candidate.ticks < needed || !self.still.lasts() {
             return None;
         }
-        let trust = if doubted || self.still.is_limited() { short } else { 0 };
+        let trust = if doubted { short } else { 0 };
         self.known = Some(RestModel::new(&self.candidate, self.times.tick, trust));
         self.at_rest = true;
         Some(Event::Rest)
@@ -120,9 +131,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         self.candidate = if possible { Candidate::of(seen) } else { Candidate::none() };
         self.back = Run::none();
         if known.trust < self.times.short {
-            self.known = None;
-            self.false_start = true;
-            return Some(Event::Restart);
+            if !self.still.is_limited() {
+                self.known = None;
+                self.false_start = true;
+                return Some(Event::Restart);
+            }
+            self.doubts = self.doubts.saturating_add(1);
         }
         self.proven |= is_quieter(known.noise.variance, seen.variance, seen.step);
         known.leave(self.times.short);
@@ -150,12 +164,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         Event::Restart
     }
 
-    fn motion(
-        &mut self,
-        known: RestModel<T>,
-        possible: bool,
-        seen: &TickSums<T>,
-    ) -> Option<Event> {
+    fn motion(&mut self, known: RestModel<T>, possible: bool, seen: &TickSums<T>) -> Option<Event> {
         self.proven |= is_quieter(known.noise.variance, seen.variance, seen.step);
         if !possible {
             self.candidate = Candidate::none();
@@ -209,7 +218,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         if new <= old * ratio && new * ratio >= old {
             accepted.noise = known.noise;
         }
-        if known.trust >= self.times.long {
+        if is_quieter(new, old, seen.step) {
+            self.proven = true;
+        } else if known.trust >= self.times.long {
             self.earlier = Some(*known);
         }
         self.known = Some(accepted);
@@ -228,9 +239,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         let level_stands = known.is_level(candidate.level, step)
             && known.is_as_steady(candidate.level_variance(), step);
         // Nothing that moves is quieter than rest.
-        let quieter = is_quieter(candidate.variance, known.noise.variance, step);
-        if level_stands || quieter {
+        let (new, old) = (candidate.variance, known.noise.variance);
+        if level_stands || is_quieter(new, old, step) {
             return T::of(2.0 * f64::from(dwell));
+        }
+        if self.still.is_limited() && known.trust < short && !is_quieter(old, new, step) {
+            return T::of(f64::from((dwell << self.doubts.min(PATIENCE)).min(short)));
         }
         let long = T::of(f64::from(long));
         let deviation = known.noise.variance.simd_sqrt();

@@ -30,7 +30,7 @@ const LEAST_STEPS: f64 = 0.25;
 const OUTLIERS: [u32; 2] = [3, 10];
 
 /// How long outliers are on one side at most, in seconds and in samples.
-const SIDE: f64 = 0.03;
+const SIDE: f64 = 0.015;
 const LEAST_SIDE: u32 = 3;
 
 /// Samples that a first median is taken of at least.
@@ -132,6 +132,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.scale = (self.scale * growth).at_least(T::of(LEAST_STEPS) * step);
         (self.inside, self.moves, self.open) = (0, false, exits);
         self.set_bounds(step);
+    }
+
+    /// Leaves out what this tick has shown so far.
+    pub(super) fn forget_tick(&mut self) {
+        (self.inside, self.moves) = (0, false);
     }
 
     fn set_bounds(&mut self, step: T) {

@@ -245,6 +245,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     fn wait(&mut self) {
         self.waited += 1;
         if self.waited > PATIENCE {
+            self.gate.forget_tick();
             (self.plain, self.kept, self.waited) = (Sums::none(), Sums::none(), 0);
         }
     }

@@ -137,7 +137,8 @@ where
     T: zerorate_core::drift::DriftNumber,
 {
     let filter = DriftFilter::new(params).expect("valid parameters");
-    RestGated::new(filter, Behaviour { hold_in_motion, ..Behaviour::default() }).expect("a valid rate")
+    RestGated::new(filter, Behaviour { hold_in_motion, ..Behaviour::default() })
+        .expect("a valid rate")
 }
 
 fn auto<T: Number>(scale: Option<f64>, hold_in_motion: bool) -> AutoFilter<T> {
