@@ -16,8 +16,10 @@ from zerorate._native import (
     RestDetector,
     StreamingAllan,
     Trace,
+    WaveletDenoiser,
     __version__,
 )
+from zerorate.denoise import Denoised, denoise
 from zerorate.io import Log, LogError, Recording, read_log, read_recording, split_log, write_log
 from zerorate.noise import (
     AllanResult,
@@ -43,6 +45,7 @@ __all__ = [
     "AllanNoise",
     "AllanResult",
     "Coefficient",
+    "Denoised",
     "Device",
     "DriftFilter",
     "DynamicAllan",
@@ -57,9 +60,11 @@ __all__ = [
     "Sinusoid",
     "StreamingAllan",
     "Trace",
+    "WaveletDenoiser",
     "__version__",
     "allan",
     "compare",
+    "denoise",
     "device",
     "dynamic_allan",
     "identify",
