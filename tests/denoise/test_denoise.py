@@ -116,8 +116,11 @@ def test_the_published_rule_measures_the_length_of_a_record():
     """White noise says nothing of a level; the normalised rule goes as deep as there is noise."""
     z = noise(120_000)
     lengths = (2500, 10_000, 40_000, 120_000)
-    seeds = [[zr.denoise(noise(n, k), level="psr", rho=0.05).level for n in lengths] for k in range(9)]
-    assert np.median(seeds, axis=0).tolist() == [5, 7, 9, 11]
+    found = [[zr.denoise(noise(n, k), level="psr").level for n in lengths] for k in range(9)]
+    medians = np.median(found, axis=0).tolist()
+    # The 66 details of level 11 have their largest as likely above a twentieth as below.
+    assert medians[:3] == [5, 7, 9]
+    assert medians[3] in (10, 11)
     for rule in ("auto", "psr-normalised"):
         levels = [zr.denoise(z[:n], level=rule).level for n in lengths]
         assert levels == sorted(levels)
@@ -220,7 +223,7 @@ BAD = {
     "mode must be 'soft' or 'hard', got 'firm'": {"mode": "firm"},
     "level must be 'auto', 'psr', 'psr-normalised' or a number, got 'deep'": {"level": "deep"},
     "rho is the cut of level='psr' and level='psr-normalised' alone": {"rho": 0.1},
-    "rho must be a positive number, got nan": {"level": "psr", "rho": np.nan},
+    "rho must be a positive number, got NaN": {"level": "psr", "rho": np.nan},
 }
 
 

@@ -26,7 +26,7 @@ def twin(arguments):
 @given(wavelet_settings(), st.one_of(ordinary_records(), moving_records()))
 def test_the_twin_agrees(arguments, z):
     found, expected = zr.WaveletDenoiser(**arguments).process(z), twin(arguments).process(z)
-    size = np.nanmax(np.abs(z), initial=1e-300)
+    size = np.abs(z[np.isfinite(z)]).max(initial=0.0)
     # A detail within rounding of the threshold would differ: none of these is.
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-10 * size)
 

@@ -9,6 +9,8 @@ import pywt
 WITHIN, MEDIAN = 0.682689, 0.674490
 # What the details of a second weigh in sigma, the most that one weighs, how many begin it.
 FOLLOWING, HEAVIEST, FIRST = 0.2, 0.5, 16
+# Of samples, a detail no larger than this part of them is zero.
+ROUNDING = 32.0 * np.finfo(float).eps
 
 
 def low(wavelet):
@@ -46,7 +48,7 @@ def deviations(sizes, teaches, gain):
     """Sigma after each size of those that teach, by counting those below it."""
     first, count, sigma, told = [], 0, 0.0, np.zeros(len(sizes))
     for i, size in enumerate(sizes):
-        if teaches[i] and size != 0.0:
+        if teaches[i]:
             count += 1
             if count <= FIRST:
                 first.append(size)
@@ -85,7 +87,7 @@ class WaveletDenoiser:
         for _ in range(self.level):
             x, d = analysed(x, self.h)
             details.append(d)
-        sigma = self.sigmas(np.abs(details[0][before // 2 :]), present)
+        sigma = self.sigmas(np.abs(details[0][before // 2 :]), y, present)
         for k in reversed(range(self.level)):
             d = details[k]
             # It is known with this sample, and used when the levels below are ready.
@@ -96,12 +98,10 @@ class WaveletDenoiser:
             x = synthesised(x[: len(d)], d[: len(x)], self.h)
         return x[before - self.delay :][:n]
 
-    def sigmas(self, sizes, present):
+    def sigmas(self, sizes, y, present):
         """Of the first level, after each of its details."""
         f, sizes = len(self.h), sizes[: len(present) // 2]
-        runs = np.lib.stride_tricks.sliding_window_view(
-            np.concatenate([np.zeros(f - 1, dtype=bool), present]), f
-        )
-        whole = runs.all(axis=1)[1::2]
-        told = deviations(sizes, whole, self.gain)
+        before = np.concatenate([np.zeros(f - 1, dtype=bool), present])
+        whole = np.lib.stride_tricks.sliding_window_view(before, f).all(axis=1)[1::2]
+        told = deviations(sizes, whole & (sizes > ROUNDING * np.abs(y[1::2])), self.gain)
         return told if len(told) else np.zeros(1)

@@ -34,13 +34,9 @@ impl Counting {
         self.sigma
     }
 
-    /// Takes one size, which weighs `gain` at least. One that is exactly zero comes of equal
-    /// samples and says nothing of the noise.
+    /// Takes one size that is not zero, which weighs `gain` at least.
     #[inline(always)]
     pub(super) fn take(&mut self, size: f64, gain: f64) {
-        if size == 0.0 {
-            return;
-        }
         self.count += 1;
         if self.count <= FIRST as u64 {
             return self.begin(size);

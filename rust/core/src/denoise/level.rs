@@ -48,8 +48,20 @@ impl LevelRule {
 }
 
 fn peak_to_sum(details: &[f64]) -> f64 {
-    let sizes = || details.iter().map(|d| d.abs());
-    sizes().fold(0.0, f64::max) / sizes().sum::<f64>()
+    let peak = details.iter().fold(0.0, |peak: f64, d| peak.max(d.abs()));
+    peak / sum(details, f64::abs)
+}
+
+/// The sum of `f` over all, in four sums side by side: one would wait for each addition.
+fn sum(values: &[f64], f: impl Fn(f64) -> f64) -> f64 {
+    let (fours, rest) = values.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for four in fours {
+        for (sum, x) in sums.iter_mut().zip(four) {
+            *sum += f(*x);
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().map(|x| f(*x)).sum::<f64>()
 }
 
 /// Of `n` independent normal numbers, about: Blom's plotting position of the largest size over
@@ -66,7 +78,7 @@ fn looks_like(details: &[f64], sigma: f64, first: usize) -> bool {
     let n = details.len() as f64;
     let ratio = median_size(details) / NORMAL_MEDIAN / sigma;
     let chance = LIKELY * MEDIAN_ERROR * (1.0 / n + 1.0 / first as f64).sqrt();
-    let rms = (details.iter().map(|d| d * d).sum::<f64>() / n).sqrt();
+    let rms = (sum(details, |d| d * d) / n).sqrt();
     ratio.ln().abs() <= chance.max(ALIKE)
         && rms <= sigma * (1.0 + (LIKELY / (2.0 * n).sqrt()).max(EXCESS))
 }

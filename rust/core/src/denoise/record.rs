@@ -1,6 +1,6 @@
 //! Denoising of a whole record.
 
-use super::bank::{analyse, synthesise};
+use super::bank::{Units, analyse, length, synthesise};
 use super::level::LevelRule;
 use super::median::median_size;
 use super::{Mode, NORMAL_MEDIAN, Wavelet};
@@ -28,7 +28,7 @@ pub struct Denoised {
     pub level: usize,
     /// The deviation of white noise, from the first level.
     pub sigma: f64,
-    /// What is taken off details, σ√(2 ln n).
+    /// What details are held to, σ√(2 ln n).
     pub threshold: f64,
 }
 
@@ -43,88 +43,107 @@ impl Shrinkage {
     pub fn denoise(&self, z: &[f64]) -> Denoised {
         let scale = power_of_two(z);
         let origin = z[0] / scale;
-        let y = work::gathered(z.iter().map(|z| z / scale - origin));
-        let mut parts = self.decompose(y);
-        let threshold = parts.sigma * (2.0 * (z.len() as f64).ln()).sqrt();
-        let (level, sigma) = (parts.details.len(), parts.sigma * scale);
-        let done = |signal| Denoised { signal, level, sigma, threshold: threshold * scale };
-        if threshold == 0.0 {
-            return done(work::gathered(z.iter().copied()));
-        }
-        parts.shrink(self, threshold, origin);
-        let mut signal = parts.synthesise(self.wavelet);
-        for x in &mut signal {
-            *x = ((*x + origin) * scale).clamp(-f64::MAX, f64::MAX);
-        }
-        done(signal)
-    }
-
-    fn decompose(&self, y: Vec<f64>) -> Parts {
-        let deepest = self.wavelet.deepest(y.len());
-        let n = y.len();
-        let [mut rest, first] = analyse(&y, self.wavelet);
-        drop(y);
-        let sigma = median_size(&first) / NORMAL_MEDIAN;
-        let (mut lengths, mut details) = (vec![n], vec![first]);
-        while details.len() < deepest && sigma > 0.0 {
-            let [a, d] = analyse(&rest, self.wavelet);
-            if !self.level.goes_on(details.len() + 1, &d, sigma, details[0].len()) {
+        let mut parts = Parts::new(z, Units { scale: 1.0 / scale, origin }, self.wavelet);
+        let first = parts.details[0].len();
+        let sigma = median_size(&parts.details[0]) / NORMAL_MEDIAN;
+        let deepest = self.wavelet.deepest(z.len());
+        while parts.details.len() < deepest && sigma > 0.0 {
+            let goes_on = |level, d: &[f64]| self.level.goes_on(level, d, sigma, first);
+            if !parts.deepen(self.wavelet, goes_on) {
                 break;
             }
-            lengths.push(rest.len());
-            details.push(d);
-            rest = a;
         }
-        Parts { sigma, lengths, details, rest }
+        let threshold = sigma * (2.0 * (z.len() as f64).ln()).sqrt();
+        let (level, mut signal) = (parts.details.len(), work::filled(0.0, z.len()));
+        if threshold == 0.0 {
+            signal.copy_from_slice(z);
+        } else {
+            if self.approximation {
+                parts.shrink_rest(self.mode, threshold, origin);
+            }
+            let units = Units { scale, origin };
+            parts.synthesise(self.wavelet, (self.mode, threshold), units, &mut signal);
+        }
+        Denoised { signal, level, sigma: sigma * scale, threshold: threshold * scale }
     }
 }
 
 /// A record taken apart.
 struct Parts {
-    sigma: f64,
-    /// Of what each level was made of.
-    lengths: Vec<usize>,
+    /// From the first level to the last.
     details: Vec<Vec<f64>>,
+    /// What is below them.
     rest: Vec<f64>,
+    /// Room for what comes of it.
+    next: Vec<f64>,
 }
 
 impl Parts {
-    fn shrink(&mut self, how: &Shrinkage, threshold: f64, origin: f64) {
-        for d in self.details.iter_mut().flatten() {
-            *d = how.mode.shrink(*d, threshold);
+    /// The first level.
+    fn new(z: &[f64], units: Units, wavelet: Wavelet) -> Self {
+        let k = length(z.len(), wavelet);
+        let (mut rest, mut first) = (work::filled(0.0, k), work::filled(0.0, k));
+        analyse(z, units, wavelet, &mut rest, &mut first);
+        Self { details: vec![first], rest, next: Vec::new() }
+    }
+
+    /// One level more, if it is to be; returns whether it is.
+    fn deepen(&mut self, wavelet: Wavelet, goes_on: impl Fn(usize, &[f64]) -> bool) -> bool {
+        let k = length(self.rest.len(), wavelet);
+        let mut details = work::filled(0.0, k);
+        if self.next.is_empty() {
+            self.next = work::filled(0.0, k);
         }
-        if how.approximation {
-            // Each level makes a constant √2 times as large.
-            let offset = origin * 2f64.powf(0.5 * self.details.len() as f64);
-            for a in &mut self.rest {
-                *a = how.mode.shrink(*a + offset, threshold) - offset;
-            }
+        self.next.truncate(k);
+        analyse(&self.rest, Units::OWN, wavelet, &mut self.next, &mut details);
+        let deeper = goes_on(self.details.len() + 1, &details);
+        if deeper {
+            self.details.push(details);
+            std::mem::swap(&mut self.rest, &mut self.next);
+        }
+        deeper
+    }
+
+    fn shrink_rest(&mut self, mode: Mode, threshold: f64, origin: f64) {
+        // Each level makes a constant √2 times as large.
+        let offset = origin * 2f64.powf(0.5 * self.details.len() as f64);
+        for a in &mut self.rest {
+            *a = mode.shrink(*a + offset, threshold) - offset;
         }
     }
 
-    fn synthesise(self, wavelet: Wavelet) -> Vec<f64> {
-        let levels = self.details.into_iter().zip(self.lengths).rev();
-        levels.fold(self.rest, |a, (d, n)| synthesise(&a, &d, n, wavelet))
+    fn synthesise(mut self, wavelet: Wavelet, how: (Mode, f64), units: Units, out: &mut [f64]) {
+        for level in (1..self.details.len()).rev() {
+            let n = self.details[level - 1].len();
+            let mut x = work::filled(0.0, n);
+            let (a, d) = (&self.rest, &self.details[level]);
+            synthesise(a, d, how, wavelet, Units::OWN, &mut x);
+            self.rest = x;
+        }
+        synthesise(&self.rest, &self.details[0], how, wavelet, units, out);
     }
 }
 
 /// What is left below so many levels, then the details from the last level to the first.
 pub fn decompose(z: &[f64], wavelet: Wavelet, levels: usize) -> Vec<Vec<f64>> {
-    let mut parts = Vec::new();
-    let mut rest = work::gathered(z.iter().copied());
-    for _ in 0..levels {
-        let [a, d] = analyse(&rest, wavelet);
-        parts.push(d);
-        rest = a;
+    let mut parts = Parts::new(z, Units::OWN, wavelet);
+    while parts.details.len() < levels {
+        parts.deepen(wavelet, |_, _| true);
     }
-    parts.push(rest);
-    parts.reverse();
-    parts
+    let details = parts.details.into_iter().rev();
+    std::iter::once(parts.rest).chain(details).collect()
 }
 
 /// A power of two near the largest size of finite numbers.
 fn power_of_two(z: &[f64]) -> f64 {
-    let largest = z.iter().fold(0.0, |largest: f64, z| largest.max(z.abs()));
+    let (eights, rest) = z.as_chunks::<8>();
+    let mut largest = [0.0_f64; 8];
+    for eight in eights {
+        for (largest, z) in largest.iter_mut().zip(eight) {
+            *largest = largest.max(z.abs());
+        }
+    }
+    let largest = largest.iter().chain(rest).fold(0.0, |largest: f64, z| largest.max(z.abs()));
     let exponent = (largest.to_bits() >> 52) as i64 - 1023;
     let exponent = exponent.clamp(-EXPONENT_MAX, EXPONENT_MAX);
     f64::from_bits(((exponent + 1023) as u64) << 52)

@@ -17,6 +17,9 @@ use crate::stream::checkpoint::Checkpoint;
 const FOLLOWING: f64 = 0.2;
 const HEAVIEST: f64 = 0.5;
 
+/// A detail that is a smaller part of its last sample is one of equal samples, but for rounding.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
 /// Largest distance from the first sample: no level of the bank can make it infinite.
 const DISTANCE_MAX: f64 = 1e150;
 
@@ -160,7 +163,8 @@ impl WaveletDenoiser {
         let (mut x, mut details) = (y, [0.0; Self::LEVEL_MAX]);
         for level in 0..whole {
             let [a, d] = bank.analyse(level, k >> level, x);
-            if level == 0 && this.unbroken >= F as u64 {
+            // Equal samples say nothing of the noise.
+            if level == 0 && this.unbroken >= F as u64 && d.abs() > ROUNDING * y.abs() {
                 let gain = (2.0 * FOLLOWING / this.params.rate).min(HEAVIEST);
                 this.noise.take(d.abs(), gain);
             }

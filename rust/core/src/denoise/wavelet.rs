@@ -139,8 +139,13 @@ impl Mode {
         let size = d.abs();
         match self {
             Self::Soft => (size - threshold).max(0.0).copysign(d),
-            Self::Hard if size < threshold => 0.0,
-            Self::Hard => d,
+            Self::Hard => {
+                if size < threshold {
+                    0.0
+                } else {
+                    d
+                }
+            }
         }
     }
 }
