@@ -47,23 +47,18 @@ impl Shrinkage {
         let first = parts.details[0].len();
         let sigma = median_size(&parts.details[0]) / NORMAL_MEDIAN;
         let deepest = self.wavelet.deepest(z.len());
-        while parts.details.len() < deepest && sigma > 0.0 {
-            let goes_on = |level, d: &[f64]| self.level.goes_on(level, d, sigma, first);
-            if !parts.deepen(self.wavelet, goes_on) {
-                break;
-            }
-        }
+        let goes_on = |level, d: &[f64]| self.level.goes_on(level, d, sigma, first);
+        while sigma > 0.0 && parts.level() < deepest && parts.deepen(self.wavelet, goes_on) {}
         let threshold = sigma * (2.0 * (z.len() as f64).ln()).sqrt();
-        let (level, mut signal) = (parts.details.len(), work::filled(0.0, z.len()));
-        if threshold == 0.0 {
-            signal.copy_from_slice(z);
+        let level = parts.level();
+        let signal = if threshold == 0.0 {
+            work::gathered(z.iter().copied())
         } else {
             if self.approximation {
                 parts.shrink_rest(self.mode, threshold, origin);
             }
-            let units = Units { scale, origin };
-            parts.synthesise(self.wavelet, (self.mode, threshold), units, &mut signal);
-        }
+            parts.synthesise(self.wavelet, (self.mode, threshold), Units { scale, origin })
+        };
         Denoised { signal, level, sigma: sigma * scale, threshold: threshold * scale }
     }
 }
@@ -72,66 +67,87 @@ impl Shrinkage {
 struct Parts {
     /// From the first level to the last.
     details: Vec<Vec<f64>>,
-    /// What is below them.
-    rest: Vec<f64>,
-    /// Room for what comes of it.
-    next: Vec<f64>,
+    /// Approximations of even levels, of which that of none is the record, and of odd ones: each is
+    /// made of one on the other side, and fresh memory would take longer than all else.
+    sides: [Vec<f64>; 2],
 }
 
 impl Parts {
     /// The first level.
     fn new(z: &[f64], units: Units, wavelet: Wavelet) -> Self {
-        let k = length(z.len(), wavelet);
-        let (mut rest, mut first) = (work::filled(0.0, k), work::filled(0.0, k));
-        analyse(z, units, wavelet, &mut rest, &mut first);
-        Self { details: vec![first], rest, next: Vec::new() }
+        let (n, k) = (z.len(), length(z.len(), wavelet));
+        let mut sides = [work::filled(0.0, n), work::filled(0.0, k)];
+        let mut first = work::filled(0.0, k);
+        analyse(z, units, wavelet, &mut sides[1], &mut first);
+        Self { details: vec![first], sides }
+    }
+
+    /// The last level.
+    fn level(&self) -> usize {
+        self.details.len()
+    }
+
+    /// How many approximations a level has.
+    fn length(&self, level: usize) -> usize {
+        if level == 0 { self.sides[0].len() } else { self.details[level - 1].len() }
+    }
+
+    /// The approximations of a level, and room for those of the ones next to it.
+    fn sides(&mut self, level: usize) -> (&[f64], &mut [f64]) {
+        let n = self.length(level);
+        let [even, odd] = &mut self.sides;
+        if level.is_multiple_of(2) { (&even[..n], odd) } else { (&odd[..n], even) }
     }
 
     /// One level more, if it is to be; returns whether it is.
     fn deepen(&mut self, wavelet: Wavelet, goes_on: impl Fn(usize, &[f64]) -> bool) -> bool {
-        let k = length(self.rest.len(), wavelet);
+        let (level, k) = (self.level(), length(self.length(self.level()), wavelet));
         let mut details = work::filled(0.0, k);
-        if self.next.is_empty() {
-            self.next = work::filled(0.0, k);
-        }
-        self.next.truncate(k);
-        analyse(&self.rest, Units::OWN, wavelet, &mut self.next, &mut details);
-        let deeper = goes_on(self.details.len() + 1, &details);
+        let (from, to) = self.sides(level);
+        analyse(from, Units::OWN, wavelet, &mut to[..k], &mut details);
+        let deeper = goes_on(level + 1, &details);
         if deeper {
             self.details.push(details);
-            std::mem::swap(&mut self.rest, &mut self.next);
         }
         deeper
     }
 
+    /// What is below the last level.
+    fn rest(&mut self) -> &mut [f64] {
+        let n = self.length(self.level());
+        &mut self.sides[self.details.len() % 2][..n]
+    }
+
     fn shrink_rest(&mut self, mode: Mode, threshold: f64, origin: f64) {
         // Each level makes a constant √2 times as large.
-        let offset = origin * 2f64.powf(0.5 * self.details.len() as f64);
-        for a in &mut self.rest {
+        let offset = origin * 2f64.powf(0.5 * self.level() as f64);
+        for a in self.rest() {
             *a = mode.shrink(*a + offset, threshold) - offset;
         }
     }
 
-    fn synthesise(mut self, wavelet: Wavelet, how: (Mode, f64), units: Units, out: &mut [f64]) {
-        for level in (1..self.details.len()).rev() {
-            let n = self.details[level - 1].len();
-            let mut x = work::filled(0.0, n);
-            let (a, d) = (&self.rest, &self.details[level]);
-            synthesise(a, d, how, wavelet, Units::OWN, &mut x);
-            self.rest = x;
+    fn synthesise(mut self, wavelet: Wavelet, how: (Mode, f64), units: Units) -> Vec<f64> {
+        while let Some(details) = self.details.pop() {
+            let level = self.level();
+            let units = if level == 0 { units } else { Units::OWN };
+            let (n, k) = (self.length(level), details.len());
+            let [even, odd] = &mut self.sides;
+            let (from, to) = if level.is_multiple_of(2) { (odd, even) } else { (even, odd) };
+            synthesise(&from[..k], &details, how, wavelet, units, &mut to[..n]);
         }
-        synthesise(&self.rest, &self.details[0], how, wavelet, units, out);
+        let [record, _] = self.sides;
+        record
     }
 }
 
 /// What is left below so many levels, then the details from the last level to the first.
 pub fn decompose(z: &[f64], wavelet: Wavelet, levels: usize) -> Vec<Vec<f64>> {
     let mut parts = Parts::new(z, Units::OWN, wavelet);
-    while parts.details.len() < levels {
+    while parts.level() < levels {
         parts.deepen(wavelet, |_, _| true);
     }
-    let details = parts.details.into_iter().rev();
-    std::iter::once(parts.rest).chain(details).collect()
+    let rest = work::gathered(parts.rest().iter().copied());
+    std::iter::once(rest).chain(parts.details.into_iter().rev()).collect()
 }
 
 /// A power of two near the largest size of finite numbers.

@@ -10,13 +10,7 @@ use zerorate_core::{Error, Stream};
 
 /// Parameters as most tests have them.
 pub fn params() -> WaveletParams {
-    WaveletParams {
-        rate: 100.0,
-        wavelet: Wavelet::Db2,
-        level: 3,
-        mode: Mode::Hard,
-        threshold: 4.0,
-    }
+    WaveletParams { rate: 100.0, wavelet: Wavelet::Db2, level: 3, mode: Mode::Hard, threshold: 4.0 }
 }
 
 fn any_wavelet_params() -> impl Strategy<Value = WaveletParams> {
@@ -74,7 +68,8 @@ fn noise_is_taken_off_a_record() {
     let truth = |k: usize| 7.0 + (k as f64 / 3000.0).sin();
     let z: Vec<f64> =
         white_noise(n, 4).iter().enumerate().map(|(k, e)| truth(k) + 0.1 * e).collect();
-    let how = Shrinkage { wavelet, level: LevelRule::Noise, mode: Mode::Soft, approximation: false };
+    let how =
+        Shrinkage { wavelet, level: LevelRule::Noise, mode: Mode::Soft, approximation: false };
     let found = how.denoise(&z);
     assert!(found.level >= 6 && found.level <= wavelet.deepest(n));
     assert!((found.sigma - 0.1).abs() < 0.005);
