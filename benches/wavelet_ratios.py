@@ -1,8 +1,8 @@
-"""Ratios of wavelet denoising's speed to PyWavelets', in one run: ``python benches/wavelet_ratios.py``.
+"""Wavelet denoising timed beside PyWavelets, in one run: ``python benches/wavelet_ratios.py``.
 
 Each row is the least of several rounds; every round times every row once, so a disturbance of a
-shared machine meets all alike. PyWavelets has no stream: the row of its block does what a user of it
-does instead, the last 64 samples anew for each block of 32.
+shared machine meets all alike. PyWavelets has no stream: the row of its block does what a user of
+it does instead, the last 64 samples anew for each block of 32.
 """
 
 import numpy as np
@@ -76,14 +76,20 @@ def main():
     whole = [
         ("PyWavelets, db4, level 5", visushrink("db4", 5), N),
         *(
-            (f"denoise, {wavelet}, level {level}", lambda z, w=wavelet, k=level: zr.denoise(z, w, k), N)
+            (
+                f"denoise, {wavelet}, level {level}",
+                lambda z, w=wavelet, k=level: zr.denoise(z, w, k),
+                N,
+            )
             for wavelet, level in (("haar", 5), ("db2", 5), ("db4", 5), ("db8", 5), ("db4", "auto"))
         ),
     ]
     print_table("A sample of a record", [name for name, *_ in whole], least(rows_of(whole, z)))
     banks = [("haar", 3), ("db2", 3), ("db4", 3), ("db4", 5), ("db8", 5)]
     streamed = [(f"WaveletDenoiser, {w} {k}", live(w, k).process, N) for w, k in banks]
-    print_table("A sample of a stream", [name for name, *_ in streamed], least(rows_of(streamed, z)))
+    print_table(
+        "A sample of a stream", [name for name, *_ in streamed], least(rows_of(streamed, z))
+    )
     calls = [(f"update, {w} {k}", one_by_one(w, k), CALLS) for w, k in banks]
     print_table("A call of a sample", [name for name, *_ in calls], least(rows_of(calls, z)))
     pieces = [

@@ -120,7 +120,11 @@ def at_rest() -> None:
 def levels() -> None:
     """Draw the level chosen against the length of the record, of white noise and of motion."""
     lengths = np.unique(np.round(np.geomspace(300, 120_000, 25)).astype(int))
-    rules = {"psr": (VERMILION, "ρ = 0.05"), "psr-normalised": (ORANGE, "cut 1.5"), "auto": (BLUE, "")}
+    rules = {
+        "psr": (VERMILION, "ρ = 0.05"),
+        "psr-normalised": (ORANGE, "cut 1.5"),
+        "auto": (BLUE, ""),
+    }
     figure = new_figure(180.0, 70.0)
     titles = {"": "white noise", "vehicle": "a car in a town", "hand": "a hand that shakes"}
     panels = []
@@ -140,7 +144,7 @@ def levels() -> None:
     save_figure(figure, FOLDER / "wavelet_levels.png")
 
 
-def _mean_level(motion: str, n: int, rule: Any) -> float:  # noqa: ANN401
+def _mean_level(motion: str, n: int, rule: Any) -> float:
     found = []
     for seed in range(1, 9):
         z = NOISE * np.random.default_rng(seed).standard_normal(n)
@@ -172,7 +176,9 @@ def streams() -> None:
             now = ", ".join(f"{live:.3g}" for live, _ in found)
             late = ", ".join(f"{removed:.2f}" for _, removed in found)
             best = ", ".join(f"{lowpass[delay, name]:.2f}" for name in MOTIONS)
-            rows.append((f"{bank[0]} {bank[1]}, {mode}", f"{1e3 * delay / RATE:g}", now, late, best))
+            rows.append(
+                (f"{bank[0]} {bank[1]}, {mode}", f"{1e3 * delay / RATE:g}", now, late, best)
+            )
     names = ", ".join(MOTIONS)
     head = ("filter", "delay, ms", f"now: {names}", "delay removed", "best low-pass")
     print(table("live, error over that of the raw samples", head, rows, markdown=True))
@@ -189,7 +195,7 @@ def streams() -> None:
     _draw_streams(delays, wavelets, shorter)
 
 
-def _live(bank: tuple[str, int], mode: Any, z: Floats, truth: Floats) -> tuple[float, float]:  # noqa: ANN401
+def _live(bank: tuple[str, int], mode: Any, z: Floats, truth: Floats) -> tuple[float, float]:
     """Return the error to the truth of now, and to that of the delay ago."""
     denoiser = zr.WaveletDenoiser(RATE, *bank, mode=mode)
     x, delay = denoiser.process(z), denoiser.delay
@@ -198,7 +204,7 @@ def _live(bank: tuple[str, int], mode: Any, z: Floats, truth: Floats) -> tuple[f
 
 
 def _filtered(delay: int, cut: float, z: Floats, truth: Floats) -> float:
-    """Return the error of a low-pass of this delay, which is removed: a sinc in a Hamming window."""
+    """Return the error of a low-pass of this delay, which is removed: a sinc by Hamming."""
     k = np.arange(-delay, delay + 1)
     taps = np.sinc(2.0 * cut / RATE * k) * np.hamming(k.size)
     x = np.convolve(z, taps / taps.sum(), "valid")

@@ -1,4 +1,4 @@
-"""Wavelet denoising of records: against PyWavelets, by what is known of noise, and what is refused."""
+"""Wavelet denoising of records: against PyWavelets, on noise and in motion, and what is refused."""
 
 import numpy as np
 import pytest
@@ -217,7 +217,10 @@ def test_any_layout_and_number_is_taken():
 
 BAD = {
     "level must be at most 5 for 250 samples and 'db4', got 6": {"level": 6},
-    "level must be at most 4 for 250 samples and 'db8', got 1000": {"level": 1000, "wavelet": "db8"},
+    "level must be at most 4 for 250 samples and 'db8', got 1000": {
+        "level": 1000,
+        "wavelet": "db8",
+    },
     "level must be at least 1, got 0": {"level": 0},
     "wavelet must be one of 'haar', 'db2', 'db4', 'db8', got 'sym4'": {"wavelet": "sym4"},
     "mode must be 'soft' or 'hard', got 'firm'": {"mode": "firm"},

@@ -71,7 +71,7 @@ def denoise(
         How many octaves are thresholded; each halves the variance of white noise.
 
         - "auto": the last level whose details still look like the noise of the first one, by their
-          median and their root mean square. It stops where motion, or a colour of the noise, begins.
+          median and their root mean square. It stops where motion begins, or noise has a colour.
         - "psr": the last one before the largest detail is more than `rho` times the sum of all (Wu
           and Ran). It depends on the length of the record more than on what is in it.
         - "psr-normalised": the same over what white noise would show.
