@@ -16,8 +16,10 @@ from zerorate._native import (
     RestDetector,
     StreamingAllan,
     Trace,
+    WaveletDenoiser,
     __version__,
 )
+from zerorate.denoise import Denoised, denoise
 from zerorate.io import Log, LogError, Recording, read_log, read_recording, split_log, write_log
 from zerorate.noise import (
     AllanResult,
@@ -44,6 +46,7 @@ __all__ = [
     "AllanResult",
     "Coefficient",
     "Contamination",
+    "Denoised",
     "Device",
     "DriftFilter",
     "DynamicAllan",
@@ -58,9 +61,11 @@ __all__ = [
     "Sinusoid",
     "StreamingAllan",
     "Trace",
+    "WaveletDenoiser",
     "__version__",
     "allan",
     "compare",
+    "denoise",
     "device",
     "dynamic_allan",
     "identify",

@@ -7,6 +7,7 @@ from oracle.least_squares import LeastSquares, RecursiveLeastSquares
 from oracle.rest import RestDetector
 from oracle.startup import Startup
 from oracle.streaming_allan import StreamingAllan
+from oracle.wavelet import WaveletDenoiser
 
 __all__ = [
     "AllanNoise",
@@ -17,4 +18,5 @@ __all__ = [
     "RestDetector",
     "Startup",
     "StreamingAllan",
+    "WaveletDenoiser",
 ]
