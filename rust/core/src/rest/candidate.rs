@@ -72,6 +72,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
         self.level_variance() <= share * self.variance + flips(seen.step)
     }
 
+    /// Deviation of the mean level.
+    pub(super) fn level_deviation(&self) -> T {
+        (self.level_variance() / T::of(f64::from(self.ticks.max(1)))).simd_sqrt()
+    }
+
     /// Variance of the ticks' levels.
     pub(super) fn level_variance(&self) -> T {
         self.squares / T::of(f64::from(self.ticks.max(2) - 1))

@@ -10,6 +10,9 @@ use super::ticker::TickSums;
 use super::{Event, LEAST, RestLimits};
 use crate::math::{Limits, Real};
 
+/// Deviations of the level of a candidate within which it may be that of the rest before.
+const CONFIDENT: f64 = 3.0;
+
 /// Doubts after which the time that a rest needs no longer doubles.
 const PATIENCE: u32 = 8;
 
@@ -226,7 +229,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         self.known = Some(accepted);
         self.at_rest = true;
         self.near_earlier = Run::none();
-        Some(match known.is_level(self.candidate.level, seen.step) {
+        // Of a louder one the level is not known as well.
+        let unsure = T::of(CONFIDENT) * self.candidate.level_deviation();
+        let distance = (known.distance(self.candidate.level) - unsure).at_least(T::zero());
+        Some(match known.is_near_level(distance, seen.step) {
             true => Event::Rest,
             false => Event::Restart,
         })

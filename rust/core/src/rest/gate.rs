@@ -33,7 +33,7 @@ const MANY: u32 = 16;
 /// Least deviation in steps: one of zero would never grow.
 const LEAST_STEPS: f64 = 0.25;
 
-/// Share of far samples in a tick, at most, that are outliers: three in ten.
+/// Share of samples in a tick, at most, that do not count in full: three in ten.
 const OUTLIERS: [u32; 2] = [3, 10];
 
 /// How long outliers are on one side at most, in seconds and in samples.
@@ -64,8 +64,9 @@ pub(super) struct Gate<T> {
     scale: T,
     near: T,
     far: T,
-    /// Samples of this tick within one deviation.
+    /// Samples of this tick within one deviation, and beyond three.
     inside: u32,
+    beyond: u32,
     /// Far samples in a row on one side.
     side: u32,
     above: bool,
@@ -87,6 +88,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
             near: T::MAX,
             far: T::MAX,
             inside: 0,
+            beyond: 0,
             side: 0,
             above: false,
             longest: ((SIDE * rate) as u32).max(LEAST_SIDE),
@@ -99,6 +101,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
     #[inline(always)]
     pub(super) fn take(&mut self, distance: T, times: u32) -> Zone<T> {
         let size = distance.simd_abs();
+        self.beyond += if size > self.near { times } else { 0 };
         if size > self.far {
             self.take_far(distance);
             return Zone::Far;
@@ -127,9 +130,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         }
     }
 
-    /// Whether a tick of so many samples, so many of them far, shows motion and no outliers.
-    pub(super) fn exits(&self, samples: u32, far: u32) -> bool {
-        self.moves || far * OUTLIERS[1] > samples * OUTLIERS[0]
+    /// Whether a tick of so many samples shows motion and no outliers.
+    pub(super) fn exits(&self, samples: u32) -> bool {
+        self.moves || self.beyond * OUTLIERS[1] > samples * OUTLIERS[0]
     }
 
     /// Ends a tick of so many samples; `step` is the sensor's.
@@ -139,13 +142,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         let rate = if too_large { FAST } else { RATE };
         let growth = T::of(rate * (WITHIN_ONE - share)).exp();
         self.scale = (self.scale * growth).at_least(T::of(LEAST_STEPS) * step);
-        (self.inside, self.moves, self.open) = (0, false, exits);
+        self.forget_tick();
+        self.open = exits;
         self.set_bounds(step);
     }
 
     /// Leaves out what this tick has shown so far.
     pub(super) fn forget_tick(&mut self) {
-        (self.inside, self.moves) = (0, false);
+        (self.inside, self.beyond, self.moves) = (0, 0, false);
     }
 
     fn set_bounds(&mut self, step: T) {
@@ -197,5 +201,6 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
             && is_size(self.far, T::MAX)
             && self.near <= self.far
             && self.inside <= position
+            && self.beyond <= position
     }
 }

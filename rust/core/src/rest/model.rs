@@ -197,7 +197,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
 
     /// Whether a mean level of several ticks is that of the rest before.
     pub(super) fn is_level(&self, level: T, step: T) -> bool {
-        self.distance(level) <= T::of(NEAR_MEAN) * self.noise.deviation() + one_step(step)
+        self.is_near_level(self.distance(level), step)
+    }
+
+    /// Whether a mean level so far away is.
+    pub(super) fn is_near_level(&self, distance: T, step: T) -> bool {
+        distance <= T::of(NEAR_MEAN) * self.noise.deviation() + one_step(step)
     }
 
     /// Whether the levels of other ticks vary about as those of rest do.

@@ -210,7 +210,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.position = 0;
         let far = self.plain.count - self.kept.count;
         let enough = self.plain.count >= LEAST;
-        let exits = enough && self.gate.exits(self.plain.count, far);
+        let exits = enough && self.gate.exits(self.plain.count);
         let used = if exits { self.plain } else { self.kept };
         let seen = TickSums { stuck, ..self.told(&used) };
         if used.count < LEAST {
