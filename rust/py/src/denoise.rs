@@ -272,7 +272,7 @@ fn missing(record: &[f64]) -> Option<usize> {
 /// >>> z = 5.0 + np.random.default_rng(1).standard_normal(20_000)
 /// >>> x = denoiser.process(z)
 /// >>> round(float(x[10_000:].std()), 2)  # 1 / sqrt(2**3) = 0.35
-/// 0.37
+/// 0.34
 #[pyclass(module = "zerorate")]
 #[derive(Debug)]
 pub struct WaveletDenoiser {
