@@ -1,6 +1,6 @@
 //! Wavelet denoising for Python: of records and of streams.
 
-use numpy::{IntoPyArray, PyArray1};
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -19,9 +19,6 @@ const PEAK_TO_SUM: f64 = 0.05;
 
 /// That part over the one that noise shows.
 const PEAK_TO_SUM_OVER_NOISE: f64 = 1.5;
-
-/// Samples that take a thousand times as long as one of these records.
-const LIGHTER: usize = 4;
 
 type Vector<'py, T> = Bound<'py, PyArray1<T>>;
 type Columns<'py> = (Bound<'py, PyAny>, Vector<'py, i64>, Vector<'py, f64>, Vector<'py, f64>);
@@ -64,18 +61,32 @@ pub fn denoise<'py>(
     let py = z.py();
     let (wavelet, mode) = (known_wavelet(wavelet)?, known_mode(mode)?);
     let level = rule(level, rho)?;
-    let columns = whole_columns(z)?;
-    let n = columns.values[0].len();
+    let records = Records::of(z)?;
+    let columns = records.whole()?;
+    let (n, k) = (columns[0].len(), columns.len());
     check_depth(wavelet, n, if let LevelRule::Fixed(last) = level { last } else { 1 })?;
     let how = Shrinkage { wavelet, level, mode, approximation };
-    let work = n.saturating_mul(columns.values.len()) / LIGHTER;
-    let found: Vec<Denoised> = interruptible(py, work, || {
-        columns.values.iter().map(|column| how.denoise(column)).collect()
-    })?;
+    // NumPy's memory comes in huge pages: in small ones it would take longer than the work.
+    let signals = arrays::zeros::<f64>(py, &[k, n])?;
+    let room = arrays::zeros::<f64>(py, &[how.room(n)])?;
+    let found = {
+        let (mut signals, mut room) = (signals.try_readwrite()?, room.try_readwrite()?);
+        let (signals, room) = (signals.as_slice_mut()?, room.as_slice_mut()?);
+        interruptible(py, n.saturating_mul(k), || -> Vec<Denoised> {
+            let pairs = columns.iter().zip(signals.chunks_exact_mut(n));
+            pairs.map(|(z, signal)| how.denoise(z, signal, room)).collect()
+        })?
+    };
     let each = |number: fn(&Denoised) -> f64| -> Vec<f64> { found.iter().map(number).collect() };
     let (sigma, threshold) = (each(|one| one.sigma), each(|one| one.threshold));
     let levels: Vec<i64> = found.iter().map(|one| one.level as i64).collect();
-    let signal = side_by_side(py, found, columns.axes)?;
+    let signal = match records {
+        Records::Copied(arrays::Columns { axes: Some(_), .. }) => {
+            let rows = signals.call_method0("transpose")?;
+            py.import("numpy")?.call_method1("ascontiguousarray", (rows,))?
+        }
+        _ => signals.reshape([n])?.into_any(),
+    };
     Ok((signal, levels.into_pyarray(py), sigma.into_pyarray(py), threshold.into_pyarray(py)))
 }
 
@@ -93,12 +104,12 @@ pub fn wavelet_decomposition<'py>(
 ) -> PyResult<Vec<Vector<'py, f64>>> {
     let (py, wavelet) = (z.py(), known_wavelet(wavelet)?);
     let levels = positive("level", level)?;
-    let columns = whole_columns(z)?;
-    let [record] = columns.values.as_slice() else {
+    let records = Records::of(z)?;
+    let [record] = records.whole()?[..] else {
         return Err(PyValueError::new_err("z must have shape (n,)"));
     };
     check_depth(wavelet, record.len(), levels)?;
-    let parts = interruptible(py, record.len() / LIGHTER, || decompose(record, wavelet, levels))?;
+    let parts = interruptible(py, record.len(), || decompose(record, wavelet, levels))?;
     Ok(parts.into_iter().map(|part| part.into_pyarray(py)).collect())
 }
 
@@ -163,47 +174,53 @@ fn check_depth(wavelet: Wavelet, n: usize, level: usize) -> PyResult<()> {
     Ok(())
 }
 
-/// The columns of a record without a gap.
-fn whole_columns(z: &Bound<'_, PyAny>) -> PyResult<arrays::Columns> {
-    let columns = arrays::columns(z)?;
-    if columns.values.is_empty() {
-        return Err(PyValueError::new_err("z must have shape (n,) or (n, k), got no column"));
-    }
-    for (k, column) in columns.values.iter().enumerate() {
-        let finite = |z: &[f64]| z.iter().fold(true, |all, z| all & z.is_finite());
-        if column.chunks(1 << 10).all(finite) {
-            continue;
-        }
-        if let Some(row) = column.iter().position(|z| !z.is_finite()) {
-            let place = columns.axes.map_or(String::new(), |_| format!(" of column {k}"));
-            return Err(PyValueError::new_err(format!(
-                "z misses sample {row}{place}: denoise needs a record without gaps, \
-                 DriftFilter and WaveletDenoiser do not"
-            )));
-        }
-    }
-    Ok(columns)
+/// Records side by side: of an array of one axis where it stands.
+enum Records<'py> {
+    InPlace(PyReadonlyArray1<'py, f64>),
+    Copied(arrays::Columns),
 }
 
-/// The signals as columns of an array.
-fn side_by_side(
-    py: Python<'_>,
-    mut found: Vec<Denoised>,
-    axes: Option<usize>,
-) -> PyResult<Bound<'_, PyAny>> {
-    if let ([one], None) = (found.as_mut_slice(), axes) {
-        let signal = std::mem::take(&mut one.signal);
-        let n = signal.len();
-        return arrays::array(py, signal, &[n]);
-    }
-    let (n, k) = (found[0].signal.len(), found.len());
-    let mut rows = zerorate_core::memory::filled(0.0, n * k).map_err(NativeError::from)?;
-    for (column, one) in found.iter().enumerate() {
-        for (row, x) in rows.chunks_exact_mut(k).zip(&one.signal) {
-            row[column] = *x;
+impl<'py> Records<'py> {
+    fn of(z: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let axes = z.getattr("ndim").and_then(|axes| axes.extract::<usize>());
+        match axes {
+            Ok(1) => Ok(Self::InPlace(arrays::axis(z)?)),
+            _ => Ok(Self::Copied(arrays::columns(z)?)),
         }
     }
-    arrays::array(py, rows, &[n, k])
+
+    /// All of them, none with a gap.
+    fn whole(&self) -> PyResult<Vec<&[f64]>> {
+        let (records, axes) = match self {
+            Self::InPlace(array) => (vec![array.as_slice()?], None),
+            Self::Copied(columns) => {
+                (columns.values.iter().map(Vec::as_slice).collect(), columns.axes)
+            }
+        };
+        if records.is_empty() {
+            return Err(PyValueError::new_err("z must have shape (n,) or (n, k), got no column"));
+        }
+        for (k, record) in records.iter().enumerate() {
+            if let Some(row) = missing(record) {
+                let place = axes.map_or(String::new(), |_| format!(" of column {k}"));
+                return Err(PyValueError::new_err(format!(
+                    "z misses sample {row}{place}: denoise needs a record without gaps, \
+                     DriftFilter and WaveletDenoiser do not"
+                )));
+            }
+        }
+        Ok(records)
+    }
+}
+
+/// The first sample that is not finite.
+fn missing(record: &[f64]) -> Option<usize> {
+    // Piece by piece, of which each is looked at without a branch.
+    let whole = |piece: &[f64]| piece.iter().fold(true, |all, z| all & z.is_finite());
+    if record.chunks(1 << 10).all(whole) {
+        return None;
+    }
+    record.iter().position(|z| !z.is_finite())
 }
 
 /// Wavelet denoising while samples arrive, late by a known number of samples.
@@ -255,7 +272,7 @@ fn side_by_side(
 /// >>> z = 5.0 + np.random.default_rng(1).standard_normal(20_000)
 /// >>> x = denoiser.process(z)
 /// >>> round(float(x[10_000:].std()), 2)  # 1 / sqrt(2**3) = 0.35
-/// 0.37
+/// 0.34
 #[pyclass(module = "zerorate")]
 #[derive(Debug)]
 pub struct WaveletDenoiser {
