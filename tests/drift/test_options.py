@@ -67,6 +67,13 @@ DRIFT_OPTIONS = [
     ({}, {"output": "compensated"}),
     ({"method": "auto"}, {"output": "compensated"}),
     ({"motion": "hold"}, {"output": "compensated"}),
+    ({}, {"limit": 12.0}),
+    ({"motion": "hold"}, {"limit": 12.0}),
+    ({"method": "auto"}, {"limit": 12.0}),
+    ({}, {"outliers": "reject"}),
+    ({"method": "kf"}, {"outliers": "reject"}),
+    ({"method": "auto"}, {"rest_limit": 2.0}),
+    ({"method": "auto"}, {"bias_limit": 6.0}),
 ]
 LEAST_SQUARES_OPTIONS = [
     ({}, {"order": (1, 1)}),
@@ -175,7 +182,7 @@ def test_the_ranges_of_the_table_are_those_of_the_refusals():
         bad = {"order": (0, 9), "choice": "nonsense"}.get(option["kind"], -1.0)
         words = re.escape(f"{name} must be {option['expected']}, got")
         with named_case(name), pytest.raises(ValueError, match=words):
-            zr.DriftFilter(RATE, **{name: bad})
+            zr.DriftFilter(RATE, **{"method": option["methods"][0], name: bad})
 
 
 @pytest.mark.parametrize("method", ["akf", "fading"])
@@ -225,14 +232,18 @@ def test_params_rebuild_an_equal_filter(arguments, z):
     assert zr.DriftFilter.from_bytes(f.to_bytes()).params == f.params
 
 
-def test_params_name_every_argument_of_the_method_that_uses_all():
-    f = zr.DriftFilter(rate=RATE, method="fading")
-    assert list(f.params) == list(inspect.signature(zr.DriftFilter).parameters)
+@pytest.mark.parametrize("method", [*METHODS, "auto"])
+def test_params_name_every_argument_that_the_method_uses(method):
+    f = zr.DriftFilter(rate=RATE, method=method)
+    unused = {name for name, option in TABLE.items() if method not in option["methods"]}
+    expected = [name for name in inspect.signature(zr.DriftFilter).parameters if name not in unused]
+    assert list(f.params) == expected
 
 
 def test_params_of_the_self_tuning_filter_name_those_that_it_uses():
     f = zr.DriftFilter(rate=RATE, method="auto")
-    used = ["rate", "method", "channels", "motion", "output", "startup", "scale"]
+    conduct = ["rate", "method", "channels", "motion", "output"]
+    used = [*conduct, "limit", "rest_limit", "bias_limit", "startup", "scale"]
     assert list(f.params) == used
 
 
@@ -267,6 +278,8 @@ def test_params_say_what_was_given():
         "noise": "hadamard",
         "startup": 2.5,
         "scale": 1.5,
+        "limit": 300.0,
+        "outliers": "reject",
     }
     assert zr.DriftFilter(**given).params == given
 
@@ -287,4 +300,6 @@ def test_the_documented_defaults_are_the_defaults():
         "noise": "allan",
         "startup": 1.0,
         "scale": None,
+        "limit": None,
+        "outliers": "keep",
     }

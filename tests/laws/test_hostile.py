@@ -151,15 +151,16 @@ def together(arguments):
 
 def check_traces(filters):
     """Of pairs of a filter and its record; returns the traces."""
-    pairs = [(traced(f, z), z) for f, z in filters]
+    filters = list(filters)
+    pairs, limit = [(traced(f, z), z) for f, z in filters], filters[0][0].params["limit"]
     try:
         # All at once: most of the time goes into calls, not into numbers.
         whole = {name: np.concatenate([trace[name] for trace, _ in pairs]) for name in pairs[0][0]}
-        sound_trace(whole, np.concatenate([z for _, z in pairs]))
+        sound_trace(whole, np.concatenate([z for _, z in pairs]), limit)
     except (AssertionError, np.linalg.LinAlgError):
         for name, (trace, z) in zip(HOSTILE, pairs, strict=True):
             with named("the record", name):
-                sound_trace(trace, z)
+                sound_trace(trace, z, limit)
         raise
     return [trace for trace, _ in pairs]
 
@@ -386,14 +387,14 @@ def test_the_filter_comes_back_after_an_outlier(record, method):
 def test_mixtures(arguments, z, times):
     f = drift(arguments)
     for _ in range(times):
-        sound_trace(traced(f, z), z)
+        sound_trace(traced(f, z), z, f.params["limit"])
         assert_finite(state(f))
 
 
 @given(drift_settings(), hostile_records(), hostile_records())
 def test_mixtures_around_a_gap(arguments, before, after):
     f = drift(arguments)
-    sound_trace(traced(f, before), before)
+    sound_trace(traced(f, before), before, f.params["limit"])
     f.process(np.full(20_000, np.nan))
-    sound_trace(traced(f, after), after)
+    sound_trace(traced(f, after), after, f.params["limit"])
     assert_finite(state(f))

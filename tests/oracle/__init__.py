@@ -3,6 +3,7 @@
 from oracle.allan_noise import AllanNoise
 from oracle.auto import AutoFilter
 from oracle.drift import DriftFilter
+from oracle.gated import GatedFilter
 from oracle.least_squares import LeastSquares, RecursiveLeastSquares
 from oracle.rest import RestDetector
 from oracle.startup import Startup
@@ -13,6 +14,7 @@ __all__ = [
     "AllanNoise",
     "AutoFilter",
     "DriftFilter",
+    "GatedFilter",
     "LeastSquares",
     "RecursiveLeastSquares",
     "RestDetector",

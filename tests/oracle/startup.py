@@ -5,6 +5,8 @@ import numpy as np
 from oracle.sketch import Sketch
 
 TELLING = 8
+# Variance of a mean of normal variables over that of their median.
+MEDIAN_WORTH = 2.0 / np.pi
 SPOILT, LOST = 4.0, 1e-3
 
 
@@ -53,6 +55,11 @@ class Startup:
     @property
     def scale(self):
         return np.sqrt(self.variance) if self.known_scale is None else self.known_scale
+
+    @property
+    def worth(self):
+        """Samples whose mean would be as exact as this one."""
+        return len(self.sketch.kept) * MEDIAN_WORTH if self.spoilt else len(self.samples)
 
     @property
     def unit(self):

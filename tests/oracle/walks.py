@@ -43,7 +43,9 @@ class Walks:
         S = self.P + walked / 3.0 + noise
         C = self.P + walked / 2.0
         e = mean - self.x
-        return self.x + C / S * e, self.P + walked - C**2 / S, e, S
+        # P + qt - C^2/S, put together without the terms that cancel.
+        left = self.P * walked / 3.0 + walked**2 / 12.0 + (self.P + walked) * noise
+        return self.x + C / S * e, left / S, e, S
 
     def drift(self, block=None):
         """Mean and variance of the mixture with what there is of a block, and the mean of P."""

@@ -32,26 +32,32 @@ from support.settings import (
     start_of,
     started_settings,
     wavelet_settings,
+    within_range,
 )
 
 # The power of the samples' unit in [φ, θ, c]: none but in the constant.
 CONSTANT_LAST = "constant last"
 
 
-def sound_trace(trace, z):
+def sound_trace(trace, z, limit=None):
     """Of a DriftFilter: finite, with covariances that are some, and told where samples miss."""
     assert_finite(trace)
     sound_covariances(trace)
-    np.testing.assert_array_equal(trace["missing"], ~np.isfinite(z))
+    seen = np.isfinite(within_range(z, limit))
+    np.testing.assert_array_equal(trace["missing"], ~seen)
+    np.testing.assert_array_equal(trace["saturated"], np.isfinite(z) & ~seen)
 
 
 def sound_drift(f, z, answers):
     """Finite, and missing only where a compensated sample is."""
-    seen = np.isfinite(z) | (f.params["output"] != "compensated")
+    within = np.isfinite(within_range(z, f.params["limit"]))
+    seen = within | (f.params["output"] != "compensated")
     np.testing.assert_array_equal(np.isnan(answers), ~seen)
     known = state(f)
     assert_finite({"answers": answers[seen], **known})
     sound_covariances(known)
+    counts = [known[name] for name in ("saturated_count", "outlier_count", "stuck_count")]
+    assert np.all(sum(counts) <= known["samples_seen"])
 
 
 def sound_covariances(known):
@@ -178,6 +184,11 @@ DRIFT = {
     "bias": 1,
     "bias_sigma": 1,
     "at_rest": 0,
+    "saturated": 0,
+    "stuck": 0,
+    "saturated_count": 0,
+    "outlier_count": 0,
+    "stuck_count": 0,
     "guard_count": 0,
     "ready": 0,
     "samples_seen": 0,
@@ -193,10 +204,17 @@ ALLAN = {
     "samples_seen": 0,
 }
 
+LIMITS = {"rest_limit": 1, "bias_limit": 1}
 drift_stream = partial(
-    Stream, kind=zr.DriftFilter, make=drift, sound=sound_drift, answer=1, units={"scale": 1}
+    Stream,
+    kind=zr.DriftFilter,
+    make=drift,
+    sound=sound_drift,
+    answer=1,
+    units={"scale": 1, "limit": 1, **LIMITS},
 )
 FADING = {"rate": RATE, "method": "fading"}
+SELF_TUNING = {"rate": RATE, "method": "auto"}
 
 STREAMS = {
     "published": drift_stream(
@@ -205,6 +223,7 @@ STREAMS = {
         | {
             "holding": {**FADING, "motion": "hold"},
             "compensating": {**FADING, "output": "compensated"},
+            "rejecting": {**FADING, "outliers": "reject", "limit": 25.0},
         },
         properties=DRIFT,
     ),
@@ -222,9 +241,10 @@ STREAMS = {
     "auto": drift_stream(
         settings=auto_settings,
         examples={
-            "auto": {"rate": RATE, "method": "auto"},
-            "auto-compensating": {"rate": RATE, "method": "auto", "output": "compensated"},
-            "auto-ignoring": {"rate": RATE, "method": "auto", "motion": "ignore"},
+            "auto": SELF_TUNING,
+            "auto-compensating": {**SELF_TUNING, "output": "compensated"},
+            "auto-ignoring": {**SELF_TUNING, "motion": "ignore"},
+            "auto-limited": {**SELF_TUNING, "limit": 25.0, "rest_limit": 4.0, "bias_limit": 5.0},
         },
         properties=AUTO,
     ),
@@ -252,11 +272,14 @@ STREAMS = {
         kind=zr.RestDetector,
         make=lambda arguments: zr.RestDetector(**arguments),
         settings=rest_settings,
-        examples={"rest-detector": {"rate": RATE}},
+        examples={
+            "rest-detector": {"rate": RATE},
+            "rest-limited": {"rate": RATE, "rest_limit": 4.0, "bias_limit": 5.0},
+        },
         properties={"at_rest": 0},
         answer=0,
         sound=sound_rest,
-        units={},
+        units=LIMITS,
         records=lambda: st.one_of(moving_records(), records()),
         ordinary=moving_records,
         powers=400,

@@ -25,12 +25,20 @@ TRACE = [
     "bias",
     "bias_sigma",
     "at_rest",
+    "saturated",
+    "stuck",
 ]
 CONDUCT = {
     "motion": st.sampled_from(MOTIONS),
     "output": st.sampled_from(OUTPUTS),
     "startup": st.sampled_from([1e-3, 0.2, 1.0]),
     "scale": st.sampled_from([None, 1e-6, 1.0, 1e6]),
+    "limit": st.sampled_from([None, 2.0, 30.0, 1e6]),
+}
+# From less than any noise to more than any motion.
+REST_LIMITS = {
+    "rest_limit": st.sampled_from([None, 0.5, 3.0, 1e4]),
+    "bias_limit": st.sampled_from([None, 0.2, 10.0]),
 }
 
 
@@ -57,6 +65,7 @@ def published_settings(channels=None):
             "process_noise": st.sampled_from([0.0, 1e-12, 1e-8, 1e-4, 0.1, 1.0, 1e6]),
             "process_noise_memory": st.sampled_from([0.0, 0.5, 10.0, 1e6]),
             "noise": st.sampled_from(["allan", "hadamard"]),
+            "outliers": st.sampled_from(["keep", "reject"]),
             **CONDUCT,
         },
     ).map(only_used)
@@ -85,7 +94,7 @@ def auto_settings(channels=None):
             "method": st.just("auto"),
             "channels": st.just(channels),
         },
-        optional=CONDUCT,
+        optional={**CONDUCT, **REST_LIMITS},
     )
 
 
@@ -162,7 +171,8 @@ def noise_settings(channels=None):
 def rest_settings(channels=None):
     """Arguments of a RestDetector; ticks from four samples on."""
     return st.fixed_dictionaries(
-        {"rate": st.sampled_from([1.0, 7.5, 20.0, 62.5]), "channels": st.just(channels)}
+        {"rate": st.sampled_from([1.0, 7.5, 20.0, 62.5]), "channels": st.just(channels)},
+        optional=REST_LIMITS,
     )
 
 
@@ -195,8 +205,14 @@ def traced(f, z):
     return {name: getattr(trace, name) for name in TRACE}
 
 
+def within_range(z, limit):
+    """A record without the samples at the ends of the sensor's range, if it has any."""
+    return z if limit is None else np.where(np.abs(z) >= limit, np.nan, z)
+
+
 def answers(arguments, trace, z):
     """What `process` returns where `trace` told this."""
+    z = within_range(z, arguments.get("limit"))
     if arguments.get("output") != "compensated":
         return trace["estimate"]
     # The bound of all samples keeps the difference finite.

@@ -184,7 +184,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
     /// Starts from the first second, given the size of the ticker's unit in that of the samples.
     pub(super) fn start(&mut self, inverse: T, step: T) {
         if self.sketch.held() < TELLING {
-            return;
+            self.scale = T::zero();
+            return self.set_bounds(step);
         }
         self.scale = (self.sketch.deviation() * inverse).at_most(T::DIFFERENCE_MAX.simd_sqrt());
         self.open = false;

@@ -178,7 +178,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
             (false, true) => self.decision.take(seen),
             (false, false) => None,
         };
-        let TickSums { count, mean, deviation, outliers, stuck, .. } = *seen;
+        let TickSums { count, mean, outliers, stuck, .. } = *seen;
+        let deviation = if count > 0 { seen.deviation } else { T::zero() };
         let calm = count > 0 && self.at_rest();
         Tick { count, mean, deviation, calm, event, outliers, stuck }
     }

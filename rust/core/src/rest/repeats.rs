@@ -52,7 +52,8 @@ impl Repeats {
     /// The sample differs from the one before, by one step of the sensor or more.
     #[inline(always)]
     pub(super) fn begin(&mut self, one_step: bool) {
-        self.learn(one_step, 1);
+        // The first sample, and the first after a missing one, differ from none.
+        self.learn(one_step, u32::from(self.run > 0));
         (self.run, self.held) = (1, 1);
     }
 
@@ -115,6 +116,7 @@ impl Repeats {
             && self.dropped <= position
             && self.limit >= LEAST_RUN
             && self.equal < self.pairs
-            && self.pairs <= 2 * MEMORY + position
+            // As long as there are too few changes, none of the pairs before is forgotten.
+            && self.pairs <= (TELLING + 1) * MEMORY + position
     }
 }

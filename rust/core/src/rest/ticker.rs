@@ -23,6 +23,10 @@ const NEAR_BOUND: f64 = 0.1;
 /// Ticks that a few samples wait for more at most: sixteen seconds.
 const PATIENCE: u32 = 64;
 
+/// Steps at most by which a coarse output leaves a value that it has stood still at: two, whatever
+/// rounding makes of them.
+const FEW_STEPS: f64 = 2.5;
+
 /// Part of a tick's distance by which the centre follows it.
 const FOLLOW: f64 = 0.25;
 
@@ -140,7 +144,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         if change < self.step {
             self.step = change;
         }
-        self.repeats.begin(change <= self.step + self.step);
+        self.repeats.begin(change <= T::of(FEW_STEPS) * self.step);
         self.previous = z;
     }
 
