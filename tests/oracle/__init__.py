@@ -5,6 +5,7 @@ from oracle.auto import AutoFilter
 from oracle.drift import DriftFilter
 from oracle.least_squares import LeastSquares, RecursiveLeastSquares
 from oracle.rest import RestDetector
+from oracle.robust import RobustFilter
 from oracle.startup import Startup
 from oracle.streaming_allan import StreamingAllan
 
@@ -15,6 +16,7 @@ __all__ = [
     "LeastSquares",
     "RecursiveLeastSquares",
     "RestDetector",
+    "RobustFilter",
     "Startup",
     "StreamingAllan",
 ]

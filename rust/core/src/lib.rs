@@ -32,7 +32,7 @@ pub mod work;
 
 pub use drift::{
     AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Method, Params,
-    RecursiveLeastSquares, RestGated, RlsParams, Start, Status,
+    RecursiveLeastSquares, RestGated, RlsParams, RobustFilter, RobustParams, Start, Status, Zones,
 };
 pub use error::Error;
 pub use rest::{Event, RestDetector, Tick};

@@ -31,10 +31,10 @@ pub struct DriftLoop<T, const N: usize, const M: usize> {
     /// Samples left for the model to learn from, missing ones included.
     learning_left: u64,
     model: Rls<T, N, M>,
-    measurement_noise: AllanNoise<T>,
+    pub(super) measurement_noise: AllanNoise<T>,
     process_noise: Symmetric<T, N>,
-    state: State<T, N>,
-    last: Correction<T>,
+    pub(super) state: State<T, N>,
+    pub(super) last: Correction<T>,
     /// `k` of Sage-Husa: samples that were not missing, and the memory given to G₀.
     count: T,
     /// Largest sample so far.
@@ -82,12 +82,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         if self.adapts_measurement_noise {
             self.measurement_noise.observe(y);
         }
-        let row = self.row();
-        let mut prior = self.state.predict(&row, &self.process_noise, self.peak);
-        let large = prior.is_large(&self.state);
-        if large.any() {
-            prior.settle(&self.state, &row, large);
-        }
+        let (prior, large) = self.predict();
         let guarded = if self.learning_left > 0 {
             self.learning_left -= 1;
             // Least squares and Kalman filter wait for their divisions side by side.
@@ -98,13 +93,25 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         } else {
             self.correct(&prior, y, seen, large)
         };
-        self.peak = choose(seen, y.simd_abs(), T::zero()).simd_max(self.peak);
+        self.keep_peak(y, seen);
         (self.state.x[0], guarded)
+    }
+
+    /// The state before the next sample, and where its covariance is large.
+    #[inline(always)]
+    pub(super) fn predict(&self) -> (State<T, N>, T::SimdBool) {
+        let row = self.row();
+        let mut prior = self.state.predict(&row, &self.process_noise, self.peak);
+        let large = prior.is_large(&self.state);
+        if large.any() {
+            prior.settle(&self.state, &row, large);
+        }
+        (prior, large)
     }
 
     /// First row of the transition matrix, `[φ, 1]`, within what a stationary model can have.
     #[inline(always)]
-    fn row(&self) -> SVector<T, N> {
+    pub(super) fn row(&self) -> SVector<T, N> {
         let parameters = self.model.parameters();
         vector(|i| match i {
             i if i < N - 1 => parameters[i].within(T::of(COEFFICIENT_MAX)),
@@ -145,6 +152,24 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
             self.guards += choose(guarded, T::one(), T::zero());
         }
         guarded
+    }
+
+    /// Noise, model and peak after a sample of which the state is corrected apart.
+    #[inline(always)]
+    pub(super) fn learn(&mut self, y: T, seen: T::SimdBool) {
+        if self.adapts_measurement_noise {
+            self.measurement_noise.observe(y);
+        }
+        if self.learning_left > 0 {
+            self.learning_left -= 1;
+            self.model.observe(y, seen);
+        }
+        self.keep_peak(y, seen);
+    }
+
+    #[inline(always)]
+    fn keep_peak(&mut self, y: T, seen: T::SimdBool) {
+        self.peak = choose(seen, y.simd_abs(), T::zero()).simd_max(self.peak);
     }
 
     /// Kalman gain of the last sample, from what it left: `K = P Hᵀ / R`.
@@ -275,8 +300,8 @@ pub struct DriftFilter<T, const N: usize, const M: usize> {
     params: Params,
     startup: Startup<T>,
     scaling: Option<Scaling<T>>,
-    inner: DriftLoop<T, N, M>,
-    samples_seen: u64,
+    pub(super) inner: DriftLoop<T, N, M>,
+    pub(super) samples_seen: u64,
     estimate: T,
     missing: bool,
     guarded: bool,
@@ -430,11 +455,20 @@ where
     /// Takes one sample.
     #[inline(always)]
     fn advance(&mut self, z: T) -> T {
+        self.advance_by(z, Self::step)
+    }
+
+    /// The same by a `step` that returns estimate, and whether the sample is missing or guarded.
+    #[inline(always)]
+    pub(super) fn advance_by(
+        &mut self,
+        z: T,
+        step: impl FnOnce(&mut DriftLoop<T, N, M>, &Scaling<T>, T) -> (T, bool, bool),
+    ) -> T {
         self.samples_seen += 1;
         match &self.scaling {
             Some(scaling) => {
-                (self.estimate, self.missing, self.guarded) =
-                    Self::step(&mut self.inner, scaling, z);
+                (self.estimate, self.missing, self.guarded) = step(&mut self.inner, scaling, z);
                 if Watch::<T>::is_due(self.samples_seen) && self.disproves(z) {
                     self.start_anew_if_disproved();
                 }
@@ -579,6 +613,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFil
             method: Some(self.params.method),
             order: (N - 1, M - N),
             params: self.params,
+            robust: None,
             behaviour: Behaviour { hold_in_motion: false, compensated: false },
         }
     }

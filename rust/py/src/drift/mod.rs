@@ -40,11 +40,12 @@ use crate::common::work::in_pieces;
 /// ----------
 /// rate : float
 ///     Samples a second.
-/// order : (int, int), default (2, 1)
+/// order : (int, int), default (2, 1), of ``"robust"`` (1, 0)
 ///     Orders p from 1 to 3 and q from 0 to 3; (p, 0) is AR(p).
-/// method : {"kf", "akf", "fading", "auto"}, default "fading"
+/// method : {"kf", "akf", "fading", "robust", "auto"}, default "fading"
 ///     ``"kf"`` keeps G and R as the start-up says; ``"akf"`` adapts R with equal weights;
-///     ``"fading"`` adapts R with fading memory, and G. ``"auto"`` tunes itself.
+///     ``"fading"`` adapts R with fading memory, and G. ``"robust"`` is ``"akf"`` with the three
+///     zones of Wu & Ran 2021, which leave outliers out. ``"auto"`` tunes itself.
 /// fading : float, default 0.97
 ///     Memory b of R in (0, 1] for ``"fading"``: small follows changes of the noise quickly, large
 ///     averages (Fu & Han: 0.95 to 0.99 for an MTi-100, 0.90 to 0.95 for a 3DM-GX4-25).
@@ -75,8 +76,21 @@ use crate::common::work::in_pieces;
 /// scale : float, optional
 ///     Deviation of the noise in the samples' unit where it is known; else it is learned.
 ///
+/// zones : (float, float) or "published", default (4.0, 0.75)
+///     For ``"robust"``: (kappa, beta). An innovation beyond kappa deviations of the accepted ones
+///     is an outlier, unless so many of one sign follow each other (0.03 s, at least three) that
+///     they are a step; one beyond beta of that is bounded. Large kappa lets outliers through,
+///     small leaves good samples out. ``"published"`` holds a variance against an innovation, as
+///     printed: it depends on the unit of the samples, and nothing ends a row of outliers.
+/// damping : float, default 0.0
+///     For ``"robust"``: the part of the gain, from 0 to 1, that is left to an outlier.
+/// correction : float, default 0.0
+///     For ``"robust"``: the part, from 0 to 1, of an innovation between the zones that moves the
+///     prediction; 0 bounds such an innovation instead, and is better.
+///
 /// ``"auto"`` uses, of the parameters, rate, channels, motion, output, startup and scale;
-/// ``"fading"`` all; ``"kf"`` and ``"akf"`` all but fading and process_noise_memory.
+/// ``"fading"`` all but zones, damping and correction; ``"kf"`` and ``"akf"`` these but fading and
+/// process_noise_memory; ``"robust"`` what ``"akf"`` uses, and the zones.
 ///
 /// Raises
 /// ------
@@ -127,7 +141,8 @@ impl DriftFilter {
     #[pyo3(signature = (rate, **options), text_signature = "(rate, *, method='fading', \
         channels=None, motion=None, output='estimate', order=(2, 1), fading=0.97, \
         adapt_for=120.0, forgetting_factor=1.0, process_noise=0.1, process_noise_memory=0.0, \
-        noise='allan', startup=1.0, scale=None)")]
+        noise='allan', startup=1.0, scale=None, zones=(4.0, 0.75), damping=0.0, \
+        correction=0.0)")]
     fn new(rate: f64, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let (options, channels) = options::read(rate, options)?;
         let bank = bank::new(&options, channels.unwrap_or(1))?;
@@ -310,6 +325,22 @@ impl DriftFilter {
         this.shared.numbers(py, this.shared.bank.guard_counts())
     }
 
+    /// How many samples ``"robust"`` took for outliers: int, with channels (k,). The trace flags
+    /// them as ``guarded``.
+    #[getter]
+    fn outlier_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.shared.numbers(py, this.shared.bank.outlier_counts())
+    }
+
+    /// How often so many outliers of ``"robust"`` followed each other that they were taken for a
+    /// step of the signal: int, with channels (k,).
+    #[getter]
+    fn exit_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.shared.numbers(py, this.shared.bank.exit_counts())
+    }
+
     /// How often the scale learned at the start was proved wrong by many orders, upon which noise
     /// and drift were learned anew: int, with channels (k,).
     #[getter]
@@ -338,7 +369,7 @@ impl DriftFilter {
         Ok(options.method.map(|_| options.order))
     }
 
-    /// ``"kf"``, ``"akf"``, ``"fading"`` or ``"auto"``.
+    /// ``"kf"``, ``"akf"``, ``"fading"``, ``"robust"`` or ``"auto"``.
     #[getter]
     fn method(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
         Ok(reading(slf)?.options.method_name())
