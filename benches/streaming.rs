@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 use zerorate_core::allan::StreamingAllan;
-use zerorate_core::{RestDetector, Stream};
+use zerorate_core::{RestDetector, RestLimits, Stream};
 
 const N: usize = 1 << 20;
 
@@ -50,7 +50,7 @@ fn rest(c: &mut Criterion) {
     let mut group = c.benchmark_group("rest");
     group.throughput(Throughput::Elements(N as u64)).sample_size(10);
     for rate in [100.0, 1000.0] {
-        let mut detector = RestDetector::new(rate).expect("a rate");
+        let mut detector = RestDetector::new(rate, RestLimits::default()).expect("a rate");
         group.bench_function(BenchmarkId::new("one by one, Hz", rate), |b| {
             b.iter(|| {
                 for z in black_box(&signal) {

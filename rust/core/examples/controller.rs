@@ -58,9 +58,12 @@ impl Controller {
     fn new() -> Result<Self, Error> {
         let params = AutoParams {
             rate: f64::from(RATE),
-            startup: 1.0,
-            scale: None,
-            behaviour: Behaviour { hold_in_motion: true, compensated: true },
+            behaviour: Behaviour {
+                hold_in_motion: true,
+                compensated: true,
+                ..Behaviour::default()
+            },
+            ..AutoParams::default()
         };
         Ok(Self { gyro: AutoFilter::new(params)?, rate: 0.0, heading: 0.0 })
     }

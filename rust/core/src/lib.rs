@@ -31,11 +31,12 @@ pub mod stream;
 pub mod work;
 
 pub use drift::{
-    AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Method, Params,
-    RecursiveLeastSquares, RestGated, RlsParams, RobustFilter, RobustParams, Start, Status, Zones,
+    AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Method, Params, PublishedFilter,
+    RecursiveLeastSquares, RestGated, RlsParams, RobustFilter, RobustParams, Start, Status, Tally,
+    Zones,
 };
 pub use error::Error;
-pub use rest::{Event, RestDetector, Tick};
+pub use rest::{Event, RestDetector, RestLimits, Tick};
 pub use score::exponential_mean;
 #[cfg(feature = "std")]
 pub use stream::Bank;

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use zerorate_core::{Bank, Error, RestDetector as Core, checkpoint};
+use zerorate_core::{Bank, Error, RestDetector as Core, RestLimits, checkpoint};
 
 use crate::common::errors::NativeError;
 use crate::common::streaming::{self, Shared, reading, streaming};
@@ -30,6 +30,11 @@ use crate::common::streaming::{self, Shared, reading, streaming};
 ///     Samples a second.
 /// channels : int, optional
 ///     Number of signals side by side; ``None`` is a single one.
+/// rest_limit : float, optional
+///     Deviation of the samples within a tick, and spread of the means of six ticks, above which a
+///     sensor of this kind cannot be at rest, in the samples' unit; 3 deg/s suits MEMS gyros.
+/// bias_limit : float, optional
+///     Level above which it cannot, in the samples' unit.
 ///
 /// Raises
 /// ------
@@ -62,10 +67,16 @@ streaming!(
 #[pymethods]
 impl RestDetector {
     #[new]
-    #[pyo3(signature = (rate, channels=None))]
-    fn new(rate: f64, channels: Option<i128>) -> PyResult<Self> {
+    #[pyo3(signature = (rate, channels=None, rest_limit=None, bias_limit=None))]
+    fn new(
+        rate: f64,
+        channels: Option<i128>,
+        rest_limit: Option<f64>,
+        bias_limit: Option<f64>,
+    ) -> PyResult<Self> {
         let channels = streaming::channels(channels)?;
-        let detector = Core::new(rate).map_err(NativeError::from)?;
+        let limits = RestLimits { rest: rest_limit, bias: bias_limit };
+        let detector = Core::new(rate, limits).map_err(NativeError::from)?;
         let bank = Bank::new(&detector, channels.unwrap_or(1)).map_err(NativeError::from)?;
         Ok(Self::of(channels, bank).map_err(NativeError::from)?)
     }

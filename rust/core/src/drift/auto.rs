@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 
 use super::options::Options;
 use super::sensor::{Interim, SensorModel};
-use super::{Behaviour, Drift, DriftNumber, DriftStream, Snapshot, Status, params};
+use super::{Behaviour, Drift, DriftNumber, DriftStream, Snapshot, Status, Tally, params};
 use crate::error::Error;
 use crate::math::{Limits, Real};
-use crate::rest::{Event, RestDetector, Tick};
+use crate::rest::{Event, RestDetector, RestLimits, Tick};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Startup, Stream, Traced, Watch};
 
@@ -29,8 +29,10 @@ pub struct AutoParams {
     pub startup: f64,
     /// The noise's deviation in the unit of the samples, if it is known.
     pub scale: Option<f64>,
-    /// What it does about motion, and what it returns.
+    /// What it takes, what it does about motion, and what it returns.
     pub behaviour: Behaviour,
+    /// What rest can be; of use only if motion is held.
+    pub limits: RestLimits,
 }
 
 /// Drift of one signal, learned at rest and held in motion, by a filter that needs no tuning.
@@ -53,7 +55,9 @@ pub struct AutoFilter<T> {
     /// Largest sample so far: the drift is no larger as long as nothing else is known.
     reach: T,
     missing: bool,
+    saturated: bool,
     samples_seen: u64,
+    tally: Tally,
     watch: Watch<T>,
     restarts: u64,
 }
@@ -66,12 +70,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     pub fn new(params: AutoParams) -> Result<Self, Error> {
         let window = params::checked_window(params.rate, params.startup)?;
         crate::error::check_scale(params.scale)?;
+        params.behaviour.checked()?;
         Ok(Self {
             params,
-            detector: RestDetector::new(params.rate)?,
+            detector: RestDetector::new(params.rate, params.limits)?,
             startup: Startup::new(window, params.scale)?,
             model: None,
-            status: Status::Starting,
+            status: params.first_status(),
             experienced: false,
             estimate: T::zero(),
             sigma: T::zero(),
@@ -79,7 +84,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             innovation: T::zero(),
             reach: T::zero(),
             missing: false,
+            saturated: false,
             samples_seen: 0,
+            tally: Tally::default(),
             watch: Watch::new(),
             restarts: 0,
         })
@@ -87,7 +94,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
 
     /// What it is doing.
     pub fn status(&self) -> Status {
-        self.status.after(self.restarts)
+        match self.status.after(self.restarts) {
+            _ if self.detector.is_stuck() => Status::Stuck,
+            Status::AtRest if self.is_provisional() => Status::Provisional,
+            status => status,
+        }
     }
 
     /// The drift.
@@ -95,8 +106,22 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.estimate
     }
 
-    /// Its standard deviation.
+    /// Its standard deviation; as long as what is taken for rest may be motion, no less than a motion
+    /// of the size of the samples would be off.
     pub fn bias_sigma(&self) -> T {
+        let sigma = self.own_sigma();
+        if !self.is_provisional() {
+            return sigma;
+        }
+        let (level, noise) = match &self.model {
+            Some(model) if !begins(self.status) => (self.estimate, model.measurement_noise()),
+            _ => (self.startup.mean(), self.startup.variance()),
+        };
+        sigma.at_least((level.simd_abs() + noise.simd_sqrt()).at_most(T::RAW_MAX))
+    }
+
+    /// What it is taken for as rest is rest for certain.
+    fn own_sigma(&self) -> T {
         if !begins(self.status) {
             return self.sigma;
         }
@@ -104,6 +129,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
             0 | 1 => self.reach,
             n => (self.startup.variance() / T::of(n as f64)).simd_sqrt(),
         }
+    }
+
+    fn is_provisional(&self) -> bool {
+        self.params.behaviour.hold_in_motion && self.detector.is_provisional()
     }
 
     /// Variances of a sample's white noise and of the drift's step in a sample, once they are known.
@@ -116,7 +145,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.experienced = self.model.is_some();
         self.detector.restart();
         self.forget();
-        self.status = Status::Starting;
+        self.status = self.params.first_status();
     }
 
     #[inline(always)]
@@ -126,6 +155,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
 
     fn take(&mut self, tick: &Tick<T>) {
         self.interim = Interim::held();
+        self.tally.add(tick);
         match tick.event.filter(|_| self.params.behaviour.hold_in_motion) {
             Some(Event::Rest) => self.rest(tick),
             Some(Event::Motion) => self.motion(),
@@ -196,7 +226,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
 
     fn finish_startup(&mut self) {
         let Some(scaling) = self.startup.finished() else { return };
-        let samples = T::of(self.startup.samples() as f64);
+        let samples = self.startup.worth();
         let length = T::of(f64::from(self.detector.tick_length()));
         match &mut self.model {
             Some(model) => model.begin_at(self.startup.mean(), samples),
@@ -228,7 +258,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.interim = Interim::held();
         self.watch = Watch::new();
         self.restarts += 1;
-        self.status = Status::Starting;
+        self.status = self.params.first_status();
     }
 
     /// Goes on from what is learned.
@@ -264,7 +294,37 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
     #[cold]
     fn start(&mut self, z: T) {
         self.startup.observe(z);
-        self.estimate = self.startup.mean();
+        self.estimate = self.believed(self.startup.mean());
+    }
+
+    /// A level, zero for one that no bias has.
+    fn believed(&self, level: T) -> T {
+        match self.params.limits.bias {
+            Some(limit) if level.simd_abs() > T::of(limit) => T::zero(),
+            _ => level,
+        }
+    }
+}
+
+impl Default for AutoParams {
+    fn default() -> Self {
+        Self {
+            rate: 100.0,
+            startup: 1.0,
+            scale: None,
+            behaviour: Behaviour { hold_in_motion: true, ..Behaviour::default() },
+            limits: RestLimits::default(),
+        }
+    }
+}
+
+impl AutoParams {
+    /// Nothing is taken for rest before it has shown that it can be, where that is known.
+    fn first_status(&self) -> Status {
+        match self.behaviour.hold_in_motion && self.limits.rest.is_some() {
+            true => Status::NoRestYet,
+            false => Status::Starting,
+        }
     }
 }
 
@@ -275,6 +335,9 @@ impl<T: Number> Stream for AutoFilter<T> {
     #[inline]
     fn update(&mut self, z: T) -> T {
         self.samples_seen += 1;
+        self.saturated = self.params.behaviour.saturates(z);
+        let z = if self.saturated { T::of(f64::NAN) } else { z };
+        self.tally.saturated += u64::from(self.saturated);
         self.missing = !z.finite();
         self.innovation = T::zero();
         if !self.missing {
@@ -300,7 +363,7 @@ impl<T: Number> Traced for AutoFilter<T> {
     type Snapshot = Snapshot<T, 1, 1>;
 
     fn snapshot(&self) -> Snapshot<T, 1, 1> {
-        let sigma = self.bias_sigma();
+        let sigma = self.own_sigma();
         let variance = (sigma.at_most(T::DIFFERENCE_MAX) * sigma).at_most(T::RAW_MAX);
         let one = |x: T| SVector::<T, 1>::repeat(x);
         let (R, G) = match &self.model {
@@ -320,15 +383,17 @@ impl<T: Number> Traced for AutoFilter<T> {
             missing: self.missing,
             guarded: false,
             bias: self.estimate,
-            bias_sigma: sigma,
+            bias_sigma: self.bias_sigma(),
             at_rest: self.learns(),
+            saturated: self.saturated,
+            stuck: self.detector.is_stuck(),
         }
     }
 }
 
 impl<T: Number> Checkpoint for AutoFilter<T> {
     const TAG: &'static str = "drift-auto";
-    const VERSION: u16 = 2;
+    const VERSION: u16 = 3;
 
     fn is_sound(&self) -> bool {
         Self::new(self.params).is_ok_and(|fresh| self.is_after(&fresh))
@@ -341,10 +406,10 @@ impl<T: Number> Checkpoint for AutoFilter<T> {
 
 impl<T: DriftNumber> DriftStream<T> for AutoFilter<T> {
     fn options(&self) -> Options {
-        let AutoParams { rate, startup, scale, behaviour } = self.params;
+        let AutoParams { rate, startup, scale, behaviour, limits } = self.params;
         let mut options = Options::of(None, rate);
         (options.params.startup, options.params.scale) = (startup, scale);
-        Options { behaviour, ..options }
+        Options { behaviour, limits, ..options }
     }
 
     fn samples_seen(&self) -> u64 {
@@ -373,6 +438,10 @@ impl<T: DriftNumber> DriftStream<T> for AutoFilter<T> {
 
     fn restarts(&self) -> u64 {
         self.restarts
+    }
+
+    fn tally(&self) -> Tally {
+        self.tally
     }
 
     fn power_on(&mut self) -> bool {

@@ -12,10 +12,14 @@ use super::kalman::{Correction, State};
 use super::least_squares::Rls;
 use super::options::Options;
 use super::start::{PEAK, Start};
-use super::{Behaviour, Drift, DriftNumber, DriftStream, Params, Status, sage_husa};
+use super::{
+    Behaviour, Drift, DriftNumber, DriftStream, Params, PublishedFilter, RobustParams, Status,
+    sage_husa,
+};
 use crate::allan::AllanNoise;
 use crate::error::Error;
 use crate::math::{Limits, Real, Symmetric, choose, vector};
+use crate::rest::RestLimits;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Number, Output, Scaling, Shape, Startup, Stream, Traced, Watch};
 
@@ -240,6 +244,10 @@ pub struct Snapshot<T, const N: usize, const M: usize> {
     pub bias_sigma: T,
     /// The sensor is at rest, or is taken to be.
     pub at_rest: bool,
+    /// The sample was at the end of the sensor's range, and missing.
+    pub saturated: bool,
+    /// The sensor gives the same sample again and again.
+    pub stuck: bool,
 }
 
 impl<T, const N: usize, const M: usize> Output for Snapshot<T, N, M>
@@ -261,6 +269,8 @@ where
         Field { name: "missing", shape: Shape::Flag },
         Field { name: "guarded", shape: Shape::Flag },
         Field { name: "at_rest", shape: Shape::Flag },
+        Field { name: "saturated", shape: Shape::Flag },
+        Field { name: "stuck", shape: Shape::Flag },
     ];
 
     fn write(self, numbers: &mut [f64], flags: &mut [bool]) {
@@ -288,7 +298,13 @@ where
             }
             places = others;
         }
-        flags.copy_from_slice(&[self.missing, self.guarded, self.at_rest]);
+        flags.copy_from_slice(&[
+            self.missing,
+            self.guarded,
+            self.at_rest,
+            self.saturated,
+            self.stuck,
+        ]);
     }
 }
 
@@ -395,6 +411,8 @@ where
             bias: self.estimate,
             bias_sigma: self.sigma(scaling),
             at_rest: true,
+            saturated: false,
+            stuck: false,
         }
     }
 
@@ -439,6 +457,8 @@ where
             bias: self.estimate,
             bias_sigma: start.simd_sqrt(),
             at_rest: true,
+            saturated: false,
+            stuck: false,
         }
     }
 
@@ -614,7 +634,8 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFil
             order: (N - 1, M - N),
             params: self.params,
             robust: None,
-            behaviour: Behaviour { hold_in_motion: false, compensated: false },
+            behaviour: Behaviour::default(),
+            limits: RestLimits::default(),
         }
     }
 
@@ -656,5 +677,27 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFil
 
     fn write_start(&self, numbers: &mut [f64]) -> bool {
         self.start.map(|start| start.write(numbers, &mut [])).is_some()
+    }
+}
+
+impl<T: DriftNumber, const N: usize, const M: usize> PublishedFilter<T, N, M>
+    for DriftFilter<T, N, M>
+{
+    const GATED_TAG: &'static str = "drift-rest-gated";
+
+    fn params(&self) -> &Params {
+        &self.params
+    }
+
+    fn robust(&self) -> Option<&RobustParams> {
+        None
+    }
+
+    fn start(&self) -> Option<&Start<T, N, M>> {
+        self.start.as_ref()
+    }
+
+    fn estimate(&self) -> T {
+        self.estimate
     }
 }

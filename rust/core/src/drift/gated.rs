@@ -1,59 +1,105 @@
-//! The published filter gated by rest: motion is not taken for drift.
+//! The published filter with what it is not to take kept from it: motion, outliers, the ends of the
+//! sensor's range.
 
 use serde::{Deserialize, Serialize};
 
 use super::options::Options;
-use super::{Behaviour, Drift, DriftFilter, DriftNumber, DriftStream, Snapshot, Status};
+use super::{
+    Behaviour, Drift, DriftFilter, DriftNumber, DriftStream, Params, RobustParams, Snapshot, Start,
+    Status, Tally,
+};
 use crate::error::Error;
 use crate::math::Real;
 use crate::math::sound::is_count;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Stream, Traced};
 
-use crate::rest::{Event, RestDetector, Tick};
+use crate::rest::{Event, RestDetector, RestLimits, Tick};
 
-/// A [`DriftFilter`] that learns at rest only, or that returns the compensated rate.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
-pub struct RestGated<T, const N: usize, const M: usize> {
-    behaviour: Behaviour,
-    detector: RestDetector<T>,
-    filter: DriftFilter<T, N, M>,
-    /// The filter as it was after the last tick at rest, and after the one before: a motion is
-    /// seen in its second tick at times.
-    at_last_rests: [DriftFilter<T, N, M>; 2],
-    at_rest: bool,
-    missing: bool,
-    samples_seen: u64,
+/// A filter that takes every sample for rest.
+pub trait PublishedFilter<T, const N: usize, const M: usize>:
+    DriftStream<T> + Traced<Snapshot = Snapshot<T, N, M>> + Copy
+{
+    /// Tag of its checkpoint where it is gated.
+    const GATED_TAG: &'static str;
+
+    /// The parameters it was made with.
+    fn params(&self) -> &Params;
+
+    /// Its zones, if it is robust.
+    fn robust(&self) -> Option<&RobustParams>;
+
+    /// What it was started with, if it did not learn that itself.
+    fn start(&self) -> Option<&Start<T, N, M>>;
+
+    /// The filtered rate after the last sample.
+    fn estimate(&self) -> T;
 }
 
-impl<T: DriftNumber, const N: usize, const M: usize> RestGated<T, N, M> {
+/// A published filter that learns at rest only, that outliers and saturated samples are missing for,
+/// or that returns the compensated rate.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound(
+    serialize = "T: Real + Serialize, F: Serialize",
+    deserialize = "T: Real + Deserialize<'de>, F: Deserialize<'de>"
+))]
+pub struct RestGated<T, const N: usize, const M: usize, F = DriftFilter<T, N, M>> {
+    behaviour: Behaviour,
+    detector: RestDetector<T>,
+    filter: F,
+    /// The filter as it was after the last tick at rest, and after the one before: a motion is
+    /// seen in its second tick at times.
+    at_last_rests: [F; 2],
+    at_rest: bool,
+    missing: bool,
+    saturated: bool,
+    samples_seen: u64,
+    tally: Tally,
+}
+
+impl<T, const N: usize, const M: usize, F> RestGated<T, N, M, F>
+where
+    T: DriftNumber,
+    F: PublishedFilter<T, N, M>,
+{
     /// `filter`, which has seen nothing, to learn at rest and return what is asked for.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a rate out of range.
-    pub fn new(filter: DriftFilter<T, N, M>, behaviour: Behaviour) -> Result<Self, Error> {
+    /// [`Error::Parameter`] for a rate or a limit out of range.
+    pub fn new(filter: F, behaviour: Behaviour) -> Result<Self, Error> {
         Ok(Self {
-            behaviour,
-            detector: RestDetector::new(filter.params().rate)?,
+            behaviour: behaviour.checked()?,
+            detector: RestDetector::new(filter.params().rate, RestLimits::default())?,
             filter,
             at_last_rests: [filter; 2],
             at_rest: true,
             missing: false,
+            saturated: false,
             samples_seen: 0,
+            tally: Tally::default(),
         })
     }
 
     #[inline]
     fn step(&mut self, z: T) -> T {
-        if !self.behaviour.hold_in_motion {
+        let Behaviour { hold_in_motion, reject_outliers, .. } = self.behaviour;
+        if !hold_in_motion && !reject_outliers {
             return self.filter.update(z);
         }
-        self.filter.update(if self.at_rest { z } else { T::of(f64::NAN) });
+        let accepted = if reject_outliers { self.detector.judged(z) } else { z };
+        self.filter.update(if self.at_rest { accepted } else { T::of(f64::NAN) });
         if let Some(tick) = self.detector.observe(z) {
-            self.take(&tick);
+            self.tally.add(&tick);
+            if hold_in_motion {
+                self.take(&tick);
+            }
         }
         self.filter.estimate()
+    }
+
+    /// Known only where the samples are looked at.
+    fn is_stuck(&self) -> bool {
+        self.detector.is_stuck()
     }
 
     fn take(&mut self, tick: &Tick<T>) {
@@ -75,13 +121,20 @@ impl<T: DriftNumber, const N: usize, const M: usize> RestGated<T, N, M> {
     }
 }
 
-impl<T: DriftNumber, const N: usize, const M: usize> Stream for RestGated<T, N, M> {
+impl<T, const N: usize, const M: usize, F> Stream for RestGated<T, N, M, F>
+where
+    T: DriftNumber,
+    F: PublishedFilter<T, N, M>,
+{
     type Input = T;
     type Output = T;
 
     #[inline]
     fn update(&mut self, z: T) -> T {
         self.samples_seen += 1;
+        self.saturated = self.behaviour.saturates(z);
+        let z = if self.saturated { T::of(f64::NAN) } else { z };
+        self.tally.saturated += u64::from(self.saturated);
         self.missing = !z.finite();
         let estimate = self.step(z);
         self.behaviour.output(z, estimate)
@@ -91,28 +144,44 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for RestGated<T, N, 
         self.filter.reset();
         self.detector.restart();
         self.at_last_rests = [self.filter; 2];
-        (self.at_rest, self.missing, self.samples_seen) = (true, false, 0);
+        (self.at_rest, self.missing, self.saturated) = (true, false, false);
+        (self.samples_seen, self.tally) = (0, Tally::default());
     }
 }
 
-impl<T: DriftNumber, const N: usize, const M: usize> Traced for RestGated<T, N, M> {
+impl<T, const N: usize, const M: usize, F> Traced for RestGated<T, N, M, F>
+where
+    T: DriftNumber,
+    F: PublishedFilter<T, N, M>,
+{
     type Snapshot = Snapshot<T, N, M>;
 
     fn snapshot(&self) -> Snapshot<T, N, M> {
-        Snapshot { at_rest: self.at_rest, missing: self.missing, ..self.filter.snapshot() }
+        Snapshot {
+            at_rest: self.at_rest,
+            missing: self.missing,
+            saturated: self.saturated,
+            stuck: self.is_stuck(),
+            ..self.filter.snapshot()
+        }
     }
 }
 
-impl<T: DriftNumber, const N: usize, const M: usize> Checkpoint for RestGated<T, N, M> {
-    const TAG: &'static str = "drift-rest-gated";
-    const VERSION: u16 = 2;
+impl<T, const N: usize, const M: usize, F> Checkpoint for RestGated<T, N, M, F>
+where
+    T: DriftNumber,
+    F: PublishedFilter<T, N, M>,
+{
+    const TAG: &'static str = F::GATED_TAG;
+    const VERSION: u16 = 3;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
 
     fn is_sound(&self) -> bool {
-        let made_alike = |filter: &DriftFilter<T, N, M>| {
-            (filter.params(), filter.start()) == (self.filter.params(), self.filter.start())
-        };
+        let made =
+            |filter: &F| (*filter.params(), filter.robust().copied(), filter.start().copied());
+        let made_alike = |filter: &F| made(filter) == made(&self.filter);
         is_count(self.samples_seen)
+            && self.tally.is_within(self.samples_seen)
             && self.filter.samples_seen() <= self.samples_seen
             && self.filter.is_sound()
             && self.at_last_rests.iter().all(|filter| made_alike(filter) && filter.is_sound())
@@ -122,13 +191,19 @@ impl<T: DriftNumber, const N: usize, const M: usize> Checkpoint for RestGated<T,
     }
 
     fn is_like(&self, other: &Self) -> bool {
-        let made = |gated: &Self| (gated.behaviour, *gated.filter.params(), gated.samples_seen);
-        made(self) == made(other) && self.filter.start().is_some() == other.filter.start().is_some()
+        let made =
+            |filter: &F| (*filter.params(), filter.robust().copied(), filter.start().is_some());
+        (self.behaviour, self.samples_seen) == (other.behaviour, other.samples_seen)
+            && made(&self.filter) == made(&other.filter)
     }
 }
 
-impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RestGated<T, N, M> {
-    const START: &'static [Field] = DriftFilter::<T, N, M>::START;
+impl<T, const N: usize, const M: usize, F> DriftStream<T> for RestGated<T, N, M, F>
+where
+    T: DriftNumber,
+    F: PublishedFilter<T, N, M>,
+{
+    const START: &'static [Field] = F::START;
 
     fn options(&self) -> Options {
         Options { behaviour: self.behaviour, ..self.filter.options() }
@@ -143,7 +218,10 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RestGate
     }
 
     fn status(&self) -> Status {
-        Status::of(self.filter.ready(), self.at_rest).after(self.restarts())
+        match self.is_stuck() {
+            true => Status::Stuck,
+            false => Status::of(self.filter.ready(), self.at_rest).after(self.restarts()),
+        }
     }
 
     fn drift(&self) -> Drift<T> {
@@ -160,6 +238,18 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RestGate
 
     fn restarts(&self) -> u64 {
         self.filter.restarts()
+    }
+
+    fn exit_count(&self) -> u64 {
+        self.filter.exit_count()
+    }
+
+    /// A filter that judges for itself says what it left out.
+    fn tally(&self) -> Tally {
+        match self.filter.robust() {
+            Some(_) => Tally { outliers: self.filter.tally().outliers, ..self.tally },
+            None => self.tally,
+        }
     }
 
     fn write_start(&self, numbers: &mut [f64]) -> bool {

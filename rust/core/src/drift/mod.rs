@@ -22,7 +22,7 @@ mod start;
 
 pub use auto::{AutoFilter, AutoParams};
 pub use filter::{DriftFilter, DriftLoop, Snapshot};
-pub use gated::RestGated;
+pub use gated::{PublishedFilter, RestGated};
 pub use kalman::{Correction, State};
 pub use least_squares::{RecursiveLeastSquares, Rls, RlsParams};
 pub use number::DriftNumber;
@@ -33,6 +33,7 @@ use serde::{Deserialize, Serialize};
 pub use start::Start;
 
 use self::options::Options;
+use crate::rest::Tick;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Traced};
 
@@ -49,6 +50,10 @@ pub enum Status {
     InMotion,
     /// The sensor has moved ever since the start: no drift is known.
     NoRestYet,
+    /// The drift is learned, from what looks like rest but may be motion: nothing else was seen.
+    Provisional,
+    /// The sensor gives the same sample again and again: the drift is held.
+    Stuck,
 }
 
 impl Status {
@@ -60,6 +65,8 @@ impl Status {
             Self::AtRest => "at rest",
             Self::InMotion => "in motion",
             Self::NoRestYet => "no rest yet",
+            Self::Provisional => "provisional",
+            Self::Stuck => "stuck",
         }
     }
 
@@ -79,6 +86,29 @@ impl Status {
             Self::Starting if restarts > 0 => Self::StartingAnew,
             status => status,
         }
+    }
+}
+
+/// Samples that did not count although they were finite.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tally {
+    /// At the end of the sensor's range.
+    pub saturated: u64,
+    /// Outliers; counted when their tick is complete.
+    pub outliers: u64,
+    /// Of a stuck sensor; counted when their tick is complete.
+    pub stuck: u64,
+}
+
+impl Tally {
+    fn add<T>(&mut self, tick: &Tick<T>) {
+        self.outliers += u64::from(tick.outliers);
+        self.stuck += u64::from(tick.stuck);
+    }
+
+    /// Whether so many samples can have made it.
+    fn is_within(&self, samples: u64) -> bool {
+        [self.saturated, self.outliers, self.stuck].iter().all(|count| *count <= samples)
     }
 }
 
@@ -122,11 +152,6 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + Checkpoint {
         0
     }
 
-    /// How many samples were taken for outliers.
-    fn outlier_count(&self) -> u64 {
-        0
-    }
-
     /// How often a row of outliers was so long that it was taken for a step of the signal.
     fn exit_count(&self) -> u64 {
         0
@@ -135,6 +160,11 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + Checkpoint {
     /// How often its scale was proved wrong by many orders and learned anew.
     fn restarts(&self) -> u64 {
         0
+    }
+
+    /// Samples that did not count although they were finite.
+    fn tally(&self) -> Tally {
+        Tally::default()
     }
 
     /// Puts down what it was started with, as the numbers of a [`Start`]; false if it learned that

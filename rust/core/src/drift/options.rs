@@ -7,6 +7,7 @@ use super::robust::ZONES_EXPECTED;
 use super::{AutoParams, Behaviour, Method, Params, RobustParams, Zones};
 use crate::allan::AllanKind;
 use crate::error::Error;
+use crate::rest::RestLimits;
 
 /// Everything that makes a drift filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,8 +20,10 @@ pub struct Options {
     pub params: Params,
     /// The zones of method robust, whose chain is that of akf; `None` for all others.
     pub robust: Option<RobustParams>,
-    /// What it does about motion, and what it returns.
+    /// What it takes, what it does about motion, and what it returns.
     pub behaviour: Behaviour,
+    /// What rest can be, for the filter that tunes itself.
+    pub limits: RestLimits,
 }
 
 /// The names of the methods, as people write them.
@@ -35,7 +38,8 @@ impl Options {
             order: (2, 1),
             params: Params { rate, method: method.unwrap_or(params.method), ..params },
             robust: None,
-            behaviour: Behaviour { hold_in_motion: method.is_none(), compensated: false },
+            behaviour: Behaviour { hold_in_motion: method.is_none(), ..Behaviour::default() },
+            limits: RestLimits::default(),
         }
     }
 
@@ -72,7 +76,7 @@ impl Options {
     /// Parameters of the filter that tunes itself.
     pub fn auto(&self) -> AutoParams {
         let Params { rate, startup, scale, .. } = self.params;
-        AutoParams { rate, startup, scale, behaviour: self.behaviour }
+        AutoParams { rate, startup, scale, behaviour: self.behaviour, limits: self.limits }
     }
 
     /// Whether the method uses an option.
@@ -136,6 +140,8 @@ const PUBLISHED: &[&str] = &["kf", "akf", "fading", "robust"];
 const FADING: &[&str] = &["fading"];
 const ROBUST: &[&str] = &["robust"];
 const AS_PUBLISHED: &str = "published";
+const AUTO: &[&str] = &["auto"];
+const KEEPING: &[&str] = &["kf", "akf", "fading"];
 
 /// Every option but the method and the rate.
 pub const OPTIONS: &[DriftOption] = &[
@@ -158,6 +164,46 @@ pub const OPTIONS: &[DriftOption] = &[
         methods: &METHODS,
         get: |o| Value::Word(if o.behaviour.compensated { "compensated" } else { "estimate" }),
         set: |o, value| o.behaviour.compensated = value == Value::Word("compensated"),
+    },
+    DriftOption {
+        name: "limit",
+        kind: Kind::MaybeNumber,
+        unit: "unit of the samples",
+        expected: "a positive number",
+        meaning: "End of the sensor's range: a sample of this size is missing",
+        methods: &METHODS,
+        get: |o| maybe(o.behaviour.limit),
+        set: |o, value| set_maybe(&mut o.behaviour.limit, value),
+    },
+    DriftOption {
+        name: "rest_limit",
+        kind: Kind::MaybeNumber,
+        unit: "unit of the samples",
+        expected: "a positive number",
+        meaning: "Deviation of the samples above which a sensor of this kind cannot be at rest",
+        methods: AUTO,
+        get: |o| maybe(o.limits.rest),
+        set: |o, value| set_maybe(&mut o.limits.rest, value),
+    },
+    DriftOption {
+        name: "bias_limit",
+        kind: Kind::MaybeNumber,
+        unit: "unit of the samples",
+        expected: "a positive number",
+        meaning: "Level above which nothing is taken for a bias",
+        methods: AUTO,
+        get: |o| maybe(o.limits.bias),
+        set: |o, value| set_maybe(&mut o.limits.bias, value),
+    },
+    DriftOption {
+        name: "outliers",
+        kind: Kind::Choice(&["keep", "reject"]),
+        unit: "",
+        expected: "'keep' or 'reject'",
+        meaning: "'keep' outliers, as published, or 'reject' them, as auto always does",
+        methods: KEEPING,
+        get: |o| Value::Word(if o.behaviour.reject_outliers { "reject" } else { "keep" }),
+        set: |o, value| o.behaviour.reject_outliers = value == Value::Word("reject"),
     },
     DriftOption {
         name: "order",
@@ -309,8 +355,9 @@ impl Options {
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
     pub fn checked(self) -> Result<Self, Error> {
+        let (params, behaviour) = (self.params.checked()?, self.behaviour.checked()?);
         let robust = self.robust.map(RobustParams::checked).transpose()?;
-        Ok(Self { params: self.params.checked()?, robust, ..self })
+        Ok(Self { params, robust, behaviour, limits: self.limits.checked()?, ..self })
     }
 }
 

@@ -20,9 +20,13 @@ pub enum Method {
     Fading,
 }
 
-/// What a filter does about motion, and what it returns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// What a filter takes, what it does about motion, and what it returns.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Behaviour {
+    /// Size from which on a sample is at the end of the sensor's range, and missing.
+    pub limit: Option<f64>,
+    /// Outliers are missing.
+    pub reject_outliers: bool,
     /// In motion every sample is missing, and the two ticks in which it began are taken back.
     pub hold_in_motion: bool,
     /// Returns the sample minus the drift, instead of the drift.
@@ -30,6 +34,21 @@ pub struct Behaviour {
 }
 
 impl Behaviour {
+    /// The behaviour, if its limit is a positive number.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if it is not.
+    pub fn checked(self) -> Result<Self, Error> {
+        self.limit.map_or(Ok(()), |limit| check_positive("limit", "a positive number", limit))?;
+        Ok(self)
+    }
+
+    /// Whether a sample is at the end of the sensor's range.
+    #[inline(always)]
+    pub(crate) fn saturates<T: Limits + Real<Element = T, SimdBool = bool>>(self, z: T) -> bool {
+        self.limit.is_some_and(|limit| z.simd_abs() >= T::of(limit) && z.finite())
+    }
+
     /// What is returned for a sample whose drift is known, NaN where the sample is missing.
     #[inline(always)]
     pub(crate) fn output<T>(self, z: T, drift: T) -> T

@@ -17,7 +17,8 @@ use super::kalman::{Correction, State};
 use super::options::Options;
 use super::start::Start;
 use super::{
-    Drift, DriftFilter, DriftLoop, DriftNumber, DriftStream, Method, Params, Snapshot, Status,
+    Drift, DriftFilter, DriftLoop, DriftNumber, DriftStream, Method, Params, PublishedFilter,
+    Snapshot, Status, Tally,
 };
 use crate::error::Error;
 use crate::math::{Limits, Real, Symmetric};
@@ -282,8 +283,8 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RobustFi
         self.gate.outlier_count
     }
 
-    fn outlier_count(&self) -> u64 {
-        self.gate.outlier_count
+    fn tally(&self) -> Tally {
+        Tally { outliers: self.gate.outlier_count, ..Tally::default() }
     }
 
     fn exit_count(&self) -> u64 {
@@ -296,5 +297,27 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RobustFi
 
     fn write_start(&self, numbers: &mut [f64]) -> bool {
         self.filter.write_start(numbers)
+    }
+}
+
+impl<T: DriftNumber, const N: usize, const M: usize> PublishedFilter<T, N, M>
+    for RobustFilter<T, N, M>
+{
+    const GATED_TAG: &'static str = "robust-gated";
+
+    fn params(&self) -> &Params {
+        self.filter.params()
+    }
+
+    fn robust(&self) -> Option<&RobustParams> {
+        Some(&self.gate.law)
+    }
+
+    fn start(&self) -> Option<&Start<T, N, M>> {
+        self.filter.start()
+    }
+
+    fn estimate(&self) -> T {
+        self.filter.estimate()
     }
 }

@@ -8,6 +8,9 @@ pub(super) const CERTAIN: f64 = 4.9;
 /// Variance over that of rest, at least, that is motion: no noise keeps its variance to a hair.
 pub(super) const LOUD: f64 = 3.0;
 
+/// Ratio of variances that the noise of one sensor at rest does not have.
+pub(super) const ANOTHER: f64 = 9.0;
+
 /// Deviations from the level of the last rest that a tick, and the mean of all that make a new one,
 /// may have: of 468 poses between turns of MEMS gyros, 99 in 100 begin within two.
 pub(super) const NEAR_TICK: f64 = 6.0;
@@ -36,4 +39,9 @@ pub(super) fn flips<T: Limits + Real<Element = T>>(step: T) -> T {
 /// One step, and a hair more.
 pub(super) fn one_step<T: Limits + Real<Element = T>>(step: T) -> T {
     T::of(1.01) * step
+}
+
+/// Whether one variance is that of a rest beside the other.
+pub(super) fn is_quieter<T: Limits + Real<Element = T>>(quiet: T, loud: T, step: T) -> bool {
+    loud > T::of(ANOTHER) * quiet + flips(step)
 }

@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bounds::LOUD;
+use super::bounds::{LOUD, is_quieter};
 use super::candidate::{Candidate, Run};
 use super::model::RestModel;
+use super::still::Still;
 use super::ticker::TickSums;
-use super::{Event, LEAST};
+use super::{Event, LEAST, RestLimits};
 use crate::math::{Limits, Real};
 
 /// Samples in a tick, and times in ticks.
@@ -46,12 +47,17 @@ pub(super) struct Decision<T> {
     back: Run<T>,
     /// Ticks near the level of earlier.
     near_earlier: Run<T>,
+    still: Still<T>,
+    /// What is known is rest: something louder has been seen, or it has lasted for a minute.
+    proven: bool,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
-    pub(super) fn new(times: Times) -> Self {
+    pub(super) fn new(times: Times, limits: RestLimits) -> Self {
         Self {
             times,
+            still: Still::new(limits),
+            proven: limits.rest.is_some(),
             at_rest: false,
             false_start: false,
             known: None,
@@ -64,50 +70,98 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
 
     /// Takes a tick; returns what changed.
     pub(super) fn take(&mut self, seen: &TickSums<T>) -> Option<Event> {
+        let possible = self.still.take(seen);
         match self.known {
-            None => self.begin(seen),
-            Some(known) if self.at_rest => self.rest(known, seen),
-            Some(known) => self.motion(known, seen),
+            None => self.begin(possible, seen),
+            Some(known) if self.at_rest => self.rest(known, possible, seen),
+            Some(known) => self.motion(known, possible, seen),
         }
     }
 
+    /// Whether what is taken for rest may as well be motion, since nothing else has been seen.
+    pub(super) fn is_provisional(&self) -> bool {
+        !self.proven
+    }
+
     /// Before anything is known.
-    fn begin(&mut self, seen: &TickSums<T>) -> Option<Event> {
+    fn begin(&mut self, possible: bool, seen: &TickSums<T>) -> Option<Event> {
+        if !possible {
+            self.candidate = Candidate::none();
+            return Some(Event::Restart);
+        }
         self.candidate.take(seen, self.times.tick);
         let Times { dwell, short, .. } = self.times;
-        let (needed, trust) = if self.false_start { (short, short) } else { (dwell, 0) };
-        if self.candidate.ticks < needed {
+        let doubted = self.false_start && !self.still.is_limited();
+        let needed = if doubted { short } else { dwell };
+        if self.candidate.ticks < needed || !self.still.lasts() {
             return None;
         }
+        let trust = if doubted || self.still.is_limited() { short } else { 0 };
         self.known = Some(RestModel::new(&self.candidate, self.times.tick, trust));
         self.at_rest = true;
         Some(Event::Rest)
     }
 
-    fn rest(&mut self, mut known: RestModel<T>, seen: &TickSums<T>) -> Option<Event> {
+    fn rest(
+        &mut self,
+        mut known: RestModel<T>,
+        possible: bool,
+        seen: &TickSums<T>,
+    ) -> Option<Event> {
         if let Some(event) = self.return_to_earlier(&known, seen) {
             return Some(event);
         }
-        if known.holds(seen) {
+        if possible && known.holds(seen) {
+            self.proven |= known.trust >= self.times.long;
             self.known = Some(known);
-            return None;
+            return self.doubt(&known, seen);
         }
         self.at_rest = false;
-        self.candidate = Candidate::of(seen);
+        self.candidate = if possible { Candidate::of(seen) } else { Candidate::none() };
         self.back = Run::none();
         if known.trust < self.times.short {
             self.known = None;
             self.false_start = true;
             return Some(Event::Restart);
         }
+        self.proven |= is_quieter(known.noise.variance, seen.variance, seen.step);
         known.leave(self.times.short);
         self.known = Some(known);
         Some(Event::Motion)
     }
 
-    fn motion(&mut self, known: RestModel<T>, seen: &TickSums<T>) -> Option<Event> {
+    /// Takes a quieter level for rest that follows on one which nothing has proven.
+    fn doubt(&mut self, known: &RestModel<T>, seen: &TickSums<T>) -> Option<Event> {
+        if self.proven {
+            return None;
+        }
+        self.candidate.take(seen, self.times.tick);
+        let lasts = self.candidate.ticks >= self.times.dwell;
+        let quiet = is_quieter(self.candidate.variance, known.noise.variance, seen.step);
+        (lasts && quiet).then(|| self.replace())
+    }
+
+    /// Takes the candidate for rest, and what was known before for motion.
+    fn replace(&mut self) -> Event {
+        let trust = self.times.short;
+        self.known = Some(RestModel::new(&self.candidate, self.times.tick, trust));
+        (self.earlier, self.near_earlier) = (None, Run::none());
+        (self.at_rest, self.proven) = (true, true);
+        Event::Restart
+    }
+
+    fn motion(&mut self, known: RestModel<T>, possible: bool, seen: &TickSums<T>) -> Option<Event> {
+        self.proven |= is_quieter(known.noise.variance, seen.variance, seen.step);
+        if !possible {
+            self.candidate = Candidate::none();
+            (self.back, self.near_earlier) = (Run::none(), Run::none());
+            return None;
+        }
         self.candidate.take(seen, self.times.tick);
         self.back.take(known.is_near(seen), seen.level);
+        if !self.still.lasts() {
+            return None;
+        }
         if self.back.has_arrived(self.times.dwell, &known, seen.step) {
             self.resume(known, self.back);
             return Some(Event::Rest);
@@ -168,7 +222,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         let candidate = &self.candidate;
         let level_stands = known.is_level(candidate.level, step)
             && known.is_as_steady(candidate.level_variance(), step);
-        if level_stands {
+        // Nothing that moves is quieter than rest.
+        let quieter = is_quieter(candidate.variance, known.noise.variance, step);
+        if level_stands || quieter {
             return T::of(2.0 * f64::from(dwell));
         }
         let long = T::of(f64::from(long));
@@ -192,5 +248,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
             && self.candidate.is_sound()
             && self.back.is_sound()
             && self.near_earlier.is_sound()
+            && self.still.is_after(&fresh.still)
+            && (self.proven || !fresh.proven)
     }
 }

@@ -13,7 +13,11 @@
 mod bounds;
 mod candidate;
 mod decision;
+mod gate;
 mod model;
+mod repeats;
+mod still;
+mod sums;
 mod ticker;
 
 use serde::de::DeserializeOwned;
@@ -21,7 +25,7 @@ use serde::{Deserialize, Serialize};
 
 use self::decision::{Decision, Times};
 use self::ticker::{TickSums, Ticker};
-use crate::error::{Error, check_rate};
+use crate::error::{Error, check_positive, check_rate};
 use crate::math::{Limits, Real};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Stream};
@@ -44,16 +48,46 @@ pub enum Event {
 /// A quarter of a second, but four samples at least.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tick<T> {
-    /// Samples that were not missing.
+    /// Samples that count: neither missing nor outliers nor a stuck sensor's. Fewer than four are
+    /// counted with those of the next tick.
     pub count: u32,
     /// Their mean, if there are any.
     pub mean: T,
     /// Their deviation from it, zero for less than two.
     pub deviation: T,
-    /// Whether it belongs to a rest. A tick of fewer than four samples tells nothing and does not.
+    /// Whether it belongs to a rest. A tick without samples tells nothing and does not.
     pub calm: bool,
+    /// Samples that were taken for outliers.
+    pub outliers: u32,
+    /// Samples that a stuck sensor gave.
+    pub stuck: u32,
     /// What changed with it.
     pub event: Option<Event>,
+}
+
+/// What rest can be, in the unit of the samples: nothing beyond is ever learned as rest.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct RestLimits {
+    /// Deviation within a tick, and spread of the ticks' means over 1.5 s, that no sensor of this
+    /// kind has at rest.
+    pub rest: Option<f64>,
+    /// Level that no sensor of this kind has at rest.
+    pub bias: Option<f64>,
+}
+
+impl RestLimits {
+    /// The limits, if they are positive numbers.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first that is not.
+    pub fn checked(self) -> Result<Self, Error> {
+        let check = |name, limit: Option<f64>| {
+            limit.map_or(Ok(()), |limit| check_positive(name, "a positive number", limit))
+        };
+        check("rest_limit", self.rest)?;
+        check("bias_limit", self.bias)?;
+        Ok(self)
+    }
 }
 
 /// Tells rest from motion.
@@ -62,6 +96,7 @@ pub struct Tick<T> {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RestDetector<T> {
     rate: f64,
+    limits: RestLimits,
     ticker: Ticker<T>,
     decision: Decision<T>,
 }
@@ -70,11 +105,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     /// A detector for `rate` samples a second.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if the rate is not a positive number.
-    pub fn new(rate: f64) -> Result<Self, Error> {
+    /// [`Error::Parameter`] if the rate or a limit is not a positive number.
+    pub fn new(rate: f64, limits: RestLimits) -> Result<Self, Error> {
         check_rate(rate)?;
-        let times = Times::new(rate);
-        Ok(Self { rate, ticker: Ticker::new(times.tick), decision: Decision::new(times) })
+        let (times, limits) = (Times::new(rate), limits.checked()?);
+        let ticker = Ticker::new(rate, times.tick);
+        Ok(Self { rate, limits, ticker, decision: Decision::new(times, limits) })
     }
 
     /// Takes one sample; returns the tick that it completes.
@@ -87,6 +123,28 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     /// Whether the sensor rests, as far as the last tick tells.
     pub fn at_rest(&self) -> bool {
         self.decision.at_rest
+    }
+
+    /// Whether what it takes for rest may as well be motion: nothing louder has been seen so far, and
+    /// it has not yet lasted for a minute. Never if there is a limit of what rest can be.
+    pub fn is_provisional(&self) -> bool {
+        self.decision.is_provisional()
+    }
+
+    /// Whether the sensor has given the same sample for longer than chance does.
+    pub fn is_stuck(&self) -> bool {
+        self.ticker.is_stuck()
+    }
+
+    /// A sample before it is taken, with the bounds that outliers have; NaN for one that is an
+    /// outlier as far as can be told before its tick is complete.
+    pub fn judged(&self, z: T) -> T {
+        self.ticker.judged(z)
+    }
+
+    /// What rest can be.
+    pub fn limits(&self) -> RestLimits {
+        self.limits
     }
 
     /// Samples in a tick, missing ones included.
@@ -102,13 +160,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     /// Back to before the first sample.
     pub fn restart(&mut self) {
         let times = self.decision.times;
-        self.ticker = Ticker::new(times.tick);
-        self.decision = Decision::new(times);
+        self.ticker = Ticker::new(self.rate, times.tick);
+        self.decision = Decision::new(times, self.limits);
     }
 
     fn decided(&mut self, seen: &TickSums<T>) -> Tick<T> {
-        let telling = seen.count >= LEAST;
-        let event = match (self.ticker.is_lost(), telling) {
+        let event = match (self.ticker.is_lost(), seen.count > 0) {
             (true, _) => {
                 self.restart();
                 Some(Event::Restart)
@@ -116,8 +173,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
             (false, true) => self.decision.take(seen),
             (false, false) => None,
         };
-        let calm = telling && self.at_rest();
-        Tick { count: seen.count, mean: seen.mean, deviation: seen.deviation, calm, event }
+        let TickSums { count, mean, deviation, outliers, stuck, .. } = *seen;
+        let calm = count > 0 && self.at_rest();
+        Tick { count, mean, deviation, calm, event, outliers, stuck }
     }
 }
 
@@ -142,15 +200,15 @@ where
     T: Limits + Real<Element = T, SimdBool = bool> + Serialize + DeserializeOwned,
 {
     const TAG: &'static str = "rest-detector";
-    const VERSION: u16 = 2;
+    const VERSION: u16 = 3;
 
     fn is_sound(&self) -> bool {
-        Self::new(self.rate).is_ok_and(|fresh| {
+        Self::new(self.rate, self.limits).is_ok_and(|fresh| {
             self.ticker.is_after(&fresh.ticker) && self.decision.is_after(&fresh.decision)
         })
     }
 
     fn is_like(&self, other: &Self) -> bool {
-        self.rate == other.rate
+        (self.rate, self.limits) == (other.rate, other.limits)
     }
 }

@@ -3,6 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::LEAST;
+use super::gate::{Gate, Zone};
+use super::repeats::Repeats;
+use super::sums::Sums;
 use crate::math::sound::{is_sample, is_size, is_within};
 use crate::math::{Limits, Real, choose};
 
@@ -17,10 +20,18 @@ const LITTLE: f64 = 16.0;
 /// Level and deviation over the bound at least, where the unit is far too small.
 const NEAR_BOUND: f64 = 0.1;
 
+/// Ticks that a few samples wait for more at most: sixteen seconds.
+const PATIENCE: u32 = 64;
+
+/// Part of a tick's distance by which the centre follows it.
+const FOLLOW: f64 = 0.25;
+
 /// Sums over the samples of the tick that is under way.
 ///
 /// Samples are counted from the first one, in units of the first difference that is not zero, and
-/// summed up about the level of the tick before, so neither an offset nor a unit costs precision.
+/// summed up about the level of the ticks before, so neither an offset nor a unit costs precision.
+/// Those that a [`Gate`] takes for outliers, or that [`Repeats`] takes for a stuck sensor's, are not
+/// in what a tick tells.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Ticker<T> {
     length: u32,
@@ -38,18 +49,20 @@ pub(super) struct Ticker<T> {
     swallowed: u32,
     centre: T,
     position: u32,
-    count: u32,
-    sum: T,
-    squares: T,
-    /// The samples farthest below and above the centre, from there.
-    lowest: T,
-    highest: T,
+    repeats: Repeats,
+    gate: Gate<T>,
+    /// All samples, and those that the gate lets through.
+    plain: Sums<T>,
+    kept: Sums<T>,
+    /// Ticks in a row that had too few samples to be judged.
+    waited: u32,
 }
 
 /// One tick, in the ticker's own units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TickSums<T> {
-    /// Samples that were not missing; none of a tick that origin or unit has swallowed.
+    /// Samples that count; none of a tick that origin or unit has swallowed, or that waits for the
+    /// next since it has too few.
     pub count: u32,
     /// Mean of the samples, in their unit.
     pub mean: T,
@@ -63,10 +76,14 @@ pub(super) struct TickSums<T> {
     pub weight: T,
     /// One step of the sensor's output: no motion, however quiet it is.
     pub step: T,
+    /// Samples taken for outliers.
+    pub outliers: u32,
+    /// Samples of a sensor that is stuck.
+    pub stuck: u32,
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
-    pub(super) fn new(length: u32) -> Self {
+    pub(super) fn new(rate: f64, length: u32) -> Self {
         let zero = T::zero();
         Self {
             length,
@@ -79,11 +96,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             swallowed: 0,
             centre: zero,
             position: 0,
-            count: 0,
-            sum: zero,
-            squares: zero,
-            lowest: zero,
-            highest: zero,
+            repeats: Repeats::new(),
+            gate: Gate::new(rate),
+            plain: Sums::none(),
+            kept: Sums::none(),
+            waited: 0,
         }
     }
 
@@ -91,32 +108,60 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     #[inline(always)]
     pub(super) fn observe(&mut self, z: T) -> Option<TickSums<T>> {
         if z.finite() {
-            self.add(z);
+            self.take(z.within(T::RAW_MAX));
         } else {
-            self.previous = T::of(f64::NAN);
+            self.interrupt();
         }
         self.position += 1;
         (self.position >= self.length).then(|| self.end())
     }
 
+    /// Sums are a sample behind: only the next tells whether its run of equal ones goes on.
     #[inline(always)]
-    fn add(&mut self, z: T) {
-        let z = z.within(T::RAW_MAX);
+    fn take(&mut self, z: T) {
+        if self.gate.learns() {
+            self.gate.learn(z);
+        }
+        if z == self.previous {
+            return self.repeats.go_on();
+        }
+        self.add_held();
         if self.unit == T::zero() {
             self.find_unit(z);
         }
         let change = (z - self.previous).simd_abs();
-        if change > T::zero() && change < self.step {
+        if change < self.step {
             self.step = change;
         }
+        self.repeats.begin(change <= self.step + self.step);
         self.previous = z;
-        let y = ((z - self.origin) * self.inverse).within(self.bound);
-        let distance = y - self.centre;
-        self.lowest = distance.at_most(self.lowest);
-        self.highest = distance.at_least(self.highest);
-        self.count += 1;
-        self.sum += distance;
-        self.squares += distance * distance;
+    }
+
+    #[cold]
+    fn interrupt(&mut self) {
+        self.add_held();
+        self.repeats.interrupt();
+        self.previous = T::of(f64::NAN);
+    }
+
+    /// Adds the last samples, which are all equal.
+    #[inline(always)]
+    fn add_held(&mut self) {
+        let times = self.repeats.take();
+        if times == 0 {
+            return;
+        }
+        let distance = self.distance(self.previous);
+        self.plain.add(distance, times);
+        if let Zone::Counts(distance) = self.gate.take(distance, times) {
+            self.kept.add(distance, times);
+        }
+    }
+
+    /// From the centre, in the ticker's unit.
+    #[inline(always)]
+    fn distance(&self, z: T) -> T {
+        ((z - self.origin) * self.inverse).within(self.bound) - self.centre
     }
 
     #[cold]
@@ -131,30 +176,77 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
+    /// A sample as the gate sees it before its tick is complete: within the bounds, NaN if it is far
+    /// from the level or the sensor is stuck.
+    pub(super) fn judged(&self, z: T) -> T {
+        if self.is_stuck() && z == self.previous || !z.finite() {
+            return T::of(f64::NAN);
+        }
+        let z = z.within(T::RAW_MAX);
+        let distance = self.distance(z);
+        match self.gate.zone(distance) {
+            Zone::Far => T::of(f64::NAN),
+            Zone::Counts(near) if near == distance => z,
+            Zone::Counts(near) => self.origin + self.unit * (self.centre + near),
+        }
+    }
+
+    /// The sensor has given the same sample for longer than chance does.
+    pub(super) fn is_stuck(&self) -> bool {
+        self.repeats.is_stuck()
+    }
+
     #[cold]
     fn end(&mut self) -> TickSums<T> {
-        let count = T::of(f64::from(self.count.max(1)));
-        let mean = self.origin + self.unit * (self.centre + self.sum / count);
-        let (level, variance) = self.without_farthest();
+        self.add_held();
+        let stuck = self.repeats.end_tick::<T>();
+        self.position = 0;
+        let far = self.plain.count - self.kept.count;
+        let enough = self.plain.count >= LEAST;
+        let exits = enough && self.gate.exits(self.plain.count, far);
+        let used = if exits { self.plain } else { self.kept };
+        let seen = TickSums { stuck, ..self.told(&used) };
+        if used.count < LEAST {
+            self.wait();
+            return TickSums { count: 0, ..seen };
+        }
+        self.note_swallowed();
+        self.begin(&used, exits);
+        let outliers = if exits { 0 } else { far };
+        TickSums { count: if self.swallowed > 0 { 0 } else { seen.count }, outliers, ..seen }
+    }
+
+    /// What sums tell.
+    fn told(&self, sums: &Sums<T>) -> TickSums<T> {
+        let (above, variance) = sums.without_farthest();
+        let level = self.centre + above;
+        let share = T::of(f64::from(sums.count)) / T::of(f64::from(self.length));
         // Sums of samples that are all equal are off their mean by some roundings.
         let rounding = T::ROUNDING * level.simd_abs();
-        self.note_swallowed(mean, level, variance);
-        let seen = TickSums {
-            count: if self.swallowed > 0 { 0 } else { self.count },
-            mean,
-            deviation: self.unit * self.variance_about_mean().simd_sqrt(),
+        TickSums {
+            count: sums.count,
+            mean: self.origin + self.unit * (self.centre + sums.mean()),
+            deviation: self.unit * sums.variance_about_mean().simd_sqrt(),
             level,
             variance,
-            weight: (count / T::of(f64::from(self.length))).simd_sqrt(),
+            weight: share.at_most(T::one()).simd_sqrt(),
             step: self.least_step().at_least(rounding),
-        };
-        self.begin(level);
-        seen
+            outliers: 0,
+            stuck: 0,
+        }
     }
 
     /// The smallest step so far, zero if there was none.
     fn least_step(&self) -> T {
         choose(self.step < T::MAX, self.step * self.inverse, T::zero()).at_most(self.bound)
+    }
+
+    /// Few samples are judged with those of the next ticks.
+    fn wait(&mut self) {
+        self.waited += 1;
+        if self.waited > PATIENCE {
+            (self.plain, self.kept, self.waited) = (Sums::none(), Sums::none(), 0);
+        }
     }
 
     /// Whether neither origin nor unit fits the samples: their first ones were far from all others.
@@ -163,54 +255,31 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     }
 
     /// Counts ticks whose samples vanish beside the origin, or leave the range of the unit.
-    fn note_swallowed(&mut self, mean: T, level: T, variance: T) {
-        if self.count < LEAST {
-            return;
-        }
+    fn note_swallowed(&mut self) {
+        let (above, variance) = self.plain.without_farthest();
+        let level = self.centre + above;
+        let mean = self.origin + self.unit * (self.centre + self.plain.mean());
         let (origin, deviation) = (self.origin.simd_abs(), variance.simd_sqrt());
         let rounding = T::of(LITTLE) * T::ROUNDING * origin;
         let coarse = self.step <= rounding && self.unit * deviation <= rounding;
         let beside = coarse && mean.simd_abs() < T::of(FAR) * origin;
-        let range = self.highest - self.lowest;
+        let range = self.plain.range();
         let small = range > T::zero() && range < T::one() / self.bound;
         let large = level.simd_abs() + deviation >= self.bound * T::of(NEAR_BOUND);
         self.swallowed = if beside || small || large { self.swallowed + 1 } else { 0 };
     }
 
-    fn variance_about_mean(&self) -> T {
-        let count = T::of(f64::from(self.count));
-        let squares = self.squares - self.sum * self.sum / count.at_least(T::one());
-        squares.at_least(T::zero()) / (count - T::one()).at_least(T::one())
-    }
-
-    /// Level and variance: one sample far off is an outlier and no motion.
-    fn without_farthest(&self) -> (T, T) {
-        if self.count < LEAST {
-            return (self.centre, T::zero());
+    /// The next tick, after one whose sums are used.
+    fn begin(&mut self, used: &Sums<T>, exits: bool) {
+        let step = self.least_step();
+        let (above, _) = used.without_farthest();
+        self.gate.end_tick(self.plain.count, exits, step);
+        self.centre += above * T::of(FOLLOW);
+        if self.gate.learns() && self.unit > T::zero() {
+            self.gate.start(self.inverse, step);
+            self.centre = ((self.gate.median() - self.origin) * self.inverse).within(self.bound);
         }
-        let n = T::of(f64::from(self.count - 1));
-        let sum = self.sum - self.farthest();
-        let farthest = self.highest.at_least(-self.lowest);
-        let squares = self.squares - farthest * farthest;
-        let variance = (squares - sum * sum / n) / (n - T::one());
-        (self.centre + sum / n, variance.at_least(T::zero()))
-    }
-
-    /// Of two as far, one below and one above, neither: a sign must change nothing.
-    fn farthest(&self) -> T {
-        let lower = choose(-self.lowest > self.highest, self.lowest, T::zero());
-        choose(self.highest > -self.lowest, self.highest, lower)
-    }
-
-    fn begin(&mut self, centre: T) {
-        let zero = T::zero();
-        self.centre = centre;
-        self.position = 0;
-        self.count = 0;
-        self.sum = zero;
-        self.squares = zero;
-        self.lowest = zero;
-        self.highest = zero;
+        (self.plain, self.kept, self.waited) = (Sums::none(), Sums::none(), 0);
     }
 }
 
@@ -224,6 +293,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     pub(super) fn is_after(&self, fresh: &Self) -> bool {
         // Raw, it must not overflow.
         let reach = (T::RAW_MAX * T::of(4.0) * self.inverse).at_most(self.bound);
+        // A few samples wait for those of the next ticks.
+        let most = self.position + self.length + LEAST;
         (self.length, self.bound) == (fresh.length, fresh.bound)
             && is_sample(self.origin, T::RAW_MAX)
             && self.has_unit()
@@ -233,8 +304,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             && self.step <= T::MAX
             && is_within(self.centre, reach + reach)
             && self.position < self.length
-            && self.count <= self.position
-            && self.has_sums(reach)
+            && self.repeats.is_sound(self.position)
+            && self.gate.is_after(&fresh.gate, most, self.bound + self.bound)
+            && self.plain.is_sound(most, reach * T::of(4.0))
+            && self.kept.is_sound(self.plain.count, reach * T::of(4.0))
+            && self.waited <= PATIENCE
     }
 
     fn has_unit(&self) -> bool {
@@ -245,13 +319,5 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         is_size(self.unit, T::RAW_MAX + T::RAW_MAX)
             && self.inverse == inverse
             && (self.origin.finite() || self.unit == T::zero())
-    }
-
-    fn has_sums(&self, reach: T) -> bool {
-        let (most, count) = (reach * T::of(4.0), T::of(f64::from(self.count)));
-        is_within(self.sum, most * count)
-            && is_size(self.squares, most * most * count)
-            && is_size(-self.lowest, most)
-            && is_size(self.highest, most)
     }
 }

@@ -25,6 +25,7 @@ pub use bank::{Bank, Block};
 pub use parts::{Parts, Values};
 pub use sample::{Field, Input, Number, Output, Shape, sizes};
 pub use scaling::{Scaling, Startup};
+pub(crate) use sketch::Sketch;
 #[cfg(feature = "parallel")]
 pub use threads::on_pool;
 pub(crate) use watch::Watch;

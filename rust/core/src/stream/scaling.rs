@@ -15,6 +15,9 @@ const WINDOW_MIN: u64 = 2;
 /// Fewest samples of which a median says more than their mean.
 const TELLING: usize = 8;
 
+/// Variance of a mean of normal variables over that of their median.
+const MEDIAN_WORTH: f64 = core::f64::consts::FRAC_2_PI;
+
 /// Deviation over that of the median distance, beyond which a few samples have spoilt it; a
 /// thousandth below which its unit has: no distribution of a sensor comes near to either.
 const SPOILT: f64 = 4.0;
@@ -143,6 +146,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Startup<T> {
     /// Samples that were not missing.
     pub fn samples(&self) -> u64 {
         self.samples
+    }
+
+    /// Samples whose mean would be as exact as this one.
+    pub(crate) fn worth(&self) -> T {
+        match self.typical() {
+            Some(_) => T::of(self.sketch.held() as f64 * MEDIAN_WORTH),
+            None => T::of(self.samples as f64),
+        }
     }
 
     /// Mean and deviation in the start-up's own units, and a bound of all normalised samples; none

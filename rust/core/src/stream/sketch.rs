@@ -13,7 +13,7 @@ const NORMAL: f64 = 1.482_602_218_505_602;
 
 /// Up to 32 samples of a stream, evenly spaced in time until there is no more room and then in rank.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) struct Sketch<T> {
+pub(crate) struct Sketch<T> {
     /// In rising order.
     sorted: [T; ROOM],
     held: u32,
@@ -24,12 +24,12 @@ pub(super) struct Sketch<T> {
 }
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { sorted: [T::zero(); ROOM], held: 0, stride: 1, passing: 0 }
     }
 
     /// Takes a finite sample.
-    pub(super) fn insert(&mut self, z: T) {
+    pub(crate) fn insert(&mut self, z: T) {
         if self.passing > 0 {
             self.passing -= 1;
             return;
@@ -48,12 +48,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
     }
 
     /// Samples that are kept.
-    pub(super) fn held(&self) -> usize {
+    pub(crate) fn held(&self) -> usize {
         (self.held as usize).min(ROOM)
     }
 
     /// The median, zero before the first sample.
-    pub(super) fn median(&self) -> T {
+    pub(crate) fn median(&self) -> T {
         match self.held() {
             0 => T::zero(),
             n => (self.sorted[(n - 1) / 2] + self.sorted[n / 2]) * T::of(0.5),
@@ -62,7 +62,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
 
     /// The deviation that a normal variable of this median distance from its median has. Where most
     /// samples are equal, the least distance that is not zero: a step of the sensor.
-    pub(super) fn deviation(&self) -> T {
+    pub(crate) fn deviation(&self) -> T {
         let (centre, held) = (self.median(), self.held());
         let (mut below, mut above) = (held / 2, held / 2);
         let mut distance = T::zero();
@@ -82,7 +82,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Sketch<T> {
     }
 
     /// Whether samples can have made it.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         let kept = &self.sorted[..self.held()];
         self.held as usize == self.held()
             && kept.iter().all(|z| is_within(*z, T::RAW_MAX))

@@ -10,8 +10,8 @@ const RATE: f64 = 100.0;
 const NOISE: f64 = 0.1;
 
 fn auto<T: DriftNumber>(compensated: bool) -> AutoFilter<T> {
-    let behaviour = Behaviour { hold_in_motion: true, compensated };
-    AutoFilter::new(AutoParams { rate: RATE, startup: 1.0, scale: None, behaviour })
+    let behaviour = Behaviour { hold_in_motion: true, compensated, ..Behaviour::default() };
+    AutoFilter::new(AutoParams { rate: RATE, behaviour, ..AutoParams::default() })
         .expect("valid parameters")
 }
 

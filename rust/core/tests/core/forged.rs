@@ -8,7 +8,7 @@ use zerorate_core::checkpoint::{self, Checkpoint};
 use zerorate_core::stream::{Number, Output};
 use zerorate_core::{
     AutoFilter, AutoParams, Behaviour, DriftFilter, Params, RecursiveLeastSquares, RestDetector,
-    RestGated, RlsParams, Stream, Traced,
+    RestGated, RestLimits, RlsParams, Stream, Traced,
 };
 
 const HEADER: usize = 30;
@@ -137,12 +137,13 @@ where
     T: zerorate_core::drift::DriftNumber,
 {
     let filter = DriftFilter::new(params).expect("valid parameters");
-    RestGated::new(filter, Behaviour { hold_in_motion, compensated: false }).expect("a valid rate")
+    RestGated::new(filter, Behaviour { hold_in_motion, ..Behaviour::default() })
+        .expect("a valid rate")
 }
 
 fn auto<T: Number>(scale: Option<f64>, hold_in_motion: bool) -> AutoFilter<T> {
-    let behaviour = Behaviour { hold_in_motion, compensated: false };
-    AutoFilter::new(AutoParams { rate: 16.0, startup: 1.0, scale, behaviour })
+    let behaviour = Behaviour { hold_in_motion, ..Behaviour::default() };
+    AutoFilter::new(AutoParams { rate: 16.0, scale, behaviour, ..AutoParams::default() })
         .expect("valid parameters")
 }
 
@@ -208,7 +209,9 @@ proptest! {
 
     #[test]
     fn detectors(samples in samples(), after in prop::collection::vec(any_sample(), 80), first in 0..STRIDE) {
-        check(RestDetector::<f64>::new(16.0)?, returned, &samples, &after, first)?;
-        check(RestDetector::<f32>::new(16.0)?, returned, &samples, &after, first)?;
+        let limits = RestLimits { rest: Some(0.5), bias: None };
+        check(RestDetector::<f64>::new(16.0, RestLimits::default())?, returned, &samples, &after, first)?;
+        check(RestDetector::<f64>::new(16.0, limits)?, returned, &samples, &after, first)?;
+        check(RestDetector::<f32>::new(16.0, limits)?, returned, &samples, &after, first)?;
     }
 }

@@ -5,23 +5,35 @@ use proptest::prelude::*;
 use zerorate_core::checkpoint::Checkpoint;
 use zerorate_core::drift::Snapshot;
 use zerorate_core::{
-    AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Params, RestGated, Stream, Traced,
+    AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Params, RestGated, RestLimits,
+    Stream, Traced,
 };
 
 fn any_behaviour() -> impl Strategy<Value = Behaviour> {
-    any::<(bool, bool)>()
-        .prop_map(|(hold_in_motion, compensated)| Behaviour { hold_in_motion, compensated })
+    let limit = prop::option::of(0.1..1e3);
+    (any::<(bool, bool, bool)>(), limit).prop_map(|(chosen, limit)| {
+        let (hold_in_motion, compensated, reject_outliers) = chosen;
+        Behaviour { limit, reject_outliers, hold_in_motion, compensated }
+    })
+}
+
+fn any_limits() -> impl Strategy<Value = RestLimits> {
+    let limit = || prop::option::of(0.1..1e3);
+    (limit(), limit()).prop_map(|(rest, bias)| RestLimits { rest, bias })
 }
 
 /// At one sample a second a tick is four samples, and a block eight ticks.
 fn any_auto() -> impl Strategy<Value = AutoParams> {
     let rate = prop::sample::select(vec![1.0, 62.5, 100.0]);
-    (rate, 0.01..2.0, any_behaviour()).prop_map(|(rate, startup, behaviour)| AutoParams {
-        rate,
-        startup,
-        scale: None,
-        behaviour,
-    })
+    (rate, 0.01..2.0, any_behaviour(), any_limits()).prop_map(
+        |(rate, startup, behaviour, limits)| AutoParams {
+            rate,
+            startup,
+            scale: None,
+            behaviour,
+            limits,
+        },
+    )
 }
 
 fn auto(params: AutoParams) -> AutoFilter<f64> {
@@ -152,7 +164,7 @@ proptest! {
     ) {
         let mut plain = DriftFilter::<f64, 3, 4>::new(params).expect("valid");
         let inside = processed(&mut plain, &samples);
-        let behaviour = Behaviour { hold_in_motion: false, compensated: false };
+        let behaviour = Behaviour::default();
         let got = processed(&mut gated(params, behaviour), &samples);
         prop_assert_eq!(bits(&inside), bits(&got));
     }
@@ -160,8 +172,8 @@ proptest! {
 
 #[test]
 fn reset_forgets_everything() {
-    let behaviour = Behaviour { hold_in_motion: true, compensated: true };
-    let mut filter = auto(AutoParams { rate: 100.0, startup: 1.0, scale: None, behaviour });
+    let behaviour = Behaviour { hold_in_motion: true, compensated: true, ..Behaviour::default() };
+    let mut filter = auto(AutoParams { behaviour, ..AutoParams::default() });
     let mut holding = gated(Params::default(), behaviour);
     let first = processed(&mut filter, &drifting(3000, 7));
     let held = processed(&mut holding, &drifting(3000, 7));

@@ -2,12 +2,12 @@
 
 use crate::common::{any_sample, processed_to, restored, saved, white_noise};
 use proptest::prelude::*;
-use zerorate_core::{Error, Event, RestDetector, Stream, Tick};
+use zerorate_core::{Error, Event, RestDetector, RestLimits, Stream, Tick};
 
 const RATE: f64 = 100.0;
 
 fn new(rate: f64) -> RestDetector<f64> {
-    RestDetector::new(rate).expect("the tests' rates are positive")
+    RestDetector::new(rate, RestLimits::default()).expect("the tests' rates are positive")
 }
 
 /// What changed, and at which sample.
@@ -83,14 +83,14 @@ fn a_tick_is_calm_if_it_belongs_to_a_rest() {
 #[test]
 fn a_rate_that_is_none_is_refused() {
     for rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let refused = RestDetector::<f64>::new(rate).expect_err("no rate");
+        let refused = RestDetector::<f64>::new(rate, RestLimits::default()).expect_err("no rate");
         assert!(matches!(refused, Error::Parameter { name: "rate", .. }));
     }
 }
 
 #[test]
 fn single_precision_tells_the_same() {
-    let mut detector = RestDetector::<f32>::new(RATE).expect("a rate");
+    let mut detector = RestDetector::<f32>::new(RATE, RestLimits::default()).expect("a rate");
     let changes: Vec<(usize, Event)> = turned(30_000, 10_000, 20_000, 50.0)
         .iter()
         .enumerate()
@@ -132,7 +132,7 @@ proptest! {
         samples in prop::collection::vec(any_sample(), 1..400),
     ) {
         let mut double = new(rate);
-        let mut single = RestDetector::<f32>::new(rate).expect("a rate");
+        let mut single = RestDetector::<f32>::new(rate, RestLimits::default()).expect("a rate");
         for z in samples {
             if let Some(tick) = double.observe(z) {
                 prop_assert!(tick.mean.is_finite() || tick.count == 0);

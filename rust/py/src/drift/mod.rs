@@ -63,6 +63,23 @@ use crate::common::work::in_pieces;
 /// output : {"estimate", "compensated"}, default "estimate"
 ///     What ``update`` and ``process`` return: the estimate, or the sample minus ``bias``, which has
 ///     no delay (NaN for a missing sample).
+/// limit : float, optional
+///     End of the sensor's range, in the samples' unit: a sample of this size or beyond is saturated,
+///     and missing.
+/// rest_limit : float, optional
+///     For ``"auto"``: deviation of the samples within a quarter second, and spread of the means of
+///     six of these, above which a sensor of this kind cannot be at rest, in the samples' unit;
+///     3 deg/s suits MEMS gyros. A record may then begin in motion: nothing is learned, and 0 is the
+///     bias, until the sensor has been still for 1.5 s. Without it the start is taken for rest if it
+///     looks like noise, ``status`` is ``"provisional"`` until something louder or a minute of
+///     stillness has been seen, and ``bias_sigma`` is as large as the samples until then.
+/// bias_limit : float, optional
+///     For ``"auto"``: level that is never taken for a bias, in the samples' unit: a sensor that
+///     turns at one rate looks like one at rest.
+/// outliers : {"keep", "reject"}, default "keep"
+///     For ``"kf"``, ``"akf"`` and ``"fading"``: ``"reject"`` keeps from them what ``"auto"`` always does, samples
+///     more than four deviations from the level of the last quarter seconds, unless there are so
+///     many of these, or so many in a row, that the sensor moves.
 /// process_noise : float, default 0.1
 ///     Initial process noise G and covariance P, in variances of the start-up window. Large follows
 ///     the signal, small smooths it.
@@ -75,7 +92,6 @@ use crate::common::work::in_pieces;
 ///     until two samples differ).
 /// scale : float, optional
 ///     Deviation of the noise in the samples' unit where it is known; else it is learned.
-///
 /// zones : (float, float) or "published", default (4.0, 0.75)
 ///     For ``"robust"``: (kappa, beta). An innovation beyond kappa deviations of the accepted ones
 ///     is an outlier, unless so many of one sign follow each other (0.03 s, at least three) that
@@ -88,9 +104,10 @@ use crate::common::work::in_pieces;
 ///     For ``"robust"``: the part, from 0 to 1, of an innovation between the zones that moves the
 ///     prediction; 0 bounds such an innovation instead, and is better.
 ///
-/// ``"auto"`` uses, of the parameters, rate, channels, motion, output, startup and scale;
-/// ``"fading"`` all but zones, damping and correction; ``"kf"`` and ``"akf"`` these but fading and
-/// process_noise_memory; ``"robust"`` what ``"akf"`` uses, and the zones.
+/// ``"auto"`` uses, of the parameters, rate, channels, motion, output, limit, rest_limit, bias_limit,
+/// startup and scale; ``"fading"`` all but rest_limit, bias_limit, zones, damping and correction;
+/// ``"kf"`` and ``"akf"`` all that ``"fading"`` does but fading and process_noise_memory;
+/// ``"robust"`` all that ``"akf"`` does but outliers, and zones, damping and correction.
 ///
 /// Raises
 /// ------
@@ -139,7 +156,8 @@ streaming!(
 impl DriftFilter {
     #[new]
     #[pyo3(signature = (rate, **options), text_signature = "(rate, *, method='fading', \
-        channels=None, motion=None, output='estimate', order=(2, 1), fading=0.97, \
+        channels=None, motion=None, output='estimate', limit=None, rest_limit=None, \
+        bias_limit=None, outliers='keep', order=(2, 1), fading=0.97, \
         adapt_for=120.0, forgetting_factor=1.0, process_noise=0.1, process_noise_memory=0.0, \
         noise='allan', startup=1.0, scale=None, zones=(4.0, 0.75), damping=0.0, \
         correction=0.0)")]
@@ -280,8 +298,10 @@ impl DriftFilter {
 
     /// What the filter is doing: ``"starting"`` (the bias is the mean so far), ``"at rest"`` (it
     /// learns), ``"in motion"`` (it holds the bias), ``"no rest yet"`` (the sensor moved before
-    /// anything was learned; the bias is 0) or ``"starting anew"`` (the noise learned at the start
-    /// proved wrong by many orders). With channels a list of k.
+    /// anything was learned; the bias is 0), ``"starting anew"`` (the noise learned at the start
+    /// proved wrong by many orders), ``"provisional"`` (it learns from what looks like rest but may
+    /// be motion, since nothing louder has been seen yet) or ``"stuck"`` (the sensor gives the same
+    /// sample for longer than chance does; it holds the bias). With channels a list of k.
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
@@ -325,14 +345,6 @@ impl DriftFilter {
         this.shared.numbers(py, this.shared.bank.guard_counts())
     }
 
-    /// How many samples ``"robust"`` took for outliers: int, with channels (k,). The trace flags
-    /// them as ``guarded``.
-    #[getter]
-    fn outlier_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
-        this.shared.numbers(py, this.shared.bank.outlier_counts())
-    }
-
     /// How often so many outliers of ``"robust"`` followed each other that they were taken for a
     /// step of the signal: int, with channels (k,).
     #[getter]
@@ -347,6 +359,32 @@ impl DriftFilter {
     fn restarts<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
         this.shared.numbers(py, this.shared.bank.restarts())
+    }
+
+    /// Samples at or beyond ``limit`` so far: int, with channels (k,).
+    #[getter]
+    fn saturated_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let tallies = this.shared.bank.tallies();
+        this.shared.numbers(py, tallies.iter().map(|tally| tally.saturated).collect())
+    }
+
+    /// Samples so far that were left out as outliers, counted a quarter second at a time, by
+    /// ``"robust"`` at once: int, with channels (k,). Zero for a published method that looks for none.
+    #[getter]
+    fn outlier_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let tallies = this.shared.bank.tallies();
+        this.shared.numbers(py, tallies.iter().map(|tally| tally.outliers).collect())
+    }
+
+    /// Samples so far that a stuck sensor gave, counted a quarter second at a time: int, with channels
+    /// (k,). Zero for a published method that neither rejects outliers nor holds in motion.
+    #[getter]
+    fn stuck_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let tallies = this.shared.bank.tallies();
+        this.shared.numbers(py, tallies.iter().map(|tally| tally.stuck).collect())
     }
 
     /// The start-up is over: bool, with channels (k,).

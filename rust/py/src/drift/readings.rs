@@ -38,6 +38,10 @@ readings! { DriftFilter;
     /// The sensor is not seen to move, so the filter learns: bool, with channels (k,). Always true
     /// with ``motion="ignore"``.
     at_rest;
+    /// The last sample was at or beyond ``limit``: bool, with channels (k,).
+    saturated;
+    /// The sensor gives the same sample for longer than chance does: bool, with channels (k,).
+    stuck;
     /// Measurement noise variance R: float, with channels (k,).
     measurement_noise;
     /// Kalman gain: (p + 1,), with channels (k, p + 1).
@@ -83,6 +87,10 @@ readings! { DriftFilter;
 ///     Its standard deviation as the filter sees it.
 /// at_rest : ndarray, bool, (n,)
 ///     The filter learned; always true with ``motion="ignore"``.
+/// saturated : ndarray, bool, (n,)
+///     The sample was at or beyond ``limit``.
+/// stuck : ndarray, bool, (n,)
+///     The sensor gives the same sample for longer than chance does.
 #[pyclass(frozen, module = "zerorate")]
 #[derive(Debug)]
 pub struct Trace {
@@ -104,6 +112,8 @@ readings! { Trace;
     bias;
     bias_sigma;
     at_rest;
+    saturated;
+    stuck;
 }
 
 #[pymethods]

@@ -7,7 +7,7 @@ use zerorate_core::drift::options::Options;
 use zerorate_core::stream::{Field, Input, Output};
 use zerorate_core::{DriftFilter, RobustFilter, Start, memory};
 
-use super::bank::{DriftBank, for_order, gated, order_error, robust_bank};
+use super::bank::{DriftBank, for_order, gated, order_error};
 use crate::common::arrays;
 use crate::common::errors::NativeError;
 use crate::common::streaming::{Shared, axes_of};
@@ -34,7 +34,7 @@ fn started_sized<const N: usize, const M: usize>(
     let (params, behaviour) = (options.params, options.behaviour);
     match options.robust {
         Some(robust) => {
-            robust_bank(starts.map(|start| RobustFilter::started(params, robust, start)), behaviour)
+            gated(starts.map(|start| RobustFilter::started(params, robust, start)), behaviour)
         }
         None => gated(starts.map(|start| DriftFilter::started(params, start)), behaviour),
     }

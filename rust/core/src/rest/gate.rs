@@ -1,0 +1,187 @@
+//! The three-zone gate on samples: near ones count, farther ones by a bound, far ones not at all.
+//!
+//! After Wu & Ran's filter, but on the samples about the level of the last ticks, so that nothing
+//! depends on a filter's innovation, and with an exit: a tick with many far samples, or with some
+//! in a row on one side, is no tick with outliers. Zones in deviations are followed by counting how
+//! many samples lie within one deviation: an outlier counts as one sample, however far it is.
+
+use serde::{Deserialize, Serialize};
+
+use crate::math::sound::is_size;
+use crate::math::{Limits, Real};
+use crate::stream::Sketch;
+
+/// Bounds of the zones in deviations, and at least in steps of the sensor.
+const NEAR: f64 = 3.0;
+const FAR: f64 = 4.0;
+const NEAR_STEPS: f64 = 1.01;
+const FAR_STEPS: f64 = 3.0;
+
+/// Share of a normal variable within one deviation.
+const WITHIN_ONE: f64 = 0.682_689_492_137_085_9;
+
+/// How fast the deviation follows that share, a tick.
+const RATE: f64 = 0.05;
+
+/// Least deviation in steps: one of zero would never grow.
+const LEAST_STEPS: f64 = 0.25;
+
+/// Share of far samples in a tick, at most, that are outliers: three in ten.
+const OUTLIERS: [u32; 2] = [3, 10];
+
+/// How long outliers are on one side at most, in seconds and in samples.
+const SIDE: f64 = 0.03;
+const LEAST_SIDE: u32 = 3;
+
+/// Samples that a first median is taken of at least.
+const LEAST_LEARNED: u32 = 32;
+
+/// Fewest of them of which a median distance says anything.
+const TELLING: usize = 8;
+
+/// Where a sample lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Zone<T> {
+    /// Within the bounds; the distance that counts.
+    Counts(T),
+    Far,
+}
+
+/// Zones about the level, and what this tick has shown of them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Gate<T> {
+    /// Of the first second, in the unit of the samples.
+    sketch: Sketch<T>,
+    /// Samples that are still to come of that second.
+    learning: u32,
+    scale: T,
+    near: T,
+    far: T,
+    /// Samples of this tick within one deviation.
+    inside: u32,
+    /// Far samples in a row on one side.
+    side: u32,
+    above: bool,
+    /// Of these, at most, in a row that may be outliers.
+    longest: u32,
+    /// In this tick there were more.
+    moves: bool,
+    /// The last tick had no outliers: whatever is far in it counts.
+    open: bool,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
+    pub(super) fn new(rate: f64) -> Self {
+        let zero = T::zero();
+        Self {
+            sketch: Sketch::new(),
+            learning: (rate as u32).max(LEAST_LEARNED),
+            scale: zero,
+            near: T::MAX,
+            far: T::MAX,
+            inside: 0,
+            side: 0,
+            above: false,
+            longest: ((SIDE * rate) as u32).max(LEAST_SIDE),
+            moves: false,
+            open: true,
+        }
+    }
+
+    /// Takes so many equal samples at a distance from the level.
+    #[inline(always)]
+    pub(super) fn take(&mut self, distance: T, times: u32) -> Zone<T> {
+        let size = distance.simd_abs();
+        if size > self.far {
+            self.take_far(distance);
+            return Zone::Far;
+        }
+        self.side = 0;
+        self.inside += if size < self.scale { times } else { 0 };
+        Zone::Counts(distance.within(self.near))
+    }
+
+    /// Equal samples are one: an output that stands still is no sign of motion.
+    #[inline(never)]
+    fn take_far(&mut self, distance: T) {
+        let above = distance > T::zero();
+        self.side = if above == self.above { self.side.saturating_add(1) } else { 1 };
+        self.above = above;
+        self.moves |= self.side > self.longest;
+    }
+
+    /// Where a sample would lie, as far as can be told before its tick is complete.
+    pub(super) fn zone(&self, distance: T) -> Zone<T> {
+        let lasts = self.side >= self.longest && self.above == (distance > T::zero());
+        match distance.simd_abs() > self.far {
+            true if self.open || lasts => Zone::Counts(distance),
+            true => Zone::Far,
+            false => Zone::Counts(distance.within(self.near)),
+        }
+    }
+
+    /// Whether a tick of so many samples, so many of them far, shows motion and no outliers.
+    pub(super) fn exits(&self, samples: u32, far: u32) -> bool {
+        self.moves || far * OUTLIERS[1] > samples * OUTLIERS[0]
+    }
+
+    /// Ends a tick of so many samples; `step` is the sensor's.
+    pub(super) fn end_tick(&mut self, samples: u32, exits: bool, step: T) {
+        let share = f64::from(self.inside) / f64::from(samples.max(1));
+        let growth = T::of(RATE * (WITHIN_ONE - share)).exp();
+        self.scale = (self.scale * growth).at_least(T::of(LEAST_STEPS) * step);
+        (self.inside, self.moves, self.open) = (0, false, exits);
+        self.set_bounds(step);
+    }
+
+    fn set_bounds(&mut self, step: T) {
+        let bound = |deviations: f64, steps: f64| {
+            (T::of(deviations) * self.scale).at_least(T::of(steps) * step).at_most(T::MAX)
+        };
+        let is_known = self.scale > T::zero();
+        (self.near, self.far) = match is_known {
+            true => (bound(NEAR, NEAR_STEPS), bound(FAR, FAR_STEPS)),
+            false => (T::MAX, T::MAX),
+        };
+    }
+
+    /// Samples of the first second are still to come.
+    #[inline(always)]
+    pub(super) fn learns(&self) -> bool {
+        self.learning > 0
+    }
+
+    /// Takes a sample of the first second, in its own unit.
+    #[cold]
+    pub(super) fn learn(&mut self, z: T) {
+        self.sketch.insert(z);
+        self.learning -= 1;
+    }
+
+    /// Median of the samples of the first second, in their unit.
+    pub(super) fn median(&self) -> T {
+        self.sketch.median()
+    }
+
+    /// Starts from the first second, given the size of the ticker's unit in that of the samples.
+    pub(super) fn start(&mut self, inverse: T, step: T) {
+        if self.sketch.held() < TELLING {
+            return;
+        }
+        self.scale = (self.sketch.deviation() * inverse).at_most(T::DIFFERENCE_MAX.simd_sqrt());
+        self.open = false;
+        self.set_bounds(step);
+    }
+
+    /// Whether samples can have made it of `fresh`, at most `position` of them in this tick.
+    pub(super) fn is_after(&self, fresh: &Self, position: u32, most: T) -> bool {
+        self.sketch.is_sound()
+            && self.learning <= fresh.learning
+            && self.longest == fresh.longest
+            && is_size(self.scale, most)
+            && is_size(self.near, T::MAX)
+            && is_size(self.far, T::MAX)
+            && self.near <= self.far
+            && self.inside <= position
+    }
+}

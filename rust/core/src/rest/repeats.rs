@@ -1,0 +1,117 @@
+//! Samples that equal the one before, and a sensor that is stuck at one.
+
+use serde::{Deserialize, Serialize};
+
+use crate::math::{Limits, Real};
+
+/// Chance of a run of equal samples that is none.
+const CHANCE: f64 = 1e-9;
+
+/// Samples that are a run at least.
+const LEAST_RUN: u32 = 4;
+
+/// Pairs of samples after which those before count half.
+const MEMORY: u32 = 20_000;
+
+/// How often a sample equals the one before, and how long the run is that is under way.
+///
+/// A sensor that works repeats a sample by chance: so often as its resolution is coarse beside its
+/// noise, which is learned. A run that chance makes once in a thousand million times is a stuck
+/// sensor. One that works but is so coarse that its output stands still leaves a value by a single
+/// step; such a run was none, however long it was.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Repeats {
+    /// Equal samples in a row.
+    run: u32,
+    /// Those of them in this tick that are not yet told to any sum.
+    held: u32,
+    /// Samples of this tick that a stuck sensor gave.
+    dropped: u32,
+    /// Equal samples in a row at least of a sensor that is stuck.
+    limit: u32,
+    equal: u32,
+    pairs: u32,
+}
+
+impl Repeats {
+    pub(super) fn new() -> Self {
+        // Nothing has changed so far: even a constant output may be one.
+        Self { run: 0, held: 0, dropped: 0, limit: u32::MAX, equal: 1, pairs: 2 }
+    }
+
+    /// The sample equals the one before.
+    #[inline(always)]
+    pub(super) fn go_on(&mut self) {
+        self.run = self.run.saturating_add(1);
+        self.held += 1;
+    }
+
+    /// The sample differs from the one before, by one step of the sensor or more.
+    #[inline(always)]
+    pub(super) fn begin(&mut self, one_step: bool) {
+        self.learn(one_step, 1);
+        (self.run, self.held) = (1, 1);
+    }
+
+    /// A sample is missing.
+    pub(super) fn interrupt(&mut self) {
+        self.learn(false, 0);
+        (self.run, self.held) = (0, 0);
+    }
+
+    /// Takes the samples that no sum has; none if they are of a sensor that is stuck.
+    #[inline(always)]
+    pub(super) fn take(&mut self) -> u32 {
+        let held = core::mem::take(&mut self.held);
+        if self.is_stuck() {
+            self.dropped += held;
+            return 0;
+        }
+        held
+    }
+
+    #[inline(always)]
+    pub(super) fn is_stuck(&self) -> bool {
+        self.run >= self.limit
+    }
+
+    /// Ends a tick; returns how many samples of it a stuck sensor gave.
+    pub(super) fn end_tick<T: Limits + Real<Element = T>>(&mut self) -> u32 {
+        if self.pairs > 2 {
+            self.set_limit::<T>();
+        }
+        core::mem::take(&mut self.dropped)
+    }
+
+    /// Derives the limit from what is learned.
+    fn set_limit<T: Limits + Real<Element = T>>(&mut self) {
+        if self.pairs > MEMORY {
+            (self.equal, self.pairs) = (self.equal / 2, self.pairs / 2);
+        }
+        // Never zero, never one.
+        let chance = T::of(f64::from(self.equal.max(1)) / f64::from(self.pairs));
+        let least: Option<f64> = (T::of(CHANCE).ln() / chance.ln()).to_subset();
+        // A run has a pair less than samples.
+        let least = least.map_or(u32::MAX, |least| least as u32).saturating_add(2);
+        self.limit = least.max(LEAST_RUN);
+    }
+
+    #[inline(always)]
+    fn learn(&mut self, one_step: bool, change: u32) {
+        let most = if one_step { MEMORY } else { self.limit.min(MEMORY) };
+        let run = self.run.min(most);
+        self.equal += run.saturating_sub(1);
+        self.pairs += run.saturating_sub(1) + change;
+    }
+}
+
+impl Repeats {
+    /// Whether samples can have made it, at most `position` of them of this tick.
+    pub(super) fn is_sound(&self, position: u32) -> bool {
+        self.held <= self.run.min(position)
+            && self.dropped <= position
+            && self.limit >= LEAST_RUN
+            && self.equal < self.pairs
+            && self.pairs <= 2 * MEMORY
+    }
+}

@@ -1,0 +1,76 @@
+//! Whether a sensor can be at rest at all, where it is known what rest can be.
+
+use serde::{Deserialize, Serialize};
+
+use super::RestLimits;
+use super::ticker::TickSums;
+use crate::math::sound::is_within;
+use crate::math::{Limits, Real};
+
+/// Ticks that have to stay within the limits: one and a half seconds.
+const LASTING: usize = 6;
+
+/// Ticks in a row that may be rest, in the unit of the samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Still<T> {
+    rest: Option<T>,
+    bias: Option<T>,
+    /// Means of the last ticks, the newest first.
+    means: [T; LASTING],
+    ticks: u32,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Still<T> {
+    pub(super) fn new(limits: RestLimits) -> Self {
+        let size = |limit: f64| T::of(limit).at_most(T::RAW_MAX);
+        Self {
+            rest: limits.rest.map(size),
+            bias: limits.bias.map(size),
+            means: [T::zero(); LASTING],
+            ticks: 0,
+        }
+    }
+
+    /// Takes a tick; returns whether it can be one of rest.
+    pub(super) fn take(&mut self, seen: &TickSums<T>) -> bool {
+        self.means.rotate_right(1);
+        self.means[0] = seen.mean;
+        self.ticks = (self.ticks + 1).min(LASTING as u32);
+        let loud = self.rest.is_some_and(|limit| seen.deviation > limit);
+        let beyond = self.bias.is_some_and(|limit| seen.mean.simd_abs() > limit);
+        let moves = self.rest.is_some_and(|limit| self.spread() > limit);
+        if loud || beyond {
+            self.ticks = 0;
+        } else if moves {
+            self.ticks = 1;
+        }
+        !(loud || beyond || moves)
+    }
+
+    /// Whether so many ticks in a row can have been rest that it may begin.
+    pub(super) fn lasts(&self) -> bool {
+        self.ticks == LASTING as u32
+    }
+
+    /// Whether it is known how much a sensor at rest may vary.
+    pub(super) fn is_limited(&self) -> bool {
+        self.rest.is_some()
+    }
+
+    /// From the least to the greatest of the last means.
+    fn spread(&self) -> T {
+        let means = &self.means[..(self.ticks as usize).min(LASTING)];
+        let least = means.iter().fold(T::MAX, |least, mean| least.at_most(*mean));
+        let greatest = means.iter().fold(-T::MAX, |greatest, mean| greatest.at_least(*mean));
+        greatest - least
+    }
+
+    /// Whether ticks can have made it of `fresh`.
+    pub(super) fn is_after(&self, fresh: &Self) -> bool {
+        // A mean may be off by some roundings.
+        let most = T::RAW_MAX * T::of(8.0);
+        (self.rest, self.bias) == (fresh.rest, fresh.bias)
+            && self.means.iter().all(|mean| is_within(*mean, most))
+            && self.ticks <= LASTING as u32
+    }
+}

@@ -1,0 +1,80 @@
+//! Sums over the samples of a tick.
+
+use serde::{Deserialize, Serialize};
+
+use super::LEAST;
+use crate::math::sound::{is_size, is_within};
+use crate::math::{Limits, Real, choose};
+
+/// Sums over distances from a centre.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Sums<T> {
+    pub count: u32,
+    sum: T,
+    squares: T,
+    /// The farthest below and above.
+    lowest: T,
+    highest: T,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Sums<T> {
+    pub(super) fn none() -> Self {
+        let zero = T::zero();
+        Self { count: 0, sum: zero, squares: zero, lowest: zero, highest: zero }
+    }
+
+    /// Adds so many equal distances.
+    #[inline(always)]
+    pub(super) fn add(&mut self, distance: T, times: u32) {
+        let weighted = distance * T::of(f64::from(times));
+        self.count += times;
+        self.sum += weighted;
+        self.squares += weighted * distance;
+        self.lowest = distance.at_most(self.lowest);
+        self.highest = distance.at_least(self.highest);
+    }
+
+    /// Mean distance, zero where there is none.
+    pub(super) fn mean(&self) -> T {
+        self.sum / T::of(f64::from(self.count.max(1)))
+    }
+
+    pub(super) fn variance_about_mean(&self) -> T {
+        let squares = self.squares - self.sum * self.mean();
+        squares.at_least(T::zero()) / T::of(f64::from(self.count.max(2) - 1))
+    }
+
+    /// Mean and variance about it without the farthest: one sample far off is no motion.
+    pub(super) fn without_farthest(&self) -> (T, T) {
+        if self.count < LEAST {
+            return (T::zero(), T::zero());
+        }
+        let n = T::of(f64::from(self.count - 1));
+        let sum = self.sum - self.farthest();
+        let farthest = self.highest.at_least(-self.lowest);
+        let squares = self.squares - farthest * farthest;
+        let variance = (squares - sum * sum / n) / (n - T::one());
+        (sum / n, variance.at_least(T::zero()))
+    }
+
+    /// From the lowest to the highest, the centre included.
+    pub(super) fn range(&self) -> T {
+        self.highest - self.lowest
+    }
+
+    /// Of two as far, one below and one above, neither: a sign must change nothing.
+    fn farthest(&self) -> T {
+        let lower = choose(-self.lowest > self.highest, self.lowest, T::zero());
+        choose(self.highest > -self.lowest, self.highest, lower)
+    }
+
+    /// Whether at most `count` distances within `most` can have made it.
+    pub(super) fn is_sound(&self, count: u32, most: T) -> bool {
+        let own = T::of(f64::from(self.count));
+        self.count <= count
+            && is_within(self.sum, most * own)
+            && is_size(self.squares, most * most * own)
+            && is_size(-self.lowest, most)
+            && is_size(self.highest, most)
+    }
+}
