@@ -61,6 +61,12 @@ DRIFT_OPTIONS = [
     ({}, {"startup": 0.5}),
     ({}, {"scale": 3.0}),
     ({"scale": 3.0}, {"scale": 4.0}),
+    ({"method": "robust"}, {"order": (2, 1)}),
+    ({"method": "robust"}, {"zones": (1.5, 0.75)}),
+    ({"method": "robust"}, {"zones": "published"}),
+    ({"method": "robust", "zones": (1.5, 0.75)}, {"zones": (1.5, 0.5)}),
+    ({"method": "robust", "zones": (1.5, 0.75)}, {"damping": 0.1}),
+    ({"method": "robust", "zones": (1.5, 0.75)}, {"correction": 0.1}),
     ({}, {"method": "auto"}),
     ({"method": "auto"}, {"startup": 2.0}),
     ({"method": "auto"}, {"rate": 50.0}),
@@ -138,7 +144,7 @@ def test_channels_set_the_shape(kind):
 TABLE = {option["name"]: option for option in filter_options()}
 
 
-@pytest.mark.parametrize("method", [*METHODS, "auto"])
+@pytest.mark.parametrize("method", [*METHODS, "robust", "auto"])
 def test_an_option_that_the_method_does_not_use_is_refused(method):
     """Even with the value that it has by default; the others are taken."""
     for name, option in TABLE.items():
@@ -152,7 +158,7 @@ def test_an_option_that_the_method_does_not_use_is_refused(method):
 
 
 def test_the_refusal_names_who_uses_it():
-    with pytest.raises(ValueError, match=r"only on 'kf', 'akf' and 'fading'$"):
+    with pytest.raises(ValueError, match=r"only on 'kf', 'akf', 'fading' and 'robust'$"):
         zr.DriftFilter(RATE, method="auto", order=(3, 1))
 
 
@@ -175,7 +181,7 @@ def test_the_ranges_of_the_table_are_those_of_the_refusals():
         bad = {"order": (0, 9), "choice": "nonsense"}.get(option["kind"], -1.0)
         words = re.escape(f"{name} must be {option['expected']}, got")
         with named_case(name), pytest.raises(ValueError, match=words):
-            zr.DriftFilter(RATE, **{name: bad})
+            zr.DriftFilter(RATE, **{"method": option["methods"][0], name: bad})
 
 
 @pytest.mark.parametrize("method", ["akf", "fading"])
@@ -225,9 +231,12 @@ def test_params_rebuild_an_equal_filter(arguments, z):
     assert zr.DriftFilter.from_bytes(f.to_bytes()).params == f.params
 
 
-def test_params_name_every_argument_of_the_method_that_uses_all():
-    f = zr.DriftFilter(rate=RATE, method="fading")
-    assert list(f.params) == list(inspect.signature(zr.DriftFilter).parameters)
+@pytest.mark.parametrize("method", [*METHODS, "robust"])
+def test_params_name_every_argument_that_the_method_uses(method):
+    f = zr.DriftFilter(rate=RATE, method=method)
+    arguments = inspect.signature(zr.DriftFilter).parameters
+    unused = {name for name, option in TABLE.items() if method not in option["methods"]}
+    assert list(f.params) == [name for name in arguments if name not in unused]
 
 
 def test_params_of_the_self_tuning_filter_name_those_that_it_uses():
@@ -244,7 +253,7 @@ def test_params_say_the_conduct(method, motion, output):
     assert (f.params["motion"], f.params["output"]) == (motion, output)
 
 
-@pytest.mark.parametrize("method", [*METHODS, "auto"])
+@pytest.mark.parametrize("method", [*METHODS, "robust", "auto"])
 def test_only_the_self_tuning_filter_holds_unasked(method):
     expected = "hold" if method == "auto" else "ignore"
     assert zr.DriftFilter(rate=RATE, method=method).params["motion"] == expected

@@ -15,7 +15,7 @@ from oracle.kalman import Step, companion, large, settled, settled_prediction, s
 BETA = 0.75
 EXIT_SECONDS, EXIT_SAMPLES, EXIT_ANYWAY = 0.03, 3, 10
 # Accepted innovations after which one counts for 1/e.
-MEMORY = 1000
+MEMORY = 100
 
 
 class RobustFilter(DriftFilter):
@@ -130,7 +130,7 @@ class RobustFilter(DriftFilter):
         self.learn(y)
         more = max(self.R + e**2 - P[0, 0], 0.0)
         level = np.append(np.ones(len(phi)), 1.0 - phi.sum())
-        self.kalman(y, x, settled(P + more * np.outer(level, level)))
+        self.kalman(y, x[0] * level, settled(P + more * np.outer(level, level)))
 
     def restart(self, V):
         self.accepted, self.E, self.V = self.exit_samples, 0.0, V

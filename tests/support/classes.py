@@ -29,6 +29,8 @@ from support.settings import (
     noise_settings,
     published_settings,
     rest_settings,
+    robust_as_published_settings,
+    robust_settings,
     start_of,
     started_settings,
 )
@@ -189,6 +191,7 @@ drift_stream = partial(
     Stream, kind=zr.DriftFilter, make=drift, sound=sound_drift, answer=1, units={"scale": 1}
 )
 FADING = {"rate": RATE, "method": "fading"}
+ROBUST = {"rate": RATE, "method": "robust"}
 
 STREAMS = {
     "published": drift_stream(
@@ -210,6 +213,22 @@ STREAMS = {
             }
         },
         properties=DRIFT,
+    ),
+    "robust": drift_stream(
+        settings=robust_settings,
+        examples={
+            "robust": ROBUST,
+            "robust-damping": {**ROBUST, "damping": 0.1, "correction": 0.1, "order": (2, 1)},
+            "robust-holding": {**ROBUST, "motion": "hold"},
+        },
+        properties=DRIFT,
+    ),
+    "robust-published": drift_stream(
+        settings=robust_as_published_settings,
+        examples={"robust-published": {**ROBUST, "zones": "published", "damping": 0.1}},
+        properties=DRIFT,
+        # A variance is held against an innovation: in another unit it is another filter.
+        powers=0,
     ),
     "auto": drift_stream(
         settings=auto_settings,

@@ -122,7 +122,7 @@ fn judged<T, const N: usize, const M: usize>(
     let R = inner.measurement_noise.variance();
     let verdict = gate.judge(innovation, prior.P.at(0, 0) + R, scale);
     if verdict == Verdict::Exit {
-        raise_level(&mut prior, &inner.row(), R + innovation * innovation);
+        open_level(&mut prior, &inner.row(), R + innovation * innovation);
     }
     let taken = learned(&verdict, &gate.law, prior.x[0], y);
     inner.learn(taken, taken.finite());
@@ -184,18 +184,20 @@ fn damp<T: Real, const N: usize>(
     Correction { innovation, variance, inverse }
 }
 
-/// Opens the state to a step of the level, every `y` and the constant that keeps them there: the
-/// variance of the newest becomes `variance`, if it is not more.
+/// Opens a prediction to a step of the level: every `y`, and the constant that keeps them where
+/// they are, stand at the level predicted, whose variance becomes `variance` if it is not more.
 #[cold]
-fn raise_level<T, const N: usize>(prior: &mut State<T, N>, row: &SVector<T, N>, variance: T)
+fn open_level<T, const N: usize>(prior: &mut State<T, N>, row: &SVector<T, N>, variance: T)
 where
     T: Limits + Real<Element = T, SimdBool = bool>,
 {
     let more = (variance - prior.P.at(0, 0)).at_least(T::zero());
     let rest = row.iter().take(N - 1).fold(T::one(), |rest, phi| rest - *phi);
-    let level = |i: usize| if i == N - 1 { rest } else { T::one() };
+    let mut level = SVector::<T, N>::repeat(T::one());
+    level[N - 1] = rest;
     let P = prior.P;
-    prior.P = Symmetric::from_upper(|i, j| P.at(i, j) + more * level(i) * level(j));
+    prior.x = level * prior.x[0];
+    prior.P = Symmetric::from_upper(|i, j| P.at(i, j) + more * level[i] * level[j]);
     prior.P.settle(true);
 }
 

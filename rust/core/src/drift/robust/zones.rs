@@ -76,8 +76,9 @@ const EXIT_SAMPLES: f64 = 3.0;
 /// As many times that are none whatever their signs.
 const EXIT_ANYWAY: i64 = 10;
 
-/// Accepted innovations after which one counts for 1/e: their deviation is known to two percent.
-const MEMORY: f64 = 1000.0;
+/// Accepted innovations after which one counts for 1/e: enough to know their deviation to seven
+/// percent, and few enough to forget a motion, or outliers that were taken, within seconds.
+const MEMORY: f64 = 100.0;
 
 /// What becomes of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
