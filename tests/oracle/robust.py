@@ -88,7 +88,7 @@ class RobustFilter(DriftFilter):
         S = P[0, 0] + self.R
         if self.accepted == 0:
             self.restart(S)
-        r1 = kappa * math.sqrt(self.V)
+        r1 = kappa * math.sqrt(max(self.V, P[0, 0]))
         r2 = beta * r1
         distance = abs(e) - abs(self.E)
         if distance > r1:

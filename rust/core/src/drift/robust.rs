@@ -120,7 +120,8 @@ fn judged<T, const N: usize, const M: usize>(
     let (mut prior, _) = inner.predict();
     let innovation = y - prior.x[0];
     let R = inner.measurement_noise.variance();
-    let verdict = gate.judge(innovation, prior.P.at(0, 0) + R, scale);
+    let P = prior.P.at(0, 0);
+    let verdict = gate.judge(innovation, P, P + R, scale);
     if verdict == Verdict::Exit {
         open_level(&mut prior, &inner.row(), R + innovation * innovation);
     }

@@ -134,25 +134,26 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.accept();
     }
 
-    /// Judges the innovation `e`, of which the filter expects the variance `S`; `scale` leads to
-    /// the unit of the samples.
+    /// Judges the innovation `e`, of which the filter expects the variance `S`, its own prediction's
+    /// `P` in it; `scale` leads to the unit of the samples.
     #[inline(always)]
-    pub fn judge(&mut self, e: T, S: T, scale: T) -> Verdict<T> {
+    pub fn judge(&mut self, e: T, P: T, S: T, scale: T) -> Verdict<T> {
         self.outlier = false;
         match self.law.zones {
             Zones::Published => self.judge_as_published(e, scale),
             Zones::Deviations(kappa, beta) => {
-                self.judge_by_deviations(e, S, T::of(kappa), T::of(beta))
+                self.judge_by_deviations(e, [P, S], T::of(kappa), T::of(beta))
             }
         }
     }
 
     #[inline(always)]
-    fn judge_by_deviations(&mut self, e: T, S: T, kappa: T, beta: T) -> Verdict<T> {
+    fn judge_by_deviations(&mut self, e: T, [P, S]: [T; 2], kappa: T, beta: T) -> Verdict<T> {
         if self.taken.count == T::zero() {
             self.begin(S);
         }
-        let outer = kappa * self.taken.variance.simd_sqrt();
+        // What the filter is unsure of, after a gap or a step, is no outlier.
+        let outer = kappa * self.taken.variance.at_least(P).simd_sqrt();
         let inner = beta * outer;
         let distance = e.simd_abs() - self.taken.mean.simd_abs();
         if distance > outer {
