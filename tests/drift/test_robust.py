@@ -31,8 +31,8 @@ def test_the_published_model_is_a_gain(ratio, expected):
     start = known(walk=np.sqrt(ratio) * NOISE, slope=A)
     f = zr.DriftFilter.started(start, rate=RATE, order=(1, 0), method="kf", adapt_for=0.0)
     level = f.process(np.full(500, 0.2))[-1]
-    K = f.gain[0]
-    assert K / (1.0 - A * (1.0 - K)) == pytest.approx(expected, abs=5e-4)
+    gain = f.gain[0] / (1.0 - A * (1.0 - f.gain[0]))
+    assert gain == pytest.approx(expected, abs=5e-4)
     assert level / 0.2 == pytest.approx(expected, abs=2e-3)
 
 

@@ -41,8 +41,8 @@ def assert_equal_to_twin(z, **arguments):
 @pytest.mark.parametrize("order", [(1, 0), (2, 1), (3, 3)], ids=str)
 @pytest.mark.parametrize("zones", ZONES, ids=str)
 def test_every_zone_on_every_signal(signal, order, zones):
-    z = contaminated(record(signal, 500))
-    for damping, correction in product([0.0, 0.3, 1.0], [0.0, 0.1, 1.0]):
+    z = contaminated(record(signal, 300))
+    for damping, correction in product([0.0, 0.3], [0.0, 0.1]):
         arguments = {"zones": zones, "damping": damping, "correction": correction}
         assert_equal_to_twin(z, order=order, **arguments)
 
@@ -76,8 +76,8 @@ def test_a_hundred_thousand_samples(zones):
     assert f.exit_count >= 1
 
 
-def test_five_thousand_samples_as_printed():
+def test_two_thousand_samples_as_printed():
     """The twin takes the variance of all innovations anew each time: its work is their square."""
-    z = contaminated(record("white", 5000))
+    z = contaminated(record("white", 2000))
     f = assert_equal_to_twin(z, zones="published", damping=0.1, correction=0.1)
     assert f.outlier_count > 100
