@@ -9,8 +9,8 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 use zerorate_core::allan::{AllanKind, AllanNoise};
 use zerorate_core::{
-    Bank, DriftFilter, Method, Params, RecursiveLeastSquares, RlsParams, RobustFilter, RobustParams,
-    Stream,
+    Bank, DriftFilter, Method, Params, RecursiveLeastSquares, RlsParams, RobustFilter,
+    RobustParams, Stream,
 };
 
 const HOUR: usize = 360_000;
