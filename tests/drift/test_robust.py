@@ -1,206 +1,295 @@
-"""Wu & Ran's robust filter: what their paper's numbers say, and what the filter does with dirt."""
+"""What real logs have: outliers, a stuck sensor, the end of its range, a start in motion."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import zerorate as zr
+from support.checks import assert_same_bits
+from support.recordings import column, needs_recordings
+from support.settings import METHODS
+from support.signals import white
 
-RATE = 200.0
-NOISE = 0.1
-A = 0.0299  # The paper's AR(1) coefficient.
-
-# Bias instability in deg/h of raw, Kalman filter, VisuShrink and the paper's whole method; and its
-# claims in percent, over the Kalman filter and over VisuShrink.
-PUBLISHED = {
-    "x": ((3.936395, 1.259665, 0.137148, 0.040733), (31.0, 2.4)),
-    "y": ((6.082270, 1.982798, 0.936515, 0.198316), (29.3, 12.1)),
-    "z": ((4.115378, 1.359070, 0.614795, 0.102585), (30.5, 12.4)),
-}
+RATE = 100.0
+NOISE, BIAS = 0.1, 0.5
+DEG = np.pi / 180.0
 
 
-@pytest.mark.parametrize("axis", PUBLISHED)
-def test_the_published_percentages_are_points_of_raw(axis):
-    (raw, kalman, visushrink, whole), claims = PUBLISHED[axis]
-    points = [100.0 * (other - whole) / raw for other in (kalman, visushrink)]
-    assert np.round(points, 1) == pytest.approx(claims)
+def at_rest(n, seed=1):
+    return BIAS + NOISE * white(n, seed=seed)
 
 
-@pytest.mark.parametrize(("ratio", "expected"), [(1.0, 0.508), (0.5, 0.340)])
-def test_the_published_model_is_a_gain(ratio, expected):
-    """AR(1) around zero pulls every level towards zero: the filter multiplies it by g < 1."""
-    start = known(walk=np.sqrt(ratio) * NOISE, slope=A)
-    f = zr.DriftFilter.started(start, rate=RATE, order=(1, 0), method="kf", adapt_for=0.0)
-    level = f.process(np.full(500, 0.2))[-1]
-    gain = f.gain[0] / (1.0 - A * (1.0 - f.gain[0]))
-    assert gain == pytest.approx(expected, abs=5e-4)
-    assert level / 0.2 == pytest.approx(expected, abs=2e-3)
+def auto(**options):
+    return zr.DriftFilter(RATE, method="auto", **options)
 
 
-def test_that_gain_lowers_every_allan_deviation_alike():
-    """So a third of the bias instability is no sign of a filter: a true rate shrinks as much."""
-    z = NOISE * np.random.default_rng(1).standard_normal(400_000)
-    f = zr.DriftFilter.started(known(NOISE, A), rate=RATE, method="kf", order=(1, 0), adapt_for=0.0)
-    taus = np.array([1.0, 10.0, 100.0])
-    before, after = zr.allan(z, RATE, taus=taus), zr.allan(f.process(z), RATE, taus=taus)
-    np.testing.assert_allclose(after.deviation / before.deviation, 0.508, atol=0.01)
+def spoilt(z, share, size, *, one_sided, seed=2):
+    """Return the record with a share of its samples so many deviations off."""
+    random = np.random.default_rng(seed)
+    hit = random.random(z.size) < share
+    sign = 1.0 if one_sided else random.choice([-1.0, 1.0], z.size)
+    return np.where(hit, z + sign * size * NOISE, z)
 
 
-@pytest.mark.parametrize(("unit", "share"), [(1.0, 0.915), (1000.0, 0.0)])
-def test_the_published_radius_has_a_unit(unit, share):
-    """A variance against an innovation: nearly all clean samples in deg/s, none in mdeg/s."""
-    z = unit * NOISE * np.random.default_rng(2).standard_normal(20_000)
-    f = zr.DriftFilter(RATE, method="robust", zones="published", damping=1.0)
-    f.process(z)
-    assert f.outlier_count / len(z) == pytest.approx(share, abs=0.02)
-
-
-def known(walk, slope=1.0):
-    """A start with a drift of so much a sample, and noise of 0.1 deg/s."""
-    # A small scale: the process noise has a floor, in its squares.
-    return {
-        "offset": 0.0,
-        "scale": NOISE / 100.0,
-        "coefficients": np.array([slope, 0.0]),
-        "covariance": np.zeros((2, 2)),
-        "measurement_noise": NOISE**2,
-        "process_noise": walk**2,
-        "state_covariance": np.diag([NOISE**2, 0.0]),
-    }
-
-
-def filtered(z, walk, rate=RATE, **options):
-    f = zr.DriftFilter.started(
-        known(walk), rate=rate, **{"order": (1, 0), "adapt_for": 0.0, **options}
+@pytest.mark.parametrize("one_sided", [False, True])
+@pytest.mark.parametrize(("share", "size"), [(0.001, 100.0), (0.01, 10.0), (0.05, 100.0)])
+def test_outliers_cost_little(share, size, one_sided):
+    z = at_rest(60_000)
+    error, spoilt_error = (
+        np.sqrt(np.mean((auto().process(record)[6000:] - BIAS) ** 2))
+        for record in (z, spoilt(z, share, size, one_sided=one_sided))
     )
-    return f.process(z), f
+    # A twentieth of the samples is lost, and what remains is told from outliers by four deviations.
+    assert spoilt_error < 1.25 * error + 1e-4
 
 
-def rms(x):
-    return np.sqrt(np.mean(np.square(x)))
+def test_outliers_are_counted():
+    z = at_rest(60_000)
+    f = auto()
+    f.process(spoilt(z, 0.01, 100.0, one_sided=True))
+    hits = np.count_nonzero(np.random.default_rng(2).random(z.size) < 0.01)
+    # None of the first quarter second, and 6e-5 of all others beyond four deviations.
+    assert hits - 5 <= f.outlier_count <= hits + 15
+    clean = auto()
+    clean.process(z)
+    assert clean.outlier_count <= 15
 
 
-# An hour at 200 Hz: a walk of 3e-4 deg/s in a root second under noise of 0.1 deg/s.
-WALK = 3e-4 / np.sqrt(RATE)
-FILTERS = {
-    "plain": {"method": "kf"},
-    "published": {
-        "method": "robust", "zones": "published", "damping": 0.1, "correction": 0.1,
-    },
-    "corrected": {"method": "robust", "correction": 0.1},
-    "robust": {"method": "robust"},
-}  # fmt: skip
+@pytest.mark.parametrize("method", METHODS)
+def test_published_methods_reject_outliers_if_asked(method):
+    z = at_rest(30_000)
+    # Once a thousand samples, far from any other.
+    dirty = np.where(np.arange(z.size) % 1000 == 999, z + 100.0 * NOISE, z)
+    missing = np.where(dirty != z, np.nan, z)
+    rejecting = zr.DriftFilter(RATE, method=method, outliers="reject")
+    got = rejecting.process(dirty)
+    keeping = zr.DriftFilter(RATE, method=method)
+    kept = keeping.process(dirty)
+    expected = zr.DriftFilter(RATE, method=method, outliers="reject").process(missing)
+    settled = slice(3000, None)
+    # Not the same: a rejected sample counts in how many lie within one deviation, so that here and
+    # there one of four deviations is an outlier to one of them only.
+    assert np.sqrt(np.mean((got - expected)[settled] ** 2)) < 0.05 * NOISE
+    assert np.max(np.abs(kept - expected)[settled]) > NOISE
+    assert (rejecting.outlier_count >= 28, keeping.outlier_count) == (True, 0)
 
 
-@pytest.fixture(scope="module")
-def errors():
-    """RMSE to the true drift, deg/s: clean, 1 % at 10 sigma, 5 % at 100 sigma of one sign."""
-    rng = np.random.default_rng(1)
-    n = 720_000
-    truth = np.cumsum(WALK * rng.standard_normal(n))
-    clean = truth + NOISE * rng.standard_normal(n)
-    either = 10.0 * NOISE * rng.choice([-1.0, 1.0], n)
-    records = [
-        clean,
-        clean + np.where(rng.random(n) < 0.01, either, 0.0),
-        clean + np.where(rng.random(n) < 0.05, 100.0 * NOISE, 0.0),
-    ]
+@pytest.mark.parametrize("samples", [1, 2, 3])
+def test_a_few_samples_far_off_do_not_move_the_bias(samples):
+    z = at_rest(20_000)
+    z[10_000:10_025] = np.nan
+    z[10_010 : 10_010 + samples] = 350.0
+    trace = auto().trace(z)
+    assert np.ptp(trace.bias[9990:10_100]) < 5.0 * trace.bias_sigma[9990]
+    # Where more of them arrive it is motion, and waits for rest.
+    z[10_025:10_050] = np.nan
+    z[10_030:10_033] = 350.0
+    trace = auto().trace(z)
+    assert np.ptp(trace.bias[9990:10_100]) < 5.0 * trace.bias_sigma[9990]
+
+
+def test_a_sensor_that_gives_few_samples_is_learned_from():
+    z = at_rest(60_000)
+    sparse = np.full_like(z, np.nan)
+    sparse[::12] = z[::12]
+    f = auto()
+    trace = f.trace(sparse)
+    # Two or three a tick; they are judged together, at half the pace at most.
+    assert abs(trace.bias[-1] - BIAS) < 4.0 * NOISE / np.sqrt(sparse[::12].size)
+    sparse[30_000:] += 1.0
+    moved = auto().trace(sparse)
+    assert abs(moved.bias[-1] - BIAS - 1.0) < 0.05
+
+
+@pytest.mark.parametrize("value", ["zero", "last"])
+def test_a_stuck_sensor_is_told_and_left_out(value):
+    z = at_rest(60_000)
+    z[30_000:31_000] = 0.0 if value == "zero" else z[29_999]
+    f = auto()
+    trace = f.trace(z)
+    # Four samples at least, some more while little is known of the sensor's resolution.
+    assert not trace.stuck[:30_000].any() and not trace.stuck[31_000:].any()
+    assert trace.stuck[30_010:31_000].all()
+    assert f.stuck_count >= 990 and f.status == "at rest"
+    assert np.max(np.abs(trace.bias[30_000:] - BIAS)) < 0.01
+    f.reset()
+    f.process(z[:30_500])
+    assert f.status == "stuck" and f.stuck
+
+
+@pytest.mark.parametrize("step", [0.02, 0.1, 0.3, 1.0, 3.0])
+@pytest.mark.parametrize("offset", [0.0, 0.31, 0.5])
+def test_a_coarse_sensor_is_not_stuck(step, offset):
+    z = step * np.round((at_rest(120_000) - BIAS) / step + offset)
+    trace = auto().trace(z)
+    assert not trace.stuck.any() and trace.at_rest[1000:].all()
+
+
+@pytest.mark.parametrize("method", [*METHODS, "auto"])
+def test_a_saturated_sample_is_missing(method):
+    z = at_rest(6000)
+    z[2000:2100] = 250.0
+    z[3000] = -250.0
+    options = {"method": method, "output": "compensated", "channels": 1}
+    f = zr.DriftFilter(RATE, limit=250.0, **options)
+    beyond = np.abs(z) >= 250.0
+    got = f.process(z[:, np.newaxis])
+    expected = zr.DriftFilter(RATE, limit=1e9, **options).process(
+        np.where(beyond, np.nan, z)[:, np.newaxis]
+    )
+    assert_same_bits(got, expected)
+    assert np.isnan(got[beyond, 0]).all() and f.saturated_count[0] == 101
+    trace = zr.DriftFilter(RATE, limit=250.0, **options).trace(z[:, np.newaxis])
+    np.testing.assert_array_equal(trace.saturated[:, 0], beyond)
+    np.testing.assert_array_equal(trace.missing[:, 0], beyond)
+
+
+@pytest.mark.parametrize("name", ["limit", "rest_limit", "bias_limit"])
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
+def test_a_limit_is_a_positive_number(name, value):
+    with pytest.raises(ValueError, match=f"^{name} must be a positive number, got"):
+        auto(**{name: value})
+
+
+def test_a_level_beyond_the_limit_is_no_bias():
+    z = at_rest(60_000)
+    z[20_000:50_000] -= 90.0
+    taken, refused = auto().trace(z), auto(bias_limit=20.0).trace(z)
+    assert np.min(taken.bias) < -80.0
+    assert np.max(np.abs(refused.bias - BIAS)) < 0.1
+    assert not refused.at_rest[20_100:49_900].any()
+
+
+def test_a_steady_turn_from_the_start():
+    z = 30.0 + at_rest(12_000)
+    unlimited, limited = auto().trace(z), auto(bias_limit=20.0).trace(z)
+    error = np.abs(unlimited.bias - BIAS)
+    # Nothing tells it from a bias; for a minute the deviation says so.
+    assert error.max() > 29.0 and np.all(unlimited.bias_sigma[:5900] >= error[:5900])
+    assert np.all(limited.bias == 0.0) and np.all(limited.bias_sigma >= 29.0)
+
+
+def test_rest_is_provisional_until_something_else_is_seen():
+    z = at_rest(12_000)
+    f = auto()
+    statuses = []
+    for begin in range(0, z.size, 100):
+        f.process(z[begin : begin + 100])
+        statuses.append(f.status)
+    assert statuses[1:58] == ["provisional"] * 57
+    assert set(statuses[62:]) == {"at rest"}
+    z[2000:2500] += 30.0 * np.sin(np.arange(500) / 10.0)
+    f.reset()
+    f.process(z[:3500])
+    assert f.status == "at rest"
+
+
+def test_what_is_learned_while_provisional_is_what_was_learned_before():
+    z = at_rest(12_000)
+    bias, ignored = auto().process(z), auto(motion="ignore").process(z)
+    assert_same_bits(bias, ignored)
+    sigma = auto().trace(z).bias_sigma, auto(motion="ignore").trace(z).bias_sigma
+    proven = np.flatnonzero(sigma[0] < BIAS)[0]
+    assert 5900 <= proven <= 6200
+    assert_same_bits(sigma[0][proven:], sigma[1][proven:])
+
+
+def test_a_quieter_level_is_believed_at_once():
+    """A record that begins on a shaking vehicle which then stops."""
+    z = at_rest(6000)
+    z[:2000] += 30.0 + 5.0 * white(2000, seed=3)
+    trace = auto().trace(z)
+    assert trace.bias[1900] == pytest.approx(30.5, abs=1.0)
+    assert np.all(np.abs(trace.bias[2400:] - BIAS) < 0.1)
+
+
+def swings():
+    """Motions of sensors that are never still, by name, deg/s at 100 Hz for a minute."""
+    t = np.arange(6000) / RATE
+    tremor = np.convolve(white(6050, seed=5), np.ones(51) / np.sqrt(51.0), "valid")
     return {
-        name: [rms((filtered(z, WALK, **options)[0] - truth)[20_000:]) for z in records]
-        for name, options in FILTERS.items()
+        "rate table": 2.0 * np.sin(0.6 * t + 1.0),
+        "fast table": 100.0 * np.sin(1.6 * t + 1.0),
+        "hand": 60.0 * tremor,
+        "slow hand": 10.0 * tremor,
+        "walking": 40.0 * np.sin(11.3 * t) + 15.0 * np.sin(5.65 * t + 1.0) + 4.0 * tremor,
     }
 
 
-def test_the_safe_law_costs_nothing_and_leaves_outliers_out(errors):
-    clean = errors["plain"][0]
-    assert clean == pytest.approx(0.00146, rel=0.2)
-    assert errors["robust"][0] <= 1.005 * clean
-    assert errors["robust"][1] <= 1.02 * clean
-    assert errors["robust"][2] <= 1.04 * clean
+@pytest.mark.parametrize("name", swings())
+def test_a_start_in_motion(name):
+    motion = swings()[name]
+    z = at_rest(motion.size + 3000)
+    z[: motion.size] += motion
+    trace = auto(rest_limit=3.0).trace(z)
+    moving, resting = slice(None, motion.size), slice(motion.size, None)
+    assert trace.at_rest[moving].mean() <= 0.02
+    assert np.max(np.abs(trace.bias - BIAS)) <= BIAS + 0.5
+    assert np.flatnonzero(trace.at_rest[resting])[0] <= 3.0 * RATE
+    assert abs(trace.bias[-1] - BIAS) < 0.01
 
 
-def test_the_other_laws_pay(errors):
-    """The figures of the page on robust methods, each of another seed."""
-    clean = errors["plain"][0]
-    assert errors["plain"][1] > 1.1 * clean
-    assert errors["plain"][2] == pytest.approx(0.504, rel=0.02)
-    assert errors["published"] == pytest.approx([0.0101, 0.0205, 0.0529], rel=0.2)
-    assert errors["corrected"] == pytest.approx([0.0226, 0.0230, 0.0228], rel=0.2)
+def test_a_start_at_rest_within_limits():
+    z = at_rest(6000)
+    f = auto(rest_limit=3.0, bias_limit=20.0)
+    trace = f.trace(z)
+    # Nothing is taken off until it has been still for a second and a half.
+    assert np.all(trace.bias[:149] == 0.0) and not trace.at_rest[:149].any()
+    assert trace.at_rest[150:].all() and f.status == "at rest"
+    assert np.all(np.abs(trace.bias[150:] - BIAS) < 5.0 * trace.bias_sigma[150:])
+    assert np.all(trace.bias_sigma[:149] >= BIAS)
 
 
-@pytest.mark.parametrize(
-    ("rate", "samples", "expected"), [(100.0, 3, 22.0), (167.0, 5, 31.0), (1e9, None, 355.0)]
+def broad():
+    """Return rates in deg/s, whether the sensor moves, and the samples a second."""
+    name = "broad_05_undisturbed_slow_rotation_with_breaks_B"
+    rates = np.column_stack([column(name, f"gyro_{axis}_radps") for axis in "xyz"])
+    return rates.astype(float) / DEG, column(name, "movement").astype(bool), 2000.0 / 7.0
+
+
+@needs_recordings
+def test_starts_in_the_middle_of_hand_motion():
+    z, moves, rate = broad()
+    bias = z[: int(34 * rate)].mean(axis=0)
+    edges = np.flatnonzero(np.diff(moves.astype(int))) + 1
+    for first, last in edges.reshape(-1, 2):
+        start = (first + last) // 2
+        f = zr.DriftFilter(rate, method="auto", channels=3, rest_limit=3.0)
+        trace = f.trace(z[start:])
+        assert np.all(trace.at_rest[moves[start:]].mean(axis=0) <= 0.02)
+        assert np.all(np.abs(trace.bias - bias) <= np.abs(bias) + 0.5)
+        found = [np.flatnonzero(axis)[0] for axis in trace.at_rest[last - start :].T]
+        assert max(found) <= 3.0 * rate
+        assert np.all(np.abs(trace.bias[-1] - bias) < 0.02)
+
+
+@needs_recordings
+@pytest.mark.parametrize("start", range(50, 1400, 150))
+def test_starts_on_a_shaft_that_never_rests(start):
+    z = column("mpu6050_encoder_yaw_slow_100hz", "shaft_gyro_z_dps")[start * 100 :]
+    trace = auto(rest_limit=3.0).trace(z)
+    assert trace.at_rest.mean() <= 0.02 and np.max(np.abs(trace.bias)) <= 0.5
+
+
+@given(
+    kind=st.sampled_from(["step", "ramp", "slow", "fast", "noise"]),
+    size=st.sampled_from([0.3, 1.0, 5.0, 50.0]),
+    share=st.sampled_from([0.0, 0.01, 0.05]),
+    seed=st.integers(0, 1000),
+    limits=st.sampled_from([{}, {"rest_limit": 3.0}, {"bias_limit": 100.0}]),
 )
-def test_an_exit_ends_every_row_of_outliers(rate, samples, expected):
-    """Steps of 50 deg/s: RMSE over that of the samples; without an exit it stays where it was."""
-    level = np.repeat(50.0 * (np.arange(40) % 2), 1000)
-    noise = NOISE * np.random.default_rng(3).standard_normal(len(level))
-    x, f = filtered(level + noise, walk=0.01 * NOISE, rate=rate, method="robust")
-    assert rms(x - level) / rms(noise) == pytest.approx(expected, rel=0.03)
-    assert f.exit_count == (39 if samples else 0)
-    x, _ = filtered(level + noise, walk=0.01 * NOISE, method="kf")
-    assert rms(x - level) / rms(noise) == pytest.approx(110.0, rel=0.03)
-
-
-def motions(rate):
-    t = np.arange(round(10 * rate)) / rate
-    return {
-        "step": np.where(t > 1.0, 50.0, 0.0),
-        "steps": 50.0 * (np.floor(3.0 * t) % 2),
-        "ramp": 20.0 * t,
-        "steep": 2000.0 * t,
-        "slow": 30.0 * np.sin(0.2 * np.pi * t),
-        "fast": 30.0 * np.sin(10.0 * np.pi * t),
-        "alternating": 30.0 * (-1.0) ** np.arange(len(t)),
-        "loud": 3.0 * np.random.default_rng(9).standard_normal(len(t)),
-    }
-
-
-@pytest.mark.parametrize("share", [0.0, 0.02])
-@pytest.mark.parametrize("motion", motions(10.0))
-@pytest.mark.parametrize("rate", [100.0, 1000.0])
-def test_the_filter_always_comes_back(rate, motion, share):
-    """Whatever came, and with outliers of 100 deviations in all of it: to the level of the rest."""
-    rng = np.random.default_rng(4)
-    parts = np.zeros(round(20 * rate)), motions(rate)[motion], np.full(round(120 * rate), 7.0)
-    z = np.concatenate(parts) + NOISE * rng.standard_normal(round(150 * rate))
-    z = z + np.where(rng.random(len(z)) < share, 100.0 * NOISE, 0.0)
-    f = zr.DriftFilter(rate, method="robust")
-    late = f.process(z)[-round(20 * rate) :]
-    assert np.mean(late) == pytest.approx(7.0, abs=0.02)
-    assert rms(late - 7.0) < NOISE
-
-
-def test_an_outlier_moves_nothing():
-    """Of estimate, noise and model; the flag says so, and the next sample counts again."""
-    z = NOISE * np.random.default_rng(6).standard_normal(4000)
-    dirty, missing = z.copy(), z.copy()
-    dirty[3000], missing[3000] = 50.0, np.nan
-    f, twin = (zr.DriftFilter(RATE, method="robust") for _ in range(2))
-    got, expected = f.trace(dirty), twin.trace(missing)
-    np.testing.assert_array_equal(got.estimate, expected.estimate)
-    np.testing.assert_array_equal(got.measurement_noise, expected.measurement_noise)
-    np.testing.assert_array_equal(got.coefficients, expected.coefficients)
-    assert got.guarded[3000]
-    assert not got.missing[3000]
-    assert f.outlier_count == twin.outlier_count + 1
-
-
-def test_holding_and_compensating():
-    """As the other published methods do, the zones kept; and through a checkpoint."""
-    z = 0.3 + NOISE * np.random.default_rng(7).standard_normal(8000)
-    z[4000:4400] += 30.0 * np.sin(np.arange(400) / 9.0)
-    options = {"motion": "hold", "output": "compensated", "zones": (3.0, 0.5)}
-    f = zr.DriftFilter(RATE, method="robust", **options)
-    answers = f.process(z)
-    np.testing.assert_allclose(answers[-1], z[-1] - f.bias, atol=1e-15)
-    assert not np.all(f.copy().trace(30.0 * np.sin(np.arange(400) / 9.0)).at_rest)
-    twin = zr.DriftFilter.from_bytes(f.to_bytes())
-    assert twin.params == f.params
-    assert {name: twin.params[name] for name in options} == options
-    assert twin.outlier_count == f.outlier_count
-
-
-@pytest.mark.parametrize("zones", ["pink", 4.0, (4.0,), (0.0, 0.5), (4.0, 0.0), (4.0, 1.5), None])
-def test_zones_that_are_none(zones):
-    with pytest.raises(ValueError, match=r"zones must be 'published' or \(kappa, beta\)"):
-        zr.DriftFilter(RATE, method="robust", zones=zones)
+def test_it_always_comes_back(kind, size, share, seed, limits):
+    n, t = 12_000, np.arange(6000) / RATE
+    z = at_rest(n + 12_000, seed=seed)
+    level = BIAS
+    if kind in ("step", "ramp"):
+        level += size
+        z[n:] += size * (1.0 if kind == "step" else np.minimum(np.arange(12_000) / 1000.0, 1.0))
+    elif kind == "noise":
+        z[n : n + 6000] += size * white(6000, seed=seed + 1)
+    else:
+        z[n : n + 6000] += size * np.sin((0.3 if kind == "slow" else 9.0) * t)
+    f = auto(**limits)
+    f.process(spoilt(z, share, 30.0, one_sided=bool(seed % 2), seed=seed))
+    assert abs(f.bias - level) < 0.1

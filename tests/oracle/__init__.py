@@ -8,6 +8,7 @@ from oracle.rest import RestDetector
 from oracle.robust import RobustFilter
 from oracle.startup import Startup
 from oracle.streaming_allan import StreamingAllan
+from oracle.wavelet import WaveletDenoiser
 
 __all__ = [
     "AllanNoise",
@@ -19,4 +20,5 @@ __all__ = [
     "RobustFilter",
     "Startup",
     "StreamingAllan",
+    "WaveletDenoiser",
 ]

@@ -33,6 +33,7 @@ from support.settings import (
     robust_settings,
     start_of,
     started_settings,
+    wavelet_settings,
 )
 
 # The power of the samples' unit in [φ, θ, c]: none but in the constant.
@@ -84,6 +85,13 @@ def sound_allan(f, z, answers):
         assert np.all(np.isfinite(known[name][seen])), name
         assert np.all(known[name][seen] >= 0.0), name
         assert np.all(np.isnan(known[name][~seen])), name
+
+
+def sound_wavelet(f, z, answers):
+    """Finite from the first sample on; what came before this record is not known here."""
+    begun = np.logical_or.accumulate(np.isfinite(z))
+    assert_finite({"answers": answers[begun], **state(f)})
+    assert np.all(f.sigma >= 0.0)
 
 
 @dataclass(frozen=True)
@@ -282,6 +290,19 @@ STREAMS = {
         sound=sound_allan,
         units={},
         channel_axis=-1,
+    ),
+    "wavelet": Stream(
+        kind=zr.WaveletDenoiser,
+        make=lambda arguments: zr.WaveletDenoiser(**arguments),
+        settings=wavelet_settings,
+        examples={
+            "wavelet": {"rate": RATE},
+            "wavelet-soft": {"rate": RATE, "wavelet": "haar", "level": 2, "mode": "soft"},
+        },
+        properties={"sigma": 1, "missing": 0, "samples_seen": 0},
+        answer=1,
+        sound=sound_wavelet,
+        units={},
     ),
 }
 PROPERTIES = {stream.kind: list(stream.properties) for stream in STREAMS.values()}

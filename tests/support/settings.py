@@ -200,6 +200,22 @@ def allan_settings(channels=None):
     )
 
 
+def wavelet_settings(channels=None):
+    """Arguments of a WaveletDenoiser."""
+    return st.fixed_dictionaries(
+        {
+            "rate": st.sampled_from([0.1, 20.0, RATE]),
+            "level": st.integers(1, 4),
+            "channels": st.just(channels),
+        },
+        optional={
+            "wavelet": st.sampled_from(["haar", "db2", "db4", "db8"]),
+            "mode": st.sampled_from(["soft", "hard"]),
+            "threshold": st.sampled_from([0.0, 0.5, 4.0, 1e300]),
+        },
+    )
+
+
 def traced(f, z):
     """A trace as arrays by name."""
     trace = f.trace(z)

@@ -17,6 +17,8 @@
 #![deny(unsafe_code)]
 
 pub mod allan;
+#[cfg(feature = "std")]
+pub mod denoise;
 pub mod drift;
 mod error;
 #[cfg(feature = "std")]

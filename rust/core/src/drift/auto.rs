@@ -122,12 +122,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
 
     /// What it is taken for as rest is rest for certain.
     fn own_sigma(&self) -> T {
-        if !begins(self.status) {
-            return self.sigma;
-        }
-        match self.startup.samples() {
-            0 | 1 => self.reach,
-            n => (self.startup.variance() / T::of(n as f64)).simd_sqrt(),
+        match (self.status, self.startup.samples()) {
+            (status, _) if !begins(status) => self.sigma,
+            (Status::NoRestYet, _) | (_, 0 | 1) => self.reach,
+            (_, n) => (self.startup.variance() / T::of(n as f64)).simd_sqrt(),
         }
     }
 
@@ -165,6 +163,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
         if self.disproves(tick) {
             return self.start_anew();
+        }
+        if self.status == Status::NoRestYet && self.detector.standing() <= 1 {
+            self.startup.reset();
         }
         match self.status {
             Status::Starting => self.finish_startup(),
@@ -290,11 +291,19 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
-    /// The estimate is the mean so far.
+    /// The estimate is the mean so far; zero as long as the sensor is not seen to rest.
     #[cold]
     fn start(&mut self, z: T) {
-        self.startup.observe(z);
-        self.estimate = self.believed(self.startup.mean());
+        match self.status {
+            Status::Starting => {
+                self.startup.observe(z);
+                self.estimate = self.believed(self.startup.mean());
+            }
+            _ if self.params.waits_for_rest() => {
+                self.startup.observe(z);
+            }
+            _ => {}
+        }
     }
 
     /// A level, zero for one that no bias has.
@@ -320,11 +329,12 @@ impl Default for AutoParams {
 
 impl AutoParams {
     /// Nothing is taken for rest before it has shown that it can be, where that is known.
+    fn waits_for_rest(&self) -> bool {
+        self.behaviour.hold_in_motion && self.limits.rest.is_some()
+    }
+
     fn first_status(&self) -> Status {
-        match self.behaviour.hold_in_motion && self.limits.rest.is_some() {
-            true => Status::NoRestYet,
-            false => Status::Starting,
-        }
+        if self.waits_for_rest() { Status::NoRestYet } else { Status::Starting }
     }
 }
 
@@ -343,7 +353,7 @@ impl<T: Number> Stream for AutoFilter<T> {
         if !self.missing {
             self.follow(z);
         }
-        if self.status == Status::Starting {
+        if begins(self.status) {
             self.start(z);
         }
         if let Some(tick) = self.detector.observe(z) {

@@ -10,6 +10,12 @@ use super::ticker::TickSums;
 use super::{Event, LEAST, RestLimits};
 use crate::math::{Limits, Real};
 
+/// Deviations of the level of a candidate within which it may be that of the rest before.
+const CONFIDENT: f64 = 3.0;
+
+/// Doubts after which the time that a rest needs no longer doubles.
+const PATIENCE: u32 = 8;
+
 /// Samples in a tick, and times in ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Times {
@@ -48,6 +54,8 @@ pub(super) struct Decision<T> {
     /// Ticks near the level of earlier.
     near_earlier: Run<T>,
     still: Still<T>,
+    /// Rests in a row that were left too early to be proven, where limits let them begin at once.
+    doubts: u32,
     /// What is known is rest: something louder has been seen, or it has lasted for a minute.
     proven: bool,
 }
@@ -57,6 +65,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         Self {
             times,
             still: Still::new(limits),
+            doubts: 0,
             proven: limits.rest.is_some(),
             at_rest: false,
             false_start: false,
@@ -78,6 +87,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         }
     }
 
+    /// Ticks in a row that may become the first rest.
+    pub(super) fn standing(&self) -> u32 {
+        if self.known.is_some() { 0 } else { self.candidate.ticks }
+    }
+
     /// Whether what is taken for rest may as well be motion, since nothing else has been seen.
     pub(super) fn is_provisional(&self) -> bool {
         !self.proven
@@ -89,14 +103,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
             self.candidate = Candidate::none();
             return Some(Event::Restart);
         }
-        self.candidate.take(seen, self.times.tick);
+        self.candidate.take(seen);
         let Times { dwell, short, .. } = self.times;
         let doubted = self.false_start && !self.still.is_limited();
         let needed = if doubted { short } else { dwell };
         if self.candidate.ticks < needed || !self.still.lasts() {
             return None;
         }
-        let trust = if doubted || self.still.is_limited() { short } else { 0 };
+        let trust = if doubted { short } else { 0 };
         self.known = Some(RestModel::new(&self.candidate, self.times.tick, trust));
         self.at_rest = true;
         Some(Event::Rest)
@@ -120,9 +134,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         self.candidate = if possible { Candidate::of(seen) } else { Candidate::none() };
         self.back = Run::none();
         if known.trust < self.times.short {
-            self.known = None;
-            self.false_start = true;
-            return Some(Event::Restart);
+            if !self.still.is_limited() {
+                self.known = None;
+                self.false_start = true;
+                return Some(Event::Restart);
+            }
+            self.doubts = self.doubts.saturating_add(1);
         }
         self.proven |= is_quieter(known.noise.variance, seen.variance, seen.step);
         known.leave(self.times.short);
@@ -135,7 +152,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         if self.proven {
             return None;
         }
-        self.candidate.take(seen, self.times.tick);
+        self.candidate.take(seen);
         let lasts = self.candidate.ticks >= self.times.dwell;
         let quiet = is_quieter(self.candidate.variance, known.noise.variance, seen.step);
         (lasts && quiet).then(|| self.replace())
@@ -157,7 +174,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
             (self.back, self.near_earlier) = (Run::none(), Run::none());
             return None;
         }
-        self.candidate.take(seen, self.times.tick);
+        self.candidate.take(seen);
         self.back.take(known.is_near(seen), seen.level);
         if !self.still.lasts() {
             return None;
@@ -204,13 +221,18 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         if new <= old * ratio && new * ratio >= old {
             accepted.noise = known.noise;
         }
-        if known.trust >= self.times.long {
+        if is_quieter(new, old, seen.step) {
+            self.proven = true;
+        } else if known.trust >= self.times.long {
             self.earlier = Some(*known);
         }
         self.known = Some(accepted);
         self.at_rest = true;
         self.near_earlier = Run::none();
-        Some(match known.is_level(self.candidate.level, seen.step) {
+        // Of a louder one the level is not known as well.
+        let unsure = T::of(CONFIDENT) * self.candidate.level_deviation();
+        let distance = (known.distance(self.candidate.level) - unsure).at_least(T::zero());
+        Some(match known.is_near_level(distance, seen.step) {
             true => Event::Rest,
             false => Event::Restart,
         })
@@ -223,9 +245,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         let level_stands = known.is_level(candidate.level, step)
             && known.is_as_steady(candidate.level_variance(), step);
         // Nothing that moves is quieter than rest.
-        let quieter = is_quieter(candidate.variance, known.noise.variance, step);
-        if level_stands || quieter {
+        let (new, old) = (candidate.variance, known.noise.variance);
+        if level_stands || is_quieter(new, old, step) {
             return T::of(2.0 * f64::from(dwell));
+        }
+        if self.still.is_limited() && known.trust < short && !is_quieter(old, new, step) {
+            return T::of(f64::from((dwell << self.doubts.min(PATIENCE)).min(short)));
         }
         let long = T::of(f64::from(long));
         let deviation = known.noise.variance.simd_sqrt();

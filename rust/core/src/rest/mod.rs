@@ -131,6 +131,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.decision.is_provisional()
     }
 
+    /// Ticks in a row, up to the last one, that may become the first rest.
+    pub fn standing(&self) -> u32 {
+        self.decision.standing()
+    }
+
     /// Whether the sensor has given the same sample for longer than chance does.
     pub fn is_stuck(&self) -> bool {
         self.ticker.is_stuck()

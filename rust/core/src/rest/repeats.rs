@@ -7,6 +7,9 @@ use crate::math::{Limits, Real};
 /// Chance of a run of equal samples that is none.
 const CHANCE: f64 = 1e-9;
 
+/// Changes that tell how often there is one.
+const TELLING: u32 = 32;
+
 /// Samples that are a run at least.
 const LEAST_RUN: u32 = 4;
 
@@ -35,7 +38,7 @@ pub(super) struct Repeats {
 
 impl Repeats {
     pub(super) fn new() -> Self {
-        // Nothing has changed so far: even a constant output may be one.
+        // Until some have changed, even a constant output may be one of a sensor that works.
         Self { run: 0, held: 0, dropped: 0, limit: u32::MAX, equal: 1, pairs: 2 }
     }
 
@@ -77,7 +80,7 @@ impl Repeats {
 
     /// Ends a tick; returns how many samples of it a stuck sensor gave.
     pub(super) fn end_tick<T: Limits + Real<Element = T>>(&mut self) -> u32 {
-        if self.pairs > 2 {
+        if self.pairs - self.equal >= TELLING {
             self.set_limit::<T>();
         }
         core::mem::take(&mut self.dropped)
@@ -112,6 +115,6 @@ impl Repeats {
             && self.dropped <= position
             && self.limit >= LEAST_RUN
             && self.equal < self.pairs
-            && self.pairs <= 2 * MEMORY
+            && self.pairs <= 2 * MEMORY + position
     }
 }

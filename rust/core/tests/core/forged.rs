@@ -228,4 +228,11 @@ proptest! {
         check(RestDetector::<f64>::new(16.0, limits)?, returned, &samples, &after, first)?;
         check(RestDetector::<f32>::new(16.0, limits)?, returned, &samples, &after, first)?;
     }
+
+    #[cfg(feature = "std")]
+    #[test]
+    fn wavelets(samples in samples(), after in prop::collection::vec(any_sample(), 80), first in 0..STRIDE) {
+        let denoiser = zerorate_core::denoise::WaveletDenoiser::new(crate::wavelet::params())?;
+        check(denoiser, returned, &samples, &after, first)?;
+    }
 }

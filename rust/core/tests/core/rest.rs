@@ -56,15 +56,109 @@ fn a_level_that_stays_is_a_restart_and_so_is_the_way_back() {
 }
 
 #[test]
-fn a_tick_tells_the_mean_of_the_samples_present() {
+fn a_tick_tells_the_mean_of_the_samples_present_and_few_wait_for_more() {
     let mut detector = new(16.0);
-    for z in [1e7, f64::NAN, 1e7 + 2.0] {
-        assert_eq!(detector.observe(z), None);
+    let mut ticks = [1e7, f64::NAN, 1e7 + 2.0, f64::INFINITY, 1e7, 1e7 + 2.0, f64::NAN, f64::NAN]
+        .into_iter()
+        .filter_map(|z| detector.observe(z));
+    let few = ticks.next().expect("a tick of two samples");
+    assert_eq!((few.count, few.calm, few.event), (0, false, None));
+    let deviation = (4.0 / 3.0_f64).sqrt();
+    let expected = Tick {
+        count: 4,
+        mean: 1e7 + 1.0,
+        deviation,
+        calm: false,
+        event: None,
+        outliers: 0,
+        stuck: 0,
+    };
+    assert_eq!(ticks.next(), Some(expected));
+}
+
+#[test]
+fn three_samples_far_from_all_others_are_outliers_when_more_arrive() {
+    let mut detector = new(RATE);
+    let quiet = white_noise(6000, 2);
+    let mut samples = quiet[..3000].to_vec();
+    samples.extend([350.0, 350.5, 351.0]);
+    samples.extend([f64::NAN; 122]);
+    samples.extend(&quiet[3000..]);
+    let ticks: Vec<_> = samples.iter().filter_map(|z| detector.observe(*z)).collect();
+    let after = &ticks[120..];
+    assert!(after[..5].iter().all(|tick| tick.count == 0 && tick.event.is_none()));
+    assert_eq!((after[5].outliers, after[5].count), (3, 25));
+    assert!(after.iter().all(|tick| tick.mean.abs() < 1.0 || tick.count == 0));
+}
+
+#[test]
+fn a_stuck_sensor_tells_nothing() {
+    let mut detector = new(RATE);
+    let mut samples = white_noise(6000, 3);
+    samples[3000..4000].fill(0.0);
+    let ticks: Vec<_> = samples.iter().filter_map(|z| detector.observe(*z)).collect();
+    let (before, during) = (&ticks[..120], &ticks[120..160]);
+    assert!(before.iter().all(|tick| tick.stuck == 0));
+    assert!(during.iter().all(|tick| (tick.stuck, tick.count) == (25, 0)));
+    assert!(!detector.is_stuck() && detector.at_rest());
+}
+
+#[test]
+fn an_output_that_stands_still_for_its_coarse_steps_is_not_stuck() {
+    let mut detector = new(RATE);
+    // A step of seven deviations: runs of thousands of samples, left by one step.
+    let samples = white_noise(300_000, 4);
+    let mut ticks = samples.iter().filter_map(|z| detector.observe(7.0 * (z / 7.0).round()));
+    assert!(ticks.all(|tick| tick.stuck == 0));
+    assert!(detector.at_rest());
+}
+
+#[test]
+fn nothing_beyond_the_limits_is_rest() {
+    let limits = RestLimits { rest: Some(3.0), bias: Some(20.0) };
+    let refused = |limits| RestDetector::<f64>::new(RATE, limits).expect_err("no limit");
+    assert!(matches!(
+        refused(RestLimits { rest: Some(0.0), ..limits }),
+        Error::Parameter { name: "rest_limit", .. }
+    ));
+    assert!(matches!(
+        refused(RestLimits { bias: Some(f64::NAN), ..limits }),
+        Error::Parameter { name: "bias_limit", .. }
+    ));
+    let rests = |samples: Vec<f64>| {
+        let mut detector = RestDetector::new(RATE, limits).expect("valid limits");
+        samples.iter().map(|z| detector.update(*z)).filter(|at_rest| *at_rest).count()
+    };
+    let noise = white_noise(30_000, 5);
+    let turned = |rate: f64| noise.iter().map(|z| z + rate).collect::<Vec<_>>();
+    assert_eq!(rests(turned(0.0)), 30_000 - 149);
+    assert_eq!(rests(turned(19.0)), 30_000 - 149);
+    assert_eq!(rests(turned(21.0)), 0);
+    assert_eq!(rests(noise.iter().map(|z| 4.0 * z).collect()), 0);
+    // A minute of turning back and forth: the means of ticks move by far more than three.
+    let swung = |(i, z): (usize, &f64)| z + 15.0 * (i as f64 / 100.0).sin();
+    assert_eq!(rests(noise.iter().enumerate().map(swung).collect()), 0);
+}
+
+#[test]
+fn a_quieter_level_is_believed_over_one_that_nothing_has_proven() {
+    let mut detector = new(RATE);
+    let noise = white_noise(6000, 6);
+    let samples: Vec<f64> = noise
+        .iter()
+        .enumerate()
+        .map(|(i, z)| if i < 2000 { 30.0 + 20.0 * z } else { *z })
+        .collect();
+    let mut events = Vec::new();
+    for (i, z) in samples.iter().enumerate() {
+        let provisional = detector.is_provisional();
+        if let Some(Tick { event: Some(event), .. }) = detector.observe(*z) {
+            events.push((i + 1, event, provisional));
+        }
     }
-    let tick = detector.observe(f64::INFINITY);
-    let deviation = std::f64::consts::SQRT_2;
-    let expected = Tick { count: 2, mean: 1e7 + 1.0, deviation, calm: false, event: None };
-    assert_eq!((detector.tick_length(), tick), (4, Some(expected)));
+    assert_eq!(events[0], (150, Event::Rest, true));
+    assert_eq!(&events[1..], [(2025, Event::Motion, true), (2300, Event::Restart, true)]);
+    assert!(!detector.is_provisional() && detector.at_rest());
 }
 
 #[test]
