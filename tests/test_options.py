@@ -27,6 +27,9 @@ OTHER = {
     "motion": "hold",
     "output": "compensated",
     "method": "kf",
+    "zones": (3.0, 0.5),
+    "damping": 0.1,
+    "correction": 0.1,
 }
 
 
@@ -79,7 +82,7 @@ def test_a_sentence_names_who_uses_it():
         check_used(["startup", "fading"], ["kf", "auto"])
     with pytest.raises(ValueError, match="order has no effect on method 'auto', only on 'kf', "):
         check_used(["order"], ["auto"])
-    assert PUBLISHED == ("kf", "akf", "fading")
+    assert PUBLISHED == ("kf", "akf", "fading", "robust")
 
 
 def test_an_unknown_option():

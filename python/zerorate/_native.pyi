@@ -15,7 +15,8 @@ from typing import (
 import numpy as np
 import numpy.typing as npt
 
-_Method: TypeAlias = Literal["kf", "akf", "fading", "auto"]
+_Method: TypeAlias = Literal["kf", "akf", "fading", "robust", "auto"]
+_Zones: TypeAlias = tuple[float, float] | Literal["published"]
 _Motion: TypeAlias = Literal["hold", "ignore"]
 _Output: TypeAlias = Literal["estimate", "compensated"]
 _Noise: TypeAlias = Literal["allan", "hadamard"]
@@ -71,6 +72,9 @@ class _FilterOptions(TypedDict, total=False):
     noise: _Noise
     startup: float
     scale: float | None
+    zones: _Zones
+    damping: float
+    correction: float
 
 class _StreamOptions(_FilterOptions, total=False):
     """All options of a filter."""
@@ -84,8 +88,8 @@ class _Params(_StreamOptions, total=False):
 
 class _Option(TypedDict):
     name: str
-    kind: Literal["order", "number", "seconds", "seconds or always", "choice"]
-    default: float | str | tuple[int, int] | None
+    kind: Literal["order", "number", "seconds", "seconds or always", "choice", "pair or word"]
+    default: float | str | tuple[int, int] | tuple[float, float] | None
     unit: str
     expected: str
     choices: list[str]
@@ -120,6 +124,9 @@ class DriftFilter:
         noise: _Noise = "allan",
         startup: float = 1.0,
         scale: float | None = None,
+        zones: _Zones = (4.0, 0.75),
+        damping: float = 0.0,
+        correction: float = 0.0,
     ) -> Self: ...
     @staticmethod
     def started(start: _Start, **params: Any) -> DriftFilter: ...
@@ -176,6 +183,10 @@ class DriftFilter:
     def samples_seen(self) -> int: ...
     @property
     def guard_count(self) -> Any: ...
+    @property
+    def outlier_count(self) -> Any: ...
+    @property
+    def exit_count(self) -> Any: ...
     @property
     def restarts(self) -> Any: ...
     @property

@@ -30,7 +30,7 @@ __all__ = [
     "used_by",
 ]
 
-Kind = Literal["order", "number", "seconds", "seconds or always", "choice"]
+Kind = Literal["order", "number", "seconds", "seconds or always", "choice", "pair or word"]
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Option:
     ----------
     name : str
         Its keyword.
-    kind : {"order", "number", "seconds", "seconds or always", "choice"}
+    kind : {"order", "number", "seconds", "seconds or always", "choice", "pair or word"}
         What its value is: two whole numbers (p, q), a number, seconds, seconds or None for always,
-        or one of `choices`.
+        one of `choices`, or two numbers or one of these.
     default : object
         Its default; None where that depends on the method, or where nothing is given.
     unit : str
@@ -51,7 +51,7 @@ class Option:
     expected : str
         The values that are allowed, in words.
     choices : tuple of str
-        The values of a choice.
+        The values of a choice, or the words in place of two numbers.
     meaning : str
         What it is, in one sentence without a full stop.
     methods : tuple of str

@@ -48,7 +48,7 @@ class TestReplay:
             ),
             (
                 ("--only", "--order", "3,1"),
-                "--order has no effect on method 'auto', only on 'kf', 'akf' and 'fading'",
+                "--order has no effect on method 'auto', only on 'kf', 'akf', 'fading' and 'robust'",
             ),
             (
                 ("--only", "--fading", "0.97"),

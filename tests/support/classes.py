@@ -29,6 +29,8 @@ from support.settings import (
     noise_settings,
     published_settings,
     rest_settings,
+    robust_as_published_settings,
+    robust_settings,
     start_of,
     started_settings,
     wavelet_settings,
@@ -215,6 +217,7 @@ drift_stream = partial(
 )
 FADING = {"rate": RATE, "method": "fading"}
 SELF_TUNING = {"rate": RATE, "method": "auto"}
+ROBUST = {"rate": RATE, "method": "robust"}
 
 STREAMS = {
     "published": drift_stream(
@@ -237,6 +240,22 @@ STREAMS = {
             }
         },
         properties=DRIFT,
+    ),
+    "robust": drift_stream(
+        settings=robust_settings,
+        examples={
+            "robust": ROBUST,
+            "robust-damping": {**ROBUST, "damping": 0.1, "correction": 0.1, "order": (2, 1)},
+            "robust-holding": {**ROBUST, "motion": "hold"},
+        },
+        properties=DRIFT,
+    ),
+    "robust-published": drift_stream(
+        settings=robust_as_published_settings,
+        examples={"robust-published": {**ROBUST, "zones": "published", "damping": 0.1}},
+        properties=DRIFT,
+        # A variance is held against an innovation: in another unit it is another filter.
+        powers=0,
     ),
     "auto": drift_stream(
         settings=auto_settings,

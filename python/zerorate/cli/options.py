@@ -173,6 +173,9 @@ def _parameter(option: Option, default: object, texts: Mapping[str, str]) -> ins
     elif option.kind == "order":
         value, metavar = str, "p,q"
         default = ",".join(map(str, cast(tuple[int, int], default)))
+    elif option.kind == "pair or word":
+        value, metavar = str, "<float,float>"
+        default = ",".join(f"{number:g}" for number in cast(tuple[float, float], default))
     elif option.name in _WORDS:
         value, metavar = str, "<float>"
         default = _WORDS[option.name] if default is None else f"{default:g}"
@@ -190,7 +193,7 @@ def _members(option: Option) -> Any:  # noqa: ANN401
 
 def _help(option: Option) -> str:
     meaning = f"{option.meaning[0].upper()}{option.meaning[1:]}."
-    if option.choices:
+    if option.kind == "choice":
         limits = "" if option.default is not None else "the default depends on the method"
     else:
         word = f", or '{_WORDS[option.name]}'" if option.name in _WORDS else ""
@@ -203,6 +206,8 @@ def _help(option: Option) -> str:
 def _parsed(option: Option, value: Any) -> object:  # noqa: ANN401
     if option.kind == "order":
         return parse_order(value)
+    if option.kind == "pair or word":
+        return _parse_pair(option, value)
     if option.name in _WORDS:
         return _parse_number(flag(option.name), value, _WORDS[option.name])
     return value.value if isinstance(value, Enum) else value
@@ -221,6 +226,20 @@ def _parse_number(option: str, text: str, word: str) -> float | None:
         return float(text)
     except ValueError:
         raise UsageFault(f"{option} takes a number or '{word}', got '{text}'") from None
+
+
+def _parse_pair(option: Option, text: str) -> tuple[float, float] | str:
+    """Return the two numbers of ``4,0.75``, or the word that may stand in their place."""
+    if text in option.choices:
+        return text
+    try:
+        first, second = map(float, text.split(","))
+    except ValueError:
+        words = " or ".join(f"'{word}'" for word in option.choices)
+        raise UsageFault(
+            f"{flag(option.name)} takes two numbers with a comma between or {words}, got '{text}'"
+        ) from None
+    return first, second
 
 
 def parse_order(text: str) -> tuple[int, int]:

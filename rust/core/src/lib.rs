@@ -33,8 +33,9 @@ pub mod stream;
 pub mod work;
 
 pub use drift::{
-    AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Method, Params,
-    RecursiveLeastSquares, RestGated, RlsParams, Start, Status, Tally,
+    AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Method, Params, PublishedFilter,
+    RecursiveLeastSquares, RestGated, RlsParams, RobustFilter, RobustParams, Start, Status, Tally,
+    Zones,
 };
 pub use error::Error;
 pub use rest::{Event, RestDetector, RestLimits, Tick};
