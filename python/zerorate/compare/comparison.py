@@ -59,7 +59,8 @@ def compare(
         Of any kinds: `zerorate.read_recording` or `read_trial` gives them.
     methods : sequence of str
         ``"raw"``, ``"mean"`` (the running mean), ``"ema"`` (the best exponential moving average in
-        hindsight) and methods of `zerorate.DriftFilter`, which run with their defaults.
+        hindsight) and methods of `zerorate.DriftFilter`, which run with the defaults of the command
+        line: "auto" with the limits of what rest can be, where the unit is known.
     progress : callable, optional
         Called with a step's name and the fraction of it that is done.
 

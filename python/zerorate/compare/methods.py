@@ -10,6 +10,7 @@ import numpy as np
 from zerorate import metrics
 from zerorate._native import DriftFilter, Trace
 from zerorate.metrics import BestEma
+from zerorate.options import with_limits
 from zerorate.run.replay.history import Recorder, memory
 from zerorate.types import Booleans, Floats
 
@@ -71,7 +72,9 @@ class AxisResult:
     innovation_variance: Floats | None = None
 
 
-def on_axis(method: str, z: Floats, rate: float, ema: Callable[[], BestEma]) -> AxisResult:
+def on_axis(
+    method: str, z: Floats, rate: float, ema: Callable[[], BestEma], unit: str | None = None
+) -> AxisResult:
     """Return what a method makes of one axis.
 
     Parameters
@@ -84,6 +87,8 @@ def on_axis(method: str, z: Floats, rate: float, ema: Callable[[], BestEma]) -> 
         Samples per second, Hz.
     ema : callable
         Finds the best exponential moving average in hindsight, by what counts for this record.
+    unit : str, optional
+        Of the rates. Where it is known "auto" has the limits that the command line gives it.
 
     Raises
     ------
@@ -98,7 +103,7 @@ def on_axis(method: str, z: Floats, rate: float, ema: Callable[[], BestEma]) -> 
     if method == "ema":
         best = ema()
         return AxisResult(best.estimate, best.estimate, memory=1.0 / (float(best.gain) * rate))
-    return _filtered(method, z, rate)
+    return _filtered(method, z, rate, unit)
 
 
 def first_rest(z: Floats, rate: float) -> AxisResult:
@@ -109,11 +114,11 @@ def first_rest(z: Floats, rate: float) -> AxisResult:
     return AxisResult(bias, bias)
 
 
-def _filtered(method: str, z: Floats, rate: float) -> AxisResult:
+def _filtered(method: str, z: Floats, rate: float, unit: str | None) -> AxisResult:
     # The filter itself says which methods it knows.
     name, held, _ = method.partition("+hold")
     arguments: dict[str, Any] = {"method": name} | ({"motion": "hold"} if held else {})
-    filter_ = DriftFilter(rate, channels=1, **arguments)
+    filter_ = DriftFilter(rate, channels=1, **with_limits(arguments, [name], unit))
     recorder, parts = Recorder(), []
     # The traces of a long record at once would fill the memory with what nobody reads.
     for block in np.array_split(z[:, np.newaxis], min(_BLOCKS, z.size)):

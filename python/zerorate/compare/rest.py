@@ -33,9 +33,7 @@ def scored_from(duration: float) -> float:
 def rest_rows(recording: Trial, methods: Sequence[str]) -> Iterator[Row]:
     """Yield the measures of every axis and method, one after the other."""
     for axis, z in zip(recording.log.names, recording.log.data.T, strict=True):
-        scored = _ScoredAxis(
-            np.ascontiguousarray(z), recording.log.rate, f"{recording.source}: {axis}"
-        )
+        scored = _ScoredAxis(np.ascontiguousarray(z), recording, axis)
         for method in methods:
             yield Row(recording.source, axis, method, recording.angle, scored.measured(method))
 
@@ -56,20 +54,21 @@ def rest_notes(recording: Trial) -> Iterator[str]:
 class _ScoredAxis:
     """One axis, and the best averages that methods are measured by."""
 
-    def __init__(self, z: Floats, rate: float, where: str) -> None:
-        self._z, self._rate = z, rate
+    def __init__(self, z: Floats, recording: Trial, axis: str) -> None:
+        rate = recording.log.rate
+        self._z, self._rate, self._unit = z, rate, recording.log.unit
         self._start = scored_from(z.size / rate)
         bests = {horizon: self._best(horizon) for horizon in HORIZONS}
         self._bests = {horizon: best for horizon, best in bests.items() if best is not None}
         if not self._bests:
             raise LogError(
-                f"{where} holds no {HORIZONS[0]:g} s without missing samples to coast through "
-                f"after the first {self._start:.3g} s"
+                f"{recording.source}: {axis} holds no {HORIZONS[0]:g} s without missing samples to "
+                f"coast through after the first {self._start:.3g} s"
             )
 
     def measured(self, method: str) -> dict[str, float]:
         """Return the measures of one method."""
-        found = on_axis(method, self._z, self._rate, self._ema)
+        found = on_axis(method, self._z, self._rate, self._ema, self._unit)
         values = {}
         for horizon in HORIZONS:
             error = self._coasting(method, found.estimate, horizon)

@@ -90,14 +90,14 @@ def fitted(recording: Trial, reference: Reference) -> Fitted:
 
 def turning_rows(recording: Trial, match: Fitted, methods: Sequence[str]) -> Iterator[Row]:
     """Yield the measures of every method on the gyro that the reference belongs to."""
-    truth = match.raw - match.rate
+    truth, log = match.raw - match.rate, recording.log
 
     def ema() -> BestEma:
-        return metrics.best_ema(match.raw, recording.log.rate, truth=truth)
+        return metrics.best_ema(match.raw, log.rate, truth=truth)
 
     for method in methods:
-        found = on_axis(method, match.raw, recording.log.rate, ema)
-        values = _measured(found, match, recording.log.rate)
+        found = on_axis(method, match.raw, log.rate, ema, log.unit)
+        values = _measured(found, match, log.rate)
         yield Row(recording.source, match.axis, method, recording.angle, values)
 
 
