@@ -32,7 +32,7 @@ from zerorate.noise import (
     whittle,
     worst_axis,
 )
-from zerorate.simulate import simulate
+from zerorate.simulate import Contamination, simulate
 from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ __all__ = [
     "AllanNoise",
     "AllanResult",
     "Coefficient",
+    "Contamination",
     "Device",
     "DriftFilter",
     "DynamicAllan",

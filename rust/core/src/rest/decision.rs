@@ -100,7 +100,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
             self.candidate = Candidate::none();
             return Some(Event::Restart);
         }
-        self.candidate.take(seen, self.times.tick);
+        self.candidate.take(seen);
         let Times { dwell, short, .. } = self.times;
         let doubted = self.false_start && !self.still.is_limited();
         let needed = if doubted { short } else { dwell };
@@ -149,7 +149,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         if self.proven {
             return None;
         }
-        self.candidate.take(seen, self.times.tick);
+        self.candidate.take(seen);
         let lasts = self.candidate.ticks >= self.times.dwell;
         let quiet = is_quieter(self.candidate.variance, known.noise.variance, seen.step);
         (lasts && quiet).then(|| self.replace())
@@ -171,7 +171,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
             (self.back, self.near_earlier) = (Run::none(), Run::none());
             return None;
         }
-        self.candidate.take(seen, self.times.tick);
+        self.candidate.take(seen);
         self.back.take(known.is_near(seen), seen.level);
         if !self.still.lasts() {
             return None;

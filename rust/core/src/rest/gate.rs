@@ -20,8 +20,15 @@ const FAR_STEPS: f64 = 3.0;
 /// Share of a normal variable within one deviation.
 const WITHIN_ONE: f64 = 0.682_689_492_137_085_9;
 
-/// How fast the deviation follows that share, a tick.
+/// How fast the deviation follows that share, a tick; and where almost all of a tick's samples lie
+/// within one deviation, which chance does once in a thousand ticks: after motion, which is no
+/// noise, it is to be back soon.
 const RATE: f64 = 0.05;
+const FAST: f64 = 0.5;
+const ALMOST_ALL: f64 = 0.95;
+
+/// Samples that tell such a share.
+const MANY: u32 = 16;
 
 /// Least deviation in steps: one of zero would never grow.
 const LEAST_STEPS: f64 = 0.25;
@@ -30,7 +37,7 @@ const LEAST_STEPS: f64 = 0.25;
 const OUTLIERS: [u32; 2] = [3, 10];
 
 /// How long outliers are on one side at most, in seconds and in samples.
-const SIDE: f64 = 0.03;
+const SIDE: f64 = 0.015;
 const LEAST_SIDE: u32 = 3;
 
 /// Samples that a first median is taken of at least.
@@ -128,7 +135,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
     /// Ends a tick of so many samples; `step` is the sensor's.
     pub(super) fn end_tick(&mut self, samples: u32, exits: bool, step: T) {
         let share = f64::from(self.inside) / f64::from(samples.max(1));
-        let growth = T::of(RATE * (WITHIN_ONE - share)).exp();
+        let too_large = share > ALMOST_ALL && samples >= MANY;
+        let rate = if too_large { FAST } else { RATE };
+        let growth = T::of(rate * (WITHIN_ONE - share)).exp();
         self.scale = (self.scale * growth).at_least(T::of(LEAST_STEPS) * step);
         (self.inside, self.moves, self.open) = (0, false, exits);
         self.set_bounds(step);

@@ -56,6 +56,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
             return true;
         }
         let freedom = T::of(2.0) * self.variance * self.variance / self.spread.at_least(T::TINY);
+        // One of fewer samples than those that were learned from varies more.
+        let few = seen.weight < T::one();
+        let freedom = if few { freedom.at_most(seen.freedom()) } else { freedom };
         let bound = chi_squared_bound(freedom.at_least(T::one()), CERTAIN);
         seen.variance <= self.variance * bound + flips(seen.step)
     }

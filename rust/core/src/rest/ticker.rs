@@ -82,6 +82,13 @@ pub(super) struct TickSums<T> {
     pub stuck: u32,
 }
 
+impl<T: Limits + Real<Element = T, SimdBool = bool>> TickSums<T> {
+    /// Degrees of freedom of the variance.
+    pub(super) fn freedom(&self) -> T {
+        T::of(f64::from(self.count) - 2.0)
+    }
+}
+
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     pub(super) fn new(rate: f64, length: u32) -> Self {
         let zero = T::zero();
