@@ -13,7 +13,6 @@ import typer
 
 from zerorate.cli.errors import DataFault, UsageFault, as_usage
 from zerorate.cli.options import (
-    Unit,
     check_filter_options,
     flag,
     parse_choices,
@@ -86,7 +85,10 @@ def stream(
         int | None,
         typer.Option(min=1, help="Numbers in a line, if the first may not be whole."),
     ] = None,
-    unit: Unit = None,
+    unit: Annotated[
+        str | None,
+        typer.Option(help="rad/s, deg/s, deg/h: with it auto knows what rest can be."),
+    ] = None,
     options: Mapping[str, Any],
     beside: Annotated[
         str | None, typer.Option("--with", help=f"More columns: {','.join(Beside)}.")

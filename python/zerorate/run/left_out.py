@@ -38,8 +38,9 @@ class LeftOut:
 
     def sentences(self, names: Sequence[str], samples: int, limit: float | None) -> Iterator[str]:
         """Yield a sentence on each kind of which there are any, of so many samples an axis."""
+        beyond = "" if limit is None else f", at or beyond the limit of {limit:g}"
         said = (
-            (f"saturated, at or beyond the limit of {limit}, so missing", self.saturated),
+            (f"saturated{beyond}, so missing", self.saturated),
             ("left out as outliers", self.outliers),
             ("left out because the sensor was stuck at one value", self.stuck),
         )

@@ -25,8 +25,9 @@ _COMPENSATED: Final = (
     "Measured is the drift that a method finds; the filtered log is raw minus it, as noisy as raw."
 )
 _LEARNED: Final = (
-    "White noise as angle random walk, drift as rate random walk; 63 %: the time in which the bias "
-    "follows a small step; bias and its standard deviation as they are at the end."
+    "Motion counts the wait for the first rest. White noise as angle random walk, drift as rate "
+    "random walk; 63 %: the time in which the bias follows a small step; bias and its standard "
+    "deviation as they are at the end."
 )
 _ANGLE: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 1.0 / 3600.0)}
 
@@ -174,7 +175,10 @@ def _on_motion(replay: Summary) -> Iterator[str]:
         return
     seconds = zip(replay.header.names, moved / replay.header.rate, strict=True)
     listed = ", ".join(f"{name} {time:.4g} s" for name, time in seconds if time)
-    yield f"in motion, where the drift is held: {listed}; all measures are of the rest"
+    yield (
+        f"in motion, or not yet seen to rest, where nothing is learned: {listed}; all measures are "
+        "of the rest"
+    )
 
 
 def _moved(replay: Summary) -> Integers | None:
