@@ -22,6 +22,7 @@ _Output: TypeAlias = Literal["estimate", "compensated"]
 _Noise: TypeAlias = Literal["allan", "hadamard"]
 _Wavelet: TypeAlias = Literal["haar", "db2", "db4", "db8"]
 _Shrinking: TypeAlias = Literal["soft", "hard"]
+_Outliers: TypeAlias = Literal["keep", "reject"]
 _Sample: TypeAlias = SupportsFloat | SupportsIndex | npt.ArrayLike | None
 _Floats: TypeAlias = npt.NDArray[np.float64]
 _Counts: TypeAlias = npt.NDArray[np.int64]
@@ -67,6 +68,10 @@ class _FilterOptions(TypedDict, total=False):
     adapt_for: float | None
     forgetting_factor: float
     motion: _Motion | None
+    limit: float | None
+    rest_limit: float | None
+    bias_limit: float | None
+    outliers: _Outliers
     process_noise: float
     process_noise_memory: float
     noise: _Noise
@@ -115,6 +120,10 @@ class DriftFilter:
         channels: int | None = None,
         motion: _Motion | None = None,
         output: _Output = "estimate",
+        limit: float | None = None,
+        rest_limit: float | None = None,
+        bias_limit: float | None = None,
+        outliers: _Outliers = "keep",
         order: tuple[int, int] = (2, 1),
         fading: float = 0.97,
         adapt_for: float | None = 120.0,
@@ -138,8 +147,7 @@ class DriftFilter:
         self,
         z: _Floats,
         out: _Floats,
-        bias_sigma: _Floats | None = None,
-        at_rest: _Flags | None = None,
+        noted: tuple[_Floats, _Flags, _Flags] | None = None,
     ) -> None: ...
     def trace(self, z: npt.ArrayLike) -> Trace: ...
     def reset(self) -> None: ...
@@ -164,6 +172,10 @@ class DriftFilter:
     @property
     def at_rest(self) -> Any: ...
     @property
+    def saturated(self) -> Any: ...
+    @property
+    def stuck(self) -> Any: ...
+    @property
     def status(self) -> Any: ...
     @property
     def innovation(self) -> Any: ...
@@ -184,11 +196,15 @@ class DriftFilter:
     @property
     def guard_count(self) -> Any: ...
     @property
-    def outlier_count(self) -> Any: ...
-    @property
     def exit_count(self) -> Any: ...
     @property
     def restarts(self) -> Any: ...
+    @property
+    def saturated_count(self) -> Any: ...
+    @property
+    def outlier_count(self) -> Any: ...
+    @property
+    def stuck_count(self) -> Any: ...
     @property
     def ready(self) -> Any: ...
     @property
@@ -247,6 +263,10 @@ class Trace:
     def bias_sigma(self) -> _Floats: ...
     @property
     def at_rest(self) -> _Flags: ...
+    @property
+    def saturated(self) -> _Flags: ...
+    @property
+    def stuck(self) -> _Flags: ...
 
 @final
 class RecursiveLeastSquares:
@@ -312,7 +332,13 @@ class AllanNoise:
 
 @final
 class RestDetector:
-    def __new__(cls, rate: float, channels: int | None = None) -> Self: ...
+    def __new__(
+        cls,
+        rate: float,
+        channels: int | None = None,
+        rest_limit: float | None = None,
+        bias_limit: float | None = None,
+    ) -> Self: ...
     def update(self, z: _Sample) -> Any: ...
     def process(
         self, z: npt.ArrayLike, out: _Flags | None = None, threads: int | None = None

@@ -47,7 +47,7 @@ from zerorate.cli.outputs import (
 from zerorate.cli.records import print_title, records
 from zerorate.io import Log, LogError, LogFile, open_log, write_log
 from zerorate.io.log import Header
-from zerorate.options import used_by
+from zerorate.options import used_by, with_limits
 from zerorate.progress import Progress
 from zerorate.run.replay import Replay, Summary, replay_to_file
 from zerorate.run.replay import replay as run_replay
@@ -93,7 +93,7 @@ def replay(
     method = options["method"]
     methods = (method,) if only else (*baselines(method), method)
     check_filter_options(options, methods)
-    asked = {"methods": methods, **{n: v for n, v in options.items() if n != "method"}}
+    given = {name: value for name, value in options.items() if name != "method"}
     wanted = parse_columns(columns)
     place = Outputs.place(output, log.stem, not no_figure)
     shape = (format, figure_format, not no_figure, force, log)
@@ -103,6 +103,7 @@ def replay(
         with progress_bar() as progress:
             with reading(wanted is not None):
                 recording = open_log(one.source, rate, wanted, unit, topic)
+            asked = {"methods": methods, **with_limits(given, methods, recording.header.unit)}
             result = _replayed(recording, files, not no_figure, progress, asked)
         print_title(one, first=one is found[0])
         print_result(result, files)

@@ -72,7 +72,8 @@ def compare(
         Of any kinds: `zerorate.read_recording` or `read_trial` gives them.
     methods : sequence of str
         ``"raw"``, ``"mean"`` (the running mean), ``"ema"`` (the best exponential moving average in
-        hindsight), methods of `zerorate.DriftFilter`, which run with their defaults but for
+        hindsight), methods of `zerorate.DriftFilter`, which run as on the command line ("auto" with
+        limits of what rest can be, where the unit is known) but for
         ``+hold`` (learn at rest only) and ``+reject`` (reject outliers), and two that see the
         whole record: ``"wu-ran"`` (robust filter, then wavelet) and ``"visushrink"``.
     progress : callable, optional

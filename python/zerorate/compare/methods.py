@@ -10,7 +10,7 @@ import numpy as np
 import zerorate
 from zerorate import metrics
 from zerorate._native import DriftFilter, Trace, exponential_mean
-from zerorate.options import FILTER_OPTIONS
+from zerorate.options import FILTER_OPTIONS, with_limits
 from zerorate.options import METHODS as FILTERS
 from zerorate.run.replay.history import Recorder, memory
 from zerorate.types import Booleans, Floats
@@ -95,7 +95,9 @@ class AxisResult:
     innovation_variance: Floats | None = None
 
 
-def on_axis(method: str, z: Floats, rate: float, gain: Callable[[], float]) -> AxisResult:
+def on_axis(
+    method: str, z: Floats, rate: float, gain: Callable[[], float], unit: str | None = None
+) -> AxisResult:
     """Return what a method makes of one axis.
 
     Parameters
@@ -110,6 +112,8 @@ def on_axis(method: str, z: Floats, rate: float, gain: Callable[[], float]) -> A
     gain : callable
         Finds the gain of the best exponential moving average in hindsight, by what counts for this
         record.
+    unit : str, optional
+        Of the rates. Where it is known "auto" has the limits that the command line gives it.
 
     Raises
     ------
@@ -128,7 +132,7 @@ def on_axis(method: str, z: Floats, rate: float, gain: Callable[[], float]) -> A
     if method in WHOLE:
         smooth = _denoised(method, z, rate)
         return AxisResult(smooth, None, smooth)
-    return _filtered(method, z, rate)
+    return _filtered(method, z, rate, unit)
 
 
 def filter_arguments(method: str) -> dict[str, Any]:
@@ -160,8 +164,9 @@ def first_rest(z: Floats, rate: float) -> AxisResult:
     return AxisResult(bias, bias)
 
 
-def _filtered(method: str, z: Floats, rate: float) -> AxisResult:
-    filter_ = DriftFilter(rate, channels=1, **filter_arguments(method))
+def _filtered(method: str, z: Floats, rate: float, unit: str | None) -> AxisResult:
+    chosen = filter_arguments(method)
+    filter_ = DriftFilter(rate, channels=1, **with_limits(chosen, [chosen["method"]], unit))
     recorder, parts = Recorder(), []
     # The traces of a long record at once would fill the memory with what nobody reads.
     for block in np.array_split(z[:, np.newaxis], min(_BLOCKS, z.size)):

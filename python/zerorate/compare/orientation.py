@@ -12,7 +12,7 @@ from zerorate.compare.measures import Row, consistency, if_possible
 from zerorate.compare.methods import AxisResult, first_rest, on_axis
 from zerorate.compare.trial import Orientation, Trial
 from zerorate.compare.turning import MOVING
-from zerorate.io import LogError
+from zerorate.io import Log, LogError
 from zerorate.metrics import rotations
 from zerorate.types import Booleans, Floats
 
@@ -54,14 +54,16 @@ def orientation_rows(
     moving = _moving(truth.quaternions, log.rate)
     known = [method for method in methods if method != "ema"]
     for method in (*known[:1], _FIRST_REST, *known[1:]):
-        found = [_on_axis(method, np.ascontiguousarray(z), log.rate) for z in seen.T]
+        found = [_on_axis(method, np.ascontiguousarray(z), log) for z in seen.T]
         growth = partial(_growth, truth.quaternions, log.rate)
         values = _measured(log.data, found, growth) | _consistency(found, moving)
         yield Row(recording.source, "all", method, recording.angle, values)
 
 
-def _on_axis(method: str, z: Floats, rate: float) -> AxisResult:
-    return first_rest(z, rate) if method == _FIRST_REST else on_axis(method, z, rate, _no_gain)
+def _on_axis(method: str, z: Floats, log: Log) -> AxisResult:
+    if method == _FIRST_REST:
+        return first_rest(z, log.rate)
+    return on_axis(method, z, log.rate, _no_gain, log.unit)
 
 
 def _no_gain() -> float:

@@ -33,9 +33,8 @@ def scored_from(duration: float) -> float:
 
 def scored_axes(recording: Trial) -> list["ScoredAxis"]:
     """Return the axes of a recording, ready to judge methods."""
-    rate, source = recording.log.rate, recording.source
     columns = zip(recording.log.names, recording.log.data.T, strict=True)
-    return [ScoredAxis(np.ascontiguousarray(z), rate, f"{source}: {name}") for name, z in columns]
+    return [ScoredAxis(np.ascontiguousarray(z), recording, name) for name, z in columns]
 
 
 def rest_rows(
@@ -74,20 +73,21 @@ def rest_notes(recording: Trial) -> Iterator[str]:
 class ScoredAxis:
     """One axis, and the best averages that methods are measured by."""
 
-    def __init__(self, z: Floats, rate: float, where: str) -> None:
-        self._z, self._rate = z, rate
+    def __init__(self, z: Floats, recording: Trial, axis: str) -> None:
+        rate = recording.log.rate
+        self._z, self._rate, self._unit = z, rate, recording.log.unit
         self._start = scored_from(z.size / rate)
         bests = {horizon: self._best(horizon) for horizon in HORIZONS}
         self._bests = {horizon: best for horizon, best in bests.items() if best is not None}
         if not self._bests:
             raise LogError(
-                f"{where} holds no {HORIZONS[0]:g} s without missing samples to coast through "
-                f"after the first {self._start:.3g} s"
+                f"{recording.source}: {axis} holds no {HORIZONS[0]:g} s without missing samples to "
+                f"coast through after the first {self._start:.3g} s"
             )
 
     def measured(self, method: str, seen: Floats) -> dict[str, float]:
         """Return the measures of one method that was fed with other samples, or the same."""
-        found = on_axis(method, seen, self._rate, self._gain)
+        found = on_axis(method, seen, self._rate, self._gain, self._unit)
         values = {}
         for horizon in HORIZONS:
             estimate = found.estimate

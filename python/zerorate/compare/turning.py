@@ -109,7 +109,7 @@ def turning_rows(
         return float(metrics.best_ema(match.raw, recording.log.rate, truth=truth).gain)
 
     for method in methods:
-        found = on_axis(method, z, recording.log.rate, gain)
+        found = on_axis(method, z, recording.log.rate, gain, recording.log.unit)
         values = _measured(found, match, recording.log.rate)
         yield Row(recording.source, match.axis, method, recording.angle, values)
 

@@ -9,7 +9,7 @@ use zerorate_core::drift::options::Options;
 use zerorate_core::stream::{Field, Output, Parts, sizes};
 use zerorate_core::{
     AutoFilter, Bank, Behaviour, DriftFilter, DriftStream, Error, PublishedFilter, RestGated,
-    RobustFilter, Tally, memory,
+    RobustFilter, Status, Tally, memory,
 };
 
 use crate::common::errors::NativeError;
@@ -17,6 +17,15 @@ use crate::common::streaming::AnyBank;
 
 /// Samples of a channel that are worked on before the next channel's.
 const ROWS: usize = 512;
+
+/// What a replay notes of each axis at every sample: the drift's deviation, whether the filter
+/// learned, and whether the sensor was stuck.
+#[derive(Debug)]
+pub struct Noted<'a> {
+    pub sigma: Vec<&'a mut [f64]>,
+    pub at_rest: Vec<&'a mut [bool]>,
+    pub stuck: Vec<&'a mut [bool]>,
+}
 
 /// A bank of drift filters of one method and order.
 pub trait DriftBank: AnyBank {
@@ -40,14 +49,13 @@ pub trait DriftBank: AnyBank {
     fn starts(&self) -> Option<(&'static [Field], Vec<f64>)>;
     /// Forgets the drift but not the noise; false if it can't.
     fn power_on(&mut self) -> bool;
-    /// Fills the drift, its deviation and rest of each axis in these rows.
+    /// Fills the drift of each axis, and what is noted of it, in these rows.
     fn drift_rows(
         &mut self,
         rows: Range<usize>,
         z: &[&[f64]],
         bias: &mut [&mut [f64]],
-        sigma: &mut [&mut [f64]],
-        at_rest: &mut [&mut [bool]],
+        noted: &mut Noted<'_>,
     );
 }
 
@@ -129,14 +137,15 @@ where
         rows: Range<usize>,
         z: &[&[f64]],
         bias: &mut [&mut [f64]],
-        sigma: &mut [&mut [f64]],
-        at_rest: &mut [&mut [bool]],
+        noted: &mut Noted<'_>,
     ) {
         for (c, filter) in self.streams_mut().iter_mut().enumerate() {
             for i in rows.clone() {
                 filter.update(z[c][i]);
                 let drift = filter.drift();
-                (bias[c][i], sigma[c][i], at_rest[c][i]) = (drift.bias, drift.sigma, drift.at_rest);
+                (bias[c][i], noted.sigma[c][i]) = (drift.bias, drift.sigma);
+                noted.at_rest[c][i] = drift.at_rest;
+                noted.stuck[c][i] = filter.status() == Status::Stuck;
             }
         }
     }

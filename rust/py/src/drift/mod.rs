@@ -14,7 +14,7 @@ use zerorate_core::Error;
 use zerorate_core::drift::options::Options;
 use zerorate_core::stream::Parts;
 
-use self::bank::DriftBank;
+use self::bank::{DriftBank, Noted};
 pub(crate) use self::bank::{Order, for_order, order_error};
 pub use self::options::filter_options;
 pub use self::readings::Trace;
@@ -202,29 +202,20 @@ impl DriftFilter {
     }
 
     /// ``process`` for a replay: a row an axis in, (k, n), the drift out, and, if asked for,
-    /// what the trace says of its deviation and of rest. The interpreter lock is released.
-    #[pyo3(signature = (z, out, bias_sigma=None, at_rest=None))]
+    /// what the trace says of its deviation, of rest and of a stuck sensor. The interpreter lock is
+    /// released.
+    #[pyo3(signature = (z, out, noted=None))]
     fn _replay(
         slf: &Bound<'_, Self>,
         z: PyReadonlyArray2<'_, f64>,
         mut out: PyReadwriteArray2<'_, f64>,
-        bias_sigma: Option<PyReadwriteArray2<'_, f64>>,
-        at_rest: Option<PyReadwriteArray2<'_, bool>>,
+        mut noted: Option<NotedArrays<'_>>,
     ) -> PyResult<()> {
         let mut this = exclusive(slf)?;
         let shape = [this.shared.channels.unwrap_or(1), z.shape()[1]];
         arrays::check("z", z.shape(), &shape)?;
         arrays::check("out", out.shape(), &shape)?;
-        let (mut bias_sigma, mut at_rest) = (bias_sigma, at_rest);
-        let mut details = match (&mut bias_sigma, &mut at_rest) {
-            (Some(sigma), Some(rest)) => {
-                arrays::check("bias_sigma", sigma.shape(), &shape)?;
-                arrays::check("at_rest", rest.shape(), &shape)?;
-                let sigma = arrays::rows_mut("bias_sigma", sigma.as_array_mut())?;
-                Some((sigma, arrays::rows_mut("at_rest", rest.as_array_mut())?))
-            }
-            _ => None,
-        };
+        let mut noted = noted.as_mut().map(|noted| rows_of(noted, &shape)).transpose()?;
         let z = z.as_array();
         let z = arrays::rows("z", &z)?;
         let mut out = arrays::rows_mut("out", out.as_array_mut())?;
@@ -233,9 +224,9 @@ impl DriftFilter {
             &mut *this.shared.bank,
             shape[1],
             1,
-            |filters, piece| match &mut details {
-                Some((sigma, rest)) => {
-                    filters.drift_rows(piece, &z, &mut out, sigma, rest);
+            |filters, piece| match &mut noted {
+                Some(noted) => {
+                    filters.drift_rows(piece, &z, &mut out, noted);
                     Ok(())
                 }
                 None => bank::process_rows(filters, piece, &z, &mut out),
@@ -427,6 +418,22 @@ impl DriftFilter {
         let this = reading(slf)?;
         options::write(slf.py(), &this.options, this.shared.channels)
     }
+}
+
+/// Deviation of the drift, rest and a stuck sensor, to be filled.
+type NotedArrays<'py> =
+    (PyReadwriteArray2<'py, f64>, PyReadwriteArray2<'py, bool>, PyReadwriteArray2<'py, bool>);
+
+fn rows_of<'a>(noted: &'a mut NotedArrays<'_>, shape: &[usize]) -> PyResult<Noted<'a>> {
+    let (sigma, at_rest, stuck) = noted;
+    arrays::check("bias_sigma", sigma.shape(), shape)?;
+    arrays::check("at_rest", at_rest.shape(), shape)?;
+    arrays::check("stuck", stuck.shape(), shape)?;
+    Ok(Noted {
+        sigma: arrays::rows_mut("bias_sigma", sigma.as_array_mut())?,
+        at_rest: arrays::rows_mut("at_rest", at_rest.as_array_mut())?,
+        stuck: arrays::rows_mut("stuck", stuck.as_array_mut())?,
+    })
 }
 
 impl DriftFilter {

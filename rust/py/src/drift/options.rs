@@ -29,7 +29,20 @@ pub fn read(rate: f64, given: Option<&Bound<'_, PyDict>>) -> PyResult<(Options, 
             }
         }
     }
-    Ok((options.checked().map_err(NativeError::from)?, channels))
+    let options = options.checked().map_err(NativeError::from)?;
+    check_limits(&options)?;
+    Ok((options, channels))
+}
+
+/// Refuses a limit of rest where every sample is taken for rest.
+fn check_limits(options: &Options) -> PyResult<()> {
+    let limits = [("rest_limit", options.limits.rest), ("bias_limit", options.limits.bias)];
+    match limits.iter().find(|(_, limit)| limit.is_some()) {
+        Some((name, _)) if !options.behaviour.hold_in_motion => Err(PyValueError::new_err(
+            format!("{name} has no effect on motion 'ignore', only on 'hold'"),
+        )),
+        _ => Ok(()),
+    }
 }
 
 fn method(given: Option<&Bound<'_, PyDict>>, rate: f64) -> PyResult<Options> {
