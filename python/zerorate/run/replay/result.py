@@ -195,25 +195,25 @@ class Replay(Summary):
 
 
 def unlearned(replay: Summary) -> Iterator[str]:
-    """Yield a sentence on each axis of which the chosen filter learned nothing."""
+    """Yield a sentence on each axis of which the chosen filter learned nothing for certain."""
     needed, seen = max(10, round(replay.params["startup"] * replay.header.rate)), replay.seen
     for i, name in enumerate(replay.header.names):
-        present = int(seen.present[i])
-        if replay.status[i] == _NO_REST:
+        present, ready = int(seen.present[i]), bool(replay.ready[i])
+        if present == 0:
+            continue
+        if not ready and seen.equal[i] and present >= needed:
+            yield f"{name}: all samples are equal, so no noise, model or gain was learned"
+        elif replay.status[i] == _NO_REST and present >= needed:
             yield f"{name}: no rest was found, so no drift is known: a filter learns while it rests"
+        elif not ready:
+            yield (
+                f"{name}: start-up not finished: it needs {needed} samples, has {present}: "
+                "no noise, model or gain was learned"
+            )
         elif replay.status[i] == _PROVISIONAL:
             yield (
                 f"{name}: what was learned as rest may be motion: nothing louder was seen, and it "
                 "did not last a minute; rest_limit= tells them apart"
-            )
-        elif replay.ready[i] or present == 0:
-            continue
-        elif seen.equal[i] and present >= needed:
-            yield f"{name}: all samples are equal, so no noise, model or gain was learned"
-        else:
-            yield (
-                f"{name}: start-up not finished: it needs {needed} samples, has {present}: "
-                "no noise, model or gain was learned"
             )
 
 
