@@ -10,6 +10,8 @@ NEAR, FAR = (3.0, 1.01), (4.0, 3.0)
 WITHIN_ONE = math.erf(math.sqrt(0.5))
 RATE = 0.05
 LEAST_STEPS = 0.25
+# Ratio of two deviations that are not of one noise.
+OFF = 2.0
 # Far samples that are outliers: share of a tick, seconds and samples on one side.
 SHARE, SIDE, LEAST_SIDE = 0.3, 0.03, 3
 LEAST_LEARNED, TELLING = 32, 8
@@ -56,8 +58,9 @@ class Gate:
     def end_tick(self, runs, judged, step):
         self.side = [self.side, *self.side_after(runs)][-1]
         self.open = judged.exits
-        share = sum(abs(d) < self.scale for d in judged.plain) / max(len(judged.plain), 1)
-        self.scale *= math.exp(RATE * (WITHIN_ONE - share))
+        if not judged.exits:
+            share = sum(abs(d) < self.scale for d in judged.plain) / len(judged.plain)
+            self.scale *= math.exp(RATE * (WITHIN_ONE - share))
         self.set_bounds(max(self.scale, LEAST_STEPS * step), step)
 
     def start(self, inverse, step):
@@ -67,6 +70,11 @@ class Gate:
             return
         self.open = False
         self.set_bounds(min(self.sketch.deviation * inverse, BOUND), step)
+
+    def rest(self, deviation, step):
+        """A rest begins: a scale that is far off is that of motion, or of the noise before."""
+        if not deviation / OFF <= self.scale <= deviation * OFF:
+            self.set_bounds(max(deviation, LEAST_STEPS * step), step)
 
     def set_bounds(self, scale, step):
         self.scale = scale

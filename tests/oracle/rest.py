@@ -59,9 +59,11 @@ class RestDetector:
 
     def decide(self, seen):
         possible = self.still.take(seen)
-        if self.known is None:
-            return self.begin(seen, possible)
-        return (self.rest if self.at_rest else self.motion)(seen, possible)
+        doing = self.rest if self.at_rest else self.motion
+        event = (doing if self.known else self.begin)(seen, possible)
+        if event and self.at_rest:
+            self.ticker.gate.rest(math.sqrt(self.known.variance), self.ticker.step)
+        return event
 
     def take(self, seen):
         if self.candidate is None:

@@ -23,6 +23,9 @@ const WITHIN_ONE: f64 = 0.682_689_492_137_085_9;
 /// How fast the deviation follows that share, a tick.
 const RATE: f64 = 0.05;
 
+/// Ratio of two deviations that are not of one noise.
+const OFF: f64 = 2.0;
+
 /// Least deviation in steps: one of zero would never grow.
 const LEAST_STEPS: f64 = 0.25;
 
@@ -125,10 +128,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.moves || far * OUTLIERS[1] > samples * OUTLIERS[0]
     }
 
-    /// Ends a tick of so many samples; `step` is the sensor's.
+    /// Ends a tick of so many samples; `step` is the sensor's. Motion tells nothing of the noise.
     pub(super) fn end_tick(&mut self, samples: u32, exits: bool, step: T) {
         let share = f64::from(self.inside) / f64::from(samples.max(1));
-        let growth = T::of(RATE * (WITHIN_ONE - share)).exp();
+        let rate = if exits { 0.0 } else { RATE };
+        let growth = T::of(rate * (WITHIN_ONE - share)).exp();
         self.scale = (self.scale * growth).at_least(T::of(LEAST_STEPS) * step);
         (self.inside, self.moves, self.open) = (0, false, exits);
         self.set_bounds(step);
@@ -137,6 +141,16 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
     /// Leaves out what this tick has shown so far.
     pub(super) fn forget_tick(&mut self) {
         (self.inside, self.moves) = (0, false);
+    }
+
+    /// A rest begins whose samples have this deviation: one far off it was that of motion, or of
+    /// the noise before.
+    pub(super) fn rest(&mut self, deviation: T, step: T) {
+        let (most, least) = (deviation * T::of(OFF), deviation * T::of(1.0 / OFF));
+        if self.scale > most || self.scale < least {
+            self.scale = deviation.at_least(T::of(LEAST_STEPS) * step);
+            self.set_bounds(step);
+        }
     }
 
     fn set_bounds(&mut self, step: T) {
