@@ -8,7 +8,10 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 use zerorate_core::allan::{AllanKind, AllanNoise};
-use zerorate_core::{Bank, DriftFilter, Method, Params, RecursiveLeastSquares, RlsParams, Stream};
+use zerorate_core::{
+    Bank, DriftFilter, Method, Params, RecursiveLeastSquares, RlsParams, RobustFilter,
+    RobustParams, Stream,
+};
 
 const HOUR: usize = 360_000;
 
@@ -60,6 +63,13 @@ fn methods_and_orders(c: &mut Criterion) {
     process(c, "learning", "Fading (3,3)", drift::<4, 7>(params), HOUR);
 }
 
+fn robust(c: &mut Criterion) {
+    let params = always_learning(Method::Akf);
+    let filter = RobustFilter::<f64, 2, 2>::new(params, RobustParams::default());
+    process(c, "robust", "Akf (1,0)", drift::<2, 2>(params), HOUR);
+    process(c, "robust", "robust (1,0)", filter.expect("valid parameters"), HOUR);
+}
+
 fn parts(c: &mut Criterion) {
     let allan = AllanNoise::new(0.97, AllanKind::Allan, 0.0).expect("valid parameters");
     process(c, "parts", "Allan noise", allan, HOUR);
@@ -84,5 +94,5 @@ fn channels(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, lengths, methods_and_orders, parts, channels);
+criterion_group!(benches, lengths, methods_and_orders, robust, parts, channels);
 criterion_main!(benches);

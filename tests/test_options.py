@@ -12,7 +12,9 @@ from zerorate.options import (
     PUBLISHED,
     check_used,
     checked_options,
+    with_limits,
 )
+from zerorate.units import convert
 
 OTHER = {
     "order": (1, 0),
@@ -25,8 +27,15 @@ OTHER = {
     "startup": 0.5,
     "scale": 0.1,
     "motion": "hold",
+    "limit": 250.0,
+    "rest_limit": 3.0,
+    "bias_limit": 20.0,
+    "outliers": "reject",
     "output": "compensated",
     "method": "kf",
+    "zones": (3.0, 0.5),
+    "damping": 0.1,
+    "correction": 0.1,
 }
 
 
@@ -79,7 +88,42 @@ def test_a_sentence_names_who_uses_it():
         check_used(["startup", "fading"], ["kf", "auto"])
     with pytest.raises(ValueError, match="order has no effect on method 'auto', only on 'kf', "):
         check_used(["order"], ["auto"])
-    assert PUBLISHED == ("kf", "akf", "fading")
+    assert PUBLISHED == ("kf", "akf", "fading", "robust")
+
+
+@pytest.mark.parametrize("unit", ["deg/s", "dps", "rad/s", "deg/h"])
+def test_limits_of_rest_are_known_where_the_unit_is(unit):
+    found = with_limits({"startup": 2.0}, ["kf", "auto"], unit)
+    assert found == {
+        "rest_limit": pytest.approx(convert(3.0, "deg/s", unit)),
+        "bias_limit": pytest.approx(convert(20.0, "deg/s", unit)),
+        "startup": 2.0,
+    }
+    assert with_limits({}, ["auto"], unit, ["rest_limit"]).keys() == {"rest_limit"}
+
+
+@pytest.mark.parametrize("unit", [None, "unit", "g", "deg", "deg/s, rad/s"])
+def test_there_are_none_for_what_is_no_rate(unit):
+    assert with_limits({"startup": 2.0}, ["auto"], unit) == {"startup": 2.0}
+
+
+def test_there_are_none_where_they_have_no_effect():
+    assert with_limits({}, ["kf", "fading"], "deg/s") == {}
+    assert with_limits({"motion": "ignore"}, ["auto"], "deg/s") == {"motion": "ignore"}
+
+
+def test_what_is_given_stands():
+    given = {"rest_limit": None, "bias_limit": 5.0, "motion": "hold"}
+    assert with_limits(given, ["auto"], "deg/s") == given
+
+
+@pytest.mark.parametrize("name", ["rest_limit", "bias_limit"])
+def test_a_limit_of_rest_is_refused_where_motion_is_ignored(name):
+    told = f"^{name} has no effect on motion 'ignore', only on 'hold'$"
+    with pytest.raises(ValueError, match=told):
+        DriftFilter(100.0, method="auto", motion="ignore", **{name: 3.0})
+    filter_ = DriftFilter(100.0, method="auto", motion="ignore", **{name: None})
+    assert DriftFilter(**filter_.params).params == filter_.params
 
 
 def test_an_unknown_option():

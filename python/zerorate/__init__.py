@@ -16,8 +16,10 @@ from zerorate._native import (
     RestDetector,
     StreamingAllan,
     Trace,
+    WaveletDenoiser,
     __version__,
 )
+from zerorate.denoise import Denoised, denoise
 from zerorate.io import Log, LogError, Recording, read_log, read_recording, split_log, write_log
 from zerorate.noise import (
     AllanResult,
@@ -32,7 +34,7 @@ from zerorate.noise import (
     whittle,
     worst_axis,
 )
-from zerorate.simulate import simulate
+from zerorate.simulate import Contamination, simulate
 from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
@@ -43,6 +45,8 @@ __all__ = [
     "AllanNoise",
     "AllanResult",
     "Coefficient",
+    "Contamination",
+    "Denoised",
     "Device",
     "DriftFilter",
     "DynamicAllan",
@@ -57,9 +61,11 @@ __all__ = [
     "Sinusoid",
     "StreamingAllan",
     "Trace",
+    "WaveletDenoiser",
     "__version__",
     "allan",
     "compare",
+    "denoise",
     "device",
     "dynamic_allan",
     "identify",

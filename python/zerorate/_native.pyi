@@ -15,10 +15,14 @@ from typing import (
 import numpy as np
 import numpy.typing as npt
 
-_Method: TypeAlias = Literal["kf", "akf", "fading", "auto"]
+_Method: TypeAlias = Literal["kf", "akf", "fading", "robust", "auto"]
+_Zones: TypeAlias = tuple[float, float] | Literal["published"]
 _Motion: TypeAlias = Literal["hold", "ignore"]
 _Output: TypeAlias = Literal["estimate", "compensated"]
 _Noise: TypeAlias = Literal["allan", "hadamard"]
+_Wavelet: TypeAlias = Literal["haar", "db2", "db4", "db8"]
+_Shrinking: TypeAlias = Literal["soft", "hard"]
+_Outliers: TypeAlias = Literal["keep", "reject"]
 _Sample: TypeAlias = SupportsFloat | SupportsIndex | npt.ArrayLike | None
 _Floats: TypeAlias = npt.NDArray[np.float64]
 _Counts: TypeAlias = npt.NDArray[np.int64]
@@ -32,6 +36,7 @@ __all__ = [
     "RestDetector",
     "StreamingAllan",
     "Trace",
+    "WaveletDenoiser",
     "__version__",
     "allan_deviations",
     "arma_fit",
@@ -41,6 +46,7 @@ __all__ = [
     "autoregression_variances",
     "chi_squared_quantile",
     "chi_squared_survival",
+    "denoise",
     "exponential_mean",
     "filter_options",
     "fit_autoregression",
@@ -48,6 +54,7 @@ __all__ = [
     "log_normal_cdf",
     "longest_factor",
     "reversals",
+    "wavelet_decomposition",
     "without_outliers",
 ]
 
@@ -61,11 +68,18 @@ class _FilterOptions(TypedDict, total=False):
     adapt_for: float | None
     forgetting_factor: float
     motion: _Motion | None
+    limit: float | None
+    rest_limit: float | None
+    bias_limit: float | None
+    outliers: _Outliers
     process_noise: float
     process_noise_memory: float
     noise: _Noise
     startup: float
     scale: float | None
+    zones: _Zones
+    damping: float
+    correction: float
 
 class _StreamOptions(_FilterOptions, total=False):
     """All options of a filter."""
@@ -79,8 +93,8 @@ class _Params(_StreamOptions, total=False):
 
 class _Option(TypedDict):
     name: str
-    kind: Literal["order", "number", "seconds", "seconds or always", "choice"]
-    default: float | str | tuple[int, int] | None
+    kind: Literal["order", "number", "seconds", "seconds or always", "choice", "pair or word"]
+    default: float | str | tuple[int, int] | tuple[float, float] | None
     unit: str
     expected: str
     choices: list[str]
@@ -106,6 +120,10 @@ class DriftFilter:
         channels: int | None = None,
         motion: _Motion | None = None,
         output: _Output = "estimate",
+        limit: float | None = None,
+        rest_limit: float | None = None,
+        bias_limit: float | None = None,
+        outliers: _Outliers = "keep",
         order: tuple[int, int] = (2, 1),
         fading: float = 0.97,
         adapt_for: float | None = 120.0,
@@ -115,6 +133,9 @@ class DriftFilter:
         noise: _Noise = "allan",
         startup: float = 1.0,
         scale: float | None = None,
+        zones: _Zones = (4.0, 0.75),
+        damping: float = 0.0,
+        correction: float = 0.0,
     ) -> Self: ...
     @staticmethod
     def started(start: _Start, **params: Any) -> DriftFilter: ...
@@ -126,8 +147,7 @@ class DriftFilter:
         self,
         z: _Floats,
         out: _Floats,
-        bias_sigma: _Floats | None = None,
-        at_rest: _Flags | None = None,
+        noted: tuple[_Floats, _Flags, _Flags] | None = None,
     ) -> None: ...
     def trace(self, z: npt.ArrayLike) -> Trace: ...
     def reset(self) -> None: ...
@@ -152,6 +172,10 @@ class DriftFilter:
     @property
     def at_rest(self) -> Any: ...
     @property
+    def saturated(self) -> Any: ...
+    @property
+    def stuck(self) -> Any: ...
+    @property
     def status(self) -> Any: ...
     @property
     def innovation(self) -> Any: ...
@@ -172,7 +196,15 @@ class DriftFilter:
     @property
     def guard_count(self) -> Any: ...
     @property
+    def exit_count(self) -> Any: ...
+    @property
     def restarts(self) -> Any: ...
+    @property
+    def saturated_count(self) -> Any: ...
+    @property
+    def outlier_count(self) -> Any: ...
+    @property
+    def stuck_count(self) -> Any: ...
     @property
     def ready(self) -> Any: ...
     @property
@@ -231,6 +263,10 @@ class Trace:
     def bias_sigma(self) -> _Floats: ...
     @property
     def at_rest(self) -> _Flags: ...
+    @property
+    def saturated(self) -> _Flags: ...
+    @property
+    def stuck(self) -> _Flags: ...
 
 @final
 class RecursiveLeastSquares:
@@ -296,7 +332,13 @@ class AllanNoise:
 
 @final
 class RestDetector:
-    def __new__(cls, rate: float, channels: int | None = None) -> Self: ...
+    def __new__(
+        cls,
+        rate: float,
+        channels: int | None = None,
+        rest_limit: float | None = None,
+        bias_limit: float | None = None,
+    ) -> Self: ...
     def update(self, z: _Sample) -> Any: ...
     def process(
         self, z: npt.ArrayLike, out: _Flags | None = None, threads: int | None = None
@@ -348,11 +390,65 @@ class StreamingAllan:
     @property
     def hadamard_terms(self) -> _Counts: ...
 
+@final
+class WaveletDenoiser:
+    def __new__(
+        cls,
+        rate: float,
+        wavelet: _Wavelet = "db2",
+        level: int = 3,
+        mode: _Shrinking = "hard",
+        threshold: float = 4.0,
+        channels: int | None = None,
+    ) -> Self: ...
+    def update(self, z: _Sample) -> Any: ...
+    def process(
+        self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
+    ) -> _Floats: ...
+    def reset(self) -> None: ...
+    def copy(self) -> WaveletDenoiser: ...
+    def to_bytes(self) -> bytes: ...
+    @staticmethod
+    def from_bytes(b: bytes) -> WaveletDenoiser: ...
+    def __copy__(self) -> WaveletDenoiser: ...
+    def __deepcopy__(self, _memo: Any) -> WaveletDenoiser: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+    @property
+    def delay(self) -> int: ...
+    @property
+    def delay_seconds(self) -> float: ...
+    @property
+    def sigma(self) -> Any: ...
+    @property
+    def missing(self) -> Any: ...
+    @property
+    def samples_seen(self) -> int: ...
+    @property
+    def rate(self) -> float: ...
+    @property
+    def wavelet(self) -> _Wavelet: ...
+    @property
+    def level(self) -> int: ...
+    @property
+    def mode(self) -> _Shrinking: ...
+    @property
+    def threshold(self) -> float: ...
+    @property
+    def channels(self) -> int | None: ...
+
 def autoregression_variances(
     z: npt.ArrayLike, order: int, method: str, constant: bool
 ) -> tuple[_Floats, int]: ...
 def chi_squared_quantile(probability: float, edf: npt.ArrayLike) -> _Floats: ...
 def chi_squared_survival(value: float, freedom: float) -> float: ...
+def denoise(
+    z: npt.ArrayLike,
+    wavelet: str,
+    level: int | str,
+    rho: float | None,
+    mode: str,
+    approximation: bool,
+) -> tuple[_Floats, _Counts, _Floats, _Floats]: ...
 def exponential_mean(z: npt.ArrayLike, gain: float) -> _Floats: ...
 def log_normal_cdf(x: npt.ArrayLike) -> _Floats: ...
 def lagged_products(z: npt.ArrayLike, lags: int) -> tuple[_Floats, _Counts]: ...
@@ -400,3 +496,4 @@ def arma_likelihood(
     mean: float,
 ) -> tuple[float, float, int]: ...
 def filter_options() -> list[_Option]: ...
+def wavelet_decomposition(z: npt.ArrayLike, wavelet: str, level: int) -> list[_Floats]: ...

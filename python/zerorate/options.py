@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from zerorate._native import DriftFilter, filter_options
+from zerorate.units import convert, kind
 
 if TYPE_CHECKING:
     from zerorate._native import _FilterOptions as FilterOptions
@@ -20,6 +21,7 @@ else:
 
 __all__ = [
     "FILTER_OPTIONS",
+    "LIMITS",
     "METHODS",
     "PUBLISHED",
     "FilterOptions",
@@ -28,9 +30,10 @@ __all__ = [
     "check_used",
     "checked_options",
     "used_by",
+    "with_limits",
 ]
 
-Kind = Literal["order", "number", "seconds", "seconds or always", "choice"]
+Kind = Literal["order", "number", "seconds", "seconds or always", "choice", "pair or word"]
 
 
 @dataclass(frozen=True)
@@ -41,9 +44,9 @@ class Option:
     ----------
     name : str
         Its keyword.
-    kind : {"order", "number", "seconds", "seconds or always", "choice"}
+    kind : {"order", "number", "seconds", "seconds or always", "choice", "pair or word"}
         What its value is: two whole numbers (p, q), a number, seconds, seconds or None for always,
-        or one of `choices`.
+        one of `choices`, or two numbers or one of these.
     default : object
         Its default; None where that depends on the method, or where nothing is given.
     unit : str
@@ -51,7 +54,7 @@ class Option:
     expected : str
         The values that are allowed, in words.
     choices : tuple of str
-        The values of a choice.
+        The values of a choice, or the words in place of two numbers.
     meaning : str
         What it is, in one sentence without a full stop.
     methods : tuple of str
@@ -99,6 +102,52 @@ PUBLISHED: Final = FILTER_OPTIONS["order"].methods
 """The methods that have an ARMA model of the drift."""
 
 
+LIMITS: Final = MappingProxyType(
+    {
+        # A sensor beside a motor has 1.3 deg/s of deviation at rest, one in a hand more than this.
+        "rest_limit": 3.0,
+        # Data sheets allow MEMS gyros up to this at power-on; what turns for long is often faster.
+        "bias_limit": 20.0,
+    }
+)
+"""deg/s: what rest can be for a MEMS gyro, where the unit of the samples is known."""
+
+
+def with_limits(
+    options: Mapping[str, Any],
+    methods: Sequence[str],
+    unit: str | None,
+    names: Iterable[str] = tuple(LIMITS),
+) -> dict[str, Any]:
+    """Return options of filters with the limits of what rest can be, where the unit is known.
+
+    Parameters
+    ----------
+    options : mapping
+        Those that were given; a limit among them stands, None for no limit.
+    methods : sequence of str
+        The methods that run.
+    unit : str or None
+        Of the samples.
+    names : iterable of str
+        Which of `LIMITS`; default all.
+
+    Returns
+    -------
+    dict
+        The options, and in the unit of the samples those of the limits that a method uses. There
+        are none for what is no rate, and with ``motion="ignore"``, which takes all for rest.
+    """
+    if unit is None or not _is_rate(unit) or options.get("motion") == "ignore":
+        return dict(options)
+    known = {
+        name: convert(LIMITS[name], "deg/s", unit)
+        for name in names
+        if set(_option(name).methods) & set(methods)
+    }
+    return known | dict(options)
+
+
 def check_used(given: Iterable[str], methods: Sequence[str]) -> None:
     """Refuse options that no method uses.
 
@@ -141,6 +190,13 @@ def checked_options(options: Mapping[str, Any]) -> dict[str, Any]:
     DriftFilter(1.0, **{"method": method, **used_by(method, options)})
     check_used(options, [method])
     return dict(options)
+
+
+def _is_rate(unit: str) -> bool:
+    try:
+        return kind(unit) == "rate"
+    except ValueError:
+        return False
 
 
 def _option(name: str) -> Option:

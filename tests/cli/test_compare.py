@@ -94,7 +94,27 @@ def test_json(cli, log, tmp_path):
     assert cli(log, "--json", file, "--force", "--methods", "raw")[0] == 0
 
 
+def test_contaminated(cli, log, tmp_path):
+    file = tmp_path / "numbers.json"
+    faults = ("share=0.01,size=100", "stuck=10,at-zero")
+    options = [word for text in faults for word in ("--contaminate", text)]
+    code, text, _ = cli(log, *options, "--methods", "mean,auto", "--json", file)
+    assert code == 0
+    assert all(f"At rest, {name}: mean and worst of 3 axes" in text for name in faults)
+    content = json.loads(file.read_text(encoding="utf-8"))
+    assert [one["contamination"] for one in content["contaminated"]] == list(faults)
+    clean, *rest = (one["kinds"]["rest"]["rows"] for one in (content, *content["contaminated"]))
+    for rows in rest:
+        for row, own in zip(rows, clean, strict=True):
+            ratio = row["coasting_10"] / own["coasting_10"]
+            assert row["coasting_10_degradation"] == pytest.approx(ratio, rel=1e-15)
+    assert cli(log, "--json", file, "--force", "--methods", "raw")[0] == 0
+    assert json.loads(file.read_text(encoding="utf-8"))["contaminated"] == []
+
+
 USAGE_FAULTS = {
+    "fault": (("--contaminate", "noise=3"), "is made of share=, size=, one-sided"),
+    "faults": (("--contaminate", "stuck=1", "--contaminate", "stuck=1"), "must all be different"),
     "method": (("--methods", "kf,median"), "method must be"),
     "methods": (("--methods", "kf,,akf"), "--methods takes names with commas between"),
     "twice": (("--methods", "kf,kf"), "methods must be at least one and all different"),
@@ -170,6 +190,21 @@ def test_simulated_gyros(cli, tmp_path, monkeypatch):
     assert min(regret.values()) > 0.8
     # With 18 independent means of the filter's memory, one record tells the error to 1/6.
     assert regret["strong walk", "auto"] < 1.2 < regret["strong walk", "mean"]
+
+
+def test_contaminated_gyros(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr("zerorate.compare.simulated.MODELS", MODELS[:1])
+    file, faults = tmp_path / "numbers.json", "share=0.05,size=100,one-sided"
+    options = ("--seeds", "1", "--methods", "mean,ema,auto", "--contaminate", faults)
+    code, text, _ = cli("--simulated", *options, "--json", file)
+    assert code == 0
+    assert f"\nregret, {faults}\n" in text
+    content = json.loads(file.read_text(encoding="utf-8"))
+    (faulty,) = content["contaminated"]
+    assert [row["method"] for row in faulty["simulated"]] == ["mean", "auto"]
+    found = {row["method"]: row for row in faulty["simulated"]}
+    # Five deviations of 0.1 deg/s on average, known to 4 % by then.
+    assert found["mean"]["regret"] * found["mean"]["optimum_dps"] == pytest.approx(0.5, rel=0.1)
 
 
 def test_seeds_must_be_a_number_of_records(cli):

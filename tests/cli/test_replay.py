@@ -1,14 +1,18 @@
 """``zerorate replay``: files and tables, and for every fault one line and an exit code."""
 
+import math
 import os
 from functools import partial
 
 import numpy as np
 import pytest
 
-from support.commands import check_line, names
-from support.logs import write_gyros
+from support.commands import check_line, names, one_line
+from support.logs import write_gyros, write_table
 from zerorate import DriftFilter, read_log
+
+LIMITS = {"rest_limit": 3.0, "bias_limit": 20.0}
+"""What the command takes where the data are in deg/s."""
 
 
 @pytest.fixture
@@ -30,7 +34,7 @@ class TestReplay:
         assert f"wrote {out / 'run-zerorate.parquet'}" in text
         raw, filtered = read_log(log), read_log(out / "run-zerorate.parquet")
         assert (filtered.names, filtered.rate, filtered.unit) == (raw.names, raw.rate, raw.unit)
-        alone = DriftFilter(100.0, method="auto", output="compensated", channels=2)
+        alone = DriftFilter(100.0, method="auto", output="compensated", channels=2, **LIMITS)
         np.testing.assert_array_equal(filtered.data, alone.process(raw.data))
 
     def test_options_that_act_on_the_baselines_alone_are_told(self, cli, log, out):
@@ -48,7 +52,7 @@ class TestReplay:
             ),
             (
                 ("--only", "--order", "3,1"),
-                "--order has no effect on method 'auto', only on 'kf', 'akf' and 'fading'",
+                "--order has no effect on method 'auto', only on 'kf', 'akf', 'fading' and 'robust'",
             ),
             (
                 ("--only", "--fading", "0.97"),
@@ -73,7 +77,7 @@ class TestReplay:
         code, text, _ = cli(log, "-o", out, "--no-figure", "--format", kind)
         assert code == 0
         assert "Learned by auto" in text
-        trace = DriftFilter(100.0, method="auto", channels=2).trace(read_log(log).data)
+        trace = DriftFilter(100.0, method="auto", channels=2, **LIMITS).trace(read_log(log).data)
         columns = ["bias_gyro_x_dps", "bias_sigma_gyro_y_dps", "at_rest_gyro_y"]
         beside = [read_log(out / f"run-zerorate.{kind}", columns=name) for name in columns]
         expected = [trace.bias[:, 0], trace.bias_sigma[:, 1], trace.at_rest[:, 1]]
@@ -82,7 +86,7 @@ class TestReplay:
 
     def test_arrays_beside_the_compensated_rate(self, cli, log, out):
         assert cli(log, "-o", out, "--no-figure", "--format", "npz")[0] == 0
-        trace = DriftFilter(100.0, method="auto", channels=2).trace(read_log(log).data)
+        trace = DriftFilter(100.0, method="auto", channels=2, **LIMITS).trace(read_log(log).data)
         with np.load(out / "run-zerorate.npz") as arrays:
             np.testing.assert_array_equal(arrays["bias_gyro_x_dps"], trace.bias[:, 0])
             np.testing.assert_array_equal(arrays["at_rest_gyro_y"], trace.at_rest[:, 1])
@@ -94,7 +98,8 @@ class TestReplay:
         options = ("--method", method, "--output-kind", kind, "--motion", motion)
         assert cli(log, "-o", out, "--no-figure", *options)[0] == 0
         raw = read_log(log)
-        alone = DriftFilter(100.0, method=method, output=kind, motion=motion, channels=2)
+        limits = LIMITS if (method, motion) == ("auto", "hold") else {}
+        alone = DriftFilter(100.0, method=method, output=kind, motion=motion, channels=2, **limits)
         filtered = read_log(out / "run-zerorate.parquet")
         np.testing.assert_array_equal(filtered.data, alone.process(raw.data))
 
@@ -116,6 +121,49 @@ class TestReplay:
         ).process(raw.data)
         filtered = read_log(out / "run-zerorate.parquet")
         np.testing.assert_array_equal(filtered.data, expected)
+
+    @pytest.mark.parametrize(
+        ("given", "limits"),
+        [
+            ("", LIMITS),
+            ("--rest-limit 2 --bias-limit none", {"rest_limit": 2.0}),
+            ("--rest-limit none --bias-limit none --limit 200", {"limit": 200.0}),
+            ("--rest-limit none --motion ignore", {"motion": "ignore"}),
+        ],
+    )
+    def test_limits_of_rest_and_of_the_range(self, cli, tmp_path, out, given, limits):
+        z = 0.5 + 0.1 * np.random.default_rng(4).standard_normal((3000, 1))
+        z[:1000] += 60.0
+        z[2000:2010] = 200.0
+        log = write_table(tmp_path / "run.csv", {"gyro_x_dps": z[:, 0]})
+        code, text, errors = cli(log, "-o", out, "--only", "--no-figure", *given.split())
+        assert (code, errors) == (0, "")
+        alone = DriftFilter(100.0, method="auto", output="compensated", channels=1, **limits)
+        filtered = read_log(out / "run-zerorate.parquet")
+        np.testing.assert_array_equal(filtered.data, alone.process(z))
+        saturated = "saturated, at or beyond the limit of 200, so missing: gyro_x_dps 10 of 3000"
+        assert (saturated in one_line(text)) == ("limit" in limits)
+
+    def test_limits_are_in_the_unit_of_the_log(self, cli, tmp_path, out):
+        log = write_gyros(tmp_path / "run.parquet", unit="rad/s")
+        assert cli(log, "-o", out, "--no-figure", "--only")[0] == 0
+        limits = {name: math.radians(limit) for name, limit in LIMITS.items()}
+        alone = DriftFilter(100.0, method="auto", output="compensated", channels=2, **limits)
+        filtered = read_log(out / "run-zerorate.parquet")
+        np.testing.assert_array_equal(filtered.data, alone.process(read_log(log).data))
+
+    def test_flags_stand_beside_the_compensated_rate(self, cli, tmp_path, out):
+        z = 0.5 + 0.1 * np.random.default_rng(4).standard_normal((3000, 1))
+        z[1000:1500] = z[1000]
+        z[2000:2010] = 250.0
+        log = write_table(tmp_path / "run.csv", {"gyro_x_dps": z[:, 0]})
+        assert cli(log, "-o", out, "--only", "--no-figure", "--limit", 250)[0] == 0
+        alone = DriftFilter(100.0, method="auto", limit=250.0, channels=1, **LIMITS)
+        trace = alone.trace(z)
+        for name, expected in (("stuck", trace.stuck), ("saturated", trace.saturated)):
+            found = read_log(out / "run-zerorate.parquet", columns=f"{name}_gyro_x")
+            np.testing.assert_array_equal(found.data, expected)
+            assert expected.any()
 
     @pytest.mark.parametrize(("kind", "figure"), [("csv", "svg"), ("npz", "pdf")])
     def test_formats(self, cli, log, out, kind, figure):
@@ -184,6 +232,17 @@ USAGE_FAULTS = {
     "adapt for": (("--adapt-for", "soon"), "--adapt-for takes a number or 'always'"),
     "forgetting": (("--forgetting-factor", "0"), "forgetting"),
     "startup": (("--startup", "-1"), "startup"),
+    "rest limit": (("--rest-limit", "-1"), "--rest-limit must be a positive number, got -1"),
+    "rest limit no number": (("--rest-limit", "low"), "--rest-limit takes a number or 'none'"),
+    "rest limit of kf": (("--method", "kf", "--rest-limit", "3"), "no effect on methods 'akf' and"),
+    "rest limit of all": (
+        ("--rest-limit", "3", "--motion", "ignore"),
+        "--rest-limit has no effect on motion 'ignore', only on 'hold'",
+    ),
+    "bias limit": (("--bias-limit", "0"), "--bias-limit must be a positive number, got 0"),
+    "limit": (("--limit", "-250"), "--limit must be a positive number, got -250"),
+    "limit no number": (("--limit", "abc"), "'--limit'"),
+    "outliers": (("--outliers", "drop"), "'drop' is not one of 'keep', 'reject'"),
     "columns": (("--columns", "gyro_q"), "there is no column 'gyro_q'"),
     "index": (("--columns", "77"), "there is no column 77"),
     "empty column": (("--columns", "a,,b"), "--columns takes names or indices"),

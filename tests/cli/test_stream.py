@@ -15,6 +15,7 @@ import zerorate as zr
 from support.killed import left_by_a_kill
 from support.streams import Asked, lines_of, streamed
 from zerorate.cli import run
+from zerorate.run.left_out import LeftOut
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="FIFOs and signals are of POSIX")
 
@@ -26,6 +27,14 @@ EXPECTED = lines_of(
 )
 
 
+def told_of(z, names=("column 0", "column 1"), **options):
+    """Return what stderr says at the end of the samples that a filter has left out."""
+    filter_ = zr.DriftFilter(100.0, channels=len(names), **{"method": "auto", **options})
+    filter_.process(z)
+    sentences = LeftOut.of(filter_).sentences(names, len(z), options.get("limit"))
+    return "".join(f"zerorate: {sentence}\n" for sentence in sentences)
+
+
 def position(checkpoint, capsys):
     assert run(["stream", "--checkpoint", str(checkpoint), "--position"]) == 0
     return int(capsys.readouterr().out)
@@ -35,7 +44,7 @@ def test_each_answer_comes_before_the_next_line_is_sent():
     with Asked(*RATE) as asked:
         assert asked.ask("wx,wy") == "wx,wy"
         assert [asked.ask(line) for line in LINES] == EXPECTED
-        assert asked.end() == (0, [], "")
+        assert asked.end() == (0, [], told_of(Z, ("wx", "wy")))
 
 
 def test_options_reach_the_filter():
@@ -44,7 +53,8 @@ def test_options_reach_the_filter():
     alone = zr.DriftFilter(100.0, method="kf", motion="hold")
     trace = alone.copy().trace(Z[:, 1])
     columns = (alone.process(Z[:, 1]), trace.bias, trace.at_rest)
-    assert (code, errors) == (0, "")
+    told = told_of(Z[:, 1:], ("column 1",), method="kf", motion="hold")
+    assert (code, errors) == (0, told)
     found = np.array([[float(cell) for cell in answer.split(",")] for answer in answers])
     np.testing.assert_array_equal(found, np.stack(columns, axis=1))
 
@@ -70,6 +80,57 @@ def test_parameters_of_a_published_method_reach_the_filter():
     assert (code, answers, errors) == (0, lines_of(alone.process(Z)), "")
 
 
+class TestWhatRestCanBe:
+    """A sensor that turns for ten seconds, then rests for ten."""
+
+    Z = 0.5 + 0.1 * np.random.default_rng(3).standard_normal(2000)
+    Z[:1000] += 20.0 * np.sin(np.arange(1000) / 30.0)
+
+    @pytest.mark.parametrize(
+        ("options", "limits"),
+        [
+            ("--unit deg/s", {"rest_limit": 3.0, "bias_limit": 20.0}),
+            ("--unit dps --rest-limit 2", {"rest_limit": 2.0, "bias_limit": 20.0}),
+            ("--unit deg/s --bias-limit none", {"rest_limit": 3.0}),
+            ("--rest-limit 3", {"rest_limit": 3.0}),
+            ("--unit deg/s --rest-limit none --bias-limit none", {}),
+            ("--unit deg/s --motion ignore", {"motion": "ignore"}),
+            ("--unit g", {}),
+            ("", {}),
+        ],
+    )
+    def test_it_is_known_where_the_unit_is(self, options, limits):
+        code, answers, errors = streamed(lines_of(self.Z), *RATE, *options.split())
+        alone = zr.DriftFilter(100.0, method="auto", output="compensated", **limits)
+        assert (code, answers) == (0, lines_of(alone.process(self.Z)))
+        assert errors == told_of(self.Z[:, np.newaxis], ("column 0",), **limits)
+
+    def test_another_unit_is_the_same_sensor(self):
+        answers = [
+            np.array(streamed(lines_of(z), *RATE, "--unit", unit)[1], dtype=float)
+            for z, unit in ((self.Z, "deg/s"), (np.radians(self.Z), "rad/s"))
+        ]
+        np.testing.assert_allclose(np.degrees(answers[1]), answers[0], rtol=1e-9, atol=1e-12)
+        # Before it rests nothing is taken off.
+        np.testing.assert_array_equal(answers[0][:1000], self.Z[:1000])
+
+
+def test_what_was_left_out_is_flagged_and_told():
+    z = 0.5 + 0.1 * np.random.default_rng(2).standard_normal((2000, 2))
+    z[500:600, 0] = z[500, 0]
+    z[1000:1003, 1] = 250.0
+    options = ("--limit", "250", "--with", "saturated,stuck")
+    code, answers, errors = streamed(["wx,wy", *lines_of(z)], *RATE, *options)
+    assert answers[0] == "wx,wy,saturated_wx,saturated_wy,stuck_wx,stuck_wy"
+    flags = np.array([list(map(int, line.split(",")[2:])) for line in answers[1:]])
+    trace = zr.DriftFilter(100.0, method="auto", limit=250.0, channels=2).trace(z)
+    np.testing.assert_array_equal(flags, np.hstack([trace.saturated, trace.stuck]))
+    assert answers[1001].split(",")[1] == "nan"
+    assert (code, errors) == (0, told_of(z, ("wx", "wy"), limit=250.0))
+    assert "zerorate: saturated, at or beyond the limit of 250, so missing: wy 3 of 2000" in errors
+    assert "zerorate: left out because the sensor was stuck at one value: wx 100 of 2000" in errors
+
+
 def test_a_garbled_line_is_told_and_the_stream_goes_on():
     lines = [*LINES[:100], "0.1,*", *LINES[101:]]
     code, answers, errors = streamed(lines, *RATE)
@@ -79,6 +140,7 @@ def test_a_garbled_line_is_told_and_the_stream_goes_on():
     assert (code, answers) == (0, lines_of(alone.process(z)))
     assert errors.splitlines() == [
         "zerorate: line 101: '*' is not a number; it is taken as missing",
+        *told_of(z).splitlines(),
         "zerorate: garbled lines: 1",
     ]
 
@@ -202,7 +264,7 @@ class TestSources:
                 for line, expected in zip(LINES, EXPECTED, strict=True):
                     source.write(f"{line}\n")
                     assert asked.process.stdout.readline() == f"{expected}\n"
-            assert asked.end() == (0, [], "")
+            assert asked.end() == (0, [], told_of(Z))
 
     def test_a_terminal_as_serial_devices_are(self):
         device, theirs = os.openpty()
@@ -258,7 +320,25 @@ class TestRefused:
         [
             ([], "--rate is required"),
             ([*RATE, "imu", "--udp", "127.0.0.1:0"], "not both"),
-            ([*RATE, "--with", "gain"], "--with takes some of bias, bias_sigma, at_rest"),
+            (
+                [*RATE, "--with", "gain"],
+                "--with takes some of bias, bias_sigma, at_rest, saturated",
+            ),
+            ([*RATE, "--unit", "miles"], "unknown unit 'miles'"),
+            ([*RATE, "--rest-limit", "-1"], "--rest-limit must be a positive number, got -1"),
+            ([*RATE, "--rest-limit", "soon"], "--rest-limit takes a number or 'none', got 'soon'"),
+            ([*RATE, "--bias-limit", "0"], "--bias-limit must be a positive number, got 0"),
+            ([*RATE, "--limit", "abc"], "value for '--limit'"),
+            ([*RATE, "--limit", "nan"], "--limit must be a positive number, got NaN"),
+            (
+                [*RATE, "--method", "kf", "--rest-limit", "3"],
+                "--rest-limit has no effect on method 'kf', only on 'auto'",
+            ),
+            (
+                [*RATE, "--motion", "ignore", "--rest-limit", "3"],
+                "--rest-limit has no effect on motion 'ignore', only on 'hold'",
+            ),
+            ([*RATE, "--outliers", "reject"], "--outliers has no effect on method 'auto', only on"),
             ([*RATE, "--sequence", "0,1"], "--sequence takes one column"),
             ([*RATE, "--sequence-bits", "8"], "--sequence-bits needs --sequence"),
             ([*RATE, "--sequence", "0", "--sequence-bits", "65"], "value for '--sequence-bits'"),
@@ -336,6 +416,8 @@ class TestCheckpoints:
             ([*RATE, "--output-kind", "estimate"], "made with --output-kind compensated, now"),
             ([*RATE, "--with", "bias"], "made with --with none, now it is bias"),
             ([*RATE, "--startup", "2"], "made with --startup 1, now it is 2"),
+            ([*RATE, "--limit", "9"], "made with --limit none, now it is 9"),
+            ([*RATE, "--unit", "deg/s"], "made with --rest-limit none, now it is 3"),
             ([*RATE, "--fields", "3"], "made with --fields 2, now it is 3"),
         ],
     )
@@ -364,7 +446,7 @@ class TestCheckpoints:
         assert "--force begins anew" in errors
         assert checkpoint.read_bytes() == damaged[torn]
         forced = streamed(LINES[:100], *RATE, "--checkpoint", checkpoint, "--force")
-        assert forced == (0, EXPECTED[:100], "")
+        assert forced == (0, EXPECTED[:100], told_of(Z[:100]))
         assert checkpoint.read_bytes() == whole
 
     def test_what_a_kill_left_is_removed_at_the_next_start(self, checkpoint):
@@ -378,7 +460,7 @@ class TestCheckpoints:
 
     def test_force_goes_on_with_a_whole_one(self, checkpoint):
         forced = streamed(LINES[100:], *RATE, "--checkpoint", checkpoint, "--force")
-        assert forced == (0, EXPECTED[100:], "")
+        assert forced == (0, EXPECTED[100:], told_of(Z))
 
     def test_a_folder_that_vanishes_does_not_end_the_stream(self, tmp_path):
         folder = tmp_path / "folder"
@@ -390,6 +472,5 @@ class TestCheckpoints:
             answers = [asked.ask(line) for line in LINES[1:]]
             code, _, errors = asked.end()
         assert (code, answers) == (1, EXPECTED[1:])
-        assert [line.split(":")[1] for line in errors.splitlines()] == [
-            " the checkpoint cannot be written"
-        ] * 2
+        told = errors.replace(told_of(Z), "").splitlines()
+        assert [line.split(":")[1] for line in told] == [" the checkpoint cannot be written"] * 2

@@ -19,13 +19,14 @@ from support.compared import (
 )
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.compare import METHODS, Trial, compare, read_trial
-from zerorate.compare.methods import on_axis
+from zerorate.compare.methods import WHOLE, on_axis
 from zerorate.compare.rest import scored_from
 from zerorate.compare.slope import slope
 from zerorate.compare.turning import fitted
 from zerorate.io import LogError
 from zerorate.show.compare_tables import format_compare
 from zerorate.show.tables import WIDTH
+from zerorate.simulate import Contamination
 
 BROAD = "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
 ENCODER = "mpu6050_encoder_yaw_slow_100hz.parquet"
@@ -35,7 +36,7 @@ def by_method(comparison):
     return {row.method: row.values for row in comparison.rows}
 
 
-def no_ema():
+def no_gain():
     raise AssertionError("this method needs no average")
 
 
@@ -126,7 +127,7 @@ class TestSlope:
 class TestMethods:
     def test_raw_and_mean(self):
         z = BIAS[0] + noise(300, axes=1)[:, 0]
-        raw, mean = (on_axis(name, z, RATE, no_ema) for name in ("raw", "mean"))
+        raw, mean = (on_axis(name, z, RATE, no_gain) for name in ("raw", "mean"))
         assert raw.estimate is z
         assert not raw.bias.any()
         np.testing.assert_array_equal(mean.bias, zr.metrics.running_mean(z))
@@ -135,7 +136,7 @@ class TestMethods:
     def test_filters_are_those_of_the_package(self, method):
         z = BIAS[0] + noise(3000, axes=1)[:, 0]
         z[700:720] = np.nan
-        found = on_axis(method, z, RATE, no_ema)
+        found = on_axis(method, z, RATE, no_gain)
         trace = zr.DriftFilter(RATE, method=method).trace(z)
         np.testing.assert_array_equal(found.estimate, trace.estimate)
         np.testing.assert_array_equal(found.innovation, trace.innovation)
@@ -145,9 +146,26 @@ class TestMethods:
         )
         assert 1.0 / RATE <= found.memory < 30.0
 
-    def test_the_filter_says_which_methods_it_knows(self):
+    @pytest.mark.parametrize("method", ["median", "fading+", "fading+wings", "median+hold"])
+    def test_the_filter_says_which_methods_it_knows(self, method):
         with pytest.raises(ValueError, match="method must be"):
-            on_axis("median", noise(100, axes=1)[:, 0], RATE, no_ema)
+            on_axis(method, noise(100, axes=1)[:, 0], RATE, no_gain)
+
+    @pytest.mark.parametrize(
+        ("name", "arguments"),
+        [
+            ("kf", {"method": "kf"}),
+            ("kf+hold", {"method": "kf", "motion": "hold"}),
+            ("kf+reject", {"method": "kf", "outliers": "reject"}),
+            ("kf+hold+reject", {"method": "kf", "motion": "hold", "outliers": "reject"}),
+        ],
+    )
+    def test_words_after_a_plus_are_options(self, name, arguments):
+        z = BIAS[0] + noise(3000, axes=1)[:, 0]
+        z[::50] += 20.0
+        found = on_axis(name, z, RATE, no_gain)
+        expected = zr.DriftFilter(RATE, **arguments).process(z)
+        np.testing.assert_array_equal(found.estimate, expected)
 
 
 class TestAtRest:
@@ -166,6 +184,22 @@ class TestAtRest:
         assert values["akf"]["reduction"] == zr.metrics.reduction(z[start:], estimate[start:])
         assert values["ema"]["coasting_10_over_best"] == 1.0
         assert math.isnan(values["akf"]["coasting_60"])
+
+    def test_every_method_has_an_error(self, tmp_path):
+        (found,) = compare([read_trial(resting(tmp_path / "a.csv", axes=1))])
+        values = by_method(found)
+        assert tuple(values) == METHODS
+        assert all(0.0 < value["coasting_10"] < math.radians(1.0) for value in values.values())
+        marked = {name for name in METHODS if f"\n  {name}‡ " in format_compare([found])}
+        assert marked == set(WHOLE) & set(METHODS)
+
+    def test_with_missing_samples_what_needs_all_of_them_has_no_error(self, tmp_path):
+        recording = read_trial(resting(tmp_path / "a.csv", axes=1))
+        recording.log.data[100:120] = np.nan
+        (found,) = compare([recording])
+        for method, values in by_method(found).items():
+            # Wu & Ran's filter predicts what is missing before the wavelet sees it.
+            assert math.isnan(values["coasting_10"]) == (method == "visushrink")
 
     def test_channels_do_not_mix(self, tmp_path):
         recording = read_trial(resting(tmp_path / "a.csv", n=4000))
@@ -248,7 +282,7 @@ class TestOrientation:
     def test_the_bias_of_the_first_rest_is_what_counts(self, tmp_path):
         (found,) = compare([read_trial(oriented(tmp_path / "a.csv"))])
         values = by_method(found)
-        methods = ["kf", "akf", "fading", "fading+hold", "auto"]
+        methods = [name for name in METHODS if name not in ("raw", "mean", "ema")]
         assert list(values) == ["raw", "first rest", "mean", *methods]
         # The mean of ten seconds is off by 0.05 deg/s / sqrt(1000) an axis, and noise walks as far.
         assert math.degrees(values["first rest"]["growth_10"]) < 0.1
@@ -298,6 +332,117 @@ def test_progress_ends_at_one(tmp_path):
     compare(recordings, ("raw", "kf"), lambda step, fraction: told.append(fraction))
     assert told == sorted(told)
     assert told[-1] == 1.0
+
+
+FAULTS = "share=0.02,size=50,one-sided"
+
+
+def both(path, kind, faults=FAULTS, methods=("raw", "mean", "fading", "auto"), **arguments):
+    """Return what came of a record and of its contaminated copy, by method."""
+    clean, faulty = compare([read_trial(path, **arguments)], methods, contaminate=faults)
+    assert (clean.kind, faulty.kind) == (kind, kind)
+    assert clean.contamination is None
+    assert (faulty.contamination, faulty.notes) == (Contamination.parse(faults), ())
+    return by_method(clean), by_method(faulty)
+
+
+class TestContaminated:
+    def test_the_clean_record_is_what_counts(self, tmp_path):
+        path = resting(tmp_path / "a.csv", axes=1)
+        _, faulty = both(path, "rest")
+        z = read_trial(path).log.data[:, 0]
+        start = round(scored_from(60.0) * RATE)
+        fed = Contamination.parse(FAULTS).apply(z, RATE, seed=1)
+        mean = zr.metrics.running_mean(fed)[start:]
+        error = zr.metrics.coasting_error(z[start:], mean, RATE, 10.0)
+        assert faulty["mean"]["coasting_10"] == error
+
+    def test_degradation_is_over_the_same_method_on_the_clean_record(self, tmp_path):
+        clean, faulty = both(resting(tmp_path / "a.csv", axes=1), "rest")
+        for method, values in faulty.items():
+            ratio = values["coasting_10"] / clean[method]["coasting_10"]
+            assert values["coasting_10_degradation"] == ratio
+        # The mean is shifted by a whole deviation, 0.05 deg/s, in ten seconds.
+        assert math.degrees(faulty["mean"]["coasting_10"]) == pytest.approx(0.5, rel=0.2)
+        assert not any("degradation" in name for values in clean.values() for name in values)
+
+    def test_the_clean_rows_stay_what_they_are(self, tmp_path):
+        path = resting(tmp_path / "a.csv")
+        (alone,) = compare([read_trial(path)])
+        clean, *faulty = compare([read_trial(path)], contaminate=["stuck=5", FAULTS])
+        np.testing.assert_equal([r.values for r in clean.rows], [r.values for r in alone.rows])
+        assert [str(one.contamination) for one in faulty] == ["stuck=5", FAULTS]
+        assert [one.methods for one in faulty] == [clean.methods] * 2
+
+    def test_the_best_average_keeps_its_gain(self, tmp_path):
+        path = resting(tmp_path / "a.csv", axes=1)
+        clean, faulty = both(path, "rest", methods=("ema",))
+        assert clean["ema"]["coasting_10_over_best"] == 1.0
+        assert faulty["ema"]["coasting_10_degradation"] == (faulty["ema"]["coasting_10_over_best"])
+        assert faulty["ema"]["coasting_10_degradation"] > 2.0
+
+    def test_beside_a_reference(self, tmp_path):
+        path = turning(tmp_path / "a.csv")
+        _, faulty = both(path, "turning", reference="encoder_deg")
+        # Outliers of the raw rate are no error of a bias that is zero.
+        assert faulty["raw"]["compensated_rmse_degradation"] == 1.0
+        assert faulty["fading"]["smooth_rmse_degradation"] > 1.0
+        recording = read_trial(path, reference="encoder_deg")
+        match = fitted(recording, recording.reference)
+        fed = Contamination.parse(FAULTS).apply(recording.log.data, RATE, seed=1)[:, 2]
+        rate = match.raw - zr.metrics.running_mean(fed)
+        error = zr.metrics.motion_error(match.rate, rate, RATE, raw=match.raw).rmse
+        assert faulty["mean"]["compensated_rmse"] == error
+
+    def test_orientation(self, tmp_path):
+        path = oriented(tmp_path / "a.csv")
+        clean, faulty = both(path, "orientation")
+        assert list(clean) == list(faulty)
+        assert faulty["raw"]["growth_10_degradation"] == 1.0
+        assert faulty["first rest"]["growth_10_degradation"] > 1.5
+
+    def test_a_constant_axis_has_no_outliers_and_may_be_stuck(self, tmp_path):
+        path = write_table(tmp_path / "a.csv", gyros(np.ones((6000, 1))))
+        faults = (FAULTS, "stuck=5,at-zero")
+        found = compare([read_trial(path)], ("mean",), contaminate=faults)
+        errors = [one.rows[0].values["coasting_10"] for one in found]
+        assert errors[0] == errors[1] < errors[2]
+
+    @pytest.mark.parametrize(
+        ("faults", "message"),
+        [
+            ("share=2,size=3", "share must be 0 to 1"),
+            (["stuck=1", "stuck=1.0"], "all be different"),
+        ],
+    )
+    def test_refusals(self, tmp_path, faults, message):
+        recording = read_trial(resting(tmp_path / "a.csv"))
+        with pytest.raises(ValueError, match=message):
+            compare([recording], ("mean",), contaminate=faults)
+
+    def test_progress_counts_every_run(self, tmp_path):
+        told = []
+        recording = read_trial(resting(tmp_path / "a.csv"))
+        compare([recording], ("raw", "mean"), lambda _, done: told.append(done), ["stuck=1"])
+        np.testing.assert_allclose(told, np.arange(1, 13) / 12)
+
+    def test_its_tables_show_errors_and_their_ratios(self, tmp_path):
+        recordings = [
+            read_trial(resting(tmp_path / "a.csv")),
+            read_trial(turning(tmp_path / "b.csv"), reference="encoder_deg"),
+            read_trial(oriented(tmp_path / "c.csv")),
+        ]
+        text = format_compare(compare(recordings, ("raw", "mean", "kf"), contaminate=FAULTS))
+        assert max(map(len, text.split("\n"))) <= WIDTH
+        lines = text.split("\n")
+        rest = lines.index(f"At rest, {FAULTS}: mean and worst of 3 axes")
+        assert "10 s/best  worst  60 s/best  worst  10 s/clean  worst" in lines[rest + 1]
+        for title in ("In motion, raw minus bias, ", "In motion, smoothed rate, ", "Orientation, "):
+            at = next(
+                i for i, line in enumerate(lines) if line.startswith(title) and FAULTS in line
+            )
+            assert "/clean" in lines[at + 1]
+        assert "fed with the contaminated record and judged by the clean one" in text
 
 
 class TestReport:

@@ -15,7 +15,12 @@ from zerorate.io import read_log
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 AT_REST = ("adis16405_static_100hz_run1.parquet", "mpu6050_static_100hz.parquet")
-SCRIPTS = ("published_tables.py", "process_noise_sweep.py", "offline_models.py")
+SCRIPTS = (
+    "published_tables.py",
+    "process_noise_sweep.py",
+    "offline_models.py",
+    "robust_figures.py",
+)
 METHODS = ("kf", "akf", "fading")
 
 
@@ -136,6 +141,14 @@ def test_the_figure_is_made(tmp_path):
     done = run("process_noise_sweep.py", RECORDINGS, "--seconds", "30", "--figure", figure)
     assert done.returncode == 0, done.stderr
     assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+@needs_recordings
+def test_the_figures_of_outliers_are_made(tmp_path):
+    done = run("robust_figures.py", RECORDINGS, "--seconds", "150", "--figures", tmp_path)
+    assert done.returncode == 0, done.stderr
+    for name in ("robust_contamination.png", "robust_tick.png"):
+        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_committed_figure_is_small():

@@ -5,11 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from zerorate.compare import methods
+from zerorate.compare import METHODS, methods
 from zerorate.compare.methods import Estimate
-from zerorate.compare.simulated import run
+from zerorate.compare.simulated import run, run_contaminated
 from zerorate.metrics.averages import SHARED_GAINS
 from zerorate.show.compare_simulated import format_regret
+from zerorate.simulate import Contamination
 from zerorate.simulate.models import MODELS
 from zerorate.simulate.optimum import optimum
 
@@ -48,6 +49,29 @@ def test_no_method_beats_the_optimum(model):
     found = run(names, models=[model], seeds=6, duration=90.0, score_from=30.0)
     # Four standard errors of the ratio for luck, and rounding where a method is the optimum.
     assert np.all(found.regret + 4.0 * found.sigma > 1.0 - 1e-9)
+
+
+def test_every_method_but_those_for_motion_has_a_regret():
+    names = [name for name in METHODS if not name.endswith("+hold")]
+    found = run(names, models=[WALK], seeds=1, **SHORT)
+    assert np.isfinite(found.regret).all()
+    assert (found.regret > 0.5).all()
+
+
+def test_contaminated_records_are_judged_by_the_true_drift():
+    faults = [Contamination.parse(text) for text in ("share=0.05,size=100,one-sided", "stuck=5")]
+    models = "zerorate.compare.simulated.MODELS"
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(models, (NONE,))
+        clean, *faulty = run_contaminated(["ema", "mean", "raw"], faults, seeds=1)
+    assert clean.methods == ("ema", "mean", "raw")
+    assert [one.methods for one in faulty] == [("mean", "raw")] * 2
+    assert [one.contamination for one in faulty] == faults
+    assert clean.contamination is None
+    # 5 % of samples ten deg/s off: their mean, and the root of their mean square.
+    moved = faulty[0].regret[0] * clean.optimum[0]
+    assert moved == pytest.approx([0.5, 0.05**0.5 * 10.0], rel=0.1)
+    assert np.array_equal(faulty[0].optimum, clean.optimum)
 
 
 def test_raw_output_errs_by_its_white_noise():

@@ -49,7 +49,7 @@ OUT_OF_RANGE = [
     (drift, "startup", [0, -0.1, NAN, INF], "a positive number of seconds"),
     (drift, "scale", [0, -0.1, NAN, INF], "a positive number"),
     (drift, "channels", [0, -1], "at least 1"),
-    (drift, "method", ["KF", "", "robust"], "'kf', 'akf', 'fading' or 'auto'"),
+    (drift, "method", ["KF", "", "median"], "'kf', 'akf', 'fading', 'robust' or 'auto'"),
     (drift, "motion", ["Hold", "", "none"], "'hold' or 'ignore'"),
     (drift, "output", ["Estimate", "", "bias"], "'estimate' or 'compensated'"),
     (auto, "rate", [0, -1, NAN, INF, -INF], "a positive number of samples a second"),

@@ -61,6 +61,12 @@ DRIFT_OPTIONS = [
     ({}, {"startup": 0.5}),
     ({}, {"scale": 3.0}),
     ({"scale": 3.0}, {"scale": 4.0}),
+    ({"method": "robust"}, {"order": (2, 1)}),
+    ({"method": "robust"}, {"zones": (1.5, 0.75)}),
+    ({"method": "robust"}, {"zones": "published"}),
+    ({"method": "robust", "zones": (1.5, 0.75)}, {"zones": (1.5, 0.5)}),
+    ({"method": "robust", "zones": (1.5, 0.75)}, {"damping": 0.1}),
+    ({"method": "robust", "zones": (1.5, 0.75)}, {"correction": 0.1}),
     ({}, {"method": "auto"}),
     ({"method": "auto"}, {"startup": 2.0}),
     ({"method": "auto"}, {"rate": 50.0}),
@@ -145,7 +151,7 @@ def test_channels_set_the_shape(kind):
 TABLE = {option["name"]: option for option in filter_options()}
 
 
-@pytest.mark.parametrize("method", [*METHODS, "auto"])
+@pytest.mark.parametrize("method", [*METHODS, "robust", "auto"])
 def test_an_option_that_the_method_does_not_use_is_refused(method):
     """Even with the value that it has by default; the others are taken."""
     for name, option in TABLE.items():
@@ -159,7 +165,7 @@ def test_an_option_that_the_method_does_not_use_is_refused(method):
 
 
 def test_the_refusal_names_who_uses_it():
-    with pytest.raises(ValueError, match=r"only on 'kf', 'akf' and 'fading'$"):
+    with pytest.raises(ValueError, match=r"only on 'kf', 'akf', 'fading' and 'robust'$"):
         zr.DriftFilter(RATE, method="auto", order=(3, 1))
 
 
@@ -232,7 +238,7 @@ def test_params_rebuild_an_equal_filter(arguments, z):
     assert zr.DriftFilter.from_bytes(f.to_bytes()).params == f.params
 
 
-@pytest.mark.parametrize("method", [*METHODS, "auto"])
+@pytest.mark.parametrize("method", [*METHODS, "robust", "auto"])
 def test_params_name_every_argument_that_the_method_uses(method):
     f = zr.DriftFilter(rate=RATE, method=method)
     unused = {name for name, option in TABLE.items() if method not in option["methods"]}
@@ -255,7 +261,7 @@ def test_params_say_the_conduct(method, motion, output):
     assert (f.params["motion"], f.params["output"]) == (motion, output)
 
 
-@pytest.mark.parametrize("method", [*METHODS, "auto"])
+@pytest.mark.parametrize("method", [*METHODS, "robust", "auto"])
 def test_only_the_self_tuning_filter_holds_unasked(method):
     expected = "hold" if method == "auto" else "ignore"
     assert zr.DriftFilter(rate=RATE, method=method).params["motion"] == expected

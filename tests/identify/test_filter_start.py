@@ -326,7 +326,7 @@ def test_a_model_without_innovations():
         ({"offset": np.nan}, "offset must be finite"),
         ({"measurement_noise": -1.0}, "measurement_noise must be zero or a positive number"),
         ({"process_noise": np.inf}, "process_noise must be"),
-        ({"method": "robust"}, "method must be"),
+        ({"method": "median"}, "method must be"),
         ({"method": "auto"}, "method 'auto' learns its own start"),
         ({"fading": 2.0}, "fading must be"),
     ],

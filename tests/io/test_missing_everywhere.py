@@ -86,6 +86,7 @@ STREAMS = {
     "AllanNoise": lambda: zr.AllanNoise(),
     "StreamingAllan": lambda: zr.StreamingAllan(RATE),
     "RestDetector": lambda: zr.RestDetector(RATE),
+    "WaveletDenoiser": lambda: zr.WaveletDenoiser(RATE),
 }
 LOGS = {
     "Log": lambda z: Log(TIME, RATE, z, ["wx"]).data,

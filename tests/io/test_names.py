@@ -16,7 +16,7 @@ field.angular_velocity.y AngularVelocityX rotationRateZ
 
 OTHERS = """
 accel_x_g mag_x gyro_temp time_s x angular_velocity_covariance[0] ax sample_rate
-bias_gyro_x bias_sigma_gyro_x_dps at_rest_gyro_x
+bias_gyro_x bias_sigma_gyro_x_dps at_rest_gyro_x stuck_gyro_x saturated_gyro_x
 """
 
 

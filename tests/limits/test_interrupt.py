@@ -15,6 +15,7 @@ FILTERS = {
     "noise": "zr.AllanNoise()",
     "rest": "zr.RestDetector(rate=100.0)",
     "streaming": "zr.StreamingAllan(rate=100.0, octaves=6)",
+    "wavelet": "zr.WaveletDenoiser(rate=100.0, wavelet='db4', level=5)",
 }
 PROGRAM = """
 import os, signal, sys, threading, time

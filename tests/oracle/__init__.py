@@ -6,8 +6,10 @@ from oracle.drift import DriftFilter
 from oracle.gated import GatedFilter
 from oracle.least_squares import LeastSquares, RecursiveLeastSquares
 from oracle.rest import RestDetector
+from oracle.robust import RobustFilter
 from oracle.startup import Startup
 from oracle.streaming_allan import StreamingAllan
+from oracle.wavelet import WaveletDenoiser
 
 __all__ = [
     "AllanNoise",
@@ -17,6 +19,8 @@ __all__ = [
     "LeastSquares",
     "RecursiveLeastSquares",
     "RestDetector",
+    "RobustFilter",
     "Startup",
     "StreamingAllan",
+    "WaveletDenoiser",
 ]

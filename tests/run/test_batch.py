@@ -8,7 +8,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+import zerorate as zr
 from support.batch_work import make_logs
+from support.logs import write_table
 from zerorate.cli import run
 from zerorate.io import read_log
 from zerorate.run.batch import Settings, run_batch
@@ -95,7 +97,8 @@ def test_summary_has_a_row_for_each_log_and_axis(tmp_path, batch):
     ]
     for one, other in zip(first[1:], again[1:], strict=True):
         assert one | {"status": "skipped"} == other
-        assert (one["samples"], one["rate"], one["time_at_rest"]) == (2000, 100.0, 20.0)
+        # It takes a second and a half to see that a sensor rests.
+        assert (one["samples"], one["rate"], one["time_at_rest"]) == (2000, 100.0, 18.51)
         # The signal is 0.5 with noise of 0.1: five standard errors of the filter's own.
         assert abs(one["bias"] - 0.5) < 5 * one["bias_sigma"]
         # White noise of 0.1 at 100 Hz is 0.01 a root hertz; 2000 samples tell it to a few percent.
@@ -125,6 +128,43 @@ def test_notes_reach_the_record_the_summary_and_the_terminal(tmp_path, batch, ca
     out = capsys.readouterr().out
     assert f"note: a.csv and 1 other: {gap}" in out
     assert f"note: c.csv: {ms}" in out
+
+
+def test_samples_that_were_left_out_are_counted(tmp_path, batch):
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal((3000, 2))
+    z[1000::100, 0] += 10.0
+    z[2000:2400, 1] = z[2000, 1]
+    z[1500:1510, 1] = 250.0
+    write_table(logs / "a.csv", {"gyro_x_dps": z[:, 0], "gyro_y_dps": z[:, 1]})
+    first, second = pq.read_table(batch(Settings(limit=250.0)).summary).to_pylist()
+    alone = zr.DriftFilter(
+        100.0, method="auto", limit=250.0, rest_limit=3.0, bias_limit=20.0, channels=2
+    )
+    alone.process(z)
+    names = ("saturated", "outliers", "stuck")
+    counts = (alone.saturated_count, alone.outlier_count, alone.stuck_count)
+    for name, count in zip(names, counts, strict=True):
+        assert [first[name], second[name]] == count.tolist()
+    assert (second["saturated"], second["missing"]) == (10, 10)
+    record = json.loads((tmp_path / "out" / "a-zerorate.json").read_text())
+    assert [row["stuck"] for row in record["rows"]] == [0, 400]
+
+
+def test_it_filters_as_the_command_does(tmp_path, batch, capsys):
+    """The limits of what rest can be are those of `replay`, in a unit of their own."""
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal((4000, 1))
+    z[:1500] += 60.0
+    write_table(logs / "a.csv", {"gyro_x_radps": np.radians(z[:, 0])})
+    batch()
+    assert run(["replay", str(logs / "a.csv"), "-o", str(tmp_path / "alone"), "--no-figure"]) == 0
+    name = "a-zerorate.parquet"
+    assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
+    filtered = read_log(tmp_path / "out" / name, columns="bias_gyro_x_radps")
+    assert (filtered.data[:1500] == 0.0).all()
 
 
 def test_outputs_are_no_inputs(logs, tmp_path):
@@ -162,10 +202,16 @@ def test_records_are_json_beside_the_logs(logs, batch, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"method": "best"}, "method must be 'kf', 'akf', 'fading' or 'auto', got 'best'"),
+        (
+            {"method": "best"},
+            "method must be 'kf', 'akf', 'fading', 'robust' or 'auto', got 'best'",
+        ),
         ({"unit": "miles"}, "unknown unit 'miles'"),
         ({"rate": -1.0}, "rate"),
         ({"format": "xls"}, "format must be one of"),
+        ({"rest_limit": -1.0}, "rest_limit must be a positive number"),
+        ({"rest_limit": 3.0, "method": "kf"}, "rest_limit has no effect on method 'kf'"),
+        ({"rest_limit": 3.0, "motion": "ignore"}, "no effect on motion 'ignore', only on 'hold'"),
         ({"fading": 0.9}, "fading has no effect on method 'auto', only on 'fading'"),
         ({"method": "fading", "fading": 2.0}, "fading must be above 0 and at most 1"),
     ],

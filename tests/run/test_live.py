@@ -50,14 +50,50 @@ def test_answers_are_those_of_the_filter(method, output, channels):
 def test_columns_beside_the_rate():
     z = Z.copy()
     z[200:] += 20.0 * np.sin(np.arange(200) / 10.0)[:, None]
-    answers = taken(stream(beside=tuple(Beside)), lines_of(z))
-    alone = zr.DriftFilter(RATE, method="auto", output="compensated", channels=3)
+    z[150:180, 0] = z[150, 0]
+    answers = taken(stream(beside=tuple(Beside), limit=20.0), lines_of(z))
+    alone = zr.DriftFilter(RATE, method="auto", output="compensated", limit=20.0, channels=3)
     trace = alone.copy().trace(z)
     rate = alone.process(z)
-    expected = np.hstack([rate, trace.bias, trace.bias_sigma, trace.at_rest])
+    columns = (trace.bias, trace.bias_sigma, trace.at_rest, trace.saturated, trace.stuck)
     found = np.array([[float(cell) for cell in answer.split(",")] for answer in answers])
-    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(found, np.hstack([rate, *columns]))
     assert {cell for answer in answers for cell in answer.split(",")[9:]} == {"0", "1"}
+    assert trace.saturated.any()
+    assert trace.stuck.any()
+
+
+def test_it_tells_what_was_left_out_by_channel():
+    z = np.vstack([Z, 0.5 + 0.1 * np.random.default_rng(2).standard_normal((2000, 3))])
+    z[1000::100, 0] += 10.0
+    z[1200:1300, 1] = z[1200, 1]
+    z[1500:1503, 2] = -250.0
+    some = stream(limit=250.0)
+    assert list(some.sentences()) == []
+    taken(some, ["wx,wy,wz", *lines_of(z)])
+    alone = zr.DriftFilter(RATE, method="auto", limit=250.0, channels=3)
+    alone.process(z)
+    told = list(some.sentences())
+    assert told[0] == "saturated, at or beyond the limit of 250, so missing: wz 3 of 2400 samples"
+    assert f"wx {alone.outlier_count[0]}" in told[1]
+    stuck = f"wy {alone.stuck_count[1]} of 2400 samples"
+    assert told[2] == f"left out because the sensor was stuck at one value: {stuck}"
+    assert list(LineStream.from_bytes(some.to_bytes()).sentences()) == told
+
+
+def test_a_channel_without_a_name_is_called_by_its_column():
+    some = stream(sequence=0, columns=(2,), limit=250.0)
+    taken(some, [f"{i},9,250" for i in range(3)])
+    expected = "saturated, at or beyond the limit of 250, so missing: column 2 3 of 3 samples"
+    assert list(some.sentences()) == [expected]
+
+
+def test_a_saturated_sample_is_missing_while_a_gap_is_made_up_for():
+    for channels in (1, 2):
+        some = LineStream(Settings(8000.0, sequence=0, limit=250.0))
+        taken(some, [f"{i}{',1' * channels}" for i in range(100)])
+        answer = some.take(f"1000000{',250' * channels}")
+        assert answer == f"1000000{',nan' * channels}"
 
 
 def test_a_header_is_answered_by_names_whenever_it_comes():
@@ -301,6 +337,10 @@ def test_a_header_is_known_after_a_restart():
         ({"method": "kf"}, "method=auto, now it is kf"),
         ({"motion": "ignore"}, "motion=hold, now it is ignore"),
         ({"output": "estimate"}, "output=compensated, now it is estimate"),
+        ({"limit": 250.0}, "limit=none, now it is 250"),
+        ({"rest_limit": 3.0}, "rest_limit=none, now it is 3"),
+        ({"bias_limit": 20.0}, "bias_limit=none, now it is 20"),
+        ({"method": "kf", "outliers": "reject"}, "outliers=keep, now it is reject"),
         ({"beside": (Beside.bias,)}, "beside=none, now it is bias"),
         ({"columns": (0,)}, "columns=none, now it is 0"),
         ({"sequence": 0}, "sequence=none, now it is 0"),

@@ -5,11 +5,13 @@ from functools import cache
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 
 from support.figures import check_layout
 from support.logs import make_log, noise
 from zerorate.run.replay import replay
 from zerorate.show import plot_replay, save_figure
+from zerorate.show.style import ROSE
 
 
 def gaps():
@@ -100,7 +102,7 @@ def test_methods(method):
 def with_motion(spans, n=4000, method="auto"):
     """Return a replay whose first axis was taken for moving in spans of samples."""
     result = replay(make_log(noise(n, 2)), methods=(method,), motion="hold")
-    at_rest = result.readings.at_rest.copy()
+    at_rest = np.ones_like(result.readings.at_rest)
     for begin, end in spans:
         at_rest[begin:end, 0] = False
     return dataclasses.replace(
@@ -127,6 +129,23 @@ def test_a_short_motion_is_seen_and_the_other_axis_stays_white():
     ((begin, end),) = shaded(figure.axes[0])
     assert begin <= 12.34 < end
     assert all(c.get_zorder() != 0.5 for c in figure.axes[1].collections)
+    assert "stuck" not in figure.texts[-1].get_text()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_stuck_and_a_saturated_sensor_are_shaded_in_another_colour(method):
+    z = noise(4000, 2)
+    z[1000:2000, 0] = z[1000, 0]
+    z[3500:, 0] = 250.0
+    result = replay(make_log(z), methods=(method,), motion="hold", limit=250.0)
+    figure = plot_replay(result)
+    bands = [c for c in figure.axes[0].collections if c.get_zorder() == 0.5]
+    rose = bands[-1]
+    assert to_hex(rose.get_facecolor()[0]) == ROSE.lower()
+    edges = [(path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in rose.get_paths()]
+    # The figure has 400 places over 40 s; it takes a few samples to see that a sensor is stuck.
+    assert np.ravel(edges) == pytest.approx([10.0, 20.0, 35.0, 40.0], abs=0.2)
+    assert "stuck or saturated" in figure.texts[-1].get_text()
 
 
 def test_the_bias_is_compared_with_the_rest_alone():

@@ -29,8 +29,11 @@ from support.settings import (
     noise_settings,
     published_settings,
     rest_settings,
+    robust_as_published_settings,
+    robust_settings,
     start_of,
     started_settings,
+    wavelet_settings,
     within_range,
 )
 
@@ -88,6 +91,13 @@ def sound_allan(f, z, answers):
         assert np.all(np.isfinite(known[name][seen])), name
         assert np.all(known[name][seen] >= 0.0), name
         assert np.all(np.isnan(known[name][~seen])), name
+
+
+def sound_wavelet(f, z, answers):
+    """Finite from the first sample on; what came before this record is not known here."""
+    begun = np.logical_or.accumulate(np.isfinite(z))
+    assert_finite({"answers": answers[begun], **state(f)})
+    assert np.all(f.sigma >= 0.0)
 
 
 @dataclass(frozen=True)
@@ -207,6 +217,7 @@ drift_stream = partial(
 )
 FADING = {"rate": RATE, "method": "fading"}
 SELF_TUNING = {"rate": RATE, "method": "auto"}
+ROBUST = {"rate": RATE, "method": "robust"}
 
 STREAMS = {
     "published": drift_stream(
@@ -229,6 +240,22 @@ STREAMS = {
             }
         },
         properties=DRIFT,
+    ),
+    "robust": drift_stream(
+        settings=robust_settings,
+        examples={
+            "robust": ROBUST,
+            "robust-damping": {**ROBUST, "damping": 0.1, "correction": 0.1, "order": (2, 1)},
+            "robust-holding": {**ROBUST, "motion": "hold"},
+        },
+        properties=DRIFT,
+    ),
+    "robust-published": drift_stream(
+        settings=robust_as_published_settings,
+        examples={"robust-published": {**ROBUST, "zones": "published", "damping": 0.1}},
+        properties=DRIFT,
+        # A variance is held against an innovation: in another unit it is another filter.
+        powers=0,
     ),
     "auto": drift_stream(
         settings=auto_settings,
@@ -286,6 +313,19 @@ STREAMS = {
         sound=sound_allan,
         units={},
         channel_axis=-1,
+    ),
+    "wavelet": Stream(
+        kind=zr.WaveletDenoiser,
+        make=lambda arguments: zr.WaveletDenoiser(**arguments),
+        settings=wavelet_settings,
+        examples={
+            "wavelet": {"rate": RATE},
+            "wavelet-soft": {"rate": RATE, "wavelet": "haar", "level": 2, "mode": "soft"},
+        },
+        properties={"sigma": 1, "missing": 0, "samples_seen": 0},
+        answer=1,
+        sound=sound_wavelet,
+        units={},
     ),
 }
 PROPERTIES = {stream.kind: list(stream.properties) for stream in STREAMS.values()}

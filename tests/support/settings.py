@@ -45,7 +45,10 @@ REST_LIMITS = {
 def drift_settings(channels=None):
     """Arguments of a DriftFilter of any method; `drift` takes them."""
     return st.one_of(
-        published_settings(channels), started_settings(channels), auto_settings(channels)
+        published_settings(channels),
+        started_settings(channels),
+        robust_settings(channels),
+        auto_settings(channels),
     )
 
 
@@ -74,6 +77,7 @@ def published_settings(channels=None):
 def only_used(arguments):
     """Leave out what the method would refuse."""
     unused = set() if arguments["method"] == "fading" else {"fading", "process_noise_memory"}
+    unused |= {"outliers"} if arguments["method"] == "robust" else set()
     return {name: value for name, value in arguments.items() if name not in unused}
 
 
@@ -84,6 +88,29 @@ def started_settings(channels=None):
             lambda start: {**arguments, "start": start}
         )
     )
+
+
+ZONES = [(4.0, 0.75), (2.0, 0.3), (1e-3, 1.0), (1e6, 1e-3)]
+
+
+def robust_settings(channels=None, zones=ZONES):
+    """Arguments of the robust filter, with and without a start."""
+    own = st.fixed_dictionaries(
+        {"zones": st.sampled_from(zones)},
+        optional={
+            "damping": st.sampled_from([0.0, 0.1, 1.0]),
+            "correction": st.sampled_from([0.0, 0.1, 1.0]),
+        },
+    )
+    others = st.one_of(published_settings(channels), started_settings(channels))
+    return st.builds(
+        lambda others, own: only_used({**others, **own, "method": "robust"}), others, own
+    )
+
+
+def robust_as_published_settings(channels=None):
+    """The same with the radii of the source, which have a unit."""
+    return robust_settings(channels, ["published"])
 
 
 def auto_settings(channels=None):
@@ -180,6 +207,22 @@ def allan_settings(channels=None):
     """Arguments of a StreamingAllan."""
     return st.fixed_dictionaries(
         {"rate": st.just(RATE), "octaves": st.integers(1, 9), "channels": st.just(channels)}
+    )
+
+
+def wavelet_settings(channels=None):
+    """Arguments of a WaveletDenoiser."""
+    return st.fixed_dictionaries(
+        {
+            "rate": st.sampled_from([0.1, 20.0, RATE]),
+            "level": st.integers(1, 4),
+            "channels": st.just(channels),
+        },
+        optional={
+            "wavelet": st.sampled_from(["haar", "db2", "db4", "db8"]),
+            "mode": st.sampled_from(["soft", "hard"]),
+            "threshold": st.sampled_from([0.0, 0.5, 4.0, 1e300]),
+        },
     )
 
 

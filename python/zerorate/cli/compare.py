@@ -23,13 +23,13 @@ from zerorate.cli.records import records
 from zerorate.compare import METHODS, Comparison, Trial, read_trial
 from zerorate.compare import compare as run_methods
 from zerorate.compare.as_json import as_json
-from zerorate.compare.simulated import Regret
-from zerorate.compare.simulated import run as run_simulated
+from zerorate.compare.simulated import Regret, run_contaminated
 from zerorate.io import LogError
 from zerorate.io.log import present_axes
 from zerorate.progress import Progress
 from zerorate.show.compare_simulated import format_regret
 from zerorate.show.compare_tables import format_compare
+from zerorate.simulate import Contamination
 
 __all__ = ["compare"]
 
@@ -49,7 +49,21 @@ def compare(
         str | None, typer.Option(help="Columns w,x,y,z of the true orientation.")
     ] = None,
     seeds: Annotated[int, typer.Option(help="Simulated records of each gyro.")] = 12,
-    methods: Annotated[str, typer.Option(help="Names with commas between.")] = ",".join(METHODS),
+    methods: Annotated[
+        str,
+        typer.Option(
+            help="Names with commas between; +hold learns at rest only, +reject rejects outliers."
+        ),
+    ] = ",".join(METHODS),
+    contaminate: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FAULTS",
+            help="Also with faults in the records, e.g. share=0.01,size=100,one-sided "
+            "(in deviations), burst=20,size=30 (a minute) or stuck=10,at-zero (s); repeatable.",
+            show_default=False,
+        ),
+    ] = None,
     columns: Columns = None,
     topic: Topic = None,
     group_by: GroupBy = None,
@@ -67,6 +81,8 @@ def compare(
     wanted = parse_columns(columns)
     names = parse_words("--methods", methods)
     truth = None if quaternion is None else parse_words("--quaternion", quaternion)
+    with as_usage():
+        faults = [Contamination.parse(text) for text in contaminate or []]
     if json is not None:
         check_outputs([json], force)
     with progress_bar() as progress:
@@ -75,8 +91,8 @@ def compare(
             with reading(bool(wanted or reference or truth)):
                 trial = read_trial(one.source, rate, wanted, unit, reference, truth, topic)
             recordings.append(replace(trial, log=present_axes(trial.log)))
-        found = _compared(recordings, names, progress)
-        regret = _simulated(names, seeds, progress) if simulated else None
+        found = _compared(recordings, names, faults, progress)
+        regret = _simulated(names, faults, seeds, progress) if simulated else []
     if json is not None:
         with writing(), together([json], force) as (temporary,):
             temporary.write_text(as_json(found, regret), encoding="utf-8", newline="\n")
@@ -85,28 +101,29 @@ def compare(
         print(f"\nwrote {json}")
 
 
-def _texts(found: tuple[Comparison, ...], regret: Regret | None, per_axis: bool) -> Iterator[str]:
+def _texts(found: tuple[Comparison, ...], regret: list[Regret], per_axis: bool) -> Iterator[str]:
     if found:
         yield format_compare(found, per_axis)
-    if regret is not None:
-        yield format_regret(regret)
+    yield from map(format_regret, regret)
 
 
 def _compared(
-    recordings: list[Trial], methods: list[str], progress: Progress
+    recordings: list[Trial], methods: list[str], faults: list[Contamination], progress: Progress
 ) -> tuple[Comparison, ...]:
     if not recordings:
         return ()
     try:
-        return run_methods(recordings, methods, progress)
+        return run_methods(recordings, methods, progress, faults)
     except LogError as error:
         raise DataFault(in_options(error)) from None
     except ValueError as error:
         raise UsageFault(in_options(error)) from None
 
 
-def _simulated(methods: list[str], seeds: int, progress: Progress) -> Regret:
+def _simulated(
+    methods: list[str], faults: list[Contamination], seeds: int, progress: Progress
+) -> list[Regret]:
     # Simulated gyros rest.
-    plain = [name for name in methods if not name.endswith("+hold")]
+    plain = [name for name in methods if "+hold" not in name]
     with as_usage():
-        return run_simulated(plain, seeds=seeds, progress=progress)
+        return run_contaminated(plain, faults, seeds=seeds, progress=progress)

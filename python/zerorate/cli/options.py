@@ -2,15 +2,16 @@
 
 import inspect
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum, StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Final, TypeAlias, TypeVar, cast
 
 import typer
 
+from zerorate._native import DriftFilter
 from zerorate.cli.errors import UsageFault
-from zerorate.options import FILTER_OPTIONS, METHODS, Option, check_used
+from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, Option, check_used, used_by
 
 __all__ = [
     "RECORDING",
@@ -37,8 +38,11 @@ __all__ = [
 
 _Choice = TypeVar("_Choice", bound=StrEnum)
 
-_WORDS: Final = {"adapt_for": "always"}
+_WORDS: Final = {"adapt_for": "always", "rest_limit": "none", "bias_limit": "none"}
 """What None is called on the command line, where a number is the default."""
+
+_FIRST: Final = re.compile(rf"^({'|'.join(FILTER_OPTIONS)})\b")
+"""The option that a refusal begins with."""
 
 _REQUIRED: Final = inspect.Parameter.empty
 RECORDING: Final = (
@@ -139,13 +143,15 @@ def with_filter_options(
     return decorated
 
 
-def check_filter_options(given: Iterable[str], methods: Sequence[str]) -> None:
-    """Raise a usage fault for an option that none of the methods uses."""
-    for name in given:
-        try:
-            check_used([name], methods)
-        except ValueError as error:
-            raise UsageFault(f"{flag(name)}{str(error).removeprefix(name)}") from None
+def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> None:
+    """Raise a usage fault for an option that no method uses, or a value that is refused."""
+    try:
+        check_used(options, methods)
+        for method in methods:
+            # Of the rate no refusal depends.
+            DriftFilter(1.0, **{**used_by(method, options), "method": method})
+    except ValueError as error:
+        raise UsageFault(_FIRST.sub(lambda found: flag(found[0]), str(error))) from None
 
 
 def flag(name: str) -> str:
@@ -173,11 +179,16 @@ def _parameter(option: Option, default: object, texts: Mapping[str, str]) -> ins
     elif option.kind == "order":
         value, metavar = str, "p,q"
         default = ",".join(map(str, cast(tuple[int, int], default)))
+    elif option.kind == "pair or word":
+        value, metavar = str, "<float,float>"
+        default = ",".join(f"{number:g}" for number in cast(tuple[float, float], default))
     elif option.name in _WORDS:
         value, metavar = str, "<float>"
         default = _WORDS[option.name] if default is None else f"{default:g}"
+    limit = LIMITS.get(option.name)
+    shown = True if limit is None else f"{limit:g} deg/s, where the unit is known"
     text = texts.get(option.name, _help(option))
-    about = typer.Option(flag(option.name), metavar=metavar, help=text)
+    about = typer.Option(flag(option.name), metavar=metavar, help=text, show_default=shown)
     annotation: Any = Annotated[value | None if default is None else value, about]
     return _keyword(_argument(option.name), annotation, default)
 
@@ -190,7 +201,7 @@ def _members(option: Option) -> Any:  # noqa: ANN401
 
 def _help(option: Option) -> str:
     meaning = f"{option.meaning[0].upper()}{option.meaning[1:]}."
-    if option.choices:
+    if option.kind == "choice":
         limits = "" if option.default is not None else "the default depends on the method"
     else:
         word = f", or '{_WORDS[option.name]}'" if option.name in _WORDS else ""
@@ -203,6 +214,8 @@ def _help(option: Option) -> str:
 def _parsed(option: Option, value: Any) -> object:  # noqa: ANN401
     if option.kind == "order":
         return parse_order(value)
+    if option.kind == "pair or word":
+        return _parse_pair(option, value)
     if option.name in _WORDS:
         return _parse_number(flag(option.name), value, _WORDS[option.name])
     return value.value if isinstance(value, Enum) else value
@@ -221,6 +234,20 @@ def _parse_number(option: str, text: str, word: str) -> float | None:
         return float(text)
     except ValueError:
         raise UsageFault(f"{option} takes a number or '{word}', got '{text}'") from None
+
+
+def _parse_pair(option: Option, text: str) -> tuple[float, float] | str:
+    """Return the two numbers of ``4,0.75``, or the word that may stand in their place."""
+    if text in option.choices:
+        return text
+    try:
+        first, second = map(float, text.split(","))
+    except ValueError:
+        words = " or ".join(f"'{word}'" for word in option.choices)
+        raise UsageFault(
+            f"{flag(option.name)} takes two numbers with a comma between or {words}, got '{text}'"
+        ) from None
+    return first, second
 
 
 def parse_order(text: str) -> tuple[int, int]:

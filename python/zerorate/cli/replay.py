@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -47,13 +47,16 @@ from zerorate.cli.outputs import (
 from zerorate.cli.records import print_title, records
 from zerorate.io import Log, LogError, LogFile, open_log, write_log
 from zerorate.io.log import Header
-from zerorate.options import PUBLISHED, used_by
+from zerorate.options import used_by, with_limits
 from zerorate.progress import Progress
 from zerorate.run.replay import Replay, Summary, replay_to_file
 from zerorate.run.replay import replay as run_replay
 from zerorate.show import format_learned, format_notes, format_table
 
 __all__ = ["Outputs", "baselines", "in_memory", "print_result", "replay"]
+
+_COMPARED: Final = ("kf", "akf", "fading")
+"""The methods of one source, of which each is meant to better the one before."""
 
 
 @with_filter_options(
@@ -90,7 +93,7 @@ def replay(
     method = options["method"]
     methods = (method,) if only else (*baselines(method), method)
     check_filter_options(options, methods)
-    asked = {"methods": methods, **{n: v for n, v in options.items() if n != "method"}}
+    given = {name: value for name, value in options.items() if name != "method"}
     wanted = parse_columns(columns)
     place = Outputs.place(output, log.stem, not no_figure)
     shape = (format, figure_format, not no_figure, force, log)
@@ -100,6 +103,7 @@ def replay(
         with progress_bar() as progress:
             with reading(wanted is not None):
                 recording = open_log(one.source, rate, wanted, unit, topic)
+            asked = {"methods": methods, **with_limits(given, methods, recording.header.unit)}
             result = _replayed(recording, files, not no_figure, progress, asked)
         print_title(one, first=one is found[0])
         print_result(result, files)
@@ -111,7 +115,7 @@ def replay(
 
 def baselines(method: str) -> tuple[str, ...]:
     """Return the published methods that the chosen one is compared with."""
-    compared = PUBLISHED if method == "auto" else PUBLISHED[:2]
+    compared = _COMPARED if method == "auto" else _COMPARED[:2]
     return tuple(other for other in compared if other != method)
 
 

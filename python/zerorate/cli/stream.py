@@ -21,7 +21,8 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, tell
 from zerorate.io import check_writable
-from zerorate.options import FILTER_OPTIONS
+from zerorate.io.names import canonical_unit
+from zerorate.options import FILTER_OPTIONS, with_limits
 from zerorate.run.interrupts import Interrupted, Interrupts
 from zerorate.run.live import (
     Beside,
@@ -84,9 +85,13 @@ def stream(
         int | None,
         typer.Option(min=1, help="Numbers in a line, if the first may not be whole."),
     ] = None,
+    unit: Annotated[
+        str | None,
+        typer.Option(help="rad/s, deg/s, deg/h: with it auto knows what rest can be."),
+    ] = None,
     options: Mapping[str, Any],
     beside: Annotated[
-        str | None, typer.Option("--with", help="More columns: bias,bias_sigma,at_rest.")
+        str | None, typer.Option("--with", help=f"More columns: {','.join(Beside)}.")
     ] = None,
     udp: Annotated[
         str | None,
@@ -123,15 +128,17 @@ def stream(
         raise UsageFault("--rate is required: samples per second")
     if sequence_bits is not None and sequence is None:
         raise UsageFault("--sequence-bits needs --sequence")
-    check_filter_options(options, [options["method"]])
+    methods = [options["method"]]
+    check_filter_options(options, methods)
     with as_usage():
+        known = None if unit is None else canonical_unit(unit)
         settings = Settings(
             rate,
             beside=tuple(parse_choices("--with", beside, Beside)),
             columns=_columns(columns),
             sequence=_column(sequence),
             sequence_bits=sequence_bits,
-            **options,
+            **with_limits(options, methods, known),
         )
     saver = None if checkpoint is None else _saver(checkpoint, every * rate)
     lines = _resumed(checkpoint, settings, fields, force)
@@ -216,7 +223,9 @@ def _run(server: Server, source: Path | None, udp: str | None) -> None:
 
 
 def _report(server: Server) -> None:
-    """Tell what was lost, if samples were numbered, and how many lines were garbled."""
+    """Tell what was lost, if samples were numbered, garbled, or left out by the filter."""
+    for sentence in server.stream.sentences():
+        tell(sentence)
     count = server.stream.sequence
     if server.stream.open and server.stream.settings.sequence is not None:
         wrap = f"; they wrap after {count.turn[1]}" if count.wraps and count.turn else ""

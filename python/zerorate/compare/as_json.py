@@ -10,6 +10,7 @@ from zerorate._native import __version__
 from zerorate.compare.comparison import Comparison
 from zerorate.compare.measures import Row
 from zerorate.compare.simulated import Regret
+from zerorate.simulate import Contamination
 
 __all__ = ["SCHEMA", "as_json"]
 
@@ -17,28 +18,46 @@ SCHEMA: Final = "zerorate-compare/1"
 """The form of the document; the number rises when a reader has to change."""
 
 
-def as_json(found: Sequence[Comparison], simulated: Regret | None = None) -> str:
+def as_json(found: Sequence[Comparison], simulated: Sequence[Regret] = ()) -> str:
     """Return comparisons as strict JSON: every measure of every axis, null where there is none.
 
     Parameters
     ----------
     found : sequence of Comparison
-        Of different kinds.
-    simulated : Regret, optional
-        What came of the methods on simulated gyros.
+        Of different kinds, or of different contaminations.
+    simulated : sequence of Regret
+        What came of the methods on simulated gyros, of different contaminations.
     """
-    content: dict[str, Any] = {
+    given = [one.contamination for one in found] + [one.contamination for one in simulated]
+    faults = dict.fromkeys(fault for fault in given if fault is not None)
+    content = {
         "schema": SCHEMA,
         "zerorate": __version__,
-        "kinds": {
-            one.kind: {"rows": list(map(_row, one.rows)), "notes": list(one.notes)} for one in found
-        },
+        **_content(found, simulated, None),
+        "contaminated": [
+            {"contamination": str(fault), **_content(found, simulated, fault)} for fault in faults
+        ],
     }
-    if simulated is not None:
-        content["simulated"] = [
-            row for i in range(len(simulated.models)) for row in _gyro(simulated, i)
-        ]
     return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+
+def _content(
+    found: Sequence[Comparison], simulated: Sequence[Regret], fault: Contamination | None
+) -> dict[str, Any]:
+    """Return what came of the records with one contamination, or with none."""
+    kinds = {
+        one.kind: {"rows": list(map(_row, one.rows)), "notes": list(one.notes)}
+        for one in found
+        if one.contamination == fault
+    }
+    gyros = [
+        row
+        for one in simulated
+        if one.contamination == fault
+        for i in range(len(one.models))
+        for row in _gyro(one, i)
+    ]
+    return {"kinds": kinds} | ({"simulated": gyros} if simulated else {})
 
 
 def _row(row: Row) -> dict[str, Any]:

@@ -1,30 +1,38 @@
 """Comparison of methods on recordings, kind by kind."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import numpy as np
 
-from zerorate.compare.measures import Row
+from zerorate.compare.measures import Row, degraded
 from zerorate.compare.methods import METHODS
 from zerorate.compare.orientation import orientation_rows
-from zerorate.compare.rest import rest_notes, rest_rows
+from zerorate.compare.rest import rest_notes, rest_rows, scored_axes
 from zerorate.compare.trial import Kind, Orientation, Trial
 from zerorate.compare.turning import fitted, turning_rows
 from zerorate.io import Recording
 from zerorate.io.log import notes_of
 from zerorate.progress import Progress, silent
+from zerorate.simulate import Contamination
+from zerorate.types import Floats
 
 __all__ = ["Comparison", "compare"]
 
+
+Judge = Callable[[Sequence[str], Floats], Iterator[Row]]
+"""Called with names of methods and what they are fed with, shape (n, k)."""
+
+_SEED: Final = 1
 
 _KINDS: Final[tuple[Kind, ...]] = ("rest", "turning", "orientation")
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """All recordings of one kind.
+    """All recordings of one kind, clean or contaminated.
 
     Attributes
     ----------
@@ -34,11 +42,15 @@ class Comparison:
         Recording by recording, axis by axis, method by method.
     notes : tuple of str
         Sentences on the recordings.
+    contamination : Contamination or None
+        What the methods were fed with besides the recording. They are judged by the clean one, and
+        the ratio of each error to that on the clean one is a measure, ``NAME_degradation``.
     """
 
     kind: Kind
     rows: tuple[Row, ...]
     notes: tuple[str, ...]
+    contamination: Contamination | None = None
 
     @property
     def methods(self) -> tuple[str, ...]:
@@ -50,6 +62,7 @@ def compare(
     recordings: Sequence[Recording | Trial],
     methods: Sequence[str] = METHODS,
     progress: Progress | None = None,
+    contaminate: str | Contamination | Sequence[str | Contamination] = (),
 ) -> tuple[Comparison, ...]:
     """Measure every method on every recording.
 
@@ -59,63 +72,97 @@ def compare(
         Of any kinds: `zerorate.read_recording` or `read_trial` gives them.
     methods : sequence of str
         ``"raw"``, ``"mean"`` (the running mean), ``"ema"`` (the best exponential moving average in
-        hindsight) and methods of `zerorate.DriftFilter`, which run with their defaults.
+        hindsight), methods of `zerorate.DriftFilter`, which run as on the command line ("auto" with
+        limits of what rest can be, where the unit is known) but for
+        ``+hold`` (learn at rest only) and ``+reject`` (reject outliers), and two that see the
+        whole record: ``"wu-ran"`` (robust filter, then wavelet) and ``"visushrink"``.
     progress : callable, optional
         Called with a step's name and the fraction of it that is done.
+    contaminate : str, zerorate.Contamination, or a sequence of these
+        Faults, each of which is put into every recording for a comparison of its own, as in
+        ``"share=0.01,size=100"``. Chance is seeded: the same call gives the same numbers. The best
+        moving average keeps the gain that is best for the clean record.
 
     Returns
     -------
     tuple of Comparison
-        One a kind that occurs.
+        One a kind that occurs, each followed by those of its contaminated recordings.
 
     Raises
     ------
     LogError
         If a recording does not allow what its kind asks for.
     ValueError
-        If a method is not known.
+        If a method or a word of a contamination is not known.
     """
+    faults = _faults(contaminate)
     listed = list(methods)
     if not listed or len(set(listed)) < len(listed):
         raise ValueError(f"methods must be at least one and all different, got {listed}")
     trials = [one if isinstance(one, Trial) else Trial.of(one) for one in recordings]
-    report = _Report(trials, len(listed), silent if progress is None else progress)
+    runs = len(listed) * (1 + len(faults))
+    report = _Report(trials, runs, silent if progress is None else progress)
     found = []
     # Numbers near the largest double overflow when squared: the measure is then infinite.
     with np.errstate(over="ignore", invalid="ignore"):
         for kind in _KINDS:
             own = [trial for trial in trials if trial.kind == kind]
             if own:
-                found.append(_compared(kind, own, listed, report))
+                found += _compared(kind, own, listed, faults, report)
     return tuple(found)
 
 
+def _faults(
+    given: str | Contamination | Sequence[str | Contamination],
+) -> list[Contamination]:
+    listed = [given] if isinstance(given, str | Contamination) else given
+    found = [Contamination.parse(one) if isinstance(one, str) else one for one in listed]
+    if len(set(found)) < len(found):
+        raise ValueError(f"contaminations must all be different, got {', '.join(map(str, found))}")
+    return found
+
+
 def _compared(
-    kind: Kind, recordings: list[Trial], methods: list[str], report: "_Report"
-) -> Comparison:
-    rows: list[Row] = []
+    kind: Kind,
+    recordings: list[Trial],
+    methods: list[str],
+    faults: list[Contamination],
+    report: "_Report",
+) -> list[Comparison]:
     notes: list[str] = []
+    clean: list[Row] = []
+    faulty: list[list[Row]] = [[] for _ in faults]
     for recording in recordings:
-        said = (f"{recording.source}: {note}" for note in notes_of(recording.log))
-        notes.extend(said)
-        for one in _measured(recording, methods, notes):
-            rows.append(one)
-            report.one_more()
-    return Comparison(kind, tuple(rows), tuple(notes))
+        notes.extend(f"{recording.source}: {note}" for note in notes_of(recording.log))
+        judge = _judge(recording, notes)
+        own = list(report.each(judge(methods, recording.log.data)))
+        clean += own
+        for rows, fault in zip(faulty, faults, strict=True):
+            fed = fault.apply(recording.log.data, recording.log.rate, _SEED)
+            found = report.each(judge(methods, fed))
+            rows += map(degraded, found, own)
+    return [
+        Comparison(kind, tuple(clean), tuple(notes)),
+        *(
+            Comparison(kind, tuple(rows), (), fault)
+            for rows, fault in zip(faulty, faults, strict=True)
+        ),
+    ]
 
 
-def _measured(recording: Trial, methods: list[str], notes: list[str]) -> Iterator[Row]:
+def _judge(recording: Trial, notes: list[str]) -> Judge:
+    """Return what measures methods on a recording, and note what is to be known of it."""
     if recording.reference is None:
         recording.check_axes()
     if recording.orientation is not None:
         notes.append(_on_orientation(recording.source, recording.orientation))
-        return orientation_rows(recording, recording.orientation, methods)
+        return partial(orientation_rows, recording, recording.orientation)
     if recording.reference is not None:
         match = fitted(recording, recording.reference)
         notes.append(match.note(recording.source, recording.reference.name))
-        return turning_rows(recording, match, methods)
+        return partial(turning_rows, recording, match)
     notes.extend(rest_notes(recording))
-    return rest_rows(recording, methods)
+    return partial(rest_rows, recording, scored_axes(recording))
 
 
 def _on_orientation(source: str, truth: Orientation) -> str:
@@ -125,10 +172,13 @@ def _on_orientation(source: str, truth: Orientation) -> str:
 class _Report:
     """How much of the work is done."""
 
-    def __init__(self, recordings: Sequence[Trial], methods: int, progress: Progress) -> None:
+    def __init__(self, recordings: Sequence[Trial], runs: int, progress: Progress) -> None:
         axes = (one.log.channels if one.kind == "rest" else 1 for one in recordings)
-        self._total, self._done, self._progress = methods * sum(axes), 0, progress
+        self._total, self._done, self._progress = runs * sum(axes), 0, progress
 
-    def one_more(self) -> None:
-        self._done += 1
-        self._progress("comparing", min(1.0, self._done / self._total))
+    def each(self, rows: Iterable[Row]) -> Iterator[Row]:
+        """Yield rows, and tell of each."""
+        for row in rows:
+            self._done += 1
+            self._progress("comparing", min(1.0, self._done / self._total))
+            yield row

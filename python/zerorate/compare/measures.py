@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -10,7 +11,20 @@ from zerorate import metrics
 from zerorate.compare.methods import AxisResult
 from zerorate.types import Booleans
 
-__all__ = ["Row", "consistency", "if_possible"]
+__all__ = ["DEGRADATION", "ERRORS", "Row", "consistency", "degraded", "if_possible"]
+
+
+ERRORS: Final = frozenset(
+    (
+        *("coasting_10", "coasting_60"),
+        *("compensated_rmse", "angle_drift", "smooth_rmse"),
+        *(f"{name}_{horizon}" for name in ("growth", "smooth_growth") for horizon in (1, 10, 60)),
+    )
+)
+"""Measures that are compared with those on the clean record."""
+
+DEGRADATION: Final = "_degradation"
+"""What stands after the name of an error in that of its ratio to the error on the clean record."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +51,16 @@ class Row:
     method: str
     angle: str
     values: Mapping[str, float]
+
+
+def degraded(row: Row, clean: Row) -> Row:
+    """Return the row of a contaminated record with its errors over those on the clean one, too."""
+    ratios = {
+        f"{name}{DEGRADATION}": value / clean.values[name] if clean.values[name] > 0.0 else math.nan
+        for name, value in row.values.items()
+        if name in ERRORS
+    }
+    return replace(row, values={**row.values, **ratios})
 
 
 def if_possible(measure: Callable[[], object]) -> float:

@@ -3,13 +3,15 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+import zerorate
 from zerorate import metrics
-from zerorate._native import DriftFilter, Trace
-from zerorate.metrics import BestEma
+from zerorate._native import DriftFilter, Trace, exponential_mean
+from zerorate.options import FILTER_OPTIONS, with_limits
+from zerorate.options import METHODS as FILTERS
 from zerorate.run.replay.history import Recorder, memory
 from zerorate.types import Booleans, Floats
 
@@ -17,19 +19,41 @@ __all__ = [
     "FIRST_REST",
     "HINDSIGHT",
     "METHODS",
+    "WHOLE",
     "AxisResult",
     "Estimate",
     "Method",
     "causal_method",
     "check_name",
+    "filter_arguments",
     "first_rest",
     "name_of",
     "on_axis",
 ]
 
 
-METHODS: Final = ("raw", "mean", "ema", "kf", "akf", "fading", "fading+hold", "auto")
-"""What is compared unless something else is asked for; ``+hold`` learns at rest only."""
+_SUFFIXES: Final = {"hold": ("motion", "hold"), "reject": ("outliers", "reject")}
+"""Options of the filter by the words that stand after a method's name and a plus."""
+
+WHOLE: Final = ("wu-ran", "visushrink")
+"""Wavelets, which see the whole record: Wu & Ran's after their robust filter, and VisuShrink."""
+
+_LEVEL: Final = 5
+"""Octaves that VisuShrink thresholds, as in Wu & Ran's comparison."""
+
+_ROWS: Final = (
+    "raw",
+    "mean",
+    "ema",
+    "kf",
+    "akf",
+    "fading",
+    "fading+hold",
+    "fading+reject",
+    "robust",
+    "auto",
+    *WHOLE,
+)
 
 FIRST_REST: Final = 10.0
 """Seconds at the start whose mean is taken for the bias."""
@@ -45,8 +69,8 @@ class AxisResult:
     ----------
     estimate : ndarray, shape (n,)
         What is held when coasting: drift, or the smoothed rate of a sensor at rest.
-    bias : ndarray, shape (n,)
-        What is taken off the raw rate.
+    bias : ndarray, shape (n,), or None
+        What is taken off the raw rate; None for a method that takes no drift off.
     smooth : ndarray or None
         The rate of a method that smooths, for use in place of the raw one; NaN where that is
         missing, for a prediction is no measurement.
@@ -62,7 +86,7 @@ class AxisResult:
     """
 
     estimate: Floats
-    bias: Floats
+    bias: Floats | None
     smooth: Floats | None = None
     memory: float = np.nan
     sigma: Floats | None = None
@@ -71,19 +95,25 @@ class AxisResult:
     innovation_variance: Floats | None = None
 
 
-def on_axis(method: str, z: Floats, rate: float, ema: Callable[[], BestEma]) -> AxisResult:
+def on_axis(
+    method: str, z: Floats, rate: float, gain: Callable[[], float], unit: str | None = None
+) -> AxisResult:
     """Return what a method makes of one axis.
 
     Parameters
     ----------
     method : str
-        One of `METHODS`, or any other method of `zerorate.DriftFilter`.
+        One of `METHODS`, or any other method of `zerorate.DriftFilter`, with ``+hold`` to learn at
+        rest only and ``+reject`` to reject outliers.
     z : ndarray, shape (n,)
         Raw rates.
     rate : float
         Samples per second, Hz.
-    ema : callable
-        Finds the best exponential moving average in hindsight, by what counts for this record.
+    gain : callable
+        Finds the gain of the best exponential moving average in hindsight, by what counts for this
+        record.
+    unit : str, optional
+        Of the rates. Where it is known "auto" has the limits that the command line gives it.
 
     Raises
     ------
@@ -96,9 +126,34 @@ def on_axis(method: str, z: Floats, rate: float, ema: Callable[[], BestEma]) -> 
         mean = metrics.running_mean(z)
         return AxisResult(mean, mean, memory=np.inf)
     if method == "ema":
-        best = ema()
-        return AxisResult(best.estimate, best.estimate, memory=1.0 / (float(best.gain) * rate))
-    return _filtered(method, z, rate)
+        best = gain()
+        average = exponential_mean(z, best)
+        return AxisResult(average, average, memory=1.0 / (best * rate))
+    if method in WHOLE:
+        smooth = _denoised(method, z, rate)
+        return AxisResult(smooth, None, smooth)
+    return _filtered(method, z, rate, unit)
+
+
+def filter_arguments(method: str) -> dict[str, Any]:
+    """Return the arguments of `zerorate.DriftFilter` that a name such as ``fading+hold`` means."""
+    name, *words = method.split("+")
+    chosen = dict(_SUFFIXES.get(word, ("", "")) for word in words)
+    # The filter itself says which methods it knows, so what is not known here is left to it.
+    known = FILTER_OPTIONS.keys() >= chosen.keys()
+    return {"method": name} | chosen if known else {"method": method}
+
+
+def _is_known(method: str) -> bool:
+    if method in WHOLE:
+        return hasattr(zerorate, "denoise") and (method != "wu-ran" or "robust" in FILTERS)
+    return method in _OWN or filter_arguments(method)["method"] in FILTERS
+
+
+_OWN: Final = ("raw", "mean", "ema")
+
+METHODS: Final = tuple(filter(_is_known, _ROWS))
+"""What is compared unless something else is asked for."""
 
 
 def first_rest(z: Floats, rate: float) -> AxisResult:
@@ -109,11 +164,9 @@ def first_rest(z: Floats, rate: float) -> AxisResult:
     return AxisResult(bias, bias)
 
 
-def _filtered(method: str, z: Floats, rate: float) -> AxisResult:
-    # The filter itself says which methods it knows.
-    name, held, _ = method.partition("+hold")
-    arguments: dict[str, Any] = {"method": name} | ({"motion": "hold"} if held else {})
-    filter_ = DriftFilter(rate, channels=1, **arguments)
+def _filtered(method: str, z: Floats, rate: float, unit: str | None) -> AxisResult:
+    chosen = filter_arguments(method)
+    filter_ = DriftFilter(rate, channels=1, **with_limits(chosen, [chosen["method"]], unit))
     recorder, parts = Recorder(), []
     # The traces of a long record at once would fill the memory with what nobody reads.
     for block in np.array_split(z[:, np.newaxis], min(_BLOCKS, z.size)):
@@ -127,6 +180,22 @@ def _filtered(method: str, z: Floats, rate: float) -> AxisResult:
     seconds = float(memory(recorder.history(), filter_.order, rate)[0])
     smooth = np.where(np.isfinite(z), found["estimate"], np.nan)
     return AxisResult(**found, smooth=smooth, memory=seconds)
+
+
+def _denoised(method: str, z: Floats, rate: float) -> Floats:
+    """Return a whole record through a wavelet: NaN if a sample is missing or it is too short."""
+    try:
+        if method == "visushrink":
+            return _wavelet(z, level=_LEVEL)
+        robust = DriftFilter(rate, **filter_arguments("robust")).process(z)
+        return _wavelet(robust, level="psr", approximation=True)
+    except ValueError:
+        return np.full_like(z, np.nan)
+
+
+def _wavelet(z: Floats, **options: Any) -> Floats:  # noqa: ANN401
+    signal: Floats = zerorate.denoise(z, **options).signal
+    return signal
 
 
 _READINGS: Final = {
@@ -168,15 +237,16 @@ def name_of(method: str | Method) -> str:
 
 
 def causal_method(method: str | Method) -> Method:
-    """Return a causal method by its name, or itself."""
-    return _NAMED[method] if isinstance(method, str) else method
+    """Return a method by its name, or itself: causal but for those in `WHOLE`."""
+    if not isinstance(method, str):
+        return method
+    return _NAMED.get(method) or partial(_whole if method in WHOLE else _published, method=method)
 
 
 def check_name(method: str | Method) -> None:
     """Raise ValueError for a name that is not known."""
-    names = [*_NAMED, HINDSIGHT]
-    if isinstance(method, str) and method not in names:
-        raise ValueError(f"unknown method {method!r}; causal_method: {', '.join(names)}")
+    if isinstance(method, str) and not _is_known(method):
+        raise ValueError(f"unknown method {method!r}; known are {', '.join(METHODS)}")
 
 
 def _raw(signal: Floats, rate: float) -> Floats:
@@ -188,8 +258,14 @@ def _mean(signal: Floats, rate: float) -> Floats:
     return total / np.arange(1.0, len(signal) + 1.0)[:, np.newaxis]
 
 
-def _published(signal: Floats, rate: float, *, method: Literal["kf", "akf", "fading"]) -> Floats:
-    return DriftFilter(rate, method=method, channels=signal.shape[1]).process(signal)
+def _published(signal: Floats, rate: float, *, method: str) -> Floats:
+    arguments = filter_arguments(method)
+    return DriftFilter(rate, channels=signal.shape[1], **arguments).process(signal)
+
+
+def _whole(signal: Floats, rate: float, *, method: str) -> Floats:
+    records = np.ascontiguousarray(signal.T)
+    return np.column_stack([_denoised(method, record, rate) for record in records])
 
 
 def _learned(signal: Floats, rate: float) -> Estimate:
@@ -209,11 +285,4 @@ def _learned_of_one(record: Floats, rate: float) -> tuple[Floats, Floats]:
     return drift, sigma
 
 
-_NAMED: Final[Mapping[str, Method]] = {
-    "raw": _raw,
-    "mean": _mean,
-    "kf": partial(_published, method="kf"),
-    "akf": partial(_published, method="akf"),
-    "fading": partial(_published, method="fading"),
-    "auto": _learned,
-}
+_NAMED: Final[Mapping[str, Method]] = {"raw": _raw, "mean": _mean, "auto": _learned}

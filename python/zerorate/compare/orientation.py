@@ -12,8 +12,8 @@ from zerorate.compare.measures import Row, consistency, if_possible
 from zerorate.compare.methods import AxisResult, first_rest, on_axis
 from zerorate.compare.trial import Orientation, Trial
 from zerorate.compare.turning import MOVING
-from zerorate.io import LogError
-from zerorate.metrics import BestEma, rotations
+from zerorate.io import Log, LogError
+from zerorate.metrics import rotations
 from zerorate.types import Booleans, Floats
 
 __all__ = ["HORIZONS", "orientation_rows"]
@@ -29,10 +29,21 @@ _SPEED_OVER: Final = 0.2
 """Seconds over which the reference's speed is taken."""
 
 
-def orientation_rows(recording: Trial, truth: Orientation, methods: Sequence[str]) -> Iterator[Row]:
+def orientation_rows(
+    recording: Trial, truth: Orientation, methods: Sequence[str], seen: Floats
+) -> Iterator[Row]:
     """Yield the measures of every method, the axes together.
 
     A best average in hindsight is not among them: it would have to be chosen for three axes.
+
+    Parameters
+    ----------
+    recording, truth : Trial, Orientation
+        What methods are judged by.
+    methods : sequence of str
+        Their names.
+    seen : ndarray, shape (n, 3)
+        What they are fed with: the record's data, or a contaminated copy.
     """
     log = recording.log
     if log.channels != 3:
@@ -43,22 +54,25 @@ def orientation_rows(recording: Trial, truth: Orientation, methods: Sequence[str
     moving = _moving(truth.quaternions, log.rate)
     known = [method for method in methods if method != "ema"]
     for method in (*known[:1], _FIRST_REST, *known[1:]):
-        found = [_on_axis(method, np.ascontiguousarray(z), log.rate) for z in log.data.T]
+        found = [_on_axis(method, np.ascontiguousarray(z), log) for z in seen.T]
         growth = partial(_growth, truth.quaternions, log.rate)
         values = _measured(log.data, found, growth) | _consistency(found, moving)
         yield Row(recording.source, "all", method, recording.angle, values)
 
 
-def _on_axis(method: str, z: Floats, rate: float) -> AxisResult:
-    return first_rest(z, rate) if method == _FIRST_REST else on_axis(method, z, rate, _no_ema)
+def _on_axis(method: str, z: Floats, log: Log) -> AxisResult:
+    if method == _FIRST_REST:
+        return first_rest(z, log.rate)
+    return on_axis(method, z, log.rate, _no_gain, log.unit)
 
 
-def _no_ema() -> BestEma:
+def _no_gain() -> float:
     raise ValueError("there is no best average of three axes at once")
 
 
 def _measured(raw: Floats, found: list[AxisResult], growth: Growth) -> dict[str, float]:
-    values = growth("growth", raw - np.column_stack([one.bias for one in found]))
+    biases = [one.bias for one in found if one.bias is not None]
+    values = growth("growth", raw - np.column_stack(biases)) if biases else {}
     smooth = [one.smooth for one in found if one.smooth is not None]
     if smooth:
         values |= growth("smooth_growth", np.column_stack(smooth))

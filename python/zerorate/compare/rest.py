@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from zerorate import metrics
+from zerorate._native import exponential_mean
 from zerorate.compare.measures import Row, consistency, if_possible
 from zerorate.compare.methods import AxisResult, on_axis
 from zerorate.compare.trial import Trial
@@ -16,7 +17,7 @@ from zerorate.noise.records import is_constant
 from zerorate.noise.rest import moving_spans
 from zerorate.types import Floats
 
-__all__ = ["HORIZONS", "rest_notes", "rest_rows", "scored_from"]
+__all__ = ["HORIZONS", "ScoredAxis", "rest_notes", "rest_rows", "scored_axes", "scored_from"]
 
 
 HORIZONS: Final = (10.0, 60.0)
@@ -30,14 +31,30 @@ def scored_from(duration: float) -> float:
     return min(_LEARNING, duration / 3.0)
 
 
-def rest_rows(recording: Trial, methods: Sequence[str]) -> Iterator[Row]:
-    """Yield the measures of every axis and method, one after the other."""
-    for axis, z in zip(recording.log.names, recording.log.data.T, strict=True):
-        scored = _ScoredAxis(
-            np.ascontiguousarray(z), recording.log.rate, f"{recording.source}: {axis}"
-        )
+def scored_axes(recording: Trial) -> list["ScoredAxis"]:
+    """Return the axes of a recording, ready to judge methods."""
+    columns = zip(recording.log.names, recording.log.data.T, strict=True)
+    return [ScoredAxis(np.ascontiguousarray(z), recording, name) for name, z in columns]
+
+
+def rest_rows(
+    recording: Trial, axes: Sequence["ScoredAxis"], methods: Sequence[str], seen: Floats
+) -> Iterator[Row]:
+    """Yield the measures of every axis and method, one after the other.
+
+    Parameters
+    ----------
+    recording, axes : Trial, sequence of ScoredAxis
+        What methods are judged by.
+    methods : sequence of str
+        Their names.
+    seen : ndarray, shape (n, k)
+        What they are fed with: the record's data, or a contaminated copy.
+    """
+    for name, scored, column in zip(recording.log.names, axes, seen.T, strict=True):
+        z = np.ascontiguousarray(column)
         for method in methods:
-            yield Row(recording.source, axis, method, recording.angle, scored.measured(method))
+            yield Row(recording.source, name, method, recording.angle, scored.measured(method, z))
 
 
 def rest_notes(recording: Trial) -> Iterator[str]:
@@ -53,26 +70,31 @@ def rest_notes(recording: Trial) -> Iterator[str]:
             yield f"{recording.source}: {moves}, which counts as error"
 
 
-class _ScoredAxis:
+class ScoredAxis:
     """One axis, and the best averages that methods are measured by."""
 
-    def __init__(self, z: Floats, rate: float, where: str) -> None:
-        self._z, self._rate = z, rate
+    def __init__(self, z: Floats, recording: Trial, axis: str) -> None:
+        rate = recording.log.rate
+        self._z, self._rate, self._unit = z, rate, recording.log.unit
         self._start = scored_from(z.size / rate)
         bests = {horizon: self._best(horizon) for horizon in HORIZONS}
         self._bests = {horizon: best for horizon, best in bests.items() if best is not None}
         if not self._bests:
             raise LogError(
-                f"{where} holds no {HORIZONS[0]:g} s without missing samples to coast through "
-                f"after the first {self._start:.3g} s"
+                f"{recording.source}: {axis} holds no {HORIZONS[0]:g} s without missing samples to "
+                f"coast through after the first {self._start:.3g} s"
             )
 
-    def measured(self, method: str) -> dict[str, float]:
-        """Return the measures of one method."""
-        found = on_axis(method, self._z, self._rate, self._ema)
+    def measured(self, method: str, seen: Floats) -> dict[str, float]:
+        """Return the measures of one method that was fed with other samples, or the same."""
+        found = on_axis(method, seen, self._rate, self._gain, self._unit)
         values = {}
         for horizon in HORIZONS:
-            error = self._coasting(method, found.estimate, horizon)
+            estimate = found.estimate
+            if method == "ema" and horizon in self._bests:
+                # Each horizon has a best gain of its own.
+                estimate = exponential_mean(seen, float(self._bests[horizon].gain))
+            error = self._coasting(estimate, horizon)
             values[f"coasting_{horizon:g}"] = error
             values[f"coasting_{horizon:g}_over_best"] = error / self._least(horizon)
         return values | self._others(found)
@@ -86,10 +108,7 @@ class _ScoredAxis:
             "reduction": if_possible(lambda: metrics.reduction(z, x)),
         }
 
-    def _coasting(self, method: str, estimate: Floats, horizon: float) -> float:
-        if method == "ema":
-            # Each horizon has a best gain of its own.
-            return float(self._bests[horizon].error) if horizon in self._bests else math.nan
+    def _coasting(self, estimate: Floats, horizon: float) -> float:
         z, x = self._scored(self._z), self._scored(estimate)
         return if_possible(lambda: metrics.coasting_error(z, x, self._rate, horizon))
 
@@ -98,8 +117,8 @@ class _ScoredAxis:
         least = float(self._bests[horizon].error) if horizon in self._bests else 0.0
         return least if least > 0.0 else math.nan
 
-    def _ema(self) -> BestEma:
-        return self._bests[max(self._bests)]
+    def _gain(self) -> float:
+        return float(self._bests[max(self._bests)].gain)
 
     def _best(self, horizon: float) -> BestEma | None:
         try:

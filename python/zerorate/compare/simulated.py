@@ -2,19 +2,23 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from zerorate.compare.methods import HINDSIGHT, Estimate, Method, causal_method, check_name, name_of
 from zerorate.metrics.averages import best_shared_ema
 from zerorate.progress import Progress, silent
+from zerorate.simulate import Contamination
 from zerorate.simulate.models import MODELS, GyroModel, records
 from zerorate.simulate.optimum import optimum
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Regret", "run", "scored_span"]
+__all__ = ["Regret", "run", "run_contaminated", "scored_span"]
+
+_SEED: Final = 1
+"""Of contamination."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +40,8 @@ class Regret:
         honest Gaussian one; NaN for a method that gives no sigma.
     optimum : ndarray, shape (models,)
         RMSE of the Kalman filter that knows the model, deg/s.
+    contamination : Contamination or None
+        What the methods were fed with besides; the optimum is always that on clean records.
     """
 
     methods: tuple[str, ...]
@@ -44,6 +50,7 @@ class Regret:
     sigma: Floats
     coverage: Floats
     optimum: Floats
+    contamination: Contamination | None = None
 
     @property
     def lasting(self) -> Booleans:
@@ -59,6 +66,14 @@ class Regret:
     def worst(self) -> Floats:
         """Largest over the models that are not transient, shape (methods,); NaN if none."""
         return self._over_models(np.max)
+
+    def part(
+        self, methods: Sequence[str], first: int, contamination: Contamination | None
+    ) -> "Regret":
+        """Return some neighbouring methods, the first of them by its place, by these names."""
+        chosen = slice(first, first + len(methods))
+        found = {name: getattr(self, name)[:, chosen] for name in ("regret", "sigma", "coverage")}
+        return replace(self, methods=tuple(methods), contamination=contamination, **found)
 
     def _over_models(self, summary: Callable[..., Floats]) -> Floats:
         kept = self.regret[self.lasting]
@@ -167,6 +182,52 @@ def run(
             report(model.name, done / len(chosen))
         rows.append(scores)
     return _regret(names, chosen, rows)
+
+
+def run_contaminated(
+    methods: Sequence[str],
+    faults: Sequence[Contamination],
+    *,
+    seeds: int = 12,
+    progress: Progress | None = None,
+) -> list[Regret]:
+    """Return the regret on clean records, then that with each of the faults put into them.
+
+    The best moving average in hindsight is left out there: it would know the outliers as well.
+
+    Parameters
+    ----------
+    methods : sequence of str
+        Names that `run` knows.
+    faults : sequence of Contamination
+        All different.
+    seeds, progress
+        As of `run`.
+
+    Raises
+    ------
+    ValueError
+        As of `run`.
+    """
+    causal = [name for name in methods if name != HINDSIGHT]
+    fed = [_fed(name, fault) for fault in faults for name in causal]
+    found = run([*methods, *fed], seeds=seeds, progress=progress)
+    firsts = range(len(methods), len(methods) + len(fed), max(1, len(causal)))
+    parts = zip(firsts, faults if causal else (), strict=True)
+    return [
+        found.part(methods, 0, None),
+        *(found.part(causal, first, fault) for first, fault in parts),
+    ]
+
+
+def _fed(method: str, fault: Contamination) -> Method:
+    """Return a method that gets contaminated records."""
+
+    def fed(signal: Floats, rate: float) -> Floats | Estimate:
+        return causal_method(method)(fault.apply(signal, rate, _SEED), rate)
+
+    fed.__name__ = f"{method}, {fault}"
+    return fed
 
 
 def _scores(

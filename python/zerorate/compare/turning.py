@@ -12,7 +12,7 @@ from zerorate.compare.measures import Row, consistency, if_possible
 from zerorate.compare.methods import AxisResult, on_axis
 from zerorate.compare.trial import Reference, Trial
 from zerorate.io import LogError
-from zerorate.metrics import BestEma, MotionError
+from zerorate.metrics import MotionError
 from zerorate.metrics.motion import moved
 from zerorate.types import Floats
 
@@ -88,32 +88,47 @@ def fitted(recording: Trial, reference: Reference) -> Fitted:
     return Fitted(log.names[best], z, fit.scale * timely, fit.scale, fit.offset, late)
 
 
-def turning_rows(recording: Trial, match: Fitted, methods: Sequence[str]) -> Iterator[Row]:
-    """Yield the measures of every method on the gyro that the reference belongs to."""
-    truth = match.raw - match.rate
+def turning_rows(
+    recording: Trial, match: Fitted, methods: Sequence[str], seen: Floats
+) -> Iterator[Row]:
+    """Yield the measures of every method on the gyro that the reference belongs to.
 
-    def ema() -> BestEma:
-        return metrics.best_ema(match.raw, recording.log.rate, truth=truth)
+    Parameters
+    ----------
+    recording, match : Trial, Fitted
+        What methods are judged by.
+    methods : sequence of str
+        Their names.
+    seen : ndarray, shape (n, k)
+        What they are fed with: the record's data, or a contaminated copy.
+    """
+    truth = match.raw - match.rate
+    z = np.ascontiguousarray(seen[:, recording.log.names.index(match.axis)])
+
+    def gain() -> float:
+        return float(metrics.best_ema(match.raw, recording.log.rate, truth=truth).gain)
 
     for method in methods:
-        found = on_axis(method, match.raw, recording.log.rate, ema)
+        found = on_axis(method, z, recording.log.rate, gain, recording.log.unit)
         values = _measured(found, match, recording.log.rate)
         yield Row(recording.source, match.axis, method, recording.angle, values)
 
 
 def _measured(found: AxisResult, match: Fitted, rate: float) -> dict[str, float]:
-    compensated = match.raw - found.bias
+    compensated = None if found.bias is None else match.raw - found.bias
     moving = np.abs(match.rate) > MOVING
     return {
         **_motion("compensated", _error(match, compensated, rate)),
-        **_motion("smooth", None if found.smooth is None else _error(match, found.smooth, rate)),
-        "angle_drift": _angle_drift(compensated - match.rate, rate),
+        **_motion("smooth", _error(match, found.smooth, rate)),
+        "angle_drift": _angle_drift(match, compensated, rate),
         "nis_rest": consistency(found, ~moving & np.isfinite(match.rate)),
         "nis_motion": consistency(found, moving),
     }
 
 
-def _error(match: Fitted, estimate: Floats, rate: float) -> MotionError:
+def _error(match: Fitted, estimate: Floats | None, rate: float) -> MotionError | None:
+    if estimate is None:
+        return None
     return metrics.motion_error(match.rate, estimate, rate, raw=match.raw)
 
 
@@ -125,8 +140,11 @@ def _motion(name: str, error: MotionError | None) -> dict[str, float]:
     }
 
 
-def _angle_drift(wrong: Floats, rate: float) -> float:
+def _angle_drift(match: Fitted, estimate: Floats | None, rate: float) -> float:
     """Return the largest error of the integrated angle."""
+    if estimate is None:
+        return math.nan
+    wrong = estimate - match.rate
     present = wrong[np.isfinite(wrong)]
     return if_possible(lambda: np.abs(np.cumsum(present)).max() / rate)
 

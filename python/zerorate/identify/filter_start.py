@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["filter_of", "split", "to_filter"]
 
 
-Method = Literal["kf", "akf", "fading"]
+Method = Literal["kf", "akf", "fading", "robust"]
 Parts = dict[str, Floats | float]
 
 _LARGEST: Final = 3
@@ -63,7 +63,7 @@ def filter_of(
     ----------
     rate : float
         Samples a second.
-    method : {"kf", "akf", "fading"}
+    method : {"kf", "akf", "fading", "robust"}
         As for `DriftFilter`; default "fading". Adaptive R, and the weight of the process noise,
         go on as if `startup` seconds had been spent already.
     adapt_for : float or None

@@ -49,15 +49,18 @@ def format_regret(found: Regret) -> str:
 def _tables(found: Regret) -> Iterator[Table]:
     head = ("model", "optimum (deg/s)", *found.methods)
     lasting = found.lasting
+    faults = "" if found.contamination is None else f", {found.contamination}"
     summary = (_row("mean", "", found.mean), _row("worst", "", found.worst))
     if lasting.any():
-        yield Table("regret", head, (*_rows(found, lasting), *summary), note=_MEANING)
+        yield Table(f"regret{faults}", head, (*_rows(found, lasting), *summary), note=_MEANING)
     if not lasting.all():
-        yield Table("regret, transient", head, tuple(_rows(found, ~lasting)), note=_TRANSIENT)
+        yield Table(
+            f"regret, transient{faults}", head, tuple(_rows(found, ~lasting)), note=_TRANSIENT
+        )
     given = np.flatnonzero(~np.isnan(found.coverage).all(axis=0))
     if given.size:
         names = ("model", *(found.methods[i] for i in given))
-        yield Table("coverage", names, tuple(_covered(found, given)), note=_HONEST)
+        yield Table(f"coverage{faults}", names, tuple(_covered(found, given)), note=_HONEST)
 
 
 def _rows(found: Regret, chosen: npt.NDArray[np.bool_]) -> Iterator[tuple[str, ...]]:

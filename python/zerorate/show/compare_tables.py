@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Final
 
 from zerorate.compare.comparison import Comparison
-from zerorate.compare.measures import Row
+from zerorate.compare.measures import DEGRADATION, ERRORS, Row
+from zerorate.compare.methods import HINDSIGHT, WHOLE
 from zerorate.compare.trial import Kind
 from zerorate.numerals import NOTHING, or_dash
 from zerorate.show.tables import Table, as_text, bulleted
+from zerorate.simulate import Contamination
 
 __all__ = ["format_compare"]
 
@@ -126,6 +128,11 @@ _SECTIONS: Final[Mapping[Kind, tuple[_Section, ...]]] = {
 """The tables of each kind in their order; a deviation at rest comes last, for it says least."""
 
 _DAGGER: Final = "†: chosen with knowledge of the record, which no filter has"
+_DOUBLE_DAGGER: Final = "‡: sees the whole record, what comes later too, which no filter does"
+_JUDGED: Final = (
+    "fed with the contaminated record and judged by the clean one; /clean: error over that of the "
+    "same method fed with the clean record"
+)
 
 _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
     "rest": (
@@ -171,9 +178,23 @@ def _parts(found: Comparison, per_axis: bool) -> Iterator[str]:
     axes = [list(rows) for _, rows in groupby(found.rows, lambda row: (row.source, row.axis))]
     for section in _SECTIONS[found.kind]:
         alone = per_axis or len(axes) == 1
-        tables = [_of_one(section, one) for one in axes] if alone else [_of_all(section, axes)]
+        shown = section if found.contamination is None else _faulty(section, found.contamination)
+        tables = [_of_one(shown, one) for one in axes] if alone else [_of_all(shown, axes)]
         yield from (as_text(table) for table in tables if table.rows)
-    yield bulleted((*_LEGENDS[found.kind], *found.notes))
+    legends = _LEGENDS[found.kind] if found.contamination is None else (_JUDGED,)
+    marked = (_DOUBLE_DAGGER,) if set(WHOLE) & set(found.methods) else ()
+    yield bulleted((*legends, *marked, *found.notes))
+
+
+def _faulty(section: _Section, contamination: Contamination) -> _Section:
+    """Return a section of the errors alone, with the ratios to those on the clean record."""
+    errors = [one for one in section.measures if one.name.removesuffix("_over_best") in ERRORS]
+    ratios = [
+        _Measure(f"{one.name}{DEGRADATION}", f"{one.head.partition(',')[0]}/clean")
+        for one in errors
+        if one.name in ERRORS
+    ]
+    return _Section(f"{section.title}, {contamination}", (*errors, *ratios))
 
 
 def _of_one(section: _Section, rows: Sequence[Row]) -> Table:
@@ -212,4 +233,5 @@ def _with_numbers(lines: Iterable[tuple[str, ...]]) -> tuple[tuple[str, ...], ..
 
 
 def _label(row: Row) -> str:
-    return f"{row.method}†" if row.method == "ema" else row.method
+    mark = "†" if row.method == HINDSIGHT else "‡" if row.method in WHOLE else ""
+    return f"{row.method}{mark}"

@@ -70,8 +70,9 @@ def plot_replay(replay: Replay) -> Figure:
     matplotlib.figure.Figure
         Rows: raw rate and drift; then of a published method measurement noise and Kalman gain, and
         the ARMA coefficients; of "auto" the bias with two standard deviations, and the noise and
-        the drift that were learned; last Allan deviations before and after. Motion is shaded. No
-        global state of matplotlib is used. Up to three axes are 180 mm wide at most, for a page.
+        the drift that were learned; last Allan deviations before and after. Motion is shaded, and
+        so is a stuck or saturated sensor. No global state of matplotlib is used. Up to three axes
+        are 180 mm wide at most, for a page.
 
     Raises
     ------
@@ -175,8 +176,11 @@ def _caption(replay: Replay, shown: int, width: int) -> str:
 
 
 def _last_sentence(replay: Replay) -> str:
-    moved = replay.readings is not None and not replay.readings.at_rest.all()
+    lost = replay.lost
+    moved = replay.readings is not None and not (replay.readings.at_rest | lost).all()
     sentences = [] if replay.method == "auto" else ["Dotted: end of learning."]
     if moved:
-        sentences.append("Shaded over time: motion; Allan deviations are of the rest.")
+        sentences.append("Shaded over time: motion, or no rest seen yet; Allan deviations are of the rest.")
+    if lost.any():
+        sentences.append("Shaded rose: the sensor was stuck or saturated.")
     return " ".join(sentences)

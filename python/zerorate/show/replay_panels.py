@@ -17,12 +17,13 @@ from zerorate.show.style import (
     GREY,
     MA_COLOURS,
     ORANGE,
+    ROSE,
     SKY,
     VERMILION,
     time_unit,
     write_in_middle,
 )
-from zerorate.types import Floats
+from zerorate.types import Booleans, Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,7 +63,7 @@ def draw_rate(axes: Axes, replay: Replay, i: int) -> None:
     t, y = outline(filtered, rate)
     label = "bias" if replay.output == "compensated" else "filtered"
     axes.plot(t / seconds, y, color=VERMILION, lw=0.5, label=label)
-    _shade_motion(axes, replay, i)
+    _shade(axes, replay, i)
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / rate) / seconds)
     axes.set_ylim(*limits(np.concatenate((least, most)), 0.15, 0.35))
     axes.set_xlabel(f"time [{unit}]")
@@ -190,7 +191,7 @@ def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
     axes.plot(
         times / seconds, means, color=SKY, lw=0.0, marker="o", ms=1.8, label=label, zorder=1.5
     )
-    _shade_motion(axes, replay, i)
+    _shade(axes, replay, i)
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
     late = t > t[-1] / 10.0
     axes.set_ylim(
@@ -263,20 +264,28 @@ def _means_at_rest(replay: Replay, i: int) -> tuple[Floats, Floats]:
         return centre, np.where(counts > 0.0, sums * (z.size / counts), np.nan)
 
 
-def _shade_motion(axes: Axes, replay: Replay, i: int) -> None:
-    """Shade the times in motion behind all else, each at least as wide as can be seen."""
-    if replay.readings is None or replay.readings.at_rest[:, i].all():
+def _shade(axes: Axes, replay: Replay, i: int) -> None:
+    """Shade the times in motion, and those of a stuck or saturated sensor, behind all else."""
+    lost = replay.lost[:, i]
+    if replay.readings is not None:
+        _shade_where(axes, replay, ~(replay.readings.at_rest[:, i] | lost), GREY)
+    _shade_where(axes, replay, lost, ROSE)
+
+
+def _shade_where(axes: Axes, replay: Replay, there: Booleans, colour: str) -> None:
+    """Shade these samples, each as wide at least as can be seen."""
+    if not there.any():
         return
-    rest, n = replay.readings.at_rest[:, i], replay.log.n
-    starts = parts(n, 2 * BUCKETS)
-    edges = np.append(starts, n) / replay.log.rate / time_unit(replay.log.duration)[1]
-    moved = np.concatenate(([False], ~np.logical_and.reduceat(rest, starts), [False]))
-    begins, ends = edges[moved[1:] & ~moved[:-1]], edges[moved[:-1] & ~moved[1:]]
+    starts = parts(replay.log.n, 2 * BUCKETS)
+    edges = np.append(starts, replay.log.n) / replay.log.rate
+    edges /= time_unit(replay.log.duration)[1]
+    shaded = np.concatenate(([False], np.logical_or.reduceat(there, starts), [False]))
+    begins, ends = edges[shaded[1:] & ~shaded[:-1]], edges[shaded[:-1] & ~shaded[1:]]
     axes.broken_barh(
         list(zip(begins, ends - begins, strict=True)),
         (0.0, 1.0),
         transform=axes.get_xaxis_transform(),
-        color=GREY,
+        color=colour,
         lw=0.0,
         zorder=0.5,
     )

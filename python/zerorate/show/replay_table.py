@@ -13,6 +13,7 @@ from zerorate.run.replay import Score, Summary
 from zerorate.run.replay.history import last_known, noise_units
 from zerorate.run.replay.result import extra_names, unlearned
 from zerorate.show.tables import WIDTH, Table, aligned, as_text, bulleted
+from zerorate.types import Integers
 
 __all__ = ["format_learned", "format_notes", "format_table"]
 
@@ -24,8 +25,9 @@ _COMPENSATED: Final = (
     "Measured is the drift that a method finds; the filtered log is raw minus it, as noisy as raw."
 )
 _LEARNED: Final = (
-    "White noise as angle random walk, drift as rate random walk; 63 %: the time in which the bias "
-    "follows a small step; bias and its standard deviation as they are at the end."
+    "Motion counts the wait for the first rest. White noise as angle random walk, drift as rate "
+    "random walk; 63 %: the time in which the bias follows a small step; bias and its standard "
+    "deviation as they are at the end."
 )
 _ANGLE: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 1.0 / 3600.0)}
 
@@ -146,7 +148,7 @@ def _on_log(replay: Summary) -> Iterator[str]:
         counts = zip(header.names, missing.tolist(), strict=True)
         listed = ", ".join(f"{name} {n}" for name, n in counts if n)
         yield f"missing samples, predicted and not corrected: {listed} of {header.n}"
-
+    yield from replay.left_out.sentences(header.names, header.n, replay.limit)
     for name, restarts in zip(replay.header.names, replay.restarts.tolist(), strict=True):
         if restarts:
             times = "once" if restarts == 1 else f"{restarts} times"
@@ -168,20 +170,33 @@ def _on_memory(replay: Summary) -> Iterator[str]:
 
 
 def _on_motion(replay: Summary) -> Iterator[str]:
-    header, rested = replay.header, replay.seen.at_rest
-    if rested is None or (rested == header.n).all():
+    moved = _moved(replay)
+    if moved is None or not moved.any():
         return
-    moved = zip(header.names, (header.n - rested) / header.rate, strict=True)
-    listed = ", ".join(f"{name} {seconds:.4g} s" for name, seconds in moved if seconds)
-    yield f"in motion, where the drift is held: {listed}; all measures are of the rest"
+    seconds = zip(replay.header.names, moved / replay.header.rate, strict=True)
+    listed = ", ".join(f"{name} {time:.4g} s" for name, time in seconds if time)
+    yield (
+        f"in motion, or not yet seen to rest, where nothing is learned: {listed}; all measures are "
+        "of the rest"
+    )
+
+
+def _moved(replay: Summary) -> Integers | None:
+    """Return how many samples of each axis were neither of the rest nor of a stuck sensor."""
+    seen = replay.seen
+    if seen.at_rest is None or seen.stuck is None:
+        return None
+    return replay.header.n - seen.at_rest - seen.stuck
 
 
 def _on_output(replay: Summary) -> Iterator[str]:
     if replay.output == "compensated":
-        columns = next(extra_names(replay.header.names, replay.header.unit))
+        limited = replay.limit is not None
+        columns = next(extra_names(replay.header.names, replay.header.unit, limited))
+        lost = "a stuck and a saturated sensor" if limited else "a stuck sensor"
         yield (
             "the filtered log holds raw minus drift under the names of the raw columns, and "
-            f"{', '.join(columns)} and so on: the drift, its standard deviation, and rest"
+            f"{', '.join(columns)} and so on: the drift, its standard deviation, rest, and {lost}"
         )
 
 
@@ -207,10 +222,10 @@ def _learned_rows(replay: Summary) -> Iterator[tuple[str, ...]]:
 
 
 def _times(replay: Summary, i: int) -> tuple[str, str]:
-    if replay.seen.at_rest is None:
+    rested, moved = replay.seen.at_rest, _moved(replay)
+    if rested is None or moved is None:
         return "-", "-"
-    rest = float(replay.seen.at_rest[i]) / replay.header.rate
-    return f"{rest:.1f}", f"{replay.header.duration - rest:.1f}"
+    return f"{rested[i] / replay.header.rate:.1f}", f"{moved[i] / replay.header.rate:.1f}"
 
 
 def _bias(replay: Summary, i: int) -> str:

@@ -26,6 +26,7 @@ __all__ = [
     "MM",
     "ORANGE",
     "PURPLE",
+    "ROSE",
     "SKY",
     "VERMILION",
     "Corner",
@@ -51,6 +52,7 @@ BLUE: Final = "#0072B2"
 VERMILION: Final = "#D55E00"
 PURPLE: Final = "#CC79A7"
 GREY: Final = "#DDDDDD"
+ROSE: Final = "#F4CFE0"
 
 AR_COLOURS: Final = (BLUE, SKY, GREEN)
 MA_COLOURS: Final = (VERMILION, ORANGE, PURPLE)

@@ -11,7 +11,7 @@ from zerorate.simulate import sequences
 from zerorate.simulate.devices import Device
 from zerorate.types import Floats
 
-__all__ = ["not_negative", "simulate"]
+__all__ = ["not_negative", "simulate", "whole"]
 
 
 _MOST_SAMPLES: Final = 10**9
@@ -100,8 +100,8 @@ def simulate(
     ((6000,), 1.0)
     """
     n = _samples(rate, duration)
-    whole_seed = _whole("seed", seed, 0)
-    n_axes = 1 if axes is None else _whole("axes", axes, 1)
+    whole_seed = whole("seed", seed, 0)
+    n_axes = 1 if axes is None else whole("axes", axes, 1)
     noise, step, bias_sigma = _parts(model, resolution, turn_on_bias)
     signal, truth = np.empty((n, n_axes)), np.empty((n, n_axes))
     for i, axis_seed in enumerate(np.random.SeedSequence(whole_seed).spawn(n_axes)):
@@ -182,7 +182,8 @@ def _samples(rate: float, duration: float) -> int:
     return round(n)
 
 
-def _whole(name: str, value: int, least: int) -> int:
+def whole(name: str, value: int, least: int) -> int:
+    """Return a number that must be whole and from `least`."""
     if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
         raise ValueError(f"{name} must be a whole number from {least}, got {value!r}")
     return int(value)

@@ -17,6 +17,8 @@
 #![deny(unsafe_code)]
 
 pub mod allan;
+#[cfg(feature = "std")]
+pub mod denoise;
 pub mod drift;
 mod error;
 #[cfg(feature = "std")]
@@ -31,8 +33,9 @@ pub mod stream;
 pub mod work;
 
 pub use drift::{
-    AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Method, Params,
-    RecursiveLeastSquares, RestGated, RlsParams, Start, Status, Tally,
+    AutoFilter, AutoParams, Behaviour, DriftFilter, DriftStream, Method, Params, PublishedFilter,
+    RecursiveLeastSquares, RestGated, RlsParams, RobustFilter, RobustParams, Start, Status, Tally,
+    Zones,
 };
 pub use error::Error;
 pub use rest::{Event, RestDetector, RestLimits, Tick};

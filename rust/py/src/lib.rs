@@ -3,6 +3,7 @@
 
 mod allan;
 mod common;
+mod denoise;
 mod deviations;
 mod drift;
 mod identify;
@@ -17,6 +18,8 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use crate::allan::{AllanNoise, StreamingAllan};
+    #[pymodule_export]
+    use crate::denoise::{WaveletDenoiser, denoise, wavelet_decomposition};
     #[pymodule_export]
     use crate::deviations::{allan_deviations, longest_factor};
     #[pymodule_export]

@@ -26,7 +26,7 @@ Progress = Callable[[int, int], None]
 """Called with the logs that are through, and all that are to do."""
 
 _TEXTS: Final = ("log", "axis", "status", "error", "unit")
-_COUNTS: Final = ("samples", "missing")
+_COUNTS: Final = ("samples", "missing", "saturated", "outliers", "stuck")
 _NUMBERS: Final = (
     "seconds",
     "rate",

@@ -13,7 +13,7 @@ from zerorate._native import __version__
 from zerorate.io import LogError, atomic_path, open_log
 from zerorate.io.log import checked_rate, notes_of
 from zerorate.io.names import canonical_unit
-from zerorate.options import StreamOptions, checked_options
+from zerorate.options import StreamOptions, checked_options, with_limits
 from zerorate.run.replay import Score, Summary, replay_to_file
 from zerorate.run.replay.history import last_known
 from zerorate.run.replay.result import unlearned
@@ -46,7 +46,9 @@ class Settings:
         Of the filtered logs; default Parquet.
     **options
         Arguments of `zerorate.DriftFilter`. The method is "auto" by default, and the output what
-        the method is for: the compensated rate of "auto", the estimate of the others.
+        the method is for: the compensated rate of "auto", the estimate of the others. Of a log
+        whose unit is known `rest_limit` is 3 deg/s and `bias_limit` 20 deg/s unless they are
+        given; None is no limit.
 
     Raises
     ------
@@ -218,6 +220,7 @@ def _filter(task: Task) -> Summary:
     Record.discard(task.output)
     options = dict(settings.options)
     method, output = options.pop("method"), options.pop("output", None)
+    options = with_limits(options, [method], recording.header.unit)
     return replay_to_file(
         recording, task.output, methods=[method], output=output, force=True, **options
     )
@@ -246,6 +249,7 @@ def _rows(result: Summary) -> tuple[Row, ...]:
             "rate": result.header.rate,
             "samples": result.header.n,
             "missing": int(result.seen.missing[i]),
+            **{name: int(counts[i]) for name, counts in vars(result.left_out).items()},
             **_scores("raw", scores[axis, "raw"], result.horizons),
             **_scores("drift", scores[axis, result.method], result.horizons),
             "reduction": _number(scores[axis, result.method].reduction),

@@ -65,6 +65,12 @@ class Layout:
     sequence: int | None
     names: tuple[str, ...] | None
 
+    @property
+    def labels(self) -> list[str]:
+        """What the channels are called: their names, else their positions."""
+        names = self.names or tuple(f"column {i}" for i in range(self.fields))
+        return [names[i] for i in self.channels]
+
     def row(self, cells: Sequence[str]) -> list[float]:
         """Return the sample in the cells of a line, one number a channel; LineError if none."""
         self._check_count(cells)
@@ -185,6 +191,8 @@ class Beside(StrEnum):
     bias = "bias"
     bias_sigma = "bias_sigma"
     at_rest = "at_rest"
+    saturated = "saturated"
+    stuck = "stuck"
 
 
 def answer(rate: _Column, filter_: DriftFilter, beside: Sequence[Beside]) -> str:
@@ -208,6 +216,6 @@ def header(names: Iterable[str], beside: Sequence[Beside]) -> str:
 
 
 def _texts(column: _Column) -> list[str]:
-    # The shortest text that gives the same float again; rest as 0 or 1.
+    # The shortest text that gives the same float again; a flag as 0 or 1.
     values = column.tolist() if isinstance(column, np.ndarray) else [column]
     return [repr(value) if type(value) is float else str(int(value)) for value in values]

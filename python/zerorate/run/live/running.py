@@ -1,5 +1,6 @@
 """The filter of a stream, which no gap may stop from answering."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -43,7 +44,10 @@ class Running:
     def __post_init__(self) -> None:
         """Derive how much is predicted in between."""
         self._width = self.filter.channels or 1
-        self._compensates = self.filter.params["output"] == "compensated"
+        params = self.filter.params
+        # A sample at the end of the sensor's range is missing.
+        self._limit = math.inf if params["limit"] is None else params["limit"]
+        self._compensates = params["output"] == "compensated"
         # Two at least: the sample that comes meanwhile is owed as well.
         self._piece = max(2, int(_A_SECOND / (self.filter.rate * self._width)))
 
@@ -67,9 +71,9 @@ class Running:
     def _held(self, row: list[float]) -> Any:  # noqa: ANN401  # a float, or one a channel
         if not self._compensates:
             return self.filter.estimate
-        if self.filter.channels is None:
-            return row[0] - self.filter.bias
-        return np.array(row) - self.filter.bias
+        z = np.array(row)
+        held = np.where(np.abs(z) < self._limit, z, np.nan) - self.filter.bias
+        return float(held[0]) if self.filter.channels is None else held
 
     def _predict(self, most: int) -> None:
         count = min(most, self.owed)

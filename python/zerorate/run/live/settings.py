@@ -23,7 +23,8 @@ class Settings:
     rate : float
         Samples a second.
     beside : tuple of str
-        Further columns of an answer: ``"bias"``, ``"bias_sigma"``, ``"at_rest"``.
+        Further columns of an answer: ``"bias"``, ``"bias_sigma"``, ``"at_rest"``,
+        ``"saturated"``, ``"stuck"``.
     columns : tuple of str or int, optional
         Channels by name or position; None is all but the sequence number.
     sequence : str or int, optional

@@ -1,7 +1,9 @@
 """A filter that takes lines and answers lines, and can be saved between any two."""
 
+from collections.abc import Iterator
 from typing import Self
 
+from zerorate.run.left_out import LeftOut
 from zerorate.run.live.checkpoint import State, check_settings, packed, unpacked
 from zerorate.run.live.lines import Layout, LineError, cells_of, find_layout, header, no_answer
 from zerorate.run.live.running import Running
@@ -117,6 +119,14 @@ class LineStream:
         stream.samples, stream._lines = state.samples, state.lines
         stream._filter = Running(state.filter, state.settings.beside, state.owed)
         return stream
+
+    def sentences(self) -> Iterator[str]:
+        """Yield what there is to say of the samples that the filter has left out so far."""
+        if self._layout is None:
+            return
+        names, filter_ = self._known.labels, self._running.filter
+        limit = self.settings.options["limit"]
+        yield from LeftOut.of(filter_).sentences(names, filter_.samples_seen, limit)
 
     def _open(self, layout: Layout) -> None:
         filter_ = self.settings.filter(len(layout.channels))

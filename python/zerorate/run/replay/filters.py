@@ -9,62 +9,75 @@ from typing import Any, Final, Literal, cast, get_args
 import numpy as np
 
 from zerorate._native import DriftFilter
-from zerorate.options import FilterOptions, check_used, used_by
+from zerorate.io.log import Header
+from zerorate.options import FilterOptions, check_used, used_by, with_limits
 from zerorate.run.replay.history import Recorder, moments
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Block", "Filters", "Output"]
+__all__ = ["Block", "Filters", "Output", "within_range"]
 
 Output = Literal["estimate", "compensated"]
-_Noted = tuple[Floats, Booleans]
-"""Standard deviation of the drift, and rest, to be filled."""
+_Noted = tuple[Floats, Booleans, Booleans]
+"""Standard deviation of the drift, rest, and a stuck sensor, to be filled."""
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
     """Samples from `first` on of k axes, and what the filters said of them; arrays are (k, n).
 
-    `drift` is by method; `bias_sigma` and `at_rest` are of the chosen one, where they are noted.
+    `raw` is without saturated samples, which are missing. `drift` is by method; `bias_sigma`,
+    `at_rest` and `stuck` are of the chosen one, where they are noted; `saturated` is there where
+    the range of the sensor is known.
     """
 
     first: int
     raw: Floats
     drift: Mapping[str, Floats]
-    bias_sigma: Floats | None
-    at_rest: Booleans | None
+    bias_sigma: Floats | None = None
+    at_rest: Booleans | None = None
+    stuck: Booleans | None = None
+    saturated: Booleans | None = None
 
     @property
     def end(self) -> int:
         """The sample after the last."""
         return self.first + int(self.raw.shape[1])
 
+    @property
+    def rest(self) -> Booleans | None:
+        """Where the sensor rested: a stuck one may as well have moved."""
+        if self.at_rest is None or self.stuck is None:
+            return self.at_rest
+        return self.at_rest & ~self.stuck
+
 
 class Filters:
     """New filters of k axes by method, the last of which is the chosen one and is watched.
 
-    Each is given those of the options that its method uses.
+    Each is given those of the options that its method uses, and the limit of rest where the unit
+    of the log is known.
     """
 
     def __init__(
         self,
-        n: int,
-        rate: float,
-        channels: int,
+        header: Header,
         methods: Sequence[str],
         output: Output | None,
         options: FilterOptions,
     ) -> None:
-        listed = _checked(methods)
+        listed, channels = _checked(methods), header.channels
         given = cast(dict[str, Any], options)
+        known = with_limits(given, listed, header.unit, ["rest_limit"])
         self.runs = {
-            method: _Run(rate, channels, method, used_by(method, given)) for method in listed
+            method: _Run(header.rate, channels, method, used_by(method, known)) for method in listed
         }
         check_used(given, listed)
         self.output: Final = _output(output, self.chosen)
         self.recorder = Recorder()
         self.holds = self.chosen.params["motion"] == "hold"
         self.notes = self.holds or self.chosen.method == "auto" or self.output == "compensated"
-        self._moments = moments(n)
+        self.limit: Final = self.chosen.params["limit"]
+        self._moments = moments(header.n)
         self._known = np.zeros(channels, dtype=np.bool_)
 
     @property
@@ -76,10 +89,12 @@ class Filters:
         """Yield what becomes of each block (k, n)."""
         for raw in raws:
             first = self.chosen.samples_seen
-            noted = (np.empty_like(raw), np.empty(raw.shape, dtype=np.bool_))
-            drift = self._drift(raw, first, executor, noted if self.notes else None)
-            self._blank_before_first(raw, drift)
-            yield Block(first, raw, drift, *(noted if self.notes else (None, None)))
+            noted = _room(raw) if self.notes else None
+            drift = self._drift(raw, first, executor, noted)
+            counted, saturated = within_range(raw, self.limit)
+            self._blank_before_first(counted, drift)
+            sigma, at_rest, stuck = noted or (None, None, None)
+            yield Block(first, counted, drift, sigma, at_rest, stuck, saturated)
 
     def _drift(
         self, raw: Floats, first: int, executor: Executor, noted: _Noted | None
@@ -125,7 +140,7 @@ class _Run:
         first = 0
         for stop in dict.fromkeys((*stops, raw.shape[1])):
             part = np.s_[:, first:stop]
-            piece = None if noted is None else (noted[0][part], noted[1][part])
+            piece = None if noted is None else (noted[0][part], noted[1][part], noted[2][part])
             self._advance(raw[part], drift[part], piece)
             if stop in stops:
                 recorder.take(self.filter)
@@ -135,7 +150,7 @@ class _Run:
     def _advance(self, raw: Floats, drift: Floats, noted: _Noted | None = None) -> None:
         # Only the processor's time of this thread counts.
         begin = time.thread_time()
-        self.filter._replay(raw, drift, *(noted or ()))
+        self.filter._replay(raw, drift, noted)
         self._seconds += time.thread_time() - begin
 
     @property
@@ -143,6 +158,18 @@ class _Run:
         """Samples per second on one core, the axes counted one by one."""
         samples = self.filter.samples_seen * len(self.filter.ready)
         return samples / self._seconds if self._seconds > 0.0 else np.nan
+
+
+def within_range(raw: Floats, limit: float | None) -> tuple[Floats, Booleans | None]:
+    """Return samples without those at the end of the sensor's range, and which these are."""
+    if limit is None:
+        return raw, None
+    saturated = (np.abs(raw) >= limit) & np.isfinite(raw)
+    return np.where(saturated, np.nan, raw), saturated
+
+
+def _room(raw: Floats) -> _Noted:
+    return np.empty_like(raw), np.empty(raw.shape, np.bool_), np.empty(raw.shape, np.bool_)
 
 
 def _output(asked: Output | None, filter_: DriftFilter) -> Output:

@@ -49,29 +49,32 @@ class Score:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """Integers of each axis' samples, shape (k,).
+    """Counts of each axis' samples, shape (k,).
 
     Parameters
     ----------
     missing, present : ndarray of int64
-        Samples that are NaN, and that are finite.
+        Samples that are NaN or saturated, and the others.
     equal : ndarray of bool
         Whether all that are present are equal.
-    at_rest : ndarray of int64 or None
-        Samples at which the chosen filter learned, where that was noted.
+    at_rest, stuck : ndarray of int64 or None
+        Samples at which the chosen filter took the sensor to rest, and to be stuck, where that was
+        noted.
     """
 
     missing: Integers
     present: Integers
     equal: Booleans
     at_rest: Integers | None
+    stuck: Integers | None
 
 
 class Measures:
     """Scores of every axis, raw and of each method's drift; `truth` has shape (k, n).
 
     Of a sensor that moves only what it shows at rest says something: if the chosen filter `holds`
-    the drift in motion, the scores are of where it is certain of rest.
+    the drift in motion, the scores are of where it is certain of rest. A stuck sensor does not
+    rest.
     """
 
     def __init__(
@@ -87,6 +90,7 @@ class Measures:
         self._lengths = [round(horizon * header.rate) for horizon in horizons]
         self._used = [i for i, m in enumerate(self._lengths) if 1 <= m < header.n]
         self._notes = False
+        self._stuck = np.zeros(header.channels, dtype=np.int64)
         self._native = ReplayScores(
             header.channels,
             len(self._methods),
@@ -96,10 +100,13 @@ class Measures:
 
     def take(self, block: Block) -> None:
         """Measure one block."""
-        self._notes = block.at_rest is not None
+        rest = block.rest
+        self._notes = rest is not None
+        if block.stuck is not None:
+            self._stuck += np.count_nonzero(block.stuck, axis=1)
         drift = [block.drift[method] for method in self._methods]
         truth = None if self._truth is None else self._truth[:, block.first : block.end]
-        self._native.take(block.raw, drift, block.at_rest, truth)
+        self._native.take(block.raw, drift, rest, truth)
 
     def finish(self) -> tuple[tuple[Score, ...], Seen]:
         """Return the scores and what was seen, when all blocks have come."""
@@ -109,6 +116,7 @@ class Measures:
             present=found["present"],
             equal=found["least"] == found["most"],
             at_rest=found["at_rest"] if self._notes else None,
+            stuck=self._stuck if self._notes else None,
         )
         return tuple(self._scores(_Found(**{name: found[name] for name in _NAMES}))), seen
 

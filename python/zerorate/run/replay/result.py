@@ -9,8 +9,9 @@ import numpy as np
 from zerorate.io import Log
 from zerorate.io.log import Header
 from zerorate.io.names import split_unit, with_suffix
+from zerorate.run.left_out import LeftOut
 from zerorate.run.replay.allan import AllanCurves
-from zerorate.run.replay.filters import Output
+from zerorate.run.replay.filters import Output, within_range
 from zerorate.run.replay.history import History
 from zerorate.run.replay.measures import Score, Seen, onset
 from zerorate.types import Booleans, Floats, Integers
@@ -28,6 +29,7 @@ __all__ = [
 ]
 
 _NO_REST: Final = "no rest yet"
+_PROVISIONAL: Final = "provisional"
 
 Columns = dict[str, Floats | Booleans]
 
@@ -41,21 +43,29 @@ class Readings:
     bias_sigma : ndarray, shape (n, k)
         Standard deviation of the drift, in the unit of the data.
     at_rest : ndarray of bool, shape (n, k)
-        Whether the filter learned.
+        Whether the filter took the sensor to rest.
+    stuck : ndarray of bool, shape (n, k)
+        Whether the sensor was stuck at one value.
     """
 
     bias_sigma: Floats
     at_rest: Booleans
+    stuck: Booleans
+
+    @property
+    def rest(self) -> Booleans:
+        """Where the sensor rested, shape (n, k): a stuck one may as well have moved."""
+        return self.at_rest & ~self.stuck
 
     def certain_rest(self, rate: float) -> Booleans:
-        """Return `at_rest` without the samples in which a motion began unseen, shape (n, k).
+        """Return `rest` without the samples in which a motion began unseen, shape (n, k).
 
         Rest is judged by ticks of a quarter of a second, four samples at least; a motion is seen
         at the end of the tick in which it began, or of the next.
         """
-        rest = self.at_rest.copy()
+        rest = self.rest
         before = onset(rate)
-        begins = np.argwhere(self.at_rest[:-1] & ~self.at_rest[1:])
+        begins = np.argwhere(rest[:-1] & ~rest[1:])
         for i, axis in begins:
             rest[max(0, i + 1 - before) : i + 1, axis] = False
         return rest
@@ -95,6 +105,8 @@ class Summary:
         Time in which the chosen filter makes 63 % of a step, s.
     seen : Seen
         How many samples were missing, and at rest.
+    left_out : LeftOut
+        How many samples the chosen filter left out although they were there.
     """
 
     header: Header
@@ -111,6 +123,13 @@ class Summary:
     history: History
     memory: Floats
     seen: Seen
+    left_out: LeftOut
+
+    @property
+    def limit(self) -> float | None:
+        """End of the sensor's range, in the unit of the log, where it is known."""
+        limit: float | None = self.params["limit"]
+        return limit
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -141,36 +160,60 @@ class Replay(Summary):
         return self.filtered[self.method]
 
     @property
+    def saturated(self) -> Booleans | None:
+        """Which samples are at the end of the sensor's range, shape (n, k), where that is known."""
+        return within_range(self.log.data, self.limit)[1]
+
+    @property
+    def lost(self) -> Booleans:
+        """Where the sensor was stuck, or saturated, shape (n, k)."""
+        lost = np.zeros(self.log.data.shape, dtype=np.bool_)
+        for part in (self.saturated, None if self.readings is None else self.readings.stuck):
+            if part is not None:
+                lost |= part
+        return lost
+
+    @property
     def filtered_log(self) -> Log:
         """The log after the chosen method: the drift, or the compensated rate."""
         if self.output == "estimate":
             return self.log.with_data(self.drift)
-        return self.log.with_data(compensated(self.log.data, self.drift))
+        counted, _ = within_range(self.log.data, self.limit)
+        return self.log.with_data(compensated(counted, self.drift))
 
     @property
     def beside(self) -> Columns:
-        """Columns written next to a compensated log, for each axis: drift, its sigma, rest."""
+        """Columns written next to a compensated log, for each axis: drift, its sigma, rest ..."""
         if self.output == "estimate" or self.readings is None:
             return {}
-        sigma, at_rest = self.readings.bias_sigma.T, self.readings.at_rest.T
-        return extra_columns(self.log.names, self.log.unit, self.drift.T, sigma, at_rest)
+        noted, saturated = self.readings, self.saturated
+        flags = (noted.at_rest, noted.stuck, *(() if saturated is None else (saturated,)))
+        turned = (flag.T for flag in flags)
+        return extra_columns(
+            self.log.names, self.log.unit, self.drift.T, noted.bias_sigma.T, *turned
+        )
 
 
 def unlearned(replay: Summary) -> Iterator[str]:
-    """Yield a sentence on each axis of which the chosen filter learned nothing."""
+    """Yield a sentence on each axis of which the chosen filter learned nothing for certain."""
     needed, seen = max(10, round(replay.params["startup"] * replay.header.rate)), replay.seen
     for i, name in enumerate(replay.header.names):
-        present = int(seen.present[i])
-        if replay.status[i] == _NO_REST:
-            yield f"{name}: no rest was found, so no drift is known: a filter learns while it rests"
-        elif replay.ready[i] or present == 0:
+        present, ready = int(seen.present[i]), bool(replay.ready[i])
+        if present == 0:
             continue
-        elif seen.equal[i] and present >= needed:
+        if not ready and seen.equal[i] and present >= needed:
             yield f"{name}: all samples are equal, so no noise, model or gain was learned"
-        else:
+        elif replay.status[i] == _NO_REST and present >= needed:
+            yield f"{name}: no rest was found, so no drift is known: a filter learns while it rests"
+        elif not ready:
             yield (
                 f"{name}: start-up not finished: it needs {needed} samples, has {present}: "
                 "no noise, model or gain was learned"
+            )
+        elif replay.status[i] == _PROVISIONAL:
+            yield (
+                f"{name}: what was learned as rest may be motion: nothing louder was seen, and it "
+                "did not last a minute; rest_limit= tells them apart"
             )
 
 
@@ -182,23 +225,24 @@ def compensated(raw: Floats, drift: Floats) -> Floats:
         return raw - drift if there.all() else np.where(there, raw - drift, np.nan)
 
 
-def extra_names(names: Sequence[str], unit: str) -> Iterator[tuple[str, str, str]]:
-    """Yield the names of the columns next to a compensated log: drift, its deviation, rest."""
+def extra_names(names: Sequence[str], unit: str, limited: bool) -> Iterator[tuple[str, ...]]:
+    """Yield the names of the columns next to a compensated log, axis by axis.
+
+    They are drift, its deviation, rest, a stuck sensor and, if there is a limit, a saturated one.
+    """
+    flags = ("at_rest", "stuck", "saturated") if limited else ("at_rest", "stuck")
     for name in names:
-        dimensional = with_suffix(name, unit)
-        yield f"bias_{dimensional}", f"bias_sigma_{dimensional}", f"at_rest_{split_unit(name)[0]}"
+        dimensional, bare = with_suffix(name, unit), split_unit(name)[0]
+        of_flags = (f"{flag}_{bare}" for flag in flags)
+        yield f"bias_{dimensional}", f"bias_sigma_{dimensional}", *of_flags
 
 
 def extra_columns(
-    names: Sequence[str],
-    unit: str,
-    drift: Floats,
-    sigma: Floats,
-    at_rest: Booleans,
+    names: Sequence[str], unit: str, drift: Floats, sigma: Floats, *flags: Booleans
 ) -> Columns:
-    """Return those columns by name, of arrays (k, n)."""
+    """Return those columns by name, of arrays (k, n); as many flags as there are names of them."""
     columns: Columns = {}
-    for i, listed in enumerate(extra_names(names, unit)):
+    for i, listed in enumerate(extra_names(names, unit, limited=len(flags) > 2)):
         known = np.where(np.isnan(drift[i]), np.nan, sigma[i])
-        columns |= zip(listed, (drift[i], known, at_rest[i]), strict=True)
+        columns |= zip(listed, (drift[i], known, *(flag[i] for flag in flags)), strict=True)
     return columns

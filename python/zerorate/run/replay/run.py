@@ -16,8 +16,9 @@ from zerorate.io.reading import notes_on_missing
 from zerorate.io.writing import column_names
 from zerorate.options import METHODS, FilterOptions
 from zerorate.progress import Progress, silent
+from zerorate.run.left_out import LeftOut
 from zerorate.run.replay.allan import AllanCurves, allan_curves
-from zerorate.run.replay.filters import Block, Filters, Output
+from zerorate.run.replay.filters import Block, Filters, Output, within_range
 from zerorate.run.replay.history import memory
 from zerorate.run.replay.measures import Measures
 from zerorate.run.replay.result import (
@@ -69,7 +70,8 @@ def replay(
     progress : callable, optional
         Called in this thread with a step's name and the fraction of it that is done.
     **options
-        Arguments of `zerorate.DriftFilter`, each for those of the methods that use it.
+        Arguments of `zerorate.DriftFilter`, each for those of the methods that use it. If the unit
+        of the log is known, `rest_limit` is 3 deg/s unless it is given; None is no limit.
 
     Returns
     -------
@@ -94,7 +96,7 @@ def replay(
     """
     report = silent if progress is None else progress
     source = LogFile.of(log)
-    filters = Filters(log.n, log.rate, log.channels, methods, output, options)
+    filters = Filters(source.header, methods, output, options)
     known = None if truth is None else _like(truth, log)
     measures = Measures(source.header, list(filters.runs), horizons, filters.holds, known)
     series = _Series(log.data.shape, list(filters.runs), filters.notes)
@@ -178,7 +180,7 @@ def replay_to_file(
         write_log(result.filtered_log, path, force=force, beside=result.beside)
         return result
     header = recording.header
-    filters = Filters(header.n, header.rate, header.channels, methods, output, options)
+    filters = Filters(header, methods, output, options)
     measures = Measures(header, list(filters.runs), horizons, filters.holds)
     with atomic_path(path, force) as temporary:
         with _FilteredFile(temporary, recording, filters) as file:
@@ -211,7 +213,8 @@ def _summary(
     """Return what is said of a recording of which all blocks are through."""
     scores, seen = measures.finish()
     if not seen.present.any():
-        raise LogError("no axis holds a sample: all are missing")
+        saturated = "" if filters.limit is None else f", or beyond the limit of {filters.limit:g}"
+        raise LogError(f"no axis holds a sample: all are missing{saturated}")
     header = recording.header
     chosen, history = filters.chosen, filters.recorder.history()
     return Summary(
@@ -231,6 +234,7 @@ def _summary(
         history=history,
         memory=memory(history, chosen.order, header.rate),
         seen=seen,
+        left_out=LeftOut.of(chosen),
     )
 
 
@@ -241,7 +245,8 @@ class _Series:
         # An axis after the other, as everything that measures or writes them wants them.
         turned = shape[::-1]
         self._drift = {method: np.empty(turned) for method in methods}
-        self._noted = (np.empty(turned), np.empty(turned, dtype=np.bool_)) if notes else None
+        kinds = (np.float64, np.bool_, np.bool_)
+        self._noted = [np.empty(turned, dtype=kind) for kind in kinds] if notes else None
 
     def take(self, block: Block) -> None:
         """Put one block in its place."""
@@ -249,7 +254,9 @@ class _Series:
         for method, drift in self._drift.items():
             drift[place] = block.drift[method]
         if self._noted is not None:
-            self._noted[0][place], self._noted[1][place] = block.bias_sigma, block.at_rest
+            parts = (block.bias_sigma, block.at_rest, block.stuck)
+            for noted, part in zip(self._noted, parts, strict=True):
+                noted[place] = part
 
     @property
     def filtered(self) -> dict[str, Floats]:
@@ -271,7 +278,7 @@ class _FilteredFile(RowGroups):
         # Not the filter itself: it works on the next block while this one is written.
         self._method = filters.chosen.method
         self._compensates = filters.output == "compensated"
-        every = list(extra_names(header.names, header.unit))
+        every = extra_names(header.names, header.unit, limited=filters.limit is not None)
         others = [name for names in every for name in names] if self._compensates else []
         names = column_names(header.names, header.unit, others)
         super().__init__(path, [TIME_NAME, *names, *others], about(header))
@@ -280,19 +287,20 @@ class _FilteredFile(RowGroups):
         """Write one block."""
         time = self._recording.time(block.first, block.end)
         drift = block.drift[self._method]
-        if not self._compensates or block.bias_sigma is None or block.at_rest is None:
+        if not self._compensates or block.bias_sigma is None:
             self.write([time, *drift])
             return
         header = self._recording.header
-        others = extra_columns(header.names, header.unit, drift, block.bias_sigma, block.at_rest)
+        flags = [flag for flag in (block.at_rest, block.stuck, block.saturated) if flag is not None]
+        others = extra_columns(header.names, header.unit, drift, block.bias_sigma, *flags)
         self.write([time, *compensated(block.raw, drift), *others.values()])
 
 
 def _curves(log: Log, filters: Filters, series: _Series, progress: Progress) -> AllanCurves:
     """Return Allan deviations of the raw data and of the filtered log, both at rest."""
     drift, readings = series.filtered[filters.chosen.method], series.readings
-    filtered = drift if filters.output == "estimate" else compensated(log.data, drift)
-    raw = log.data
+    raw, _ = within_range(log.data, filters.limit)
+    filtered = drift if filters.output == "estimate" else compensated(raw, drift)
     if filters.holds and readings is not None:
         raw = np.where(readings.certain_rest(log.rate), raw, np.nan)
     return allan_curves(raw, filtered, log.rate, progress)

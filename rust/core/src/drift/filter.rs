@@ -12,7 +12,10 @@ use super::kalman::{Correction, State};
 use super::least_squares::Rls;
 use super::options::Options;
 use super::start::{PEAK, Start};
-use super::{Behaviour, Drift, DriftNumber, DriftStream, Params, Status, sage_husa};
+use super::{
+    Behaviour, Drift, DriftNumber, DriftStream, Params, PublishedFilter, RobustParams, Status,
+    sage_husa,
+};
 use crate::allan::AllanNoise;
 use crate::error::Error;
 use crate::math::{Limits, Real, Symmetric, choose, vector};
@@ -32,10 +35,10 @@ pub struct DriftLoop<T, const N: usize, const M: usize> {
     /// Samples left for the model to learn from, missing ones included.
     learning_left: u64,
     model: Rls<T, N, M>,
-    measurement_noise: AllanNoise<T>,
+    pub(super) measurement_noise: AllanNoise<T>,
     process_noise: Symmetric<T, N>,
-    state: State<T, N>,
-    last: Correction<T>,
+    pub(super) state: State<T, N>,
+    pub(super) last: Correction<T>,
     /// `k` of Sage-Husa: samples that were not missing, and the memory given to G₀.
     count: T,
     /// Largest sample so far.
@@ -83,12 +86,7 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         if self.adapts_measurement_noise {
             self.measurement_noise.observe(y);
         }
-        let row = self.row();
-        let mut prior = self.state.predict(&row, &self.process_noise, self.peak);
-        let large = prior.is_large(&self.state);
-        if large.any() {
-            prior.settle(&self.state, &row, large);
-        }
+        let (prior, large) = self.predict();
         let guarded = if self.learning_left > 0 {
             self.learning_left -= 1;
             // Least squares and Kalman filter wait for their divisions side by side.
@@ -99,13 +97,25 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
         } else {
             self.correct(&prior, y, seen, large)
         };
-        self.peak = choose(seen, y.simd_abs(), T::zero()).simd_max(self.peak);
+        self.keep_peak(y, seen);
         (self.state.x[0], guarded)
+    }
+
+    /// The state before the next sample, and where its covariance is large.
+    #[inline(always)]
+    pub(super) fn predict(&self) -> (State<T, N>, T::SimdBool) {
+        let row = self.row();
+        let mut prior = self.state.predict(&row, &self.process_noise, self.peak);
+        let large = prior.is_large(&self.state);
+        if large.any() {
+            prior.settle(&self.state, &row, large);
+        }
+        (prior, large)
     }
 
     /// First row of the transition matrix, `[φ, 1]`, within what a stationary model can have.
     #[inline(always)]
-    fn row(&self) -> SVector<T, N> {
+    pub(super) fn row(&self) -> SVector<T, N> {
         let parameters = self.model.parameters();
         vector(|i| match i {
             i if i < N - 1 => parameters[i].within(T::of(COEFFICIENT_MAX)),
@@ -146,6 +156,24 @@ impl<T: Real, const N: usize, const M: usize> DriftLoop<T, N, M> {
             self.guards += choose(guarded, T::one(), T::zero());
         }
         guarded
+    }
+
+    /// Noise, model and peak after a sample of which the state is corrected apart.
+    #[inline(always)]
+    pub(super) fn learn(&mut self, y: T, seen: T::SimdBool) {
+        if self.adapts_measurement_noise {
+            self.measurement_noise.observe(y);
+        }
+        if self.learning_left > 0 {
+            self.learning_left -= 1;
+            self.model.observe(y, seen);
+        }
+        self.keep_peak(y, seen);
+    }
+
+    #[inline(always)]
+    fn keep_peak(&mut self, y: T, seen: T::SimdBool) {
+        self.peak = choose(seen, y.simd_abs(), T::zero()).simd_max(self.peak);
     }
 
     /// Kalman gain of the last sample, from what it left: `K = P Hᵀ / R`.
@@ -288,8 +316,8 @@ pub struct DriftFilter<T, const N: usize, const M: usize> {
     params: Params,
     startup: Startup<T>,
     scaling: Option<Scaling<T>>,
-    inner: DriftLoop<T, N, M>,
-    samples_seen: u64,
+    pub(super) inner: DriftLoop<T, N, M>,
+    pub(super) samples_seen: u64,
     estimate: T,
     missing: bool,
     guarded: bool,
@@ -447,11 +475,20 @@ where
     /// Takes one sample.
     #[inline(always)]
     fn advance(&mut self, z: T) -> T {
+        self.advance_by(z, Self::step)
+    }
+
+    /// The same by a `step` that returns estimate, and whether the sample is missing or guarded.
+    #[inline(always)]
+    pub(super) fn advance_by(
+        &mut self,
+        z: T,
+        step: impl FnOnce(&mut DriftLoop<T, N, M>, &Scaling<T>, T) -> (T, bool, bool),
+    ) -> T {
         self.samples_seen += 1;
         match &self.scaling {
             Some(scaling) => {
-                (self.estimate, self.missing, self.guarded) =
-                    Self::step(&mut self.inner, scaling, z);
+                (self.estimate, self.missing, self.guarded) = step(&mut self.inner, scaling, z);
                 if Watch::<T>::is_due(self.samples_seen) && self.disproves(z) {
                     self.start_anew_if_disproved();
                 }
@@ -596,6 +633,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFil
             method: Some(self.params.method),
             order: (N - 1, M - N),
             params: self.params,
+            robust: None,
             behaviour: Behaviour::default(),
             limits: RestLimits::default(),
         }
@@ -639,5 +677,27 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFil
 
     fn write_start(&self, numbers: &mut [f64]) -> bool {
         self.start.map(|start| start.write(numbers, &mut [])).is_some()
+    }
+}
+
+impl<T: DriftNumber, const N: usize, const M: usize> PublishedFilter<T, N, M>
+    for DriftFilter<T, N, M>
+{
+    const GATED_TAG: &'static str = "drift-rest-gated";
+
+    fn params(&self) -> &Params {
+        &self.params
+    }
+
+    fn robust(&self) -> Option<&RobustParams> {
+        None
+    }
+
+    fn start(&self) -> Option<&Start<T, N, M>> {
+        self.start.as_ref()
+    }
+
+    fn estimate(&self) -> T {
+        self.estimate
     }
 }

@@ -4,7 +4,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::options::Options;
-use super::{Behaviour, Drift, DriftFilter, DriftNumber, DriftStream, Snapshot, Status, Tally};
+use super::{
+    Behaviour, Drift, DriftFilter, DriftNumber, DriftStream, Params, RobustParams, Snapshot, Start,
+    Status, Tally,
+};
 use crate::error::Error;
 use crate::math::Real;
 use crate::math::sound::is_count;
@@ -13,17 +16,40 @@ use crate::stream::{Field, Stream, Traced};
 
 use crate::rest::{Event, RestDetector, RestLimits, Tick};
 
-/// A [`DriftFilter`] that learns at rest only, that outliers and saturated samples are missing for,
+/// A filter that takes every sample for rest.
+pub trait PublishedFilter<T, const N: usize, const M: usize>:
+    DriftStream<T> + Traced<Snapshot = Snapshot<T, N, M>> + Copy
+{
+    /// Tag of its checkpoint where it is gated.
+    const GATED_TAG: &'static str;
+
+    /// The parameters it was made with.
+    fn params(&self) -> &Params;
+
+    /// Its zones, if it is robust.
+    fn robust(&self) -> Option<&RobustParams>;
+
+    /// What it was started with, if it did not learn that itself.
+    fn start(&self) -> Option<&Start<T, N, M>>;
+
+    /// The filtered rate after the last sample.
+    fn estimate(&self) -> T;
+}
+
+/// A published filter that learns at rest only, that outliers and saturated samples are missing for,
 /// or that returns the compensated rate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(bound(serialize = "T: Real + Serialize", deserialize = "T: Real + Deserialize<'de>"))]
-pub struct RestGated<T, const N: usize, const M: usize> {
+#[serde(bound(
+    serialize = "T: Real + Serialize, F: Serialize",
+    deserialize = "T: Real + Deserialize<'de>, F: Deserialize<'de>"
+))]
+pub struct RestGated<T, const N: usize, const M: usize, F = DriftFilter<T, N, M>> {
     behaviour: Behaviour,
     detector: RestDetector<T>,
-    filter: DriftFilter<T, N, M>,
+    filter: F,
     /// The filter as it was after the last tick at rest, and after the one before: a motion is
     /// seen in its second tick at times.
-    at_last_rests: [DriftFilter<T, N, M>; 2],
+    at_last_rests: [F; 2],
     at_rest: bool,
     missing: bool,
     saturated: bool,
@@ -31,12 +57,16 @@ pub struct RestGated<T, const N: usize, const M: usize> {
     tally: Tally,
 }
 
-impl<T: DriftNumber, const N: usize, const M: usize> RestGated<T, N, M> {
+impl<T, const N: usize, const M: usize, F> RestGated<T, N, M, F>
+where
+    T: DriftNumber,
+    F: PublishedFilter<T, N, M>,
+{
     /// `filter`, which has seen nothing, to learn at rest and return what is asked for.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a rate or a limit out of range.
-    pub fn new(filter: DriftFilter<T, N, M>, behaviour: Behaviour) -> Result<Self, Error> {
+    pub fn new(filter: F, behaviour: Behaviour) -> Result<Self, Error> {
         Ok(Self {
             behaviour: behaviour.checked()?,
             detector: RestDetector::new(filter.params().rate, RestLimits::default())?,
@@ -91,7 +121,11 @@ impl<T: DriftNumber, const N: usize, const M: usize> RestGated<T, N, M> {
     }
 }
 
-impl<T: DriftNumber, const N: usize, const M: usize> Stream for RestGated<T, N, M> {
+impl<T, const N: usize, const M: usize, F> Stream for RestGated<T, N, M, F>
+where
+    T: DriftNumber,
+    F: PublishedFilter<T, N, M>,
+{
     type Input = T;
     type Output = T;
 
@@ -115,7 +149,11 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for RestGated<T, N, 
     }
 }
 
-impl<T: DriftNumber, const N: usize, const M: usize> Traced for RestGated<T, N, M> {
+impl<T, const N: usize, const M: usize, F> Traced for RestGated<T, N, M, F>
+where
+    T: DriftNumber,
+    F: PublishedFilter<T, N, M>,
+{
     type Snapshot = Snapshot<T, N, M>;
 
     fn snapshot(&self) -> Snapshot<T, N, M> {
@@ -129,15 +167,19 @@ impl<T: DriftNumber, const N: usize, const M: usize> Traced for RestGated<T, N, 
     }
 }
 
-impl<T: DriftNumber, const N: usize, const M: usize> Checkpoint for RestGated<T, N, M> {
-    const TAG: &'static str = "drift-rest-gated";
+impl<T, const N: usize, const M: usize, F> Checkpoint for RestGated<T, N, M, F>
+where
+    T: DriftNumber,
+    F: PublishedFilter<T, N, M>,
+{
+    const TAG: &'static str = F::GATED_TAG;
     const VERSION: u16 = 3;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
 
     fn is_sound(&self) -> bool {
-        let made_alike = |filter: &DriftFilter<T, N, M>| {
-            (filter.params(), filter.start()) == (self.filter.params(), self.filter.start())
-        };
+        let made =
+            |filter: &F| (*filter.params(), filter.robust().copied(), filter.start().copied());
+        let made_alike = |filter: &F| made(filter) == made(&self.filter);
         is_count(self.samples_seen)
             && self.tally.is_within(self.samples_seen)
             && self.filter.samples_seen() <= self.samples_seen
@@ -149,13 +191,19 @@ impl<T: DriftNumber, const N: usize, const M: usize> Checkpoint for RestGated<T,
     }
 
     fn is_like(&self, other: &Self) -> bool {
-        let made = |gated: &Self| (gated.behaviour, *gated.filter.params(), gated.samples_seen);
-        made(self) == made(other) && self.filter.start().is_some() == other.filter.start().is_some()
+        let made =
+            |filter: &F| (*filter.params(), filter.robust().copied(), filter.start().is_some());
+        (self.behaviour, self.samples_seen) == (other.behaviour, other.samples_seen)
+            && made(&self.filter) == made(&other.filter)
     }
 }
 
-impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RestGated<T, N, M> {
-    const START: &'static [Field] = DriftFilter::<T, N, M>::START;
+impl<T, const N: usize, const M: usize, F> DriftStream<T> for RestGated<T, N, M, F>
+where
+    T: DriftNumber,
+    F: PublishedFilter<T, N, M>,
+{
+    const START: &'static [Field] = F::START;
 
     fn options(&self) -> Options {
         Options { behaviour: self.behaviour, ..self.filter.options() }
@@ -192,8 +240,16 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RestGate
         self.filter.restarts()
     }
 
+    fn exit_count(&self) -> u64 {
+        self.filter.exit_count()
+    }
+
+    /// A filter that judges for itself says what it left out.
     fn tally(&self) -> Tally {
-        self.tally
+        match self.filter.robust() {
+            Some(_) => Tally { outliers: self.filter.tally().outliers, ..self.tally },
+            None => self.tally,
+        }
     }
 
     fn write_start(&self, numbers: &mut [f64]) -> bool {

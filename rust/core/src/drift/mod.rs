@@ -3,7 +3,7 @@
 //!
 //! [`DriftFilter`] is the published method: an ARMA model by recursive least squares
 //! ([`RecursiveLeastSquares`]), measurement noise by Allan variance, a Kalman filter, process noise
-//! by Sage-Husa. [`RestGated`] lets it learn at rest only. [`AutoFilter`] weighs a bank of Kalman
+//! by Sage-Husa. [`RobustFilter`] is that of Wu & Ran, which leaves outliers out. [`RestGated`] lets it learn at rest only. [`AutoFilter`] weighs a bank of Kalman
 //! filters by their likelihood. All of them are [`DriftStream`]s.
 
 mod auto;
@@ -15,17 +15,19 @@ mod multiple_model;
 mod number;
 pub mod options;
 pub(crate) mod params;
+mod robust;
 mod sage_husa;
 mod sensor;
 mod start;
 
 pub use auto::{AutoFilter, AutoParams};
 pub use filter::{DriftFilter, DriftLoop, Snapshot};
-pub use gated::RestGated;
+pub use gated::{PublishedFilter, RestGated};
 pub use kalman::{Correction, State};
 pub use least_squares::{RecursiveLeastSquares, Rls, RlsParams};
 pub use number::DriftNumber;
 pub use params::{Behaviour, Method, Params};
+pub use robust::{RobustFilter, RobustParams, Zones};
 pub use sage_husa::{Headroom, adapt, headroom};
 use serde::{Deserialize, Serialize};
 pub use start::Start;
@@ -147,6 +149,11 @@ pub trait DriftStream<T>: Traced<Input = T, Output = T> + Checkpoint {
 
     /// How often the step of the process noise had to be shortened.
     fn guard_count(&self) -> u64 {
+        0
+    }
+
+    /// How often a row of outliers was so long that it was taken for a step of the signal.
+    fn exit_count(&self) -> u64 {
         0
     }
 

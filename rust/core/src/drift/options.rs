@@ -3,7 +3,8 @@
 //! Signatures, the command line, documentation and refusals come from [`OPTIONS`]: a new option is
 //! a field of [`Params`] (or [`Behaviour`]) and a row here.
 
-use super::{AutoParams, Behaviour, Method, Params};
+use super::robust::ZONES_EXPECTED;
+use super::{AutoParams, Behaviour, Method, Params, RobustParams, Zones};
 use crate::allan::AllanKind;
 use crate::error::Error;
 use crate::rest::RestLimits;
@@ -17,6 +18,8 @@ pub struct Options {
     pub order: (usize, usize),
     /// Numbers; the filter that tunes itself uses `rate`, `startup` and `scale` of them.
     pub params: Params,
+    /// The zones of method robust, whose chain is that of akf; `None` for all others.
+    pub robust: Option<RobustParams>,
     /// What it takes, what it does about motion, and what it returns.
     pub behaviour: Behaviour,
     /// What rest can be, for the filter that tunes itself.
@@ -24,7 +27,7 @@ pub struct Options {
 }
 
 /// The names of the methods, as people write them.
-pub const METHODS: [&str; 4] = ["kf", "akf", "fading", "auto"];
+pub const METHODS: [&str; 5] = ["kf", "akf", "fading", "robust", "auto"];
 
 impl Options {
     /// The defaults of a method.
@@ -34,6 +37,7 @@ impl Options {
             method,
             order: (2, 1),
             params: Params { rate, method: method.unwrap_or(params.method), ..params },
+            robust: None,
             behaviour: Behaviour { hold_in_motion: method.is_none(), ..Behaviour::default() },
             limits: RestLimits::default(),
         }
@@ -45,19 +49,27 @@ impl Options {
             "kf" => Some(Method::Kf),
             "akf" => Some(Method::Akf),
             "fading" => Some(Method::Fading),
+            "robust" => return Some(Self::of_robust(rate)),
             "auto" => None,
             _ => return None,
         };
         Some(Self::of(method, rate))
     }
 
+    /// The defaults of the robust method: the model of its source is of first order.
+    fn of_robust(rate: f64) -> Self {
+        let robust = Some(RobustParams::default());
+        Self { order: (1, 0), robust, ..Self::of(Some(Method::Akf), rate) }
+    }
+
     /// The name of the method.
     pub fn method_name(&self) -> &'static str {
-        match self.method {
-            Some(Method::Kf) => METHODS[0],
-            Some(Method::Akf) => METHODS[1],
-            Some(Method::Fading) => METHODS[2],
-            None => METHODS[3],
+        match (self.method, self.robust) {
+            (Some(_), Some(_)) => METHODS[3],
+            (Some(Method::Kf), None) => METHODS[0],
+            (Some(Method::Akf), None) => METHODS[1],
+            (Some(Method::Fading), None) => METHODS[2],
+            (None, _) => METHODS[4],
         }
     }
 
@@ -84,6 +96,8 @@ pub enum Value {
     Word(&'static str),
     /// Orders (p, q).
     Order((i64, i64)),
+    /// Two numbers.
+    Pair((f64, f64)),
 }
 
 /// What values an option takes.
@@ -97,6 +111,8 @@ pub enum Kind {
     Choice(&'static [&'static str]),
     /// Orders (p, q).
     Order,
+    /// Two numbers, or one of these words.
+    PairOr(&'static [&'static str]),
 }
 
 /// One row of the table.
@@ -120,9 +136,12 @@ pub struct DriftOption {
     pub set: fn(&mut Options, Value),
 }
 
-const PUBLISHED: &[&str] = &["kf", "akf", "fading"];
+const PUBLISHED: &[&str] = &["kf", "akf", "fading", "robust"];
 const FADING: &[&str] = &["fading"];
+const ROBUST: &[&str] = &["robust"];
+const AS_PUBLISHED: &str = "published";
 const AUTO: &[&str] = &["auto"];
+const KEEPING: &[&str] = &["kf", "akf", "fading"];
 
 /// Every option but the method and the rate.
 pub const OPTIONS: &[DriftOption] = &[
@@ -182,7 +201,7 @@ pub const OPTIONS: &[DriftOption] = &[
         unit: "",
         expected: "'keep' or 'reject'",
         meaning: "'keep' outliers, as published, or 'reject' them, as auto always does",
-        methods: PUBLISHED,
+        methods: KEEPING,
         get: |o| Value::Word(if o.behaviour.reject_outliers { "reject" } else { "keep" }),
         set: |o, value| o.behaviour.reject_outliers = value == Value::Word("reject"),
     },
@@ -191,7 +210,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Order,
         unit: "",
         expected: "(p, q) with p from 1 to 3 and q from 0 to 3",
-        meaning: "Orders of the ARMA model of the drift",
+        meaning: "Orders of the ARMA model of the drift, (1, 0) unless said for robust",
         methods: PUBLISHED,
         get: |o| Value::Order((o.order.0 as i64, o.order.1 as i64)),
         set: |o, value| {
@@ -283,6 +302,46 @@ pub const OPTIONS: &[DriftOption] = &[
         get: |o| maybe(o.params.scale),
         set: |o, value| set_maybe(&mut o.params.scale, value),
     },
+    DriftOption {
+        name: "zones",
+        kind: Kind::PairOr(&[AS_PUBLISHED]),
+        unit: "",
+        expected: ZONES_EXPECTED,
+        meaning: "Deviations of an innovation beyond which it is an outlier, and the part of these \
+                  beyond which it is bounded",
+        methods: ROBUST,
+        get: |o| match robust(o).zones {
+            Zones::Published => Value::Word(AS_PUBLISHED),
+            Zones::Deviations(kappa, beta) => Value::Pair((kappa, beta)),
+        },
+        set: |o, value| {
+            set_robust(o, |robust| match value {
+                Value::Word(_) => robust.zones = Zones::Published,
+                Value::Pair((kappa, beta)) => robust.zones = Zones::Deviations(kappa, beta),
+                _ => {}
+            });
+        },
+    },
+    DriftOption {
+        name: "damping",
+        kind: Kind::Number,
+        unit: "",
+        expected: "from 0 to 1",
+        meaning: "Part of the gain that is left to an outlier",
+        methods: ROBUST,
+        get: |o| Value::Number(robust(o).damping),
+        set: |o, value| set_robust(o, |robust| set_number(&mut robust.damping, value)),
+    },
+    DriftOption {
+        name: "correction",
+        kind: Kind::Number,
+        unit: "",
+        expected: "from 0 to 1",
+        meaning: "Part of an innovation between the zones that moves the prediction; 0 bounds it",
+        methods: ROBUST,
+        get: |o| Value::Number(robust(o).correction),
+        set: |o, value| set_robust(o, |robust| set_number(&mut robust.correction, value)),
+    },
 ];
 
 /// The option of a name.
@@ -297,7 +356,19 @@ impl Options {
     /// [`Error::Parameter`] for the first that is not.
     pub fn checked(self) -> Result<Self, Error> {
         let (params, behaviour) = (self.params.checked()?, self.behaviour.checked()?);
-        Ok(Self { params, behaviour, limits: self.limits.checked()?, ..self })
+        let robust = self.robust.map(RobustParams::checked).transpose()?;
+        Ok(Self { params, robust, behaviour, limits: self.limits.checked()?, ..self })
+    }
+}
+
+/// The zones, or, of a method without, those that it would have.
+fn robust(options: &Options) -> RobustParams {
+    options.robust.unwrap_or_default()
+}
+
+fn set_robust(options: &mut Options, set: impl FnOnce(&mut RobustParams)) {
+    if let Some(robust) = &mut options.robust {
+        set(robust);
     }
 }
 

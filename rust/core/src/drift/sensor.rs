@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 use super::multiple_model::{BlockMean, KalmanBank};
 use crate::allan::{AllanKind, AllanNoise};
 use crate::error::Error;
-use crate::math::{Limits, Real};
+use crate::math::{Limits, Real, choose};
 use crate::rest::Tick;
 use crate::stream::Scaling;
 
 /// Ticks of a block: two seconds of quarters.
 const BLOCK: f64 = 8.0;
 
-/// Deviations of a sample beyond which it moves the drift no further until its tick is complete.
+/// Deviations of a sample beyond which it does not move the drift until its tick is complete.
 const SURPRISE: f64 = 4.0;
 
 /// Widens the interval of the drift: no sensor's drift is quite a walk. So chosen that over the
@@ -297,7 +297,7 @@ pub struct Interim<T> {
     pub most: T,
 }
 
-impl<T: Real> Interim<T> {
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Interim<T> {
     /// Stands still.
     pub fn held() -> Self {
         Self { gain: T::zero(), most: T::zero() }
@@ -306,6 +306,8 @@ impl<T: Real> Interim<T> {
     /// The drift after a sample.
     #[inline(always)]
     pub fn step(&self, drift: T, z: T) -> T {
-        drift + self.gain * (z - drift).within(self.most)
+        let surprise = z - drift;
+        let counts = surprise.simd_abs() <= self.most;
+        drift + self.gain * choose(counts, surprise, T::zero())
     }
 }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::LEAST;
 use super::bounds::{ALIKE_FREEDOM, CERTAIN, LEVEL_SHARE, chi_squared_bound, flips};
 use super::model::RestModel;
 use super::ticker::{TickSums, level_max};
@@ -12,6 +13,8 @@ use crate::math::{Limits, Real};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Candidate<T> {
     pub ticks: u32,
+    /// Samples of the shortest of them.
+    count: u32,
     pub level: T,
     /// Sum of squares of the ticks' levels about their mean.
     squares: T,
@@ -22,18 +25,18 @@ pub(super) struct Candidate<T> {
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
     pub(super) fn none() -> Self {
         let zero = T::zero();
-        Self { ticks: 0, level: zero, squares: zero, variance: zero }
+        Self { ticks: 0, count: LEAST, level: zero, squares: zero, variance: zero }
     }
 
     pub(super) fn of(seen: &TickSums<T>) -> Self {
-        Self { ticks: 1, level: seen.level, squares: T::zero(), variance: seen.variance }
+        let (level, variance) = (seen.level, seen.variance);
+        Self { ticks: 1, count: seen.count, level, squares: T::zero(), variance }
     }
 
     /// Goes on with a tick, or begins anew with it if it is unlike those before.
-    pub(super) fn take(&mut self, seen: &TickSums<T>, length: u32) {
+    pub(super) fn take(&mut self, seen: &TickSums<T>) {
         let longer = self.with(seen);
-        *self = match self.ticks > 0 && longer.is_alike(seen, length) && longer.stands(seen, length)
-        {
+        *self = match self.ticks > 0 && longer.is_alike(seen) && longer.stands(seen) {
             true => longer,
             false => Self::of(seen),
         };
@@ -46,6 +49,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
         let level = self.level + before * share;
         Self {
             ticks,
+            count: self.count.min(seen.count),
             level,
             squares: self.squares + before * (seen.level - level),
             variance: self.variance + (seen.variance - self.variance) * share,
@@ -53,8 +57,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
     }
 
     /// Whether the tick's variance is that of the others: shaking changes from tick to tick.
-    fn is_alike(&self, seen: &TickSums<T>, length: u32) -> bool {
-        let freedom = T::of(f64::from(length) - 2.0).at_most(T::of(ALIKE_FREEDOM));
+    fn is_alike(&self, seen: &TickSums<T>) -> bool {
+        let freedom = seen.freedom().at_most(T::of(ALIKE_FREEDOM));
         let most = chi_squared_bound(freedom, CERTAIN);
         let least = chi_squared_bound(freedom, -CERTAIN);
         let flips = flips(seen.step);
@@ -63,9 +67,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
     }
 
     /// Whether the levels stand still: those of motion vary as much as the samples do.
-    fn stands(&self, seen: &TickSums<T>, length: u32) -> bool {
-        let share = T::of(LEVEL_SHARE + 4.0 / f64::from(length));
+    fn stands(&self, seen: &TickSums<T>) -> bool {
+        let share = T::of(LEVEL_SHARE + 4.0 / f64::from(self.count));
         self.level_variance() <= share * self.variance + flips(seen.step)
+    }
+
+    /// Deviation of the mean level.
+    pub(super) fn level_deviation(&self) -> T {
+        (self.level_variance() / T::of(f64::from(self.ticks.max(1)))).simd_sqrt()
     }
 
     /// Variance of the ticks' levels.
@@ -106,7 +115,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
     /// Whether ticks can have made it.
     pub(super) fn is_sound(&self) -> bool {
         let most = level_max::<T>() + level_max();
-        is_within(self.level, most)
+        self.count >= LEAST
+            && is_within(self.level, most)
             && is_size(self.squares, most * most * T::of(4.0 * f64::from(self.ticks)))
             && is_size(self.variance, most * most)
     }

@@ -10,6 +10,9 @@ use super::ticker::TickSums;
 use super::{Event, LEAST, RestLimits};
 use crate::math::{Limits, Real};
 
+/// Deviations of the level of a candidate within which it may be that of the rest before.
+const CONFIDENT: f64 = 3.0;
+
 /// Doubts after which the time that a rest needs no longer doubles.
 const PATIENCE: u32 = 8;
 
@@ -106,7 +109,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
             self.candidate = Candidate::none();
             return Some(Event::Restart);
         }
-        self.candidate.take(seen, self.times.tick);
+        self.candidate.take(seen);
         let Times { dwell, short, .. } = self.times;
         let doubted = self.false_start && !self.still.is_limited();
         let needed = if doubted { short } else { dwell };
@@ -155,7 +158,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         if self.proven {
             return None;
         }
-        self.candidate.take(seen, self.times.tick);
+        self.candidate.take(seen);
         let lasts = self.candidate.ticks >= self.times.dwell;
         let quiet = is_quieter(self.candidate.variance, known.noise.variance, seen.step);
         (lasts && quiet).then(|| self.replace())
@@ -177,7 +180,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
             (self.back, self.near_earlier) = (Run::none(), Run::none());
             return None;
         }
-        self.candidate.take(seen, self.times.tick);
+        self.candidate.take(seen);
         self.back.take(known.is_near(seen), seen.level);
         if !self.still.lasts() {
             return None;
@@ -232,7 +235,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         self.known = Some(accepted);
         self.at_rest = true;
         self.near_earlier = Run::none();
-        Some(match known.is_level(self.candidate.level, seen.step) {
+        // Of a louder one the level is not known as well.
+        let unsure = T::of(CONFIDENT) * self.candidate.level_deviation();
+        let distance = (known.distance(self.candidate.level) - unsure).at_least(T::zero());
+        Some(match known.is_near_level(distance, seen.step) {
             true => Event::Rest,
             false => Event::Restart,
         })

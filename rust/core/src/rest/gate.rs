@@ -20,8 +20,15 @@ const FAR_STEPS: f64 = 3.0;
 /// Share of a normal variable within one deviation.
 const WITHIN_ONE: f64 = 0.682_689_492_137_085_9;
 
-/// How fast the deviation follows that share, a tick.
+/// How fast the deviation follows that share, a tick; and where almost all of a tick's samples lie
+/// within one deviation, which chance does once in a thousand ticks: after motion, which is no
+/// noise, it is to be back soon.
 const RATE: f64 = 0.05;
+const FAST: f64 = 0.5;
+const ALMOST_ALL: f64 = 0.95;
+
+/// Samples that tell such a share.
+const MANY: u32 = 16;
 
 /// Ratio of two deviations that are not of one noise.
 const OFF: f64 = 2.0;
@@ -29,11 +36,11 @@ const OFF: f64 = 2.0;
 /// Least deviation in steps: one of zero would never grow.
 const LEAST_STEPS: f64 = 0.25;
 
-/// Share of far samples in a tick, at most, that are outliers: three in ten.
+/// Share of samples in a tick, at most, that do not count in full: three in ten.
 const OUTLIERS: [u32; 2] = [3, 10];
 
 /// How long outliers are on one side at most, in seconds and in samples.
-const SIDE: f64 = 0.03;
+const SIDE: f64 = 0.015;
 const LEAST_SIDE: u32 = 3;
 
 /// Samples that a first median is taken of at least.
@@ -60,8 +67,9 @@ pub(super) struct Gate<T> {
     scale: T,
     near: T,
     far: T,
-    /// Samples of this tick within one deviation.
+    /// Samples of this tick within one deviation, and beyond three.
     inside: u32,
+    beyond: u32,
     /// Far samples in a row on one side.
     side: u32,
     above: bool,
@@ -83,6 +91,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
             near: T::MAX,
             far: T::MAX,
             inside: 0,
+            beyond: 0,
             side: 0,
             above: false,
             longest: ((SIDE * rate) as u32).max(LEAST_SIDE),
@@ -95,6 +104,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
     #[inline(always)]
     pub(super) fn take(&mut self, distance: T, times: u32) -> Zone<T> {
         let size = distance.simd_abs();
+        self.beyond += if size > self.near { times } else { 0 };
         if size > self.far {
             self.take_far(distance);
             return Zone::Far;
@@ -123,24 +133,30 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         }
     }
 
-    /// Whether a tick of so many samples, so many of them far, shows motion and no outliers.
-    pub(super) fn exits(&self, samples: u32, far: u32) -> bool {
-        self.moves || far * OUTLIERS[1] > samples * OUTLIERS[0]
+    /// Whether a tick of so many samples shows motion and no outliers.
+    pub(super) fn exits(&self, samples: u32) -> bool {
+        self.moves || self.beyond * OUTLIERS[1] > samples * OUTLIERS[0]
     }
 
     /// Ends a tick of so many samples; `step` is the sensor's. Motion tells nothing of the noise.
     pub(super) fn end_tick(&mut self, samples: u32, exits: bool, step: T) {
         let share = f64::from(self.inside) / f64::from(samples.max(1));
-        let rate = if exits { 0.0 } else { RATE };
+        let too_large = share > ALMOST_ALL && samples >= MANY;
+        let rate = match (exits, too_large) {
+            (true, _) => 0.0,
+            (false, true) => FAST,
+            (false, false) => RATE,
+        };
         let growth = T::of(rate * (WITHIN_ONE - share)).exp();
         self.scale = (self.scale * growth).at_least(T::of(LEAST_STEPS) * step);
-        (self.inside, self.moves, self.open) = (0, false, exits);
+        self.forget_tick();
+        self.open = exits;
         self.set_bounds(step);
     }
 
     /// Leaves out what this tick has shown so far.
     pub(super) fn forget_tick(&mut self) {
-        (self.inside, self.moves) = (0, false);
+        (self.inside, self.beyond, self.moves) = (0, 0, false);
     }
 
     /// A rest begins whose samples have this deviation: one far off it was that of motion, or of
@@ -203,5 +219,6 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
             && is_size(self.far, T::MAX)
             && self.near <= self.far
             && self.inside <= position
+            && self.beyond <= position
     }
 }

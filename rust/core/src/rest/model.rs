@@ -56,6 +56,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Noise<T> {
             return true;
         }
         let freedom = T::of(2.0) * self.variance * self.variance / self.spread.at_least(T::TINY);
+        // One of fewer samples than those that were learned from varies more.
+        let few = seen.weight < T::one();
+        let freedom = if few { freedom.at_most(seen.freedom()) } else { freedom };
         let bound = chi_squared_bound(freedom.at_least(T::one()), CERTAIN);
         seen.variance <= self.variance * bound + flips(seen.step)
     }
@@ -194,7 +197,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestModel<T> {
 
     /// Whether a mean level of several ticks is that of the rest before.
     pub(super) fn is_level(&self, level: T, step: T) -> bool {
-        self.distance(level) <= T::of(NEAR_MEAN) * self.noise.deviation() + one_step(step)
+        self.is_near_level(self.distance(level), step)
+    }
+
+    /// Whether a mean level so far away is.
+    pub(super) fn is_near_level(&self, distance: T, step: T) -> bool {
+        distance <= T::of(NEAR_MEAN) * self.noise.deviation() + one_step(step)
     }
 
     /// Whether the levels of other ticks vary about as those of rest do.

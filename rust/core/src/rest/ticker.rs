@@ -86,6 +86,13 @@ pub(super) struct TickSums<T> {
     pub stuck: u32,
 }
 
+impl<T: Limits + Real<Element = T, SimdBool = bool>> TickSums<T> {
+    /// Degrees of freedom of the variance.
+    pub(super) fn freedom(&self) -> T {
+        T::of(f64::from(self.count) - 2.0)
+    }
+}
+
 impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
     pub(super) fn new(rate: f64, length: u32) -> Self {
         let zero = T::zero();
@@ -207,7 +214,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.position = 0;
         let far = self.plain.count - self.kept.count;
         let enough = self.plain.count >= LEAST;
-        let exits = enough && self.gate.exits(self.plain.count, far);
+        let exits = enough && self.gate.exits(self.plain.count);
         let used = if exits { self.plain } else { self.kept };
         let seen = TickSums { stuck, ..self.told(&used) };
         if used.count < LEAST {

@@ -8,7 +8,7 @@ use zerorate_core::checkpoint::{self, Checkpoint};
 use zerorate_core::stream::{Number, Output};
 use zerorate_core::{
     AutoFilter, AutoParams, Behaviour, DriftFilter, Params, RecursiveLeastSquares, RestDetector,
-    RestGated, RestLimits, RlsParams, Stream, Traced,
+    RestGated, RestLimits, RlsParams, RobustFilter, RobustParams, Stream, Traced, Zones,
 };
 
 const HEADER: usize = 30;
@@ -166,6 +166,20 @@ proptest! {
     }
 
     #[test]
+    fn robust_filters(
+        params in any_params(), samples in samples(), after in prop::collection::vec(any_sample(), 40), first in 0..STRIDE,
+        damping in 0.0..=1.0, correction in 0.0..=1.0, as_published in any::<bool>(),
+    ) {
+        let zones = if as_published { Zones::Published } else { Zones::Deviations(3.0, 0.5) };
+        let robust = RobustParams { zones, damping, correction };
+        let filter = RobustFilter::<f64, 2, 2>::new(params, robust)?;
+        check(filter, traced, &samples, &after, first)?;
+        check(RobustFilter::<f32, 3, 4>::new(params, robust)?, traced, &samples, &after, first)?;
+        let behaviour = Behaviour { hold_in_motion: true, ..Behaviour::default() };
+        check(RestGated::<f64, 2, 2, _>::new(filter, behaviour)?, traced, &samples, &after, first)?;
+    }
+
+    #[test]
     fn started_filters(
         params in any_params(), samples in samples(), after in prop::collection::vec(any_sample(), 40), first in 0..STRIDE,
         seed in any::<u64>(), power in -9..9,
@@ -213,5 +227,12 @@ proptest! {
         check(RestDetector::<f64>::new(16.0, RestLimits::default())?, returned, &samples, &after, first)?;
         check(RestDetector::<f64>::new(16.0, limits)?, returned, &samples, &after, first)?;
         check(RestDetector::<f32>::new(16.0, limits)?, returned, &samples, &after, first)?;
+    }
+
+    #[cfg(feature = "std")]
+    #[test]
+    fn wavelets(samples in samples(), after in prop::collection::vec(any_sample(), 80), first in 0..STRIDE) {
+        let denoiser = zerorate_core::denoise::WaveletDenoiser::new(crate::wavelet::params())?;
+        check(denoiser, returned, &samples, &after, first)?;
     }
 }

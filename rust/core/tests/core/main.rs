@@ -17,3 +17,5 @@ mod reference;
 mod rest;
 #[cfg(feature = "std")]
 mod streaming;
+#[cfg(feature = "std")]
+mod wavelet;

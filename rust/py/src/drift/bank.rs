@@ -8,7 +8,8 @@ use zerorate_core::checkpoint::{self, Label};
 use zerorate_core::drift::options::Options;
 use zerorate_core::stream::{Field, Output, Parts, sizes};
 use zerorate_core::{
-    AutoFilter, Bank, Behaviour, DriftFilter, DriftStream, Error, RestGated, Tally, memory,
+    AutoFilter, Bank, Behaviour, DriftFilter, DriftStream, Error, PublishedFilter, RestGated,
+    RobustFilter, Status, Tally, memory,
 };
 
 use crate::common::errors::NativeError;
@@ -17,11 +18,21 @@ use crate::common::streaming::AnyBank;
 /// Samples of a channel that are worked on before the next channel's.
 const ROWS: usize = 512;
 
+/// What a replay notes of each axis at every sample: the drift's deviation, whether the filter
+/// learned, and whether the sensor was stuck.
+#[derive(Debug)]
+pub struct Noted<'a> {
+    pub sigma: Vec<&'a mut [f64]>,
+    pub at_rest: Vec<&'a mut [bool]>,
+    pub stuck: Vec<&'a mut [bool]>,
+}
+
 /// A bank of drift filters of one method and order.
 pub trait DriftBank: AnyBank {
     fn options(&self) -> Options;
     fn samples_seen(&self) -> u64;
     fn guard_counts(&self) -> Vec<u64>;
+    fn exit_counts(&self) -> Vec<u64>;
     fn restarts(&self) -> Vec<u64>;
     fn tallies(&self) -> Vec<Tally>;
     fn ready(&self) -> Vec<bool>;
@@ -38,14 +49,13 @@ pub trait DriftBank: AnyBank {
     fn starts(&self) -> Option<(&'static [Field], Vec<f64>)>;
     /// Forgets the drift but not the noise; false if it can't.
     fn power_on(&mut self) -> bool;
-    /// Fills the drift, its deviation and rest of each axis in these rows.
+    /// Fills the drift of each axis, and what is noted of it, in these rows.
     fn drift_rows(
         &mut self,
         rows: Range<usize>,
         z: &[&[f64]],
         bias: &mut [&mut [f64]],
-        sigma: &mut [&mut [f64]],
-        at_rest: &mut [&mut [bool]],
+        noted: &mut Noted<'_>,
     );
 }
 
@@ -63,6 +73,10 @@ where
 
     fn guard_counts(&self) -> Vec<u64> {
         self.streams().iter().map(F::guard_count).collect()
+    }
+
+    fn exit_counts(&self) -> Vec<u64> {
+        self.streams().iter().map(F::exit_count).collect()
     }
 
     fn restarts(&self) -> Vec<u64> {
@@ -123,14 +137,15 @@ where
         rows: Range<usize>,
         z: &[&[f64]],
         bias: &mut [&mut [f64]],
-        sigma: &mut [&mut [f64]],
-        at_rest: &mut [&mut [bool]],
+        noted: &mut Noted<'_>,
     ) {
         for (c, filter) in self.streams_mut().iter_mut().enumerate() {
             for i in rows.clone() {
                 filter.update(z[c][i]);
                 let drift = filter.drift();
-                (bias[c][i], sigma[c][i], at_rest[c][i]) = (drift.bias, drift.sigma, drift.at_rest);
+                (bias[c][i], noted.sigma[c][i]) = (drift.bias, drift.sigma);
+                noted.at_rest[c][i] = drift.at_rest;
+                noted.stuck[c][i] = filter.status() == Status::Stuck;
             }
         }
     }
@@ -232,19 +247,27 @@ fn new_sized<const N: usize, const M: usize>(
     options: &Options,
     channels: usize,
 ) -> PyResult<Box<dyn DriftBank>> {
+    if let Some(robust) = options.robust {
+        let filter = RobustFilter::<f64, N, M>::new(options.params, robust);
+        return gated(std::iter::repeat_n(filter, channels), options.behaviour);
+    }
     let filter = DriftFilter::<f64, N, M>::new(options.params).map_err(NativeError::from)?;
     gated(std::iter::repeat_n(Ok(filter), channels), options.behaviour)
 }
 
 /// The filters as they are, or, where something is asked of them, gated by rest.
-pub fn gated<const N: usize, const M: usize>(
-    filters: impl ExactSizeIterator<Item = Result<DriftFilter<f64, N, M>, Error>>,
+pub fn gated<F, const N: usize, const M: usize>(
+    filters: impl ExactSizeIterator<Item = Result<F, Error>>,
     behaviour: Behaviour,
-) -> PyResult<Box<dyn DriftBank>> {
+) -> PyResult<Box<dyn DriftBank>>
+where
+    F: PublishedFilter<f64, N, M> + Send + Sync + 'static,
+{
     if behaviour == Behaviour::default() {
         return Ok(Box::new(of(filters)?));
     }
-    Ok(Box::new(of(filters.map(|filter| RestGated::new(filter?, behaviour)))?))
+    let gated = |filter| RestGated::<f64, N, M, F>::new(filter?, behaviour);
+    Ok(Box::new(of(filters.map(gated))?))
 }
 
 fn of<F>(filters: impl ExactSizeIterator<Item = Result<F, Error>>) -> PyResult<Bank<F>> {
@@ -262,10 +285,18 @@ pub fn restored(bytes: &[u8]) -> Result<Restored, Error> {
     let found = checkpoint::label(bytes)?;
     let plain = Label::of::<DriftFilter<f64, 3, 4>>();
     let gated = Label::of::<RestGated<f64, 3, 4>>();
+    let robust_gated = Label::of::<RestGated<f64, 3, 4, RobustFilter<f64, 3, 4>>>();
+    let robust = Label::of::<RobustFilter<f64, 3, 4>>();
     let order = (found.sizes[0], found.sizes[1]);
     match found.tag() {
         tag if tag == plain.tag() => for_order!(order, plain_bank(bytes), Err(Error::Content)),
         tag if tag == gated.tag() => for_order!(order, gated_bank(bytes), Err(Error::Content)),
+        tag if tag == robust.tag() => {
+            for_order!(order, restored_robust(bytes), Err(Error::Content))
+        }
+        tag if tag == robust_gated.tag() => {
+            for_order!(order, restored_robust_gated(bytes), Err(Error::Content))
+        }
         // Refuses any other type.
         _ => bank::<AutoFilter<f64>>(bytes),
     }
@@ -277,6 +308,14 @@ fn plain_bank<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restored, 
 
 fn gated_bank<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restored, Error> {
     bank::<RestGated<f64, N, M>>(bytes)
+}
+
+fn restored_robust<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restored, Error> {
+    bank::<RobustFilter<f64, N, M>>(bytes)
+}
+
+fn restored_robust_gated<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restored, Error> {
+    bank::<RestGated<f64, N, M, RobustFilter<f64, N, M>>>(bytes)
 }
 
 fn bank<F>(bytes: &[u8]) -> Result<Restored, Error>

@@ -14,7 +14,7 @@ use zerorate_core::Error;
 use zerorate_core::drift::options::Options;
 use zerorate_core::stream::Parts;
 
-use self::bank::DriftBank;
+use self::bank::{DriftBank, Noted};
 pub(crate) use self::bank::{Order, for_order, order_error};
 pub use self::options::filter_options;
 pub use self::readings::Trace;
@@ -40,11 +40,12 @@ use crate::common::work::in_pieces;
 /// ----------
 /// rate : float
 ///     Samples a second.
-/// order : (int, int), default (2, 1)
+/// order : (int, int), default (2, 1), of ``"robust"`` (1, 0)
 ///     Orders p from 1 to 3 and q from 0 to 3; (p, 0) is AR(p).
-/// method : {"kf", "akf", "fading", "auto"}, default "fading"
+/// method : {"kf", "akf", "fading", "robust", "auto"}, default "fading"
 ///     ``"kf"`` keeps G and R as the start-up says; ``"akf"`` adapts R with equal weights;
-///     ``"fading"`` adapts R with fading memory, and G. ``"auto"`` tunes itself.
+///     ``"fading"`` adapts R with fading memory, and G. ``"robust"`` is ``"akf"`` with the three
+///     zones of Wu & Ran 2021, which leave outliers out. ``"auto"`` tunes itself.
 /// fading : float, default 0.97
 ///     Memory b of R in (0, 1] for ``"fading"``: small follows changes of the noise quickly, large
 ///     averages (Fu & Han: 0.95 to 0.99 for an MTi-100, 0.90 to 0.95 for a 3DM-GX4-25).
@@ -76,7 +77,7 @@ use crate::common::work::in_pieces;
 ///     For ``"auto"``: level that is never taken for a bias, in the samples' unit: a sensor that
 ///     turns at one rate looks like one at rest.
 /// outliers : {"keep", "reject"}, default "keep"
-///     For the published methods: ``"reject"`` keeps from them what ``"auto"`` always does, samples
+///     For ``"kf"``, ``"akf"`` and ``"fading"``: ``"reject"`` keeps from them what ``"auto"`` always does, samples
 ///     more than four deviations from the level of the last quarter seconds, unless there are so
 ///     many of these, or so many in a row, that the sensor moves.
 /// process_noise : float, default 0.1
@@ -91,10 +92,22 @@ use crate::common::work::in_pieces;
 ///     until two samples differ).
 /// scale : float, optional
 ///     Deviation of the noise in the samples' unit where it is known; else it is learned.
+/// zones : (float, float) or "published", default (4.0, 0.75)
+///     For ``"robust"``: (kappa, beta). An innovation beyond kappa deviations of the accepted ones
+///     is an outlier, unless so many of one sign follow each other (0.03 s, at least three) that
+///     they are a step; one beyond beta of that is bounded. Large kappa lets outliers through,
+///     small leaves good samples out. ``"published"`` holds a variance against an innovation, as
+///     printed: it depends on the unit of the samples, and nothing ends a row of outliers.
+/// damping : float, default 0.0
+///     For ``"robust"``: the part of the gain, from 0 to 1, that is left to an outlier.
+/// correction : float, default 0.0
+///     For ``"robust"``: the part, from 0 to 1, of an innovation between the zones that moves the
+///     prediction; 0 bounds such an innovation instead, and is better.
 ///
 /// ``"auto"`` uses, of the parameters, rate, channels, motion, output, limit, rest_limit, bias_limit,
-/// startup and scale; ``"fading"`` all but rest_limit and bias_limit; ``"kf"`` and ``"akf"`` all that
-/// ``"fading"`` does but fading and process_noise_memory.
+/// startup and scale; ``"fading"`` all but rest_limit, bias_limit, zones, damping and correction;
+/// ``"kf"`` and ``"akf"`` all that ``"fading"`` does but fading and process_noise_memory;
+/// ``"robust"`` all that ``"akf"`` does but outliers, and zones, damping and correction.
 ///
 /// Raises
 /// ------
@@ -146,7 +159,8 @@ impl DriftFilter {
         channels=None, motion=None, output='estimate', limit=None, rest_limit=None, \
         bias_limit=None, outliers='keep', order=(2, 1), fading=0.97, \
         adapt_for=120.0, forgetting_factor=1.0, process_noise=0.1, process_noise_memory=0.0, \
-        noise='allan', startup=1.0, scale=None)")]
+        noise='allan', startup=1.0, scale=None, zones=(4.0, 0.75), damping=0.0, \
+        correction=0.0)")]
     fn new(rate: f64, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let (options, channels) = options::read(rate, options)?;
         let bank = bank::new(&options, channels.unwrap_or(1))?;
@@ -188,29 +202,20 @@ impl DriftFilter {
     }
 
     /// ``process`` for a replay: a row an axis in, (k, n), the drift out, and, if asked for,
-    /// what the trace says of its deviation and of rest. The interpreter lock is released.
-    #[pyo3(signature = (z, out, bias_sigma=None, at_rest=None))]
+    /// what the trace says of its deviation, of rest and of a stuck sensor. The interpreter lock is
+    /// released.
+    #[pyo3(signature = (z, out, noted=None))]
     fn _replay(
         slf: &Bound<'_, Self>,
         z: PyReadonlyArray2<'_, f64>,
         mut out: PyReadwriteArray2<'_, f64>,
-        bias_sigma: Option<PyReadwriteArray2<'_, f64>>,
-        at_rest: Option<PyReadwriteArray2<'_, bool>>,
+        mut noted: Option<NotedArrays<'_>>,
     ) -> PyResult<()> {
         let mut this = exclusive(slf)?;
         let shape = [this.shared.channels.unwrap_or(1), z.shape()[1]];
         arrays::check("z", z.shape(), &shape)?;
         arrays::check("out", out.shape(), &shape)?;
-        let (mut bias_sigma, mut at_rest) = (bias_sigma, at_rest);
-        let mut details = match (&mut bias_sigma, &mut at_rest) {
-            (Some(sigma), Some(rest)) => {
-                arrays::check("bias_sigma", sigma.shape(), &shape)?;
-                arrays::check("at_rest", rest.shape(), &shape)?;
-                let sigma = arrays::rows_mut("bias_sigma", sigma.as_array_mut())?;
-                Some((sigma, arrays::rows_mut("at_rest", rest.as_array_mut())?))
-            }
-            _ => None,
-        };
+        let mut noted = noted.as_mut().map(|noted| rows_of(noted, &shape)).transpose()?;
         let z = z.as_array();
         let z = arrays::rows("z", &z)?;
         let mut out = arrays::rows_mut("out", out.as_array_mut())?;
@@ -219,9 +224,9 @@ impl DriftFilter {
             &mut *this.shared.bank,
             shape[1],
             1,
-            |filters, piece| match &mut details {
-                Some((sigma, rest)) => {
-                    filters.drift_rows(piece, &z, &mut out, sigma, rest);
+            |filters, piece| match &mut noted {
+                Some(noted) => {
+                    filters.drift_rows(piece, &z, &mut out, noted);
                     Ok(())
                 }
                 None => bank::process_rows(filters, piece, &z, &mut out),
@@ -331,6 +336,14 @@ impl DriftFilter {
         this.shared.numbers(py, this.shared.bank.guard_counts())
     }
 
+    /// How often so many outliers of ``"robust"`` followed each other that they were taken for a
+    /// step of the signal: int, with channels (k,).
+    #[getter]
+    fn exit_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.shared.numbers(py, this.shared.bank.exit_counts())
+    }
+
     /// How often the scale learned at the start was proved wrong by many orders, upon which noise
     /// and drift were learned anew: int, with channels (k,).
     #[getter]
@@ -347,8 +360,8 @@ impl DriftFilter {
         this.shared.numbers(py, tallies.iter().map(|tally| tally.saturated).collect())
     }
 
-    /// Samples so far that were left out as outliers, counted a quarter second at a time: int, with
-    /// channels (k,). Zero for a published method that looks for none.
+    /// Samples so far that were left out as outliers, counted a quarter second at a time, by
+    /// ``"robust"`` at once: int, with channels (k,). Zero for a published method that looks for none.
     #[getter]
     fn outlier_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
@@ -385,7 +398,7 @@ impl DriftFilter {
         Ok(options.method.map(|_| options.order))
     }
 
-    /// ``"kf"``, ``"akf"``, ``"fading"`` or ``"auto"``.
+    /// ``"kf"``, ``"akf"``, ``"fading"``, ``"robust"`` or ``"auto"``.
     #[getter]
     fn method(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
         Ok(reading(slf)?.options.method_name())
@@ -405,6 +418,22 @@ impl DriftFilter {
         let this = reading(slf)?;
         options::write(slf.py(), &this.options, this.shared.channels)
     }
+}
+
+/// Deviation of the drift, rest and a stuck sensor, to be filled.
+type NotedArrays<'py> =
+    (PyReadwriteArray2<'py, f64>, PyReadwriteArray2<'py, bool>, PyReadwriteArray2<'py, bool>);
+
+fn rows_of<'a>(noted: &'a mut NotedArrays<'_>, shape: &[usize]) -> PyResult<Noted<'a>> {
+    let (sigma, at_rest, stuck) = noted;
+    arrays::check("bias_sigma", sigma.shape(), shape)?;
+    arrays::check("at_rest", at_rest.shape(), shape)?;
+    arrays::check("stuck", stuck.shape(), shape)?;
+    Ok(Noted {
+        sigma: arrays::rows_mut("bias_sigma", sigma.as_array_mut())?,
+        at_rest: arrays::rows_mut("at_rest", at_rest.as_array_mut())?,
+        stuck: arrays::rows_mut("stuck", stuck.as_array_mut())?,
+    })
 }
 
 impl DriftFilter {

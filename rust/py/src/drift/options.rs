@@ -29,7 +29,20 @@ pub fn read(rate: f64, given: Option<&Bound<'_, PyDict>>) -> PyResult<(Options, 
             }
         }
     }
-    Ok((options.checked().map_err(NativeError::from)?, channels))
+    let options = options.checked().map_err(NativeError::from)?;
+    check_limits(&options)?;
+    Ok((options, channels))
+}
+
+/// Refuses a limit of rest where every sample is taken for rest.
+fn check_limits(options: &Options) -> PyResult<()> {
+    let limits = [("rest_limit", options.limits.rest), ("bias_limit", options.limits.bias)];
+    match limits.iter().find(|(_, limit)| limit.is_some()) {
+        Some((name, _)) if !options.behaviour.hold_in_motion => Err(PyValueError::new_err(
+            format!("{name} has no effect on motion 'ignore', only on 'hold'"),
+        )),
+        _ => Ok(()),
+    }
 }
 
 fn method(given: Option<&Bound<'_, PyDict>>, rate: f64) -> PyResult<Options> {
@@ -68,17 +81,28 @@ fn converted(option: &DriftOption, value: &Bound<'_, PyAny>) -> PyResult<Value> 
             order @ (1..=3, 0..=3) => Value::Order(order),
             order => return Err(order_error(order)),
         },
+        Kind::PairOr(words) => match value.extract::<Vec<f64>>() {
+            Ok(pair) if pair.len() == 2 => Value::Pair((pair[0], pair[1])),
+            _ => word_of(words, option, value)?,
+        },
         Kind::Choice(words) => {
-            let given: String = argument(option.name, value)?;
-            let word = words.iter().find(|word| **word == given);
-            let word = word.ok_or_else(|| {
-                PyValueError::new_err(format!(
-                    "{} must be {}, got '{given}'",
-                    option.name, option.expected
-                ))
-            })?;
-            Value::Word(word)
+            argument::<String>(option.name, value)?;
+            word_of(words, option, value)?
         }
+    })
+}
+
+/// The word that is given, if it is one of these.
+fn word_of(
+    words: &[&'static str],
+    option: &DriftOption,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<Value> {
+    let given = value.extract::<String>().ok();
+    let word = words.iter().find(|word| given.as_deref() == Some(word));
+    word.map(|word| Value::Word(word)).ok_or_else(|| {
+        let given = value.repr().map_or_else(|_| String::new(), |text| text.to_string());
+        PyValueError::new_err(format!("{} must be {}, got {given}", option.name, option.expected))
     })
 }
 
@@ -128,11 +152,12 @@ fn object(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
         Value::Number(number) => number.into_bound_py_any(py),
         Value::Word(word) => word.into_bound_py_any(py),
         Value::Order(order) => order.into_bound_py_any(py),
+        Value::Pair(pair) => pair.into_bound_py_any(py),
     }
 }
 
 /// The table of options as dictionaries: name, kind ("order", "number", "seconds", "seconds or
-/// always" or "choice"), default, unit, expected, choices, meaning and the methods that use it.
+/// always", "choice" or "pair or word"), default, unit, expected, choices, meaning and the methods that use it.
 ///
 /// None is the default of what depends on the method or is learned.
 #[pyfunction]
@@ -151,6 +176,7 @@ pub fn filter_options(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
             (Kind::Number | Kind::MaybeNumber, _) => ("number", &[]),
             (Kind::Choice(words), _) => ("choice", words),
             (Kind::Order, _) => ("order", &[]),
+            (Kind::PairOr(words), _) => ("pair or word", words),
         };
         let row = row(py, option.name, kind, choices, option.meaning)?;
         let value = defaults.filter(|_| option.name != "motion").map(|o| (option.get)(&o));

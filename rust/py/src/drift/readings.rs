@@ -79,7 +79,8 @@ readings! { DriftFilter;
 /// missing : ndarray, bool, (n,)
 ///     The sample was not finite.
 /// guarded : ndarray, bool, (n,)
-///     The step of the process noise was shortened to keep it positive semidefinite.
+///     The step of the process noise was shortened to keep it positive semidefinite; of "robust":
+///     the sample was taken for an outlier.
 /// bias : ndarray, float64, (n,)
 ///     Drift learned at rest and held in motion, in the unit of the samples.
 /// bias_sigma : ndarray, float64, (n,)

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use zerorate_core::drift::options::Options;
 use zerorate_core::stream::{Field, Input, Output};
-use zerorate_core::{DriftFilter, Start, memory};
+use zerorate_core::{DriftFilter, RobustFilter, Start, memory};
 
 use super::bank::{DriftBank, for_order, gated, order_error};
 use crate::common::arrays;
@@ -29,12 +29,15 @@ fn started_sized<const N: usize, const M: usize>(
     channels: Option<usize>,
     start: &Bound<'_, PyDict>,
 ) -> PyResult<Box<dyn DriftBank>> {
-    let started = |numbers: Vec<f64>| {
-        let start = Start::<f64, N, M>::read(&numbers);
-        DriftFilter::started(options.params, start)
-    };
     let numbers = read(Start::<f64, N, M>::FIELDS, channels, start)?;
-    gated(numbers.into_iter().map(started), options.behaviour)
+    let starts = numbers.iter().map(|numbers| Start::<f64, N, M>::read(numbers));
+    let (params, behaviour) = (options.params, options.behaviour);
+    match options.robust {
+        Some(robust) => {
+            gated(starts.map(|start| RobustFilter::started(params, robust, start)), behaviour)
+        }
+        None => gated(starts.map(|start| DriftFilter::started(params, start)), behaviour),
+    }
 }
 
 /// Refuses the method that learns its own start, before anything else that it may not use.
@@ -42,7 +45,7 @@ pub fn check_method(params: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
     let method = params.map(|params| params.get_item("method")).transpose()?.flatten();
     if method.is_some_and(|method| method.eq("auto").unwrap_or(false)) {
         return Err(PyValueError::new_err(
-            "method 'auto' learns its own start: start 'kf', 'akf' or 'fading', or use power_on()",
+            "method 'auto' learns its own start: start 'kf', 'akf', 'fading' or 'robust', or use power_on()",
         ));
     }
     Ok(())

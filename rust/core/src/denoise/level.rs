@@ -1,0 +1,98 @@
+//! How deep to go.
+
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::NORMAL_MEDIAN;
+use super::median::median_size;
+
+/// Which level is the last.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LevelRule {
+    /// This one.
+    Fixed(usize),
+    /// The last before the largest detail is more than this part of the sum of all (Wu & Ran 10).
+    PeakToSum(f64),
+    /// The last before that part is more than so many times what white noise of as many details
+    /// shows: the part itself is larger the fewer details there are.
+    PeakToSumOverNoise(f64),
+    /// The last whose details look like the noise of the first level.
+    Noise,
+}
+
+/// Fewest details that tell whether they are noise.
+const TELLING: usize = 64;
+
+/// Relative standard error of a median size of n normal numbers, times √n.
+const MEDIAN_ERROR: f64 = 1.17;
+
+/// Deviations that chance may reach.
+const LIKELY: f64 = 3.0;
+
+/// Ratio of deviations and excess of the RMS that are allowed whatever the number of details.
+const ALIKE: f64 = 0.05;
+const EXCESS: f64 = 0.1;
+
+impl LevelRule {
+    /// Whether a level after the first belongs to those that are thresholded; `sigma` and `first`
+    /// are deviation and number of details at the first level.
+    pub(super) fn goes_on(&self, level: usize, details: &[f64], sigma: f64, first: usize) -> bool {
+        match *self {
+            Self::Fixed(last) => level <= last,
+            Self::PeakToSum(cut) => peak_to_sum(details) <= cut,
+            Self::PeakToSumOverNoise(cut) => {
+                peak_to_sum(details) <= cut * peak_to_sum_of_noise(details.len())
+            }
+            Self::Noise => details.len() >= TELLING && looks_like(details, sigma, first),
+        }
+    }
+}
+
+fn peak_to_sum(details: &[f64]) -> f64 {
+    let peak = details.iter().fold(0.0, |peak: f64, d| peak.max(d.abs()));
+    peak / sum(details, f64::abs)
+}
+
+/// The sum of `f` over all, in four sums side by side: one would wait for each addition.
+fn sum(values: &[f64], f: impl Fn(f64) -> f64) -> f64 {
+    let (fours, rest) = values.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for four in fours {
+        for (sum, x) in sums.iter_mut().zip(four) {
+            *sum += f(*x);
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().map(|x| f(*x)).sum::<f64>()
+}
+
+/// Of `n` independent normal numbers, about: Blom's plotting position of the largest size over
+/// their mean size.
+fn peak_to_sum_of_noise(n: usize) -> f64 {
+    let n = n as f64;
+    let within = (n - 0.375) / (n + 0.25);
+    let peak = Normal::standard().inverse_cdf(1.0 - 0.5 * (1.0 - within));
+    peak / (n * std::f64::consts::FRAC_2_PI.sqrt())
+}
+
+/// By the median and by the root mean square, which see what fills a level and what is rare in it.
+fn looks_like(details: &[f64], sigma: f64, first: usize) -> bool {
+    let n = details.len() as f64;
+    let ratio = median_size(details) / NORMAL_MEDIAN / sigma;
+    let chance = LIKELY * MEDIAN_ERROR * (1.0 / n + 1.0 / first as f64).sqrt();
+    let rms = (sum(details, |d| d * d) / n).sqrt();
+    ratio.ln().abs() <= chance.max(ALIKE)
+        && rms <= sigma * (1.0 + (LIKELY / (2.0 * n).sqrt()).max(EXCESS))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{peak_to_sum, peak_to_sum_of_noise};
+
+    #[test]
+    fn a_peak_is_a_part_of_the_sum() {
+        assert_eq!(peak_to_sum(&[1.0, -5.0, 0.0, 4.0]), 0.5);
+        assert!(peak_to_sum(&[0.0; 3]).is_nan());
+        // Two in 10⁴ normal numbers are beyond 3.9 deviations, whose mean size is 0.8.
+        let part = peak_to_sum_of_noise(10_000);
+        assert!((part * 1e4 * 0.797_885 - 3.99).abs() < 0.05, "{part}");
+    }
+}

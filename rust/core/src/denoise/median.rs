@@ -1,0 +1,89 @@
+//! The median size of many numbers.
+
+use crate::work;
+
+/// From as many numbers on, a sample of them says between which two the median lies.
+const MANY: usize = 1 << 14;
+
+/// How many are sampled, and how far beside its middle the two stand: four times as far as chance
+/// takes the median.
+const SAMPLED: usize = 1 << 10;
+const BESIDE: usize = SAMPLED / 16;
+
+/// The median of the sizes of finite numbers, zero of none; of an even count the mean of the two
+/// in the middle.
+pub(super) fn median_size(values: &[f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let found = if values.len() < MANY { None } else { among_near(values) };
+    found.unwrap_or_else(|| {
+        let mut sizes = work::gathered(values.iter().map(|x| x.abs()));
+        median(&mut sizes, 0, values.len())
+    })
+}
+
+/// The median of those near to that of a sample, if it is one of them.
+fn among_near(values: &[f64]) -> Option<f64> {
+    let mut sample = [0.0; SAMPLED];
+    for (i, place) in sample.iter_mut().enumerate() {
+        // Scattered, so that no period of the record decides.
+        *place = values[i.wrapping_mul(2_654_435_761) % values.len()].abs();
+    }
+    sample.sort_unstable_by(f64::total_cmp);
+    let (least, most) = (sample[SAMPLED / 2 - BESIDE], sample[SAMPLED / 2 + BESIDE]);
+    let mut near = work::filled(0.0, values.len() / 4);
+    let (mut below, mut held) = (0, 0);
+    for x in values {
+        let size = x.abs();
+        below += usize::from(size < least);
+        *near.get_mut(held)? = size;
+        held += usize::from(size >= least && size <= most);
+    }
+    let within = below + 2 <= values.len() / 2 && values.len() / 2 < below + held;
+    within.then(|| median(&mut near[..held], below, values.len()))
+}
+
+/// The median of `all` sizes, of which `below` are less than these and all others more.
+fn median(sizes: &mut [f64], below: usize, all: usize) -> f64 {
+    let (less, upper, _) = sizes.select_nth_unstable_by(all / 2 - below, f64::total_cmp);
+    let lower = less.iter().copied().fold(0.0, f64::max);
+    if all.is_multiple_of(2) { lower + 0.5 * (*upper - lower) } else { *upper }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::median_size;
+
+    /// In a scattered order, of either sign.
+    fn numbers(n: usize, power: i32) -> Vec<f64> {
+        let value = |i: usize| ((i * 7919 % n) as f64 / n as f64).powi(power);
+        (0..n).map(|i| if i % 3 == 0 { -value(i) } else { value(i) }).collect()
+    }
+
+    fn sorted(values: &[f64]) -> f64 {
+        let mut sizes: Vec<f64> = values.iter().map(|x| x.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let n = sizes.len();
+        if n.is_multiple_of(2) { 0.5 * (sizes[n / 2 - 1] + sizes[n / 2]) } else { sizes[n / 2] }
+    }
+
+    #[test]
+    fn it_is_that_of_the_sorted_sizes() {
+        for n in [1, 2, 3, 10, 101, 20_000, 20_001, 100_003] {
+            for power in [0, 1, 9, 60] {
+                let values = numbers(n, power);
+                assert_eq!(median_size(&values), sorted(&values), "{n} {power}");
+            }
+        }
+        assert_eq!(median_size(&[]), 0.0);
+    }
+
+    #[test]
+    fn few_values_many_times() {
+        for part in [1, 2, 3, 5] {
+            let values: Vec<f64> = (0..30_001).map(|i| f64::from(i % 5 < part)).collect();
+            assert_eq!(median_size(&values), sorted(&values));
+        }
+    }
+}

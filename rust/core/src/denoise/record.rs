@@ -1,0 +1,191 @@
+//! Denoising of a whole record.
+
+use super::bank::{Units, analyse, length, synthesise};
+use super::level::LevelRule;
+use super::median::median_size;
+use super::{Mode, NORMAL_MEDIAN, Wavelet};
+use crate::work;
+
+/// How a record is denoised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shrinkage {
+    /// The wavelet.
+    pub wavelet: Wavelet,
+    /// How deep it goes.
+    pub level: LevelRule,
+    /// What becomes of details above the threshold.
+    pub mode: Mode,
+    /// Whether what is below the last octave is thresholded as well.
+    pub approximation: bool,
+}
+
+/// What a record was found to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Denoised {
+    /// The last level that was thresholded.
+    pub level: usize,
+    /// The deviation of white noise, from the first level.
+    pub sigma: f64,
+    /// What details are held to, σ√(2 ln n).
+    pub threshold: f64,
+}
+
+/// Exponent of two beyond which a record is not scaled.
+const EXPONENT_MAX: i64 = 1000;
+
+impl Shrinkage {
+    /// Numbers that a record of `n` samples is worked on in, besides those of the result.
+    pub fn room(&self, n: usize) -> usize {
+        room(n, self.wavelet, self.wavelet.deepest(n))
+    }
+
+    /// Denoises a record of finite samples, enough for one level and for a level that is fixed, into
+    /// as many places of `signal`, by means of [`room`](Self::room).
+    ///
+    /// The work is done on the samples less the first of them, in units of the power of two of the
+    /// largest: neither an offset nor a unit costs precision, and nothing overflows.
+    pub fn denoise(&self, z: &[f64], signal: &mut [f64], room: &mut [f64]) -> Denoised {
+        let scale = power_of_two(z);
+        let origin = z[0] / scale;
+        let units = Units { scale: 1.0 / scale, origin };
+        let mut parts = Parts::new(z, units, self.wavelet, signal, room);
+        let first = parts.lengths[0];
+        let sigma = median_size(&parts.details[..first]) / NORMAL_MEDIAN;
+        let deepest = self.wavelet.deepest(z.len());
+        let goes_on = |level, d: &[f64]| self.level.goes_on(level, d, sigma, first);
+        while sigma > 0.0 && parts.level() < deepest && parts.deepen(self.wavelet, goes_on) {}
+        let threshold = sigma * (2.0 * (z.len() as f64).ln()).sqrt();
+        let level = parts.level();
+        if threshold == 0.0 {
+            signal.copy_from_slice(z);
+        } else {
+            if self.approximation {
+                parts.shrink_rest(self.mode, threshold, origin);
+            }
+            parts.synthesise(self.wavelet, (self.mode, threshold), Units { scale, origin });
+        }
+        Denoised { level, sigma: sigma * scale, threshold: threshold * scale }
+    }
+}
+
+/// That of the approximations of the first level and of all details.
+fn room(n: usize, wavelet: Wavelet, levels: usize) -> usize {
+    let first = length(n, wavelet);
+    let lengths = std::iter::successors(Some(first), |k| Some(length(*k, wavelet)));
+    first + lengths.take(levels).sum::<usize>()
+}
+
+/// A record taken apart.
+struct Parts<'a> {
+    /// How many details each level has.
+    lengths: Vec<usize>,
+    /// From the first level to the last.
+    details: &'a mut [f64],
+    /// Approximations of even levels, of which that of none is the record, and of odd ones: each is
+    /// made of one on the other side, for fresh memory takes longer than all else.
+    sides: [&'a mut [f64]; 2],
+}
+
+impl<'a> Parts<'a> {
+    /// The first level.
+    fn new(
+        z: &[f64],
+        units: Units,
+        wavelet: Wavelet,
+        record: &'a mut [f64],
+        room: &'a mut [f64],
+    ) -> Self {
+        let k = length(z.len(), wavelet);
+        let (first, details) = room.split_at_mut(k);
+        analyse(z, units, wavelet, first, &mut details[..k]);
+        Self { lengths: vec![k], details, sides: [record, first] }
+    }
+
+    /// The last level.
+    fn level(&self) -> usize {
+        self.lengths.len()
+    }
+
+    /// How many approximations a level has.
+    fn length(&self, level: usize) -> usize {
+        if level == 0 { self.sides[0].len() } else { self.lengths[level - 1] }
+    }
+
+    /// One level more, if it is to be; returns whether it is.
+    fn deepen(&mut self, wavelet: Wavelet, goes_on: impl Fn(usize, &[f64]) -> bool) -> bool {
+        let (level, n) = (self.level(), self.length(self.level()));
+        let (begin, k) = (self.lengths.iter().sum::<usize>(), length(n, wavelet));
+        let details = &mut self.details[begin..begin + k];
+        let [even, odd] = &mut self.sides;
+        let (from, to) = if level.is_multiple_of(2) { (even, odd) } else { (odd, even) };
+        analyse(&from[..n], Units::OWN, wavelet, &mut to[..k], details);
+        let deeper = goes_on(level + 1, details);
+        if deeper {
+            self.lengths.push(k);
+        }
+        deeper
+    }
+
+    /// What is below the last level.
+    fn rest(&mut self) -> &mut [f64] {
+        let (level, n) = (self.level(), self.length(self.level()));
+        &mut self.sides[level % 2][..n]
+    }
+
+    fn shrink_rest(&mut self, mode: Mode, threshold: f64, origin: f64) {
+        // Each level makes a constant √2 times as large.
+        let offset = origin * 2f64.powf(0.5 * self.level() as f64);
+        for a in self.rest() {
+            *a = mode.shrink(*a + offset, threshold) - offset;
+        }
+    }
+
+    /// Puts the record together in its place, in other units.
+    fn synthesise(mut self, wavelet: Wavelet, how: (Mode, f64), units: Units) {
+        while let Some(k) = self.lengths.pop() {
+            let (level, n) = (self.level(), self.length(self.level()));
+            let units = if level == 0 { units } else { Units::OWN };
+            let begin = self.lengths.iter().sum::<usize>();
+            let details = &self.details[begin..begin + k];
+            let [even, odd] = &mut self.sides;
+            let (from, to) = if level.is_multiple_of(2) { (odd, even) } else { (even, odd) };
+            synthesise(&from[..k], details, how, wavelet, units, &mut to[..n]);
+        }
+    }
+}
+
+/// What is left below so many levels, then the details from the last level to the first.
+pub fn decompose(z: &[f64], wavelet: Wavelet, levels: usize) -> Vec<Vec<f64>> {
+    let mut record = work::filled(0.0, z.len());
+    let mut room = work::filled(0.0, room(z.len(), wavelet, levels));
+    let mut parts = Parts::new(z, Units::OWN, wavelet, &mut record, &mut room);
+    while parts.level() < levels {
+        parts.deepen(wavelet, |_, _| true);
+    }
+    let copied = |values: &[f64]| work::gathered(values.iter().copied());
+    let mut found = Vec::new();
+    let mut rest: &[f64] = parts.details;
+    for k in &parts.lengths {
+        let (details, others) = rest.split_at(*k);
+        found.push(copied(details));
+        rest = others;
+    }
+    found.push(copied(parts.rest()));
+    found.reverse();
+    found
+}
+
+/// A power of two near the largest size of finite numbers.
+fn power_of_two(z: &[f64]) -> f64 {
+    let (eights, rest) = z.as_chunks::<8>();
+    let mut largest = [0.0_f64; 8];
+    for eight in eights {
+        for (largest, z) in largest.iter_mut().zip(eight) {
+            *largest = largest.max(z.abs());
+        }
+    }
+    let largest = largest.iter().chain(rest).fold(0.0, |largest: f64, z| largest.max(z.abs()));
+    let exponent = (largest.to_bits() >> 52) as i64 - 1023;
+    let exponent = exponent.clamp(-EXPONENT_MAX, EXPONENT_MAX);
+    f64::from_bits(((exponent + 1023) as u64) << 52)
+}

@@ -1,0 +1,326 @@
+//! Denoising of a stream by the same filter bank, as far as it can be known by now.
+
+use serde::{Deserialize, Serialize};
+
+use super::counting::{Counting, SIZE_MAX};
+use super::wavelet::{Taps, with_taps};
+use super::{Mode, Wavelet};
+use crate::error::{Error, check_not_negative, check_rate};
+use crate::math::sound::{is_count, is_sample, is_within};
+use crate::math::{Limits, Real};
+use crate::memory;
+use crate::stream::Stream;
+use crate::stream::checkpoint::Checkpoint;
+
+/// How fast the noise is followed: what the details of a second weigh together, and the most that
+/// one of them does.
+const FOLLOWING: f64 = 0.2;
+const HEAVIEST: f64 = 0.5;
+
+/// A detail that is a smaller part of its last sample is one of equal samples, but for rounding.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+/// Largest distance from the first sample: no level of the bank can make it infinite.
+const DISTANCE_MAX: f64 = 1e150;
+
+/// What a person chooses.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct WaveletParams {
+    /// Samples a second: how fast the noise is followed.
+    pub rate: f64,
+    /// The wavelet.
+    pub wavelet: Wavelet,
+    /// Octaves that are denoised, from 1 to [`LEVEL_MAX`](WaveletDenoiser::LEVEL_MAX).
+    pub level: usize,
+    /// What becomes of details above the threshold.
+    pub mode: Mode,
+    /// Details below so many deviations of the noise are taken away; zero takes none.
+    pub threshold: f64,
+}
+
+/// A decimated filter bank that returns each sample denoised after
+/// `(2^L - 1)(F - 1) + 1` samples, for L levels and F taps.
+///
+/// The deviation of the noise is that of the details of the first level, by counting; details are
+/// held to it when they are used, which is when the levels below them are ready. The signal before
+/// the first sample is taken to be as the first sample.
+///
+/// A sample that is not finite is missing: it is as the last one before, and teaches no noise, nor
+/// do details that it is in. Nothing is returned before the first sample.
+///
+/// A sample costs work at one level and half of the next ones, at every 2^L-th at all of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WaveletDenoiser {
+    params: WaveletParams,
+    samples_seen: u64,
+    /// Samples without a missing one up to the last.
+    unbroken: u64,
+    missing: u64,
+    /// The first sample, NaN before it.
+    origin: f64,
+    /// Distance of the last sample from the first, and of what is returned next.
+    last: f64,
+    next: f64,
+    noise: Counting,
+    /// Of each level: its last samples, approximations and details, the second of a pair of
+    /// outputs, and details that wait for the levels below.
+    state: Vec<f64>,
+}
+
+impl WaveletDenoiser {
+    /// The most levels.
+    pub const LEVEL_MAX: usize = 10;
+
+    /// A bank that has seen nothing.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if the rate, the level or the threshold is out of range,
+    /// [`Error::Memory`] if there is none for the details.
+    pub fn new(params: WaveletParams) -> Result<Self, Error> {
+        check_rate(params.rate)?;
+        check_not_negative("threshold", "zero or a positive number", params.threshold)?;
+        if !(1..=Self::LEVEL_MAX).contains(&params.level) {
+            return Err(Error::Parameter {
+                name: "level",
+                expected: "from 1 to 10",
+                value: params.level as f64,
+            });
+        }
+        let state = memory::filled(0.0, begins(params.level, params.wavelet.taps(), params.level))?;
+        Ok(Self::fresh(params, state))
+    }
+
+    fn fresh(params: WaveletParams, state: Vec<f64>) -> Self {
+        Self {
+            params,
+            samples_seen: 0,
+            unbroken: 0,
+            missing: 0,
+            origin: f64::NAN,
+            last: 0.0,
+            next: 0.0,
+            noise: Counting::new(),
+            state,
+        }
+    }
+
+    /// What was chosen.
+    pub fn params(&self) -> &WaveletParams {
+        &self.params
+    }
+
+    /// By how many samples what is returned is late. One fewer would do; so what is returned for a
+    /// sample is ready before it comes.
+    pub fn delay(&self) -> u64 {
+        waiting(self.params.level, self.params.wavelet.taps()) as u64 + 1
+    }
+
+    /// The deviation of the noise, zero before it is known.
+    pub fn sigma(&self) -> f64 {
+        self.noise.sigma().min(f64::RAW_MAX)
+    }
+
+    /// Samples given so far, missing ones included.
+    pub fn samples_seen(&self) -> u64 {
+        self.samples_seen
+    }
+
+    /// Those of them that were missing.
+    pub fn missing(&self) -> u64 {
+        self.missing
+    }
+
+    /// Whether only missing samples were seen.
+    fn has_not_begun(&self, fresh: &Self) -> bool {
+        (self.missing, self.last, self.next) == (self.samples_seen, 0.0, 0.0)
+            && self.noise == fresh.noise
+            && self.state == fresh.state
+    }
+
+    /// Distance from the first sample of the sample given, or, if it is missing, of the last one.
+    #[inline(always)]
+    fn distance(&mut self, z: f64) -> f64 {
+        if !z.is_finite() {
+            (self.unbroken, self.missing) = (0, self.missing + 1);
+            return self.last;
+        }
+        let z = z.within(f64::RAW_MAX);
+        if self.origin.is_nan() {
+            self.origin = z;
+        }
+        self.unbroken += 1;
+        self.last = (z - self.origin).within(DISTANCE_MAX);
+        self.last
+    }
+
+    /// Takes the next distance; returns the one that is due after it.
+    #[inline(always)]
+    fn step<const F: usize>(taps: &Taps<F>, this: &mut Self, y: f64) -> f64 {
+        let (levels, k) = (this.params.level, this.samples_seen);
+        // Two samples of a level make one of the next.
+        let whole = (k.trailing_ones() as usize).min(levels);
+        let mut bank = Levels { taps, levels, state: &mut this.state };
+        let (mut x, mut details) = (y, [0.0; Self::LEVEL_MAX]);
+        for level in 0..whole {
+            let [a, d] = bank.analyse(level, k >> level, x);
+            // Equal samples say nothing of the noise.
+            if level == 0 && this.unbroken >= F as u64 && d.abs() > ROUNDING * y.abs() {
+                let gain = (2.0 * FOLLOWING / this.params.rate).min(HEAVIEST);
+                this.noise.take(d.abs(), gain);
+            }
+            details[level] = bank.exchange(level, k >> (level + 1), d);
+            x = a;
+        }
+        if whole < levels {
+            x = bank.first_of_pair(whole, k >> whole, x);
+        }
+        let threshold = this.params.threshold * this.noise.sigma();
+        for level in (0..whole).rev() {
+            let d = this.params.mode.shrink(details[level], threshold);
+            x = bank.synthesise(level, k >> (level + 1), x, d);
+        }
+        x
+    }
+}
+
+/// Samples of its own that the details of a level wait, for so many levels below it.
+fn waiting(below: usize, taps: usize) -> usize {
+    ((1 << below) - 1) * (taps - 1)
+}
+
+/// Where a level begins in the state, for as many taps and levels.
+#[inline(always)]
+fn begins(level: usize, taps: usize, levels: usize) -> usize {
+    let details = (taps - 1) * ((1 << levels) - (1 << (levels - level)));
+    level * (3 * taps + 2) + details
+}
+
+/// The levels at work. Of a level, two copies of its last F samples, F / 2 approximations and F / 2
+/// details stand behind each other, so that from any place on they are without a gap; then the
+/// second sample of a pair, then what waits.
+struct Levels<'a, const F: usize> {
+    taps: &'a Taps<F>,
+    levels: usize,
+    state: &'a mut [f64],
+}
+
+impl<const F: usize> Levels<'_, F> {
+    /// One of the two copies that are written, and where all of the last ones begin.
+    #[inline(always)]
+    fn write(&mut self, begin: usize, length: usize, k: u64, x: f64) -> usize {
+        let place = begin + k as usize % length;
+        self.state[place] = x;
+        self.state[place + length] = x;
+        place + 1
+    }
+
+    #[inline(always)]
+    fn begin(&self, level: usize) -> usize {
+        begins(level, F, self.levels)
+    }
+
+    /// The second sample of a pair: approximation and detail.
+    #[inline(always)]
+    fn analyse(&mut self, level: usize, k: u64, x: f64) -> [f64; 2] {
+        let from = self.write(self.begin(level), F, k, x);
+        let samples = &self.state[from..from + F];
+        let mut sums = [0.0; 2];
+        for j in 0..F {
+            sums[0] += self.taps.low[j] * samples[j];
+            sums[1] += self.taps.high[j] * samples[j];
+        }
+        sums
+    }
+
+    /// The first sample of a pair: keeps it and returns what the last pair has left.
+    #[inline(always)]
+    fn first_of_pair(&mut self, level: usize, k: u64, x: f64) -> f64 {
+        let begin = self.begin(level);
+        self.write(begin, F, k, x);
+        self.state[begin + 4 * F]
+    }
+
+    /// The detail that has waited long enough, for the one that begins to.
+    #[inline(always)]
+    fn exchange(&mut self, level: usize, j: u64, d: f64) -> f64 {
+        match waiting(self.levels - level - 1, F) as u64 {
+            0 => d,
+            length => {
+                let place = self.begin(level) + 4 * F + 1 + (j % length) as usize;
+                core::mem::replace(&mut self.state[place], d)
+            }
+        }
+    }
+
+    /// The first of two samples made of an approximation and a detail; keeps the second.
+    #[inline(always)]
+    fn synthesise(&mut self, level: usize, j: u64, a: f64, d: f64) -> f64 {
+        let begin = self.begin(level);
+        let approximations = self.write(begin + 2 * F, F / 2, j, a);
+        let details = self.write(begin + 3 * F, F / 2, j, d);
+        let a = &self.state[approximations..approximations + F / 2];
+        let d = &self.state[details..details + F / 2];
+        let mut pair = [0.0; 2];
+        for i in 0..F / 2 {
+            let last = F - 2 - 2 * i;
+            pair[0] += self.taps.low[last] * a[i] + self.taps.high[last] * d[i];
+            pair[1] += self.taps.low[last + 1] * a[i] + self.taps.high[last + 1] * d[i];
+        }
+        self.state[begin + 4 * F] = pair[1];
+        pair[0]
+    }
+}
+
+impl Stream for WaveletDenoiser {
+    type Input = f64;
+    type Output = f64;
+
+    #[inline]
+    fn update(&mut self, z: f64) -> f64 {
+        let y = self.distance(z);
+        let x = self.origin + self.next;
+        self.next = with_taps!(self.params.wavelet, Self::step, self, y);
+        self.samples_seen += 1;
+        x
+    }
+
+    fn twin(&self) -> Result<Self, Error> {
+        let state = memory::copied(&self.state)?;
+        Ok(Self { state, ..*self })
+    }
+
+    fn bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(self.state.as_slice())
+    }
+
+    fn reset(&mut self) {
+        let mut state = core::mem::take(&mut self.state);
+        state.fill(0.0);
+        *self = Self::fresh(self.params, state);
+    }
+}
+
+impl Checkpoint for WaveletDenoiser {
+    const TAG: &'static str = "wavelet-denoiser";
+    const VERSION: u16 = 1;
+
+    fn is_sound(&self) -> bool {
+        let within = |x: f64| is_within(x, SIZE_MAX);
+        Self::new(self.params).is_ok_and(|fresh| {
+            self.state.len() == fresh.state.len()
+                && is_count(self.samples_seen)
+                && self.unbroken <= self.samples_seen
+                && self.missing <= self.samples_seen - self.unbroken
+                && is_sample(self.origin, f64::RAW_MAX)
+                && is_within(self.last, DISTANCE_MAX)
+                && within(self.next)
+                && self.noise.is_sound(self.samples_seen)
+                && self.state.iter().all(|x| within(*x))
+                && (!self.origin.is_nan() || self.has_not_begun(&fresh))
+        })
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.params, self.samples_seen) == (other.params, other.samples_seen)
+    }
+}

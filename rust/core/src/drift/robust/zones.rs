@@ -1,0 +1,255 @@
+//! The three zones of the innovation: which samples are taken, bounded or left out.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, require};
+use crate::math::{Limits, Real};
+
+/// The radii of the zones.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Zones {
+    /// As printed: the variance of all innovations so far, in the unit of the samples, is held
+    /// against an innovation, and three quarters of it. Nothing ends a row of outliers.
+    Published,
+    /// (κ, β): κ deviations of the accepted innovations, and β of these.
+    Deviations(f64, f64),
+}
+
+/// β of the published radii, of which the source says only that it lies between 0 and 1.
+const BETA: f64 = 0.75;
+
+/// The range of the zones, in words.
+pub(in crate::drift) const ZONES_EXPECTED: &str =
+    "'published' or (kappa, beta) with kappa above 0 and beta above 0 and at most 1";
+
+/// What a robust filter does with an innovation that is too large.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RobustParams {
+    /// Where an innovation is too large.
+    pub zones: Zones,
+    /// α, the part of the gain that is left to a sample of the outer zone.
+    pub damping: f64,
+    /// γ, the part of an innovation of the middle zone that the prediction moves by; where it is
+    /// zero, such an innovation is bounded instead.
+    pub correction: f64,
+}
+
+impl Default for RobustParams {
+    fn default() -> Self {
+        Self { zones: Zones::Deviations(4.0, BETA), damping: 0.0, correction: 0.0 }
+    }
+}
+
+impl RobustParams {
+    /// The parameters, if each is in its range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first that is not.
+    pub fn checked(self) -> Result<Self, Error> {
+        if let Zones::Deviations(kappa, beta) = self.zones {
+            require(kappa > 0.0 && kappa.is_finite(), "zones", ZONES_EXPECTED, kappa)?;
+            require(beta > 0.0 && beta <= 1.0, "zones", ZONES_EXPECTED, beta)?;
+        }
+        check_share("damping", self.damping)?;
+        check_share("correction", self.correction)?;
+        Ok(self)
+    }
+
+    /// By how much of `S K Kᵀ` a sample of the outer zone lowers the covariance: as printed, or
+    /// by Joseph's form, which alone is right for a gain that is not the Kalman gain.
+    pub(super) fn fall(&self) -> f64 {
+        match self.zones {
+            Zones::Published => self.damping,
+            Zones::Deviations(..) => self.damping * (2.0 - self.damping),
+        }
+    }
+}
+
+fn check_share(name: &'static str, share: f64) -> Result<(), Error> {
+    require((0.0..=1.0).contains(&share), name, "from 0 to 1", share)
+}
+
+/// Seconds, and samples at least, of outliers of one sign that are none.
+const EXIT_SECONDS: f64 = 0.03;
+const EXIT_SAMPLES: f64 = 3.0;
+
+/// As many times that are none whatever their signs.
+const EXIT_ANYWAY: i64 = 10;
+
+/// Accepted innovations after which one counts for 1/e: enough to know their deviation to seven
+/// percent, and few enough to forget a motion, or outliers that were taken, within seconds.
+const MEMORY: f64 = 100.0;
+
+/// What becomes of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Verdict<T> {
+    /// The Kalman filter takes it.
+    Taken,
+    /// As if its innovation were this.
+    Bounded(T),
+    /// The prediction moves by so much, then the filter takes it.
+    Corrected(T),
+    /// An outlier: what is left of the gain, and of `S K Kᵀ` in the fall of the covariance.
+    Damped(T, T),
+    /// What was taken for outliers is a step of the signal.
+    Exit,
+}
+
+/// Innovations so far, which a judgement of the next one rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Gate<T> {
+    pub law: RobustParams,
+    /// Outliers of one sign that are none.
+    pub exit: i64,
+    /// Taken innovations: E and V.
+    pub taken: Moments<T>,
+    /// Outliers since the last taken one.
+    pub outliers: Moments<T>,
+    /// Of these the last ones of one sign, below zero if that is negative.
+    pub row: i64,
+    /// The last sample was one.
+    pub outlier: bool,
+    pub outlier_count: u64,
+    pub exit_count: u64,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
+    /// Before the first innovation; the parameters are checked.
+    pub fn new(law: RobustParams, rate: f64) -> Self {
+        Self {
+            law,
+            exit: ((EXIT_SECONDS * rate).max(EXIT_SAMPLES) + 0.5) as i64,
+            taken: Moments::none(),
+            outliers: Moments::none(),
+            row: 0,
+            outlier: false,
+            outlier_count: 0,
+            exit_count: 0,
+        }
+    }
+
+    /// Forgets all innovations, but not how often what happened.
+    pub fn restart(&mut self) {
+        self.taken = Moments::none();
+        self.accept();
+    }
+
+    /// Judges the innovation `e`, of which the filter expects the variance `S`, its own prediction's
+    /// `P` in it; `scale` leads to the unit of the samples.
+    #[inline(always)]
+    pub fn judge(&mut self, e: T, P: T, S: T, scale: T) -> Verdict<T> {
+        self.outlier = false;
+        match self.law.zones {
+            Zones::Published => self.judge_as_published(e, scale),
+            Zones::Deviations(kappa, beta) => {
+                self.judge_by_deviations(e, [P, S], T::of(kappa), T::of(beta))
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn judge_by_deviations(&mut self, e: T, [P, S]: [T; 2], kappa: T, beta: T) -> Verdict<T> {
+        if self.taken.count == T::zero() {
+            self.begin(S);
+        }
+        // What the filter is unsure of, after a gap or a step, is no outlier.
+        let outer = kappa * self.taken.variance.at_least(P).simd_sqrt();
+        let inner = beta * outer;
+        let distance = e.simd_abs() - self.taken.mean.simd_abs();
+        if distance > outer {
+            return self.refuse(e, S);
+        }
+        self.accept();
+        let correction = T::of(self.law.correction);
+        let (counted, verdict) = match distance > inner {
+            false => (e, Verdict::Taken),
+            true if correction > T::zero() => (e, Verdict::Corrected(correction * e)),
+            true => (e.within(inner), Verdict::Bounded(e.within(inner))),
+        };
+        self.taken.observe(counted, T::of(MEMORY));
+        verdict
+    }
+
+    /// Equations 7 to 9 of the source and its figure 1.
+    #[inline(always)]
+    fn judge_as_published(&mut self, e: T, scale: T) -> Verdict<T> {
+        self.taken.observe(e, T::MAX);
+        let outer = scale * self.taken.variance;
+        let distance = e.simd_abs() - self.taken.mean.simd_abs();
+        match (distance > outer, distance > T::of(BETA) * outer) {
+            (true, _) => self.damp(),
+            (false, true) => Verdict::Corrected(T::of(self.law.correction) * e),
+            _ => Verdict::Taken,
+        }
+    }
+
+    fn damp(&mut self) -> Verdict<T> {
+        self.outlier = true;
+        self.outlier_count += 1;
+        Verdict::Damped(T::of(self.law.damping), T::of(self.law.fall()))
+    }
+
+    /// An outlier, or the last of so many that they are none: then the innovations begin anew,
+    /// with the scatter of these, if that is more than the filter expects.
+    fn refuse(&mut self, e: T, S: T) -> Verdict<T> {
+        self.outliers.observe(e, T::MAX);
+        let same_sign = (e > T::zero()) == (self.row > 0);
+        self.row = match (same_sign, e > T::zero()) {
+            (true, true) => self.row + 1,
+            (true, false) => self.row - 1,
+            (false, true) => 1,
+            (false, false) => -1,
+        };
+        let all = T::of(self.exit.saturating_mul(EXIT_ANYWAY) as f64);
+        if self.row.abs() < self.exit && self.outliers.count < all {
+            return self.damp();
+        }
+        self.exit_count += 1;
+        self.begin(S.at_least(self.outliers.variance));
+        self.accept();
+        Verdict::Exit
+    }
+
+    fn begin(&mut self, variance: T) {
+        let variance = variance.at_most(Self::most());
+        self.taken = Moments { count: T::of(self.exit as f64), mean: T::zero(), variance };
+    }
+
+    /// Ends a row of outliers.
+    #[inline(always)]
+    fn accept(&mut self) {
+        self.outliers = Moments::none();
+        self.row = 0;
+    }
+
+    /// A bound of all variances of innovations.
+    pub fn most() -> T {
+        let innovation = T::INPUT_MAX * T::of(16.0);
+        innovation * innovation
+    }
+}
+
+/// Recursive mean and variance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Moments<T> {
+    /// How many they rest on.
+    pub count: T,
+    pub mean: T,
+    pub variance: T,
+}
+
+impl<T: Limits + Real<Element = T, SimdBool = bool>> Moments<T> {
+    fn none() -> Self {
+        Self { count: T::zero(), mean: T::zero(), variance: T::zero() }
+    }
+
+    /// Takes one more; all weigh the same until there are as many as the memory.
+    #[inline(always)]
+    fn observe(&mut self, e: T, memory: T) {
+        self.count = (self.count + T::one()).at_most(memory);
+        let weight = T::one() / self.count;
+        let before = e - self.mean;
+        self.mean += before * weight;
+        self.variance += (before * (e - self.mean) - self.variance) * weight;
+    }
+}

@@ -1,0 +1,406 @@
+//! Wavelet denoising for Python: of records and of streams.
+
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use zerorate_core::denoise::{
+    self as core, Denoised, LevelRule, Mode, Shrinkage, Wavelet, WaveletParams, decompose,
+};
+use zerorate_core::{Bank, Error, checkpoint};
+
+use crate::common::arrays;
+use crate::common::errors::NativeError;
+use crate::common::streaming::{self, Shared, positive, reading, streaming};
+use crate::common::work::interruptible;
+
+/// Part of the sum that the largest detail may be.
+const PEAK_TO_SUM: f64 = 0.05;
+
+/// That part over the one that noise shows.
+const PEAK_TO_SUM_OVER_NOISE: f64 = 1.5;
+
+type Vector<'py, T> = Bound<'py, PyArray1<T>>;
+type Columns<'py> = (Bound<'py, PyAny>, Vector<'py, i64>, Vector<'py, f64>, Vector<'py, f64>);
+
+/// Records without the details that are no larger than noise.
+///
+/// Parameters
+/// ----------
+/// z : array_like, shape (n,) or (n, k)
+///     Samples, none of them missing.
+/// wavelet : str
+///     "haar", "db2", "db4" or "db8".
+/// level : int or str
+///     The last level, or the rule that finds it: "psr", "psr-normalised", "auto".
+/// rho : float or None
+///     The cut of the first two.
+/// mode : str
+///     "soft" or "hard".
+/// approximation : bool
+///     Whether what is below the last level is thresholded too.
+///
+/// Returns
+/// -------
+/// tuple
+///     signal as ``z``; level, sigma, threshold, shape (k,), one a column.
+///
+/// Raises
+/// ------
+/// ValueError
+///     An argument is out of range, or a sample is missing.
+#[pyfunction]
+pub fn denoise<'py>(
+    z: &Bound<'py, PyAny>,
+    wavelet: &str,
+    level: &Bound<'py, PyAny>,
+    rho: Option<f64>,
+    mode: &str,
+    approximation: bool,
+) -> PyResult<Columns<'py>> {
+    let py = z.py();
+    let (wavelet, mode) = (known_wavelet(wavelet)?, known_mode(mode)?);
+    let level = rule(level, rho)?;
+    let records = Records::of(z)?;
+    let columns = records.whole()?;
+    let (n, k) = (columns[0].len(), columns.len());
+    check_depth(wavelet, n, if let LevelRule::Fixed(last) = level { last } else { 1 })?;
+    let how = Shrinkage { wavelet, level, mode, approximation };
+    // NumPy's memory comes in huge pages: in small ones it would take longer than the work.
+    let signals = arrays::zeros::<f64>(py, &[k, n])?;
+    let room = arrays::zeros::<f64>(py, &[how.room(n)])?;
+    let found = {
+        let (mut signals, mut room) = (signals.try_readwrite()?, room.try_readwrite()?);
+        let (signals, room) = (signals.as_slice_mut()?, room.as_slice_mut()?);
+        interruptible(py, n.saturating_mul(k), || -> Vec<Denoised> {
+            let pairs = columns.iter().zip(signals.chunks_exact_mut(n));
+            pairs.map(|(z, signal)| how.denoise(z, signal, room)).collect()
+        })?
+    };
+    let each = |number: fn(&Denoised) -> f64| -> Vec<f64> { found.iter().map(number).collect() };
+    let (sigma, threshold) = (each(|one| one.sigma), each(|one| one.threshold));
+    let levels: Vec<i64> = found.iter().map(|one| one.level as i64).collect();
+    let signal = match records {
+        Records::Copied(arrays::Columns { axes: Some(_), .. }) => {
+            let rows = signals.call_method0("transpose")?;
+            py.import("numpy")?.call_method1("ascontiguousarray", (rows,))?
+        }
+        _ => signals.reshape([n])?.into_any(),
+    };
+    Ok((signal, levels.into_pyarray(py), sigma.into_pyarray(py), threshold.into_pyarray(py)))
+}
+
+/// What is left of a record below so many levels, then the details from the last level to the first.
+///
+/// Raises
+/// ------
+/// ValueError
+///     An argument is out of range, or a sample is missing.
+#[pyfunction]
+pub fn wavelet_decomposition<'py>(
+    z: &Bound<'py, PyAny>,
+    wavelet: &str,
+    level: i128,
+) -> PyResult<Vec<Vector<'py, f64>>> {
+    let (py, wavelet) = (z.py(), known_wavelet(wavelet)?);
+    let levels = positive("level", level)?;
+    let records = Records::of(z)?;
+    let [record] = records.whole()?[..] else {
+        return Err(PyValueError::new_err("z must have shape (n,)"));
+    };
+    check_depth(wavelet, record.len(), levels)?;
+    let parts = interruptible(py, record.len(), || decompose(record, wavelet, levels))?;
+    Ok(parts.into_iter().map(|part| part.into_pyarray(py)).collect())
+}
+
+fn known_wavelet(name: &str) -> PyResult<Wavelet> {
+    Wavelet::of_name(name).ok_or_else(|| {
+        let names = Wavelet::NAMES.map(|(_, name)| format!("'{name}'")).join(", ");
+        PyValueError::new_err(format!("wavelet must be one of {names}, got '{name}'"))
+    })
+}
+
+fn known_mode(name: &str) -> PyResult<Mode> {
+    Mode::of_name(name).ok_or_else(|| {
+        PyValueError::new_err(format!("mode must be 'soft' or 'hard', got '{name}'"))
+    })
+}
+
+fn rule(level: &Bound<'_, PyAny>, rho: Option<f64>) -> PyResult<LevelRule> {
+    let cut = |usual: f64| match rho.unwrap_or(usual) {
+        cut if cut > 0.0 && cut.is_finite() => Ok(cut),
+        cut => Err(PyValueError::new_err(format!("rho must be a positive number, got {cut}"))),
+    };
+    let found = match level.extract::<String>().as_deref() {
+        Ok("psr") => return Ok(LevelRule::PeakToSum(cut(PEAK_TO_SUM)?)),
+        Ok("psr-normalised") => {
+            return Ok(LevelRule::PeakToSumOverNoise(cut(PEAK_TO_SUM_OVER_NOISE)?));
+        }
+        Ok("auto") => LevelRule::Noise,
+        Ok(other) => {
+            return Err(PyValueError::new_err(format!(
+                "level must be 'auto', 'psr', 'psr-normalised' or a number, got '{other}'"
+            )));
+        }
+        Err(_) => LevelRule::Fixed(positive("level", whole(level)?)?),
+    };
+    match rho {
+        None => Ok(found),
+        Some(_) => Err(PyValueError::new_err(
+            "rho is the cut of level='psr' and level='psr-normalised' alone",
+        )),
+    }
+}
+
+fn whole(level: &Bound<'_, PyAny>) -> PyResult<i128> {
+    level.extract().map_err(|_| {
+        PyTypeError::new_err(format!("level must be a whole number or a rule's name, got {level}"))
+    })
+}
+
+fn check_depth(wavelet: Wavelet, n: usize, level: usize) -> PyResult<()> {
+    let (deepest, name) = (wavelet.deepest(n), wavelet.name());
+    if deepest == 0 {
+        let least = 2 * (wavelet.taps() - 1);
+        return Err(PyValueError::new_err(format!(
+            "z is too short for '{name}': a level needs {least} samples, got {n}"
+        )));
+    }
+    if level > deepest {
+        return Err(PyValueError::new_err(format!(
+            "level must be at most {deepest} for {n} samples and '{name}', got {level}"
+        )));
+    }
+    Ok(())
+}
+
+/// Records side by side: of an array of one axis where it stands.
+enum Records<'py> {
+    InPlace(PyReadonlyArray1<'py, f64>),
+    Copied(arrays::Columns),
+}
+
+impl<'py> Records<'py> {
+    fn of(z: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let axes = z.getattr("ndim").and_then(|axes| axes.extract::<usize>());
+        match axes {
+            Ok(1) => Ok(Self::InPlace(arrays::axis(z)?)),
+            _ => Ok(Self::Copied(arrays::columns(z)?)),
+        }
+    }
+
+    /// All of them, none with a gap.
+    fn whole(&self) -> PyResult<Vec<&[f64]>> {
+        let (records, axes) = match self {
+            Self::InPlace(array) => (vec![array.as_slice()?], None),
+            Self::Copied(columns) => {
+                (columns.values.iter().map(Vec::as_slice).collect(), columns.axes)
+            }
+        };
+        if records.is_empty() {
+            return Err(PyValueError::new_err("z must have shape (n,) or (n, k), got no column"));
+        }
+        for (k, record) in records.iter().enumerate() {
+            if let Some(row) = missing(record) {
+                let place = axes.map_or(String::new(), |_| format!(" of column {k}"));
+                return Err(PyValueError::new_err(format!(
+                    "z misses sample {row}{place}: denoise needs a record without gaps, \
+                     DriftFilter and WaveletDenoiser do not"
+                )));
+            }
+        }
+        Ok(records)
+    }
+}
+
+/// The first sample that is not finite.
+fn missing(record: &[f64]) -> Option<usize> {
+    // Piece by piece, of which each is looked at without a branch.
+    let whole = |piece: &[f64]| piece.iter().fold(true, |all, z| all & z.is_finite());
+    if record.chunks(1 << 10).all(whole) {
+        return None;
+    }
+    record.iter().position(|z| !z.is_finite())
+}
+
+/// Wavelet denoising while samples arrive, late by a known number of samples.
+///
+/// A decimated bank of Daubechies' filters splits the signal into octaves; details smaller than
+/// ``threshold`` deviations of the noise are taken away (VisuShrink), and the rest is put together
+/// again. What ``update`` returns belongs to the sample ``delay`` samples ago, ``(2**level - 1) *
+/// (taps - 1) + 1``, to the last bit of that number: with ``threshold=0`` it is that sample, to
+/// rounding. **At equal delay a linear-phase low-pass is better nearly always**: docs/wavelets.md.
+///
+/// The deviation of the noise is learned from the finest octave, by counting how many details lie
+/// within it: no outlier moves it by more than any other sample. Sixteen details begin it, and before
+/// that nothing is taken away. Motion that is quick enough to reach the finest octave passes for noise
+/// in time; the longer the filter, the quicker it must be.
+///
+/// One that is not finite (or ``update(None)``) is a missing sample: the last one before it is taken
+/// for it, and the noise learns nothing from details that it is in. Before the first sample NaN is
+/// returned. One object serves one thread at a time.
+///
+/// Parameters
+/// ----------
+/// rate : float
+///     Samples a second: it says how fast the noise is followed (a factor of e in some 10 s), and
+///     what ``delay_seconds`` is.
+/// wavelet : {"haar", "db2", "db4", "db8"}, default "db2"
+///     2, 4, 8 or 16 taps. Short ones delay less, long ones tell motion from noise better.
+/// level : int, default 3
+///     Octaves that are denoised, from 1 to 10: each halves the variance of white noise and doubles
+///     the delay.
+/// mode : {"hard", "soft"}, default "hard"
+///     Details above the threshold stay, or come nearer to zero by it: soft is smoother at rest and
+///     bends motion.
+/// threshold : float, default 4.0
+///     In deviations of the noise; 4 is that of VisuShrink for 3000 samples. 0 takes nothing away.
+/// channels : int, optional
+///     Number of signals side by side; ``None`` is a single one.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of range.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, zerorate as zr
+/// >>> denoiser = zr.WaveletDenoiser(rate=200.0, level=3)
+/// >>> denoiser.delay, denoiser.delay_seconds
+/// (22, 0.11)
+/// >>> z = 5.0 + np.random.default_rng(1).standard_normal(20_000)
+/// >>> x = denoiser.process(z)
+/// >>> round(float(x[10_000:].std()), 2)  # 1 / sqrt(2**3) = 0.35
+/// 0.34
+#[pyclass(module = "zerorate")]
+#[derive(Debug)]
+pub struct WaveletDenoiser {
+    shared: Shared<Bank<core::WaveletDenoiser>>,
+}
+
+streaming!(
+    WaveletDenoiser,
+    update: "Takes one sample, returns the denoised one of ``delay`` samples ago: float to float, with
+    channels (k,) to (k,).",
+    process: "What ``update`` returns for each sample of a batch: (n,) to (n,), with channels (n, k)
+    to (n, k); the interpreter lock is released.",
+    out
+);
+
+#[pymethods]
+impl WaveletDenoiser {
+    #[new]
+    #[pyo3(signature = (
+        rate, wavelet="db2", level=3, mode="hard", threshold=4.0, channels=None
+    ))]
+    fn new(
+        rate: f64,
+        wavelet: &str,
+        level: i128,
+        mode: &str,
+        threshold: f64,
+        channels: Option<i128>,
+    ) -> PyResult<Self> {
+        let channels = streaming::channels(channels)?;
+        let (wavelet, mode) = (known_wavelet(wavelet)?, known_mode(mode)?);
+        let level = positive("level", level)?;
+        let params = WaveletParams { rate, wavelet, level, mode, threshold };
+        let denoiser = core::WaveletDenoiser::new(params).map_err(NativeError::from)?;
+        let bank = Bank::new(&denoiser, channels.unwrap_or(1)).map_err(NativeError::from)?;
+        Ok(Self::of(channels, bank).map_err(NativeError::from)?)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let channels = this.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
+        let WaveletParams { rate, wavelet, level, mode, threshold } = this.first().params();
+        Ok(format!(
+            "WaveletDenoiser(rate={rate:?}, wavelet='{}', level={level}, mode='{}', \
+             threshold={threshold:?}{channels})",
+            wavelet.name(),
+            mode.name()
+        ))
+    }
+
+    /// By how many samples what is returned is late.
+    #[getter]
+    fn delay(slf: &Bound<'_, Self>) -> PyResult<u64> {
+        Ok(reading(slf)?.first().delay())
+    }
+
+    /// The same in seconds.
+    #[getter]
+    fn delay_seconds(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        let this = reading(slf)?;
+        Ok(this.first().delay() as f64 / this.first().params().rate)
+    }
+
+    /// Deviation of the noise so far, in the samples' unit, zero before it is known: float, with
+    /// channels (k,).
+    #[getter]
+    fn sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        let values = this.shared.bank.streams().iter().map(|one| one.sigma()).collect();
+        this.shared.numbers(slf.py(), values)
+    }
+
+    /// Samples that were missing so far: int, with channels (k,).
+    #[getter]
+    fn missing<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        let counts = this.shared.bank.streams().iter().map(|one| one.missing() as i64).collect();
+        this.shared.numbers(slf.py(), counts)
+    }
+
+    /// Samples given so far, missing ones included.
+    #[getter]
+    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
+        Ok(reading(slf)?.first().samples_seen())
+    }
+
+    /// Samples a second.
+    #[getter]
+    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(reading(slf)?.first().params().rate)
+    }
+
+    /// Name of the wavelet.
+    #[getter]
+    fn wavelet(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
+        Ok(reading(slf)?.first().params().wavelet.name())
+    }
+
+    /// Octaves that are denoised.
+    #[getter]
+    fn level(slf: &Bound<'_, Self>) -> PyResult<usize> {
+        Ok(reading(slf)?.first().params().level)
+    }
+
+    /// "hard" or "soft".
+    #[getter]
+    fn mode(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
+        Ok(reading(slf)?.first().params().mode.name())
+    }
+
+    /// In deviations of the noise.
+    #[getter]
+    fn threshold(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(reading(slf)?.first().params().threshold)
+    }
+}
+
+impl WaveletDenoiser {
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        let (channels, bank) = checkpoint::restore(bytes)?;
+        Self::of(channels, bank)
+    }
+
+    fn of(channels: Option<usize>, bank: Bank<core::WaveletDenoiser>) -> Result<Self, Error> {
+        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
+    }
+
+    fn first(&self) -> &core::WaveletDenoiser {
+        &self.shared.bank.streams()[0]
+    }
+}
