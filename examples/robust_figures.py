@@ -179,11 +179,14 @@ class Gate:
         d = z - self.centre
         far = np.abs(d) > self.far
         near, bound, centre = self.near, self.far, self.centre
-        exits = far.mean() > 0.3 or self._side(d, far) > self.longest
-        level = z.mean() if exits else centre + np.clip(d[~far], -near, near).mean()
-        share = np.mean(np.abs(d) < self.scale)
-        self.scale *= math.exp(0.05 * (0.682689 - share))
-        self.centre += (level - centre) / 4.0
+        exits = np.mean(np.abs(d) > near) > 0.3 or self._side(d, far) > self.longest
+        if exits:
+            level = self.centre = z.mean()
+        else:
+            level = centre + np.clip(d[~far], -near, near).mean()
+            share = np.mean(np.abs(d) < self.scale)
+            self.scale *= math.exp(0.05 * (0.682689 - share))
+            self.centre += (level - centre) / 4.0
         return Tick(z, far, np.abs(d) > near, exits, float(level), centre, near, bound)
 
     def _side(self, d: Floats, far: npt.NDArray[np.bool_]) -> int:
@@ -237,8 +240,8 @@ def burst() -> "Figure":
         height,
         "Eight ticks of a simulated gyro at rest, 0.1 deg/s of noise at 100 Hz. Lone outliers and "
         "clipped samples leave the levels where they were. More than three far\n"
-        "samples in a row on one side, or more than three in ten of a tick, are no outliers: the "
-        "tick counts whole, the centre follows what may be a new level, and returns.",
+        "samples in a row on one side, or more than three in ten of a tick beyond 3 s, are no outliers: "
+        "the tick counts whole, the centre goes with it, and returns.",
     )
     return figure
 
