@@ -202,7 +202,10 @@ def test_records_are_json_beside_the_logs(logs, batch, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"method": "best"}, "method must be 'kf', 'akf', 'fading', 'robust' or 'auto', got 'best'"),
+        (
+            {"method": "best"},
+            "method must be 'kf', 'akf', 'fading', 'robust' or 'auto', got 'best'",
+        ),
         ({"unit": "miles"}, "unknown unit 'miles'"),
         ({"rate": -1.0}, "rate"),
         ({"format": "xls"}, "format must be one of"),
