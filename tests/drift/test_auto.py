@@ -75,7 +75,8 @@ def scores():
     z, drift = walks(np.sqrt(ratios) / 200.0, n, channels, seed=3)
     f = auto(channels=channels)
     found = []
-    for stop in (MINUTE, 2 * MINUTE + 75, n):
+    # Once a minute of stillness has shown that it is rest, and the first tick that begins it.
+    for stop in (MINUTE + 200, 2 * MINUTE + 75, n):
         f.process(z[f.samples_seen : stop])
         found.append((f.bias - drift[stop - 1]) / f.bias_sigma)
     return np.array(found)
@@ -91,20 +92,29 @@ def test_the_interval_holds_the_drift_as_often_as_it_says():
         np.testing.assert_allclose(held, share, rtol=0.0, atol=tolerance)
 
 
-def test_a_constant_is_known_exactly():
-    f = auto()
+@pytest.mark.parametrize(("motion", "sigma"), [("ignore", 0.0), ("hold", 0.35)])
+def test_a_constant_is_known_exactly(motion, sigma):
+    """That it is a bias is not: as long as nothing else has been seen it may be motion."""
+    f = auto(motion=motion)
     np.testing.assert_array_equal(f.process(np.full(MINUTE, -0.35)), -0.35)
-    assert (f.bias, f.bias_sigma, f.status, f.ready) == (-0.35, 0.0, "starting", False)
+    assert (f.bias, f.bias_sigma, f.status, f.ready) == (-0.35, sigma, "starting", False)
 
 
-def test_a_record_that_becomes_constant_leaves_a_filter_that_goes_on():
-    noise = np.random.default_rng(4).standard_normal(2 * MINUTE)
+def test_a_record_that_becomes_constant_is_that_of_a_stuck_sensor():
+    noise = np.random.default_rng(4).standard_normal(3 * MINUTE)
     f = auto()
-    f.process(np.append(noise, np.full(10 * MINUTE, 0.25)))
-    # The noise fades by e a minute, to 5e-5 of what it was.
-    assert 0.0 < f.measurement_noise < 1e-4
-    assert abs(f.bias - 0.25) < 0.01
-    assert 0.0 < f.bias_sigma < 0.1
+    f.process(noise[: 2 * MINUTE])
+    bias, R = f.bias, f.measurement_noise
+    f.process(np.full(10 * MINUTE, 0.25))
+    # All but the first few of one tick, which might be chance.
+    assert f.status == "stuck"
+    assert f.stuck_count == 10 * MINUTE
+    # What moves the bias until a tick is complete is taken back.
+    assert f.bias == pytest.approx(bias, abs=0.01)
+    assert f.measurement_noise == R
+    f.process(0.25 + noise[2 * MINUTE :])
+    assert f.status == "at rest"
+    assert abs(f.bias - 0.25) < 0.1
 
 
 def test_before_the_start_up_is_over_it_is_the_mean_so_far():
@@ -113,9 +123,39 @@ def test_before_the_start_up_is_over_it_is_the_mean_so_far():
     # A running mean against a sum: 99 roundings of numbers of order one.
     np.testing.assert_allclose(f.process(z), np.cumsum(z) / np.arange(1, 100), atol=1e-14)
     assert (f.status, f.ready) == ("starting", False)
+    # It may be motion of the samples' size.
+    assert f.bias_sigma == pytest.approx(abs(z.mean()) + z.std(ddof=1), rel=1e-12)  # rounding
+    f.update(0.0)
+    assert (f.status, f.ready) == ("provisional", True)
+
+
+def test_a_start_that_ignores_motion_is_known_as_its_mean_is():
+    z = np.random.default_rng(5).standard_normal(99)
+    f = auto(motion="ignore")
+    f.process(z)
     assert f.bias_sigma == pytest.approx(z.std(ddof=1) / np.sqrt(99), rel=1e-12)  # rounding
     f.update(0.0)
     assert (f.status, f.ready) == ("at rest", True)
+
+
+def test_a_turn_from_the_start_is_no_bias_for_certain_until_a_minute_is_over():
+    f = auto()
+    f.process(30.0 + np.random.default_rng(8).standard_normal(MINUTE))
+    assert f.status == "provisional"
+    assert f.bias_sigma > abs(f.bias) > 29.0
+    f.process(30.0 + np.random.default_rng(9).standard_normal(200))
+    assert f.status == "at rest"
+    assert f.bias_sigma < 0.1
+
+
+def test_a_quieter_level_is_believed_at_once_over_a_provisional_one():
+    rng = np.random.default_rng(10)
+    f = auto()
+    f.process(30.0 + 5.0 * rng.standard_normal(2000))
+    assert f.status == "provisional"
+    f.process(rng.standard_normal(1000))
+    assert f.status == "at rest"
+    assert abs(f.bias) < 5.0 / np.sqrt(500.0)
 
 
 def test_before_two_samples_the_sigma_is_the_sample():

@@ -60,7 +60,8 @@ def test_a_fifth_of_the_start_up_may_be_anything(data):
             max_size=len(places),
         )
     )
-    z = record(60.0)
+    # After a minute of stillness `auto` takes rest for proven.
+    z = record(90.0)
     z[places] = sizes
     estimates, f = filtered(z, method, motion)
     # The start tells the noise to a factor; the detector may take the first ticks for motion.

@@ -145,7 +145,7 @@ def test_switching_on_again_forgets_the_drift_but_not_the_noise(arguments, befor
     f.process(before)
     noise = np.asarray(f.measurement_noise)
     f.power_on()
-    assert (f.bias, f.status) == (0.0, "starting")
+    assert (f.bias, f.status) == (0.0, twin.status)
     assert_same_bits(f.samples_seen, len(before))
     if f.ready:
         assert_same_bits(f.measurement_noise, noise)

@@ -8,10 +8,13 @@ from oracle.sketch import Sketch
 # Bounds of the zones, in deviations and at least in steps.
 NEAR, FAR = (3.0, 1.01), (4.0, 3.0)
 WITHIN_ONE = math.erf(math.sqrt(0.5))
-RATE = 0.05
+# Where almost all of many samples are within one deviation, that was of motion.
+RATE, FAST, ALMOST_ALL, MANY = 0.05, 0.5, 0.95, 16
 LEAST_STEPS = 0.25
-# Far samples that are outliers: share of a tick, seconds and samples on one side.
-SHARE, SIDE, LEAST_SIDE = 0.3, 0.03, 3
+# Ratio of two deviations that are not of one noise.
+OFF = 2.0
+# Far samples that are outliers: seconds and samples on one side.
+SIDE, LEAST_SIDE = 0.015, 3
 LEAST_LEARNED, TELLING = 32, 8
 BOUND = 1e75
 
@@ -47,7 +50,9 @@ class Gate:
         near = [d for d in plain if abs(d) <= self.far]
         far = len(plain) - len(near)
         lasts = any(abs(side) > self.longest for side in self.side_after(runs))
-        exits = len(plain) >= 4 and (lasts or 10 * far > 3 * len(plain))
+        # Three in ten.
+        many = 10 * sum(abs(d) > self.near for d in plain) > 3 * len(plain)
+        exits = len(plain) >= 4 and (lasts or many)
         return Judged(plain, [self.bounded(d) for d in near], far, exits)
 
     def bounded(self, d):
@@ -56,8 +61,10 @@ class Gate:
     def end_tick(self, runs, judged, step):
         self.side = [self.side, *self.side_after(runs)][-1]
         self.open = judged.exits
-        share = sum(abs(d) < self.scale for d in judged.plain) / max(len(judged.plain), 1)
-        self.scale *= math.exp(RATE * (WITHIN_ONE - share))
+        if not judged.exits:
+            share = sum(abs(d) < self.scale for d in judged.plain) / len(judged.plain)
+            rate = FAST if share > ALMOST_ALL and len(judged.plain) >= MANY else RATE
+            self.scale *= math.exp(rate * (WITHIN_ONE - share))
         self.set_bounds(max(self.scale, LEAST_STEPS * step), step)
 
     def start(self, inverse, step):
@@ -67,6 +74,11 @@ class Gate:
             return
         self.open = False
         self.set_bounds(min(self.sketch.deviation * inverse, BOUND), step)
+
+    def rest(self, deviation, step):
+        """A rest begins: a scale that is far off is that of motion, or of the noise before."""
+        if not deviation / OFF <= self.scale <= deviation * OFF:
+            self.set_bounds(max(deviation, LEAST_STEPS * step), step)
 
     def set_bounds(self, scale, step):
         self.scale = scale

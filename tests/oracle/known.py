@@ -34,7 +34,7 @@ class Candidate:
     """Successive ticks alike, whose levels stand still."""
 
     def __init__(self, seen):
-        self.levels, self.variances = [seen.level], [seen.variance]
+        self.levels, self.variances, self.counts = [seen.level], [seen.variance], [seen.count]
 
     @property
     def ticks(self):
@@ -52,15 +52,20 @@ class Candidate:
     def level_variance(self):
         return float(np.var(self.levels, ddof=1)) if self.ticks > 1 else 0.0
 
-    def take(self, seen, length):
+    @property
+    def level_deviation(self):
+        return math.sqrt(self.level_variance / self.ticks)
+
+    def take(self, seen):
         self.levels.append(seen.level)
         self.variances.append(seen.variance)
-        freedom = min(length - 2.0, 14.0)
+        self.counts.append(seen.count)
+        freedom = min(seen.count - 2.0, 14.0)
         slack = flips(seen.step)
         alike = seen.variance <= self.variance * bound(
             freedom, CERTAIN
         ) + slack and seen.variance + slack >= self.variance * bound(freedom, -CERTAIN)
-        stands = self.level_variance <= (0.25 + 4.0 / length) * self.variance + slack
+        stands = self.level_variance <= (0.25 + 4.0 / min(self.counts)) * self.variance + slack
         if not (alike and stands):
             self.__init__(seen)
 
@@ -85,6 +90,8 @@ class Known:
 
     def is_quiet(self, seen):
         freedom = 2.0 * self.variance**2 / max(self.spread, 2.2250738585072014e-308)
+        if seen.weight < 1.0:
+            freedom = min(freedom, seen.count - 2.0)
         most = max(LOUD, bound(max(freedom, 1.0), CERTAIN))
         return seen.variance <= self.variance * most + flips(seen.step)
 
@@ -128,4 +135,7 @@ class Known:
         return self.is_quiet(seen) and distance <= NEAR_TICK * self.deviation + 1.01 * seen.step
 
     def is_level(self, level, step):
-        return abs(level - self.reference) <= NEAR_MEAN * self.deviation + 1.01 * step
+        return self.is_near_level(abs(level - self.reference), step)
+
+    def is_near_level(self, distance, step):
+        return distance <= NEAR_MEAN * self.deviation + 1.01 * step

@@ -9,6 +9,8 @@ from oracle.ticker import Ticker
 
 # Doubts after which the time that a rest needs no longer doubles.
 PATIENCE = 8
+# Deviations of the level of a candidate within which it may be that of the rest before.
+CONFIDENT = 3.0
 
 
 class RestDetector:
@@ -59,15 +61,17 @@ class RestDetector:
 
     def decide(self, seen):
         possible = self.still.take(seen)
-        if self.known is None:
-            return self.begin(seen, possible)
-        return (self.rest if self.at_rest else self.motion)(seen, possible)
+        doing = self.rest if self.at_rest else self.motion
+        event = (doing if self.known else self.begin)(seen, possible)
+        if event and self.at_rest:
+            self.ticker.gate.rest(math.sqrt(self.known.variance), self.ticker.step)
+        return event
 
     def take(self, seen):
         if self.candidate is None:
             self.candidate = Candidate(seen)
         else:
-            self.candidate.take(seen, self.length)
+            self.candidate.take(seen)
 
     def begin(self, seen, possible):
         if not possible:
@@ -167,8 +171,10 @@ class RestDetector:
     def adopt(self, seen):
         if self.candidate.ticks < self.needed(seen.step):
             return None
-        event = self.returned(self.known, self.candidate.level, seen)
         adopted, old = Known(self.candidate, self.length, self.short), self.known
+        far = abs(self.candidate.level - old.reference)
+        unsure = CONFIDENT * self.candidate.level_deviation
+        event = "rest" if old.is_near_level(max(far - unsure, 0.0), seen.step) else "restart"
         if is_quieter(adopted.variance, old.variance, seen.step):
             self.proven = True
         elif old.trust >= self.long:

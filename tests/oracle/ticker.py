@@ -139,7 +139,7 @@ class Ticker:
 
     def follow(self, above, judged):
         self.gate.end_tick(self.runs, judged, self.step)
-        self.centre += FOLLOW * above
+        self.centre += above if judged.exits else FOLLOW * above
         if self.gate.learning and self.unit:
             self.gate.start(self.inverse, self.step)
             centre = (self.gate.sketch.median - self.origin) * self.inverse

@@ -97,6 +97,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         !self.proven
     }
 
+    /// Variance of the samples of a rest that a tick has begun.
+    pub(super) fn begun(&self, event: Option<Event>) -> Option<T> {
+        let begins = matches!(event, Some(Event::Rest | Event::Restart)) && self.at_rest;
+        self.known.filter(|_| begins).map(|known| known.noise.variance)
+    }
+
     /// Before anything is known.
     fn begin(&mut self, possible: bool, seen: &TickSums<T>) -> Option<Event> {
         if !possible {

@@ -30,6 +30,9 @@ const ALMOST_ALL: f64 = 0.95;
 /// Samples that tell such a share.
 const MANY: u32 = 16;
 
+/// Ratio of two deviations that are not of one noise.
+const OFF: f64 = 2.0;
+
 /// Least deviation in steps: one of zero would never grow.
 const LEAST_STEPS: f64 = 0.25;
 
@@ -135,11 +138,15 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
         self.moves || self.beyond * OUTLIERS[1] > samples * OUTLIERS[0]
     }
 
-    /// Ends a tick of so many samples; `step` is the sensor's.
+    /// Ends a tick of so many samples; `step` is the sensor's. Motion tells nothing of the noise.
     pub(super) fn end_tick(&mut self, samples: u32, exits: bool, step: T) {
         let share = f64::from(self.inside) / f64::from(samples.max(1));
         let too_large = share > ALMOST_ALL && samples >= MANY;
-        let rate = if too_large { FAST } else { RATE };
+        let rate = match (exits, too_large) {
+            (true, _) => 0.0,
+            (false, true) => FAST,
+            (false, false) => RATE,
+        };
         let growth = T::of(rate * (WITHIN_ONE - share)).exp();
         self.scale = (self.scale * growth).at_least(T::of(LEAST_STEPS) * step);
         self.forget_tick();
@@ -150,6 +157,16 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Gate<T> {
     /// Leaves out what this tick has shown so far.
     pub(super) fn forget_tick(&mut self) {
         (self.inside, self.beyond, self.moves) = (0, 0, false);
+    }
+
+    /// A rest begins whose samples have this deviation: one far off it was that of motion, or of
+    /// the noise before.
+    pub(super) fn rest(&mut self, deviation: T, step: T) {
+        let (most, least) = (deviation * T::of(OFF), deviation * T::of(1.0 / OFF));
+        if self.scale > most || self.scale < least {
+            self.scale = deviation.at_least(T::of(LEAST_STEPS) * step);
+            self.set_bounds(step);
+        }
     }
 
     fn set_bounds(&mut self, step: T) {

@@ -178,6 +178,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
             (false, true) => self.decision.take(seen),
             (false, false) => None,
         };
+        if let Some(variance) = self.decision.begun(event) {
+            self.ticker.rest(variance);
+        }
         let TickSums { count, mean, outliers, stuck, .. } = *seen;
         let deviation = if count > 0 { seen.deviation } else { T::zero() };
         let calm = count > 0 && self.at_rest();

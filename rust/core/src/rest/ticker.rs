@@ -27,7 +27,7 @@ const PATIENCE: u32 = 64;
 /// rounding makes of them.
 const FEW_STEPS: f64 = 2.5;
 
-/// Part of a tick's distance by which the centre follows it.
+/// Part of a tick's distance by which the centre follows it; the whole if the sensor moves.
 const FOLLOW: f64 = 0.25;
 
 /// Sums over the samples of the tick that is under way.
@@ -247,6 +247,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         }
     }
 
+    /// A rest begins whose samples have this variance.
+    pub(super) fn rest(&mut self, variance: T) {
+        self.gate.rest(variance.simd_sqrt(), self.least_step());
+    }
+
     /// The smallest step so far, zero if there was none.
     fn least_step(&self) -> T {
         choose(self.step < T::MAX, self.step * self.inverse, T::zero()).at_most(self.bound)
@@ -286,7 +291,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         let step = self.least_step();
         let (above, _) = used.without_farthest();
         self.gate.end_tick(self.plain.count, exits, step);
-        self.centre += above * T::of(FOLLOW);
+        self.centre += above * T::of(if exits { 1.0 } else { FOLLOW });
         if self.gate.learns() && self.unit > T::zero() {
             self.gate.start(self.inverse, step);
             self.centre = ((self.gate.median() - self.origin) * self.inverse).within(self.bound);
