@@ -52,7 +52,8 @@ class TestReplay:
             ),
             (
                 ("--only", "--order", "3,1"),
-                "--order has no effect on method 'auto', only on 'kf', 'akf', 'fading' and 'robust'",
+                "--order has no effect on method 'auto', only on 'kf', 'akf', 'fading' and "
+                "'robust'",
             ),
             (
                 ("--only", "--fading", "0.97"),

@@ -78,6 +78,8 @@ def only_used(arguments):
     """Leave out what the method would refuse."""
     unused = set() if arguments["method"] == "fading" else {"fading", "process_noise_memory"}
     unused |= {"outliers"} if arguments["method"] == "robust" else set()
+    # Where every sample is taken for rest there is nothing to limit.
+    unused |= set(REST_LIMITS) if arguments.get("motion") == "ignore" else set()
     return {name: value for name, value in arguments.items() if name not in unused}
 
 
@@ -122,7 +124,7 @@ def auto_settings(channels=None):
             "channels": st.just(channels),
         },
         optional={**CONDUCT, **REST_LIMITS},
-    )
+    ).map(only_used)
 
 
 def drift(arguments):

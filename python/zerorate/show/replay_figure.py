@@ -180,7 +180,9 @@ def _last_sentence(replay: Replay) -> str:
     moved = replay.readings is not None and not (replay.readings.at_rest | lost).all()
     sentences = [] if replay.method == "auto" else ["Dotted: end of learning."]
     if moved:
-        sentences.append("Shaded over time: motion, or no rest seen yet; Allan deviations are of the rest.")
+        sentences.append(
+            "Shaded over time: motion, or no rest seen yet; Allan deviations are of the rest."
+        )
     if lost.any():
         sentences.append("Shaded rose: the sensor was stuck or saturated.")
     return " ".join(sentences)
