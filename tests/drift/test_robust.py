@@ -234,11 +234,11 @@ def test_a_start_at_rest_within_limits():
     z = at_rest(6000)
     f = auto(rest_limit=3.0, bias_limit=20.0)
     trace = f.trace(z)
-    # Nothing is taken off until it has been still for a second and a half.
-    assert np.all(trace.bias[:149] == 0.0) and not trace.at_rest[:149].any()
-    assert trace.at_rest[150:].all() and f.status == "at rest"
-    assert np.all(np.abs(trace.bias[150:] - BIAS) < 5.0 * trace.bias_sigma[150:])
-    assert np.all(trace.bias_sigma[:149] >= BIAS)
+    # Nothing is taken off until it has been still for nine ticks.
+    assert np.all(trace.bias[:224] == 0.0) and not trace.at_rest[:224].any()
+    assert trace.at_rest[225:].all() and f.status == "at rest"
+    assert np.all(np.abs(trace.bias[225:] - BIAS) < 5.0 * trace.bias_sigma[225:])
+    assert np.all(trace.bias_sigma[:224] >= BIAS)
 
 
 def broad():

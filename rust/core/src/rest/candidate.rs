@@ -9,6 +9,10 @@ use super::ticker::{TickSums, level_max};
 use crate::math::sound::{is_size, is_within};
 use crate::math::{Limits, Real};
 
+/// Variance of the mean of so many samples at most, over that of white noise, that is even.
+const EVEN: f64 = 4.0;
+const MANY: u32 = 25;
+
 /// Successive ticks of much the same variance whose levels vary far less than the samples do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Candidate<T> {
@@ -70,6 +74,15 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Candidate<T> {
     fn stands(&self, seen: &TickSums<T>) -> bool {
         let share = T::of(LEVEL_SHARE + 4.0 / f64::from(self.count));
         self.level_variance() <= share * self.variance + flips(seen.step)
+    }
+
+    /// Whether the levels vary no more than the means of noise that is nearly white, or than those
+    /// of samples on two neighbouring steps.
+    pub(super) fn is_even(&self, step: T) -> bool {
+        let share = T::of(EVEN / f64::from(self.count.min(MANY)));
+        let (levels, two_steps) = (self.level_variance(), flips(step));
+        let coarse = self.variance <= two_steps && levels <= two_steps;
+        coarse || levels <= share * self.variance
     }
 
     /// Deviation of the mean level.

@@ -112,7 +112,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         self.candidate.take(seen);
         let Times { dwell, short, .. } = self.times;
         let doubted = self.false_start && !self.still.is_limited();
-        let needed = if doubted { short } else { dwell };
+        let needed = match self.still.is_limited() {
+            true => self.needed_within_limits(seen.step),
+            false if doubted => short,
+            false => dwell,
+        };
         if self.candidate.ticks < needed || !self.still.lasts() {
             return None;
         }
@@ -244,6 +248,17 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         })
     }
 
+    /// Ticks that one needs of which nothing more is known than that it may be rest: turning stands
+    /// still for a moment where it turns back.
+    fn needed_within_limits(&self, step: T) -> u32 {
+        let Times { dwell, short, .. } = self.times;
+        let first = dwell + dwell / 2;
+        match self.candidate.is_even(step) {
+            true => (first << self.doubts.min(PATIENCE)).min(short),
+            false => short,
+        }
+    }
+
     /// Ticks that a candidate needs: the farther it is and the louder, the longer.
     fn needed(&self, known: &RestModel<T>, step: T) -> T {
         let Times { dwell, short, long, .. } = self.times;
@@ -256,7 +271,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
             return T::of(2.0 * f64::from(dwell));
         }
         if self.still.is_limited() && known.trust < short && !is_quieter(old, new, step) {
-            return T::of(f64::from((dwell << self.doubts.min(PATIENCE)).min(short)));
+            return T::of(f64::from(self.needed_within_limits(step)));
         }
         let long = T::of(f64::from(long));
         let deviation = known.noise.variance.simd_sqrt();

@@ -131,8 +131,8 @@ fn nothing_beyond_the_limits_is_rest() {
     };
     let noise = white_noise(30_000, 5);
     let turned = |rate: f64| noise.iter().map(|z| z + rate).collect::<Vec<_>>();
-    assert_eq!(rests(turned(0.0)), 30_000 - 149);
-    assert_eq!(rests(turned(19.0)), 30_000 - 149);
+    assert_eq!(rests(turned(0.0)), 30_000 - 224);
+    assert_eq!(rests(turned(19.0)), 30_000 - 224);
     assert_eq!(rests(turned(21.0)), 0);
     assert_eq!(rests(noise.iter().map(|z| 4.0 * z).collect()), 0);
     // A minute of turning back and forth: the means of ticks move by far more than three.
