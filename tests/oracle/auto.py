@@ -67,9 +67,9 @@ class AutoFilter:
         return {**now, "innovation": innovation, "gain": gain, "missing": missing}
 
     def follow(self, innovation):
-        """Until the tick is judged, by no more than four deviations."""
-        gain, most = self.drift["gain"], self.drift["most"]
-        self.estimate += gain * min(max(innovation, -most), most)
+        """Until the tick is judged; a sample more than four deviations off moves nothing."""
+        if abs(innovation) <= self.drift["most"]:
+            self.estimate += self.drift["gain"] * innovation
 
     def believed(self, level):
         """A level, zero for one that no bias has."""
