@@ -70,7 +70,7 @@ use crate::common::work::in_pieces;
 ///     For ``"auto"``: deviation of the samples within a quarter second, and spread of the means of
 ///     six of these, above which a sensor of this kind cannot be at rest, in the samples' unit;
 ///     3 deg/s suits MEMS gyros. A record may then begin in motion: nothing is learned, and 0 is the
-///     bias, until the sensor has been still for 1.5 s. Without it the start is taken for rest if it
+///     bias, until the sensor has been still for 2.25 s. Without it the start is taken for rest if it
 ///     looks like noise, ``status`` is ``"provisional"`` until something louder or a minute of
 ///     stillness has been seen, and ``bias_sigma`` is as large as the samples until then.
 /// bias_limit : float, optional
