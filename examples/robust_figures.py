@@ -240,8 +240,8 @@ def burst() -> "Figure":
         height,
         "Eight ticks of a simulated gyro at rest, 0.1 deg/s of noise at 100 Hz. Lone outliers and "
         "clipped samples leave the levels where they were. More than three far\n"
-        "samples in a row on one side, or more than three in ten of a tick beyond 3 s, are no outliers: "
-        "the tick counts whole, the centre goes with it, and returns.",
+        "samples in a row on one side, or more than three in ten of a tick beyond 3 s, are no "
+        "outliers: the tick counts whole, the centre goes with it, and returns.",
     )
     return figure
 

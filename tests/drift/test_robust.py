@@ -109,13 +109,16 @@ def test_a_stuck_sensor_is_told_and_left_out(value):
     f = auto()
     trace = f.trace(z)
     # Four samples at least, some more while little is known of the sensor's resolution.
-    assert not trace.stuck[:30_000].any() and not trace.stuck[31_000:].any()
+    assert not trace.stuck[:30_000].any()
+    assert not trace.stuck[31_000:].any()
     assert trace.stuck[30_010:31_000].all()
-    assert f.stuck_count >= 990 and f.status == "at rest"
+    assert f.stuck_count >= 990
+    assert f.status == "at rest"
     assert np.max(np.abs(trace.bias[30_000:] - BIAS)) < 0.01
     f.reset()
     f.process(z[:30_500])
-    assert f.status == "stuck" and f.stuck
+    assert f.status == "stuck"
+    assert f.stuck
 
 
 @pytest.mark.parametrize("step", [0.02, 0.1, 0.3, 1.0, 3.0])
@@ -123,7 +126,8 @@ def test_a_stuck_sensor_is_told_and_left_out(value):
 def test_a_coarse_sensor_is_not_stuck(step, offset):
     z = step * np.round((at_rest(120_000) - BIAS) / step + offset)
     trace = auto().trace(z)
-    assert not trace.stuck.any() and trace.at_rest[1000:].all()
+    assert not trace.stuck.any()
+    assert trace.at_rest[1000:].all()
 
 
 @pytest.mark.parametrize("method", [*METHODS, "auto"])
@@ -139,7 +143,8 @@ def test_a_saturated_sample_is_missing(method):
         np.where(beyond, np.nan, z)[:, np.newaxis]
     )
     assert_same_bits(got, expected)
-    assert np.isnan(got[beyond, 0]).all() and f.saturated_count[0] == 101
+    assert np.isnan(got[beyond, 0]).all()
+    assert f.saturated_count[0] == 101
     trace = zr.DriftFilter(RATE, limit=250.0, **options).trace(z[:, np.newaxis])
     np.testing.assert_array_equal(trace.saturated[:, 0], beyond)
     np.testing.assert_array_equal(trace.missing[:, 0], beyond)
@@ -166,8 +171,10 @@ def test_a_steady_turn_from_the_start():
     unlimited, limited = auto().trace(z), auto(bias_limit=20.0).trace(z)
     error = np.abs(unlimited.bias - BIAS)
     # Nothing tells it from a bias; for a minute the deviation says so.
-    assert error.max() > 29.0 and np.all(unlimited.bias_sigma[:5900] >= error[:5900])
-    assert np.all(limited.bias == 0.0) and np.all(limited.bias_sigma >= 29.0)
+    assert error.max() > 29.0
+    assert np.all(unlimited.bias_sigma[:5900] >= error[:5900])
+    assert np.all(limited.bias == 0.0)
+    assert np.all(limited.bias_sigma >= 29.0)
 
 
 def test_rest_is_provisional_until_something_else_is_seen():
@@ -235,8 +242,10 @@ def test_a_start_at_rest_within_limits():
     f = auto(rest_limit=3.0, bias_limit=20.0)
     trace = f.trace(z)
     # Nothing is taken off until it has been still for nine ticks.
-    assert np.all(trace.bias[:224] == 0.0) and not trace.at_rest[:224].any()
-    assert trace.at_rest[225:].all() and f.status == "at rest"
+    assert np.all(trace.bias[:224] == 0.0)
+    assert not trace.at_rest[:224].any()
+    assert trace.at_rest[225:].all()
+    assert f.status == "at rest"
     assert np.all(np.abs(trace.bias[225:] - BIAS) < 5.0 * trace.bias_sigma[225:])
     assert np.all(trace.bias_sigma[:224] >= BIAS)
 
@@ -269,7 +278,8 @@ def test_starts_in_the_middle_of_hand_motion():
 def test_starts_on_a_shaft_that_never_rests(start):
     z = column("mpu6050_encoder_yaw_slow_100hz", "shaft_gyro_z_dps")[start * 100 :]
     trace = auto(rest_limit=3.0).trace(z)
-    assert trace.at_rest.mean() <= 0.02 and np.max(np.abs(trace.bias)) <= 0.5
+    assert trace.at_rest.mean() <= 0.02
+    assert np.max(np.abs(trace.bias)) <= 0.5
 
 
 @given(
