@@ -79,7 +79,10 @@ class RestDetector:
             return "restart"
         self.take(seen)
         doubted = self.deceived and not self.limited
-        if self.candidate.ticks < (self.short if doubted else self.dwell) or not self.still.lasts:
+        needed = self.short if doubted else self.dwell
+        if self.limited:
+            needed = self.needed_within_limits(seen.step)
+        if self.candidate.ticks < needed or not self.still.lasts:
             return None
         trust = self.short if doubted else 0
         self.known, self.at_rest = Known(self.candidate, self.length, trust), True
@@ -151,6 +154,12 @@ class RestDetector:
         self.home = None
         return event
 
+    def needed_within_limits(self, step):
+        """Turning stands still for a moment where it turns back."""
+        if not self.candidate.is_even(step):
+            return self.short
+        return min((self.dwell + self.dwell // 2) * 2 ** min(self.doubts, PATIENCE), self.short)
+
     def needed(self, step):
         """Ticks after which the candidate is a rest."""
         known, candidate = self.known, self.candidate
@@ -160,7 +169,7 @@ class RestDetector:
             return 2 * self.dwell
         louder = is_quieter(known.variance, candidate.variance, step)
         if self.limited and known.trust < self.short and not louder:
-            return min(self.dwell * 2 ** min(self.doubts, PATIENCE), self.short)
+            return self.needed_within_limits(step)
         if known.variance == 0.0:
             return self.long
         deviation = math.sqrt(known.variance)
