@@ -131,7 +131,7 @@ def test_channels_that_differ_in_their_parameters_or_counts(kind):
         other = type(one)(fading=0.5)
     else:
         other.process(MIXED[:3])
-    if kind == "rest-detector":
+    if isinstance(one, STREAMS["rest-detector"].kind):
         other = type(one)(rate=17.0)
     contents = [f.to_bytes()[CONTENT + 2 : -CHECKSUM] for f in (one, other)]
     both = one.to_bytes()[:CONTENT] + b"\x01\x02\x02" + b"".join(contents)

@@ -7,6 +7,8 @@ import numpy as np
 CERTAIN, LOUD, LIKELY = 4.9, 3.0, 9.0
 ANOTHER = 9.0
 NEAR_TICK, NEAR_MEAN = 6.0, 2.0
+# Variance of the mean of so many samples at most, over that of white noise, that is even.
+EVEN, MANY = 4.0, 25
 SCALES = range(3)
 MEMORY = 240
 
@@ -51,6 +53,11 @@ class Candidate:
     @property
     def level_variance(self):
         return float(np.var(self.levels, ddof=1)) if self.ticks > 1 else 0.0
+
+    def is_even(self, step):
+        """Whether the levels vary as the means of nearly white noise, or of two steps, do."""
+        coarse = max(self.variance, self.level_variance) <= flips(step)
+        return coarse or self.level_variance <= EVEN / min(*self.counts, MANY) * self.variance
 
     @property
     def level_deviation(self):
