@@ -63,11 +63,6 @@ class Candidate:
     def level_deviation(self):
         return math.sqrt(self.level_variance / self.ticks)
 
-    def is_even(self, step):
-        """Whether the levels vary as means of noise do, or samples lie on two steps."""
-        coarse = max(self.variance, self.level_variance) <= flips(step)
-        return coarse or self.level_variance <= 4.0 / min(25, *self.counts) * self.variance
-
     def take(self, seen):
         self.levels.append(seen.level)
         self.variances.append(seen.variance)
