@@ -181,7 +181,9 @@ class RestDetector:
     def adopt(self, seen):
         if self.candidate.ticks < self.needed(seen.step):
             return None
-        adopted, old = Known(self.candidate, self.length, self.short), self.known
+        old = self.known
+        weak = self.limited and old.trust < self.short
+        adopted = Known(self.candidate, self.length, 0 if weak else self.short)
         far = abs(self.candidate.level - old.reference)
         unsure = CONFIDENT * self.candidate.level_deviation
         event = "rest" if old.is_near_level(max(far - unsure, 0.0), seen.step) else "restart"

@@ -225,7 +225,9 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         if T::of(f64::from(self.candidate.ticks)) < self.needed(known, seen.step) {
             return None;
         }
-        let mut accepted = RestModel::new(&self.candidate, self.times.tick, self.times.short);
+        let weak = self.still.is_limited() && known.trust < self.times.short;
+        let trust = if weak { 0 } else { self.times.short };
+        let mut accepted = RestModel::new(&self.candidate, self.times.tick, trust);
         let ratio = T::of(LOUD);
         let (new, old) = (self.candidate.variance, known.noise.variance);
         if new <= old * ratio && new * ratio >= old {
