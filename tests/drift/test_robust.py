@@ -250,6 +250,16 @@ def test_a_start_at_rest_within_limits():
     assert np.all(trace.bias_sigma[:224] >= BIAS)
 
 
+def test_a_scale_proved_wrong_within_limits_is_learned_anew():
+    """A rest of far too little noise: the sensor was not yet on."""
+    z = at_rest(30_000)
+    z[:2000] = 1e-9 * white(2000, seed=4)
+    f = auto(rest_limit=3.0)
+    f.process(z)
+    assert f.status == "at rest"
+    assert abs(f.bias - BIAS) < 0.01
+
+
 def broad():
     """Return rates in deg/s, whether the sensor moves, and the samples a second."""
     name = "broad_05_undisturbed_slow_rotation_with_breaks_B"

@@ -149,7 +149,7 @@ class AutoFilter:
         if self.disproves(tick):
             self.startup = Startup(self.window, self.known_scale)
             self.learned, self.experienced, self.watch = None, False, Watch()
-            self.doing = self.first
+            self.doing = "starting"
             self.restarts += 1
         elif self.doing == "no rest yet" and self.detector.standing < 2:
             # What has been gathered is no rest, nor may the tick be that has ended it.

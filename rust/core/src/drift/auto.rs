@@ -259,7 +259,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.interim = Interim::held();
         self.watch = Watch::new();
         self.restarts += 1;
-        self.status = self.params.first_status();
+        self.status = Status::Starting;
     }
 
     /// Goes on from what is learned.
