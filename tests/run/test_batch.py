@@ -98,7 +98,7 @@ def test_summary_has_a_row_for_each_log_and_axis(tmp_path, batch):
     for one, other in zip(first[1:], again[1:], strict=True):
         assert one | {"status": "skipped"} == other
         # It takes a second and a half to see that a sensor rests.
-        assert (one["samples"], one["rate"], one["time_at_rest"]) == (2000, 100.0, 18.51)
+        assert (one["samples"], one["rate"], one["time_at_rest"]) == (2000, 100.0, 17.76)
         # The signal is 0.5 with noise of 0.1: five standard errors of the filter's own.
         assert abs(one["bias"] - 0.5) < 5 * one["bias_sigma"]
         # White noise of 0.1 at 100 Hz is 0.01 a root hertz; 2000 samples tell it to a few percent.

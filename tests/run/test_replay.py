@@ -242,18 +242,18 @@ class TestAuto:
             assert np.isfinite(columns[name][50:]).all()
 
     def test_memory_is_the_time_of_a_small_step(self):
-        z = noise(9000, 8)
+        z = noise(9000, 64)
         known = replay(make_log(z), methods=("auto",), allan=False).memory
-        filter_ = alone_of("auto", channels=8)
+        filter_ = alone_of("auto", channels=64)
         filter_.process(z)
         np.testing.assert_allclose(known, 1.0 / (filter_.gain[:, 0] * RATE), rtol=1e-12)
         stepped, n = filter_.copy(), round(2.5 * known.max() * RATE)
-        quiet, step = noise(n, 8, seed=2), 0.1 * filter_.bias_sigma
+        quiet, step = noise(n, 64, seed=2), 0.1 * filter_.bias_sigma
         response = (stepped.process(quiet + step) - filter_.process(quiet)) / step
         there = response > 1.0 - math.exp(-1.0)
         reached = np.where(there.any(axis=0), there.argmax(axis=0) / RATE, np.inf)
-        # Members of unlike memories make no exponential, and each learns from its own noise.
-        assert np.median(reached / known) == pytest.approx(1.0, rel=0.5)
+        # Members of unlike memories make no exponential: the long ones come late.
+        assert 1.0 <= np.median(reached / known) <= 2.0
 
     def test_learned_noise_is_that_of_the_data(self):
         z = 0.5 + 0.1 * np.random.default_rng(3).standard_normal((60_000, 1))
@@ -375,7 +375,7 @@ class TestLeftOut:
         assert "left out because the sensor was stuck at one value: gyro_0 800 of 9000" in flat
         assert "at_rest_gyro_0, stuck_gyro_0, saturated_gyro_0 and so on" in flat
         assert max(map(len, notes.split("\n"))) <= WIDTH
-        assert format_learned(dirty).split("\n")[2].split()[1:3] == ["80.5", "1.5"]
+        assert format_learned(dirty).split("\n")[2].split()[1:3] == ["79.8", "2.2"]
 
     def test_nothing_is_said_of_what_there_is_not(self):
         notes = format_notes(replay(make_log(np.full((3000, 1), 0.5) + noise(3000, 1) % 0.4)))
@@ -513,8 +513,8 @@ class TestTextOfAuto:
         assert title == "Learned by auto"
         assert head.split("  ")[1] == "axis"
         assert [row.split()[0] for row in rows[:2]] == ["gyro_0", "gyro_1"]
-        # It takes a second and a half to see that a sensor rests.
-        assert rows[0].split()[1:3] == ["88.5", "1.5"]
+        # It takes two and a quarter seconds to see that a sensor rests.
+        assert rows[0].split()[1:3] == ["87.8", "2.2"]
         bias, _, sigma = rows[0].split()[-3:]
         # Four deviations: one in sixteen thousand is farther.
         assert abs(float(bias) - 0.5) < 4.0 * float(sigma)
@@ -538,7 +538,7 @@ class TestTextOfAuto:
 
     def test_motion_is_told(self, auto):
         shown = moved(auto)
-        assert format_learned(shown).split("\n")[2].split()[1:3] == ["43.5", "46.5"]
+        assert format_learned(shown).split("\n")[2].split()[1:3] == ["42.8", "47.2"]
         notes = " ".join(format_notes(shown).split())
         assert "in motion, or not yet seen to rest" in notes
         assert "nothing is learned: gyro_0 46.49 s, gyro_1 1.49 s; all measures are of the" in notes
