@@ -541,7 +541,7 @@ class TestTextOfAuto:
         assert format_learned(shown).split("\n")[2].split()[1:3] == ["42.8", "47.2"]
         notes = " ".join(format_notes(shown).split())
         assert "in motion, or not yet seen to rest" in notes
-        assert "nothing is learned: gyro_0 46.49 s, gyro_1 1.49 s; all measures are of the" in notes
+        assert "nothing is learned: gyro_0 47.24 s, gyro_1 2.24 s; all measures are of the" in notes
 
     def test_no_rest_at_all_is_told(self, auto):
         notes = " ".join(format_notes(moved(auto, status="no rest yet")).split())
