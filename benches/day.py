@@ -95,7 +95,7 @@ def stages(path, target, method) -> dict[str, float]:
     with watch("clock"):
         recording = open_log(path, columns=list(AXES))
     header = recording.header
-    filters = Filters(header.n, header.rate, header.channels, [method], "estimate", {})
+    filters = Filters(header, [method], "estimate", {})
     measures = Measures(header, [method], (10.0, 60.0), filters.holds)
     with on_threads(1), workers() as executor, RowGroups(target, ["time", *AXES], {}) as file:
         raws = watch.each("read", recording.blocks(ROWS))
