@@ -7,9 +7,9 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-import zerorate
 from zerorate import metrics
 from zerorate._native import DriftFilter, Trace, exponential_mean
+from zerorate.denoise import denoise
 from zerorate.options import FILTER_OPTIONS, with_limits
 from zerorate.options import METHODS as FILTERS
 from zerorate.run.replay.history import Recorder, memory
@@ -41,7 +41,7 @@ WHOLE: Final = ("wu-ran", "visushrink")
 _LEVEL: Final = 5
 """Octaves that VisuShrink thresholds, as in Wu & Ran's comparison."""
 
-_ROWS: Final = (
+METHODS: Final = (
     "raw",
     "mean",
     "ema",
@@ -54,6 +54,7 @@ _ROWS: Final = (
     "auto",
     *WHOLE,
 )
+"""What is compared unless something else is asked for."""
 
 FIRST_REST: Final = 10.0
 """Seconds at the start whose mean is taken for the bias."""
@@ -145,15 +146,10 @@ def filter_arguments(method: str) -> dict[str, Any]:
 
 
 def _is_known(method: str) -> bool:
-    if method in WHOLE:
-        return hasattr(zerorate, "denoise") and (method != "wu-ran" or "robust" in FILTERS)
-    return method in _OWN or filter_arguments(method)["method"] in FILTERS
+    return method in (*_OWN, *WHOLE) or filter_arguments(method)["method"] in FILTERS
 
 
 _OWN: Final = ("raw", "mean", "ema")
-
-METHODS: Final = tuple(filter(_is_known, _ROWS))
-"""What is compared unless something else is asked for."""
 
 
 def first_rest(z: Floats, rate: float) -> AxisResult:
@@ -194,7 +190,7 @@ def _denoised(method: str, z: Floats, rate: float) -> Floats:
 
 
 def _wavelet(z: Floats, **options: Any) -> Floats:  # noqa: ANN401
-    signal: Floats = zerorate.denoise(z, **options).signal
+    signal: Floats = denoise(z, **options).signal
     return signal
 
 
