@@ -10,7 +10,7 @@ SOURCES := $(shell find rust python -name '*.rs' -o -name '*.toml' -o -name 'pyp
 
 RECORDINGS ?= ../shared/data
 
-.PHONY: help demo test test-core test-package fuzz lint bench results compare clean check-python check-cargo
+.PHONY: help demo test test-core test-package fuzz lint docs bench results compare clean check-python check-cargo
 
 help: ## Show this help
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -41,6 +41,10 @@ lint: $(TOOLS) ## Check format, lints, types and stubs
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest zerorate._native
+
+docs: $(TOOLS) ## Build the documentation site into target/docs, warnings as errors
+	$(BIN)/pip install --quiet --group docs
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -d target/doctrees docs target/docs
 
 bench: $(TOOLS) ## Time filters and deviations against C and other packages
 	$(BIN)/pip install --quiet --group bench

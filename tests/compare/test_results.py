@@ -1,4 +1,4 @@
-"""What the studies in `examples/` and `docs/results.md` rest on, on real recordings."""
+"""What the studies in `examples/` and `docs/evidence/results.md` rest on, on real recordings."""
 
 import os
 import subprocess

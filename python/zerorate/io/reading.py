@@ -76,7 +76,7 @@ def read_log(
         (``.arrow .feather .ipc``), HDF5 (``.h5 .hdf5``), ``.mat``, a ROS 1 ``.bag``, the folder
         or ``.db3`` of a ROS 2 bag, ``.mcap``, PX4's ``.ulg``. Or an object: a data frame of pandas
         or polars, a pyarrow table or another with ``__arrow_c_stream__``, a dict of arrays by
-        name, a structured array, an array (n,) or (n, k). ``docs/logs.md`` says what is read of
+        name, a structured array, an array (n,) or (n, k). ``docs/reference/logs.md`` says what is read of
         each.
     rate
         Samples per second, Hz. Needed where the file has neither timestamps nor a rate in its

@@ -229,7 +229,7 @@ fn missing(record: &[f64]) -> Option<usize> {
 /// ``threshold`` deviations of the noise are taken away (VisuShrink), and the rest is put together
 /// again. What ``update`` returns belongs to the sample ``delay`` samples ago, ``(2**level - 1) *
 /// (taps - 1) + 1``, to the last bit of that number: with ``threshold=0`` it is that sample, to
-/// rounding. **At equal delay a linear-phase low-pass is better nearly always**: docs/wavelets.md.
+/// rounding. **At equal delay a linear-phase low-pass is better nearly always**: docs/explanation/wavelets.md.
 ///
 /// The deviation of the noise is learned from the finest octave, by counting how many details lie
 /// within it: no outlier moves it by more than any other sample. Sixteen details begin it, and before

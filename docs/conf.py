@@ -1,0 +1,31 @@
+"""The documentation site: Sphinx with MyST pages, the reference from docstrings and commands."""
+
+from importlib.metadata import version as installed
+
+project = "zerorate"
+author = "the developers of zerorate"
+project_copyright = "the developers of zerorate"
+version = release = installed("zerorate")
+
+extensions = [
+    "myst_parser",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx_copybutton",
+]
+exclude_patterns = ["_build"]
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+# Doctests of the pages end with an empty line, which shows.
+trim_doctest_flags = True
+
+autodoc_member_order = "groupwise"
+autodoc_typehints = "none"
+numpydoc_show_class_members = False
+add_module_names = False
+
+html_theme = "furo"
+html_title = f"zerorate {version}"
+html_show_sourcelink = False
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
