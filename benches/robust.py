@@ -73,7 +73,7 @@ def axes(folder, whole):
 
 
 def drift_filter(method):
-    return zr.DriftFilter(RATE, **filter_arguments(method))
+    return zr.DriftFilter(RATE, output="estimate", **filter_arguments(method))
 
 
 def estimate(method, z):

@@ -54,7 +54,7 @@ def best_average(z: Floats, rate: float) -> tuple[Floats, Floats, Floats]:
 
 def filtered(z: Floats, rate: float, method: Method) -> Floats:
     """Return what the filter with its defaults makes of several axes."""
-    bank = zr.DriftFilter(rate, order=(2, 1), method=method, channels=z.shape[1])
+    bank = zr.DriftFilter(rate, order=(2, 1), method=method, channels=z.shape[1], output="estimate")
     return np.asarray(bank.process(z, threads=z.shape[1]))
 
 
@@ -64,7 +64,10 @@ NOISE_HEAD = ("recording", "axis", "R kf / R akf", "kf of raw", "akf of raw")
 def noise_rows(recording: Recording) -> list[Sequence[str]]:
     """Return for each axis the noise of the start-up over that of the record, and what follows."""
     z, methods = recording.z, METHODS[:2]
-    banks = [zr.DriftFilter(recording.rate, method=m, channels=z.shape[1]) for m in methods]
+    banks = [
+        zr.DriftFilter(recording.rate, method=m, channels=z.shape[1], output="estimate")
+        for m in methods
+    ]
     kept = [np.atleast_1d(metrics.reduction(z, bank.process(z))) for bank in banks]
     ratio = banks[0].measurement_noise / banks[1].measurement_noise
     return [

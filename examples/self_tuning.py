@@ -110,9 +110,14 @@ def starting(recording: Recording) -> None:
     rows = []
     for i, axis in enumerate(recording.axes):
         z = recording.z[:, i]
-        running = zr.DriftFilter(recording.rate, method="auto")
+        running = zr.DriftFilter(recording.rate, method="auto", output="estimate")
         estimate = running.process(z)
-        cold = starts(z, recording.rate, zr.DriftFilter(recording.rate, method="auto"), estimate)
+        cold = starts(
+            z,
+            recording.rate,
+            zr.DriftFilter(recording.rate, method="auto", output="estimate"),
+            estimate,
+        )
         running.power_on()
         known = starts(z, recording.rate, running, estimate)
         best = _best(z, estimate, recording.rate)
@@ -166,7 +171,10 @@ def pieces(recording: Recording) -> None:
 
 def _piece(z: Floats, rate: float) -> Floats:
     """Return squared coasting errors: auto, mean so far, and moving averages of many gains."""
-    estimates = [zr.DriftFilter(rate, method="auto").process(z), zr.metrics.running_mean(z)]
+    estimates = [
+        zr.DriftFilter(rate, method="auto", output="estimate").process(z),
+        zr.metrics.running_mean(z),
+    ]
     estimates += [exponential_mean(z, gain) for gain in GAINS]
     late = slice(len(z) // 3, None)
     errors = (zr.metrics.coasting_error(z[late], x[late], rate, HORIZON) for x in estimates)

@@ -70,9 +70,9 @@ DRIFT_OPTIONS = [
     ({}, {"method": "auto"}),
     ({"method": "auto"}, {"startup": 2.0}),
     ({"method": "auto"}, {"rate": 50.0}),
-    ({}, {"output": "compensated"}),
-    ({"method": "auto"}, {"output": "compensated"}),
-    ({"motion": "hold"}, {"output": "compensated"}),
+    ({}, {"output": "estimate"}),
+    ({"method": "auto"}, {"output": "estimate"}),
+    ({"motion": "hold"}, {"output": "estimate"}),
     ({}, {"limit": 12.0}),
     ({"motion": "hold"}, {"limit": 12.0}),
     ({"method": "auto"}, {"limit": 12.0}),
@@ -135,7 +135,9 @@ def test_no_option_was_forgotten_above(kind, options):
 
 def test_no_two_orders_or_methods_are_the_same():
     answers = {
-        (order, method): zr.DriftFilter(rate=RATE, order=order, method=method).process(record())
+        (order, method): zr.DriftFilter(
+            rate=RATE, order=order, method=method, output="estimate"
+        ).process(record())
         for order in ORDERS
         for method in METHODS
     }
@@ -217,7 +219,7 @@ def test_the_model_is_learned_for_as_long_as_said(seconds):
     [(100.0, 1.0, 100), (100.0, 0.01, 10), (1.0, 1.0, 10), (250.0, 0.1, 25), (8000.0, 0.5, 4000)],
 )
 def test_the_start_up_lasts_as_long_as_said(rate, startup, samples):
-    f = zr.DriftFilter(rate=rate, method="fading", startup=startup)
+    f = zr.DriftFilter(rate=rate, method="fading", startup=startup, output="estimate")
     z = np.random.default_rng(13).standard_normal(samples)
     f.process(z[:-1])
     assert not f.ready
@@ -248,7 +250,7 @@ def test_params_name_every_argument_that_the_method_uses(method):
 
 def test_params_of_the_self_tuning_filter_name_those_that_it_uses():
     f = zr.DriftFilter(rate=RATE, method="auto")
-    conduct = ["rate", "method", "channels", "motion", "output"]
+    conduct = ["rate", "method", "channels", "output", "motion"]
     used = [*conduct, "limit", "rest_limit", "bias_limit", "startup", "scale"]
     assert list(f.params) == used
 

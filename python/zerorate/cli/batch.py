@@ -23,15 +23,7 @@ from zerorate.run.batch import BatchResult, Settings, run_batch
 __all__ = ["batch"]
 
 
-@with_filter_options(
-    help={
-        "method": "Method of the filtered logs.",
-        "output": "Filtered logs: the 'estimate' of the drift, or the rate 'compensated' by it, "
-        "the default of auto.",
-    },
-    method="auto",
-    output=None,
-)
+@with_filter_options
 def batch(
     *,
     logs: Annotated[

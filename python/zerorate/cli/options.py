@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum, StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Final, TypeAlias, TypeVar, cast
+from typing import Annotated, Any, Final, TypeAlias, TypeVar
 
 import typer
 
@@ -97,50 +97,33 @@ NoFigure: TypeAlias = Annotated[bool, typer.Option("--no-figure", help="Draw no 
 Force: TypeAlias = Annotated[bool, typer.Option("--force", help="Replace existing files.")]
 
 
-def with_filter_options(
-    help: Mapping[str, str] | None = None, **defaults: object
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Return a decorator that gives a command the options of the filter, from their table.
+def with_filter_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of the filter, from their table.
 
-    The command takes them as `options`, a mapping by the names of `zerorate.DriftFilter`: those
-    that were given, and the command's own `defaults` that are not None.
-
-    Parameters
-    ----------
-    help : mapping of str to str, optional
-        Texts for some options instead of those of the table.
-    **defaults
-        Defaults of the command instead of those of the table.
+    The command takes them as `options`, a mapping by the names of `zerorate.DriftFilter`: the
+    method, and those that were given.
     """
-    texts = help or {}
-    table = {
-        name: (option, defaults.get(name, option.default))
-        for name, option in FILTER_OPTIONS.items()
-    }
 
-    def decorated(command: Callable[..., None]) -> Callable[..., None]:
-        def entry(**arguments: Any) -> None:  # noqa: ANN401
-            context: typer.Context = arguments.pop("context")
-            values = {name: arguments.pop(_argument(name)) for name in table}
-            options = {
-                name: _parsed(table[name][0], value)
-                for name, value in values.items()
-                if _was_given(context, _argument(name)) or defaults.get(name) is not None
-            }
-            command(**arguments, options=options)
+    def entry(**arguments: Any) -> None:  # noqa: ANN401
+        context: typer.Context = arguments.pop("context")
+        values = {name: arguments.pop(_argument(name)) for name in FILTER_OPTIONS}
+        options = {
+            name: _parsed(FILTER_OPTIONS[name], value)
+            for name, value in values.items()
+            if name == "method" or _was_given(context, _argument(name))
+        }
+        command(**arguments, options=options)
 
-        parameters = [_keyword("context", typer.Context)]
-        for own in inspect.signature(command, eval_str=True).parameters.values():
-            if own.name == "options":
-                parameters += [_parameter(*row, texts) for row in table.values()]
-            else:
-                parameters.append(_keyword(own.name, own.annotation, own.default))
-        entry.__name__, entry.__doc__ = command.__name__, command.__doc__
-        entry.__annotations__ = {one.name: one.annotation for one in parameters}
-        entry.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        return entry
-
-    return decorated
+    parameters = [_keyword("context", typer.Context)]
+    for own in inspect.signature(command, eval_str=True).parameters.values():
+        if own.name == "options":
+            parameters += map(_parameter, FILTER_OPTIONS.values())
+        else:
+            parameters.append(_keyword(own.name, own.annotation, own.default))
+    entry.__name__, entry.__doc__ = command.__name__, command.__doc__
+    entry.__annotations__ = {one.name: one.annotation for one in parameters}
+    entry.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    return entry
 
 
 def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> None:
@@ -169,26 +152,26 @@ def _keyword(name: str, annotation: Any, default: Any = _REQUIRED) -> inspect.Pa
     return inspect.Parameter(name, kind, default=default, annotation=annotation)
 
 
-def _parameter(option: Option, default: object, texts: Mapping[str, str]) -> inspect.Parameter:
+def _parameter(option: Option) -> inspect.Parameter:
     """Return an option of the filter as a parameter of a command."""
     value: Any = float
+    default: Any = option.default
     metavar = None
     if option.kind == "choice":
         value = _members(option)
         default = default and value(default)
     elif option.kind == "order":
         value, metavar = str, "p,q"
-        default = ",".join(map(str, cast(tuple[int, int], default)))
+        default = ",".join(map(str, default))
     elif option.kind == "pair or word":
         value, metavar = str, "<float,float>"
-        default = ",".join(f"{number:g}" for number in cast(tuple[float, float], default))
+        default = ",".join(f"{number:g}" for number in default)
     elif option.name in _WORDS:
         value, metavar = str, "<float>"
         default = _WORDS[option.name] if default is None else f"{default:g}"
     limit = LIMITS.get(option.name)
     shown = True if limit is None else f"{limit:g} deg/s, where the unit is known"
-    text = texts.get(option.name, _help(option))
-    about = typer.Option(flag(option.name), metavar=metavar, help=text, show_default=shown)
+    about = typer.Option(flag(option.name), metavar=metavar, help=_help(option), show_default=shown)
     annotation: Any = Annotated[value | None if default is None else value, about]
     return _keyword(_argument(option.name), annotation, default)
 

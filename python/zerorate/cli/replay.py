@@ -59,15 +59,7 @@ _COMPARED: Final = ("kf", "akf", "fading")
 """The methods of one source, of which each is meant to better the one before."""
 
 
-@with_filter_options(
-    help={
-        "method": "Method of the filtered log.",
-        "output": "Filtered log: the 'estimate' of the drift, or the rate 'compensated' by it, "
-        "the default of auto.",
-    },
-    method="auto",
-    output=None,
-)
+@with_filter_options
 def replay(
     *,
     log: LogArgument,

@@ -183,7 +183,7 @@ def _denoised(method: str, z: Floats, rate: float) -> Floats:
     try:
         if method == "visushrink":
             return _wavelet(z, level=_LEVEL)
-        robust = DriftFilter(rate, **filter_arguments("robust")).process(z)
+        robust = DriftFilter(rate, method="robust", output="estimate").process(z)
         return _wavelet(robust, level="psr", approximation=True)
     except ValueError:
         return np.full_like(z, np.nan)
@@ -256,7 +256,8 @@ def _mean(signal: Floats, rate: float) -> Floats:
 
 def _published(signal: Floats, rate: float, *, method: str) -> Floats:
     arguments = filter_arguments(method)
-    return DriftFilter(rate, channels=signal.shape[1], **arguments).process(signal)
+    bank = DriftFilter(rate, channels=signal.shape[1], output="estimate", **arguments)
+    return bank.process(signal)
 
 
 def _whole(signal: Floats, rate: float, *, method: str) -> Floats:

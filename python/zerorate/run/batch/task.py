@@ -45,10 +45,9 @@ class Settings:
     format : {"parquet", "csv", "npz"}
         Of the filtered logs; default Parquet.
     **options
-        Arguments of `zerorate.DriftFilter`. The method is "auto" by default, and the output what
-        the method is for: the compensated rate of "auto", the estimate of the others. Of a log
-        whose unit is known `rest_limit` is 3 deg/s and `bias_limit` 20 deg/s unless they are
-        given; None is no limit.
+        Arguments of `zerorate.DriftFilter`, with its defaults: method "auto", output
+        "compensated". Of a log whose unit is known `rest_limit` is 3 deg/s and `bias_limit`
+        20 deg/s unless they are given; None is no limit.
 
     Raises
     ------
@@ -78,7 +77,7 @@ class Settings:
             checked_rate(rate)
         if unit is not None:
             canonical_unit(unit)
-        chosen = checked_options({"method": "auto", **options})
+        chosen = checked_options(options)
         vars(self).update(rate=rate, columns=columns, unit=unit, format=format, options=chosen)
 
     def fingerprint(self, name: str, size: int, modified: int) -> str:
@@ -219,11 +218,9 @@ def _filter(task: Task) -> Summary:
     task.output.parent.mkdir(parents=True, exist_ok=True)
     Record.discard(task.output)
     options = dict(settings.options)
-    method, output = options.pop("method"), options.pop("output", None)
+    method = options.pop("method")
     options = with_limits(options, [method], recording.header.unit)
-    return replay_to_file(
-        recording, task.output, methods=[method], output=output, force=True, **options
-    )
+    return replay_to_file(recording, task.output, methods=[method], force=True, **options)
 
 
 def _check_version(expected: str) -> None:
