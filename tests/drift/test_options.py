@@ -1,5 +1,6 @@
 """Every option changes something, and ``params`` says them all."""
 
+import ast
 import inspect
 import re
 
@@ -70,9 +71,9 @@ DRIFT_OPTIONS = [
     ({}, {"method": "auto"}),
     ({"method": "auto"}, {"startup": 2.0}),
     ({"method": "auto"}, {"rate": 50.0}),
-    ({}, {"output": "estimate"}),
-    ({"method": "auto"}, {"output": "estimate"}),
-    ({"motion": "hold"}, {"output": "estimate"}),
+    ({}, {"output": "compensated"}),
+    ({"method": "auto"}, {"output": "compensated"}),
+    ({"motion": "hold"}, {"output": "compensated"}),
     ({}, {"limit": 12.0}),
     ({"motion": "hold"}, {"limit": 12.0}),
     ({"method": "auto"}, {"limit": 12.0}),
@@ -106,7 +107,8 @@ def assert_matters(kind, base, option):
 
 @named(DRIFT_OPTIONS)
 def test_every_option_of_a_drift_filter_matters(base, option):
-    assert_matters(zr.DriftFilter, {"rate": RATE, "method": "fading", **base}, option)
+    fading = {"rate": RATE, "method": "fading", "output": "estimate"}
+    assert_matters(zr.DriftFilter, {**fading, **base}, option)
 
 
 @named(LEAST_SQUARES_OPTIONS)
@@ -293,6 +295,18 @@ def test_params_say_what_was_given():
 
 
 def test_the_documented_defaults_are_the_defaults():
+    assert zr.DriftFilter(RATE).params == {
+        "rate": RATE,
+        "method": "auto",
+        "channels": None,
+        "output": "compensated",
+        "motion": "hold",
+        "limit": None,
+        "rest_limit": None,
+        "bias_limit": None,
+        "startup": 1.0,
+        "scale": None,
+    }
     assert zr.DriftFilter(rate=RATE, method="fading").params == {
         "rate": RATE,
         "order": (2, 1),
@@ -302,7 +316,7 @@ def test_the_documented_defaults_are_the_defaults():
         "forgetting_factor": 1.0,
         "channels": None,
         "motion": "ignore",
-        "output": "estimate",
+        "output": "compensated",
         "process_noise": 0.1,
         "process_noise_memory": 0.0,
         "noise": "allan",
@@ -311,3 +325,14 @@ def test_the_documented_defaults_are_the_defaults():
         "limit": None,
         "outliers": "keep",
     }
+
+
+@given(drift_settings())
+def test_repr_names_what_differs_from_the_default_of_the_method(arguments):
+    f = drift(arguments)
+    method = f.params["method"]
+    plain = zr.DriftFilter(RATE, method=method).params | {"method": "auto"}
+    differing = {name: value for name, value in f.params.items() if value != plain[name]}
+    call = ast.parse(repr(f), mode="eval").body
+    shown = {word.arg: ast.literal_eval(word.value) for word in call.keywords}
+    assert shown == {"rate": f.rate} | differing

@@ -54,7 +54,7 @@ def test_filtered_log_is_that_of_the_last_method():
     assert (last.method, last.output, last.beside) == ("kf", "estimate", {})
     compensated = replay(make_log(noise(500)), methods=methods)
     assert (compensated.method, compensated.output) == ("kf", "compensated")
-    assert list(compensated.beside)[0] == "bias_gyro_0_dps"
+    assert next(iter(compensated.beside)) == "bias_gyro_0_dps"
     np.testing.assert_array_equal(last.filtered_log.data, last.filtered["kf"])
     assert last.filtered_log.names == last.log.names
 

@@ -171,7 +171,13 @@ def _parameter(option: Option) -> inspect.Parameter:
         default = _WORDS[option.name] if default is None else f"{default:g}"
     limit = LIMITS.get(option.name)
     shown = True if limit is None else f"{limit:g} deg/s, where the unit is known"
-    about = typer.Option(flag(option.name), metavar=metavar, help=_help(option), show_default=shown)
+    about = typer.Option(
+        flag(option.name),
+        metavar=metavar,
+        help=_help(option),
+        show_default=shown,
+        rich_help_panel=_panel(option),
+    )
     annotation: Any = Annotated[value | None if default is None else value, about]
     return _keyword(_argument(option.name), annotation, default)
 
@@ -185,13 +191,14 @@ def _members(option: Option) -> Any:  # noqa: ANN401
 def _help(option: Option) -> str:
     meaning = f"{option.meaning[0].upper()}{option.meaning[1:]}."
     if option.kind == "choice":
-        limits = "" if option.default is not None else "the default depends on the method"
-    else:
-        word = f", or '{_WORDS[option.name]}'" if option.name in _WORDS else ""
-        limits = f"{option.expected}{word}"
-    users = "" if option.methods == METHODS else f"for {', '.join(option.methods)}"
-    rest = "; ".join(filter(None, (limits, users)))
-    return f"{meaning} {rest[0].upper()}{rest[1:]}." if rest else meaning
+        return meaning
+    word = f", or '{_WORDS[option.name]}'" if option.name in _WORDS else ""
+    return f"{meaning} {option.expected[0].upper()}{option.expected[1:]}{word}."
+
+
+def _panel(option: Option) -> str | None:
+    """Return under which heading help shows the option: its methods, unless all use it."""
+    return None if option.methods == METHODS else f"Only for --method {', '.join(option.methods)}"
 
 
 def _parsed(option: Option, value: Any) -> object:  # noqa: ANN401

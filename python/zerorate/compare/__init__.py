@@ -6,3 +6,8 @@ from zerorate.compare.methods import METHODS
 from zerorate.compare.trial import Kind, Trial, read_trial
 
 __all__ = ["METHODS", "Comparison", "Kind", "Row", "Trial", "compare", "read_trial"]
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__

@@ -1,5 +1,7 @@
 """The noise of a gyro or an accelerometer at rest, as the coefficients of IEEE Std 952-1997."""
 
+from __future__ import annotations
+
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -113,7 +115,7 @@ class NoiseModel:
             raise ValueError(f"quantity must be {known}, got {self.quantity!r}")
 
     @classmethod
-    def from_json(cls, source: str | os.PathLike[str]) -> "NoiseModel":
+    def from_json(cls, source: str | os.PathLike[str]) -> NoiseModel:
         """Read a model that `to_json` wrote, equal to the last bit.
 
         Parameters
