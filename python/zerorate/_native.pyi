@@ -359,8 +359,8 @@ class DriftFilter(Generic[_Number, _Flag]):
     def reset(self) -> None:
         """Back to before the first sample, with the same parameters."""
     def power_on(self) -> None:
-        """Forgets the drift, but not what was learned about the noise: for a sensor that was switched
-        off and on, whose drift begins anew and whose noise does not.
+        """Forgets the bias, but not what was learned about the noise: for a sensor that was switched
+        off and on, whose bias is another one and whose noise is not.
 
         Raises
         ------
@@ -393,7 +393,7 @@ class DriftFilter(Generic[_Number, _Flag]):
         """
     @property
     def rate_random_walk(self) -> _Number:
-        """How far the drift walks in a root second as learned by ``"auto"``, unit of the samples: float,
+        """How far the bias walks in a root second as learned by ``"auto"``, unit of the samples: float,
         with channels (k,). NaN until it is known, and for the other methods.
         """
     @property
@@ -830,10 +830,10 @@ class RestDetector(Generic[_Flag]):
 
     The start is taken for rest after 1.5 s that look like noise. If that turns out to be wrong within
     10 s, only what has lasted for 10 s is taken for rest. Slow turning at one rate and a bias
-    look alike: a new level that stands still is taken for rest after 10 s if it is near, after 60 s
-    if it lies five deviations of the samples off; so is a new noise, such as an engine's. What was
-    known before is kept and returned to in 1.5 s. Turning at less than about half of the samples'
-    deviation may pass for drift.
+    look alike: a new level that stands still is taken for rest after 10 s and about 11 s for each
+    deviation of the samples that it lies off, 60 s at most; so is a new noise, such as an engine's.
+    What was known before is kept and returned to in 1.5 s. Turning at less than about half of the
+    samples' deviation is not noticed, and passes for drift.
 
     One that is not finite is a missing sample. A channel is judged by itself. One object serves one
     thread at a time.

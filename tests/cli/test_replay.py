@@ -119,7 +119,6 @@ class TestReplay:
             startup=2.0,
             noise="hadamard",
             channels=1,
-            output="estimate",
         ).process(raw.data)
         filtered = read_log(out / "run-zerorate.parquet")
         np.testing.assert_array_equal(filtered.data, expected)

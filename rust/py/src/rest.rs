@@ -16,10 +16,10 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 ///
 /// The start is taken for rest after 1.5 s that look like noise. If that turns out to be wrong within
 /// 10 s, only what has lasted for 10 s is taken for rest. Slow turning at one rate and a bias
-/// look alike: a new level that stands still is taken for rest after 10 s if it is near, after 60 s
-/// if it lies five deviations of the samples off; so is a new noise, such as an engine's. What was
-/// known before is kept and returned to in 1.5 s. Turning at less than about half of the samples'
-/// deviation may pass for drift.
+/// look alike: a new level that stands still is taken for rest after 10 s and about 11 s for each
+/// deviation of the samples that it lies off, 60 s at most; so is a new noise, such as an engine's.
+/// What was known before is kept and returned to in 1.5 s. Turning at less than about half of the
+/// samples' deviation is not noticed, and passes for drift.
 ///
 /// One that is not finite is a missing sample. A channel is judged by itself. One object serves one
 /// thread at a time.

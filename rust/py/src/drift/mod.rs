@@ -268,8 +268,8 @@ impl DriftFilter {
         Ok(Trace { arrays: named.unbind() })
     }
 
-    /// Forgets the drift, but not what was learned about the noise: for a sensor that was switched
-    /// off and on, whose drift begins anew and whose noise does not.
+    /// Forgets the bias, but not what was learned about the noise: for a sensor that was switched
+    /// off and on, whose bias is another one and whose noise is not.
     ///
     /// Raises
     /// ------
@@ -318,7 +318,7 @@ impl DriftFilter {
         this.shared.numbers(py, densities.iter().map(|both| both[0]).collect())
     }
 
-    /// How far the drift walks in a root second as learned by ``"auto"``, unit of the samples: float,
+    /// How far the bias walks in a root second as learned by ``"auto"``, unit of the samples: float,
     /// with channels (k,). NaN until it is known, and for the other methods.
     #[getter]
     fn rate_random_walk<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
