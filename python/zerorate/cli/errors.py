@@ -18,7 +18,7 @@ __all__ = [
     "writing",
 ]
 
-_KEYWORD = re.compile(r"\b(rate|columns|unit|bridge|topic|group_by|outliers|rest_limit)=")
+_KEYWORD = re.compile(r"\b(rate|columns|unit|bridge|topic|group_by|outliers|rest_limit|motion)=")
 _ON_TOPIC = re.compile(r"there is no topic|topic= chooses")
 _ON_COLUMNS = re.compile(r"there is no column|columns=|columns are named")
 

@@ -47,7 +47,8 @@ def format_table(replay: Summary) -> str:
         stands where a number means nothing.
     """
     lines = aligned(list(zip(*_columns(replay), strict=True)), 2, WIDTH)
-    said = (*_WARNING, _COMPENSATED) if replay.output == "compensated" else _WARNING
+    compensated = replay.output == "compensated" and replay.params["motion"] == "hold"
+    said = (*_WARNING, _COMPENSATED) if compensated else _WARNING
     return "\n".join((*lines, "", *said))
 
 
@@ -198,6 +199,11 @@ def _on_output(replay: Summary) -> Iterator[str]:
             "the filtered log holds raw minus drift under the names of the raw columns, and "
             f"{', '.join(columns)} and so on: the drift, its standard deviation, rest, and {lost}"
         )
+        if replay.params["motion"] == "ignore":
+            yield (
+                f"{replay.method} took every sample for rest, so what it followed of a motion is "
+                "missing from the filtered log; motion= set to 'hold' learns at rest only"
+            )
 
 
 def _learned_heads(unit: str) -> tuple[str, ...]:
