@@ -32,7 +32,10 @@ def scores(recording: Recording, method: Method, start: float, least: Floats) ->
     """Return deviation over raw, and coasting error over the best average's: (2, axes)."""
     z, rate = recording.z, recording.rate
     bank = zr.DriftFilter(
-        rate, order=(2, 1), method=method, process_noise=start, channels=z.shape[1],
+        rate,
+        method=method,
+        process_noise=start,
+        channels=z.shape[1],
         output="estimate",
     )
     x = bank.process(z)

@@ -67,8 +67,8 @@ def filter_of(
     rate : float
         Samples a second.
     method : {"kf", "akf", "fading", "robust"}
-        As for `DriftFilter`, but "auto", which learns its own start; default "fading". Adaptive R, and the weight of the process noise,
-        go on as if `startup` seconds had been spent already.
+        As for `DriftFilter`, but "auto", which learns its own start; default "fading". Adaptive R,
+        and the weight of the process noise, go on as if `startup` seconds had been spent already.
     adapt_for : float or None
         Seconds during which the coefficients are learned on, as if the filter had seen the record
         of the model; None is always. Default: 0, they stay. A model made by `ArmaModel.of` is
