@@ -211,7 +211,7 @@ def test_the_method_alone(tmp_path, capsys):
     regular(tmp_path / "raw.parquet")
     arguments = ["replay", str(tmp_path / "raw.parquet"), "-o", str(tmp_path), "--no-figure"]
     assert run([*arguments, "--only"]) == 0
-    rows = capsys.readouterr().out.split("\n")[2:6]
+    rows = capsys.readouterr().out.split("\n")[3:7]
     assert [row[12:].split()[0] for row in rows] == ["raw", "auto", "raw", "auto"]
     alone = (tmp_path / "raw-zerorate.parquet").read_bytes()
     assert run([*arguments, "--force"]) == 0
