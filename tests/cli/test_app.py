@@ -10,6 +10,7 @@ from support.commands import check_line
 from support.logs import write_gyros
 from zerorate import __version__
 from zerorate.cli import run
+from zerorate.texts import extra_needed
 
 
 @pytest.mark.parametrize("arguments", [("fly",), ("replay",), ("simulate",), ("demo", "x")])
@@ -23,7 +24,7 @@ def test_missing_typer(call, monkeypatch):
     monkeypatch.setitem(sys.modules, "typer", None)
     code, _, errors = call("--version")
     assert code == 2
-    check_line(errors, "this needs typer: pip install 'zerorate[cli]'")
+    check_line(errors, extra_needed("typer", "cli"))
 
 
 def test_an_interrupt_that_an_import_has_wrapped(monkeypatch, capsys):

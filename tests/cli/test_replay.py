@@ -10,6 +10,7 @@ import pytest
 from support.commands import check_line, names, one_line
 from support.logs import write_gyros, write_table
 from zerorate import DriftFilter, read_log
+from zerorate.texts import extra_needed
 
 LIMITS = {"rest_limit": 3.0, "bias_limit": 20.0}
 """What the command takes where the data are in deg/s."""
@@ -311,4 +312,4 @@ class TestFaults:
         options = () if module == "pyarrow" else ("--format", "csv")
         code, _, errors = cli(log, "-o", out, *options)
         assert code == 2
-        check_line(errors, f"this needs {module}: pip install 'zerorate[{extra}]'")
+        check_line(errors, extra_needed(module, extra))

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, prepare, tell
+from zerorate.texts import extra_needed
 
 __all__ = ["main", "run"]
 
@@ -53,7 +54,7 @@ def run(arguments: Sequence[str]) -> int:
     try:
         import typer  # noqa: F401
     except ImportError:
-        return _fail("this needs typer: pip install 'zerorate[cli]'", 2)
+        return _fail(extra_needed("typer", "cli"), 2)
     from zerorate.cli.app import invoke
     from zerorate.run.interrupts import INTERRUPT, Ending
 

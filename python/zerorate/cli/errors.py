@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 
 from zerorate.io import LogError
+from zerorate.texts import extra_needed
 
 __all__ = [
     "DataFault",
@@ -83,7 +84,7 @@ def writing() -> Iterator[None]:
 def require(module: str, extra: str) -> None:
     """Raise a usage fault if an optional dependency is not installed."""
     if find_spec(module) is None:
-        raise UsageFault(f"this needs {module}: pip install 'zerorate[{extra}]'")
+        raise UsageFault(extra_needed(module, extra))
 
 
 def in_options(text: object) -> str:

@@ -89,7 +89,7 @@ def plot_allan(
     ValueError
         If there is not one model an axis.
     ImportError
-        Without matplotlib: ``pip install 'zerorate[plot]'``.
+        Without matplotlib, of the extra ``plot``.
     """
     listed = [models] if isinstance(models, NoiseModel) else models
     if listed is None:

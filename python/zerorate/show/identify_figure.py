@@ -55,7 +55,7 @@ def plot_identification(found: Identification) -> Figure:
     Raises
     ------
     ImportError
-        Without matplotlib: ``pip install 'zerorate[plot]'``.
+        Without matplotlib, of the extra ``plot``.
     """
     height = _TOP + _BOTTOM + _ROWS * _PANEL + (_ROWS - 1) * _BETWEEN_ROWS
     figure = new_figure(_WIDTH, height)

@@ -79,7 +79,7 @@ def plot_replay(replay: Replay) -> Figure:
     ValueError
         If the replay has no Allan deviations.
     ImportError
-        Without matplotlib: ``pip install 'zerorate[plot]'``.
+        Without matplotlib, of the extra ``plot``.
     """
     shown = min(replay.log.channels, _MOST_AXES)
     width = _COLUMN * max(shown, 2)

@@ -20,12 +20,13 @@ __all__ = ["format_learned", "format_notes", "format_table"]
 
 _TITLE: Final = "Bias as each method estimates it; 'raw' is the log itself"
 _MEASURES: Final = (
-    "Coasting is the angle error after holding an estimate for that long, the cost of a wrong bias. "
+    "Coasting is the angle error after holding an estimate for that long: what a wrong bias costs. "
     "Any low-pass filter lowers the deviation at rest, and pays with delay when the sensor turns."
 )
 _LEARNED: Final = (
-    "In motion: includes the wait for the first rest. White noise: angle random walk N. Bias drift: "
-    "rate random walk K. 'Follows a step': the time in which the bias makes 63 % of a small step."
+    "In motion: includes the wait for the first rest. White noise: angle random walk N. Bias "
+    "drift: rate random walk K. 'Follows a step': the time in which the bias makes 63 % of a small "
+    "step."
 )
 _ANGLE: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 1.0 / 3600.0)}
 

@@ -6,6 +6,8 @@ from math import ceil, floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
+from zerorate.texts import extra_needed
+
 if TYPE_CHECKING:
     import os
     from collections.abc import Sequence
@@ -123,7 +125,7 @@ def new_figure(width: float, height: float) -> Figure:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError:
-        raise ImportError("this needs matplotlib: pip install 'zerorate[plot]'") from None
+        raise ImportError(extra_needed("matplotlib", "plot")) from None
     figure = Figure(figsize=(width * MM, height * MM), dpi=DPI)
     FigureCanvasAgg(figure)
     return figure
