@@ -42,7 +42,8 @@ class TestReplay:
         options = ("--order", "3,1", "--fading", "0.9", "--startup", "2", "--no-figure")
         code, text, errors = cli(log, "-o", out, *options)
         assert (code, errors) == (0, "")
-        assert text.endswith("\n--order, --fading act on the methods that auto is compared with\n")
+        told = "--order, --fading have no effect on auto, only on the methods that the table"
+        assert text.endswith(f"\n{told} compares it with\n")
 
     @pytest.mark.parametrize(
         ("options", "told"),
@@ -217,13 +218,16 @@ DATA_FAULTS = {
 }
 
 USAGE_FAULTS = {
-    "no such option": (("--colour",), "No such option: --colour"),
-    "method": (("--method", "median"), "'median' is not one of"),
-    "motion": (("--motion", "stop"), "'stop' is not one of"),
-    "output kind": (("--output-kind", "bias"), "'bias' is not one of"),
-    "noise": (("--noise", "pink"), "'pink' is not one of"),
-    "format": (("--format", "xls"), "'xls' is not one of"),
-    "figure format": (("--figure-format", "gif"), "'gif' is not one of"),
+    "no such option": (
+        ("--colour",),
+        "there is no option --colour; zerorate replay --help lists all",
+    ),
+    "method": (("--method", "median"), "got 'median'"),
+    "motion": (("--motion", "stop"), "got 'stop'"),
+    "output kind": (("--output-kind", "bias"), "got 'bias'"),
+    "noise": (("--noise", "pink"), "got 'pink'"),
+    "format": (("--format", "xls"), "got 'xls'"),
+    "figure format": (("--figure-format", "gif"), "got 'gif'"),
     "unit": (("--unit", "furlong"), "unknown unit 'furlong'"),
     "rate": (("--rate", "-5"), "rate"),
     "rate no number": (("--rate", "fast"), "--rate"),
@@ -242,8 +246,8 @@ USAGE_FAULTS = {
     ),
     "bias limit": (("--bias-limit", "0"), "--bias-limit must be a positive number, got 0"),
     "limit": (("--limit", "-250"), "--limit must be a positive number, got -250"),
-    "limit no number": (("--limit", "abc"), "'--limit'"),
-    "outliers": (("--outliers", "drop"), "'drop' is not one of 'keep', 'reject'"),
+    "limit no number": (("--limit", "abc"), "--limit takes a number"),
+    "outliers": (("--outliers", "drop"), "got 'drop'"),
     "columns": (("--columns", "gyro_q"), "there is no column 'gyro_q'"),
     "index": (("--columns", "77"), "there is no column 77"),
     "empty column": (("--columns", "a,,b"), "--columns takes names or indices"),
