@@ -286,7 +286,7 @@ def _faults() -> Iterator[None]:
     try:
         yield
     except LineError as error:
-        raise DataFault(of_a_file(error)) from None
+        raise DataFault(str(error)) from None
     except BrokenPipeError:
         drop_stdout()
         raise typer.Exit(BROKEN_PIPE) from None
