@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from support.figures import check_layout
+from support.figures import check_contrast, check_layout
 from support.logs import make_log, noise
 from zerorate.run.replay import replay
 from zerorate.show import plot_replay, save_figure
@@ -73,6 +73,7 @@ def test_drawing(name, tmp_path):
 @pytest.mark.parametrize("name", ["plain", "one axis", "walk", "far from zero", "tiny", "stuck"])
 def test_nothing_lies_over_a_neighbour_or_outside(name, method):
     check_layout(drawn(name, method))
+    check_contrast(drawn(name, method))
 
 
 def test_a_page_is_wide_enough_for_three_axes():

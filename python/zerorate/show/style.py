@@ -176,19 +176,19 @@ def write_legend(axes: Axes, place: Corner, columns: int, handle: float = 1.1) -
         handlelength=handle,
         columnspacing=0.8,
         handletextpad=0.4,
-        borderaxespad=0.2,
+        borderaxespad=0.35,
     )
 
 
-def style_decades(axes: Axes) -> None:
-    """Write decades as plain numbers, and 2 and 5 where the scale shows too few of them."""
+def style_decades(axes: Axes, fewest: int = 1) -> None:
+    """Write decades as plain numbers, and 2 and 5 where the scale spans fewer than so many."""
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     plain = FuncFormatter(lambda value, _: f"{value:g}")
     axes.xaxis.set_major_formatter(plain)
     axes.yaxis.set_major_formatter(plain)
     low, high = axes.get_ylim()
-    if floor(log10(high)) - ceil(log10(low)) < 1:
+    if floor(log10(high)) - ceil(log10(low)) < fewest:
         axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
         axes.yaxis.set_minor_formatter(plain)
         axes.tick_params(axis="y", which="minor", labelsize=FONT - 0.5)
