@@ -138,7 +138,7 @@ class AllanResult:
             together, from the noise that it finds. "polynomial": sigma^2 = sum of A_n tau^n, n from
             -2 to 2, as much of the literature has it, for comparison.
         terms : sequence of str
-            Coefficients to look for; all five by default.
+            Coefficients to look for; all five by default. A Hadamard kind sees no ramp.
         markov : int or sequence of float
             How many Markov terms to find, or their correlation times in s.
         sinusoid : sequence of float
@@ -147,14 +147,15 @@ class AllanResult:
         Returns
         -------
         FittedModel, or a tuple of one an axis
-            A `NoiseModel` in SI units. Each coefficient has a standard error, says whether the
-            record determines it, and has an upper bound at 95 %.
+            A `NoiseModel` in SI units, or in the unit of the samples where that is not known. Each
+            coefficient has a standard error, says whether the record determines it, and has an
+            upper bound at 95 %. One that was not looked for is unknown.
 
         Raises
         ------
         ValueError
-            If the record is constant, has too few averaging times, its unit is not known, this
-            kind of deviation has no model, or an argument is not as described.
+            If the record is constant, has too few averaging times, this kind of deviation has
+            no model, or an argument is not as described.
 
         Notes
         -----
