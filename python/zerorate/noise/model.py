@@ -314,7 +314,8 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
     NoiseModel
         Each coefficient as it is in the axis where it is largest, with its standard error; one
         that is not identifiable counts by its upper bound, a ramp by its size, and one that is
-        unknown in an axis is unknown. Markov terms and sinusoids are those of the axis where they have the largest variance together.
+        unknown in an axis is unknown. Markov terms and sinusoids are those of the axis where
+        they have the largest variance together.
 
     Raises
     ------

@@ -124,17 +124,18 @@ def _quantity(unit: str) -> tuple[Quantity, str]:
     return found
 
 
-def shown_unit(curve: "AllanResult | DynamicAllan") -> Shown:
-    """Return the data-sheet unit in which the deviations of all axes of a curve read well.
+def shown_unit(*curves: "AllanResult | DynamicAllan") -> Shown:
+    """Return the data-sheet unit in which curves of one unit and kind, all axes of them, read well.
 
     Angular rates in deg/h, in deg/s where none is below 1000 deg/h; accelerations in ug, in
     m/s^2 where none is below 0.1 g. Time deviations, and records of unknown unit, stay as they
     are.
     """
-    if curve.unit == UNKNOWN or KINDS[curve.kind].time:
-        return Shown(f"{curve.unit}·s" if KINDS[curve.kind].time else curve.unit, 1.0)
-    fine, coarse, limit = _CHOICES[kind(curve.unit)]
-    positive = curve.deviation[curve.deviation > 0.0]
-    least = convert(float(np.min(positive, initial=np.inf)), curve.unit, fine)
+    own, time = curves[0].unit, KINDS[curves[0].kind].time
+    if own == UNKNOWN or time:
+        return Shown(f"{own}·s" if time else own, 1.0)
+    fine, coarse, limit = _CHOICES[kind(own)]
+    positive = [curve.deviation[curve.deviation > 0.0] for curve in curves]
+    least = convert(float(np.min(np.concatenate(positive), initial=np.inf)), own, fine)
     unit = coarse if limit <= least < np.inf else fine
-    return Shown(unit, convert(1.0, curve.unit, unit))
+    return Shown(unit, convert(1.0, own, unit))
