@@ -115,7 +115,7 @@ def _setting(
 
 def _of(model: "NoiseModel | None", quantity: Quantity) -> "NoiseModel | None":
     if model is not None and model.quantity == "unknown":
-        raise ValueError(f"a configuration cannot be written: {WITHOUT_UNIT}")
+        raise ValueError(f"a configuration cannot be written because {WITHOUT_UNIT}")
     if model is not None and model.quantity != quantity:
         raise ValueError(
             f"a model of {model.quantity} was given where one of {quantity} was expected: exports "

@@ -241,7 +241,9 @@ class NoiseModel:
         0.3438
         """
         if self.quantity == "unknown":
-            raise ValueError(f"a coefficient in {canonical(unit)} cannot be given: {WITHOUT_UNIT}")
+            raise ValueError(
+                f"a coefficient in {canonical(unit)} cannot be given because {WITHOUT_UNIT}"
+            )
         for term, coefficient in self._coefficients():
             if kind(term.unit) == kind(unit):
                 return coefficient.scaled(convert(1.0, term.unit, unit))

@@ -346,10 +346,11 @@ def _write_letter(axes: Axes, term: DrawnTerm, taus: Floats, window: _Window) ->
         highest = inside[np.argmax(term.line[inside])]
         place = (taus[highest], term.line[highest])
     flat, last = np.ptp(np.log(term.line)) < 1.0, place[0] >= taus[-1]
+    below = flat or (term.symbol == "K" and not window.shows(term))
     axes.annotate(
         term.symbol,
         place,
-        (-2.5 if last else 2.5, -7.0 if flat else 2.0),
+        (-2.5 if last else 2.5, -7.0 if below else 2.0),
         textcoords="offset points",
         ha="right" if last else "left",
         size=FONT - 0.8,

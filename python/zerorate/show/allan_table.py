@@ -22,9 +22,7 @@ _WORST: Final = "worst axis"
 _BOUND: Final = (
     'A "<" is an upper bound at 95 %: the coefficient is not identifiable from this record.'
 )
-_UNIT: Final = (
-    'The unit is that of the samples, "unit" for short: for others, and for exports, give unit=.'
-)
+_UNIT: Final = '"unit" is the unit of the samples. Exports to estimators need to know which it is.'
 
 
 def format_allan(found: Sequence[Characterisation]) -> str:
