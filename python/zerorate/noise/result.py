@@ -14,7 +14,7 @@ from zerorate.noise.fit import FittedModel
 from zerorate.noise.freedom import reflection_bias
 from zerorate.noise.kinds import KINDS, Kind
 from zerorate.noise.processes import TERMS, check_frequencies, check_terms, check_times
-from zerorate.noise.quantities import si_unit
+from zerorate.noise.quantities import UNKNOWN, si_unit
 from zerorate.noise.records import power_of_two
 
 if TYPE_CHECKING:
@@ -89,8 +89,9 @@ class AllanResult:
 
     def __repr__(self) -> str:
         """Return kind, averaging times, unit and names."""
+        unit = "the unit of the samples" if self.unit == UNKNOWN else self.unit
         return (
-            f"AllanResult({self.kind} in {self.unit} at {self.taus.size} averaging times, "
+            f"AllanResult({self.kind} in {unit} at {self.taus.size} averaging times, "
             f"{self.taus[0]:g} to {self.taus[-1]:g} s: {', '.join(self.names)})"
         )
 

@@ -93,7 +93,7 @@ def _caption(result: DynamicAllan) -> str:
     """Return how long a window is, and what is grey."""
     grey = ["no window is centred there"]
     if not np.all(result.deviation > 0.0):
-        grey.append("no deviation")
+        grey.append("no deviation, for gaps or constant samples")
     return f"Window of {result.window:g} s. Grey: {', or '.join(grey)}."
 
 
