@@ -55,6 +55,6 @@ def program(first: str = "") -> typer.Typer:
 
 def invoke(arguments: list[str]) -> int:
     """Run a command and return its exit code; faults are raised."""
-    program = typer.main.get_command(program(arguments[0]))
-    code = program.main(args=arguments, prog_name="zerorate", standalone_mode=False)
+    command = typer.main.get_command(program(arguments[0]))
+    code = command.main(args=arguments, prog_name="zerorate", standalone_mode=False)
     return int(code or 0)
