@@ -42,6 +42,8 @@ class Settings:
         Names or indices; by default the gyro columns.
     unit : str, optional
         Unit of the data, where the logs do not tell it.
+    topic : str, optional
+        Topic to read of ROS recordings and PX4 logs.
     format : {"parquet", "csv", "npz"}
         Of the filtered logs; default Parquet.
     **options
@@ -59,6 +61,7 @@ class Settings:
     rate: float | None
     columns: tuple[str | int, ...] | None
     unit: str | None
+    topic: str | None
     format: str
     options: Mapping[str, Any]
 
@@ -68,6 +71,7 @@ class Settings:
         rate: float | None = None,
         columns: tuple[str | int, ...] | None = None,
         unit: str | None = None,
+        topic: str | None = None,
         format: str = "parquet",
         **options: Unpack[StreamOptions],
     ) -> None:
@@ -79,7 +83,9 @@ class Settings:
         if unit is not None:
             canonical_unit(unit)
         chosen = checked_options({"method": "auto", **options})
-        vars(self).update(rate=rate, columns=columns, unit=unit, format=format, options=chosen)
+        vars(self).update(
+            rate=rate, columns=columns, unit=unit, topic=topic, format=format, options=chosen
+        )
 
     def fingerprint(self, name: str, size: int, modified: int) -> str:
         """Return a hash that changes whenever the result of a log could.
@@ -214,8 +220,9 @@ def run_task(task: Task) -> Outcome:
 
 def _filter(task: Task) -> Summary:
     settings = task.settings
-    columns = None if settings.columns is None else list(settings.columns)
-    recording = open_log(task.source, settings.rate, columns, settings.unit)
+    recording = open_log(
+        task.source, settings.rate, settings.columns, settings.unit, settings.topic
+    )
     task.output.parent.mkdir(parents=True, exist_ok=True)
     Record.discard(task.output)
     options = dict(settings.options)
