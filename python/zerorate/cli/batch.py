@@ -54,7 +54,8 @@ def batch(
     """Filter many logs into a folder with a summary; a later run does only what is not finished."""
     check_filter_options(options, [options["method"]])
     try:
-        settings = Settings(**reading.arguments, format=format.value, **options)
+        asked = dict(reading.arguments)
+        settings = Settings(data_scale=asked.pop("scale"), **asked, format=format.value, **options)
         with counting_bar("logs") as progress:
             result = run_batch(
                 logs,
