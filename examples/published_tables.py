@@ -53,9 +53,20 @@ def best_average(z: Floats, rate: float) -> tuple[Floats, Floats, Floats]:
 
 
 def filtered(z: Floats, rate: float, method: Method) -> Floats:
-    """Return what the filter with its defaults makes of several axes."""
-    bank = zr.DriftFilter(rate, order=(2, 1), method=method, channels=z.shape[1])
-    return np.asarray(bank.process(z, threads=z.shape[1]))
+    """Return what a published method with its default settings makes of several axes."""
+    return np.asarray(published(rate, method, z.shape[1]).process(z, threads=z.shape[1]))
+
+
+def published(rate: float, method: Method, axes: int, process_noise: float = 0.1) -> zr.DriftFilter:
+    """Return the filter of the paper, whose output is the smoothed rate."""
+    return zr.DriftFilter(
+        rate,
+        method=method,
+        order=(2, 1),
+        process_noise=process_noise,
+        output="estimate",
+        channels=axes,
+    )
 
 
 NOISE_HEAD = ("recording", "axis", "R kf / R akf", "kf of raw", "akf of raw")
@@ -64,7 +75,7 @@ NOISE_HEAD = ("recording", "axis", "R kf / R akf", "kf of raw", "akf of raw")
 def noise_rows(recording: Recording) -> list[Sequence[str]]:
     """Return for each axis the noise of the start-up over that of the record, and what follows."""
     z, methods = recording.z, METHODS[:2]
-    banks = [zr.DriftFilter(recording.rate, method=m, channels=z.shape[1]) for m in methods]
+    banks = [published(recording.rate, m, z.shape[1]) for m in methods]
     kept = [np.atleast_1d(metrics.reduction(z, bank.process(z))) for bank in banks]
     ratio = banks[0].measurement_noise / banks[1].measurement_noise
     return [
