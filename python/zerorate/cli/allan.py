@@ -18,23 +18,19 @@ from zerorate.cli.errors import (
     UsageFault,
     as_usage,
     in_options,
-    reading,
     require,
     writing,
 )
 from zerorate.cli.options import (
-    Columns,
     FigureFormat,
     FigureFormatOption,
     Force,
-    GroupBy,
     LogArgument,
     NoFigure,
     Output,
-    Rate,
-    Topic,
+    Reading,
     parse_choices,
-    parse_columns,
+    with_reading_options,
 )
 from zerorate.cli.outputs import (
     Destination,
@@ -82,16 +78,27 @@ _SUFFIX: Final = {
 }
 
 
+@with_reading_options(
+    help={
+        "columns": "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: "
+        "the columns named like a gyro or an accelerometer.",
+        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; of the "
+        "accelerometer columns g or m/s^2; of both with a comma between: deg/s,g. Values are not "
+        "converted.",
+        "scale": "What the values of the gyros are multiplied by, e.g. 1/131 for raw counts, and "
+        "with a comma between those of the accelerometers: 1/131,1/16384. --unit says what they "
+        "are then.",
+        "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, "
+        "e.g. MPU-6050; with --range.",
+        "range": "Range that the gyro of --device was set to, deg/s, and that of the "
+        "accelerometer, g, e.g. 250,2.",
+    }
+)
 def allan(
+    *,
     log: LogArgument,
     output: Output = ".",
-    columns: Columns = None,
-    topic: Topic = None,
-    group_by: GroupBy = None,
-    rate: Rate = None,
-    unit: Annotated[
-        str | None, typer.Option(help="Of gyros, of accelerometers, or both: deg/s,g.")
-    ] = None,
+    reading: Reading,
     kind: Annotated[str, typer.Option(help="oadev, mdev, ohdev, totdev, ...")] = "oadev",
     taus: Annotated[str, typer.Option(help="octave, decade, all, or seconds.")] = "octave",
     bridge: Annotated[int, typer.Option(help="Longest gap to fill, samples.")] = 0,
@@ -142,15 +149,13 @@ def allan(
     )
     exports = parse_choices("--export", export, Export)
     _check_exports(exports, inflate, per_sample)
-    wanted = parse_columns(columns)
-    units = [] if unit is None else [word.strip() for word in unit.split(",")]
     suffixes = [*CurveFormat, *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-allan", suffixes)
     curve = place.choose("--format", format, CurveFormat.csv)
     figure = None
     if not no_figure:
         figure = place.choose("--figure-format", figure_format, FigureFormat.png)
-    all_of_them = records(log, group_by)
+    all_of_them = records(log, reading.group_by)
     outputs = [
         _Outputs.of(place.of_part(one.ending), curve, figure, exports, force) for one in all_of_them
     ]
@@ -160,8 +165,7 @@ def allan(
         preloaded(_load_plotting)
     for one, files in zip(all_of_them, outputs, strict=True):
         with progress_bar() as progress:
-            with reading(wanted is not None):
-                sensors = _present(read_sensors(one.source, rate, wanted, units, topic))
+            sensors = _present(reading.read(read_sensors, one.source))
             _check_units(exports, sensors[0])
             found = in_background(partial(_all_found, analysis, sensors, progress))
             files.write(found, texts, progress)
