@@ -139,8 +139,8 @@ _JUDGED: Final = (
 )
 
 _ON_NIS: Final = (
-    "NIS: normalised innovation squared, the mean square of the prediction errors over the variance "
-    "that the filter gave them. 1: it knows its errors; below 1 it expects larger ones"
+    "NIS: normalised innovation squared, the mean square of the prediction errors over the "
+    "variance that the filter gave them. 1: it knows its errors; below 1 it expects larger ones"
 )
 _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
     "rest": (
