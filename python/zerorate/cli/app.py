@@ -8,7 +8,7 @@ import typer
 from zerorate import __version__
 from zerorate.cli.errors import Hint
 
-__all__ = ["hint", "invoke"]
+__all__ = ["hint", "invoke", "program"]
 
 _COMMANDS: Final = {
     "demo": (
@@ -67,7 +67,7 @@ def _root(
     """Only for what comes before a command."""
 
 
-def _program(first: str) -> typer.Typer:
+def program(first: str = "") -> typer.Typer:
     """Return the program, with the one command that is called if its name comes first."""
     app = typer.Typer(
         name="zerorate",
@@ -94,6 +94,6 @@ def hint(command: str | None) -> Hint:
 
 def invoke(arguments: list[str]) -> int:
     """Run a command and return its exit code; faults are raised."""
-    program = typer.main.get_command(_program(arguments[0]))
-    code = program.main(args=arguments, prog_name="zerorate", standalone_mode=False)
+    command = typer.main.get_command(program(arguments[0]))
+    code = command.main(args=arguments, prog_name="zerorate", standalone_mode=False)
     return int(code or 0)

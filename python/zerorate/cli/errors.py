@@ -21,14 +21,14 @@ __all__ = [
     "in_options",
     "in_plain_words",
     "of_a_file",
-    "reading",
+    "read_faults",
     "require",
     "writing",
 ]
 
 _ALIKE: Final = 0.8
 
-_TYPED: "Final[tuple[tuple[str, Callable[[re.Match[str], Hint], str]], ...]]" = (
+_OF_TYPER: "Final[tuple[tuple[str, Callable[[re.Match[str], Hint], str]], ...]]" = (
     (
         r"Invalid value for '(?P<name>[^']+)': (?:Value error, )?(?P<got>'.*') is not one of "
         r"(?P<known>.+?)\.?",
@@ -69,10 +69,12 @@ _TYPED: "Final[tuple[tuple[str, Callable[[re.Match[str], Hint], str]], ...]]" = 
 """What typer says of what was typed, and the same in plain words."""
 
 _KEYWORD = re.compile(
-    r"\b(rate|columns|unit|bridge|topic|group_by|outliers|rest_limit)="
+    r"\b(rate|columns|unit|scale|device|range|start|stop|bridge|topic|group_by|outliers"
+    r"|rest_limit)="
     r"|^(rate|bridge|confidence|duration|axes|seed|max_order|segments|smooth|decimate)(?= must )"
 )
-_ON_TOPIC = re.compile(r"there is no topic|topic= chooses")
+_DEVICE = re.compile(r'scale=zr\.raw_counts\("([^"]+)", ([^)]+)\)')
+_TYPED = re.compile(r"there is no topic|topic= chooses|\b(start|stop)= ")
 _ON_COLUMNS = re.compile(r"there is no column|columns=|columns are named")
 
 
@@ -93,13 +95,13 @@ class UsageFault(Fault):
 
 
 @contextmanager
-def reading(columns_asked: bool) -> Iterator[None]:
+def read_faults(columns_asked: bool) -> Iterator[None]:
     """Turn what reading a log raises into faults that name options, not arguments."""
     try:
         yield
     except LogError as error:
         about_columns = columns_asked and _ON_COLUMNS.search(str(error))
-        typed = about_columns or _ON_TOPIC.search(str(error))
+        typed = about_columns or _TYPED.search(str(error))
         raise (UsageFault if typed else DataFault)(in_options(error)) from None
     except OSError as error:
         raise DataFault(of_a_file(error)) from None
@@ -153,7 +155,7 @@ class Hint:
 
 def in_plain_words(text: str, hint: Hint) -> str:
     """Return what typer says of what was typed in plain words; other texts as they are."""
-    for pattern, plain in _TYPED:
+    for pattern, plain in _OF_TYPER:
         found = re.fullmatch(pattern, text, re.DOTALL)
         if found:
             return plain(found, hint)
@@ -186,4 +188,7 @@ def of_a_file(error: OSError) -> str:
 
 def in_options(text: object) -> str:
     """Return a text with options where it names arguments."""
-    return _KEYWORD.sub(lambda found: f"--{(found[1] or found[2]).replace('_', '-')}", str(text))
+    told = _DEVICE.sub(
+        lambda found: f"--device {found[1]} --range {found[2].replace(', ', ',')}", str(text)
+    )
+    return _KEYWORD.sub(lambda found: f"--{(found[1] or found[2]).replace('_', '-')}", told)

@@ -21,6 +21,7 @@ __all__ = [
     "BLACK",
     "BLUE",
     "BLUE_TEXT",
+    "BROWN",
     "DPI",
     "FONT",
     "GREEN",
@@ -64,6 +65,8 @@ VERMILION: Final = "#D55E00"
 PURPLE: Final = "#CC79A7"
 GREY: Final = "#DDDDDD"
 ROSE: Final = "#F4CFE0"
+BROWN: Final = "#7A4A1E"
+"""Not of theirs: a sixth colour, dark enough for text."""
 
 # The same hues, dark enough for text on white and on either shade: a contrast of 4.5 or more.
 ORANGE_TEXT: Final = "#7E5700"

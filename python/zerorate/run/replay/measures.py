@@ -110,7 +110,7 @@ class Measures:
         self._used = [i for i, m in enumerate(self._lengths) if 1 <= m < header.n]
         self._notes = False
         self._stuck = np.zeros(header.channels, dtype=np.int64)
-        self._holds, delay = holds, onset(header.rate) if holds else None
+        delay = onset(header.rate) if holds else None
         lengths = [self._lengths[i] for i in self._used]
         self._native = ReplayScores(header.channels, len(self._methods), lengths, delay)
         self._compensated = ReplayScores(header.channels, 0, [], delay)
@@ -123,9 +123,6 @@ class Measures:
             self._stuck += np.count_nonzero(block.stuck, axis=1)
         drift = [block.drift[method] for method in self._methods]
         self._compensated.take(block.raw - drift[-1], [], rest)
-        if self._holds and rest is not None and not rest.all():
-            # An estimate is held from a time at rest on, not from just before the rest was seen.
-            drift = [np.where(rest, series, np.nan) for series in drift]
         truth = None if self._truth is None else self._truth[:, block.first : block.end]
         self._native.take(block.raw, drift, rest, truth)
 
