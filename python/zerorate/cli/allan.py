@@ -1,13 +1,14 @@
 """``zerorate allan``: the noise of the sensors of one log."""
 
 import json
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Final, cast, get_args
+from typing import Annotated, Any, Final, cast, get_args
 
 import numpy as np
 import typer
@@ -17,23 +18,19 @@ from zerorate.cli.errors import (
     UsageFault,
     as_usage,
     in_options,
-    reading,
     require,
     writing,
 )
 from zerorate.cli.options import (
-    Columns,
     FigureFormat,
     FigureFormatOption,
     Force,
-    GroupBy,
     LogArgument,
     NoFigure,
     Output,
-    Rate,
-    Topic,
+    Reading,
     parse_choices,
-    parse_columns,
+    with_reading_options,
 )
 from zerorate.cli.outputs import (
     Destination,
@@ -46,6 +43,7 @@ from zerorate.cli.outputs import (
 from zerorate.cli.records import print_title, records
 from zerorate.io import Log, LogError
 from zerorate.io.log import present_axes
+from zerorate.io.names import UNKNOWN
 from zerorate.io.reading import read_sensors
 from zerorate.noise import NoiseModel
 from zerorate.noise.characterise import Characterisation, characterise
@@ -66,6 +64,7 @@ class Export(StrEnum):
     vins = "vins"
     orbslam3 = "orbslam3"
     px4 = "px4"
+    ros = "ros"
     json = "json"
 
 
@@ -74,34 +73,79 @@ _SUFFIX: Final = {
     Export.vins: "-vins.yaml",
     Export.orbslam3: "-orbslam3.yaml",
     Export.px4: "-px4.params",
+    Export.ros: "-ros.yaml",
     Export.json: "-models.json",
 }
 
 
+@with_reading_options(
+    help={
+        "columns": "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: "
+        "the columns named like a gyro or an accelerometer.",
+        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; of the "
+        "accelerometer columns g or m/s^2; of both with a comma between: deg/s,g. Values are not "
+        "converted.",
+        "scale": "What the values of the gyros are multiplied by, e.g. 1/131 for raw counts, and "
+        "with a comma between those of the accelerometers: 1/131,1/16384. --unit says what they "
+        "are then.",
+        "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, "
+        "e.g. MPU-6050; with --range.",
+        "range": "Range that the gyro of --device was set to, deg/s, and that of the "
+        "accelerometer, g, e.g. 250,2.",
+    }
+)
 def allan(
+    *,
     log: LogArgument,
     output: Output = ".",
-    columns: Columns = None,
-    topic: Topic = None,
-    group_by: GroupBy = None,
-    rate: Rate = None,
-    unit: Annotated[
-        str | None, typer.Option(help="Of gyros, of accelerometers, or both: deg/s,g.")
-    ] = None,
-    kind: Annotated[str, typer.Option(help="oadev, mdev, ohdev, totdev, ...")] = "oadev",
-    taus: Annotated[str, typer.Option(help="octave, decade, all, or seconds.")] = "octave",
-    bridge: Annotated[int, typer.Option(help="Longest gap to fill, samples.")] = 0,
-    confidence: Annotated[float, typer.Option(help="Of the bounds, 0 to 1.")] = 0.683,
-    markov: Annotated[int, typer.Option(help="Markov terms to find.")] = 0,
+    reading: Reading,
+    kind: Annotated[
+        str,
+        typer.Option(
+            help="Deviation: oadev, adev, mdev, tdev (Allan), hdev, ohdev (Hadamard, blind to a "
+            "ramp), totdev, mtotdev, ttotdev, htotdev, theo1 (for long averaging times), pdev."
+        ),
+    ] = "oadev",
+    taus: Annotated[
+        str,
+        typer.Option(
+            help="Averaging times: octave (doubling), decade (ten a decade), all, or seconds such "
+            "as 0.1,1,10."
+        ),
+    ] = "octave",
+    bridge: Annotated[
+        int, typer.Option(help="Longest gap that is filled with a straight line, samples.")
+    ] = 0,
+    confidence: Annotated[
+        float, typer.Option(help="Probability that the bounds hold the true deviation, 0 to 1.")
+    ] = 0.683,
+    markov: Annotated[
+        int, typer.Option(help="Number of Markov terms, noise correlated over one time, to find.")
+    ] = 0,
     second_opinion: Annotated[
-        bool, typer.Option(help="Estimate from the spectrum as well.")
+        bool, typer.Option(help="Estimate the coefficients from the spectrum as well.")
     ] = True,
     export: Annotated[
-        str | None, typer.Option(help="Some of kalibr,vins,orbslam3,px4,json.")
+        str | None,
+        typer.Option(
+            help="Files for estimators, of the worst axis: some of kalibr,vins,orbslam3,px4,ros "
+            "(covariances of sensor_msgs/Imu); json has the models of all axes."
+        ),
     ] = None,
+    inflate: Annotated[
+        float,
+        typer.Option(help="Factor on the numbers of the exports: 10, say, for a vehicle's noise."),
+    ] = 1.0,
+    per_sample: Annotated[
+        bool,
+        typer.Option(
+            "--per-sample",
+            help="For vins: deviations per sample, as its arithmetic takes them, not densities.",
+        ),
+    ] = False,
     format: Annotated[
         CurveFormat | None,
-        typer.Option(help="Of the curve; csv if not said.", show_default=False),
+        typer.Option(help="File format of the curve; csv if not said.", show_default=False),
     ] = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
@@ -122,27 +166,27 @@ def allan(
         second_opinion=second_opinion,
     )
     exports = parse_choices("--export", export, Export)
-    wanted = parse_columns(columns)
-    units = [] if unit is None else [word.strip() for word in unit.split(",")]
+    _check_exports(exports, inflate, per_sample)
     suffixes = [*CurveFormat, *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-allan", suffixes)
     curve = place.choose("--format", format, CurveFormat.csv)
     figure = None
     if not no_figure:
         figure = place.choose("--figure-format", figure_format, FigureFormat.png)
-    all_of_them = records(log, group_by)
+    all_of_them = records(log, reading.group_by)
     outputs = [
         _Outputs.of(place.of_part(one.ending), curve, figure, exports, force) for one in all_of_them
     ]
+    texts = partial(_text, inflate=inflate, per_sample=per_sample)
     check_outputs([path for files in outputs for path in files.paths], force, log)
     if figure is not None:
         preloaded(_load_plotting)
     for one, files in zip(all_of_them, outputs, strict=True):
         with progress_bar() as progress:
-            with reading(wanted is not None):
-                sensors = _present(read_sensors(one.source, rate, wanted, units, topic))
+            sensors = _present(reading.read(read_sensors, one.source))
+            _check_units(exports, sensors[0])
             found = in_background(partial(_all_found, analysis, sensors, progress))
-            files.write(found, progress)
+            files.write(found, texts, progress)
         print_title(one, first=one is all_of_them[0])
         _print_result(found, files)
 
@@ -227,9 +271,14 @@ class _Outputs:
         figure = [] if self.figure is None else [self.figure]
         return [self.curve, *figure, *self.exports.values()]
 
-    def write(self, found: Sequence[Characterisation], progress: Progress) -> None:
+    def write(
+        self,
+        found: Sequence[Characterisation],
+        text: Callable[["Export", Sequence[Characterisation]], str],
+        progress: Progress,
+    ) -> None:
         """Write all files under other names; rename them when all are whole."""
-        texts = [_text(export, found) for export in self.exports]
+        texts = [text(export, found) for export in self.exports]
         with (
             writing(),
             together(self.paths, self.force) as temporary,
@@ -241,25 +290,58 @@ class _Outputs:
                 progress("drawing", 0.0)
                 _draw(found, temporary[1])
             progress("writing", 0.9)
-            for text, path in zip(texts, temporary[len(temporary) - len(texts) :], strict=True):
-                path.write_text(text, encoding="utf-8", newline="\n")
+            exported = temporary[len(temporary) - len(texts) :]
+            for written, path in zip(texts, exported, strict=True):
+                path.write_text(written, encoding="utf-8", newline="\n")
             job.result()
 
 
-def _text(export: Export, found: Sequence[Characterisation]) -> str:
+def _check_exports(exports: Sequence[Export], inflate: float, per_sample: bool) -> None:
+    """Raise a usage fault for options of exports that act on none of those asked for."""
+    if not (math.isfinite(inflate) and inflate > 0.0):
+        raise UsageFault(f"--inflate must be a positive number, got {inflate:g}")
+    if inflate != 1.0 and not set(exports) - {Export.json}:
+        named = ", ".join(export for export in Export if export is not Export.json)
+        raise UsageFault(f"--inflate acts on exports to estimators: --export {named}")
+    if per_sample and Export.vins not in exports:
+        raise UsageFault("--per-sample acts on --export vins")
+
+
+def _check_units(exports: Sequence[Export], gyro: Log) -> None:
+    """Raise a fault before any work if what is wanted needs to know the unit."""
+    needs = next((export for export in exports if export is not Export.json), None)
+    if needs is not None and gyro.unit == UNKNOWN:
+        raise UsageFault(
+            f"--export {needs} needs the unit of the samples, which the log does not say: give "
+            "--unit, deg/s or deg/s,g for instance"
+        )
+
+
+def _text(
+    export: Export, found: Sequence[Characterisation], inflate: float, per_sample: bool
+) -> str:
     if export is Export.json:
         return _models(found)
     gyro, accelerometer = (_worst(found, kind) for kind in ("angular rate", "acceleration"))
     if gyro is None:
         raise DataFault(f"--export {export} needs a model of a gyro, and this log gives none")
     rate = found[0].curve.rate
+    common: dict[str, Any] = {"accelerometer": accelerometer, "inflate": inflate}
     if export is Export.kalibr:
-        return gyro.to_kalibr(accelerometer=accelerometer, rate=rate)
+        return gyro.to_kalibr(rate=rate, rostopic=_topic(found[0].log), **common)
     if export is Export.vins:
-        return gyro.to_vins(accelerometer=accelerometer, rate=rate)
+        return gyro.to_vins(rate=rate if per_sample else None, **common)
     if export is Export.orbslam3:
-        return gyro.to_orbslam3(accelerometer=accelerometer, rate=rate)
-    return gyro.to_px4(accelerometer=accelerometer)
+        return gyro.to_orbslam3(rate=rate, **common)
+    if export is Export.ros:
+        return gyro.to_ros(rate=rate, **common)
+    return gyro.to_px4(**common)
+
+
+def _topic(log: Log) -> str:
+    """Return the topic of a ROS recording, or the one that Kalibr's examples have."""
+    sensor = str(log.meta.get("sensor") or "")
+    return sensor if sensor.startswith("/") else "/imu0"
 
 
 def _worst(found: Sequence[Characterisation], quantity: str) -> NoiseModel | None:

@@ -7,15 +7,13 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, in_options
+from zerorate.cli.errors import DataFault, UsageFault, in_options, of_a_file
 from zerorate.cli.options import (
-    Columns,
     LogFormat,
-    Rate,
-    Unit,
+    Reading,
     check_filter_options,
-    parse_columns,
     with_filter_options,
+    with_reading_options,
 )
 from zerorate.cli.outputs import counting_bar
 from zerorate.run.batch import BatchResult, Settings, run_batch
@@ -24,6 +22,7 @@ __all__ = ["batch"]
 
 
 @with_filter_options
+@with_reading_options(without=["group_by"])
 def batch(
     *,
     logs: Annotated[
@@ -39,24 +38,16 @@ def batch(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler's workers instead.")
     ] = None,
-    columns: Columns = None,
-    rate: Rate = None,
-    unit: Unit = None,
+    reading: Reading,
     options: Mapping[str, Any],
     format: Annotated[LogFormat, typer.Option(help="Of the filtered logs.")] = LogFormat.parquet,
     force: Annotated[bool, typer.Option("--force", help="Do finished logs again.")] = False,
 ) -> None:
     """Filter many logs into a folder with a summary; a later run does only what is not finished."""
     check_filter_options(options, [options["method"]])
-    wanted = parse_columns(columns)
     try:
-        settings = Settings(
-            rate=rate,
-            columns=None if wanted is None else tuple(wanted),
-            unit=unit,
-            format=format.value,
-            **options,
-        )
+        asked = dict(reading.arguments)
+        settings = Settings(data_scale=asked.pop("scale"), **asked, format=format.value, **options)
         with counting_bar("logs") as progress:
             result = run_batch(
                 logs,
@@ -71,7 +62,7 @@ def batch(
     except (ValueError, ImportError) as error:
         raise UsageFault(in_options(error)) from None
     except OSError as error:
-        raise DataFault(str(error)) from None
+        raise DataFault(of_a_file(error)) from None
     _print(result)
 
 

@@ -1,8 +1,10 @@
-"""Options of several commands, those of the filter among them, and texts that become arguments."""
+"""Options of several commands: of the filter, of reading a log, and texts that become arguments."""
 
 import inspect
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from enum import Enum, StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Final, TypeAlias, TypeVar
@@ -10,23 +12,23 @@ from typing import Annotated, Any, Final, TypeAlias, TypeVar
 import typer
 
 from zerorate._native import DriftFilter
-from zerorate.cli.errors import UsageFault
+from zerorate.cli.errors import UsageFault, in_options, read_faults
+from zerorate.io import raw_counts
+from zerorate.io.counts import Scale
 from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, Option, check_used, used_by
 
 __all__ = [
+    "OUTPUT",
     "RECORDING",
-    "Columns",
     "FigureFormat",
     "FigureFormatOption",
     "Force",
-    "GroupBy",
     "LogArgument",
     "LogFormat",
+    "LogFormatOption",
     "NoFigure",
     "Output",
-    "Rate",
-    "Topic",
-    "Unit",
+    "Reading",
     "check_filter_options",
     "flag",
     "parse_choices",
@@ -34,12 +36,29 @@ __all__ = [
     "parse_order",
     "parse_words",
     "with_filter_options",
+    "with_reading_options",
 ]
 
 _Choice = TypeVar("_Choice", bound=StrEnum)
+_Read = TypeVar("_Read")
+_Command: TypeAlias = Callable[..., None]
 
 _WORDS: Final = {"adapt_for": "always", "rest_limit": "none", "bias_limit": "none"}
 """What None is called on the command line, where a number is the default."""
+
+_TAKEN: Final = {"order": "two numbers p,q: p from 1 to 3, q from 0 to 3"}
+"""What a kind of option takes, where that is typed otherwise than in Python."""
+
+_DEFAULTS: Final = {"order": "2,1; robust: 1,0"}
+"""Defaults that depend on the method, as help shows them."""
+
+_FLAGS: Final = {
+    # Where files are written, that is what --output means.
+    "output": "--output-kind",
+    # Where logs are read, --scale multiplies their values.
+    "scale": "--noise-scale",
+}
+"""Options of the filter that are called otherwise than in Python."""
 
 _FIRST: Final = re.compile(rf"^({'|'.join(FILTER_OPTIONS)})\b")
 """The option that a refusal begins with."""
@@ -49,6 +68,10 @@ RECORDING: Final = (
     "Recording: csv, tsv, txt, npy, npz, parquet, arrow, feather, h5, mat, bag, mcap, ulg, "
     "or the folder of a ROS 2 bag."
 )
+
+
+OUTPUT: Final = "Output"
+"""The panel of help with what is written, and where."""
 
 
 class LogFormat(StrEnum):
@@ -74,56 +97,241 @@ Output: TypeAlias = Annotated[
         "-o",
         "--output",
         metavar="PATH",
-        help="Folder of the files, or the name of one that the others share; made if missing.",
+        help="Folder for the files, or the name of one of them; a missing folder is made.",
+        rich_help_panel=OUTPUT,
     ),
 ]
-Columns: TypeAlias = Annotated[
-    str | None, typer.Option(help="Names or indices with commas between.")
+LogFormatOption: TypeAlias = Annotated[
+    LogFormat | None,
+    typer.Option(
+        help="File format of the filtered log; else the suffix of -o, or parquet.",
+        show_default=False,
+        rich_help_panel=OUTPUT,
+    ),
 ]
-GroupBy: TypeAlias = Annotated[
-    str | None,
-    typer.Option(help="Column that tells several sensors or recordings apart: each is a log."),
-]
-Topic: TypeAlias = Annotated[
-    str | None,
-    typer.Option(help="Topic of a ROS recording or a PX4 log, where several hold an IMU."),
-]
-Rate: TypeAlias = Annotated[float | None, typer.Option(help="Samples per second, Hz.")]
-Unit: TypeAlias = Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")]
 FigureFormatOption: TypeAlias = Annotated[
-    FigureFormat | None, typer.Option(help="Of the figure; png if not said.", show_default=False)
+    FigureFormat | None,
+    typer.Option(
+        help="File format of the figure; else the suffix of -o, or png.",
+        show_default=False,
+        rich_help_panel=OUTPUT,
+    ),
 ]
-NoFigure: TypeAlias = Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")]
-Force: TypeAlias = Annotated[bool, typer.Option("--force", help="Replace existing files.")]
+NoFigure: TypeAlias = Annotated[
+    bool, typer.Option("--no-figure", help="Draw no figure.", rich_help_panel=OUTPUT)
+]
+Force: TypeAlias = Annotated[
+    bool, typer.Option("--force", help="Replace existing files.", rich_help_panel=OUTPUT)
+]
 
 
-def with_filter_options(command: Callable[..., None]) -> Callable[..., None]:
+def with_filter_options(command: _Command) -> _Command:
     """Give a command the options of the filter, from their table.
 
     The command takes them as `options`, a mapping by the names of `zerorate.DriftFilter`: the
     method, and those that were given.
     """
 
-    def entry(**arguments: Any) -> None:  # noqa: ANN401
-        context: typer.Context = arguments.pop("context")
-        values = {name: arguments.pop(_argument(name)) for name in FILTER_OPTIONS}
-        options = {
-            name: _parsed(FILTER_OPTIONS[name], value)
-            for name, value in values.items()
+    def gathered(context: typer.Context, given: Mapping[str, Any]) -> dict[str, object]:
+        return {
+            name: _parsed(option, given[_argument(name)])
+            for name, option in FILTER_OPTIONS.items()
             if name == "method" or _was_given(context, _argument(name))
         }
-        command(**arguments, options=options)
 
-    parameters = [_keyword("context", typer.Context)]
-    for own in inspect.signature(command, eval_str=True).parameters.values():
-        if own.name == "options":
-            parameters += map(_parameter, FILTER_OPTIONS.values())
-        else:
-            parameters.append(_keyword(own.name, own.annotation, own.default))
+    parameters = [_parameter(option) for option in FILTER_OPTIONS.values()]
+    return _with_parameters(command, "options", parameters, gathered)
+
+
+def _with_parameters(
+    command: _Command,
+    place: str,
+    parameters: Sequence[inspect.Parameter],
+    gathered: Callable[[typer.Context, Mapping[str, Any]], object],
+) -> _Command:
+    """Return a command with further parameters in the place of one, which is gathered of them."""
+
+    def entry(**arguments: Any) -> None:  # noqa: ANN401
+        context: typer.Context = arguments["context"]
+        given = {one.name: arguments.pop(one.name) for one in parameters}
+        if "context" not in own:
+            del arguments["context"]
+        command(**arguments, **{place: gathered(context, given)})
+
+    own = inspect.signature(command, eval_str=True).parameters
+    listed = [_keyword("context", typer.Context)]
+    for one in own.values():
+        if one.name == place:
+            listed += parameters
+        elif one.name != "context":
+            listed.append(_keyword(one.name, one.annotation, one.default))
     entry.__name__, entry.__doc__ = command.__name__, command.__doc__
-    entry.__annotations__ = {one.name: one.annotation for one in parameters}
-    entry.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    entry.__annotations__ = {one.name: one.annotation for one in listed}
+    entry.__signature__ = inspect.Signature(listed)  # type: ignore[attr-defined]
     return entry
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What is read of a log, and how, as the options of a command say it.
+
+    Attributes
+    ----------
+    arguments : mapping
+        Those of `zerorate.read_log` and of the other readers.
+    group_by : str or int or None
+        Column that tells several logs in a file apart.
+    """
+
+    arguments: Mapping[str, Any]
+    group_by: str | int | None = None
+
+    def read(
+        self,
+        reader: Callable[..., _Read],
+        source: object,
+        **further: Any,  # noqa: ANN401
+    ) -> _Read:
+        """Return what a reader makes of a source, or raise a fault that names options."""
+        chosen = (self.arguments["columns"], further.get("reference"), further.get("quaternion"))
+        with read_faults(columns_asked=any(chosen)):
+            return reader(source, **self.arguments, **further)
+
+
+_PANEL: Final = "Reading the log"
+_READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
+    "columns": (
+        str,
+        "NAMES",
+        "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: the columns "
+        "named like a gyro.",
+    ),
+    "unit": (
+        str,
+        None,
+        "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h. Values are "
+        "not converted.",
+    ),
+    "rate": (
+        float,
+        "HZ",
+        "Samples per second. Needed where the log has no timestamps.",
+    ),
+    "scale": (
+        str,
+        "FACTOR",
+        "What the values are multiplied by, e.g. 1/131 for raw counts; --unit says what they are "
+        "then.",
+    ),
+    "device": (
+        str,
+        "NAME",
+        "Sensor whose raw counts become deg/s by the numbers of its data sheet, e.g. MPU-6050; "
+        "with --range.",
+    ),
+    "range": (
+        str,
+        "DEG/S",
+        "Range that the gyro of --device was set to, e.g. 250.",
+    ),
+    "start": (float, "S", "Begin so many seconds after the first sample."),
+    "stop": (float, "S", "End so many seconds after the first sample."),
+    "topic": (
+        str,
+        None,
+        "Topic of a ROS recording or a PX4 log, where several hold an IMU.",
+    ),
+    "group_by": (
+        str,
+        "COLUMN",
+        "Column that tells several sensors or recordings apart: each is a log.",
+    ),
+}
+"""Type, metavar and help of the options of reading a log."""
+
+
+def with_reading_options(
+    *, without: Sequence[str] = (), help: Mapping[str, str] | None = None
+) -> Callable[[_Command], _Command]:
+    """Return a decorator that gives a command the options of reading a log.
+
+    The command takes them as `reading`, a `Reading`.
+
+    Parameters
+    ----------
+    without : sequence of str
+        Options that mean nothing to the command.
+    help : mapping of str to str, optional
+        Texts for some options instead of the common ones.
+    """
+    texts = help or {}
+    rows = {name: row for name, row in _READING.items() if name not in without}
+
+    def parameter(name: str, kind: Any, metavar: str | None, text: str) -> inspect.Parameter:  # noqa: ANN401
+        about = typer.Option(
+            metavar=metavar,
+            help=texts.get(name, text),
+            rich_help_panel=_PANEL,
+            show_default=False,
+        )
+        return _keyword(name, Annotated[kind | None, about], None)
+
+    def gathered(_: typer.Context, given: Mapping[str, Any]) -> Reading:
+        return _reading(given)
+
+    parameters = [parameter(name, *row) for name, row in rows.items()]
+    return lambda command: _with_parameters(command, "reading", parameters, gathered)
+
+
+def _reading(given: Mapping[str, Any]) -> Reading:
+    arguments = dict(given)
+    columns = parse_columns(arguments["columns"])
+    arguments["columns"] = None if columns is None else tuple(columns)
+    device, ends = arguments.pop("device"), arguments.pop("range")
+    arguments["scale"] = _parse_scale(arguments["scale"], device, ends)
+    group_by = parse_columns(arguments.pop("group_by", None))
+    return Reading(arguments, None if group_by is None else group_by[0])
+
+
+def _parse_scale(scale: str | None, device: str | None, ends: str | None) -> Scale:
+    """Return the factor of raw counts, given as it is or by a device and its ranges."""
+    if (device is None) != (ends is None):
+        missing, there = ("--device", "--range") if device is None else ("--range", "--device")
+        raise UsageFault(f"{there} needs {missing}, as in --device MPU-6050 --range 250")
+    if device is not None and ends is not None:
+        if scale is not None:
+            raise UsageFault("give either --scale or --device with --range, not both")
+        with _named_options():
+            return raw_counts(device, *_parse_numbers("--range", ends, "250 or 250,2"))
+    if scale is None:
+        return None
+    first, *more = _parse_numbers("--scale", scale, "0.0076, 1/131 or 1/131,1/16384")
+    return {"gyro": first, "accel": more[0]} if more else first
+
+
+def _parse_numbers(option: str, text: str, example: str) -> list[float]:
+    """Return the one or two numbers of an option, each maybe a fraction."""
+    try:
+        found = [_parse_fraction(word) for word in text.split(",")]
+    except (ValueError, ZeroDivisionError):
+        found = []
+    if len(found) not in (1, 2):
+        raise UsageFault(f"{option} takes a number such as {example}, got '{text}'")
+    return found
+
+
+def _parse_fraction(text: str) -> float:
+    number, _, divisor = text.partition("/")
+    return float(number) / float(divisor) if divisor else float(number)
+
+
+@contextmanager
+def _named_options() -> Iterator[None]:
+    """Turn what an argument is refused for into a usage fault that names options."""
+    try:
+        yield
+    except ValueError as error:
+        raise UsageFault(in_options(error)) from None
 
 
 def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> None:
@@ -139,8 +347,7 @@ def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> 
 
 def flag(name: str) -> str:
     """Return how an option of the filter is called on the command line."""
-    # Where files are written, that is what --output means.
-    return "--output-kind" if name == "output" else f"--{name.replace('_', '-')}"
+    return _FLAGS.get(name, f"--{name.replace('_', '-')}")
 
 
 def _argument(name: str) -> str:
@@ -170,7 +377,9 @@ def _parameter(option: Option) -> inspect.Parameter:
         value, metavar = str, "<float>"
         default = _WORDS[option.name] if default is None else f"{default:g}"
     limit = LIMITS.get(option.name)
-    shown = True if limit is None else f"{limit:g} deg/s, where the unit is known"
+    shown: bool | str = _DEFAULTS.get(option.name, True)
+    if limit is not None:
+        shown = f"{limit:g} deg/s, where the unit is known"
     about = typer.Option(
         flag(option.name),
         metavar=metavar,
@@ -182,6 +391,11 @@ def _parameter(option: Option) -> inspect.Parameter:
     return _keyword(_argument(option.name), annotation, default)
 
 
+def _panel(option: Option) -> str:
+    """Return the panel of help that an option stands in, by the methods that use it."""
+    return "Filter" if option.methods == METHODS else f"Only for {', '.join(option.methods)}"
+
+
 def _members(option: Option) -> Any:  # noqa: ANN401
     """Return the choices as a class that typer lists in help, and refuses all others by."""
     named: Any = StrEnum
@@ -189,16 +403,13 @@ def _members(option: Option) -> Any:  # noqa: ANN401
 
 
 def _help(option: Option) -> str:
+    """Return what an option means and takes: a choice shows that by itself."""
     meaning = f"{option.meaning[0].upper()}{option.meaning[1:]}."
     if option.kind == "choice":
         return meaning
+    taken = _TAKEN.get(option.kind, option.expected)
     word = f", or '{_WORDS[option.name]}'" if option.name in _WORDS else ""
-    return f"{meaning} {option.expected[0].upper()}{option.expected[1:]}{word}."
-
-
-def _panel(option: Option) -> str | None:
-    """Return under which heading help shows the option: its methods, unless all use it."""
-    return None if option.methods == METHODS else f"Only for --method {', '.join(option.methods)}"
+    return f"{meaning} {taken[0].upper()}{taken[1:]}{word}."
 
 
 def _parsed(option: Option, value: Any) -> object:  # noqa: ANN401

@@ -14,27 +14,25 @@ from zerorate.cli.errors import (
     UsageFault,
     as_usage,
     in_options,
-    reading,
+    read_faults,
     require,
     writing,
 )
 from zerorate.cli.options import (
-    Columns,
+    OUTPUT,
     FigureFormat,
     FigureFormatOption,
     Force,
-    GroupBy,
     LogArgument,
     LogFormat,
+    LogFormatOption,
     NoFigure,
     Output,
-    Rate,
-    Topic,
-    Unit,
+    Reading,
     check_filter_options,
     flag,
-    parse_columns,
     with_filter_options,
+    with_reading_options,
 )
 from zerorate.cli.outputs import (
     Destination,
@@ -60,49 +58,53 @@ _COMPARED: Final = ("kf", "akf", "fading")
 
 
 @with_filter_options
+@with_reading_options()
 def replay(
     *,
     log: LogArgument,
     output: Output = ".",
-    columns: Columns = None,
-    topic: Topic = None,
-    group_by: GroupBy = None,
-    rate: Rate = None,
-    unit: Unit = None,
+    reading: Reading,
     options: Mapping[str, Any],
-    format: Annotated[
-        LogFormat | None,
-        typer.Option(help="Of the filtered log; parquet if not said.", show_default=False),
-    ] = None,
+    format: LogFormatOption = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
     only: Annotated[
-        bool, typer.Option("--only", help="The method alone, without those it is compared with.")
+        bool,
+        typer.Option(
+            "--only",
+            help="Run the chosen method alone; else the table has others beside it to compare.",
+            rich_help_panel=OUTPUT,
+        ),
     ] = False,
     force: Force = False,
 ) -> None:
-    """Filter every axis of a log, print what it brought, write the filtered log and a figure."""
+    """Remove the bias from every axis of a log.
+
+    Prints what was learned and how good it is, and writes the filtered log and a figure. The
+    default method, auto, needs no settings.
+    """
     method = options["method"]
     methods = (method,) if only else (*baselines(method), method)
     check_filter_options(options, methods)
     given = {name: value for name, value in options.items() if name != "method"}
-    wanted = parse_columns(columns)
     place = Outputs.place(output, log.stem, not no_figure)
     shape = (format, figure_format, not no_figure, force, log)
-    found = records(log, group_by)
+    found = records(log, reading.group_by)
     outputs = [Outputs.of(place.of_part(one.ending), *shape) for one in found]
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
-            with reading(wanted is not None):
-                recording = open_log(one.source, rate, wanted, unit, topic)
+            recording = reading.read(open_log, one.source)
             asked = {"methods": methods, **with_limits(given, methods, recording.header.unit)}
             result = _replayed(recording, files, not no_figure, progress, asked)
         print_title(one, first=one is found[0])
         print_result(result, files)
     others = [flag(name) for name in options if name not in used_by(method, options)]
     if others:
-        verb = "acts" if len(others) == 1 else "act"
-        print(f"{', '.join(others)} {verb} on the methods that {method} is compared with")
+        verb = "has" if len(others) == 1 else "have"
+        print(
+            f"{', '.join(others)} {verb} no effect on {method}, only on the methods that the table "
+            "compares it with"
+        )
 
 
 def baselines(method: str) -> tuple[str, ...]:
@@ -127,7 +129,7 @@ def _replayed(
     """Write the files of one record and return the rest, or raise a fault."""
     if not draws:
         return _into_file(recording, files.log, files.force, progress, asked)
-    with reading(columns_asked=False):
+    with read_faults(columns_asked=False):
         whole = recording.log()
     result = in_memory(whole, progress, **asked)
     files.write(result, progress)

@@ -11,8 +11,10 @@ from typing import Any, Final, Literal, Self, Unpack
 
 from zerorate._native import __version__
 from zerorate.io import LogError, atomic_path, open_log
+from zerorate.io.counts import Scale, Scaling
 from zerorate.io.log import checked_rate, notes_of
 from zerorate.io.names import canonical_unit
+from zerorate.io.span import Span
 from zerorate.options import StreamOptions, checked_options, with_limits
 from zerorate.run.replay import Score, Summary, replay_to_file
 from zerorate.run.replay.history import last_known
@@ -27,6 +29,7 @@ Row = Mapping[str, str | float | int | None]
 OUTPUT_MARK: Final = "-zerorate"
 """Ends the name of a filtered log, before its suffix."""
 
+_READING: Final = ("rate", "columns", "unit", "topic", "start", "stop")
 _FORMATS: Final = ("parquet", "csv", "npz")
 
 
@@ -42,6 +45,11 @@ class Settings:
         Names or indices; by default the gyro columns.
     unit : str, optional
         Unit of the data, where the logs do not tell it.
+    topic : str, optional
+        Topic to read of ROS recordings and PX4 logs.
+    data_scale, start, stop : optional
+        As `scale`, `start` and `stop` of `zerorate.read_log`: what values are multiplied by, and
+        the seconds between which each log is read.
     format : {"parquet", "csv", "npz"}
         Of the filtered logs; default Parquet.
     **options
@@ -58,6 +66,10 @@ class Settings:
     rate: float | None
     columns: tuple[str | int, ...] | None
     unit: str | None
+    topic: str | None
+    data_scale: Scale
+    start: float | None
+    stop: float | None
     format: str
     options: Mapping[str, Any]
 
@@ -67,6 +79,10 @@ class Settings:
         rate: float | None = None,
         columns: tuple[str | int, ...] | None = None,
         unit: str | None = None,
+        topic: str | None = None,
+        data_scale: Scale = None,
+        start: float | None = None,
+        stop: float | None = None,
         format: str = "parquet",
         **options: Unpack[StreamOptions],
     ) -> None:
@@ -77,8 +93,26 @@ class Settings:
             checked_rate(rate)
         if unit is not None:
             canonical_unit(unit)
+        Scaling.of(data_scale)
+        Span(start, stop)
         chosen = checked_options(options)
-        vars(self).update(rate=rate, columns=columns, unit=unit, format=format, options=chosen)
+        vars(self).update(
+            rate=rate,
+            columns=columns,
+            unit=unit,
+            topic=topic,
+            data_scale=data_scale,
+            start=start,
+            stop=stop,
+            format=format,
+            options=chosen,
+        )
+
+    @property
+    def reading(self) -> Mapping[str, Any]:
+        """The arguments of `zerorate.io.open_log`."""
+        named = {name: getattr(self, name) for name in _READING}
+        return {**named, "scale": self.data_scale}
 
     def fingerprint(self, name: str, size: int, modified: int) -> str:
         """Return a hash that changes whenever the result of a log could.
@@ -213,8 +247,7 @@ def run_task(task: Task) -> Outcome:
 
 def _filter(task: Task) -> Summary:
     settings = task.settings
-    columns = None if settings.columns is None else list(settings.columns)
-    recording = open_log(task.source, settings.rate, columns, settings.unit)
+    recording = open_log(task.source, **settings.reading)
     task.output.parent.mkdir(parents=True, exist_ok=True)
     Record.discard(task.output)
     options = dict(settings.options)
