@@ -1,6 +1,7 @@
-"""``zerorate batch``: many logs through the filter, on all cores or on a cluster."""
+"""``zerorate batch``: many logs filtered or characterised, on all cores or on a cluster."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from enum import StrEnum
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -14,32 +15,39 @@ from zerorate.cli.options import (
     Rate,
     Unit,
     check_filter_options,
+    flag,
     parse_columns,
     with_filter_options,
 )
 from zerorate.cli.outputs import counting_bar
-from zerorate.run.batch import BatchResult, Settings, run_batch
+from zerorate.numerals import significant
+from zerorate.run.batch import BatchResult, Fleet, Outlier, Settings, run_batch
+from zerorate.run.batch.fleet import LEAST_LOGS
+from zerorate.show.tables import Table, as_text
 
 __all__ = ["batch"]
 
 
-@with_filter_options(
-    help={
-        "method": "Method of the filtered logs.",
-        "output": "Filtered logs: the 'estimate' of the drift, or the rate 'compensated' by it, "
-        "the default of auto.",
-    },
-    method="auto",
-    output=None,
-)
+class Command(StrEnum):
+    """What is done with each log."""
+
+    replay = "replay"
+    allan = "allan"
+
+
+@with_filter_options(help={"method": "Method of the filtered logs; auto if not said."})
 def batch(
     *,
     logs: Annotated[
-        list[str], typer.Argument(help="Logs, or patterns such as 'logs/**/*.parquet'.")
+        list[str],
+        typer.Argument(help="Folders, logs, or patterns such as 'logs/**/*.parquet'."),
     ],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the results.")
     ],
+    command: Annotated[
+        Command, typer.Option(help="Filter each log (replay), or find its noise (allan).")
+    ] = Command.replay,
     workers: Annotated[int | None, typer.Option(help="Processes; default one a core.")] = None,
     local_cluster: Annotated[
         int | None, typer.Option(metavar="N", help="N Dask workers on this machine instead.")
@@ -51,18 +59,25 @@ def batch(
     rate: Rate = None,
     unit: Unit = None,
     options: Mapping[str, Any],
-    format: Annotated[LogFormat, typer.Option(help="Of the filtered logs.")] = LogFormat.parquet,
+    format: Annotated[
+        LogFormat | None,
+        typer.Option(help="Of the filtered logs; parquet if not said.", show_default=False),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Do finished logs again.")] = False,
 ) -> None:
-    """Filter many logs into a folder with a summary; a later run does only what is not finished."""
-    check_filter_options(options, [options["method"]])
+    """Filter many logs, or find their noise, and compare them; what is finished is not redone."""
+    if command is Command.allan:
+        _refuse([*map(flag, options), *(() if format is None else ("--format",))])
+    else:
+        check_filter_options(options, [options.get("method", "auto")])
     wanted = parse_columns(columns)
     try:
         settings = Settings(
+            command=command.value,
             rate=rate,
             columns=None if wanted is None else tuple(wanted),
             unit=unit,
-            format=format.value,
+            format=None if format is None else format.value,
             **options,
         )
         with counting_bar("logs") as progress:
@@ -83,8 +98,14 @@ def batch(
     _print(result)
 
 
+def _refuse(given: Iterable[str]) -> None:
+    """Raise a usage fault for an option that only the filter has."""
+    for option in given:
+        raise UsageFault(f"{option} has no effect with --command allan, only with replay")
+
+
 _SHOWN: Final = 20
-"""Notes that are printed; all stand in the summary."""
+"""Rows and notes that are printed; all stand in the summary."""
 
 
 def _print(result: BatchResult) -> None:
@@ -95,10 +116,11 @@ def _print(result: BatchResult) -> None:
         f"{counts['skipped']} skipped, {counts['failed']} failed"
     )
     for one in result.failed:
-        print(f"failed: {one.name}: {one.error}")
+        print(f"failed: {one.name}: {in_options(one.error)}")
     if result.left_out:
-        print(f"left out: {len(result.left_out)} files that a batch has written")
+        print(f"left out: {len(result.left_out)} files that zerorate has written")
     _print_notes(result.notes)
+    _print_fleet(result.fleet, counts["done"] + counts["skipped"])
     print(f"wrote {result.summary}")
     if result.failed:
         raise DataFault(f"{len(result.failed)} of {len(result.outcomes)} logs failed")
@@ -106,10 +128,35 @@ def _print(result: BatchResult) -> None:
 
 def _print_notes(notes: Mapping[str, Sequence[str]]) -> None:
     for note, logs in islice(notes.items(), _SHOWN):
-        print(f"note: {logs[0]}{_and_others(len(logs) - 1)}: {note}")
+        print(f"note: {logs[0]}{_and_others(len(logs) - 1)}: {in_options(note)}")
     if len(notes) > _SHOWN:
         print(f"{len(notes) - _SHOWN} more notes are in the summary")
 
 
 def _and_others(count: int) -> str:
     return f" and {count} other{'s' if count > 1 else ''}" if count else ""
+
+
+def _print_fleet(fleet: Fleet, logs: int) -> None:
+    """Print which logs stand out, and how many could not be compared."""
+    if fleet.unjudged:
+        print(
+            f"not compared: {len(fleet.unjudged)} of {logs} logs, since fewer than {LEAST_LOGS} "
+            "have such axes in such a unit"
+        )
+    judged = logs - len(fleet.unjudged)
+    if not fleet.outlying:
+        if judged:
+            print(f"no log stands out from the other {judged - 1}")
+        return
+    head = ("log", "axis", "quantity", "value", "median", "times", "unit")
+    rows = tuple(_row(one) for one in fleet.outlying[:_SHOWN])
+    more = len(fleet.outlying) - _SHOWN
+    note = f"{more} more are in the summary" if more > 0 else ""
+    print(as_text(Table("these stand out from the others:", head, rows, words=3, note=note)))
+
+
+def _row(one: Outlier) -> tuple[str, ...]:
+    times = "-" if one.times is None else significant(one.times, 2)
+    numbers = (significant(one.value), significant(one.median), times)
+    return (one.log, one.axis, one.quantity, *numbers, one.unit)
