@@ -17,23 +17,19 @@ from zerorate.cli.errors import (
     UsageFault,
     as_usage,
     in_options,
-    reading,
     require,
     writing,
 )
 from zerorate.cli.options import (
-    Columns,
     FigureFormat,
     FigureFormatOption,
     Force,
-    GroupBy,
     LogArgument,
     NoFigure,
     Output,
-    Rate,
-    Topic,
+    Reading,
     parse_choices,
-    parse_columns,
+    with_reading_options,
 )
 from zerorate.cli.outputs import (
     Destination,
@@ -78,16 +74,20 @@ _SUFFIX: Final = {
 }
 
 
+@with_reading_options(
+    help={
+        "columns": "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: "
+        "the columns named like a gyro or an accelerometer.",
+        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; of the "
+        "accelerometer columns g or m/s^2; of both with a comma between: deg/s,g. Values are not "
+        "converted.",
+    }
+)
 def allan(
+    *,
     log: LogArgument,
     output: Output = ".",
-    columns: Columns = None,
-    topic: Topic = None,
-    group_by: GroupBy = None,
-    rate: Rate = None,
-    unit: Annotated[
-        str | None, typer.Option(help="Of gyros, of accelerometers, or both: deg/s,g.")
-    ] = None,
+    reading: Reading,
     kind: Annotated[str, typer.Option(help="oadev, mdev, ohdev, totdev, ...")] = "oadev",
     taus: Annotated[str, typer.Option(help="octave, decade, all, or seconds.")] = "octave",
     bridge: Annotated[int, typer.Option(help="Longest gap to fill, samples.")] = 0,
@@ -122,15 +122,13 @@ def allan(
         second_opinion=second_opinion,
     )
     exports = parse_choices("--export", export, Export)
-    wanted = parse_columns(columns)
-    units = [] if unit is None else [word.strip() for word in unit.split(",")]
     suffixes = [*CurveFormat, *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-allan", suffixes)
     curve = place.choose("--format", format, CurveFormat.csv)
     figure = None
     if not no_figure:
         figure = place.choose("--figure-format", figure_format, FigureFormat.png)
-    all_of_them = records(log, group_by)
+    all_of_them = records(log, reading.group_by)
     outputs = [
         _Outputs.of(place.of_part(one.ending), curve, figure, exports, force) for one in all_of_them
     ]
@@ -139,8 +137,7 @@ def allan(
         preloaded(_load_plotting)
     for one, files in zip(all_of_them, outputs, strict=True):
         with progress_bar() as progress:
-            with reading(wanted is not None):
-                sensors = _present(read_sensors(one.source, rate, wanted, units, topic))
+            sensors = _present(reading.read(read_sensors, one.source))
             found = in_background(partial(_all_found, analysis, sensors, progress))
             files.write(found, progress)
         print_title(one, first=one is all_of_them[0])

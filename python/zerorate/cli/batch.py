@@ -10,14 +10,12 @@ import typer
 
 from zerorate.cli.errors import DataFault, UsageFault, in_options
 from zerorate.cli.options import (
-    Columns,
     LogFormat,
-    Rate,
-    Unit,
+    Reading,
     check_filter_options,
     flag,
-    parse_columns,
     with_filter_options,
+    with_reading_options,
 )
 from zerorate.cli.outputs import counting_bar
 from zerorate.numerals import significant
@@ -36,6 +34,13 @@ class Command(StrEnum):
 
 
 @with_filter_options(help={"method": "Method of the filtered logs; auto if not said."})
+@with_reading_options(
+    without=["group_by"],
+    help={
+        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; for "
+        "--command allan also of the accelerometers: deg/s,g. Values are not converted."
+    },
+)
 def batch(
     *,
     logs: Annotated[
@@ -55,9 +60,7 @@ def batch(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler's workers instead.")
     ] = None,
-    columns: Columns = None,
-    rate: Rate = None,
-    unit: Unit = None,
+    reading: Reading,
     options: Mapping[str, Any],
     format: Annotated[
         LogFormat | None,
@@ -70,14 +73,11 @@ def batch(
         _refuse([*map(flag, options), *(() if format is None else ("--format",))])
     else:
         check_filter_options(options, [options.get("method", "auto")])
-    wanted = parse_columns(columns)
     try:
         settings = Settings(
             command=command.value,
-            rate=rate,
-            columns=None if wanted is None else tuple(wanted),
-            unit=unit,
             format=None if format is None else format.value,
+            **reading.arguments,
             **options,
         )
         with counting_bar("logs") as progress:
@@ -141,8 +141,8 @@ def _print_fleet(fleet: Fleet, logs: int) -> None:
     """Print which logs stand out, and how many could not be compared."""
     if fleet.unjudged:
         print(
-            f"not compared: {len(fleet.unjudged)} of {logs} logs, since fewer than {LEAST_LOGS} "
-            "have such axes in such a unit"
+            f"not compared with each other: {len(fleet.unjudged)} of {logs} logs; "
+            f"it takes {LEAST_LOGS} with the same axis and unit"
         )
     judged = logs - len(fleet.unjudged)
     if not fleet.outlying:

@@ -7,16 +7,12 @@ from typing import Annotated
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, reading, writing
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, writing
 from zerorate.cli.options import (
     RECORDING,
-    Columns,
-    GroupBy,
-    Rate,
-    Topic,
-    Unit,
-    parse_columns,
+    Reading,
     parse_words,
+    with_reading_options,
 )
 from zerorate.cli.outputs import check_outputs, progress_bar, together
 from zerorate.cli.records import records
@@ -34,7 +30,9 @@ from zerorate.simulate import Contamination
 __all__ = ["compare"]
 
 
+@with_reading_options()
 def compare(
+    *,
     logs: Annotated[
         list[Path] | None,
         typer.Argument(help=RECORDING, show_default=False),
@@ -64,11 +62,7 @@ def compare(
             show_default=False,
         ),
     ] = None,
-    columns: Columns = None,
-    topic: Topic = None,
-    group_by: GroupBy = None,
-    rate: Rate = None,
-    unit: Unit = None,
+    reading: Reading,
     per_axis: Annotated[bool, typer.Option("--per-axis", help="A table of every axis.")] = False,
     json: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write all numbers, too.")
@@ -78,7 +72,6 @@ def compare(
     """Compare filters on logs by what they cost their user, at rest and in motion."""
     if not logs and not simulated:
         raise UsageFault("give at least one log, or --simulated")
-    wanted = parse_columns(columns)
     names = parse_words("--methods", methods)
     truth = None if quaternion is None else parse_words("--quaternion", quaternion)
     with as_usage():
@@ -87,9 +80,8 @@ def compare(
         check_outputs([json], force)
     with progress_bar() as progress:
         recordings = []
-        for one in (one for log in logs or [] for one in records(log, group_by)):
-            with reading(bool(wanted or reference or truth)):
-                trial = read_trial(one.source, rate, wanted, unit, reference, truth, topic)
+        for one in (one for log in logs or [] for one in records(log, reading.group_by)):
+            trial = reading.read(read_trial, one.source, reference=reference, quaternion=truth)
             recordings.append(replace(trial, log=present_axes(trial.log)))
         found = _compared(recordings, names, faults, progress)
         regret = _simulated(names, faults, seeds, progress) if simulated else []

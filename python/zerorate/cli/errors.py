@@ -13,7 +13,7 @@ __all__ = [
     "UsageFault",
     "as_usage",
     "in_options",
-    "reading",
+    "read_faults",
     "require",
     "writing",
 ]
@@ -40,7 +40,7 @@ class UsageFault(Fault):
 
 
 @contextmanager
-def reading(columns_asked: bool) -> Iterator[None]:
+def read_faults(columns_asked: bool) -> Iterator[None]:
     """Turn what reading a log raises into faults that name options, not arguments."""
     try:
         yield

@@ -10,18 +10,14 @@ from typing import Annotated, Final, Literal, NoReturn
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, in_options, reading, require, writing
+from zerorate.cli.errors import DataFault, UsageFault, in_options, require, writing
 from zerorate.cli.options import (
-    Columns,
     Force,
-    GroupBy,
     LogArgument,
     Output,
-    Rate,
-    Topic,
-    Unit,
-    parse_columns,
+    Reading,
     parse_order,
+    with_reading_options,
 )
 from zerorate.cli.outputs import (
     Destination,
@@ -92,14 +88,12 @@ _TRENDS: Final[dict[Trend, Literal["mean", "linear"] | None]] = {
 }
 
 
+@with_reading_options()
 def identify(
+    *,
     log: LogArgument,
     output: Output = ".",
-    columns: Columns = None,
-    topic: Topic = None,
-    group_by: GroupBy = None,
-    rate: Rate = None,
-    unit: Unit = None,
+    reading: Reading,
     order: Annotated[
         str | None, typer.Option(help="Orders p,q of the model, instead of a choice.")
     ] = None,
@@ -129,15 +123,13 @@ def identify(
         decimate=decimate,
         method=method.value,
     )
-    wanted = parse_columns(columns)
-    all_of_them = records(log, group_by)
+    all_of_them = records(log, reading.group_by)
     outputs = [_Outputs.of(output, log, not no_figure, force, one.ending) for one in all_of_them]
     if not no_figure:
         preloaded(_load_plotting)
     for one, files in zip(all_of_them, outputs, strict=True):
         with progress_bar() as progress:
-            with reading(wanted is not None):
-                recording = read_log(one.source, rate, wanted, unit, topic)
+            recording = reading.read(read_log, one.source)
             found = in_background(partial(_found, analysis, recording, progress))
             files.write(recording, found, progress)
         print_title(one, first=one is all_of_them[0])

@@ -1,8 +1,9 @@
-"""Options of several commands, those of the filter among them, and texts that become arguments."""
+"""Options of several commands: of the filter, of reading a log, and texts that become arguments."""
 
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum, StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Final, TypeAlias, TypeVar, cast
@@ -10,23 +11,19 @@ from typing import Annotated, Any, Final, TypeAlias, TypeVar, cast
 import typer
 
 from zerorate._native import DriftFilter
-from zerorate.cli.errors import UsageFault
+from zerorate.cli.errors import UsageFault, read_faults
 from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, Option, check_used, used_by
 
 __all__ = [
     "RECORDING",
-    "Columns",
     "FigureFormat",
     "FigureFormatOption",
     "Force",
-    "GroupBy",
     "LogArgument",
     "LogFormat",
     "NoFigure",
     "Output",
-    "Rate",
-    "Topic",
-    "Unit",
+    "Reading",
     "check_filter_options",
     "flag",
     "parse_choices",
@@ -34,9 +31,12 @@ __all__ = [
     "parse_order",
     "parse_words",
     "with_filter_options",
+    "with_reading_options",
 ]
 
 _Choice = TypeVar("_Choice", bound=StrEnum)
+_Read = TypeVar("_Read")
+_Command: TypeAlias = Callable[..., None]
 
 _WORDS: Final = {"adapt_for": "always", "rest_limit": "none", "bias_limit": "none"}
 """What None is called on the command line, where a number is the default."""
@@ -77,19 +77,6 @@ Output: TypeAlias = Annotated[
         help="Folder of the files, or the name of one that the others share; made if missing.",
     ),
 ]
-Columns: TypeAlias = Annotated[
-    str | None, typer.Option(help="Names or indices with commas between.")
-]
-GroupBy: TypeAlias = Annotated[
-    str | None,
-    typer.Option(help="Column that tells several sensors or recordings apart: each is a log."),
-]
-Topic: TypeAlias = Annotated[
-    str | None,
-    typer.Option(help="Topic of a ROS recording or a PX4 log, where several hold an IMU."),
-]
-Rate: TypeAlias = Annotated[float | None, typer.Option(help="Samples per second, Hz.")]
-Unit: TypeAlias = Annotated[str | None, typer.Option(help="rad/s, deg/s, deg/h.")]
 FigureFormatOption: TypeAlias = Annotated[
     FigureFormat | None, typer.Option(help="Of the figure; png if not said.", show_default=False)
 ]
@@ -118,29 +105,147 @@ def with_filter_options(
         for name, option in FILTER_OPTIONS.items()
     }
 
-    def decorated(command: Callable[..., None]) -> Callable[..., None]:
-        def entry(**arguments: Any) -> None:  # noqa: ANN401
-            context: typer.Context = arguments.pop("context")
-            values = {name: arguments.pop(_argument(name)) for name in table}
-            options = {
-                name: _parsed(table[name][0], value)
-                for name, value in values.items()
+    def decorated(command: _Command) -> _Command:
+        def gathered(context: typer.Context, given: Mapping[str, Any]) -> dict[str, object]:
+            return {
+                name: _parsed(option, given[_argument(name)])
+                for name, (option, _) in table.items()
                 if _was_given(context, _argument(name)) or defaults.get(name) is not None
             }
-            command(**arguments, options=options)
 
-        parameters = [_keyword("context", typer.Context)]
-        for own in inspect.signature(command, eval_str=True).parameters.values():
-            if own.name == "options":
-                parameters += [_parameter(*row, texts) for row in table.values()]
-            else:
-                parameters.append(_keyword(own.name, own.annotation, own.default))
-        entry.__name__, entry.__doc__ = command.__name__, command.__doc__
-        entry.__annotations__ = {one.name: one.annotation for one in parameters}
-        entry.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        return entry
+        parameters = [_parameter(*row, texts) for row in table.values()]
+        return _with_parameters(command, "options", parameters, gathered)
 
     return decorated
+
+
+def _with_parameters(
+    command: _Command,
+    place: str,
+    parameters: Sequence[inspect.Parameter],
+    gathered: Callable[[typer.Context, Mapping[str, Any]], object],
+) -> _Command:
+    """Return a command with further parameters in the place of one, which is gathered of them."""
+
+    def entry(**arguments: Any) -> None:  # noqa: ANN401
+        context: typer.Context = arguments["context"]
+        given = {one.name: arguments.pop(one.name) for one in parameters}
+        if "context" not in own:
+            del arguments["context"]
+        command(**arguments, **{place: gathered(context, given)})
+
+    own = inspect.signature(command, eval_str=True).parameters
+    listed = [_keyword("context", typer.Context)]
+    for one in own.values():
+        if one.name == place:
+            listed += parameters
+        elif one.name != "context":
+            listed.append(_keyword(one.name, one.annotation, one.default))
+    entry.__name__, entry.__doc__ = command.__name__, command.__doc__
+    entry.__annotations__ = {one.name: one.annotation for one in listed}
+    entry.__signature__ = inspect.Signature(listed)  # type: ignore[attr-defined]
+    return entry
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What is read of a log, and how, as the options of a command say it.
+
+    Attributes
+    ----------
+    arguments : mapping
+        Those of `zerorate.read_log` and of the other readers.
+    group_by : str or int or None
+        Column that tells several logs in a file apart.
+    """
+
+    arguments: Mapping[str, Any]
+    group_by: str | int | None = None
+
+    def read(
+        self,
+        reader: Callable[..., _Read],
+        source: object,
+        **further: Any,  # noqa: ANN401
+    ) -> _Read:
+        """Return what a reader makes of a source, or raise a fault that names options."""
+        chosen = (self.arguments["columns"], further.get("reference"), further.get("quaternion"))
+        with read_faults(columns_asked=any(chosen)):
+            return reader(source, **self.arguments, **further)
+
+
+_PANEL: Final = "Reading the log"
+_READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
+    "columns": (
+        str,
+        "NAMES",
+        "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: the columns "
+        "named like a gyro.",
+    ),
+    "unit": (
+        str,
+        None,
+        "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h. Values are "
+        "not converted.",
+    ),
+    "rate": (
+        float,
+        "HZ",
+        "Samples per second. Needed where the log has no timestamps.",
+    ),
+    "topic": (
+        str,
+        None,
+        "Topic of a ROS recording or a PX4 log, where several hold an IMU.",
+    ),
+    "group_by": (
+        str,
+        "COLUMN",
+        "Column that tells several sensors or recordings apart: each is a log.",
+    ),
+}
+"""Type, metavar and help of the options of reading a log."""
+
+
+def with_reading_options(
+    *, without: Sequence[str] = (), help: Mapping[str, str] | None = None
+) -> Callable[[_Command], _Command]:
+    """Return a decorator that gives a command the options of reading a log.
+
+    The command takes them as `reading`, a `Reading`.
+
+    Parameters
+    ----------
+    without : sequence of str
+        Options that mean nothing to the command.
+    help : mapping of str to str, optional
+        Texts for some options instead of the common ones.
+    """
+    texts = help or {}
+    rows = {name: row for name, row in _READING.items() if name not in without}
+
+    def parameter(name: str, kind: Any, metavar: str | None, text: str) -> inspect.Parameter:  # noqa: ANN401
+        about = typer.Option(
+            metavar=metavar,
+            help=texts.get(name, text),
+            rich_help_panel=_PANEL,
+            show_default=False,
+        )
+        return _keyword(name, Annotated[kind | None, about], None)
+
+    def gathered(_: typer.Context, given: Mapping[str, Any]) -> Reading:
+        return _reading(given)
+
+    parameters = [parameter(name, *row) for name, row in rows.items()]
+    return lambda command: _with_parameters(command, "reading", parameters, gathered)
+
+
+def _reading(given: Mapping[str, Any]) -> Reading:
+    arguments = dict(given)
+    columns = parse_columns(arguments["columns"])
+    arguments["columns"] = None if columns is None else tuple(columns)
+    group_by = parse_columns(arguments.pop("group_by", None))
+    return Reading(arguments, None if group_by is None else group_by[0])
 
 
 def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> None:

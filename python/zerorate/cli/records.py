@@ -5,8 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from zerorate.cli.errors import reading
-from zerorate.cli.options import parse_columns
+from zerorate.cli.errors import read_faults
 from zerorate.io import split_log
 from zerorate.io.formats import LogSource
 
@@ -32,13 +31,12 @@ class Record:
     ending: str = ""
 
 
-def records(log: Path, group_by: str | None) -> Sequence[Record]:
+def records(log: Path, group_by: str | int | None) -> Sequence[Record]:
     """Return the records in a file: itself, or one for each value in a column."""
-    column = parse_columns(group_by)
-    if column is None:
+    if group_by is None:
         return [Record(log)]
-    with reading(columns_asked=True):
-        parts = split_log(log, column[0])
+    with read_faults(columns_asked=True):
+        parts = split_log(log, group_by)
     endings: dict[str, None] = {}
     for name in parts:
         ending = "-" + re.sub(r"[^\w.-]+", "_", name)[:40]

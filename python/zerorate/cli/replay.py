@@ -14,27 +14,23 @@ from zerorate.cli.errors import (
     UsageFault,
     as_usage,
     in_options,
-    reading,
+    read_faults,
     require,
     writing,
 )
 from zerorate.cli.options import (
-    Columns,
     FigureFormat,
     FigureFormatOption,
     Force,
-    GroupBy,
     LogArgument,
     LogFormat,
     NoFigure,
     Output,
-    Rate,
-    Topic,
-    Unit,
+    Reading,
     check_filter_options,
     flag,
-    parse_columns,
     with_filter_options,
+    with_reading_options,
 )
 from zerorate.cli.outputs import (
     Destination,
@@ -68,15 +64,12 @@ _COMPARED: Final = ("kf", "akf", "fading")
     method="auto",
     output=None,
 )
+@with_reading_options()
 def replay(
     *,
     log: LogArgument,
     output: Output = ".",
-    columns: Columns = None,
-    topic: Topic = None,
-    group_by: GroupBy = None,
-    rate: Rate = None,
-    unit: Unit = None,
+    reading: Reading,
     options: Mapping[str, Any],
     format: Annotated[
         LogFormat | None,
@@ -94,15 +87,13 @@ def replay(
     methods = (method,) if only else (*baselines(method), method)
     check_filter_options(options, methods)
     given = {name: value for name, value in options.items() if name != "method"}
-    wanted = parse_columns(columns)
     place = Outputs.place(output, log.stem, not no_figure)
     shape = (format, figure_format, not no_figure, force, log)
-    found = records(log, group_by)
+    found = records(log, reading.group_by)
     outputs = [Outputs.of(place.of_part(one.ending), *shape) for one in found]
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
-            with reading(wanted is not None):
-                recording = open_log(one.source, rate, wanted, unit, topic)
+            recording = reading.read(open_log, one.source)
             asked = {"methods": methods, **with_limits(given, methods, recording.header.unit)}
             result = _replayed(recording, files, not no_figure, progress, asked)
         print_title(one, first=one is found[0])
@@ -135,7 +126,7 @@ def _replayed(
     """Write the files of one record and return the rest, or raise a fault."""
     if not draws:
         return _into_file(recording, files.log, files.force, progress, asked)
-    with reading(columns_asked=False):
+    with read_faults(columns_asked=False):
         whole = recording.log()
     result = in_memory(whole, progress, **asked)
     files.write(result, progress)

@@ -323,7 +323,7 @@ def read_sensors(
     source: LogSource,
     rate: float | None = None,
     columns: Sequence[str | int] | None = None,
-    units: Sequence[str] = (),
+    unit: str | Sequence[str] | None = None,
     topic: str | None = None,
 ) -> tuple[Log, ...]:
     """Return the gyros of a recording as one log, and its accelerometers as another.
@@ -335,9 +335,9 @@ def read_sensors(
     columns
         Names or indices. By default every column named like a gyro or an accelerometer; in a
         table without names every column but the time.
-    units
-        Where the file does not say them: at most one of an angular rate and one of an
-        acceleration. A column that neither its name nor its suffix places is of the first.
+    unit
+        Where the file does not say it: of an angular rate, of an acceleration, or both, with a
+        comma between or as a sequence. A column that neither its name nor its suffix places is of the first.
 
     Returns
     -------
@@ -349,7 +349,8 @@ def read_sensors(
     LogError, ValueError, TypeError, OSError, ImportError
         As `read_log`, and if two units of one kind, or of a kind without columns, are given.
     """
-    given = _by_kind([canonical_unit(unit) for unit in units])
+    listed = unit.split(",") if isinstance(unit, str) else unit or ()
+    given = _by_kind([canonical_unit(one) for one in listed])
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
         return _groups(names, file_unit, given)

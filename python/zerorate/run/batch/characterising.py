@@ -26,8 +26,7 @@ _TAUS: Final = {f"deviation_{tau:g}s": tau for tau in (1.0, 10.0, 100.0)}
 
 def _characterised(settings: "Settings", source: Path, output: Path) -> Made:
     """Write the noise models of all axes of a log."""
-    columns = None if settings.columns is None else list(settings.columns)
-    sensors = read_sensors(source, settings.rate, columns, settings.units)
+    sensors = read_sensors(source, **settings.reading)
     # The second opinion has no place in models or rows, and takes as long as all the rest.
     found = [characterise(log, second_opinion=False) for log in _present(sensors)]
     with atomic_path(output, force=True) as temporary:

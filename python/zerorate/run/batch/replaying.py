@@ -39,8 +39,7 @@ _NUMBERS: Final = (
 
 def _filtered(settings: "Settings", source: Path, output: Path) -> Made:
     """Filter a log into a file."""
-    columns = None if settings.columns is None else list(settings.columns)
-    recording = open_log(source, settings.rate, columns, settings.unit)
+    recording = open_log(source, **settings.reading)
     options = dict(settings.options)
     method, kind = options.pop("method"), options.pop("output", None)
     options = with_limits(options, [method], recording.header.unit)

@@ -69,7 +69,7 @@ class BatchResult:
 
 
 def run_batch(
-    patterns: str | Sequence[str],
+    patterns: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     output: str | os.PathLike[str],
     settings: Settings | None = None,
     *,
@@ -87,7 +87,7 @@ def run_batch(
 
     Parameters
     ----------
-    patterns : str or sequence of str
+    patterns : str, path, or sequence of these
         Folders, of which all logs are taken; files; or patterns such as ``"logs/**/*.parquet"``,
         where a name with brackets may be just that. ``**`` takes each folder once, however many
         links lead there. What zerorate has written is left out unless a pattern asks for it.
@@ -139,10 +139,10 @@ def run_batch(
     """
     begin = time.perf_counter()
     _check_pyarrow()
-    listed = [patterns] if isinstance(patterns, str) else list(patterns)
+    listed = [patterns] if isinstance(patterns, str | os.PathLike) else patterns
     chosen, folder = settings or Settings(), Path(output)
     engine = _engine(workers, local_cluster, scheduler)
-    found = inputs(listed)
+    found = inputs([os.fspath(one) for one in listed])
     tasks, unread = _tasks(found, folder, chosen, force)
     summary = folder / SUMMARY
     _check_summary(summary, chosen)

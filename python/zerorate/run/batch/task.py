@@ -44,12 +44,23 @@ class Settings:
     unit : str, optional
         Unit of the data, where the logs do not tell it: ``"deg/s"``, for "allan" also of both
         kinds of sensor, ``"deg/s,g"``.
+    topic : str, optional
+        Topic to read of ROS recordings and PX4 logs.
     format : {"parquet", "csv", "npz"}, optional
         Of the filtered logs, for "replay" alone; default Parquet.
     **options
         Arguments of `zerorate.DriftFilter`, for "replay" alone; the method is "auto" by default.
         Of a log whose unit is known `rest_limit` is 3 deg/s and `bias_limit` 20 deg/s unless they
         are given; None is no limit.
+
+    Attributes
+    ----------
+    command, format
+        As given, or the defaults.
+    reading : mapping
+        Arguments of `zerorate.read_log`: rate, columns, unit and topic.
+    options : mapping
+        Arguments of `zerorate.DriftFilter`; empty for "allan".
 
     Raises
     ------
@@ -58,9 +69,7 @@ class Settings:
     """
 
     command: str
-    rate: float | None
-    columns: tuple[str | int, ...] | None
-    unit: str | None
+    reading: Mapping[str, Any]
     format: str
     options: Mapping[str, Any]
 
@@ -71,6 +80,7 @@ class Settings:
         rate: float | None = None,
         columns: tuple[str | int, ...] | None = None,
         unit: str | None = None,
+        topic: str | None = None,
         format: str | None = None,
         **options: Unpack[StreamOptions],
     ) -> None:
@@ -79,7 +89,8 @@ class Settings:
             raise ValueError(f"command must be {_either(COMMANDS)}, got '{command}'")
         if rate is not None:
             checked_rate(rate)
-        for one in _listed(unit) if command == "allan" else filter(None, [unit]):
+        units = () if unit is None else unit.split(",") if command == "allan" else (unit,)
+        for one in units:
             canonical_unit(one)
         chosen: dict[str, Any] = {}
         if command == "replay":
@@ -88,18 +99,14 @@ class Settings:
                 raise ValueError(f"format must be one of {', '.join(_FORMATS)}, got '{format}'")
         elif given := [*options, *(() if format is None else ("format",))]:
             raise ValueError(f"{given[0]} has no effect on command '{command}', only on 'replay'")
-        vars(self).update(command=command, rate=rate, columns=columns, unit=unit)
-        vars(self).update(format=format or _FORMATS[0], options=chosen)
+        reading = {"rate": rate, "columns": columns, "unit": unit, "topic": topic}
+        form = format or _FORMATS[0]
+        vars(self).update(command=command, reading=reading, format=form, options=chosen)
 
     @property
     def does(self) -> Command:
         """What becomes of each log."""
         return COMMANDS[self.command]
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """The units that were given, of several kinds of sensor for "allan"."""
-        return _listed(self.unit)
 
     def fingerprint(self, name: str, size: int, modified: int) -> str:
         """Return a hash that changes whenever the result of a log could.
@@ -226,10 +233,6 @@ def _told(error: Exception) -> str:
     """Return one line, with the kind of an error that does not explain itself."""
     line = " ".join(str(error).split())
     return line if isinstance(error, LogError | OSError) else f"{type(error).__name__}: {line}"
-
-
-def _listed(unit: str | None) -> tuple[str, ...]:
-    return () if unit is None else tuple(word.strip() for word in unit.split(","))
 
 
 def _either(words: Iterable[str]) -> str:
