@@ -226,7 +226,8 @@ class TestOutputs:
     def test_results_are_inputs_where_a_pattern_asks_for_them(self, tmp_path):
         make_logs(tmp_path / "logs", 1)
         self.batch(tmp_path / "logs", tmp_path / "out")
-        assert self.batch(tmp_path / "out/**/*-zerorate.parquet", tmp_path / "b").counts["done"] == 1
+        pattern = tmp_path / "out" / "**" / "*-zerorate.parquet"
+        assert self.batch(pattern, tmp_path / "again").counts == {"done": 1}
 
     @pytest.mark.parametrize("pattern", ["", "*.csv"])
     def test_the_truth_of_a_simulated_log_is_no_log(self, tmp_path, pattern):
