@@ -20,7 +20,16 @@ from zerorate._native import (
     __version__,
 )
 from zerorate.denoise import Denoised, denoise
-from zerorate.io import Log, LogError, Recording, read_log, read_recording, split_log, write_log
+from zerorate.io import (
+    Log,
+    LogError,
+    Recording,
+    raw_counts,
+    read_log,
+    read_recording,
+    split_log,
+    write_log,
+)
 from zerorate.noise import (
     AllanResult,
     Coefficient,
@@ -71,6 +80,7 @@ __all__ = [
     "identify",
     "live",
     "metrics",
+    "raw_counts",
     "read_log",
     "read_recording",
     "simulate",

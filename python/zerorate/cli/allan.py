@@ -81,6 +81,13 @@ _SUFFIX: Final = {
         "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; of the "
         "accelerometer columns g or m/s^2; of both with a comma between: deg/s,g. Values are not "
         "converted.",
+        "scale": "What the values of the gyros are multiplied by, e.g. 1/131 for raw counts, and "
+        "with a comma between those of the accelerometers: 1/131,1/16384. --unit says what they "
+        "are then.",
+        "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, "
+        "e.g. MPU-6050; with --range.",
+        "range": "Range that the gyro of --device was set to, deg/s, and that of the "
+        "accelerometer, g, e.g. 250,2.",
     }
 )
 def allan(

@@ -74,10 +74,12 @@ def batch(
     else:
         check_filter_options(options, [options.get("method", "auto")])
     try:
+        asked = dict(reading.arguments)
         settings = Settings(
             command=command.value,
             format=None if format is None else format.value,
-            **reading.arguments,
+            data_scale=asked.pop("scale"),
+            **asked,
             **options,
         )
         with counting_bar("logs") as progress:

@@ -18,8 +18,12 @@ __all__ = [
     "writing",
 ]
 
-_KEYWORD = re.compile(r"\b(rate|columns|unit|bridge|topic|group_by|outliers|rest_limit)=")
-_ON_TOPIC = re.compile(r"there is no topic|topic= chooses")
+_KEYWORD = re.compile(
+    r"\b(rate|columns|unit|scale|device|range|start|stop|bridge|topic|group_by|outliers"
+    r"|rest_limit)="
+)
+_DEVICE = re.compile(r'scale=zr\.raw_counts\("([^"]+)", ([^)]+)\)')
+_TYPED = re.compile(r"there is no topic|topic= chooses|\b(start|stop)= ")
 _ON_COLUMNS = re.compile(r"there is no column|columns=|columns are named")
 
 
@@ -46,7 +50,7 @@ def read_faults(columns_asked: bool) -> Iterator[None]:
         yield
     except LogError as error:
         about_columns = columns_asked and _ON_COLUMNS.search(str(error))
-        typed = about_columns or _ON_TOPIC.search(str(error))
+        typed = about_columns or _TYPED.search(str(error))
         raise (UsageFault if typed else DataFault)(in_options(error)) from None
     except OSError as error:
         raise DataFault(str(error)) from None
@@ -88,4 +92,7 @@ def require(module: str, extra: str) -> None:
 
 def in_options(text: object) -> str:
     """Return a text with options where it names arguments."""
-    return _KEYWORD.sub(lambda found: f"--{found[1].replace('_', '-')}", str(text))
+    told = _DEVICE.sub(
+        lambda found: f"--device {found[1]} --range {found[2].replace(', ', ',')}", str(text)
+    )
+    return _KEYWORD.sub(lambda found: f"--{found[1].replace('_', '-')}", told)

@@ -2,7 +2,8 @@
 
 import inspect
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum, StrEnum
 from pathlib import Path
@@ -11,7 +12,9 @@ from typing import Annotated, Any, Final, TypeAlias, TypeVar, cast
 import typer
 
 from zerorate._native import DriftFilter
-from zerorate.cli.errors import UsageFault, read_faults
+from zerorate.cli.errors import UsageFault, in_options, read_faults
+from zerorate.io import raw_counts
+from zerorate.io.counts import Scale
 from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, Option, check_used, used_by
 
 __all__ = [
@@ -44,6 +47,8 @@ _WORDS: Final = {"adapt_for": "always", "rest_limit": "none", "bias_limit": "non
 _FIRST: Final = re.compile(rf"^({'|'.join(FILTER_OPTIONS)})\b")
 """The option that a refusal begins with."""
 
+_FLAGS: Final = {"output": "--output-kind", "scale": "--noise-scale"}
+"""Options of the filter that are called otherwise: of files --output speaks, of values --scale."""
 _REQUIRED: Final = inspect.Parameter.empty
 RECORDING: Final = (
     "Recording: csv, tsv, txt, npy, npz, parquet, arrow, feather, h5, mat, bag, mcap, ulg, "
@@ -193,6 +198,25 @@ _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
         "HZ",
         "Samples per second. Needed where the log has no timestamps.",
     ),
+    "scale": (
+        str,
+        "FACTOR",
+        "What the values are multiplied by, e.g. 1/131 for raw counts; --unit says what they are "
+        "then.",
+    ),
+    "device": (
+        str,
+        "NAME",
+        "Sensor whose raw counts become deg/s by the numbers of its data sheet, e.g. MPU-6050; "
+        "with --range.",
+    ),
+    "range": (
+        str,
+        "DEG/S",
+        "Range that the gyro of --device was set to, e.g. 250.",
+    ),
+    "start": (float, "S", "Begin so many seconds after the first sample."),
+    "stop": (float, "S", "End so many seconds after the first sample."),
     "topic": (
         str,
         None,
@@ -244,8 +268,51 @@ def _reading(given: Mapping[str, Any]) -> Reading:
     arguments = dict(given)
     columns = parse_columns(arguments["columns"])
     arguments["columns"] = None if columns is None else tuple(columns)
+    device, ends = arguments.pop("device"), arguments.pop("range")
+    arguments["scale"] = _parse_scale(arguments["scale"], device, ends)
     group_by = parse_columns(arguments.pop("group_by", None))
     return Reading(arguments, None if group_by is None else group_by[0])
+
+
+def _parse_scale(scale: str | None, device: str | None, ends: str | None) -> Scale:
+    """Return the factor of raw counts, given as it is or by a device and its ranges."""
+    if (device is None) != (ends is None):
+        missing, there = ("--device", "--range") if device is None else ("--range", "--device")
+        raise UsageFault(f"{there} needs {missing}, as in --device MPU-6050 --range 250")
+    if device is not None and ends is not None:
+        if scale is not None:
+            raise UsageFault("give either --scale or --device with --range, not both")
+        with _named_options():
+            return raw_counts(device, *_parse_numbers("--range", ends, "250 or 250,2"))
+    if scale is None:
+        return None
+    first, *more = _parse_numbers("--scale", scale, "0.0076, 1/131 or 1/131,1/16384")
+    return {"gyro": first, "accel": more[0]} if more else first
+
+
+def _parse_numbers(option: str, text: str, example: str) -> list[float]:
+    """Return the one or two numbers of an option, each maybe a fraction."""
+    try:
+        found = [_parse_fraction(word) for word in text.split(",")]
+    except (ValueError, ZeroDivisionError):
+        found = []
+    if len(found) not in (1, 2):
+        raise UsageFault(f"{option} takes a number such as {example}, got '{text}'")
+    return found
+
+
+def _parse_fraction(text: str) -> float:
+    number, _, divisor = text.partition("/")
+    return float(number) / float(divisor) if divisor else float(number)
+
+
+@contextmanager
+def _named_options() -> Iterator[None]:
+    """Turn what an argument is refused for into a usage fault that names options."""
+    try:
+        yield
+    except ValueError as error:
+        raise UsageFault(in_options(error)) from None
 
 
 def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> None:
@@ -261,8 +328,7 @@ def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> 
 
 def flag(name: str) -> str:
     """Return how an option of the filter is called on the command line."""
-    # Where files are written, that is what --output means.
-    return "--output-kind" if name == "output" else f"--{name.replace('_', '-')}"
+    return _FLAGS.get(name) or f"--{name.replace('_', '-')}"
 
 
 def _argument(name: str) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from zerorate.compare.slope import slope
 from zerorate.io import Log, LogError, Recording
+from zerorate.io.counts import Scale
 from zerorate.io.formats import LogSource
 from zerorate.io.names import UNKNOWN, is_quaternion, looks_like_gyro, plain
 from zerorate.io.recording import read_topic
@@ -127,13 +128,19 @@ def read_trial(
     reference: str | None = None,
     quaternion: Sequence[str] | None = None,
     topic: str | None = None,
+    *,
+    scale: Scale = None,
+    start: float | None = None,
+    stop: float | None = None,
 ) -> Trial:
     """Return the gyros of a recording with the reference that it holds.
 
     Parameters
     ----------
-    path, rate, columns, unit, topic
+    path, rate, columns, unit, topic, scale
         As of `zerorate.read_log`.
+    start, stop
+        As of `zerorate.read_recording`.
     reference : str, optional
         Column of an angle or a rate about the axis of one gyro, from a shaft encoder or a rate
         table. It is a rate if its unit or its name says so, else an angle, in deg unless its name
@@ -166,6 +173,9 @@ def read_trial(
         unit=unit,
         topic=topic,
         only=("gyro",) if truth is None and columns is not None else ("gyro", "reference"),
+        scale=scale,
+        start=start,
+        stop=stop,
     )
     return Trial.of(recording if truth is not None else _with_quaternion(recording))
 

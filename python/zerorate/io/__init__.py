@@ -2,6 +2,7 @@
 
 from zerorate.io.atomic import atomic_path, check_writable
 from zerorate.io.clocks.grid import ClockReport
+from zerorate.io.counts import RawCounts, raw_counts
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.io.logfile import LogFile, open_log
 from zerorate.io.reading import read_log
@@ -14,10 +15,12 @@ __all__ = [
     "Log",
     "LogError",
     "LogFile",
+    "RawCounts",
     "Recording",
     "atomic_path",
     "check_writable",
     "open_log",
+    "raw_counts",
     "read_log",
     "read_recording",
     "split_log",

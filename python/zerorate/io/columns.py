@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import takewhile
+from typing import Final
 
 import numpy as np
 
+from zerorate.io.clocks.stamps import to_seconds
 from zerorate.io.log import LogError
-from zerorate.io.names import looks_like_gyro, looks_like_time
+from zerorate.io.names import looks_like_gyro, looks_like_time, may_be_time
 from zerorate.io.table import Column, Table
 
-__all__ = ["Choice", "Columns", "choose"]
+__all__ = ["Choice", "Columns", "check_samples", "choose", "with_time"]
+
+_BACKWARD: Final = 0.01
+"""Part of the steps of a clock that may lead back, as by a clock that was set."""
 
 Columns = str | int | Sequence[str | int] | None
 
@@ -42,6 +47,48 @@ def choose(
     if asked is None:
         asked = _default(table, {time, counter}, wanted)
     return Choice(time, asked)
+
+
+def with_time(table: Table) -> Table:
+    """Return the table with its time column, where only the values tell that a name is of one.
+
+    Columns that `may_be_time` are looked at where no name is plainly that of the time. One that
+    does not rise is no clock: it may hold durations.
+    """
+    names = table.names
+    if table.time is not None or names is None or any(map(looks_like_time, names)):
+        return table
+    one_length = table.lengths is None or len(set(table.lengths)) == 1
+    doubtful = [i for i, name in enumerate(names) if may_be_time(name) and one_length]
+    time = next((i for i in doubtful if _rises(table, i)), None)
+    if time is not None or not doubtful:
+        return replace(table, time=time)
+    note = f"column '{names[doubtful[0]]}' does not rise as timestamps do, so it is not the time"
+    return replace(table, meta=replace(table.meta, notes=(*table.meta.notes, note)))
+
+
+def _rises(table: Table, index: int) -> bool:
+    """Whether a column holds timestamps by its values: hardly any is below the one before."""
+    try:
+        (column,) = table.load([index])
+        seconds = to_seconds(column, table.label(index), None).seconds
+    except LogError:
+        return False
+    steps = np.diff(seconds)
+    return len(steps) == 0 or bool((steps < 0).mean() <= _BACKWARD and seconds[-1] > seconds[0])
+
+
+def check_samples(table: Table, asked: Columns) -> None:
+    """Raise LogError if a column that was asked for holds the time."""
+    if asked is None:
+        return
+    for index in _asked(table, asked):
+        name = table.label(index)
+        if index != table.time and not (table.names is not None and looks_like_time(name)):
+            continue
+        gyros = ", ".join(own for own in table.names or () if looks_like_gyro(own))
+        hint = f"; the gyro columns are {gyros}" if gyros else ""
+        raise LogError(f"columns= names '{name}', which holds the time, not samples{hint}")
 
 
 def _default(
@@ -140,9 +187,10 @@ def _unnamed_time(table: Table, taken: Sequence[int]) -> tuple[int | None, int |
 
 def _steady(column: Column) -> bool:
     """Whether values rise in near-equal steps over most rows, as a clock's do."""
-    if len(column) < 3 or column.dtype.kind not in "fiu":
+    if len(column) < 3 or column.dtype.kind not in "fiuM":
         return False
-    steps = np.diff(column.astype(np.float64))
+    counts = column.view(np.int64) if column.dtype.kind == "M" else column
+    steps = np.diff(counts.astype(np.float64))
     with np.errstate(invalid="ignore"):
         middle = np.median(steps)
         near = np.abs(steps - middle) <= 0.5 * middle
@@ -150,4 +198,4 @@ def _steady(column: Column) -> bool:
 
 
 def _counts_rows(column: Column) -> bool:
-    return column[0] in (0, 1) and bool(np.all(np.diff(column) == 1))
+    return column.dtype.kind != "M" and column[0] in (0, 1) and bool(np.all(np.diff(column) == 1))

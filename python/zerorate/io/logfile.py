@@ -10,18 +10,22 @@ import numpy as np
 
 from zerorate.io.clocks.repeats import HEAD, repeated
 from zerorate.io.clocks.sensor_clock import Clock
+from zerorate.io.counts import Scale
 from zerorate.io.formats import LogSource, label_of, opened
-from zerorate.io.log import Header, Log, LogError, checked_rate
-from zerorate.io.names import canonical_unit
+from zerorate.io.log import Header, Log, LogError
 from zerorate.io.reading import (
+    Asked,
     Selection,
-    gyros_of_one_unit,
+    all_within,
     logs_of,
-    notes_on_clock,
+    notes_on,
     notes_on_missing,
+    one_group,
     row_clock,
+    scaled,
     selected,
 )
+from zerorate.io.span import Span
 from zerorate.io.table import Column, Table, as_numbers
 from zerorate.types import Booleans, Floats, Integers
 
@@ -59,12 +63,18 @@ class Places:
 
 
 def placed(
-    pieces: Iterator[list[Column]], places: Places, rows: int, channels: int
+    pieces: Iterator[list[Column]],
+    places: Places,
+    rows: int,
+    channels: int,
+    part: range | None = None,
 ) -> Iterator[Floats]:
-    """Yield arrays (k, rows) of the grid, the last one shorter, with NaN in its gaps."""
+    """Yield arrays (k, rows) of the grid or a part of it, the last one shorter, NaN in gaps."""
+    part = range(places.length) if part is None else part
     source = _Rows(pieces)
-    for low in range(0, places.length, rows):
-        high = min(places.length, low + rows)
+    source.skip(sum(count for _, count in places.within(0, part.start)))
+    for low in range(part.start, part.stop, rows):
+        high = min(part.stop, low + rows)
         parts = list(places.within(low, high))
         whole = sum(count for _, count in parts) == high - low
         block = np.empty((channels, high - low)) if whole else _missing(channels, high - low)
@@ -98,6 +108,16 @@ class _Rows:
                 row[done : done + count] = column[self._at : self._at + count]
             self._at += count
             done += count
+
+    def skip(self, count: int) -> None:
+        """Leave out the next rows."""
+        while count > 0:
+            left = len(self._piece[0]) - self._at if self._piece else 0
+            if left == 0:
+                self._next()
+                continue
+            self._at += min(left, count)
+            count -= left
 
     def _next(self) -> None:
         try:
@@ -160,46 +180,56 @@ def open_log(
     columns: str | int | Sequence[str | int] | None = None,
     unit: str | None = None,
     topic: str | None = None,
+    *,
+    scale: Scale = None,
+    start: float | None = None,
+    stop: float | None = None,
 ) -> LogFile:
     """Return a file's log in blocks, with the arguments and faults of `read_log`.
 
     Of a Parquet file the time column alone is read here; any other format is loaded whole.
     """
-    grouped = gyros_of_one_unit(None if unit is None else canonical_unit(unit))
-    given = None if rate is None else checked_rate(rate)
+    asked = Asked.of(rate, columns, topic, scale, start, stop)
     label = label_of(path)
     try:
         kind, content = opened(path)
-        table = content.chosen(topic)
+        table = content.chosen(asked.topic)
         told = {"source": label, "format": kind}
-        chosen = selected(table, given, columns, grouped)
+        chosen = selected(table, asked.rate, asked.columns, one_group(unit, asked.scaling))
         if chosen.table.pieces is None:
-            return LogFile.of(logs_of(chosen, told)[0])
-        return _in_pieces(chosen, told, label)
+            return LogFile.of(*all_within(asked.span, logs_of(chosen, told)))
+        return _in_pieces(chosen, told, label, asked.span)
     except LogError as error:
         raise LogError(f"{label}: {error}") from None
 
 
-def _in_pieces(chosen: Selection, told: dict[str, str], label: str) -> LogFile:
-    table, time = chosen.table, chosen.time
+def _in_pieces(chosen: Selection, told: dict[str, str], label: str, span: Span) -> LogFile:
+    table, time, (group,) = chosen.table, chosen.time, chosen.groups
     column = None if time is None else _whole(table, time)
     if table.rows == 0:
         raise LogError("there are columns but no rows")
-    clock = _clock(chosen, column)
+    head = _head(chosen)
+    clock = _clock(chosen, column, head)
     grid, start = clock.grid, clock.start
-    notes = (*table.meta.notes, *notes_on_clock(chosen.groups[0].unit, clock))
-    meta = {**chosen.meta(told, grid), "notes": notes}
-    header = Header(grid.length, grid.rate, tuple(chosen.names), chosen.groups[0].unit, meta)
+    part = span.places(grid.length, grid.rate)
+    meta = {**chosen.meta(told, grid), "notes": tuple(notes_on(chosen, group, head, clock))}
+    header = Header(len(part), grid.rate, tuple(chosen.names), group.unit, meta)
+    if not span.whole:
+        span.check(grid.length / grid.rate, grid.rate)
+        header = header.noting([span.note(grid.length / grid.rate)])
+    if not part:
+        raise LogError(span.missed())
     places = Places.of(grid.spread, grid.length)
 
     def times(first: int, end: int) -> Floats:
-        return start + np.arange(first, end) / grid.rate
+        return start + np.arange(part.start + first, part.start + end) / grid.rate
 
     def blocks(rows: int) -> Iterator[Floats]:
         try:
             pieces = _numbers(chosen, rows)
             pieces = pieces if grid.used is None else _only(grid.used, pieces)
-            yield from placed(pieces, places, rows, len(chosen.names))
+            for block in placed(pieces, places, rows, len(chosen.names), part):
+                yield scaled(block, group.factor)
         except LogError as error:
             raise LogError(f"{label}: {error}") from None
 
@@ -221,13 +251,17 @@ def _whole(table: Table, index: int) -> Column:
     return table.load([index])[0] if column is None or done < table.rows else column
 
 
-def _clock(chosen: Selection, column: Column | None) -> Clock:
-    """Return the clock of a sensor, of whose values only those at the beginning are looked at."""
-    rows = row_clock(chosen, column, chosen.table.rows)
+def _head(chosen: Selection) -> Floats:
+    """Return the first `HEAD` rows of the values, or all if there are fewer."""
     beginning = [_together(piece) for piece in _beginning(chosen)]
     if not beginning:
         raise LogError("truncated or damaged: it says that it has rows, and has none")
-    head = np.concatenate(beginning)
+    return np.concatenate(beginning)[:HEAD]
+
+
+def _clock(chosen: Selection, column: Column | None, head: Floats) -> Clock:
+    """Return the clock of a sensor, of whose values only those at the beginning are looked at."""
+    rows = row_clock(chosen, column, chosen.table.rows)
 
     def again() -> Booleans:
         parts, last = [], None

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from zerorate.io.clocks.grid import Grid
+from zerorate.io.clocks.repeats import HEAD
 from zerorate.io.clocks.sensor_clock import Clock, clock_of
-from zerorate.io.clocks.stamps import Stamps, to_seconds
-from zerorate.io.columns import Columns, choose
+from zerorate.io.clocks.stamps import Stamps, to_seconds, without_texts
+from zerorate.io.columns import Columns, check_samples, choose, with_time
+from zerorate.io.counts import Scale, Scaling, kind_of, note_on_counts
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Log, LogError, checked_rate
 from zerorate.io.names import (
@@ -24,6 +26,7 @@ from zerorate.io.names import (
     split_unit,
 )
 from zerorate.io.parts import advice
+from zerorate.io.span import Span
 from zerorate.io.table import Column, Table, as_numbers
 from zerorate.types import Floats
 
@@ -31,14 +34,55 @@ __all__ = ["read_log", "read_sensors"]
 
 
 class Group(NamedTuple):
-    """Columns that make one log: their places among those chosen, and their unit."""
+    """Columns that make one log: their places among those chosen, their unit, kind and factor.
+
+    The kind is ``"gyro"``, ``"accel"``, or None for another; values are multiplied by the factor,
+    None for none.
+    """
 
     places: tuple[int, ...]
     unit: str
+    kind: str | None
+    factor: float | None = None
 
 
 Grouping = Callable[[list[str], str | None], list[Group]]
 """Makes groups of the chosen names and the unit of the metadata."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a caller asks of a source, beside which of its columns make a log.
+
+    Parameters
+    ----------
+    rate, columns, topic
+        As of `read_log`; the rate is checked.
+    scaling
+        What values are multiplied by.
+    span
+        Part of the log.
+    """
+
+    rate: float | None = None
+    columns: Columns = None
+    topic: str | None = None
+    scaling: Scaling = field(default_factory=Scaling)
+    span: Span = field(default_factory=Span)
+
+    @classmethod
+    def of(
+        cls,
+        rate: float | None,
+        columns: Columns,
+        topic: str | None,
+        scale: Scale,
+        start: float | None,
+        stop: float | None,
+    ) -> Asked:
+        """Return the arguments of a reader after checking them; ValueError if one is not valid."""
+        given = None if rate is None else checked_rate(rate)
+        return cls(given, columns, topic, Scaling.of(scale), Span(start, stop))
 
 
 @dataclass(frozen=True)
@@ -66,6 +110,10 @@ def read_log(
     columns: str | int | Sequence[str | int] | None = None,
     unit: str | None = None,
     topic: str | None = None,
+    *,
+    scale: Scale = None,
+    start: float | None = None,
+    stop: float | None = None,
 ) -> Log:
     r"""Return the gyro channels of a recording on a uniform time grid.
 
@@ -76,8 +124,8 @@ def read_log(
         (``.arrow .feather .ipc``), HDF5 (``.h5 .hdf5``), ``.mat``, a ROS 1 ``.bag``, the folder
         or ``.db3`` of a ROS 2 bag, ``.mcap``, PX4's ``.ulg``. Or an object: a data frame of pandas
         or polars, a pyarrow table or another with ``__arrow_c_stream__``, a dict of arrays by
-        name, a structured array, an array (n,) or (n, k). ``docs/reference/logs.md`` says what is read of
-        each.
+        name, a structured array, an array (n,) or (n, k). ``docs/reference/logs.md`` says what is
+        read of each.
     rate
         Samples per second, Hz. Needed where the file has neither timestamps nor a rate in its
         metadata; elsewhere it must agree with the timestamps to 1 % and then is the log's rate.
@@ -92,6 +140,12 @@ def read_log(
     topic
         Which topic to read of a ROS recording, needed where several hold ``sensor_msgs/Imu``, or
         of a PX4 log, by default ``sensor_combined`` or else the first with a gyro.
+    scale
+        What the values are multiplied by, where they are raw counts or in another unit than
+        `unit` says: a number, or `zerorate.raw_counts` of a device, whose unit is then known.
+    start, stop
+        Seconds from the first sample, between which the log is read: from `start`, to before
+        `stop`. By default all of it. The clock is that of the whole log in any case.
 
     Returns
     -------
@@ -102,9 +156,10 @@ def read_log(
     Raises
     ------
     LogError
-        If the content is not as expected; the message names file, place and expectation.
+        If the content is not as expected, or the log is shorter than ``start`` or ``stop``; the
+        message names file, place and expectation.
     ValueError
-        If ``rate`` or ``unit`` is not valid.
+        If ``rate``, ``unit``, ``scale``, ``start`` or ``stop`` is not valid.
     TypeError
         If the object is none of these.
     OSError
@@ -114,10 +169,11 @@ def read_log(
 
     Notes
     -----
-    The time column is one named ``time``, ``t``, ``timestamp``, ``stamp`` or so; its unit is the
-    suffix (``_s _ms _us _ns``), else the one in which it holds dates of this century, else that
-    of the step: below 0.5 seconds, below 100 milliseconds, below 100 000 microseconds, else
-    nanoseconds. In a table without names the
+    The time column is one named ``time``, ``t``, ``timestamp``, ``stamp`` or so, else ``millis``,
+    ``micros``, ``seconds``, ``elapsed``, ``ts``, ``date`` or ``datetime`` if it rises. It holds
+    numbers, or text of ISO 8601. The unit of numbers is the suffix (``_s _ms _us _ns``), else the
+    one in which they are dates of this century, else that of the step: below 0.5 seconds, below
+    100 milliseconds, below 100 000 microseconds, else nanoseconds. In a table without names the
     first column is the time if it rises in near-equal steps over most rows and no other column
     does; if it only counts rows (0, 1, 2, ...) it is left out, and ``rate`` is needed.
 
@@ -139,40 +195,47 @@ def read_log(
     >>> read_log({"gyro_x": [0.1, 0.2, 0.1]}, rate=100, unit="deg/s")
     Log(3 samples at 100 Hz, 0.03 s, deg/s: gyro_x)
     """
-    one_group = gyros_of_one_unit(None if unit is None else canonical_unit(unit))
-    return read_groups(source, rate, columns, one_group, looks_like_gyro, topic)[0]
+    asked = Asked.of(rate, columns, topic, scale, start, stop)
+    return read_groups(source, asked, one_group(unit, asked.scaling), looks_like_gyro)[0]
 
 
-def gyros_of_one_unit(unit: str | None) -> Grouping:
+def one_group(unit: str | None, scaling: Scaling) -> Grouping:
     """Return what makes one group of all columns, in the unit given or in their own."""
+    given = None if unit is None else canonical_unit(unit)
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
-        return [Group(tuple(range(len(names))), common_unit(names, unit, file_unit))]
+        kind = kind_of(names)
+        found = common_unit(names, scaling.unit(kind, given), file_unit)
+        return [Group(tuple(range(len(names))), found, kind, scaling.of_kind(kind, first=True))]
 
     return grouped
 
 
 def read_groups(
-    source: LogSource,
-    rate: float | None,
-    columns: Columns,
-    grouped: Grouping,
-    wanted: Callable[[str], bool],
-    topic: str | None = None,
+    source: LogSource, asked: Asked, grouped: Grouping, wanted: Callable[[str], bool]
 ) -> list[Log]:
     """Return a log for each group of a source's columns, all from one reading.
 
     ``wanted`` tells which columns are chosen where the caller names none. Faults are as of
     `read_log`.
     """
-    given_rate = None if rate is None else checked_rate(rate)
     label = label_of(source)
     try:
         kind, content = opened(source)
-        chosen = selected(content.chosen(topic), given_rate, columns, grouped, wanted)
-        return logs_of(chosen, {"source": label, "format": kind})
+        table = content.chosen(asked.topic)
+        chosen = selected(table, asked.rate, asked.columns, grouped, wanted)
+        logs = logs_of(chosen, {"source": label, "format": kind})
+        return list(all_within(asked.span, logs))
     except LogError as error:
         raise LogError(f"{label}: {error}") from None
+
+
+def all_within(span: Span, logs: Sequence[Log]) -> Iterator[Log]:
+    """Yield the parts of logs that lie in a span; LogError if one has none."""
+    for part in span.of(logs):
+        if part is None:
+            raise LogError(span.missed())
+        yield part
 
 
 def selected(
@@ -183,8 +246,8 @@ def selected(
     wanted: Callable[[str], bool] = looks_like_gyro,
 ) -> Selection:
     """Return what is to be read of a table, of which only a table without names is loaded."""
-    if table.names is None:
-        table = table.loaded()
+    table = table.loaded() if table.names is None else with_time(table)
+    check_samples(table, columns)
     choice = choose(table, columns, wanted)
     names = [table.label(i) for i in choice.data]
     groups = grouped(names, table.meta.unit)
@@ -196,6 +259,8 @@ def selected(
 
 def row_clock(chosen: Selection, column: Column | None, rows: int) -> Clock:
     """Return the clock of a table's rows, by a column of timestamps or by the rate stated."""
+    if chosen.time is not None and column is not None:
+        column = without_texts(column, chosen.table.label(chosen.time))
     hint = advice(chosen.table, chosen.time, column)
     try:
         clock = clock_of(_stamps_of(chosen, column), chosen.rate, rows)
@@ -238,10 +303,10 @@ def log_of(
 ) -> Log:
     """Return the log of one group of columns, whose rows are those of a clock."""
     names, grid = [chosen.names[i] for i in group.places], clock.grid
-    data = _on_grid(values, grid)
+    data = scaled(_on_grid(values, grid), group.factor)
     time = clock.start + np.arange(grid.length) / grid.rate
     empty = notes_on_missing(names, [bool(np.isnan(column).all()) for column in data.T])
-    notes = (*chosen.table.meta.notes, *notes_on_clock(group.unit, clock), *empty)
+    notes = (*notes_on(chosen, group, values[:HEAD], clock), *empty)
     meta = {**chosen.meta(told, grid), "notes": notes}
     return Log(time, grid.rate, data, tuple(names), group.unit, meta)
 
@@ -277,10 +342,24 @@ def _on_grid(values: Floats, grid: Grid) -> Floats:
     return data
 
 
-def notes_on_clock(unit: str, clock: Clock) -> list[str]:
-    """Return the sentences on what was assumed of a log's unit and clock."""
-    notes, grid = [], clock.grid
-    if unit == UNKNOWN:
+def scaled(values: Floats, factor: float | None) -> Floats:
+    """Return values of any shape times a factor, if there is one."""
+    if factor is None:
+        return values
+    with np.errstate(over="ignore", invalid="ignore"):
+        return values * factor
+
+
+def notes_on(chosen: Selection, group: Group, head: Floats, clock: Clock) -> list[str]:
+    """Return the sentences on what was assumed of a group: its unit, by its head, and its clock."""
+    notes, grid = list(chosen.table.meta.notes), clock.grid
+    names = [chosen.names[i] for i in group.places]
+    counts = None
+    if group.kind is not None and group.factor is None and chosen.table.meta.unit is None:
+        counts = note_on_counts(names, group.kind, group.unit, head)
+    if counts is not None:
+        notes.append(counts)
+    elif group.unit == UNKNOWN:
         notes.append("the unit of the data is not known; give unit=")
     notes.extend((*clock.notes, *_on_bursts(grid)))
     if abs(grid.report.rate / grid.rate - 1) > 1e-5:
@@ -317,6 +396,7 @@ _KIND: Final = {
 }
 
 _KINDS: Final = tuple(dict.fromkeys(_KIND.values()))
+_SENSOR: Final = dict(zip(_KINDS, ("gyro", "accel"), strict=True))
 
 
 def read_sensors(
@@ -325,6 +405,10 @@ def read_sensors(
     columns: Sequence[str | int] | None = None,
     unit: str | Sequence[str] | None = None,
     topic: str | None = None,
+    *,
+    scale: Scale = None,
+    start: float | None = None,
+    stop: float | None = None,
 ) -> tuple[Log, ...]:
     """Return the gyros of a recording as one log, and its accelerometers as another.
 
@@ -337,7 +421,13 @@ def read_sensors(
         table without names every column but the time.
     unit
         Where the file does not say it: of an angular rate, of an acceleration, or both, with a
-        comma between or as a sequence. A column that neither its name nor its suffix places is of the first.
+        comma between or as a sequence. A column that neither its name nor its suffix places is of
+        the first.
+    scale
+        A number for the gyros, or for the accelerometers where there are no gyros; of both
+        ``{"gyro": 1 / 131, "accel": 1 / 16384}``, or `zerorate.raw_counts` of a device.
+    start, stop
+        As of `read_log`, from the earlier of the two first samples.
 
     Returns
     -------
@@ -351,11 +441,12 @@ def read_sensors(
     """
     listed = unit.split(",") if isinstance(unit, str) else unit or ()
     given = _by_kind([canonical_unit(one) for one in listed])
+    asked = Asked.of(rate, columns, topic, scale, start, stop)
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
-        return _groups(names, file_unit, given)
+        return _groups(names, file_unit, given, asked.scaling)
 
-    return tuple(read_groups(source, rate, columns, grouped, looks_like_sensor, topic))
+    return tuple(read_groups(source, asked, grouped, looks_like_sensor))
 
 
 def _by_kind(units: list[str]) -> dict[str, str]:
@@ -365,19 +456,24 @@ def _by_kind(units: list[str]) -> dict[str, str]:
     return given
 
 
-def _groups(names: list[str], file_unit: str | None, given: dict[str, str]) -> list[Group]:
+def _groups(
+    names: list[str], file_unit: str | None, given: dict[str, str], scaling: Scaling
+) -> list[Group]:
     fallback = next(iter(given), _KIND.get(file_unit or "", "angular rate"))
     kinds = [_kind(name, fallback) for name in names]
     for kind, unit in given.items():
         if kind not in kinds:
             raise LogError(f"unit '{unit}' was given, but no column holds an {kind}")
-    groups = []
+    groups: list[Group] = []
     for kind in (kind for kind in _KINDS if kind in kinds):
         places = tuple(i for i, own in enumerate(kinds) if own == kind)
         # What the file says of its unit is of no help to the other kind.
         stated = file_unit if _KIND.get(file_unit or "", kind) == kind else None
-        unit = common_unit([names[i] for i in places], given.get(kind), stated)
-        groups.append(Group(places, unit))
+        sensor = _SENSOR[kind]
+        wanted = scaling.unit(sensor, given.get(kind))
+        unit = common_unit([names[i] for i in places], wanted, stated)
+        factor = scaling.of_kind(sensor, first=not groups)
+        groups.append(Group(places, unit, sensor, factor))
     return groups
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple, cast
 
 import numpy as np
 
 from zerorate.io.clocks.sensor_clock import Clock
-from zerorate.io.columns import Columns, choose
+from zerorate.io.columns import Columns, check_samples, choose, with_time
+from zerorate.io.counts import Scale, Scaling
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Log, LogError, Recording, checked_rate, units_of
 from zerorate.io.names import (
@@ -30,6 +31,7 @@ from zerorate.io.reading import (
     selected,
     stacked,
 )
+from zerorate.io.span import Span
 from zerorate.io.table import Content, Table
 from zerorate.types import Floats
 
@@ -61,6 +63,9 @@ def read_recording(
     unit: str | Mapping[str, str] | None = None,
     topic: str | None = None,
     only: Iterable[str] | None = None,
+    scale: Scale = None,
+    start: float | None = None,
+    stop: float | None = None,
 ) -> Recording:
     """Return the logs of all sensors in a file, found by the names of its columns and topics.
 
@@ -85,6 +90,14 @@ def read_recording(
         Kinds of logs to read; default all: ``gyro``, ``accel``, ``mag``, ``temperature``,
         ``reference``, ``position``, ``velocity``, and ``position_sigma`` and ``velocity_sigma``,
         their standard deviations.
+    scale
+        What values are multiplied by: a number for the gyro, ``{"gyro": 1 / 131, "accel":
+        1 / 16384}``, or `zerorate.raw_counts` of a device, whose units are then known.
+    start, stop
+        Seconds between which the logs are read: from `start`, to before `stop`. They are counted
+        from the earliest sample of all logs of a source; those of a list have clocks of their
+        own. Another sensor than the gyro without a sample there is left out, and ``notes`` says
+        so.
 
     Returns
     -------
@@ -116,7 +129,8 @@ def read_recording(
     sources = list(cast(Sequence[LogSource], source)) if several else [cast(LogSource, source)]
     if not sources:
         raise LogError("there is no source to read")
-    return _recording(sources, _request(rate, columns, reference, unit, topic, only))
+    request = _request(columns, reference, unit, topic, only)
+    return _recording(sources, request.with_numbers(rate, scale, start, stop))
 
 
 def read_topic(
@@ -128,26 +142,28 @@ def read_topic(
     unit: str | None = None,
     topic: str | None = None,
     only: Iterable[str] | None = None,
+    scale: Scale = None,
+    start: float | None = None,
+    stop: float | None = None,
 ) -> Recording:
     """Return the recording of one topic alone, the one that `read_log` would read.
 
     Arguments and faults are those of `read_recording` and, of several topics to choose from, those
     of `read_log`.
     """
-    request = _request(rate, columns, reference, unit, topic, only)
+    request = _request(columns, reference, unit, topic, only)
+    request = request.with_numbers(rate, scale, start, stop)
     return _recording([source], replace(request, alone=True))
 
 
 def _request(
-    rate: float | None,
     columns: Columns,
     reference: Columns,
     unit: str | Mapping[str, str] | None,
     topic: str | None,
     only: Iterable[str] | None,
 ) -> _Request:
-    given = None if rate is None else checked_rate(rate)
-    return _Request(given, columns, reference, _units(unit), topic, _kinds(only))
+    return _Request(columns, reference, _units(unit), topic, _kinds(only))
 
 
 def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
@@ -157,7 +173,7 @@ def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
     offered: list[str] = []
     for one in sources:
         try:
-            found.extend(_of_source(one, request, notes, offered))
+            found.extend(_within(_of_source(one, request, notes, offered), request, notes))
         except LogError as error:
             raise LogError(f"{label_of(one)}: {error}") from None
         request = replace(request, columns=None, reference=None, topic=None)
@@ -175,23 +191,47 @@ class _Found(NamedTuple):
     log: Log
 
 
+def _within(found: Iterable[_Found], request: _Request, notes: list[str]) -> Iterator[_Found]:
+    """Yield the parts of a source's logs that lie in the span asked for."""
+    whole = list(found)
+    if not whole:
+        return
+    for (kind, log), part in zip(whole, request.span.of([one.log for one in whole]), strict=True):
+        if part is not None:
+            yield _Found(kind, part)
+            continue
+        if kind == "gyro":
+            raise LogError(f"{', '.join(log.names)}: {request.span.missed()}")
+        notes.append(f"{', '.join(log.names)}: left out, for {request.span.missed()}")
+
+
 class _Sensor(NamedTuple):
     """Columns of a table, by their indices, that are the axes of one sensor."""
 
     kind: str
     places: tuple[int, ...]
     unit: str
+    factor: float | None = None
 
 
 @dataclass(frozen=True)
 class _Request:
-    rate: float | None
     columns: Columns
     reference: Columns
     unit: Mapping[str, str]
     topic: str | None
     only: tuple[str, ...]
     alone: bool = False
+    rate: float | None = None
+    scaling: Scaling = field(default_factory=Scaling)
+    span: Span = field(default_factory=Span)
+
+    def with_numbers(
+        self, rate: float | None, scale: Scale, start: float | None, stop: float | None
+    ) -> _Request:
+        """Return the request with a rate, a scale and a span; ValueError if one is not valid."""
+        given = None if rate is None else checked_rate(rate)
+        return replace(self, rate=given, scaling=Scaling.of(scale), span=Span(start, stop))
 
     def requires(self, sensors: Iterable[_Sensor]) -> bool:
         """Whether a sensor among these was asked for, so that a fault in it is one of all."""
@@ -233,7 +273,7 @@ def _of_source(
     tables = [] if request.alone else _tables(content, request.topic)
     if not tables:
         tables = [content.chosen(request.topic)]
-    for table in tables:
+    for table in map(with_time, tables):
         offered.extend(table.label(index) for index in range(table.width))
         sensors = _sensors(table, request)
         if "" in content.tables and request.only == KINDS:
@@ -253,6 +293,8 @@ def _tables(content: Content, topic: str | None) -> list[Table]:
 def _sensors(table: Table, request: _Request) -> list[_Sensor]:
     """Return the sensors of a table: those asked for, and those found by name."""
     asked = {"gyro": request.columns, "reference": request.reference}
+    for columns in asked.values():
+        check_samples(table, columns)
     taken = {k: choose(table, c).data for k, c in asked.items() if c is not None}
     used = {index for places in taken.values() for index in places}
     groups: dict[tuple[str, str], list[int]] = {(k, ""): list(p) for k, p in taken.items()}
@@ -284,9 +326,11 @@ def _sensor(table: Table, kind: str, places: list[int], request: _Request) -> _S
     names = [table.label(index) for index in places]
     given = request.unit.get(kind)
     if kind in ("gyro", "accel"):
+        given = request.scaling.unit(kind, given)
+        factor = request.scaling.of_kind(kind, first=kind == "gyro")
         accelerations = table.meta.unit in _ACCELERATIONS
         stated = table.meta.unit if accelerations == (kind == "accel") else None
-        return _Sensor(kind, tuple(places), common_unit(names, given, stated))
+        return _Sensor(kind, tuple(places), common_unit(names, given, stated), factor)
     if all(map(is_quaternion, names)):
         # Components may stand in any order, w last for instance.
         order = sorted(range(len(names)), key=lambda i: names[i][-1].lower())
@@ -368,7 +412,12 @@ def _logs(
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
         return [
-            Group(tuple(places.index(index) for index in sensor.places), sensor.unit)
+            Group(
+                tuple(places.index(index) for index in sensor.places),
+                sensor.unit,
+                sensor.kind if sensor.kind in ("gyro", "accel") else None,
+                sensor.factor,
+            )
             for sensor in sensors
         ]
 

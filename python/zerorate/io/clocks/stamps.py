@@ -8,13 +8,14 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.io.clocks.iso8601 import dates_in
 from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
-from zerorate.io.names import plain
+from zerorate.io.names import time_unit
 from zerorate.io.table import Column
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Stamps", "to_seconds"]
+__all__ = ["Stamps", "to_seconds", "without_texts"]
 
 _Counts = npt.NDArray[np.float64 | np.int64]
 
@@ -30,13 +31,6 @@ _OF_DATES: Final = {
     "fs": 1e15,
     "as": 1e18,
 }
-_SPELLINGS = {
-    "s": ("s", "sec", "secs", "second", "seconds"),
-    "ms": ("ms", "msec", "msecs", "millis"),
-    "us": ("us", "µs", "usec", "usecs", "micros"),
-    "ns": ("ns", "nsec", "nsecs", "nanos"),
-}
-_UNIT = {spelling: unit for unit, all_ in _SPELLINGS.items() for spelling in all_}
 _LONGEST = 1e10
 # The steps of clocks from 10 Hz to 10 kHz: one range a unit, seconds reaching down to 2 Hz.
 _STEP_BELOW = (("s", 0.5), ("ms", 100.0), ("us", 1e5), ("ns", np.inf))
@@ -45,6 +39,10 @@ _DATES: Final = (946_684_800, 4_102_444_800)
 _SLOWEST: Final = 60.0
 """Longest step of dated stamps, s. A counter passes the same numbers in larger ones: one of
 microseconds at 10 kHz in steps of 100."""
+_WRAP: Final = 1 << 32
+"""Counts after which a counter of 32 bits begins anew: microseconds after 71.6 minutes."""
+_NEAR: Final = 1000
+"""Steps by which a counter may pass over its wrap; one that was reset is further off."""
 
 
 @dataclass(frozen=True)
@@ -59,10 +57,11 @@ class Stamps:
 def to_seconds(column: Column, name: str, rate: float | None) -> Stamps:
     """Return the stamps in seconds.
 
-    Dates and durations have a unit. That of numbers is the name's suffix; without one, that in
-    which they are dates of this century, in steps of a minute at most; without that, the one
-    whose clock comes within 1 % of ``rate``; without that, the step decides: below 0.5 it is
-    seconds, below 100 milliseconds, below 100 000 microseconds, and nanoseconds above.
+    Dates, as text of ISO 8601 as well, and durations have a unit. That of numbers is the name's
+    suffix; without one, that in which they are dates of this century, in steps of a minute at
+    most; without that, the one whose clock comes within 1 % of ``rate``; without that, the step
+    decides: below 0.5 it is seconds, below 100 milliseconds, below 100 000 microseconds, and
+    nanoseconds above.
 
     Raises
     ------
@@ -70,7 +69,7 @@ def to_seconds(column: Column, name: str, rate: float | None) -> Stamps:
         If a stamp is missing, is no number or date, or stands too far from the first; or if they
         are dates in a smaller unit than their name tells.
     """
-    column = without_masks(column)
+    column = without_texts(column, name)
     per_second, note = None, None
     if column.dtype.kind in "Mm":
         _check_whole(~np.isnat(column), name)
@@ -79,14 +78,23 @@ def to_seconds(column: Column, name: str, rate: float | None) -> Stamps:
     first = column[0]
     since = _since(_numbers(column, name), name)
     if per_second is None:
+        since, wraps = _unwrapped(since, float(first))
         unit, note = _read_as(name, float(first), since, rate)
         per_second = _PER_SECOND[unit]
+        if wraps:
+            note = "; ".join(filter(None, (_on_wraps(name, wraps), note)))
     seconds = since.astype(np.float64, copy=False)
     if per_second != 1.0:
         seconds = seconds / per_second
     if not np.ptp(seconds) < _LONGEST:
         raise LogError(f"time column '{name}' spans more than 300 years")
     return Stamps(seconds, float(first) / per_second, note)
+
+
+def without_texts(column: Column, name: str) -> Column:
+    """Return stamps with texts as dates, and nothing masked; LogError if a text is no date."""
+    column = without_masks(column)
+    return dates_in(column, name) if column.dtype.kind in "SUO" else column
 
 
 def _per_second(dtype: np.dtype[np.generic], name: str) -> float | None:
@@ -122,6 +130,26 @@ def _since(column: Column, name: str) -> _Counts:
     return since
 
 
+def _unwrapped(since: _Counts, first: float) -> tuple[_Counts, int]:
+    """Return the counts of a 32-bit counter as if it had more bits, and how often it wrapped."""
+    most = first + float(since.max())
+    if not (_WRAP / 2 < most < _WRAP and first + float(since.min()) >= 0.0):
+        return since, 0
+    steps = np.diff(since)
+    back = np.flatnonzero(steps < -_WRAP / 2)
+    if not back.size or not (middle := _middle_step(since)):
+        return since, 0
+    back = back[steps[back] + _WRAP <= _NEAR * middle]
+    turns = np.zeros(len(since), since.dtype)
+    turns[back + 1] = _WRAP
+    return since + np.cumsum(turns, dtype=since.dtype), len(back)
+
+
+def _on_wraps(name: str, wraps: int) -> str:
+    times = "once" if wraps == 1 else f"{wraps} times"
+    return f"time column '{name}' began anew at 2^32 {times}, as counters of 32 bits do; it goes on"
+
+
 def _check_whole(there: Booleans, name: str) -> None:
     if not there.all():
         bad = np.flatnonzero(~there)
@@ -133,7 +161,7 @@ def _check_whole(there: Booleans, name: str) -> None:
 
 def _read_as(name: str, first: float, since: _Counts, rate: float | None) -> tuple[str, str | None]:
     """Return the unit of numbers, and a sentence on how it was found unless it is plain."""
-    named, dated = _unit_of_name(name), _unit_of_dates(first, since)
+    named, dated = time_unit(name), _unit_of_dates(first, since)
     column = f"time column '{name}'"
     if named is not None:
         if dated in (None, named):
@@ -148,11 +176,6 @@ def _read_as(name: str, first: float, since: _Counts, rate: float | None) -> tup
         plain_ = dated == judged == "s"
         return dated, None if plain_ else f"{column} read as {dated}: in that unit it holds dates"
     return judged, None if judged == "s" else f"{column} read as {judged}, judged by {by}"
-
-
-def _unit_of_name(name: str) -> str | None:
-    words = plain(name).split("_")
-    return _UNIT.get(words[-1]) if len(words) > 1 else None
 
 
 def _unit_of_dates(first: float, since: _Counts) -> str | None:

@@ -11,10 +11,11 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Final
+from typing import Any, Final, NoReturn
 
 import numpy as np
 
+from zerorate.io.clocks.iso8601 import dates, fault_among, is_date
 from zerorate.io.log import LogError
 from zerorate.io.readers.cells import (
     MISSING,
@@ -35,7 +36,9 @@ _QUOTED: Final = re.compile(rb'(?<![^\r\n])[^\r\n"]*"[^\r\n]*')
 _LINE_END: Final = re.compile(rb"\r\n|\r|\n")
 _HEXADECIMAL: Final = re.compile(rb"0[xX]")
 _SWAPPED: Final = bytes.maketrans(b",.", b".,")
-_Kinds = list[type[np.float64] | type[np.int64]]
+_Kinds = list[type[np.float64] | type[np.int64] | type[np.str_]]
+_TEXT: Final = 64
+"""Characters of a date that are kept, more than any has."""
 
 
 @dataclass(frozen=True)
@@ -68,11 +71,26 @@ def parsed(raw: bytes, layout: Layout, wanted: list[int]) -> list[Column]:
     kinds = _kinds(layout, wanted)
     body = _body(raw, layout)
     for parse in (_by_arrow, _by_numpy):
-        columns = parse(body, layout, wanted, kinds)
+        columns = _with_dates(parse(body, layout, wanted, kinds), kinds)
         # An infinity may be a number that is too large, which the last parser tells apart.
-        if columns is not None and not any(np.isinf(column).any() for column in columns):
+        if columns is not None and not any(map(_has_infinity, columns)):
             return columns
     return _by_line(raw, layout, wanted, kinds)
+
+
+def _with_dates(columns: list[Column] | None, kinds: _Kinds) -> list[Column] | None:
+    """Return the columns with texts as times, None if some are none."""
+    found: list[Column] = []
+    for column, kind in zip(columns or (), kinds, strict=columns is not None):
+        times = dates(column.tolist()) if kind is np.str_ else column
+        if times is None:
+            return None
+        found.append(times)
+    return found or None
+
+
+def _has_infinity(column: Column) -> bool:
+    return column.dtype.kind == "f" and bool(np.isinf(column).any())
 
 
 def texts(raw: bytes, layout: Layout, index: int) -> Column:
@@ -103,9 +121,16 @@ def _is_stray(line: str, delimiter: str | None) -> bool:
 
 
 def _kinds(layout: Layout, wanted: list[int]) -> _Kinds:
-    """Return int64 for columns of integers too long for a float64, such as nanoseconds."""
-    cells = (layout.first_row[i].lstrip("+-") for i in wanted)
-    return [np.int64 if cell.isdigit() and len(cell) > 15 else np.float64 for cell in cells]
+    """Return what columns hold, by their first row: numbers, or the text of dates."""
+    return [_kind(layout.first_row[i]) for i in wanted]
+
+
+def _kind(cell: str) -> type[np.float64] | type[np.int64] | type[np.str_]:
+    if is_date(cell):
+        return np.str_
+    # Some integers are too long for a float64, such as nanoseconds.
+    digits = cell.lstrip("+-")
+    return np.int64 if digits.isdigit() and len(digits) > 15 else np.float64
 
 
 def _body(raw: bytes, layout: Layout) -> bytes:
@@ -142,7 +167,7 @@ def _by_arrow(body: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> 
         return None  # which it would take for whole numbers
     labels = [str(i) for i in range(layout.width)]
     types = {
-        labels[i]: pa.from_numpy_dtype(np.dtype(kind))
+        labels[i]: pa.string() if kind is np.str_ else pa.from_numpy_dtype(np.dtype(kind))
         for i, kind in zip(wanted, kinds, strict=True)
     }
     try:
@@ -166,7 +191,9 @@ def _by_arrow(body: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> 
 
 def _by_numpy(body: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> list[Column] | None:
     # Every column is named, the unwanted ones as one byte, so that NumPy checks the row's width.
-    types = dict(zip(wanted, kinds, strict=True))
+    types = {
+        i: f"U{_TEXT}" if kind is np.str_ else kind for i, kind in zip(wanted, kinds, strict=True)
+    }
     fields = [(f"c{i}", types.get(i, "S1")) for i in range(layout.width)]
     text = decoded(body.translate(_SWAPPED) if layout.decimal_comma else body)
     try:
@@ -184,12 +211,29 @@ def _by_numpy(body: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> 
 
 
 def _by_line(raw: bytes, layout: Layout, wanted: list[int], kinds: _Kinds) -> list[Column]:
-    columns: list[list[float]] = [[] for _ in wanted]
+    columns: list[list[Any]] = [[] for _ in wanted]
+    lines = []
     for line, cells in _rows(raw, layout):
+        lines.append(line)
         for values, index, kind in zip(columns, wanted, kinds, strict=True):
+            if kind is np.str_:
+                values.append(cells[index])
+                continue
             exact = whole(cells[index]) if kind is np.int64 else None
             values.append(_value(cells[index], line, index, layout) if exact is None else exact)
-    return [_as_array(values, kind) for values, kind in zip(columns, kinds, strict=True)]
+    return [
+        _dates(values, lines, index, layout) if kind is np.str_ else _as_array(values, kind)
+        for values, kind, index in zip(columns, kinds, wanted, strict=True)
+    ]
+
+
+def _dates(cells: list[str], lines: list[int], index: int, layout: Layout) -> Column:
+    """Return the times in a column of texts; LogError that names line and column of a fault."""
+    found = dates(cells)
+    if found is None:
+        at, reason = fault_among(cells)
+        _refuse(cells[at], lines[at], index, layout, reason)
+    return found
 
 
 def _rows(raw: bytes, layout: Layout) -> Iterator[tuple[int, list[str]]]:
@@ -210,11 +254,15 @@ def _value(cell: str, line: int, index: int, layout: Layout) -> float:
     try:
         return number(cell, layout.decimal_comma)
     except ValueError as error:
-        name = layout.names[index] if layout.names is not None else f"column_{index}"
-        shown = cell if len(cell) <= 40 else cell[:37] + "..."
-        raise LogError(f"line {line}, column '{name}': '{shown}' {error}") from None
+        _refuse(cell, line, index, layout, str(error))
 
 
-def _as_array(values: Sequence[float], kind: type[np.float64] | type[np.int64]) -> Column:
+def _refuse(cell: str, line: int, index: int, layout: Layout, reason: str) -> NoReturn:
+    name = layout.names[index] if layout.names is not None else f"column_{index}"
+    shown = cell if len(cell) <= 40 else cell[:37] + "..."
+    raise LogError(f"line {line}, column '{name}': '{shown}' {reason}") from None
+
+
+def _as_array(values: Sequence[float], kind: type[np.generic]) -> Column:
     whole = kind is np.int64 and all(isinstance(v, int) and -(2**63) <= v < 2**63 for v in values)
     return np.array(values, dtype=np.int64 if whole else np.float64)

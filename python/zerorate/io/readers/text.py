@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from zerorate.io.clocks.iso8601 import is_date
 from zerorate.io.log import LogError
 from zerorate.io.readers.cells import MISSING, from_inert, inert, is_comment, is_number, split
 from zerorate.io.readers.parsers import Layout, decoded, notes_on_quotes, parsed, texts
@@ -111,7 +112,7 @@ def _has_decimal_comma(rows: list[list[str]]) -> bool:
 
 
 def _all_numbers(cells: list[str], decimal_comma: bool) -> bool:
-    return all(cell in MISSING or is_number(cell, decimal_comma) for cell in cells)
+    return all(cell in MISSING or is_number(cell, decimal_comma) or is_date(cell) for cell in cells)
 
 
 def _check_has_number(line: _Line, cells: list[str], decimal_comma: bool) -> None:

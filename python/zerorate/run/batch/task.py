@@ -10,8 +10,10 @@ from typing import Any, Final, Literal, Self, Unpack
 
 from zerorate._native import __version__
 from zerorate.io import LogError, atomic_path
+from zerorate.io.counts import Scale, Scaling
 from zerorate.io.log import checked_rate
 from zerorate.io.names import canonical_unit
+from zerorate.io.span import Span
 from zerorate.options import StreamOptions, checked_options
 from zerorate.run.batch.characterising import ALLAN
 from zerorate.run.batch.command import Command, Row
@@ -46,6 +48,9 @@ class Settings:
         kinds of sensor, ``"deg/s,g"``.
     topic : str, optional
         Topic to read of ROS recordings and PX4 logs.
+    data_scale, start, stop : optional
+        As `scale`, `start` and `stop` of `zerorate.read_log`: what values are multiplied by, and
+        the seconds between which each log is read.
     format : {"parquet", "csv", "npz"}, optional
         Of the filtered logs, for "replay" alone; default Parquet.
     **options
@@ -58,7 +63,7 @@ class Settings:
     command, format
         As given, or the defaults.
     reading : mapping
-        Arguments of `zerorate.read_log`: rate, columns, unit and topic.
+        Arguments of `zerorate.read_log`.
     options : mapping
         Arguments of `zerorate.DriftFilter`; empty for "allan".
 
@@ -81,6 +86,9 @@ class Settings:
         columns: tuple[str | int, ...] | None = None,
         unit: str | None = None,
         topic: str | None = None,
+        data_scale: Scale = None,
+        start: float | None = None,
+        stop: float | None = None,
         format: str | None = None,
         **options: Unpack[StreamOptions],
     ) -> None:
@@ -92,6 +100,8 @@ class Settings:
         units = () if unit is None else unit.split(",") if command == "allan" else (unit,)
         for one in units:
             canonical_unit(one)
+        Scaling.of(data_scale)
+        Span(start, stop)
         chosen: dict[str, Any] = {}
         if command == "replay":
             chosen = checked_options({"method": "auto", **options})
@@ -99,7 +109,15 @@ class Settings:
                 raise ValueError(f"format must be one of {', '.join(_FORMATS)}, got '{format}'")
         elif given := [*options, *(() if format is None else ("format",))]:
             raise ValueError(f"{given[0]} has no effect on command '{command}', only on 'replay'")
-        reading = {"rate": rate, "columns": columns, "unit": unit, "topic": topic}
+        reading = {
+            "rate": rate,
+            "columns": columns,
+            "unit": unit,
+            "topic": topic,
+            "scale": data_scale,
+            "start": start,
+            "stop": stop,
+        }
         form = format or _FORMATS[0]
         vars(self).update(command=command, reading=reading, format=form, options=chosen)
 

@@ -1,0 +1,273 @@
+"""Raw counts: the whole numbers of a sensor's registers, and the factors that scale them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from numbers import Real
+from types import MappingProxyType
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from zerorate.io.names import (
+    UNKNOWN,
+    canonical_unit,
+    looks_like_accelerometer,
+    looks_like_gyro,
+    split_unit,
+)
+from zerorate.types import Floats
+
+__all__ = [
+    "SENSITIVITIES",
+    "RawCounts",
+    "Scale",
+    "Scaling",
+    "Sensitivities",
+    "kind_of",
+    "note_on_counts",
+    "raw_counts",
+]
+
+
+class Sensitivities(NamedTuple):
+    """Counts in 1 deg/s and in 1 g, by the end of the range in deg/s and in g."""
+
+    gyro: Mapping[float, float]
+    accel: Mapping[float, float]
+
+
+def _st(*ranges: float) -> dict[float, float]:
+    """Return the table of a gyro of STMicroelectronics: 8.75 mdeg/s a count at 245 or 250."""
+    steps: dict[float, float] = {
+        125: 4.375,
+        245: 8.75,
+        250: 8.75,
+        500: 17.5,
+        1000: 35.0,
+        2000: 70.0,
+        4000: 140.0,
+    }
+    return {end: 1000.0 / steps[end] for end in ranges}
+
+
+_16_BIT: Final = {2.0: 16384.0, 4.0: 8192.0, 8.0: 4096.0, 16.0: 2048.0}
+_ST: Final = {2.0: 1000 / 0.061, 4.0: 1000 / 0.122, 8.0: 1000 / 0.244, 16.0: 1000 / 0.488}
+_MPU: Final = Sensitivities({250: 131.0, 500: 65.5, 1000: 32.8, 2000: 16.4}, _16_BIT)
+
+SENSITIVITIES: Final[Mapping[str, Sensitivities]] = MappingProxyType(
+    {
+        # InvenSense, "Sensitivity Scale Factor": 131 LSB/(deg/s) at 250 deg/s, 16384 LSB/g at 2 g.
+        "MPU-6000": _MPU,
+        "MPU-6050": _MPU,
+        "MPU-6500": _MPU,
+        "MPU-9150": _MPU,
+        "MPU-9250": _MPU,
+        "ICM-20948": _MPU,
+        "ICM-42688-P": Sensitivities({125: 262.0, 62.5: 524.3, **_MPU.gyro}, _16_BIT),
+        "ITG-3200": Sensitivities({2000: 14.375}, {}),
+        # Bosch, "Sensitivity": 16.4 LSB/(deg/s) at 2000 deg/s, and 16.384 of the BMI088.
+        "BMI160": Sensitivities(
+            {125: 262.4, 250: 131.2, 500: 65.6, 1000: 32.8, 2000: 16.4}, _16_BIT
+        ),
+        "BMI088": Sensitivities(
+            {end: 32768.0 / end for end in (125, 250, 500, 1000, 2000)},
+            {3: 10920.0, 6: 5460.0, 12: 2730.0, 24: 1365.0},
+        ),
+        # STMicroelectronics, "Angular rate sensitivity": 8.75 mdps/LSB at 250 deg/s, and "Linear
+        # acceleration sensitivity": 0.061 mg/LSB at 2 g.
+        "L3G4200D": Sensitivities(_st(250, 500, 2000), {}),
+        "L3GD20": Sensitivities(_st(250, 500, 2000), {}),
+        "L3GD20H": Sensitivities(_st(245, 500, 2000), {}),
+        "LSM9DS1": Sensitivities(_st(245, 500, 2000), _ST | {16.0: 1000 / 0.732}),
+        "LSM6DS3": Sensitivities(_st(125, 245, 500, 1000, 2000), _ST),
+        "LSM6DSO": Sensitivities(_st(125, 250, 500, 1000, 2000), _ST),
+        "ISM330DHCX": Sensitivities(_st(125, 250, 500, 1000, 2000, 4000), _ST),
+    }
+)
+"""By device, from the electrical characteristics of its data sheet."""
+
+
+@dataclass(frozen=True)
+class RawCounts:
+    """Factors that make deg/s and g of the raw counts of a device.
+
+    Parameters
+    ----------
+    device
+        Its name.
+    gyro
+        deg/s in a count.
+    accel
+        g in a count; None where the range of the accelerometer was not said.
+    """
+
+    device: str
+    gyro: float
+    accel: float | None = None
+
+
+def raw_counts(device: str, gyro: float, accel: float | None = None) -> RawCounts:
+    """Return what makes deg/s and g of the raw counts of a sensor, by its data sheet.
+
+    Parameters
+    ----------
+    device : str
+        One of `SENSITIVITIES`, as ``"MPU-6050"``; case, hyphens and blanks do not matter.
+    gyro : float
+        End of the range that the gyro was set to, deg/s: 250 for ±250 deg/s.
+    accel : float, optional
+        That of the accelerometer, g: 2 for ±2 g. Without it accelerations are left as they are.
+
+    Returns
+    -------
+    RawCounts
+        The `scale` of `zerorate.read_log`, which then needs no unit.
+
+    Raises
+    ------
+    ValueError
+        If the device is not in the table, or has no such range; the message lists what there is.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> log = {"millis": [0, 5, 10], "gx": [131, 262, 0]}
+    >>> zr.read_log(log, scale=zr.raw_counts("MPU-6050", 250)).data[:, 0]
+    array([1., 2., 0.])
+    """
+    wanted = _plain(device)
+    name = next((known for known in SENSITIVITIES if _plain(known) == wanted), None)
+    if name is None:
+        known = ", ".join(SENSITIVITIES)
+        raise ValueError(f"device= is '{device}', which has no entry in the table; known: {known}")
+    table = SENSITIVITIES[name]
+    per_degree = _at(table.gyro, gyro, f"the gyro of the {name}", "deg/s")
+    if accel is None:
+        return RawCounts(name, 1.0 / per_degree)
+    per_g = _at(table.accel, accel, f"the accelerometer of the {name}", "g")
+    return RawCounts(name, 1.0 / per_degree, 1.0 / per_g)
+
+
+def _plain(device: str) -> str:
+    return "".join(letter for letter in device.lower() if letter.isalnum())
+
+
+def _at(table: Mapping[float, float], end: float, what: str, unit: str) -> float:
+    if end not in table:
+        known = ", ".join(f"{one:g}" for one in sorted(table)) or "none"
+        raise ValueError(f"range= is {end:g} {unit}, but {what} has these ranges: {known} {unit}")
+    return table[end]
+
+
+Scale = float | Mapping[str, float] | RawCounts | None
+"""A factor, factors of kinds of sensors, or those of a device."""
+
+_KINDS: Final = {"gyro": "angular rate", "accel": "acceleration"}
+_OF_DEVICE: Final = {"gyro": "deg/s", "accel": "g"}
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """What the values of sensors are multiplied by, and the units that follow from it.
+
+    Attributes
+    ----------
+    number
+        Of the first sensor, or None.
+    factors
+        By kind, ``"gyro"`` or ``"accel"``.
+    units
+        By kind, where a device tells them.
+    """
+
+    number: float | None = None
+    factors: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, scale: Scale) -> Scaling:
+        """Return what a caller's `scale` says; ValueError if it is none."""
+        if scale is None:
+            return cls()
+        if isinstance(scale, RawCounts):
+            both = {"gyro": scale.gyro, "accel": scale.accel}
+            factors = {kind: factor for kind, factor in both.items() if factor is not None}
+            return cls(factors=factors, units={kind: _OF_DEVICE[kind] for kind in factors})
+        if isinstance(scale, Mapping):
+            unknown = sorted(map(str, scale.keys() - _KINDS.keys()))
+            if unknown:
+                raise ValueError(f"scale= is of {' or '.join(_KINDS)}, got one of '{unknown[0]}'")
+            return cls(factors={kind: _checked(factor) for kind, factor in scale.items()})
+        return cls(number=_checked(scale))
+
+    def of_kind(self, kind: str | None, first: bool) -> float | None:
+        """Return the factor of a kind of sensor, which may be the first; None for none."""
+        if first and self.number is not None:
+            return self.number
+        return None if kind is None else self.factors.get(kind)
+
+    def unit(self, kind: str, given: str | None) -> str | None:
+        """Return the unit of a kind of sensor, of which the caller may have given one.
+
+        Raises
+        ------
+        ValueError
+            If the device's is another.
+        """
+        own = self.units.get(kind)
+        if own is not None and given is not None and canonical_unit(given) != own:
+            raise ValueError(f"unit= is {given}, but the counts of that device become {own}")
+        return own or given
+
+
+def _checked(scale: object) -> float:
+    number = float(scale) if isinstance(scale, Real) and not isinstance(scale, bool) else math.nan
+    if not math.isfinite(number) or number == 0.0:
+        raise ValueError(f"scale= must be a finite number other than 0, got {scale!r}")
+    return number
+
+
+def kind_of(names: Sequence[str]) -> str:
+    """Return what columns of these names are read as: accelerometers if all are, else gyros."""
+    of_gyros = (looks_like_gyro(name) or not looks_like_accelerometer(name) for name in names)
+    return "gyro" if any(of_gyros) else "accel"
+
+
+_PLAUSIBLE: Final = {"deg/s": 100.0, "rad/s": 10.0, "g": 16.0, "m/s^2": 160.0}
+"""Whole numbers up to this may be what a sensor of that unit rounds to."""
+_FEWEST: Final = 16
+"""Samples of which chance hardly makes whole numbers."""
+
+
+def note_on_counts(names: Sequence[str], kind: str, unit: str, head: Floats) -> str | None:
+    """Return a sentence on columns that look like raw counts though they are not scaled.
+
+    Parameters
+    ----------
+    names, kind
+        Of the columns.
+    unit
+        That was given, or none.
+    head
+        Values at the beginning of the columns, shape (n, k).
+    """
+    there = head[np.isfinite(head)]
+    if any(split_unit(name)[1] for name in names) or there.size < _FEWEST:
+        return None
+    if np.ptp(there) == 0.0:
+        return None
+    most = float(np.abs(there).max())
+    if most <= _PLAUSIBLE.get(unit, 0.0 if unit == UNKNOWN else np.inf):
+        return None
+    if not np.array_equal(there, np.rint(there)):
+        return None
+    without = "without a unit" if unit == UNKNOWN else f"up to {most:g} {unit}"
+    ranges = "250, 2" if kind == "accel" else "250"
+    return (
+        f"{', '.join(names)} are whole numbers {without}, as raw counts are: for an MPU-6050 "
+        f'scale=zr.raw_counts("MPU-6050", {ranges}), or scale= and unit=, make {_OF_DEVICE[kind]} '
+        "of them"
+    )
