@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-import zerorate as zr
-from published_tables import METHODS, Method, best_average
+from published_tables import METHODS, Method, best_average, published
 from recordings import Floats, Recording, check_folder, parser, sensors_alone
 from tables import table
 from zerorate import metrics
@@ -31,10 +30,7 @@ PRINTED = (1e-8, 1e-6, 1e-4, 1e-2, 1e-1, 1.0)
 def scores(recording: Recording, method: Method, start: float, least: Floats) -> Floats:
     """Return deviation over raw, and coasting error over the best average's: (2, axes)."""
     z, rate = recording.z, recording.rate
-    bank = zr.DriftFilter(
-        rate, order=(2, 1), method=method, process_noise=start, channels=z.shape[1]
-    )
-    x = bank.process(z)
+    x = published(rate, method, z.shape[1], start).process(z)
     return np.array([metrics.reduction(z, x), metrics.coasting_error(z, x, rate, HORIZON) / least])
 
 

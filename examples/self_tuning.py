@@ -67,11 +67,16 @@ def main() -> None:
     orientation(arguments.folder / BROAD)
 
 
+def learner(rate: float, channels: int | None = None) -> zr.DriftFilter:
+    """Return a self-tuning filter whose output is the bias."""
+    return zr.DriftFilter(rate, method="auto", output="estimate", channels=channels)
+
+
 def learning() -> None:
     """Draw what the filter makes of a simulated gyro whose drift is known."""
     model = zr.NoiseModel(angle_random_walk=WHITE, rate_random_walk=WALK)
     z, truth = zr.simulate(model, RATE, 1800.0, 4)
-    trace = zr.DriftFilter(RATE, method="auto").trace(z)
+    trace = learner(RATE).trace(z)
     some = slice(200, None, 50)
     t = np.arange(z.size)[some] / RATE
     figure = new_figure(180.0, 70.0)
@@ -110,9 +115,9 @@ def starting(recording: Recording) -> None:
     rows = []
     for i, axis in enumerate(recording.axes):
         z = recording.z[:, i]
-        running = zr.DriftFilter(recording.rate, method="auto")
+        running = learner(recording.rate)
         estimate = running.process(z)
-        cold = starts(z, recording.rate, zr.DriftFilter(recording.rate, method="auto"), estimate)
+        cold = starts(z, recording.rate, learner(recording.rate), estimate)
         running.power_on()
         known = starts(z, recording.rate, running, estimate)
         best = _best(z, estimate, recording.rate)
@@ -166,7 +171,7 @@ def pieces(recording: Recording) -> None:
 
 def _piece(z: Floats, rate: float) -> Floats:
     """Return squared coasting errors: auto, mean so far, and moving averages of many gains."""
-    estimates = [zr.DriftFilter(rate, method="auto").process(z), zr.metrics.running_mean(z)]
+    estimates = [learner(rate).process(z), zr.metrics.running_mean(z)]
     estimates += [exponential_mean(z, gain) for gain in GAINS]
     late = slice(len(z) // 3, None)
     errors = (zr.metrics.coasting_error(z[late], x[late], rate, HORIZON) for x in estimates)
@@ -177,7 +182,7 @@ def orientation(path: Path) -> None:
     """Print and draw a hand-moved gyro beside an optical reference."""
     log = zr.read_log(path, rate=BROAD_RATE)
     columns = zr.read_log(path, rate=BROAD_RATE, columns=[f"ref_quat_{a}" for a in "wxyz"])
-    trace = zr.DriftFilter(BROAD_RATE, method="auto", channels=3).trace(log.data)
+    trace = learner(BROAD_RATE, channels=3).trace(log.data)
     biases = {
         "raw": np.zeros(3),
         "mean of the first 10 s": log.data[: round(10 * BROAD_RATE)].mean(axis=0),

@@ -18,7 +18,7 @@ def check_layout(figure: "Figure", second_scales: Sequence["Axes"] = ()) -> None
     """
     figure.draw_without_rendering()
     boxes = [axes.get_tightbbox() for axes in figure.axes if axes not in second_scales]
-    boxes += [text.get_window_extent() for text in figure.texts]
+    boxes += [part.get_window_extent() for part in (*figure.texts, *figure.legends)]
     for one, other in itertools.combinations(boxes, 2):
         assert not one.overlaps(other)
     for box in (*boxes, *(axes.get_tightbbox() for axes in second_scales)):

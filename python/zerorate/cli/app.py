@@ -7,7 +7,7 @@ import typer
 
 from zerorate import __version__
 
-__all__ = ["invoke"]
+__all__ = ["invoke", "program"]
 
 _COMMANDS: Final = (
     "replay",
@@ -38,7 +38,7 @@ def _root(
     """Models, measures and removes the random drift of MEMS gyroscopes."""
 
 
-def _program(first: str) -> typer.Typer:
+def program(first: str = "") -> typer.Typer:
     """Return the program, with the one command that is called if its name comes first."""
     app = typer.Typer(
         name="zerorate",
@@ -55,6 +55,6 @@ def _program(first: str) -> typer.Typer:
 
 def invoke(arguments: list[str]) -> int:
     """Run a command and return its exit code; faults are raised."""
-    program = typer.main.get_command(_program(arguments[0]))
-    code = program.main(args=arguments, prog_name="zerorate", standalone_mode=False)
+    command = typer.main.get_command(program(arguments[0]))
+    code = command.main(args=arguments, prog_name="zerorate", standalone_mode=False)
     return int(code or 0)
