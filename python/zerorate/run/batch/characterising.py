@@ -1,18 +1,23 @@
 """The noise of a log of a batch, as ``zerorate allan`` finds it, without a figure."""
 
-import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from zerorate.io import Log, atomic_path
-from zerorate.io.log import notes_of, present_axes
+from zerorate.io.log import present_logs
 from zerorate.io.reading import read_sensors
 from zerorate.noise import allan
-from zerorate.noise.characterise import Axis, Characterisation, characterise
-from zerorate.noise.quantities import UNKNOWN, si_unit
+from zerorate.noise.characterise import (
+    Axis,
+    Characterisation,
+    characterise,
+    models_json,
+    notes_on,
+)
+from zerorate.noise.quantities import si_unit
 from zerorate.run.batch.command import Command, Made, Quantity, Row, number
 
 if TYPE_CHECKING:
@@ -27,33 +32,17 @@ _TAUS: Final = {f"deviation_{tau:g}s": tau for tau in (1.0, 10.0, 100.0)}
 def _characterised(settings: "Settings", source: Path, output: Path) -> Made:
     """Write the noise models of all axes of a log."""
     sensors = read_sensors(source, **settings.reading)
-    # The second opinion has no place in models or rows, and takes as long as all the rest.
-    found = [characterise(log, second_opinion=False) for log in _present(sensors)]
+    # The second opinion is part of neither the models nor the rows.
+    found = [characterise(log, second_opinion=False) for log in present_logs(sensors)]
     with atomic_path(output, force=True) as temporary:
-        temporary.write_text(_models(found), encoding="utf-8", newline="\n")
-    notes = [note for one in found for note in one.notes]
-    notes += [note for one in found for note in notes_of(one.log)]
-    return Made(tuple(row for one in found for row in _rows(one)), tuple(dict.fromkeys(notes)))
-
-
-def _present(sensors: Sequence[Log]) -> list[Log]:
-    """Return what holds samples, all if nothing does: the notes of a log name what does not."""
-    present = [present_axes(log) for log in sensors if np.isfinite(log.data).any()]
-    return present or list(sensors)
-
-
-def _models(found: Sequence[Characterisation]) -> str:
-    models = {
-        axis.name: None if axis.model is None else json.loads(axis.model.to_json())
-        for one in found
-        for axis in one.axes
-    }
-    return json.dumps({"axes": models}, indent=2) + "\n"
+        temporary.write_text(models_json(found), encoding="utf-8", newline="\n")
+    return Made(tuple(row for one in found for row in _rows(one)), notes_on(found))
 
 
 def _rows(found: Characterisation) -> Iterator[Row]:
     log = found.log
-    for i, (axis, deviations) in enumerate(zip(found.axes, _deviations(log), strict=True)):
+    parts = zip(found.axes, found.moved, _deviations(log), strict=True)
+    for i, (axis, moved, deviations) in enumerate(parts):
         yield {
             "axis": axis.name,
             "unit": log.unit,
@@ -63,7 +52,7 @@ def _rows(found: Characterisation) -> Iterator[Row]:
             "mean": number(float(np.nanmean(log.data[:, i]))),
             **_coefficients(axis, log.unit),
             **deviations,
-            "moved": axis.moved,
+            "moved": moved,
         }
 
 
@@ -86,15 +75,14 @@ def _coefficients(axis: Axis, unit: str) -> Row:
     """Return value, error, flag and bound of each coefficient, None without a model."""
     if axis.model is None:
         return dict.fromkeys(_COEFFICIENTS)
-    factor = 1.0 if unit == UNKNOWN else 1.0 / si_unit(unit)[0]
+    factor = 1.0 / si_unit(unit)[0]
     row: dict[str, float | bool | None] = {}
     for name in _TERMS:
         found = getattr(axis.model, name).scaled(factor)
         # What a record does not determine has a bound, and no value that could be sorted by.
         value, sigma = (found.value, found.sigma) if found.identifiable else (None, None)
-        row |= zip(
-            _columns(name), (value, sigma, found.identifiable, found.upper_bound), strict=True
-        )
+        bound = number(found.upper_bound)
+        row |= zip(_columns(name), (value, sigma, found.identifiable, bound), strict=True)
     return row
 
 
