@@ -1,6 +1,7 @@
 """What the studies in `examples/` and `docs/evidence/results.md` rest on, on real recordings."""
 
 import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,9 @@ import pytest
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate import identify, metrics
+from zerorate.compare.simulated import run as run_methods
 from zerorate.io import read_log
+from zerorate.simulate.models import MODELS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 AT_REST = ("adis16405_static_100hz_run1.parquet", "mpu6050_static_100hz.parquet")
@@ -89,6 +92,15 @@ def test_scripts_explain_themselves(script):
     assert "--seconds" in done.stdout
 
 
+def test_which_recordings_are_there(tmp_path):
+    (tmp_path / AT_REST[1]).write_bytes(b"another")
+    done = run("recordings.py", tmp_path)
+    assert done.returncode == 1
+    found = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    assert found[AT_REST[0]] == "absent"
+    assert found[AT_REST[1]].startswith("other bytes: sha256 ")
+
+
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_scripts_say_in_one_line_that_the_recordings_are_absent(script, tmp_path):
     done = run(script, tmp_path)
@@ -159,3 +171,16 @@ def test_the_figures_of_outliers_are_made(tmp_path):
 def test_the_committed_figure_is_small():
     figure = EXAMPLES.parent / "docs" / "figures" / "process_noise_sweep.png"
     assert figure.stat().st_size < 300_000
+
+
+def test_a_start_that_is_best_for_each_gyro_is_no_worse_than_any(monkeypatch):
+    monkeypatch.syspath_prepend(os.fspath(EXAMPLES))
+    study = runpy.run_path(os.fspath(EXAMPLES / "tuned_process_noise.py"))
+    few = [model for model in MODELS if model.name in ("walk", "strong walk")]
+    methods = [
+        study["started"](name, start) for name in study["METHODS"] for start in study["STARTS"]
+    ]
+    found = run_methods([*methods, "auto"], models=few, seeds=1, duration=60.0, score_from=20.0)
+    *starts, best = (np.array(row[1:], dtype=float) for row in study["rows"](found))
+    assert best.shape == (4,)
+    assert (best <= np.min(starts, axis=0)).all()

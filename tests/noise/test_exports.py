@@ -138,7 +138,7 @@ def test_what_is_unknown_is_not_written_but_named(export):
 @ALL
 def test_a_unit_that_is_not_known_is_refused_in_a_sentence(export):
     model = NoiseModel(1e-4, rate_random_walk=0.0, quantity="unknown")
-    with pytest.raises(ValueError, match='cannot be written because the unit .* unit="deg/s"'):
+    with pytest.raises(ValueError, match=r'cannot be written because the unit .* unit="deg/s"'):
         export(model, rate=RATE)
     with pytest.raises(ValueError, match="cannot be written"):
         export(GYRO, accelerometer=model, rate=RATE)

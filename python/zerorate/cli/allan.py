@@ -97,13 +97,31 @@ def allan(
     log: LogArgument,
     output: Output = ".",
     reading: Reading,
-    kind: Annotated[str, typer.Option(help="oadev, mdev, ohdev, totdev, ...")] = "oadev",
-    taus: Annotated[str, typer.Option(help="octave, decade, all, or seconds.")] = "octave",
-    bridge: Annotated[int, typer.Option(help="Longest gap to fill, samples.")] = 0,
-    confidence: Annotated[float, typer.Option(help="Of the bounds, 0 to 1.")] = 0.683,
-    markov: Annotated[int, typer.Option(help="Markov terms to find.")] = 0,
+    kind: Annotated[
+        str,
+        typer.Option(
+            help="Deviation: oadev, adev, mdev, tdev (Allan), hdev, ohdev (Hadamard, blind to a "
+            "ramp), totdev, mtotdev, ttotdev, htotdev, theo1 (for long averaging times), pdev."
+        ),
+    ] = "oadev",
+    taus: Annotated[
+        str,
+        typer.Option(
+            help="Averaging times: octave (doubling), decade (ten a decade), all, or seconds such "
+            "as 0.1,1,10."
+        ),
+    ] = "octave",
+    bridge: Annotated[
+        int, typer.Option(help="Longest gap that is filled with a straight line, samples.")
+    ] = 0,
+    confidence: Annotated[
+        float, typer.Option(help="Probability that the bounds hold the true deviation, 0 to 1.")
+    ] = 0.683,
+    markov: Annotated[
+        int, typer.Option(help="Number of Markov terms, noise correlated over one time, to find.")
+    ] = 0,
     second_opinion: Annotated[
-        bool, typer.Option(help="Estimate from the spectrum as well.")
+        bool, typer.Option(help="Estimate the coefficients from the spectrum as well.")
     ] = True,
     export: Annotated[
         str | None,
@@ -125,7 +143,7 @@ def allan(
     ] = False,
     format: Annotated[
         CurveFormat | None,
-        typer.Option(help="Of the curve; csv if not said.", show_default=False),
+        typer.Option(help="File format of the curve; csv if not said.", show_default=False),
     ] = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,

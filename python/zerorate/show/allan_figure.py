@@ -345,14 +345,16 @@ def _write_letter(axes: Axes, term: DrawnTerm, taus: Floats, window: _Window) ->
             return
         highest = inside[np.argmax(term.line[inside])]
         place = (taus[highest], term.line[highest])
-    flat, last = np.ptp(np.log(term.line)) < 1.0, place[0] >= taus[-1]
-    below = flat or (term.symbol == "K" and not window.shows(term))
+    # A line that rises is the curve's right flank or a bound above it: the letter stands outside.
+    walk = term.symbol == "K" and not window.shows(term)
+    below = np.ptp(np.log(term.line)) < 1.0 or (walk and term.identifiable)
+    left = place[0] >= taus[-1] or (walk and not term.identifiable)
     axes.annotate(
         term.symbol,
         place,
-        (-2.5 if last else 2.5, -7.0 if below else 2.0),
+        (-2.5 if left else 2.5, -7.0 if below else 2.0),
         textcoords="offset points",
-        ha="right" if last else "left",
+        ha="right" if left else "left",
         size=FONT - 0.8,
         color=text_colour(term.colour),
         path_effects=[withStroke(linewidth=1.5, foreground="white")],

@@ -138,9 +138,9 @@ _JUDGED: Final = (
     "same method fed with the clean record"
 )
 
-_NIS_MEANS: Final = (
-    "normalised innovation squared: the square of each prediction error over the variance that the "
-    "filter gave it, mean. 1: the filter knows its errors; below 1 it expects larger ones"
+_ON_NIS: Final = (
+    "NIS: normalised innovation squared, the mean square of the prediction errors over the "
+    "variance that the filter gave them. 1: it knows its errors; below 1 it expects larger ones"
 )
 _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
     "rest": (
@@ -148,19 +148,16 @@ _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
         "bias, over that of the best moving average; 1 is as good as that average",
         "Allan: Allan deviation of the estimate over that of the samples, at ten times the memory "
         "of the filter; far below 1 the filter hides noise that the sensor has",
-        f"NIS: {_NIS_MEANS}",
         "deviation: standard deviation of the estimate over that of the samples; any low-pass "
         "filter makes it small, so it says least",
     ),
     "turning": (
         "error: RMS difference from the reference, and the same without delay; low-pass: error of "
         "the one-pole low-pass filter that is as late; angle: largest error of the integrated rate",
-        f"NIS: {_NIS_MEANS}",
     ),
     "orientation": (
         "mean angle between gyro and reference after so many seconds of integration; first rest: "
         "the mean of the first ten seconds is taken for the bias",
-        f"NIS: {_NIS_MEANS}",
     ),
 }
 """What the columns mean."""
@@ -193,8 +190,20 @@ def _parts(found: Comparison, per_axis: bool) -> Iterator[str]:
         tables = [_of_one(shown, one) for one in axes] if alone else [_of_all(shown, axes)]
         yield from (as_text(table) for table in tables if table.rows)
     legends = _LEGENDS[found.kind] if found.contamination is None else (_JUDGED,)
-    chosen = (_DAGGER,) if HINDSIGHT in found.methods else ()
-    yield bulleted((*legends, *chosen, *on_looking_ahead(_causal(found)), *found.notes))
+    yield bulleted((*legends, *_on_marks(found), *found.notes))
+
+
+def _on_marks(found: Comparison) -> Iterator[str]:
+    """Yield what needs a word where it stands in a table."""
+    if found.contamination is None and any(map(_has_nis, found.rows)):
+        yield _ON_NIS
+    if HINDSIGHT in found.methods:
+        yield _DAGGER
+    yield from on_looking_ahead(_causal(found))
+
+
+def _has_nis(row: Row) -> bool:
+    return any(name.startswith("nis") and math.isfinite(row.values[name]) for name in row.values)
 
 
 def on_looking_ahead(causal: Mapping[str, bool]) -> Iterator[str]:
