@@ -248,7 +248,7 @@ class TestCommandLine:
             (["--unit", "miles"], 2, "unknown unit 'miles'"),
             (["--columns", ","], 2, "--columns takes names"),
             (["--order", "1,1"], 2, "--order has no effect on method 'auto', only on 'kf'"),
-            (["--command", "allan", "--order", "1,1"], 2, "--order has no effect with --command"),
+            (["--command", "allan", "--method", "kf"], 2, "--method has no effect with --command"),
             (["--command", "allan", "--format", "csv"], 2, "--format has no effect with --command"),
         ],
     )

@@ -1,6 +1,6 @@
 """``zerorate batch``: many logs filtered or characterised, on all cores or on a cluster."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from itertools import islice
 from pathlib import Path
@@ -19,6 +19,7 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import counting_bar
 from zerorate.numerals import significant
+from zerorate.options import FILTER_OPTIONS
 from zerorate.run.batch import BatchResult, Fleet, Outlier, Settings, run_batch
 from zerorate.run.batch.fleet import LEAST_LOGS
 from zerorate.show.tables import Table, as_text
@@ -70,7 +71,8 @@ def batch(
 ) -> None:
     """Filter many logs, or find their noise, and compare them; what is finished is not redone."""
     if command is Command.allan:
-        _refuse([*map(flag, options), *(() if format is None else ("--format",))])
+        _check_unused(options, format)
+        options = {}
     else:
         check_filter_options(options, [options.get("method", "auto")])
     try:
@@ -100,9 +102,11 @@ def batch(
     _print(result)
 
 
-def _refuse(given: Iterable[str]) -> None:
-    """Raise a usage fault for an option that only the filter has."""
-    for option in given:
+def _check_unused(options: Mapping[str, Any], format: LogFormat | None) -> None:
+    """Raise a usage fault for an option that only the filter has; a method may be the default."""
+    usual = FILTER_OPTIONS["method"].default
+    given = [flag(name) for name, value in options.items() if (name, value) != ("method", usual)]
+    for option in [*given, *(() if format is None else ("--format",))]:
         raise UsageFault(f"{option} has no effect with --command allan, only with replay")
 
 
