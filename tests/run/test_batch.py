@@ -9,6 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import zerorate as zr
+from support.bags import write_recording
 from support.batch_work import make_logs
 from support.logs import write_table
 from zerorate.cli import run
@@ -153,6 +154,19 @@ def test_samples_that_were_left_out_are_counted(tmp_path, batch):
     assert (second["saturated"], second["missing"]) == (10, 10)
     record = json.loads((tmp_path / "out" / "a-zerorate.json").read_text())
     assert [row["stuck"] for row in record["rows"]] == [0, 400]
+
+
+def test_a_topic_chooses_among_those_of_a_bag(tmp_path):
+    bag = write_recording(tmp_path / "logs", "folder", ["/front", "/rear"], 200)
+    first = run_batch(tmp_path / "logs", tmp_path / "out", workers=1)
+    assert "choose with topic= from: /front, /rear" in first.failed[0].error
+    settings = Settings(topic="/rear")
+    second = run_batch(tmp_path / "logs", tmp_path / "out", settings, workers=1)
+    assert [(one.name, one.status) for one in second.outcomes] == [(bag.name, "done")]
+    with (bag / "metadata.yaml").open("a") as file:
+        file.write("\n")
+    third = run_batch(tmp_path / "logs", tmp_path / "out", settings, workers=1)
+    assert statuses(third) == ["done"]
 
 
 def test_it_filters_as_the_command_does(tmp_path, batch, capsys):

@@ -27,6 +27,9 @@ from zerorate.show.tables import Table, as_text
 __all__ = ["batch"]
 
 
+_WHERE: Final = "Where it runs"
+
+
 class Command(StrEnum):
     """What is done with each log."""
 
@@ -54,12 +57,23 @@ def batch(
     command: Annotated[
         Command, typer.Option(help="Filter each log (replay), or find its noise (allan).")
     ] = Command.replay,
-    workers: Annotated[int | None, typer.Option(help="Processes; default one a core.")] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", help="Processes; one a core if not said.", rich_help_panel=_WHERE
+        ),
+    ] = None,
     local_cluster: Annotated[
-        int | None, typer.Option(metavar="N", help="N Dask workers on this machine instead.")
+        int | None,
+        typer.Option(
+            metavar="N", help="N Dask workers on this machine instead.", rich_help_panel=_WHERE
+        ),
     ] = None,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler's workers instead.")
+        str | None,
+        typer.Option(
+            metavar="ADDRESS", help="Workers of a Dask scheduler instead.", rich_help_panel=_WHERE
+        ),
     ] = None,
     reading: Reading,
     options: Mapping[str, Any],
@@ -124,7 +138,8 @@ def _print(result: BatchResult) -> None:
     for one in result.failed:
         print(f"failed: {one.name}: {in_options(one.error)}")
     if result.left_out:
-        print(f"left out: {len(result.left_out)} files that zerorate has written")
+        count = len(result.left_out)
+        print(f"left out: {count} file{'s' if count > 1 else ''} that zerorate has written")
     _print_notes(result.notes)
     _print_fleet(result.fleet, counts["done"] + counts["skipped"])
     print(f"wrote {result.summary}")

@@ -11,6 +11,7 @@ from typing import Any, Final, Literal, Self, Unpack
 from zerorate._native import __version__
 from zerorate.io import LogError, atomic_path
 from zerorate.io.counts import Scale, Scaling
+from zerorate.io.formats import label_of
 from zerorate.io.log import checked_rate
 from zerorate.io.names import canonical_unit
 from zerorate.io.span import Span
@@ -239,7 +240,8 @@ def run_task(task: Task) -> Outcome:
         return Outcome(task.name, "done", seconds, made.rows, notes=made.notes)
     except Exception as error:
         # Whatever is wrong with one log must not stop the others.
-        return Outcome(task.name, "failed", time.perf_counter() - begin, error=_told(error))
+        told = _told(error, task.source)
+        return Outcome(task.name, "failed", time.perf_counter() - begin, error=told)
 
 
 def _check_version(expected: str) -> None:
@@ -247,9 +249,9 @@ def _check_version(expected: str) -> None:
         raise RuntimeError(f"the worker has zerorate {__version__}, expected {expected}")
 
 
-def _told(error: Exception) -> str:
-    """Return one line, with the kind of an error that does not explain itself."""
-    line = " ".join(str(error).split())
+def _told(error: Exception, source: Path) -> str:
+    """Return one line without the log's path, with the kind of an error that needs it."""
+    line = " ".join(str(error).split()).removeprefix(f"{label_of(source)}: ")
     return line if isinstance(error, LogError | OSError) else f"{type(error).__name__}: {line}"
 
 
