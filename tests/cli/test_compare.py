@@ -170,7 +170,7 @@ USAGE_FAULTS = {
     "column": (("--columns", "gyro_q"), "there is no column 'gyro_q'"),
     "unit": (("--unit", "furlong"), "unknown unit 'furlong'"),
     "folder": (("--json", f"{__file__}/a.json"), "is not a folder"),
-    "option": (("--colour",), "No such option"),
+    "option": (("--colour",), "there is no option --colour"),
 }
 
 

@@ -22,9 +22,7 @@ def imu_of_counts(folder):
     spread = [60.0, 60.0, 80.0, 10.0, 14.0, 12.0]
     counts = np.rint(offset + rng.standard_normal((n, 6)) * spread)
     rows = np.column_stack([5 * np.arange(n) + 1000, counts]).astype(int)
-    np.savetxt(
-        folder / "imu.csv", rows, "%d", ",", header="millis,ax,ay,az,gx,gy,gz", comments=""
-    )
+    np.savetxt(folder / "imu.csv", rows, "%d", ",", header="millis,ax,ay,az,gx,gy,gz", comments="")
 
 
 PREPARED = {"mpu-6050": imu_of_counts}

@@ -65,7 +65,7 @@ class DynamicAllan:
         Raises
         ------
         ImportError
-            Without matplotlib: ``pip install 'zerorate[plot]'``.
+            Without matplotlib, of the extra ``plot``.
         """
         from zerorate.show.dynamic_figure import plot_dynamic
 

@@ -191,7 +191,7 @@ class AllanResult:
         Raises
         ------
         ImportError
-            Without matplotlib: ``pip install 'zerorate[plot]'``.
+            Without matplotlib, of the extra ``plot``.
         """
         from zerorate.show.allan_figure import plot_allan
 

@@ -104,7 +104,7 @@ def plot_allan(
     ValueError
         If there is not one model an axis, or results differ in kind or unit.
     ImportError
-        Without matplotlib: ``pip install 'zerorate[plot]'``.
+        Without matplotlib, of the extra ``plot``.
     """
     results = [result] if isinstance(result, AllanResult) else list(result)
     if len({(one.kind, one.unit) for one in results}) != 1:

@@ -47,7 +47,7 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
     Raises
     ------
     ImportError
-        Without matplotlib: ``pip install 'zerorate[plot]'``.
+        Without matplotlib, of the extra ``plot``.
     """
     figure = new_figure(_WIDTH, _HEIGHT)
     axes, bar = (

@@ -6,6 +6,8 @@ from math import ceil, floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
+from zerorate.texts import extra_needed
+
 if TYPE_CHECKING:
     import os
     from collections.abc import Sequence
@@ -126,7 +128,7 @@ def new_figure(width: float, height: float) -> Figure:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError:
-        raise ImportError("this needs matplotlib: pip install 'zerorate[plot]'") from None
+        raise ImportError(extra_needed("matplotlib", "plot")) from None
     figure = Figure(figsize=(width * MM, height * MM), dpi=DPI)
     FigureCanvasAgg(figure)
     return figure
@@ -170,23 +172,26 @@ def write_legend(axes: Axes, place: Corner, columns: int, handle: float = 1.1) -
         loc=place,
         ncols=columns,
         fontsize=FONT - 0.5,
-        frameon=False,
+        frameon=True,
+        framealpha=0.85,
+        edgecolor="none",
+        borderpad=0.1,
         handlelength=handle,
         columnspacing=0.8,
         handletextpad=0.4,
-        borderaxespad=0.2,
+        borderaxespad=0.35,
     )
 
 
-def style_decades(axes: Axes) -> None:
-    """Write decades as plain numbers, and 2 and 5 where the scale shows too few of them."""
+def style_decades(axes: Axes, fewest: int = 1) -> None:
+    """Write decades as plain numbers, and 2 and 5 where the scale spans fewer than so many."""
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     plain = FuncFormatter(lambda value, _: f"{value:g}")
     axes.xaxis.set_major_formatter(plain)
     axes.yaxis.set_major_formatter(plain)
     low, high = axes.get_ylim()
-    if floor(log10(high)) - ceil(log10(low)) < 1:
+    if floor(log10(high)) - ceil(log10(low)) < fewest:
         axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
         axes.yaxis.set_minor_formatter(plain)
         axes.tick_params(axis="y", which="minor", labelsize=FONT - 0.5)

@@ -17,6 +17,7 @@ from zerorate.run.batch.fleet import Fleet, fleet_of
 from zerorate.run.batch.inputs import SUMMARY, Inputs, command_of, inputs
 from zerorate.run.batch.summary import write_summary
 from zerorate.run.batch.task import Outcome, Settings, Task, run_task
+from zerorate.texts import extra_needed
 
 __all__ = ["BatchResult", "Progress", "run_batch"]
 
@@ -216,7 +217,7 @@ def _check_pyarrow() -> None:
     try:
         import pyarrow  # noqa: F401
     except ImportError:
-        raise ImportError("a batch needs pyarrow: pip install 'zerorate[io]'") from None
+        raise ImportError(extra_needed("pyarrow", "io", "a batch")) from None
 
 
 def _silent(through: int, all_of_them: int) -> None:
