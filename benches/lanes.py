@@ -51,14 +51,18 @@ def zerorate_jobs(rows):
             for threads in (1, 2) if k > 1 else (1,):
 
                 def job(z=z, k=k, threads=threads, options=options):
-                    zr.DriftFilter(rate=100.0, channels=k, **options).process(z, threads=threads)
+                    zr.DriftFilter(rate=100.0, channels=k, output="estimate", **options).process(
+                        z, threads=threads
+                    )
 
                 yield name, k, threads, job
 
             result = np.empty_like(z)
 
             def reused(z=z, k=k, out=result, options=options):
-                zr.DriftFilter(rate=100.0, channels=k, **options).process(z, out=out)
+                zr.DriftFilter(rate=100.0, channels=k, output="estimate", **options).process(
+                    z, out=out
+                )
 
             yield name, k, OUT, reused
 

@@ -22,7 +22,7 @@ START = 100
 
 
 def _filter(**options):
-    return lambda z: zr.DriftFilter(rate=100.0, **options).process(z)
+    return lambda z: zr.DriftFilter(rate=100.0, output="estimate", **options).process(z)
 
 
 def _calls(make, n):
@@ -38,13 +38,13 @@ def _calls(make, n):
 
 
 def _learned_update():
-    drift = zr.DriftFilter(rate=100.0)
+    drift = zr.DriftFilter(rate=100.0, method="fading", output="estimate")
     drift.process(np.random.default_rng(2).standard_normal(20_000))
     return drift.update
 
 
 def _self_tuned():
-    drift = zr.DriftFilter(rate=100.0, method="auto")
+    drift = zr.DriftFilter(rate=100.0, method="auto", output="estimate")
     drift.process(np.random.default_rng(2).standard_normal(20_000))
     return drift
 

@@ -1,4 +1,4 @@
-"""What outliers, stuck sensors and motion cost a filter: the numbers of ``docs/explanation/robust.md``.
+"""What outliers, stuck sensors and motion cost a filter: ``docs/evidence/robust.md`` has the numbers.
 
 python benches/robust.py [FOLDER] [--methods auto,fading] [--part degradation ...] [--whole]
 
@@ -73,7 +73,7 @@ def axes(folder, whole):
 
 
 def drift_filter(method):
-    return zr.DriftFilter(RATE, **filter_arguments(method))
+    return zr.DriftFilter(RATE, output="estimate", **filter_arguments(method))
 
 
 def estimate(method, z):

@@ -31,7 +31,7 @@ def filters(z):
         ("auto", z, None),
         ("fading", rows, 8),
     ]:
-        f = zr.DriftFilter(rate=100.0, method=method, channels=channels)
+        f = zr.DriftFilter(rate=100.0, method=method, channels=channels, output="estimate")
         f.process(record[:200])
         took = least(lambda f=f, record=record: f.process(record))
         yield f"{method}, {channels or 1} channels, ns a sample", 1e9 * took / record.size
@@ -52,7 +52,9 @@ def main():
     z = np.random.default_rng(1).standard_normal(N)
     with tempfile.TemporaryDirectory() as folder:
         told = [*filters(z), *files(z, Path(folder))]
-    short = least(lambda: zr.DriftFilter(rate=100.0, method="auto").process(z[:6000]), 40)
+    short = least(
+        lambda: zr.DriftFilter(rate=100.0, method="auto", output="estimate").process(z[:6000]), 40
+    )
     told.append(("auto, a new filter on 6000 samples, us", 1e6 * short))
     told.append(("allan of 20 000 samples, us", 1e6 * least(lambda: zr.allan(z[:20_000], 100), 30)))
     for name, value in told:

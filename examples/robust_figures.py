@@ -154,7 +154,7 @@ def _fed(z: Floats, share: float, faults: str) -> Iterator[Floats]:
 def _held(method: str, z: Floats) -> Floats:
     if method == "mean":
         return running_mean(z)
-    return zr.DriftFilter(RATE, **filter_arguments(method)).process(z)
+    return zr.DriftFilter(RATE, output="estimate", **filter_arguments(method)).process(z)
 
 
 def _error(z: Floats, held: Floats) -> float:

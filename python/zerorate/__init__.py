@@ -9,6 +9,7 @@ process noise covariance of the state.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from zerorate import units
 from zerorate._native import (
     AllanNoise,
     DriftFilter,
@@ -85,6 +86,7 @@ __all__ = [
     "read_recording",
     "simulate",
     "split_log",
+    "units",
     "whittle",
     "worst_axis",
     "write_log",
@@ -96,3 +98,8 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401
     if name in ("compare", "identify", "live", "metrics"):
         return import_module(f"zerorate.{name}")
     raise AttributeError(f"module 'zerorate' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """Show what is public, the large parts among it."""
+    return __all__

@@ -1,7 +1,9 @@
 from collections.abc import Sequence
+from types import GenericAlias
 from typing import (
     Any,
     Final,
+    Generic,
     Literal,
     Required,
     Self,
@@ -10,15 +12,26 @@ from typing import (
     TypeAlias,
     TypedDict,
     final,
+    overload,
 )
 
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import TypeVar
 
 _Method: TypeAlias = Literal["kf", "akf", "fading", "robust", "auto"]
+_Status: TypeAlias = Literal[
+    "starting",
+    "starting anew",
+    "at rest",
+    "provisional",
+    "in motion",
+    "no rest yet",
+    "stuck",
+]
 _Zones: TypeAlias = tuple[float, float] | Literal["published"]
 _Motion: TypeAlias = Literal["hold", "ignore"]
-_Output: TypeAlias = Literal["estimate", "compensated"]
+_Output: TypeAlias = Literal["compensated", "estimate"]
 _Noise: TypeAlias = Literal["allan", "hadamard"]
 _Wavelet: TypeAlias = Literal["haar", "db2", "db4", "db8"]
 _Shrinking: TypeAlias = Literal["soft", "hard"]
@@ -27,6 +40,11 @@ _Sample: TypeAlias = SupportsFloat | SupportsIndex | npt.ArrayLike | None
 _Floats: TypeAlias = npt.NDArray[np.float64]
 _Counts: TypeAlias = npt.NDArray[np.int64]
 _Flags: TypeAlias = npt.NDArray[np.bool_]
+
+# What a single signal gives, float and bool, or what channels do, arrays; any of both where an
+# annotation does not say.
+_Number = TypeVar("_Number", default=Any)
+_Flag = TypeVar("_Flag", default=Any)
 
 __all__ = [
     "AllanNoise",
@@ -111,117 +129,411 @@ class _Start(TypedDict):
     state_covariance: _Floats
 
 @final
-class DriftFilter:
+class DriftFilter(Generic[_Number, _Flag]):
+    """Bias of a gyro, learned and removed sample by sample, for one or more axes.
+
+    Not sure? ``DriftFilter(rate)``: it needs no tuning. It finds rest and motion by itself, learns
+    the bias at rest, holds it in motion, and returns each sample minus the bias. It removes the
+    slowly changing bias and does not smooth: the noise of the samples stays.
+
+    The other methods are for research. ``"kf"``, ``"akf"`` and ``"fading"`` are those of Fu & Han 2019
+    (equations 8 to 31), ``"robust"`` is that of Wu & Ran 2021. They take every sample for rest, so
+    they follow motion, and ``process_noise`` has to suit the sensor.
+
+    Samples and results are in one unit, whichever it is. In the first second the bias is the mean so
+    far, so keep the sensor still. Without ``rest_limit`` a motion that lasts from the very start can
+    be taken for rest, and so for bias; ``status`` is ``"provisional"`` as long as that may be so. A
+    sample that is not finite (or ``update(None)``) is missing. One filter serves one thread at a
+    time.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    method : {"auto", "kf", "akf", "fading", "robust"}, default "auto"
+        ``"auto"`` tunes itself. ``"kf"`` is a Kalman filter of an ARMA model; ``"akf"`` also adapts
+        the measurement noise R with equal weights; ``"fading"`` adapts R with fading memory, and the
+        process noise G. ``"robust"`` is ``"akf"`` with zones that leave outliers out.
+    channels : int, optional
+        Number k of axes side by side; None is a single one. With it ``update`` takes k samples, and
+        what is read has k values.
+    output : {"compensated", "estimate"}, default "compensated"
+        What ``update`` and ``process`` return: the sample minus ``bias``, which has no delay (NaN for
+        a missing sample), or the estimate of the bias itself.
+    motion : {"hold", "ignore"}, optional
+        ``"hold"`` learns at rest only, as a ``RestDetector`` sees it, and takes back what came just
+        before a motion was seen (half a second, for ``"auto"`` up to two); ``"ignore"`` takes every
+        sample for rest. Default: ``"hold"`` for ``"auto"``, ``"ignore"`` for the others.
+    limit : float, optional
+        End of the sensor's range, in the samples' unit: a sample of this size or beyond is saturated,
+        and missing.
+
+    Other Parameters
+    ----------------
+    rest_limit : float, optional
+        Only ``"auto"``: deviation of the samples within a quarter second, and spread of the means of
+        six of these, above which a sensor of this kind cannot be at rest, in the samples' unit;
+        3 deg/s suits MEMS gyros. A record may then begin in motion: nothing is learned, and 0 is the
+        bias, until the sensor has been still for 2.25 s. Without it the start is taken for rest if it
+        looks like noise, ``status`` is ``"provisional"`` until something louder or a minute of
+        stillness has been seen, and ``bias_sigma`` is as large as the samples until then.
+    bias_limit : float, optional
+        Only ``"auto"``: level that is never taken for a bias, in the samples' unit; 20 deg/s suits
+        MEMS gyros. A sensor that turns at one rate looks like one at rest.
+    order : (int, int), default (2, 1), of ``"robust"`` (1, 0)
+        All but ``"auto"``: orders p from 1 to 3 and q from 0 to 3 of the ARMA model of the drift;
+        (p, 0) is AR(p).
+    process_noise : float, default 0.1
+        All but ``"auto"``: process noise G and covariance P at the start, in variances of the
+        start-up. Small smooths and is late (1e-6), large follows the signal (1).
+    fading : float, default 0.97
+        Only ``"fading"``: memory b of R in (0, 1]. Small follows changes of the noise quickly, large
+        averages (Fu & Han: 0.95 to 0.99 for an MTi-100, 0.90 to 0.95 for a 3DM-GX4-25).
+    process_noise_memory : float, default 0.0
+        Only ``"fading"``: samples that the process noise of the start counts for in addition to those
+        seen: large keeps it longer.
+    noise : {"allan", "hadamard"}, default "allan"
+        All but ``"auto"``: variance that R is taken from; ``"hadamard"`` ignores a constant angular
+        acceleration.
+    outliers : {"keep", "reject"}, default "keep"
+        Only ``"kf"``, ``"akf"`` and ``"fading"``: ``"reject"`` keeps from them what ``"auto"`` always
+        does, samples more than four deviations from the level of the last quarter seconds, unless
+        there are so many of these, or so many in a row, that the sensor moves.
+    adapt_for : float or None, default 120.0
+        All but ``"auto"``: seconds after the start-up during which the model is learned; None is
+        always.
+    forgetting_factor : float, default 1.0
+        All but ``"auto"``: λ of the model's least squares in (0, 1]. Small forgets old samples
+        quickly, 1 never forgets.
+    zones : (float, float) or "published", default (4.0, 0.75)
+        Only ``"robust"``: (kappa, beta). An innovation beyond kappa deviations of the accepted ones
+        is an outlier, unless so many of one sign follow each other (0.03 s, at least three) that
+        they are a step; one beyond beta of that is bounded. Large kappa lets outliers through,
+        small leaves good samples out. ``"published"`` holds a variance against an innovation, as
+        printed: it depends on the unit of the samples, and nothing ends a row of outliers.
+    damping : float, default 0.0
+        Only ``"robust"``: the part of the gain, from 0 to 1, that is left to an outlier.
+    correction : float, default 0.0
+        Only ``"robust"``: the part, from 0 to 1, of an innovation between the zones that moves the
+        prediction; 0 bounds such an innovation instead, and is better.
+    startup : float, default 1.0
+        All methods, rarely needed: seconds from which offset, scale and first noise are learned (at
+        least ten samples, and until two samples differ).
+    scale : float, optional
+        All methods, rarely needed: deviation of the noise in the samples' unit where it is known;
+        else it is learned.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range, or the method does not use it.
+
+    Examples
+    --------
+    Two minutes of a gyro at rest, in deg/s:
+
+    >>> import numpy as np, zerorate as zr
+    >>> z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(12_000)
+    >>> gyro = zr.DriftFilter(rate=100.0)
+    >>> rate = gyro.process(z)  # z minus the bias as known at each sample
+    >>> gyro.status, round(gyro.bias, 2), gyro.bias_sigma < 0.01
+    ('at rest', 0.5, True)
+    """
+
+    @overload
     def __new__(
         cls,
         rate: float,
         *,
-        method: _Method = "fading",
-        channels: int | None = None,
+        method: _Method = "auto",
+        channels: None = None,
+        output: _Output = "compensated",
         motion: _Motion | None = None,
-        output: _Output = "estimate",
         limit: float | None = None,
         rest_limit: float | None = None,
         bias_limit: float | None = None,
-        outliers: _Outliers = "keep",
         order: tuple[int, int] = (2, 1),
-        fading: float = 0.97,
-        adapt_for: float | None = 120.0,
-        forgetting_factor: float = 1.0,
         process_noise: float = 0.1,
+        fading: float = 0.97,
         process_noise_memory: float = 0.0,
         noise: _Noise = "allan",
-        startup: float = 1.0,
-        scale: float | None = None,
+        outliers: _Outliers = "keep",
+        adapt_for: float | None = 120.0,
+        forgetting_factor: float = 1.0,
         zones: _Zones = (4.0, 0.75),
         damping: float = 0.0,
         correction: float = 0.0,
-    ) -> Self: ...
+        startup: float = 1.0,
+        scale: float | None = None,
+    ) -> DriftFilter[float, bool]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: _Method = "auto",
+        channels: int,
+        output: _Output = "compensated",
+        motion: _Motion | None = None,
+        limit: float | None = None,
+        rest_limit: float | None = None,
+        bias_limit: float | None = None,
+        order: tuple[int, int] = (2, 1),
+        process_noise: float = 0.1,
+        fading: float = 0.97,
+        process_noise_memory: float = 0.0,
+        noise: _Noise = "allan",
+        outliers: _Outliers = "keep",
+        adapt_for: float | None = 120.0,
+        forgetting_factor: float = 1.0,
+        zones: _Zones = (4.0, 0.75),
+        damping: float = 0.0,
+        correction: float = 0.0,
+        startup: float = 1.0,
+        scale: float | None = None,
+    ) -> DriftFilter[_Floats, _Flags]: ...
     @staticmethod
-    def started(start: _Start, **params: Any) -> DriftFilter: ...
-    def update(self, z: _Sample) -> Any: ...
+    def started(start: _Start, **params: Any) -> DriftFilter:
+        """A filter that is ready at its first sample because its signal is known already.
+
+        ``ArmaModel.to_filter`` makes such filters from a record. R and the weight of Sage-Husa
+        stand as if ``startup`` seconds had been spent; ``process_noise`` and ``scale`` of the
+        parameters are not used. The method is always asked for by name: ``"auto"`` learns its own
+        start.
+
+        Parameters
+        ----------
+        start : dict
+            With channels every array has a first axis (k,). ``offset`` and ``scale``, the mean and
+            deviation of the signal; ``coefficients`` [φ…, θ…, c], (p + q + 1,); ``covariance`` of
+            [φ…, θ…, c / scale] over the noise variance, samples being centred and scaled,
+            (p + q + 1, p + q + 1); variances ``measurement_noise`` R and ``process_noise`` G₀₀;
+            ``state_covariance`` P before the first sample, (p + 1, p + 1).
+        **params
+            Those of ``DriftFilter``, with a ``method`` among ``"kf"``, ``"akf"``, ``"fading"`` and
+            ``"robust"``.
+
+        Raises
+        ------
+        ValueError
+            A parameter or a part of the start is missing, of another shape, or out of range.
+        TypeError
+            A part of the start does not hold numbers.
+        """
+    def update(self, z: _Sample) -> _Number:
+        """Takes one sample and returns what ``output`` says at once, the compensated rate unless
+        asked otherwise: float to float, with channels (k,) to (k,), in the unit of the sample.
+
+        None or NaN is a missing sample: NaN is returned, or the estimate.
+        """
     def process(
         self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
-    ) -> _Floats: ...
+    ) -> _Floats:
+        """Filters a batch, equal to the last bit to ``update`` sample by sample.
+
+        Parameters
+        ----------
+        z : array_like, shape (n,), with channels (n, k)
+            Samples; those not finite are missing. A float64 array in C order is read where it
+            stands: do not write into it from another thread meanwhile.
+        out : ndarray, optional
+            A float64 array of the same shape for the result; may be ``z`` itself.
+        threads : int, optional
+            Threads over which several channels may be spread: as far as they do not share a vector
+            register, and as it pays. The result does not depend on it.
+
+        Returns
+        -------
+        ndarray, float64, shape of ``z``
+            What ``output`` says, the compensated rate unless asked otherwise, in the unit of ``z``.
+            The interpreter lock is released meanwhile.
+        """
     def _replay(
         self,
         z: _Floats,
         out: _Floats,
         noted: tuple[_Floats, _Flags, _Flags] | None = None,
     ) -> None: ...
-    def trace(self, z: npt.ArrayLike) -> Trace: ...
-    def reset(self) -> None: ...
-    def power_on(self) -> None: ...
-    def copy(self) -> DriftFilter: ...
-    def to_bytes(self) -> bytes: ...
+    def trace(self, z: npt.ArrayLike) -> Trace:
+        """Like ``process``, but returns a ``Trace`` of all that the filter knew after each sample."""
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def power_on(self) -> None:
+        """Forgets the bias, but not what was learned about the noise: for a sensor that was switched
+        off and on, whose bias is another one and whose noise is not.
+
+        Raises
+        ------
+        ValueError
+            The method is not ``"auto"``.
+        """
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
-    def from_bytes(b: bytes) -> DriftFilter: ...
-    def __copy__(self) -> DriftFilter: ...
-    def __deepcopy__(self, _memo: Any) -> DriftFilter: ...
+    def from_bytes(b: bytes) -> DriftFilter:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
     @property
-    def estimate(self) -> Any: ...
+    def estimate(self) -> _Number:
+        """Estimate after the last sample, in the samples' unit: float, with channels (k,). What ``update``
+        returns with ``output="estimate"``; for ``"auto"`` it is ``bias``.
+        """
     @property
-    def angle_random_walk(self) -> Any: ...
+    def angle_random_walk(self) -> _Number:
+        """Density of the white noise as learned, unit of the samples over root Hz: float, with channels
+        (k,). For ``"auto"`` of noise slower than a quarter second, for the others from R. NaN until
+        it is known.
+        """
     @property
-    def rate_random_walk(self) -> Any: ...
+    def rate_random_walk(self) -> _Number:
+        """How far the bias walks in a root second as learned by ``"auto"``, unit of the samples: float,
+        with channels (k,). NaN until it is known, and for the other methods.
+        """
     @property
-    def bias(self) -> Any: ...
+    def bias(self) -> _Number:
+        """What the compensated rate is free of, in the samples' unit: float, with channels (k,). Learned
+        at rest and held in motion; in the first second the mean so far, 0 before the first sample.
+        """
     @property
-    def bias_sigma(self) -> Any: ...
+    def bias_sigma(self) -> _Number:
+        """Standard deviation of the bias as the filter sees it, in the samples' unit: float, with
+        channels (k,). Of ``"auto"`` as large as the samples while little is known; 0 before the first
+        sample, when nothing is.
+        """
     @property
-    def at_rest(self) -> Any: ...
+    def at_rest(self) -> _Flag:
+        """The filter learns, since the sensor is not seen to move: bool, with channels (k,). True from
+        the first sample on unless ``rest_limit`` is given, since the start is taken for rest until
+        motion is seen (``status`` tells), and always with ``motion="ignore"``.
+        """
     @property
-    def saturated(self) -> Any: ...
+    def saturated(self) -> _Flag:
+        """The last sample was at or beyond ``limit``: bool, with channels (k,)."""
     @property
-    def stuck(self) -> Any: ...
+    def stuck(self) -> _Flag:
+        """The sensor gives the same sample for longer than chance does: bool, with channels (k,)."""
     @property
-    def status(self) -> Any: ...
+    def status(self) -> _Status | list[_Status]:
+        """What the filter is doing, with channels a list of k: ``"starting"`` (the bias is the mean so
+        far), ``"at rest"`` (it learns), ``"provisional"`` (it learns from what looks like rest but may
+        be motion, since nothing louder has been seen yet), ``"in motion"`` (it holds the bias),
+        ``"no rest yet"`` (the sensor moved before anything was learned; the bias is 0), ``"starting
+        anew"`` (the noise learned at the start proved wrong by many orders) or ``"stuck"`` (the
+        sensor gives the same sample for longer than chance does; it holds the bias).
+        """
     @property
-    def innovation(self) -> Any: ...
+    def innovation(self) -> _Number:
+        """The last sample minus its prediction, in the samples' unit, zero if it was missing: float, with
+        channels (k,).
+        """
     @property
-    def innovation_variance(self) -> Any: ...
+    def innovation_variance(self) -> _Number:
+        """Variance that the filter expected of the innovation, samples' unit squared: float, with
+        channels (k,).
+        """
     @property
-    def measurement_noise(self) -> Any: ...
+    def measurement_noise(self) -> _Number:
+        """Measurement noise variance R, samples' unit squared: float, with channels (k,). For ``"auto"``
+        the variance of a sample about the bias.
+        """
     @property
-    def gain(self) -> _Floats: ...
+    def gain(self) -> _Floats:
+        """Kalman gain: (p + 1,), with channels (k, p + 1). For ``"auto"``, whose state is the bias alone,
+        p is 0.
+        """
     @property
-    def process_noise(self) -> _Floats: ...
+    def process_noise(self) -> _Floats:
+        """Process noise covariance G of a sample, samples' unit squared: (p + 1, p + 1), with channels
+        (k, p + 1, p + 1). For ``"auto"`` (1, 1): variance of the bias's random step from one sample to the next.
+        """
     @property
-    def coefficients(self) -> _Floats: ...
+    def coefficients(self) -> _Floats:
+        """Model ``[φ…, θ…, c]``, c in the samples' unit: (p + q + 1,), with channels (k, p + q + 1). For
+        ``"auto"``, which has no ARMA model, [1].
+        """
     @property
-    def covariance(self) -> _Floats: ...
+    def covariance(self) -> _Floats:
+        """State covariance P, samples' unit squared: (p + 1, p + 1), with channels (k, p + 1, p + 1).
+        For ``"auto"`` (1, 1).
+        """
     @property
-    def samples_seen(self) -> int: ...
+    def samples_seen(self) -> int:
+        """Samples given so far, missing ones included."""
     @property
-    def guard_count(self) -> Any: ...
+    def guard_count(self) -> int | _Counts:
+        """How often a step of the process noise was shortened to keep it positive semidefinite: int,
+        with channels (k,).
+        """
     @property
-    def exit_count(self) -> Any: ...
+    def exit_count(self) -> int | _Counts:
+        """How often so many outliers of ``"robust"`` followed each other that they were taken for a
+        step of the signal: int, with channels (k,).
+        """
     @property
-    def restarts(self) -> Any: ...
+    def restarts(self) -> int | _Counts:
+        """How often the scale learned at the start was proved wrong by many orders, upon which noise
+        and drift were learned anew: int, with channels (k,).
+        """
     @property
-    def saturated_count(self) -> Any: ...
+    def saturated_count(self) -> int | _Counts:
+        """Samples at or beyond ``limit`` so far: int, with channels (k,)."""
     @property
-    def outlier_count(self) -> Any: ...
+    def outlier_count(self) -> int | _Counts:
+        """Samples so far that were left out as outliers, counted a quarter second at a time, by
+        ``"robust"`` at once: int, with channels (k,). Zero for a published method that looks for none.
+        """
     @property
-    def stuck_count(self) -> Any: ...
+    def stuck_count(self) -> int | _Counts:
+        """Samples so far that a stuck sensor gave, counted a quarter second at a time: int, with channels
+        (k,). Zero for a published method that neither rejects outliers nor holds in motion.
+        """
     @property
-    def ready(self) -> Any: ...
+    def ready(self) -> _Flag:
+        """The start-up is over: bool, with channels (k,)."""
     @property
-    def channels(self) -> int | None: ...
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
     @property
-    def rate(self) -> float: ...
+    def rate(self) -> float:
+        """Samples a second."""
     @property
-    def order(self) -> tuple[int, int] | None: ...
+    def order(self) -> tuple[int, int] | None:
+        """Orders (p, q) of the model; None for ``"auto"``, which has no ARMA model."""
     @property
-    def method(self) -> _Method: ...
+    def method(self) -> _Method:
+        """``"kf"``, ``"akf"``, ``"fading"``, ``"robust"`` or ``"auto"``."""
     @property
-    def start(self) -> _Start | None: ...
+    def start(self) -> _Start | None:
+        """What ``DriftFilter.started`` was given, None for a filter that learns it from its start-up."""
     @property
-    def params(self) -> _Params: ...
+    def params(self) -> _Params:
+        """Every argument that makes such a filter anew: ``DriftFilter(**f.params)``, or
+        ``DriftFilter.started(f.start, **f.params)`` for one that was started.
+        """
 
 @final
 class ReplayScores:
+    """Measures of k axes while a replay passes: of the raw samples and of each estimate of their
+    drift.
+
+    Blocks have a row an axis. However a record is cut into them, the measures are the same.
+
+    Parameters
+    ----------
+    axes, estimates : int
+    horizons : sequence of int
+        Of the coasting errors, in samples.
+    delay : int, optional
+        Samples to leave out before each motion, where rest matters; None measures all samples.
+    """
+
     def __new__(
         cls, axes: int, estimates: int, horizons: Sequence[int], delay: int | None = None
     ) -> Self: ...
@@ -231,11 +543,56 @@ class ReplayScores:
         estimates: Sequence[_Floats],
         at_rest: _Flags | None = None,
         truth: _Floats | None = None,
-    ) -> None: ...
-    def finish(self) -> dict[str, npt.NDArray[Any]]: ...
+    ) -> None:
+        """Takes a block of samples (k, n), the estimates of each method, where the filter learned, and
+        the true drift if it is known; the interpreter lock is released.
+        """
+    def finish(self) -> dict[str, npt.NDArray[Any]]:
+        """Ends the record and returns arrays by name: `mean`, `deviation` and `error`, (k, m + 1), the
+        raw samples first, `coasting`, (k, m + 1, horizons), unit times samples; of all samples
+        `missing`, `present` and `at_rest`, counts, `least` and `most`, (k,).
+        """
 
 @final
 class Trace:
+    """What a filter knew after each of n samples; with k channels every array has a second axis k.
+
+    Attributes
+    ----------
+    estimate : ndarray, float64, (n,)
+        Estimate of the filter, in the unit of the samples; of "auto" the bias.
+    innovation : ndarray, float64, (n,)
+        Sample minus prediction; zero where the sample is missing.
+    innovation_variance : ndarray, float64, (n,)
+        Variance S that the filter expected of the innovation.
+    gain : ndarray, float64, (n, p + 1)
+        Kalman gain; zero where the sample is missing. The state of "auto" is the drift alone: 1 in
+        place of p + 1, and of p + q + 1 below.
+    measurement_noise : ndarray, float64, (n,)
+        Variance R.
+    process_noise : ndarray, float64, (n, p + 1, p + 1)
+        Covariance G.
+    coefficients : ndarray, float64, (n, p + q + 1)
+        Model [φ…, θ…, c].
+    covariance : ndarray, float64, (n, p + 1, p + 1)
+        State covariance P.
+    missing : ndarray, bool, (n,)
+        The sample was not finite.
+    guarded : ndarray, bool, (n,)
+        The step of the process noise was shortened to keep it positive semidefinite; of "robust":
+        the sample was taken for an outlier.
+    bias : ndarray, float64, (n,)
+        Bias learned at rest and held in motion, in the unit of the samples.
+    bias_sigma : ndarray, float64, (n,)
+        Its standard deviation as the filter sees it.
+    at_rest : ndarray, bool, (n,)
+        The filter learned; always true with ``motion="ignore"``.
+    saturated : ndarray, bool, (n,)
+        The sample was at or beyond ``limit``.
+    stuck : ndarray, bool, (n,)
+        The sensor gives the same sample for longer than chance does.
+    """
+
     def __len__(self) -> int: ...
     @property
     def estimate(self) -> _Floats: ...
@@ -269,129 +626,453 @@ class Trace:
     def stuck(self) -> _Flags: ...
 
 @final
-class RecursiveLeastSquares:
+class RecursiveLeastSquares(Generic[_Number, _Flag]):
+    """ARMA(p, q) model with a constant, learned while samples arrive.
+
+    Recursive extended least squares of ``y[k] = φ y[k-1…] + θ a[k-1…] + c + a[k]`` with
+    a-posteriori residuals a (Fu & Han 2019, equations 8 to 13), on samples centred and scaled by
+    what a start-up window says. A sample that is not finite (or ``update(None)``) is missing and teaches
+    nothing. One object serves one thread at a time.
+
+    Parameters
+    ----------
+    order : (int, int), default (2, 1)
+        Orders p from 1 to 3 and q from 0 to 3; (p, 0) is AR(p).
+    forgetting_factor : float, default 1.0
+        λ in (0, 1]: small forgets old samples quickly, 1 never forgets. The covariance never grows
+        beyond its start.
+    channels : int, optional
+        Number of signals side by side; None is a single one.
+    startup : int, default 100
+        Samples from which offset and scale are learned (and until two samples differ).
+    scale : float, optional
+        Deviation of the signal in its own unit where it is known; else it is learned.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> e = np.random.default_rng(1).standard_normal(20_000)
+    >>> y = np.zeros_like(e)
+    >>> for k in range(1, len(e)):
+    ...     y[k] = 0.8 * y[k - 1] + e[k]
+    >>> model = zr.RecursiveLeastSquares(order=(1, 0))
+    >>> residuals = model.process(y)
+    >>> bool(abs(model.coefficients[0] - 0.8) < 0.02)
+    True
+    """
+
+    @overload
     def __new__(
         cls,
         order: tuple[int, int] = (2, 1),
         forgetting_factor: float = 1.0,
-        channels: int | None = None,
         *,
+        channels: None = None,
         startup: int = 100,
         scale: float | None = None,
-    ) -> Self: ...
-    def update(self, z: _Sample) -> Any: ...
+    ) -> RecursiveLeastSquares[float, bool]: ...
+    @overload
+    def __new__(
+        cls,
+        order: tuple[int, int] = (2, 1),
+        forgetting_factor: float = 1.0,
+        *,
+        channels: int,
+        startup: int = 100,
+        scale: float | None = None,
+    ) -> RecursiveLeastSquares[_Floats, _Flags]: ...
+    def update(self, z: _Sample) -> _Number:
+        """Takes one sample, returns its a-posteriori residual, zero if it is missing: float to
+        float, with channels (k,) to (k,).
+        """
     def process(
         self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
-    ) -> _Floats: ...
-    def reset(self) -> None: ...
-    def copy(self) -> RecursiveLeastSquares: ...
-    def to_bytes(self) -> bytes: ...
+    ) -> _Floats:
+        """The residual of each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k);
+        the interpreter lock is released.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
-    def from_bytes(b: bytes) -> RecursiveLeastSquares: ...
-    def __copy__(self) -> RecursiveLeastSquares: ...
-    def __deepcopy__(self, _memo: Any) -> RecursiveLeastSquares: ...
+    def from_bytes(b: bytes) -> RecursiveLeastSquares:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
     @property
-    def coefficients(self) -> _Floats: ...
+    def coefficients(self) -> _Floats:
+        """Model ``[φ…, θ…, c]``, c in the unit of the samples: (p + q + 1,), with channels
+        (k, p + q + 1).
+        """
     @property
-    def covariance(self) -> _Floats: ...
+    def covariance(self) -> _Floats:
+        """Covariance of the coefficients of the centred and scaled samples, over the variance of the
+        residuals: (p + q + 1, p + q + 1), with channels (k, p + q + 1, p + q + 1).
+        """
     @property
-    def samples_seen(self) -> int: ...
+    def samples_seen(self) -> int:
+        """Samples given so far, missing ones included."""
     @property
-    def ready(self) -> Any: ...
+    def ready(self) -> _Flag:
+        """The start-up is over: bool, with channels (k,)."""
     @property
-    def order(self) -> tuple[int, int]: ...
+    def order(self) -> tuple[int, int]:
+        """Orders (p, q) of the model."""
     @property
-    def channels(self) -> int | None: ...
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
 
 @final
-class AllanNoise:
+class AllanNoise(Generic[_Number]):
+    """Measurement noise variance R while samples arrive, from the Allan variance at the shortest
+    averaging time with fading memory.
+
+    ``R = (1 - w) R + w (z[k] - z[k-1])**2 / 2`` with ``1/w = 1 + fading / w_before`` (Fu & Han 2019,
+    equations 17, 18 and 26 to 31). One that is not finite is a missing sample; differences across
+    it are left out. One object serves one thread at a time.
+
+    Parameters
+    ----------
+    fading : float, default 0.97
+        Memory b in (0, 1]: the weight of a difference falls by this factor a sample. Small follows
+        changes quickly, large averages; 1 weighs all alike and equals the Allan variance of the
+        whole record.
+    noise : {"allan", "hadamard"}, default "allan"
+        First differences, or second differences ``(z[k] - 2 z[k-1] + z[k-2])**2 / 6``, which a
+        constant angular acceleration leaves alone.
+    floor : float, default 0.0
+        Smallest variance to return, in the square of the samples' unit. Equal samples, as a coarsely
+        quantised gyro at rest gives them, drive R to zero.
+    channels : int, optional
+        Number of signals side by side; ``None`` is a single one.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> noise = zr.AllanNoise(fading=1.0)
+    >>> float(noise.process([1.0, 2.0, 0.0])[-1])  # ((2-1)**2 + (0-2)**2) / 2 / 2
+    1.25
+    """
+
+    @overload
     def __new__(
         cls,
         fading: float = 0.97,
         noise: _Noise = "allan",
         floor: float = 0.0,
-        channels: int | None = None,
-    ) -> Self: ...
-    def update(self, z: _Sample) -> Any: ...
+        *,
+        channels: None = None,
+    ) -> AllanNoise[float]: ...
+    @overload
+    def __new__(
+        cls,
+        fading: float = 0.97,
+        noise: _Noise = "allan",
+        floor: float = 0.0,
+        *,
+        channels: int,
+    ) -> AllanNoise[_Floats]: ...
+    def update(self, z: _Sample) -> _Number:
+        """Takes one sample, returns R: float to float, with channels (k,) to (k,)."""
     def process(
         self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
-    ) -> _Floats: ...
-    def reset(self) -> None: ...
-    def copy(self) -> AllanNoise: ...
-    def to_bytes(self) -> bytes: ...
+    ) -> _Floats:
+        """R after each sample of a batch: (n,) to (n,), with channels (n, k) to (n, k); the
+        interpreter lock is released.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
-    def from_bytes(b: bytes) -> AllanNoise: ...
-    def __copy__(self) -> AllanNoise: ...
-    def __deepcopy__(self, _memo: Any) -> AllanNoise: ...
+    def from_bytes(b: bytes) -> AllanNoise:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
     @property
-    def variance(self) -> Any: ...
+    def variance(self) -> _Number:
+        """R so far, in the square of the samples' unit: float, with channels (k,)."""
     @property
-    def channels(self) -> int | None: ...
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
 
 @final
-class RestDetector:
+class RestDetector(Generic[_Flag]):
+    """Whether a gyro rests, told from its own output alone while samples arrive.
+
+    Samples are put together to ticks of a quarter of a second, four samples at least. How much they
+    vary within a tick at rest, and how far the level of a tick lies from averages of 1, 4 and 16 s,
+    is learned; a tick beyond what chance does once in a million ends the rest, 1.5 s near the level
+    of the last rest begin the next. Nothing depends on the unit, nor on a constant added.
+
+    The start is taken for rest after 1.5 s that look like noise. If that turns out to be wrong within
+    10 s, only what has lasted for 10 s is taken for rest. Slow turning at one rate and a bias
+    look alike: a new level that stands still is taken for rest after 10 s and about 11 s for each
+    deviation of the samples that it lies off, 60 s at most; so is a new noise, such as an engine's.
+    What was known before is kept and returned to in 1.5 s. Turning at less than about half of the
+    samples' deviation is not noticed, and passes for drift.
+
+    One that is not finite is a missing sample. A channel is judged by itself. One object serves one
+    thread at a time.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    channels : int, optional
+        Number of signals side by side; ``None`` is a single one.
+    rest_limit : float, optional
+        Deviation of the samples within a tick, and spread of the means of six ticks, above which a
+        sensor of this kind cannot be at rest, in the samples' unit; 3 deg/s suits MEMS gyros.
+    bias_limit : float, optional
+        Level above which it cannot, in the samples' unit.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> z = np.random.default_rng(1).standard_normal(6000)
+    >>> z[3000:4000] += 50.0 * np.sin(np.arange(1000) / 100.0)
+    >>> rest = zr.RestDetector(rate=100.0).process(z)
+    >>> (np.flatnonzero(np.diff(rest)) + 1).tolist()  # begins at 1.5 s, ends at 30.25, begins at 41.5
+    [149, 3024, 4149]
+    """
+
+    @overload
     def __new__(
         cls,
         rate: float,
-        channels: int | None = None,
+        *,
+        channels: None = None,
         rest_limit: float | None = None,
         bias_limit: float | None = None,
-    ) -> Self: ...
-    def update(self, z: _Sample) -> Any: ...
+    ) -> RestDetector[bool]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        channels: int,
+        rest_limit: float | None = None,
+        bias_limit: float | None = None,
+    ) -> RestDetector[_Flags]: ...
+    def update(self, z: _Sample) -> _Flag:
+        """Takes one sample, returns whether the sensor rests: float to bool, with channels (k,)
+        to (k,).
+        """
     def process(
         self, z: npt.ArrayLike, out: _Flags | None = None, threads: int | None = None
-    ) -> _Flags: ...
-    def reset(self) -> None: ...
-    def copy(self) -> RestDetector: ...
-    def to_bytes(self) -> bytes: ...
+    ) -> _Flags:
+        """Whether the sensor rests after each sample of a batch: (n,) to (n,), with channels
+        (n, k) to (n, k), bool; the interpreter lock is released.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
-    def from_bytes(b: bytes) -> RestDetector: ...
-    def __copy__(self) -> RestDetector: ...
-    def __deepcopy__(self, _memo: Any) -> RestDetector: ...
+    def from_bytes(b: bytes) -> RestDetector:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
     @property
-    def at_rest(self) -> Any: ...
+    def at_rest(self) -> _Flag:
+        """Whether the sensor rests: bool, with channels (k,)."""
     @property
-    def rate(self) -> float: ...
+    def rate(self) -> float:
+        """Samples a second."""
     @property
-    def channels(self) -> int | None: ...
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
 
 @final
 class StreamingAllan:
-    def __new__(cls, rate: float, octaves: int = 16, channels: int | None = None) -> Self: ...
-    def update(self, z: _Sample) -> None: ...
-    def process(self, z: npt.ArrayLike, threads: int | None = None) -> None: ...
-    def reset(self) -> None: ...
-    def copy(self) -> StreamingAllan: ...
-    def to_bytes(self) -> bytes: ...
+    """Allan and Hadamard deviations at all octaves while samples arrive.
+
+    Averaging times are 1, 2, 4, … samples. The estimators are the fully overlapping ones, which take
+    a difference at every sample, and equal those of the whole record to rounding. For that the
+    object keeps the last three times the longest averaging time: ``16 * 2**octaves`` bytes a channel,
+    1 MiB for 16 octaves, however long the record. Estimators that overlap in part only would need a
+    few numbers an octave, and be less certain.
+
+    A sample that is not finite (or ``update(None)``) is missing, and every difference that would
+    need it is left out. One object serves one thread at a time.
+
+    Differences are taken of 32 samples together, so the work comes with every 32nd sample, bounded
+    and without allocation; what is read is always up to date.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second; it scales ``taus`` alone.
+    octaves : int, default 16
+        Number of averaging times, from 1 to 24; 16 reach 32768 samples.
+    channels : int, optional
+        Number of signals side by side; ``None`` is a single one.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range.
+    MemoryError
+        There is no memory for so many octaves and channels.
+
+    Notes
+    -----
+    The overlapping Allan and Hadamard variances of Riley, *Handbook of Frequency Stability Analysis*,
+    NIST SP 1065 (2008), section 5.2, with rates in place of fractional frequencies: mean squares of
+    the second and third differences of the phase over ``2 m**2`` and ``6 m**2``. The phase is the
+    running sum of distances from the first sample, or the first after a missing one. If the mean of n
+    samples lies D off it, rounding is as noise of deviation ``6e-17 * n * D`` on each sample.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> allan = zr.StreamingAllan(rate=100.0, octaves=2)
+    >>> allan.process([1.0, 2.0, 0.0, 1.0])
+    >>> allan.taus.tolist(), allan.terms.tolist()
+    ([0.01, 0.02], [3, 1])
+    >>> allan.deviation.round(3).tolist()  # of 1, -2, 1; and of the averages 1.5 and 0.5
+    [1.0, 0.707]
+    """
+
+    def __new__(cls, rate: float, octaves: int = 16, *, channels: int | None = None) -> Self: ...
+    def update(self, z: _Sample) -> None:
+        """Takes one sample: a float, with channels (k,)."""
+    def process(self, z: npt.ArrayLike, threads: int | None = None) -> None:
+        """Takes a batch: (n,), with channels (n, k); the interpreter lock is released."""
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
-    def from_bytes(b: bytes) -> StreamingAllan: ...
-    def __copy__(self) -> StreamingAllan: ...
-    def __deepcopy__(self, _memo: Any) -> StreamingAllan: ...
+    def from_bytes(b: bytes) -> StreamingAllan:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
     @property
-    def rate(self) -> float: ...
+    def rate(self) -> float:
+        """Samples a second."""
     @property
-    def octaves(self) -> int: ...
+    def octaves(self) -> int:
+        """Number of averaging times."""
     @property
-    def channels(self) -> int | None: ...
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
     @property
-    def samples_seen(self) -> int: ...
+    def samples_seen(self) -> int:
+        """Samples given so far, missing ones included."""
     @property
-    def taus(self) -> _Floats: ...
+    def taus(self) -> _Floats:
+        """Averaging times in seconds: (octaves,)."""
     @property
-    def deviation(self) -> _Floats: ...
+    def deviation(self) -> _Floats:
+        """Allan deviation in the samples' unit, NaN without a term: (octaves,), with channels
+        (octaves, k).
+        """
     @property
-    def hadamard_deviation(self) -> _Floats: ...
+    def hadamard_deviation(self) -> _Floats:
+        """Hadamard deviation, as ``deviation``; a constant angular acceleration leaves it alone."""
     @property
-    def terms(self) -> _Counts: ...
+    def terms(self) -> _Counts:
+        """Number of differences in each element of ``deviation``, int64."""
     @property
-    def hadamard_terms(self) -> _Counts: ...
+    def hadamard_terms(self) -> _Counts:
+        """Number of differences in each element of ``hadamard_deviation``, int64."""
 
 @final
-class WaveletDenoiser:
+class WaveletDenoiser(Generic[_Number, _Flag]):
+    """Wavelet denoising while samples arrive, late by a known number of samples.
+
+    A decimated bank of Daubechies' filters splits the signal into octaves; details smaller than
+    ``threshold`` deviations of the noise are taken away (VisuShrink), and the rest is put together
+    again. What ``update`` returns belongs to the sample ``delay`` samples ago, ``(2**level - 1) *
+    (taps - 1) + 1``, to the last bit of that number: with ``threshold=0`` it is that sample, to
+    rounding. **At equal delay a linear-phase low-pass is better nearly always**: docs/explanation/wavelets.md.
+
+    The deviation of the noise is learned from the finest octave, by counting how many details lie
+    within it: no outlier moves it by more than any other sample. Sixteen details begin it, and before
+    that nothing is taken away. Motion that is quick enough to reach the finest octave passes for noise
+    in time; the longer the filter, the quicker it must be.
+
+    One that is not finite (or ``update(None)``) is a missing sample: the last one before it is taken
+    for it, and the noise learns nothing from details that it is in. Before the first sample NaN is
+    returned. One object serves one thread at a time.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second: it says how fast the noise is followed (a factor of e in some 10 s), and
+        what ``delay_seconds`` is.
+    wavelet : {"haar", "db2", "db4", "db8"}, default "db2"
+        2, 4, 8 or 16 taps. Short ones delay less, long ones tell motion from noise better.
+    level : int, default 3
+        Octaves that are denoised, from 1 to 10: each halves the variance of white noise and doubles
+        the delay.
+    mode : {"hard", "soft"}, default "hard"
+        Details above the threshold stay, or come nearer to zero by it: soft is smoother at rest and
+        bends motion.
+    threshold : float, default 4.0
+        In deviations of the noise; 4 is that of VisuShrink for 3000 samples. 0 takes nothing away.
+    channels : int, optional
+        Number of signals side by side; ``None`` is a single one.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> denoiser = zr.WaveletDenoiser(rate=200.0, level=3)
+    >>> denoiser.delay, denoiser.delay_seconds
+    (22, 0.11)
+    >>> z = 5.0 + np.random.default_rng(1).standard_normal(20_000)
+    >>> x = denoiser.process(z)
+    >>> round(float(x[10_000:].std()), 2)  # 1 / sqrt(2**3) = 0.35
+    0.34
+    """
+
+    @overload
     def __new__(
         cls,
         rate: float,
@@ -399,42 +1080,80 @@ class WaveletDenoiser:
         level: int = 3,
         mode: _Shrinking = "hard",
         threshold: float = 4.0,
-        channels: int | None = None,
-    ) -> Self: ...
-    def update(self, z: _Sample) -> Any: ...
+        *,
+        channels: None = None,
+    ) -> WaveletDenoiser[float, bool]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        wavelet: _Wavelet = "db2",
+        level: int = 3,
+        mode: _Shrinking = "hard",
+        threshold: float = 4.0,
+        *,
+        channels: int,
+    ) -> WaveletDenoiser[_Floats, _Flags]: ...
+    def update(self, z: _Sample) -> _Number:
+        """Takes one sample, returns the denoised one of ``delay`` samples ago: float to float, with
+        channels (k,) to (k,).
+        """
     def process(
         self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
-    ) -> _Floats: ...
-    def reset(self) -> None: ...
-    def copy(self) -> WaveletDenoiser: ...
-    def to_bytes(self) -> bytes: ...
+    ) -> _Floats:
+        """What ``update`` returns for each sample of a batch: (n,) to (n,), with channels (n, k)
+        to (n, k); the interpreter lock is released.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
-    def from_bytes(b: bytes) -> WaveletDenoiser: ...
-    def __copy__(self) -> WaveletDenoiser: ...
-    def __deepcopy__(self, _memo: Any) -> WaveletDenoiser: ...
+    def from_bytes(b: bytes) -> WaveletDenoiser:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
     @property
-    def delay(self) -> int: ...
+    def delay(self) -> int:
+        """By how many samples what is returned is late."""
     @property
-    def delay_seconds(self) -> float: ...
+    def delay_seconds(self) -> float:
+        """The same in seconds."""
     @property
-    def sigma(self) -> Any: ...
+    def sigma(self) -> _Number:
+        """Deviation of the noise so far, in the samples' unit, zero before it is known: float, with
+        channels (k,).
+        """
     @property
-    def missing(self) -> Any: ...
+    def missing(self) -> _Flag:
+        """Samples that were missing so far: int, with channels (k,)."""
     @property
-    def samples_seen(self) -> int: ...
+    def samples_seen(self) -> int:
+        """Samples given so far, missing ones included."""
     @property
-    def rate(self) -> float: ...
+    def rate(self) -> float:
+        """Samples a second."""
     @property
-    def wavelet(self) -> _Wavelet: ...
+    def wavelet(self) -> _Wavelet:
+        """Name of the wavelet."""
     @property
-    def level(self) -> int: ...
+    def level(self) -> int:
+        """Octaves that are denoised."""
     @property
-    def mode(self) -> _Shrinking: ...
+    def mode(self) -> _Shrinking:
+        """ "hard" or "soft"."""
     @property
-    def threshold(self) -> float: ...
+    def threshold(self) -> float:
+        """In deviations of the noise."""
     @property
-    def channels(self) -> int | None: ...
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
 
 def autoregression_variances(
     z: npt.ArrayLike, order: int, method: str, constant: bool

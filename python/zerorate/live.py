@@ -19,3 +19,8 @@ __all__ = [
     "Settings",
     "SettingsError",
 ]
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__

@@ -178,6 +178,11 @@ def used_by(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
 def checked_options(options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of one filter, after checking them as the filter itself does.
 
+    Returns
+    -------
+    dict
+        The options, the method among them.
+
     Raises
     ------
     ValueError
@@ -189,7 +194,7 @@ def checked_options(options: Mapping[str, Any]) -> dict[str, Any]:
     # The filter says what a method may be.
     DriftFilter(1.0, **{"method": method, **used_by(method, options)})
     check_used(options, [method])
-    return dict(options)
+    return {"method": method, **options}
 
 
 def _is_rate(unit: str) -> bool:

@@ -17,6 +17,11 @@ import numpy.typing as npt
 __all__ = ["UNITS", "Unit", "canonical", "convert", "kind", "whole_samples"]
 
 
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__
+
+
 class Unit(NamedTuple):
     """One unit: a value in it times ``amount / time`` is the value in the SI unit of its kind.
 

@@ -29,7 +29,7 @@ EXPECTED = lines_of(
 
 def told_of(z, names=("column 0", "column 1"), **options):
     """Return what stderr says at the end of the samples that a filter has left out."""
-    filter_ = zr.DriftFilter(100.0, channels=len(names), **{"method": "auto", **options})
+    filter_ = zr.DriftFilter(100.0, channels=len(names), **options)
     filter_.process(z)
     sentences = LeftOut.of(filter_).sentences(names, len(z), options.get("limit"))
     return "".join(f"zerorate: {sentence}\n" for sentence in sentences)
@@ -50,7 +50,7 @@ def test_each_answer_comes_before_the_next_line_is_sent():
 def test_options_reach_the_filter():
     options = "--method kf --output-kind estimate --motion hold --with bias,at_rest --columns 1"
     code, answers, errors = streamed(LINES, *RATE, *options.split())
-    alone = zr.DriftFilter(100.0, method="kf", motion="hold")
+    alone = zr.DriftFilter(100.0, method="kf", motion="hold", output="estimate")
     trace = alone.copy().trace(Z[:, 1])
     columns = (alone.process(Z[:, 1]), trace.bias, trace.at_rest)
     told = told_of(Z[:, 1:], ("column 1",), method="kf", motion="hold")
@@ -76,6 +76,7 @@ def test_parameters_of_a_published_method_reach_the_filter():
         startup=0.5,
         noise="hadamard",
         channels=2,
+        output="estimate",
     )
     assert (code, answers, errors) == (0, lines_of(alone.process(Z)), "")
 

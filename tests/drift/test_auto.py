@@ -15,7 +15,7 @@ CHANNELS = 200
 
 
 def auto(**arguments):
-    return zr.DriftFilter(RATE, method="auto", **arguments)
+    return zr.DriftFilter(RATE, **{"output": "estimate", **arguments})
 
 
 def walks(step, n=5 * MINUTE, channels=CHANNELS, seed=1):

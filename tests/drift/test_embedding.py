@@ -109,7 +109,7 @@ def test_the_example_with_asyncio():
 
 def _filtered_on_threads(z):
     """Return the bytes of channels on two threads, and of deviations on as many as there are."""
-    f = zr.DriftFilter(rate=100.0, method="fading", channels=z.shape[1])
+    f = zr.DriftFilter(rate=100.0, method="fading", channels=z.shape[1], output="estimate")
     deviations = zr.allan(z[:, 0], 100.0).deviation
     return f.process(z, threads=2).tobytes() + deviations.tobytes()
 

@@ -51,7 +51,7 @@ OUT_OF_RANGE = [
     (drift, "channels", [0, -1], "at least 1"),
     (drift, "method", ["KF", "", "median"], "'kf', 'akf', 'fading', 'robust' or 'auto'"),
     (drift, "motion", ["Hold", "", "none"], "'hold' or 'ignore'"),
-    (drift, "output", ["Estimate", "", "bias"], "'estimate' or 'compensated'"),
+    (drift, "output", ["Estimate", "", "bias"], "'compensated' or 'estimate'"),
     (auto, "rate", [0, -1, NAN, INF, -INF], "a positive number of samples a second"),
     (auto, "startup", [0, -0.1, NAN, INF], "a positive number of seconds"),
     (auto, "scale", [0, -0.1, NAN, INF], "a positive number"),
@@ -147,10 +147,12 @@ def test_only_the_self_tuning_filter_can_be_switched_on_again(method, motion):
     assert f.to_bytes() == before
 
 
-def test_the_self_tuning_filter_takes_no_start():
+@pytest.mark.parametrize("method", [{}, {"method": "auto"}])
+def test_the_self_tuning_filter_takes_no_start(method):
     start = random_start(np.random.default_rng(1), (2, 1))
-    with pytest.raises(ValueError, match="method 'auto' learns its own start: start 'kf'"):
-        zr.DriftFilter.started(start, rate=RATE, method="auto")
+    words = "method 'auto', the default, learns its own start: start 'kf'"
+    with pytest.raises(ValueError, match=words):
+        zr.DriftFilter.started(start, rate=RATE, **method)
 
 
 @BY_KIND

@@ -87,7 +87,7 @@ def test_the_channel_that_moves_does_not_hold_the_one_that_rests(method):
 def test_a_filter_saved_in_motion_goes_on_equal(method):
     z, _ = moved()
     for stop in (MOVED.start + 3, MOVED.start + 1500, MOVED.stop + 40):
-        f = zr.DriftFilter(RATE, method=method, motion="hold")
+        f = zr.DriftFilter(RATE, method=method, motion="hold", output="estimate")
         f.process(z[:stop])
         twin = zr.DriftFilter.from_bytes(f.to_bytes())
         assert_same_bits(twin.process(z[stop:]), f.process(z[stop:]))
@@ -106,7 +106,7 @@ def test_motion_has_no_unit(method, factor):
 def test_a_sensor_that_moves_from_the_start_is_learned_once_it_rests():
     rest = BIAS + NOISE * np.random.default_rng(2).standard_normal(12_000)
     z = np.append(rest[:3000] + turning() + 30.0, rest)
-    f = zr.DriftFilter(RATE, method="auto")
+    f = zr.DriftFilter(RATE, method="auto", output="estimate")
     f.process(z)
     assert f.status == "at rest"
     # Rest of at least a minute, with the price of an unknown drift.
@@ -115,7 +115,7 @@ def test_a_sensor_that_moves_from_the_start_is_learned_once_it_rests():
 
 def test_motion_after_switching_on_again_does_not_bring_the_old_drift_back():
     z, _ = moved()
-    f = zr.DriftFilter(RATE, method="auto", startup=20.0)
+    f = zr.DriftFilter(RATE, method="auto", startup=20.0, output="estimate")
     f.process(z)
     f.power_on()
     later = 10.0 + z[: MOVED.start] - BIAS
@@ -131,7 +131,7 @@ def test_the_bias_of_a_recording_survives_its_motion(axis):
     rate = 2000.0 / 7.0
     name = "broad_05_undisturbed_slow_rotation_with_breaks_B"
     z = recorded(name, rate, f"gyro_{axis}_radps")
-    bias = zr.DriftFilter(rate, method="auto").process(z)
+    bias = zr.DriftFilter(rate, method="auto", output="estimate").process(z)
     first, last = (np.mean(z[int(a * rate) : int(b * rate)]) for a, b in [(5, 34), (181, 206)])
     # Its mean at rest before all motion and after it, and what it changed in between; 0.1 deg/s
     # is the noise of a sample, and a hundredth of what the motion would leave.

@@ -1,5 +1,6 @@
 """Every option changes something, and ``params`` says them all."""
 
+import ast
 import inspect
 import re
 
@@ -106,7 +107,8 @@ def assert_matters(kind, base, option):
 
 @named(DRIFT_OPTIONS)
 def test_every_option_of_a_drift_filter_matters(base, option):
-    assert_matters(zr.DriftFilter, {"rate": RATE, "method": "fading", **base}, option)
+    fading = {"rate": RATE, "method": "fading", "output": "estimate"}
+    assert_matters(zr.DriftFilter, {**fading, **base}, option)
 
 
 @named(LEAST_SQUARES_OPTIONS)
@@ -135,7 +137,9 @@ def test_no_option_was_forgotten_above(kind, options):
 
 def test_no_two_orders_or_methods_are_the_same():
     answers = {
-        (order, method): zr.DriftFilter(rate=RATE, order=order, method=method).process(record())
+        (order, method): zr.DriftFilter(
+            rate=RATE, order=order, method=method, output="estimate"
+        ).process(record())
         for order in ORDERS
         for method in METHODS
     }
@@ -217,7 +221,7 @@ def test_the_model_is_learned_for_as_long_as_said(seconds):
     [(100.0, 1.0, 100), (100.0, 0.01, 10), (1.0, 1.0, 10), (250.0, 0.1, 25), (8000.0, 0.5, 4000)],
 )
 def test_the_start_up_lasts_as_long_as_said(rate, startup, samples):
-    f = zr.DriftFilter(rate=rate, method="fading", startup=startup)
+    f = zr.DriftFilter(rate=rate, method="fading", startup=startup, output="estimate")
     z = np.random.default_rng(13).standard_normal(samples)
     f.process(z[:-1])
     assert not f.ready
@@ -248,7 +252,7 @@ def test_params_name_every_argument_that_the_method_uses(method):
 
 def test_params_of_the_self_tuning_filter_name_those_that_it_uses():
     f = zr.DriftFilter(rate=RATE, method="auto")
-    conduct = ["rate", "method", "channels", "motion", "output"]
+    conduct = ["rate", "method", "channels", "output", "motion"]
     used = [*conduct, "limit", "rest_limit", "bias_limit", "startup", "scale"]
     assert list(f.params) == used
 
@@ -291,6 +295,18 @@ def test_params_say_what_was_given():
 
 
 def test_the_documented_defaults_are_the_defaults():
+    assert zr.DriftFilter(RATE).params == {
+        "rate": RATE,
+        "method": "auto",
+        "channels": None,
+        "output": "compensated",
+        "motion": "hold",
+        "limit": None,
+        "rest_limit": None,
+        "bias_limit": None,
+        "startup": 1.0,
+        "scale": None,
+    }
     assert zr.DriftFilter(rate=RATE, method="fading").params == {
         "rate": RATE,
         "order": (2, 1),
@@ -300,7 +316,7 @@ def test_the_documented_defaults_are_the_defaults():
         "forgetting_factor": 1.0,
         "channels": None,
         "motion": "ignore",
-        "output": "estimate",
+        "output": "compensated",
         "process_noise": 0.1,
         "process_noise_memory": 0.0,
         "noise": "allan",
@@ -309,3 +325,14 @@ def test_the_documented_defaults_are_the_defaults():
         "limit": None,
         "outliers": "keep",
     }
+
+
+@given(drift_settings())
+def test_repr_names_what_differs_from_the_default_of_the_method(arguments):
+    f = drift(arguments)
+    method = f.params["method"]
+    plain = zr.DriftFilter(RATE, method=method).params | {"method": "auto"}
+    differing = {name: value for name, value in f.params.items() if value != plain[name]}
+    call = ast.parse(repr(f), mode="eval").body
+    shown = {word.arg: ast.literal_eval(word.value) for word in call.keywords}
+    assert shown == {"rate": f.rate} | differing

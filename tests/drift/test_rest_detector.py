@@ -266,7 +266,7 @@ def test_outliers_after_motion_are_outliers(rate):
     z = 0.3 + 0.1 * rng.standard_normal(n)
     k = np.arange(round(60.0 * rate))
     z[len(k) : 2 * len(k)] += 50.0 * np.sin(4.4 * k / rate) + 20.0 * np.sin(13.0 * k / rate)
-    f = zr.DriftFilter(rate, method="auto")
+    f = zr.DriftFilter(rate, method="auto", output="estimate")
     f.process(z[: 2 * len(k)])
     spoilt = z[2 * len(k) :] + 10.0 * (rng.random(n - 2 * len(k)) < 0.02)
     bias = f.process(spoilt)

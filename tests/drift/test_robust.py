@@ -21,7 +21,7 @@ def at_rest(n, seed=1):
 
 
 def auto(**options):
-    return zr.DriftFilter(RATE, method="auto", **options)
+    return zr.DriftFilter(RATE, **{"output": "estimate", **options})
 
 
 def spoilt(z, share, size, *, one_sided, seed=2):
@@ -62,11 +62,13 @@ def test_published_methods_reject_outliers_if_asked(method):
     # Once a thousand samples, far from any other.
     dirty = np.where(np.arange(z.size) % 1000 == 999, z + 100.0 * NOISE, z)
     missing = np.where(dirty != z, np.nan, z)
-    rejecting = zr.DriftFilter(RATE, method=method, outliers="reject")
+    rejecting = zr.DriftFilter(RATE, method=method, outliers="reject", output="estimate")
     got = rejecting.process(dirty)
-    keeping = zr.DriftFilter(RATE, method=method)
+    keeping = zr.DriftFilter(RATE, method=method, output="estimate")
     kept = keeping.process(dirty)
-    expected = zr.DriftFilter(RATE, method=method, outliers="reject").process(missing)
+    expected = zr.DriftFilter(RATE, method=method, outliers="reject", output="estimate").process(
+        missing
+    )
     settled = slice(3000, None)
     # Not the same: a rejected sample counts in how many lie within one deviation, so that here and
     # there one of four deviations is an outlier to one of them only.

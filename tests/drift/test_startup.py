@@ -98,7 +98,7 @@ def test_status_and_count_say_so(method, scale):
 
 @pytest.mark.parametrize("method", ["kf", "fading", "auto"])
 def test_a_scale_that_was_told_stays(method):
-    f = zr.DriftFilter(rate=RATE, method=method, motion="ignore", scale=1e-9)
+    f = zr.DriftFilter(rate=RATE, method=method, motion="ignore", scale=1e-9, output="estimate")
     f.process(record(60.0))
     assert (f.restarts, f.status) == (0, "at rest")
 
@@ -131,13 +131,17 @@ def test_channels_that_begin_anew_at_different_times_share_registers(method):
     z = np.stack([record(80.0, seed) for seed in range(7)], axis=1)
     for c, begin in enumerate([0, 0, 1500, 1500, 2000, 3111, 6000]):
         z[begin:, c] *= 1e8
-    together = zr.DriftFilter(rate=RATE, method=method, channels=7, motion="ignore")
+    together = zr.DriftFilter(
+        rate=RATE, method=method, channels=7, motion="ignore", output="estimate"
+    )
     answers = together.process(z)
-    pieces = zr.DriftFilter(rate=RATE, method=method, channels=7, motion="ignore")
+    pieces = zr.DriftFilter(
+        rate=RATE, method=method, channels=7, motion="ignore", output="estimate"
+    )
     parts = [pieces.process(part) for part in np.split(z, [0, 1, 700, 777, 2048, 4000])]
     assert_same_bits(np.concatenate(parts), answers)
     for c in range(7):
-        alone = zr.DriftFilter(rate=RATE, method=method, motion="ignore")
+        alone = zr.DriftFilter(rate=RATE, method=method, motion="ignore", output="estimate")
         assert_same_bits(alone.process(z[:, c].copy()), answers[:, c])
         assert alone.restarts == together.restarts[c] == (c >= 2)
 

@@ -29,7 +29,9 @@ def test_the_published_percentages_are_points_of_raw(axis):
 def test_the_published_model_is_a_gain(ratio, expected):
     """AR(1) around zero pulls every level towards zero: the filter multiplies it by g < 1."""
     start = known(walk=np.sqrt(ratio) * NOISE, slope=A)
-    f = zr.DriftFilter.started(start, rate=RATE, order=(1, 0), method="kf", adapt_for=0.0)
+    f = zr.DriftFilter.started(
+        start, rate=RATE, order=(1, 0), method="kf", adapt_for=0.0, output="estimate"
+    )
     level = f.process(np.full(500, 0.2))[-1]
     gain = f.gain[0] / (1.0 - A * (1.0 - f.gain[0]))
     assert gain == pytest.approx(expected, abs=5e-4)
@@ -39,7 +41,9 @@ def test_the_published_model_is_a_gain(ratio, expected):
 def test_that_gain_lowers_every_allan_deviation_alike():
     """So a third of the bias instability is no sign of a filter: a true rate shrinks as much."""
     z = NOISE * np.random.default_rng(1).standard_normal(400_000)
-    f = zr.DriftFilter.started(known(NOISE, A), rate=RATE, method="kf", order=(1, 0), adapt_for=0.0)
+    f = zr.DriftFilter.started(
+        known(NOISE, A), rate=RATE, method="kf", order=(1, 0), adapt_for=0.0, output="estimate"
+    )
     taus = np.array([1.0, 10.0, 100.0])
     before, after = zr.allan(z, RATE, taus=taus), zr.allan(f.process(z), RATE, taus=taus)
     np.testing.assert_allclose(after.deviation / before.deviation, 0.508, atol=0.01)
@@ -49,7 +53,7 @@ def test_that_gain_lowers_every_allan_deviation_alike():
 def test_the_published_radius_has_a_unit(unit, share):
     """A variance against an innovation: nearly all clean samples in deg/s, none in mdeg/s."""
     z = unit * NOISE * np.random.default_rng(2).standard_normal(20_000)
-    f = zr.DriftFilter(RATE, method="robust", zones="published", damping=1.0)
+    f = zr.DriftFilter(RATE, method="robust", zones="published", damping=1.0, output="estimate")
     f.process(z)
     assert f.outlier_count / len(z) == pytest.approx(share, abs=0.02)
 
@@ -70,7 +74,7 @@ def known(walk, slope=1.0):
 
 def filtered(z, walk, rate=RATE, **options):
     f = zr.DriftFilter.started(
-        known(walk), rate=rate, **{"order": (1, 0), "adapt_for": 0.0, **options}
+        known(walk), rate=rate, output="estimate", **{"order": (1, 0), "adapt_for": 0.0, **options}
     )
     return f.process(z), f
 
@@ -164,7 +168,7 @@ def test_the_filter_always_comes_back(rate, motion, share):
     parts = np.zeros(round(20 * rate)), motions(rate)[motion], np.full(round(120 * rate), 7.0)
     z = np.concatenate(parts) + NOISE * rng.standard_normal(round(150 * rate))
     z = z + np.where(rng.random(len(z)) < share, 100.0 * NOISE, 0.0)
-    f = zr.DriftFilter(rate, method="robust")
+    f = zr.DriftFilter(rate, method="robust", output="estimate")
     late = f.process(z)[-round(20 * rate) :]
     assert np.mean(late) == pytest.approx(7.0, abs=0.02)
     assert rms(late - 7.0) < NOISE

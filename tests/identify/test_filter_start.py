@@ -80,9 +80,9 @@ class TestOptimality:
             drift, z = simulated(seed)
             best = rms(optimal(z)[0] - drift)
             filters = {
-                "started": MODEL.to_filter(RATE, "kf"),
-                "ignorant": zr.DriftFilter(RATE, order=(1, 1), method="kf"),
-                "started fading": MODEL.to_filter(RATE),
+                "started": MODEL.to_filter(RATE, "kf", output="estimate"),
+                "ignorant": zr.DriftFilter(RATE, order=(1, 1), method="kf", output="estimate"),
+                "started fading": MODEL.to_filter(RATE, output="estimate"),
             }
             for name, f in filters.items():
                 ratios[name].append(rms(f.process(z) - drift) / best)
@@ -164,7 +164,7 @@ def test_it_learns_on_as_if_it_had_seen_the_record():
     rng = np.random.default_rng(7)
     z = 5.0 + lfilter([1.0], [1.0, -1.2, 0.4], rng.standard_normal(8000))
     model = fitted(z[:4000], 2)
-    f = model.to_filter(RATE, "kf", adapt_for=None)
+    f = model.to_filter(RATE, "kf", adapt_for=None, output="estimate")
     f.process(z[4000:])
     both = fitted(z, 2)
     step = np.abs(both.phi - model.phi).max()
@@ -176,20 +176,20 @@ def test_it_learns_on_as_if_it_had_seen_the_record():
 
 
 def test_by_default_the_coefficients_stay():
-    f = MODEL.to_filter(RATE)
+    f = MODEL.to_filter(RATE, output="estimate")
     f.process(simulated(2, 500)[1])
     assert_same_bits(f.coefficients[:2], np.array([0.999, -0.95]))
 
 
 def test_a_given_model_is_certain():
-    f = MODEL.to_filter(RATE, adapt_for=None)
+    f = MODEL.to_filter(RATE, adapt_for=None, output="estimate")
     f.process(simulated(2, 500)[1])
     assert_same_bits(f.coefficients[:2], np.array([0.999, -0.95]))
 
 
 def test_it_is_ready_at_the_first_sample():
     model = ArmaModel.of([0.999], [-0.95], constant=0.002)
-    f = model.to_filter(RATE, "kf")
+    f = model.to_filter(RATE, "kf", output="estimate")
     assert f.ready
     assert f.samples_seen == 0
     assert f.estimate == pytest.approx(2.0, rel=1e-12)
@@ -202,7 +202,7 @@ def test_it_is_ready_at_the_first_sample():
 
 @pytest.mark.parametrize(("startup", "samples"), [(10.0, 1000), (1e-3, 10)])
 def test_adaptive_noise_goes_on_as_after_a_start_up(startup, samples):
-    f = MODEL.to_filter(RATE, "akf", startup=startup)
+    f = MODEL.to_filter(RATE, "akf", startup=startup, output="estimate")
     f.process([0.0, 3.0])
     # The start-up would have held one difference fewer than samples; this is the next.
     expected = R + (4.5 - R) / samples
@@ -212,10 +212,12 @@ def test_adaptive_noise_goes_on_as_after_a_start_up(startup, samples):
 @pytest.mark.parametrize("method", ["kf", "akf", "fading"])
 def test_units_do_not_matter(method):
     _, z = simulated(3, 2000)
-    plain = ArmaModel.of([0.999], [-0.95], 1e-3).to_filter(RATE, method, adapt_for=5.0)
+    plain = ArmaModel.of([0.999], [-0.95], 1e-3).to_filter(
+        RATE, method, adapt_for=5.0, output="estimate"
+    )
     a = 7.3e-6
     model = ArmaModel.of([0.999], [-0.95], 1e-3 * a, a**2)
-    scaled = model.to_filter(RATE, method, adapt_for=5.0)
+    scaled = model.to_filter(RATE, method, adapt_for=5.0, output="estimate")
     # Each sample is rounded in its unit; the filter forgets that at once.
     np.testing.assert_allclose(scaled.process(z * a) / a, plain.process(z), rtol=0.0, atol=1e-11)
 
@@ -250,7 +252,7 @@ def test_a_walk_takes_its_place_from_the_record():
     with pytest.raises(ValueError, match="does not tell the scale of a filter: give it"):
         walk.to_filter(RATE, offset=3.0)
     known = dataclasses.replace(walk, record_mean=3.0, record_deviation=0.5)
-    f = known.to_filter(RATE, "kf")
+    f = known.to_filter(RATE, "kf", output="estimate")
     assert (f.start["offset"], f.start["scale"]) == (3.0, 0.5)
     assert f.start["state_covariance"][0, 0] == 0.25
     # R is 0.9 sigma2, and theta the gain: 1 + theta.
@@ -259,7 +261,7 @@ def test_a_walk_takes_its_place_from_the_record():
 
 
 def test_a_pure_moving_average_is_filtered_to_its_mean():
-    f = ArmaModel.of([], [0.4], constant=2.0).to_filter(RATE, "kf")
+    f = ArmaModel.of([], [0.4], constant=2.0).to_filter(RATE, "kf", output="estimate")
     assert f.order == (1, 1)
     found = f.process(2.0 + np.random.default_rng(4).standard_normal(300))
     # The floor of G: 1e-6 of a deviation a sample.
@@ -271,24 +273,27 @@ class TestSeveralAxes:
 
     def test_each_is_as_alone(self):
         z = 1.0 + np.random.default_rng(5).standard_normal((300, 3))
-        f = identify.to_filter(self.MODELS, RATE, adapt_for=1.0)
+        f = identify.to_filter(self.MODELS, RATE, adapt_for=1.0, output="estimate")
         assert (f.channels, f.order) == (3, (2, 1))
         found = f.process(z)
         for axis, model in enumerate(self.MODELS):
             phi = np.append(model.phi, np.zeros(2 - len(model.phi)))
             theta = np.append(model.theta, np.zeros(1 - len(model.theta)))
             same = ArmaModel.of(phi, theta, model.constant)
-            alone = same.to_filter(RATE, adapt_for=1.0).process(z[:, axis].copy())
+            alone = same.to_filter(RATE, adapt_for=1.0, output="estimate").process(
+                z[:, axis].copy()
+            )
             # The split of a padded model solves other equations.
             np.testing.assert_allclose(found[:, axis], alone, rtol=0.0, atol=1e-9)
 
     def test_of_one_order_to_the_bit(self):
         models = [MODEL, ArmaModel.of([0.9], [-0.2], 4.0, 1e-6)]
         z = np.random.default_rng(6).standard_normal((200, 2))
-        found = identify.to_filter(models, RATE, "akf").process(z)
+        found = identify.to_filter(models, RATE, "akf", output="estimate").process(z)
         for axis, model in enumerate(models):
             assert_same_bits(
-                found[:, axis].copy(), model.to_filter(RATE, "akf").process(z[:, axis].copy())
+                found[:, axis].copy(),
+                model.to_filter(RATE, "akf", output="estimate").process(z[:, axis].copy()),
             )
 
     def test_of_none(self):
@@ -298,7 +303,11 @@ class TestSeveralAxes:
 
 @pytest.mark.parametrize("models", [None, [MODEL], [MODEL, MODEL]])
 def test_start_and_params_make_such_a_filter_anew(models):
-    f = MODEL.to_filter(RATE) if models is None else identify.to_filter(models, RATE, "akf")
+    f = (
+        MODEL.to_filter(RATE, output="estimate")
+        if models is None
+        else identify.to_filter(models, RATE, "akf", output="estimate")
+    )
     fresh = f.copy()
     f.process(np.ones(10) if models is None else np.ones((10, len(models))))
     assert_same_state(zr.DriftFilter.started(f.start, **f.params), fresh)
@@ -327,7 +336,7 @@ def test_a_model_without_innovations():
         ({"measurement_noise": -1.0}, "measurement_noise must be zero or a positive number"),
         ({"process_noise": np.inf}, "process_noise must be"),
         ({"method": "median"}, "method must be"),
-        ({"method": "auto"}, "method 'auto' learns its own start"),
+        ({"method": "auto"}, "method 'auto', the default, learns its own start"),
         ({"fading": 2.0}, "fading must be"),
     ],
 )
@@ -352,11 +361,11 @@ def test_options_out_of_range(options, words):
 def test_starts_that_are_none(change, error, words):
     start = MODEL.to_filter(RATE).start | change
     with pytest.raises(error, match=words):
-        zr.DriftFilter.started(start, rate=RATE, order=(1, 1))
+        zr.DriftFilter.started(start, rate=RATE, order=(1, 1), method="fading")
 
 
 def test_a_start_that_lacks_something():
     start = MODEL.to_filter(RATE).start
     del start["scale"]
     with pytest.raises(ValueError, match='start lacks "scale"'):
-        zr.DriftFilter.started(start, rate=RATE, order=(1, 1))
+        zr.DriftFilter.started(start, rate=RATE, order=(1, 1), method="fading")

@@ -318,7 +318,7 @@ def test_self_tuning_filter_after_a_long_gap(rate):
 def test_gap_of_an_unstable_model_stays_in_range(forgetting_factor):
     z = HOSTILE["unstable-model"]
     arguments = {"method": "fading", "adapt_for": None, "forgetting_factor": forgetting_factor}
-    f = zr.DriftFilter(rate=RATE, order=(3, 0), **arguments)
+    f = zr.DriftFilter(rate=RATE, order=(3, 0), output="estimate", **arguments)
     f.process(z)
     gap = f.process(np.full(100_000, np.nan))
     # Twice the range: the bound is taken around the mean of the start-up.
@@ -352,13 +352,13 @@ def test_allan_noise(noise, fading):
 
 @BY_EVERY_METHOD
 def test_a_constant_is_answered_exactly(method):
-    f = zr.DriftFilter(rate=RATE, method=method)
+    f = zr.DriftFilter(rate=RATE, method=method, output="estimate")
     np.testing.assert_array_equal(f.process(np.full(N, -0.35)), -0.35)
 
 
 @BY_EVERY_METHOD
 def test_before_the_first_sample_the_answer_is_zero(method):
-    f = zr.DriftFilter(rate=RATE, method=method)
+    f = zr.DriftFilter(rate=RATE, method=method, output="estimate")
     np.testing.assert_array_equal(f.process(np.full(N, np.nan)), 0.0)
 
 
@@ -376,7 +376,7 @@ def test_a_stuck_sensor_does_not_wind_up(forgetting_factor):
 # Not akf: with equal weights its R never forgets.
 @pytest.mark.parametrize("method", ["kf", "fading", "auto"])
 def test_the_filter_comes_back_after_an_outlier(record, method):
-    f = zr.DriftFilter(rate=RATE, method=method)
+    f = zr.DriftFilter(rate=RATE, method=method, output="estimate")
     f.process(HOSTILE[record])
     rest = rng().standard_normal(20_000)
     # Within the range of the samples, once its memory of the outlier is gone.

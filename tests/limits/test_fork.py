@@ -13,7 +13,7 @@ ROADS = {
     "least-squares": "zr.RecursiveLeastSquares(channels=8).process(wide, threads=2)",
     "noise": "zr.AllanNoise(channels=8).process(wide, threads=2)",
     "rest": "zr.RestDetector(rate=100.0, channels=8).process(wide, threads=2)",
-    "trace": "zr.DriftFilter(rate=100.0, channels=8).trace(wide).bias",
+    "trace": "zr.DriftFilter(rate=100.0, method='fading', channels=8).trace(wide).bias",
     "streaming": "streamed(zr.StreamingAllan(rate=100.0, octaves=4, channels=8))",
     "allan": "zr.allan(z, 100.0).deviation",
     "allan-of-columns": "zr.allan(wide, 100.0, 'mdev', threads=3).deviation",

@@ -8,7 +8,7 @@ from support.programs import run
 FILTERS = {
     "kf": "zr.DriftFilter(rate=100.0, method='kf', order=(3, 3))",
     "fading": "zr.DriftFilter(rate=100.0, method='fading', order=(2, 1))",
-    "channels": "zr.DriftFilter(rate=100.0, channels=3)",
+    "channels": "zr.DriftFilter(rate=100.0, method='fading', channels=3)",
     "auto": "zr.DriftFilter(rate=100.0, method='auto')",
     "holding": "zr.DriftFilter(rate=100.0, method='akf', motion='hold')",
     "least-squares": "zr.RecursiveLeastSquares()",

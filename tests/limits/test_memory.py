@@ -59,8 +59,10 @@ def test_windows_and_orders_of_any_size():
 
 def test_any_number_of_threads():
     z = np.random.default_rng(1).standard_normal((1000, 3))
-    expected = zr.DriftFilter(rate=100.0, channels=3).process(z)
-    got = zr.DriftFilter(rate=100.0, channels=3).process(z, threads=10**9)
+    expected = zr.DriftFilter(rate=100.0, method="fading", channels=3, output="estimate").process(z)
+    got = zr.DriftFilter(rate=100.0, method="fading", channels=3, output="estimate").process(
+        z, threads=10**9
+    )
     np.testing.assert_array_equal(got, expected)
 
 
@@ -94,28 +96,31 @@ work(z[:100_000])
 print("alive")
 """
 WORK = {
-    "process": ("f = zr.DriftFilter(rate=100.0)", "f.process(z)"),
-    "process-other-floats": ("f = zr.DriftFilter(rate=100.0)", "f.process(z.astype('f4'))"),
-    "process-strided": ("f = zr.DriftFilter(rate=100.0)", "f.process(z[::-1])"),
+    "process": ("f = zr.DriftFilter(rate=100.0, method='fading')", "f.process(z)"),
+    "process-other-floats": (
+        "f = zr.DriftFilter(rate=100.0, method='fading')",
+        "f.process(z.astype('f4'))",
+    ),
+    "process-strided": ("f = zr.DriftFilter(rate=100.0, method='fading')", "f.process(z[::-1])"),
     "process-into": (
-        "f = zr.DriftFilter(rate=100.0); out = np.empty((N, 2))",
+        "f = zr.DriftFilter(rate=100.0, method='fading'); out = np.empty((N, 2))",
         "f.process(z, out=out[: len(z), 1])",
     ),
     "channels": (
-        "f = zr.DriftFilter(rate=100.0, channels=4)",
+        "f = zr.DriftFilter(rate=100.0, method='fading', channels=4)",
         "f.process(z.reshape(-1, 4), threads=2)",
     ),
     "auto": ("f = zr.DriftFilter(rate=100.0, method='auto')", "f.process(z)"),
-    "trace": ("f = zr.DriftFilter(rate=100.0)", "f.trace(z)"),
+    "trace": ("f = zr.DriftFilter(rate=100.0, method='fading')", "f.trace(z)"),
     "models": ("f = zr.RecursiveLeastSquares()", "f.process(z)"),
     "rest": ("f = zr.RestDetector(rate=100.0)", "f.process(z.astype('f4'))"),
-    "many-channels": ("", "zr.DriftFilter(rate=100.0, channels=len(z) // 10)"),
+    "many-channels": ("", "zr.DriftFilter(rate=100.0, method='fading', channels=len(z) // 10)"),
     "copy": (
         "f = {n: zr.StreamingAllan(rate=100.0, octaves=n) for n in (2, 20)}; f[20].process(z)",
         "f[20 if len(z) == N else 2].copy()",
     ),
     "copy-of-channels": (
-        "f = {k: zr.DriftFilter(rate=100.0, channels=k) for k in (2, 50_000)}",
+        "f = {k: zr.DriftFilter(rate=100.0, method='fading', channels=k) for k in (2, 50_000)}",
         "f[50_000 if len(z) == N else 2].copy()",
     ),
     "allan": ("", "zr.allan(z, 100.0)"),

@@ -144,7 +144,7 @@ def test_samples_that_were_left_out_are_counted(tmp_path, batch):
     write_table(logs / "a.csv", {"gyro_x_dps": z[:, 0], "gyro_y_dps": z[:, 1]})
     first, second = pq.read_table(batch(Settings(limit=250.0)).summary).to_pylist()
     alone = zr.DriftFilter(
-        100.0, method="auto", limit=250.0, rest_limit=3.0, bias_limit=20.0, channels=2
+        100.0, limit=250.0, rest_limit=3.0, bias_limit=20.0, channels=2, output="estimate"
     )
     alone.process(z)
     names = ("saturated", "outliers", "stuck")

@@ -71,7 +71,7 @@ def test_it_tells_what_was_left_out_by_channel():
     some = stream(limit=250.0)
     assert list(some.sentences()) == []
     taken(some, ["wx,wy,wz", *lines_of(z)])
-    alone = zr.DriftFilter(RATE, method="auto", limit=250.0, channels=3)
+    alone = zr.DriftFilter(RATE, method="auto", limit=250.0, channels=3, output="estimate")
     alone.process(z)
     told = list(some.sentences())
     assert told[0] == "saturated, at or beyond the limit of 250, so missing: wz 3 of 2400 samples"

@@ -24,14 +24,15 @@ PUBLISHED = ("kf", "akf", "fading")
 
 
 def alone_of(method, channels=2, **options):
-    """Return the filter that a replay of a log in deg/s makes."""
+    """Return the filter of the drift that a replay of a log in deg/s makes."""
     limits = {"rest_limit": 3.0} if method == "auto" else {}
-    return zr.DriftFilter(RATE, method=method, channels=channels, **limits, **options)
+    asked = {"output": "estimate", **limits, **options}
+    return zr.DriftFilter(RATE, method=method, channels=channels, **asked)
 
 
 @pytest.fixture(scope="module")
 def result():
-    return replay(make_log(noise(9000)), methods=PUBLISHED)
+    return replay(make_log(noise(9000)), methods=PUBLISHED, output="estimate")
 
 
 @pytest.fixture(scope="module")
@@ -41,13 +42,19 @@ def auto():
 
 @pytest.mark.parametrize("method", PUBLISHED)
 def test_filtered_equals_the_filter_alone_to_the_last_bit(result, method):
-    alone = zr.DriftFilter(RATE, method=method, channels=2).process(result.log.data)
+    alone = zr.DriftFilter(RATE, method=method, channels=2, output="estimate").process(
+        result.log.data
+    )
     np.testing.assert_array_equal(result.filtered[method], alone)
 
 
 def test_filtered_log_is_that_of_the_last_method():
-    last = replay(make_log(noise(500)), methods=("fading", "kf"))
+    methods = ("fading", "kf")
+    last = replay(make_log(noise(500)), methods=methods, output="estimate")
     assert (last.method, last.output, last.beside) == ("kf", "estimate", {})
+    compensated = replay(make_log(noise(500)), methods=methods)
+    assert (compensated.method, compensated.output) == ("kf", "compensated")
+    assert next(iter(compensated.beside)) == "bias_gyro_0_dps"
     np.testing.assert_array_equal(last.filtered_log.data, last.filtered["kf"])
     assert last.filtered_log.names == last.log.names
 
@@ -76,7 +83,7 @@ def test_error_to_the_truth():
 
 
 def test_history_ends_with_the_state_of_the_filter(result):
-    filter_ = zr.DriftFilter(RATE, channels=2)
+    filter_ = zr.DriftFilter(RATE, method="fading", channels=2, output="estimate")
     filter_.process(result.log.data)
     history = result.history
     assert history.samples[-1] == result.log.n
@@ -168,7 +175,7 @@ def test_progress_rises_step_by_step():
         ),
         ({"order": (7, 1)}, "order"),
         ({"motion": "stop"}, "motion"),
-        ({"output": "bias"}, "output must be 'estimate' or 'compensated'"),
+        ({"output": "bias"}, "output must be 'compensated' or 'estimate'"),
         ({"truth": [1.0, 2.0]}, "truth must have the log's shape"),
     ],
 )
@@ -185,7 +192,7 @@ def test_no_sample_at_all():
 def test_predictions_in_a_gap_count_nowhere():
     z = noise(4000, 1)
     z[1000:3000] = np.nan
-    result = replay(make_log(z), methods=("kf",))
+    result = replay(make_log(z), methods=("kf",), output="estimate")
     there = np.isfinite(z[:, 0])
     assert result.scores[1].deviation == pytest.approx(result.filtered["kf"][there].std())
     hidden = np.where(there, result.filtered["kf"][:, 0], np.nan)
@@ -425,7 +432,7 @@ class TestLimitsOfRest:
         log = make_log(noise(3000, 1))
         result = replay(log, methods=("auto",), allan=False, **options)
         assert result.params["rest_limit"] is None
-        alone = zr.DriftFilter(RATE, method="auto", channels=1, **options)
+        alone = zr.DriftFilter(RATE, channels=1, output="estimate", **options)
         np.testing.assert_array_equal(result.drift, alone.process(log.data))
 
     def test_a_steady_turn_is_no_bias_beyond_the_limit_of_one(self):
@@ -564,6 +571,13 @@ class TestTextOfAuto:
     def test_columns_of_the_log_are_told(self, auto, result):
         assert "bias_sigma_gyro_0_dps" in format_notes(auto)
         assert "bias" not in format_notes(result)
+
+    @pytest.mark.parametrize("motion", ["hold", "ignore"])
+    def test_it_is_told_that_motion_was_taken_off(self, motion):
+        shown = replay(make_log(noise(300)), methods=("kf",), allan=False, motion=motion)
+        told = " ".join(format_notes(shown).split())
+        assert ("is missing from the filtered log" in told) == (motion == "ignore")
+        assert ("as noisy as raw" in format_table(shown)) == (motion == "hold")
 
     def test_a_short_record_has_dashes(self):
         rows = format_learned(replay(make_log(noise(20, 1)))).split("\n")

@@ -215,14 +215,14 @@ drift_stream = partial(
     answer=1,
     units={"scale": 1, "limit": 1, **LIMITS},
 )
-FADING = {"rate": RATE, "method": "fading"}
-SELF_TUNING = {"rate": RATE, "method": "auto"}
-ROBUST = {"rate": RATE, "method": "robust"}
+FADING = {"rate": RATE, "method": "fading", "output": "estimate"}
+SELF_TUNING = {"rate": RATE, "output": "estimate"}
+ROBUST = {"rate": RATE, "method": "robust", "output": "estimate"}
 
 STREAMS = {
     "published": drift_stream(
         settings=published_settings,
-        examples={method: {"rate": RATE, "method": method} for method in METHODS}
+        examples={method: {**FADING, "method": method} for method in METHODS}
         | {
             "holding": {**FADING, "motion": "hold"},
             "compensating": {**FADING, "output": "compensated"},
@@ -261,7 +261,7 @@ STREAMS = {
         settings=auto_settings,
         examples={
             "auto": SELF_TUNING,
-            "auto-compensating": {**SELF_TUNING, "output": "compensated"},
+            "auto-compensating": {"rate": RATE},
             "auto-ignoring": {**SELF_TUNING, "motion": "ignore"},
             "auto-limited": {**SELF_TUNING, "limit": 25.0, "rest_limit": 4.0, "bias_limit": 5.0},
         },

@@ -22,11 +22,12 @@ MIDDLE = 700
 # As wherever the unit is known to be deg/s.
 LIMITS = {"rest_limit": 3.0, "bias_limit": 20.0}
 METHODS = {
-    "kf": {"method": "kf"},
+    "kf": {"method": "kf", "output": "estimate"},
     "akf": {"method": "akf"},
-    "fading": {"method": "fading"},
-    "auto": {"method": "auto", "output": "compensated", **LIMITS},
-    "holding": {"method": "fading", "motion": "hold", "output": "compensated"},
+    "fading": {"method": "fading", "output": "estimate"},
+    # What nothing else is asked for.
+    "auto": LIMITS,
+    "holding": {"method": "fading", "motion": "hold"},
 }
 
 
@@ -107,7 +108,7 @@ def of_every_second_row(z, method):
 
 def traced(z, method):
     trace = make(method).trace(z)
-    return trace.estimate if "output" not in METHODS[method] else z - trace.bias
+    return trace.estimate if "output" in METHODS[method] else z - trace.bias
 
 
 def handed_on(go_on):
@@ -127,12 +128,12 @@ def process(f, z):
 
 
 def by_lines(z, method):
-    stream = LineStream(Settings(RATE, **settings(method)))
+    stream = LineStream(Settings(RATE, **METHODS[method]))
     return numbers(map(stream.take, lines_of(z)))
 
 
 def by_lines_of_two_streams(z, method):
-    first, lines = LineStream(Settings(RATE, **settings(method))), lines_of(z)
+    first, lines = LineStream(Settings(RATE, **METHODS[method])), lines_of(z)
     begin = [first.take(line) for line in lines[:MIDDLE]]
     second = LineStream.from_bytes(first.to_bytes())
     return numbers([*begin, *map(second.take, lines[MIDDLE:])])
@@ -140,7 +141,7 @@ def by_lines_of_two_streams(z, method):
 
 def by_pipes(z, method, checkpoint):
     """Two processes in turn, the second from the checkpoint of the first."""
-    begin = options(method, output_too=True)
+    begin = options(method)
     answers = []
     for lines in (lines_of(z[:MIDDLE]), lines_of(z[MIDDLE:])):
         code, more, errors = streamed(lines, *begin, "--rate", RATE, "--checkpoint", checkpoint)
@@ -152,14 +153,9 @@ def by_pipes(z, method, checkpoint):
     return numbers(answers)
 
 
-def settings(method):
-    """What a stream is told, whose own default is the compensated rate."""
-    return {"output": "estimate", **METHODS[method]}
-
-
-def options(method, output_too=False):
+def options(method):
     """The method on the command line."""
-    asked = settings(method) if output_too else METHODS[method]
+    asked = METHODS[method]
     names = {"output": "output-kind"}
     words = [(names.get(name, name).replace("_", "-"), str(asked[name])) for name in asked]
     return [word for name, value in words for word in (f"--{name}", value)]

@@ -37,7 +37,7 @@ class Command(StrEnum):
     allan = "allan"
 
 
-@with_filter_options(help={"method": "Method of the filtered logs; auto if not said."})
+@with_filter_options
 @with_reading_options(
     without=["group_by"],
     help={

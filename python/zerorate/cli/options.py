@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum, StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Final, TypeAlias, TypeVar, cast
+from typing import Annotated, Any, Final, TypeAlias, TypeVar
 
 import typer
 
@@ -125,39 +125,22 @@ Force: TypeAlias = Annotated[
 ]
 
 
-def with_filter_options(
-    help: Mapping[str, str] | None = None, **defaults: object
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Return a decorator that gives a command the options of the filter, from their table.
+def with_filter_options(command: _Command) -> _Command:
+    """Give a command the options of the filter, from their table.
 
-    The command takes them as `options`, a mapping by the names of `zerorate.DriftFilter`: those
-    that were given, and the command's own `defaults` that are not None.
-
-    Parameters
-    ----------
-    help : mapping of str to str, optional
-        Texts for some options instead of those of the table.
-    **defaults
-        Defaults of the command instead of those of the table.
+    The command takes them as `options`, a mapping by the names of `zerorate.DriftFilter`: the
+    method, and those that were given.
     """
-    texts = help or {}
-    table = {
-        name: (option, defaults.get(name, option.default))
-        for name, option in FILTER_OPTIONS.items()
-    }
 
-    def decorated(command: _Command) -> _Command:
-        def gathered(context: typer.Context, given: Mapping[str, Any]) -> dict[str, object]:
-            return {
-                name: _parsed(option, given[_argument(name)])
-                for name, (option, _) in table.items()
-                if _was_given(context, _argument(name)) or defaults.get(name) is not None
-            }
+    def gathered(context: typer.Context, values: Mapping[str, Any]) -> dict[str, object]:
+        return {
+            name: _parsed(option, values[_argument(name)])
+            for name, option in FILTER_OPTIONS.items()
+            if name == "method" or _was_given(context, _argument(name))
+        }
 
-        parameters = [_parameter(*row, texts) for row in table.values()]
-        return _with_parameters(command, "options", parameters, gathered)
-
-    return decorated
+    parameters = [*map(_parameter, FILTER_OPTIONS.values())]
+    return _with_parameters(command, "options", parameters, gathered)
 
 
 def _with_parameters(
@@ -376,19 +359,20 @@ def _keyword(name: str, annotation: Any, default: Any = _REQUIRED) -> inspect.Pa
     return inspect.Parameter(name, kind, default=default, annotation=annotation)
 
 
-def _parameter(option: Option, default: object, texts: Mapping[str, str]) -> inspect.Parameter:
+def _parameter(option: Option) -> inspect.Parameter:
     """Return an option of the filter as a parameter of a command."""
     value: Any = float
+    default: Any = option.default
     metavar = None
     if option.kind == "choice":
         value = _members(option)
         default = default and value(default)
     elif option.kind == "order":
         value, metavar = str, "p,q"
-        default = ",".join(map(str, cast(tuple[int, int], default)))
+        default = ",".join(map(str, default))
     elif option.kind == "pair or word":
         value, metavar = str, "<float,float>"
-        default = ",".join(f"{number:g}" for number in cast(tuple[float, float], default))
+        default = ",".join(f"{number:g}" for number in default)
     elif option.name in _WORDS:
         value, metavar = str, "<float>"
         default = _WORDS[option.name] if default is None else f"{default:g}"
@@ -399,7 +383,7 @@ def _parameter(option: Option, default: object, texts: Mapping[str, str]) -> ins
     about = typer.Option(
         flag(option.name),
         metavar=metavar,
-        help=texts.get(option.name, _help(option)),
+        help=_help(option),
         show_default=shown,
         rich_help_panel=_panel(option),
     )

@@ -57,7 +57,7 @@ _COMPARED: Final = ("kf", "akf", "fading")
 """The methods of one source, of which each is meant to better the one before."""
 
 
-@with_filter_options(method="auto", output=None)
+@with_filter_options
 @with_reading_options()
 def replay(
     *,

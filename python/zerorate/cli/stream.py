@@ -50,11 +50,7 @@ _SETTINGS: Final = (
 _SETTING: Final = re.compile(rf"\b({'|'.join(_SETTINGS)})=")
 
 
-@with_filter_options(
-    help={"output": "Answer: the 'estimate' of the drift, or the rate 'compensated' by it."},
-    method="auto",
-    output="compensated",
-)
+@with_filter_options
 def stream(
     *,
     source: Annotated[

@@ -17,3 +17,8 @@ __all__ = [
     "compare",
     "read_trial",
 ]
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__

@@ -1,5 +1,7 @@
 """Comparison of methods on recordings, kind by kind."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -131,7 +133,7 @@ def _compared(
     recordings: list[Trial],
     methods: list[Chosen],
     faults: list[Contamination],
-    report: "_Report",
+    report: _Report,
 ) -> list[Comparison]:
     notes: list[str] = []
     clean: list[Row] = []

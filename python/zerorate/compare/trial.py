@@ -1,5 +1,7 @@
 """Trials: gyros of a recording, with or without what else measured their motion."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -71,7 +73,7 @@ class Trial:
     orientation: Orientation | None = None
 
     @classmethod
-    def of(cls, recording: Recording) -> "Trial":
+    def of(cls, recording: Recording) -> Trial:
         """Return the trial of all gyros of a recording that share the clock of the first.
 
         Its reference is an orientation if it has the four columns of a quaternion, else the angle

@@ -1,5 +1,7 @@
 """Wavelet denoising of a whole record."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 

@@ -58,3 +58,8 @@ __all__ = [
     "to_filter",
     "whiteness",
 ]
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__

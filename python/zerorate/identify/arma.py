@@ -1,5 +1,7 @@
 """ARMA models of a record, by conditional least squares and by the exact likelihood."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Final, Literal
 

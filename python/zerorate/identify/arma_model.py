@@ -1,5 +1,7 @@
 """An ARMA model of a record, and how well the record determines it."""
 
+from __future__ import annotations
+
 import math
 import os
 from collections.abc import Callable
@@ -139,7 +141,7 @@ class ArmaModel:
         theta: npt.ArrayLike,
         constant: float = 0.0,
         sigma2: float = 1.0,
-    ) -> "ArmaModel":
+    ) -> ArmaModel:
         """Return the model of known numbers: no errors, no record.
 
         Parameters
@@ -171,7 +173,7 @@ class ArmaModel:
         )
 
     @classmethod
-    def from_json(cls, source: str | os.PathLike[str]) -> "ArmaModel":
+    def from_json(cls, source: str | os.PathLike[str]) -> ArmaModel:
         """Read a model that `to_json` wrote, equal to the last bit.
 
         Parameters
@@ -360,7 +362,7 @@ class ArmaModel:
         """Agree with ``==``."""
         return hash(self.to_json())
 
-    def __reduce__(self) -> tuple[Callable[[str], "ArmaModel"], tuple[str]]:
+    def __reduce__(self) -> tuple[Callable[[str], ArmaModel], tuple[str]]:
         """Pickle through JSON, which loses nothing and freezes the arrays again."""
         return ArmaModel.from_json, (self.to_json(),)
 

@@ -1,5 +1,7 @@
 """The reverse-arrangements test of a trend."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from functools import lru_cache

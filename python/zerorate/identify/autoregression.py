@@ -1,5 +1,7 @@
 """Autoregressive models of one order."""
 
+from __future__ import annotations
+
 import math
 import operator
 from dataclasses import replace

@@ -1,5 +1,7 @@
 """Correlations of a record with itself, and tests of whether it is white."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -45,7 +47,7 @@ class Correlations(NamedTuple):
     pairs: Integers
     n: int
 
-    def up_to(self, lags: int) -> "Correlations":
+    def up_to(self, lags: int) -> Correlations:
         """Return those of the first lags."""
         return Correlations(self.acf[:lags], self.pairs[:lags], self.n)
 

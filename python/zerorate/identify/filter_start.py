@@ -57,15 +57,18 @@ def filter_of(
     A model without a white part, such as every AR(p), would let the samples pass: R is then the
     model's Allan variance at the shortest averaging time, gamma_0 - gamma_1, to which Fu and Han's
     recursion converges. A model whose spectrum does not rise towards low frequencies has no drift
-    (g = 0), and "kf" returns its mean.
+    (g = 0), and the estimate of "kf" is its mean.
+
+    As every `DriftFilter` it returns the compensated rate unless ``output="estimate"`` asks for the
+    estimate; `estimate` can be read in any case.
 
     Parameters
     ----------
     rate : float
         Samples a second.
     method : {"kf", "akf", "fading", "robust"}
-        As for `DriftFilter`; default "fading". Adaptive R, and the weight of the process noise,
-        go on as if `startup` seconds had been spent already.
+        As for `DriftFilter`, but "auto", which learns its own start; default "fading". Adaptive R,
+        and the weight of the process noise, go on as if `startup` seconds had been spent already.
     adapt_for : float or None
         Seconds during which the coefficients are learned on, as if the filter had seen the record
         of the model; None is always. Default: 0, they stay. A model made by `ArmaModel.of` is
@@ -80,8 +83,8 @@ def filter_of(
     scale : float, optional
         Deviation of the signal. Default: that of the record, or of the model.
     **options
-        Further arguments of `DriftFilter`: `fading`, `forgetting_factor`, `noise`, `startup`,
-        `process_noise_memory`.
+        Further arguments of `DriftFilter`: `output`, `motion`, `fading`, `forgetting_factor`,
+        `noise`, `startup`, `process_noise_memory`.
 
     Raises
     ------

@@ -1,5 +1,7 @@
 """Tests of normality: Jarque and Bera's, Anderson and Darling's."""
 
+from __future__ import annotations
+
 import math
 from typing import Final
 

@@ -1,5 +1,7 @@
 """Orders of a model by information criteria."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,5 +1,7 @@
 """Lag polynomials: roots, modes, autocovariance and spectrum of an ARMA process."""
 
+from __future__ import annotations
+
 import math
 from typing import Final, NamedTuple
 

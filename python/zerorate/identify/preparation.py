@@ -1,5 +1,7 @@
 """A record made ready for identification, and a list of what was changed."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 

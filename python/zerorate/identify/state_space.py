@@ -1,5 +1,7 @@
 """Linear state-space models of a drift, and the forms of an ARMA model among them."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -175,7 +177,7 @@ class StateSpace:
         one = self if self.R == 0.0 and self.G.shape[1] == 1 else self.innovations_form()
         return one._numbers()
 
-    def to(self, form: "Form") -> "StateSpace":
+    def to(self, form: Form) -> StateSpace:
         """Return the same drift, with the same R, in another form; see `ArmaModel.to_state_space`.
 
         Raises
@@ -187,7 +189,7 @@ class StateSpace:
             raise ValueError(f"only a model of a single noise has forms, got {self.G.shape[1]}")
         return build(self._numbers(), form, self.R)
 
-    def transformation(self, other: "StateSpace") -> Floats:
+    def transformation(self, other: StateSpace) -> Floats:
         """Return T with x' = T x, F' T = T F, G' = T G and H = H' T, shape (n, n).
 
         Raises
@@ -205,7 +207,7 @@ class StateSpace:
             raise ValueError("the two are not the same model in other coordinates")
         return T
 
-    def innovations_form(self) -> "StateSpace":
+    def innovations_form(self) -> StateSpace:
         """Return the steady Kalman filter of this model as a model: one noise, no R.
 
         Its sigma2 is the variance of the filter's innovations.
@@ -254,7 +256,7 @@ class StateSpace:
             constant *= at_one(-phi) / rest
         return ArmaNumbers(phi, theta, float(constant), self.sigma2)
 
-    def _moving(self) -> "StateSpace":
+    def _moving(self) -> StateSpace:
         """Return the same model with the states that never change in its constants."""
         still, moving = self.constants, ~self.constants
         values = self.start[still]
@@ -299,9 +301,7 @@ def _characteristic(F: Floats) -> Floats:
 Form = Literal["fu-han", "fu-han-literal", "harvey", "controllable", "observable"]
 
 
-def of_model(
-    model: "ArmaModel", form: Form = "harvey", measurement_noise: float = 0.0
-) -> StateSpace:
+def of_model(model: ArmaModel, form: Form = "harvey", measurement_noise: float = 0.0) -> StateSpace:
     """Return the model as x_(k+1) = F x_k + G a_(k+1), z_k = H x_k.
 
     Parameters

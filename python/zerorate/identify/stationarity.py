@@ -1,5 +1,7 @@
 """Tests of stationarity (KPSS) and of a unit root (Dickey and Fuller)."""
 
+from __future__ import annotations
+
 import math
 from typing import Final, Literal
 

@@ -1,5 +1,7 @@
 """Filters over a window of samples: moving averages, outliers, decimation."""
 
+from __future__ import annotations
+
 import math
 from functools import lru_cache
 from typing import Final, NamedTuple

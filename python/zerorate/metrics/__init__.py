@@ -34,3 +34,8 @@ __all__ = [
     "running_mean",
     "settling_time",
 ]
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__

@@ -1,5 +1,7 @@
 """Samples in channels, and which of them are present."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 

@@ -1,5 +1,7 @@
 """The deviation curve of a record."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from typing import Final
 

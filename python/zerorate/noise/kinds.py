@@ -1,5 +1,7 @@
 """The kinds of deviations, and the averaging times at which a curve is taken."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal

@@ -1,5 +1,7 @@
 """Records as a caller gives them: checks, gaps, size and resolution."""
 
+from __future__ import annotations
+
 import math
 import numbers
 from typing import Any, Final

@@ -1,5 +1,7 @@
 """Motion in a record that should be at rest: its spans, and the largest step."""
 
+from __future__ import annotations
+
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -160,7 +162,7 @@ class _Windows(NamedTuple):
     about_line: Floats
 
     @classmethod
-    def of(cls, windows: Floats) -> "_Windows":
+    def of(cls, windows: Floats) -> _Windows:
         there = np.isfinite(windows)
         count = np.maximum(there.sum(axis=1), 1)
         mean = _means(windows)

@@ -1,5 +1,7 @@
 """The spectrum of a record in bands, and the noise coefficients that it gives."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -39,7 +41,7 @@ class Spectrum:
         Keeps squares in range, whatever the unit.
     """
 
-    bands: "Bands"
+    bands: Bands
     density: Floats
     scale: float
 
@@ -70,7 +72,7 @@ class Bands:
 
     @classmethod
     @lru_cache(maxsize=4)
-    def of(cls, n: int) -> "Bands":
+    def of(cls, n: int) -> Bands:
         """Return the bands of n samples, the same ones each time: axes share them."""
         return cls(n)
 

@@ -1,5 +1,7 @@
 """Allan and Hadamard deviation of each noise term, and the terms that have a time scale."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from functools import reduce
@@ -104,7 +106,7 @@ HADAMARD: Final = Statistic(
 )
 
 
-def deviation(model: "NoiseModel", taus: npt.ArrayLike, statistic: Statistic) -> Floats:
+def deviation(model: NoiseModel, taus: npt.ArrayLike, statistic: Statistic) -> Floats:
     """Return a model's deviation curve, in the shape of `taus`; ValueError if one is not > 0."""
     tau = np.asarray(taus, dtype=np.float64)
     if not np.all(np.isfinite(tau) & (tau > 0.0)):
@@ -122,13 +124,13 @@ def deviation(model: "NoiseModel", taus: npt.ArrayLike, statistic: Statistic) ->
     return reduce(np.hypot, terms)
 
 
-def _sinusoid(term: "Sinusoid", tau: Floats, statistic: Statistic) -> Floats:
+def _sinusoid(term: Sinusoid, tau: Floats, statistic: Statistic) -> Floats:
     phase = math.pi * term.frequency * tau
     size: Floats = np.abs(np.sin(phase)) ** statistic.order / phase
     return statistic.sinusoid * term.amplitude * size
 
 
-def _markov(term: "Markov", tau: Floats, statistic: Statistic) -> Floats:
+def _markov(term: Markov, tau: Floats, statistic: Statistic) -> Floats:
     """Return q_c T_c / sqrt(tau) times the root of `_growth` over x, x = tau / T_c.
 
     Over a time t the angle gains a mean square of q_c^2 T_c^3 (u - 1 + exp(-u)), u = t / T_c:

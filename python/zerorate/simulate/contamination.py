@@ -1,5 +1,7 @@
 """Faults of real logs, put into a record: outliers, bursts of them, a sensor that is stuck."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
@@ -91,7 +93,7 @@ class Contamination:
             raise ValueError("at_zero needs stuck above 0")
 
     @classmethod
-    def parse(cls, text: str) -> "Contamination":
+    def parse(cls, text: str) -> Contamination:
         """Return the contamination of a text such as ``burst=20,size=30`` or ``stuck=10,at-zero``.
 
         Raises
@@ -191,7 +193,9 @@ class Contamination:
                 yield name if value is True else f"{name}={value:.15g}"
 
 
-_KINDS: Final = {field.name.replace("_", "-"): field.type for field in fields(Contamination)}
+_KINDS: Final = {
+    field.name.replace("_", "-"): type(field.default) for field in fields(Contamination)
+}
 """What each word of a text stands for."""
 
 _WORDS: Final = ", ".join(name if kind is bool else f"{name}=" for name, kind in _KINDS.items())

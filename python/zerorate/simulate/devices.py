@@ -27,7 +27,7 @@ _CHOSEN_WALK: Final = (
 
 @dataclass(frozen=True)
 class Device:
-    """A gyro model: its typical noise, turn-on bias and resolution.
+    """An entry of the table `DEVICES`: a gyro's typical noise, turn-on bias and resolution.
 
     Parameters
     ----------
@@ -57,12 +57,12 @@ class Device:
 
 
 def device(name: str) -> Device:
-    """Return a device of the table by its name.
+    """Return the entry of a gyro in the table `DEVICES`, however its name is spelled.
 
     Parameters
     ----------
     name : str
-        A key of `DEVICES`; case, spaces and hyphens do not matter.
+        A key of `DEVICES`, which lists what is known; case, spaces and hyphens do not matter.
 
     Returns
     -------
@@ -153,3 +153,4 @@ _ENTRIES: Final = (
 )
 
 DEVICES: Final[dict[str, Device]] = {entry.name: entry for entry in _ENTRIES}
+"""The table: every `Device` by its designation, such as ``"MPU-6050"``; `device` looks one up."""

@@ -24,11 +24,10 @@ pub struct Axis {
 /// [`Error::Parameter`] for a rate out of range.
 #[unsafe(no_mangle)]
 pub fn axis(rate: f64) -> Result<Axis, Error> {
-    let behaviour = Behaviour { hold_in_motion: true, compensated: true, ..Behaviour::default() };
     let published = DriftFilter::new(Params { rate, ..Params::default() })?;
     Ok(Axis {
-        auto: AutoFilter::new(AutoParams { rate, behaviour, ..AutoParams::default() })?,
-        published: RestGated::new(published, behaviour)?,
+        auto: AutoFilter::new(AutoParams { rate, ..AutoParams::default() })?,
+        published: RestGated::new(published, Behaviour::default())?,
     })
 }
 

@@ -9,7 +9,7 @@ extern crate std;
 use std::println;
 
 use zerorate_core::checkpoint;
-use zerorate_core::{AutoFilter, AutoParams, Behaviour, Error, Stream};
+use zerorate_core::{AutoFilter, AutoParams, Error, Stream};
 
 const RATE: f32 = 500.0;
 const STEP: f32 = 1.0 / RATE;
@@ -61,15 +61,7 @@ struct Controller {
 
 impl Controller {
     fn new() -> Result<Self, Error> {
-        let params = AutoParams {
-            rate: f64::from(RATE),
-            behaviour: Behaviour {
-                hold_in_motion: true,
-                compensated: true,
-                ..Behaviour::default()
-            },
-            ..AutoParams::default()
-        };
+        let params = AutoParams { rate: f64::from(RATE), ..AutoParams::default() };
         Ok(Self { gyro: AutoFilter::new(params)?, rate: 0.0, heading: 0.0 })
     }
 

@@ -8,7 +8,7 @@ use zerorate_core::{Bank, Error, checkpoint};
 
 use crate::common::arrays;
 use crate::common::errors::NativeError;
-use crate::common::streaming::{self, Shared, reading, streaming};
+use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
 /// Measurement noise variance R while samples arrive, from the Allan variance at the shortest
 /// averaging time with fading memory.
@@ -43,7 +43,7 @@ use crate::common::streaming::{self, Shared, reading, streaming};
 /// >>> noise = zr.AllanNoise(fading=1.0)
 /// >>> float(noise.process([1.0, 2.0, 0.0])[-1])  # ((2-1)**2 + (0-2)**2) / 2 / 2
 /// 1.25
-#[pyclass(module = "zerorate")]
+#[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct AllanNoise {
     shared: Shared<Bank<core::AllanNoise<f64>>>,
@@ -60,7 +60,7 @@ streaming!(
 #[pymethods]
 impl AllanNoise {
     #[new]
-    #[pyo3(signature = (fading=0.97, noise="allan", floor=0.0, channels=None))]
+    #[pyo3(signature = (fading=0.97, noise="allan", floor=0.0, *, channels=None))]
     fn new(fading: f64, noise: &str, floor: f64, channels: Option<i128>) -> PyResult<Self> {
         let channels = streaming::channels(channels)?;
         let kind = AllanKind::of_name(noise).ok_or_else(|| {
@@ -74,8 +74,12 @@ impl AllanNoise {
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = reading(slf)?;
         let noise = this.shared.bank.streams()[0];
-        let (fading, kind) = (noise.fading(), noise.kind().name());
-        Ok(format!("AllanNoise(fading={fading:?}, noise='{kind}')"))
+        let arguments = [
+            ("fading", text(noise.fading()), "0.97"),
+            ("noise", format!("'{}'", noise.kind().name()), "'allan'"),
+            ("floor", text(noise.floor()), "0.0"),
+        ];
+        Ok(call("AllanNoise", &arguments, this.shared.channels))
     }
 
     /// R so far, in the square of the samples' unit: float, with channels (k,).
@@ -160,7 +164,7 @@ streaming!(
 #[pymethods]
 impl StreamingAllan {
     #[new]
-    #[pyo3(signature = (rate, octaves=16, channels=None))]
+    #[pyo3(signature = (rate, octaves=16, *, channels=None))]
     fn new(rate: f64, octaves: i128, channels: Option<i128>) -> PyResult<Self> {
         let most = core::StreamingAllan::OCTAVES_MAX;
         let octaves =
@@ -176,8 +180,8 @@ impl StreamingAllan {
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = reading(slf)?;
         let (rate, octaves) = (this.first().rate(), this.first().octaves());
-        let channels = this.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
-        Ok(format!("StreamingAllan(rate={rate:?}, octaves={octaves}{channels})"))
+        let arguments = [("rate", text(rate), ""), ("octaves", octaves.to_string(), "16")];
+        Ok(call("StreamingAllan", &arguments, this.shared.channels))
     }
 
     /// Samples a second.

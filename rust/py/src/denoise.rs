@@ -11,7 +11,7 @@ use zerorate_core::{Bank, Error, checkpoint};
 
 use crate::common::arrays;
 use crate::common::errors::NativeError;
-use crate::common::streaming::{self, Shared, positive, reading, streaming};
+use crate::common::streaming::{self, Shared, call, positive, reading, streaming, text};
 use crate::common::work::interruptible;
 
 /// Part of the sum that the largest detail may be.
@@ -273,7 +273,7 @@ fn missing(record: &[f64]) -> Option<usize> {
 /// >>> x = denoiser.process(z)
 /// >>> round(float(x[10_000:].std()), 2)  # 1 / sqrt(2**3) = 0.35
 /// 0.34
-#[pyclass(module = "zerorate")]
+#[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct WaveletDenoiser {
     shared: Shared<Bank<core::WaveletDenoiser>>,
@@ -292,7 +292,7 @@ streaming!(
 impl WaveletDenoiser {
     #[new]
     #[pyo3(signature = (
-        rate, wavelet="db2", level=3, mode="hard", threshold=4.0, channels=None
+        rate, wavelet="db2", level=3, mode="hard", threshold=4.0, *, channels=None
     ))]
     fn new(
         rate: f64,
@@ -313,14 +313,15 @@ impl WaveletDenoiser {
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = reading(slf)?;
-        let channels = this.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
-        let WaveletParams { rate, wavelet, level, mode, threshold } = this.first().params();
-        Ok(format!(
-            "WaveletDenoiser(rate={rate:?}, wavelet='{}', level={level}, mode='{}', \
-             threshold={threshold:?}{channels})",
-            wavelet.name(),
-            mode.name()
-        ))
+        let WaveletParams { rate, wavelet, level, mode, threshold } = *this.first().params();
+        let arguments = [
+            ("rate", text(rate), ""),
+            ("wavelet", format!("'{}'", wavelet.name()), "'db2'"),
+            ("level", level.to_string(), "3"),
+            ("mode", format!("'{}'", mode.name()), "'hard'"),
+            ("threshold", text(threshold), "4.0"),
+        ];
+        Ok(call("WaveletDenoiser", &arguments, this.shared.channels))
     }
 
     /// By how many samples what is returned is late.

@@ -7,13 +7,13 @@ use zerorate_core::checkpoint::{self, Label};
 use zerorate_core::{Bank, Error, RecursiveLeastSquares as Core, RlsParams};
 
 use crate::common::errors::NativeError;
-use crate::common::streaming::{self, AnyBank, Shared, reading, streaming};
+use crate::common::streaming::{self, AnyBank, Shared, call, reading, streaming, text};
 use crate::drift::{Order, for_order, order_error};
 
 /// A bank of models of one order.
 trait ModelBank: AnyBank {
     fn order(&self) -> (usize, usize);
-    fn forgetting_factor(&self) -> f64;
+    fn params(&self) -> RlsParams;
     fn samples_seen(&self) -> u64;
     fn ready(&self) -> Vec<bool>;
     fn coefficients(&self) -> Vec<f64>;
@@ -29,8 +29,8 @@ impl<const N: usize, const M: usize> ModelBank for Bank<Core<f64, N, M>> {
         (N - 1, M - N)
     }
 
-    fn forgetting_factor(&self) -> f64 {
-        self.streams()[0].params().forgetting_factor
+    fn params(&self) -> RlsParams {
+        *self.streams()[0].params()
     }
 
     fn samples_seen(&self) -> u64 {
@@ -104,7 +104,7 @@ fn restored_sized<const N: usize, const M: usize>(bytes: &[u8]) -> Result<Restor
 /// >>> residuals = model.process(y)
 /// >>> bool(abs(model.coefficients[0] - 0.8) < 0.02)
 /// True
-#[pyclass(module = "zerorate")]
+#[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct RecursiveLeastSquares {
     shared: Shared<dyn ModelBank>,
@@ -123,8 +123,8 @@ streaming!(
 impl RecursiveLeastSquares {
     #[new]
     #[pyo3(
-        signature = (order=Order::default(), forgetting_factor=1.0, channels=None, *, startup=100, scale=None),
-        text_signature = "(order=(2, 1), forgetting_factor=1.0, channels=None, *, startup=100, scale=None)"
+        signature = (order=Order::default(), forgetting_factor=1.0, *, channels=None, startup=100, scale=None),
+        text_signature = "(order=(2, 1), forgetting_factor=1.0, *, channels=None, startup=100, scale=None)"
     )]
     fn new(
         order: Order,
@@ -147,12 +147,15 @@ impl RecursiveLeastSquares {
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = reading(slf)?;
-        let channels = this.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
-        Ok(format!(
-            "RecursiveLeastSquares(order={:?}, forgetting_factor={:?}{channels})",
-            this.shared.bank.order(),
-            this.shared.bank.forgetting_factor()
-        ))
+        let bank = &this.shared.bank;
+        let RlsParams { forgetting_factor, startup, scale } = bank.params();
+        let arguments = [
+            ("order", format!("{:?}", bank.order()), "(2, 1)"),
+            ("forgetting_factor", text(forgetting_factor), "1.0"),
+            ("startup", startup.to_string(), "100"),
+            ("scale", text(scale), "None"),
+        ];
+        Ok(call("RecursiveLeastSquares", &arguments, this.shared.channels))
     }
 
     /// Model ``[φ…, θ…, c]``, c in the unit of the samples: (p + q + 1,), with channels

@@ -5,7 +5,7 @@ use pyo3::types::PyBytes;
 use zerorate_core::{Bank, Error, RestDetector as Core, RestLimits, checkpoint};
 
 use crate::common::errors::NativeError;
-use crate::common::streaming::{self, Shared, reading, streaming};
+use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
 /// Whether a gyro rests, told from its own output alone while samples arrive.
 ///
@@ -16,10 +16,10 @@ use crate::common::streaming::{self, Shared, reading, streaming};
 ///
 /// The start is taken for rest after 1.5 s that look like noise. If that turns out to be wrong within
 /// 10 s, only what has lasted for 10 s is taken for rest. Slow turning at one rate and a bias
-/// look alike: a new level that stands still is taken for rest after 10 s if it is near, after 60 s
-/// if it lies five deviations of the samples off; so is a new noise, such as an engine's. What was
-/// known before is kept and returned to in 1.5 s. Turning at less than about half of the samples'
-/// deviation may pass for drift.
+/// look alike: a new level that stands still is taken for rest after 10 s and about 11 s for each
+/// deviation of the samples that it lies off, 60 s at most; so is a new noise, such as an engine's.
+/// What was known before is kept and returned to in 1.5 s. Turning at less than about half of the
+/// samples' deviation is not noticed, and passes for drift.
 ///
 /// One that is not finite is a missing sample. A channel is judged by itself. One object serves one
 /// thread at a time.
@@ -49,7 +49,7 @@ use crate::common::streaming::{self, Shared, reading, streaming};
 /// >>> rest = zr.RestDetector(rate=100.0).process(z)
 /// >>> (np.flatnonzero(np.diff(rest)) + 1).tolist()  # begins at 1.5 s, ends at 30.25, begins at 41.5
 /// [149, 3024, 4149]
-#[pyclass(module = "zerorate")]
+#[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct RestDetector {
     shared: Shared<Bank<Core<f64>>>,
@@ -67,7 +67,7 @@ streaming!(
 #[pymethods]
 impl RestDetector {
     #[new]
-    #[pyo3(signature = (rate, channels=None, rest_limit=None, bias_limit=None))]
+    #[pyo3(signature = (rate, *, channels=None, rest_limit=None, bias_limit=None))]
     fn new(
         rate: f64,
         channels: Option<i128>,
@@ -83,8 +83,13 @@ impl RestDetector {
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = reading(slf)?;
-        let channels = this.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
-        Ok(format!("RestDetector(rate={:?}{channels})", this.first().rate()))
+        let (rate, limits) = (this.first().rate(), this.first().limits());
+        let arguments = [
+            ("rate", text(rate), ""),
+            ("rest_limit", text(limits.rest), "None"),
+            ("bias_limit", text(limits.bias), "None"),
+        ];
+        Ok(call("RestDetector", &arguments, this.shared.channels))
     }
 
     /// Whether the sensor rests: bool, with channels (k,).

@@ -105,7 +105,7 @@ class Settings:
         Span(start, stop)
         chosen: dict[str, Any] = {}
         if command == "replay":
-            chosen = checked_options({"method": "auto", **options})
+            chosen = checked_options(options)
             if format not in (None, *_FORMATS):
                 raise ValueError(f"format must be one of {', '.join(_FORMATS)}, got '{format}'")
         elif given := [*options, *(() if format is None else ("format",))]:

@@ -32,7 +32,7 @@ class Settings:
     sequence_bits : int, optional
         Width of the counter that numbers the samples; None if it is to be learned.
     **options
-        Arguments of `zerorate.DriftFilter`. By default the method is "auto" and the output
+        Arguments of `zerorate.DriftFilter`, with its defaults: method "auto", output
         "compensated".
 
     Raises
@@ -60,7 +60,7 @@ class Settings:
     ) -> None:
         if sequence_bits is not None:
             _check_bits(sequence_bits, sequence)
-        given = checked_options({"method": "auto", "output": "compensated", **options})
+        given = checked_options(options)
         # Written out, so that it is the same setting whether given or not.
         params: Mapping[str, Any] = DriftFilter(rate, **given).params
         known = {name: params[name] for name in FILTER_OPTIONS if name in params}

@@ -16,7 +16,7 @@ from zerorate.types import Booleans, Floats
 
 __all__ = ["Block", "Filters", "Output", "within_range"]
 
-Output = Literal["estimate", "compensated"]
+Output = Literal["compensated", "estimate"]
 _Noted = tuple[Floats, Booleans, Booleans]
 """Standard deviation of the drift, rest, and a stuck sensor, to be filled."""
 
@@ -62,7 +62,7 @@ class Filters:
         self,
         header: Header,
         methods: Sequence[str],
-        output: Output | None,
+        output: Output,
         options: FilterOptions,
     ) -> None:
         listed, channels = _checked(methods), header.channels
@@ -72,7 +72,7 @@ class Filters:
             method: _Run(header.rate, channels, method, used_by(method, known)) for method in listed
         }
         check_used(given, listed)
-        self.output: Final = _output(output, self.chosen)
+        self.output: Final = _checked_output(output)
         self.recorder = Recorder()
         self.holds = self.chosen.params["motion"] == "hold"
         self.notes = self.holds or self.chosen.method == "auto" or self.output == "compensated"
@@ -172,13 +172,10 @@ def _room(raw: Floats) -> _Noted:
     return np.empty_like(raw), np.empty(raw.shape, np.bool_), np.empty(raw.shape, np.bool_)
 
 
-def _output(asked: Output | None, filter_: DriftFilter) -> Output:
-    """Return what is asked for, or what the method is for."""
-    if asked is None:
-        return "compensated" if filter_.method == "auto" else "estimate"
-    if asked not in get_args(Output):
-        raise ValueError(f"output must be 'estimate' or 'compensated', got {asked!r}")
-    return asked
+def _checked_output(output: Output) -> Output:
+    if output not in get_args(Output):
+        raise ValueError(f"output must be 'compensated' or 'estimate', got {output!r}")
+    return output
 
 
 def _checked(methods: Sequence[str]) -> list[str]:

@@ -81,8 +81,8 @@ class Summary:
         What was filtered: n samples of k axes.
     method : str
         The chosen method, of which all from `output` on speak.
-    output : {"estimate", "compensated"}
-        What the filtered log holds: the drift, or the raw rate minus it.
+    output : {"compensated", "estimate"}
+        What the filtered log holds: the raw rate minus its bias, or the bias.
     params : mapping
         Arguments that make the chosen filter anew.
     scores : tuple of Score

@@ -42,7 +42,7 @@ def replay(
     log: Log,
     *,
     methods: Sequence[str] = METHODS,
-    output: Output | None = None,
+    output: Output = "compensated",
     truth: npt.ArrayLike | None = None,
     horizons: Sequence[float] = (10.0, 60.0),
     allan: bool = True,
@@ -58,9 +58,9 @@ def replay(
     methods : sequence of str
         Methods of `zerorate.DriftFilter`, all different. The last is the chosen one, whose
         history is kept; by default the one that tunes itself, after the published ones.
-    output : {"estimate", "compensated"}, optional
-        What the filtered log holds: the drift, or the raw rate minus it. The latter is the default
-        of "auto", the former that of the published methods. Scores are of the drift in any case.
+    output : {"compensated", "estimate"}, default "compensated"
+        What the filtered log holds: the raw rate minus its bias, or the bias as the chosen method
+        estimates it. Scores are of the bias in any case.
     truth : array_like, optional
         True drift, of the shape and unit of the log's data, where it is known.
     horizons : sequence of float
@@ -113,7 +113,7 @@ def replay_to_file(
     path: Path,
     *,
     methods: Sequence[str] = METHODS,
-    output: Output | None = None,
+    output: Output = "compensated",
     horizons: Sequence[float] = (10.0, 60.0),
     force: bool = False,
     progress: Progress | None = None,

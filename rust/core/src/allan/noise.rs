@@ -94,6 +94,11 @@ impl<T: Real> AllanNoise<T> {
         self.kind
     }
 
+    /// The least that it returns.
+    pub fn floor(&self) -> T {
+        self.floor
+    }
+
     /// The estimate so far: `floor` until a difference was seen.
     #[inline(always)]
     pub fn variance(&self) -> T {

@@ -321,7 +321,7 @@ impl Default for AutoParams {
             rate: 100.0,
             startup: 1.0,
             scale: None,
-            behaviour: Behaviour { hold_in_motion: true, ..Behaviour::default() },
+            behaviour: Behaviour::default(),
             limits: RestLimits::default(),
         }
     }

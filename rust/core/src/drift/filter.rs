@@ -634,7 +634,7 @@ impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for DriftFil
             order: (N - 1, M - N),
             params: self.params,
             robust: None,
-            behaviour: Behaviour::default(),
+            behaviour: Behaviour::PUBLISHED,
             limits: RestLimits::default(),
         }
     }

@@ -29,16 +29,21 @@ pub struct Options {
 /// The names of the methods, as people write them.
 pub const METHODS: [&str; 5] = ["kf", "akf", "fading", "robust", "auto"];
 
+/// The name of the method that is taken unless another is asked for.
+pub const METHOD: &str = METHODS[4];
+
 impl Options {
     /// The defaults of a method.
     pub fn of(method: Option<Method>, rate: f64) -> Self {
         let params = Params::default();
+        let behaviour = Behaviour::default();
         Self {
             method,
             order: (2, 1),
             params: Params { rate, method: method.unwrap_or(params.method), ..params },
             robust: None,
-            behaviour: Behaviour { hold_in_motion: method.is_none(), ..Behaviour::default() },
+            // Of the published methods none knows motion.
+            behaviour: Behaviour { hold_in_motion: method.is_none(), ..behaviour },
             limits: RestLimits::default(),
         }
     }
@@ -146,31 +151,32 @@ const KEEPING: &[&str] = &["kf", "akf", "fading"];
 /// Every option but the method and the rate.
 pub const OPTIONS: &[DriftOption] = &[
     DriftOption {
+        name: "output",
+        kind: Kind::Choice(&["compensated", "estimate"]),
+        unit: "",
+        expected: "'compensated' or 'estimate'",
+        meaning: "'compensated', the sample minus its bias, or the 'estimate' of the bias itself",
+        methods: &METHODS,
+        get: |o| Value::Word(if o.behaviour.compensated { "compensated" } else { "estimate" }),
+        set: |o, value| o.behaviour.compensated = value == Value::Word("compensated"),
+    },
+    DriftOption {
         name: "motion",
         kind: Kind::Choice(&["hold", "ignore"]),
         unit: "",
         expected: "'hold' or 'ignore'",
-        meaning: "'hold' the drift in motion, the default of auto, or 'ignore' motion",
+        meaning: "'hold' the bias in motion and learn at rest only, which is the default of auto, or \
+                  'ignore' motion and take every sample for rest, which is that of the others",
         methods: &METHODS,
         get: |o| Value::Word(if o.behaviour.hold_in_motion { "hold" } else { "ignore" }),
         set: |o, value| o.behaviour.hold_in_motion = value == Value::Word("hold"),
-    },
-    DriftOption {
-        name: "output",
-        kind: Kind::Choice(&["estimate", "compensated"]),
-        unit: "",
-        expected: "'estimate' or 'compensated'",
-        meaning: "The 'estimate' of the drift, or the rate 'compensated' by it",
-        methods: &METHODS,
-        get: |o| Value::Word(if o.behaviour.compensated { "compensated" } else { "estimate" }),
-        set: |o, value| o.behaviour.compensated = value == Value::Word("compensated"),
     },
     DriftOption {
         name: "limit",
         kind: Kind::MaybeNumber,
         unit: "unit of the samples",
         expected: "a positive number",
-        meaning: "End of the sensor's range: a sample of this size is missing",
+        meaning: "End of the sensor's range: a sample of this size or beyond is missing",
         methods: &METHODS,
         get: |o| maybe(o.behaviour.limit),
         set: |o, value| set_maybe(&mut o.behaviour.limit, value),
@@ -196,16 +202,6 @@ pub const OPTIONS: &[DriftOption] = &[
         set: |o, value| set_maybe(&mut o.limits.bias, value),
     },
     DriftOption {
-        name: "outliers",
-        kind: Kind::Choice(&["keep", "reject"]),
-        unit: "",
-        expected: "'keep' or 'reject'",
-        meaning: "'keep' outliers, as published, or 'reject' them, as auto always does",
-        methods: KEEPING,
-        get: |o| Value::Word(if o.behaviour.reject_outliers { "reject" } else { "keep" }),
-        set: |o, value| o.behaviour.reject_outliers = value == Value::Word("reject"),
-    },
-    DriftOption {
         name: "order",
         kind: Kind::Order,
         unit: "",
@@ -220,51 +216,32 @@ pub const OPTIONS: &[DriftOption] = &[
         },
     },
     DriftOption {
-        name: "fading",
-        kind: Kind::Number,
-        unit: "",
-        expected: "above 0 and at most 1",
-        meaning: "Memory of the measurement noise R",
-        methods: FADING,
-        get: |o| Value::Number(o.params.fading),
-        set: |o, value| set_number(&mut o.params.fading, value),
-    },
-    DriftOption {
-        name: "adapt_for",
-        kind: Kind::MaybeNumber,
-        unit: "s",
-        expected: "zero or a positive number of seconds",
-        meaning: "How long the model is learned after the start-up",
-        methods: PUBLISHED,
-        get: |o| maybe(o.params.adapt_for),
-        set: |o, value| set_maybe(&mut o.params.adapt_for, value),
-    },
-    DriftOption {
-        name: "forgetting_factor",
-        kind: Kind::Number,
-        unit: "",
-        expected: "above 0 and at most 1",
-        meaning: "Memory of the model's least squares",
-        methods: PUBLISHED,
-        get: |o| Value::Number(o.params.forgetting_factor),
-        set: |o, value| set_number(&mut o.params.forgetting_factor, value),
-    },
-    DriftOption {
         name: "process_noise",
         kind: Kind::Number,
         unit: "",
         expected: "zero or a positive number",
-        meaning: "Initial G and P, in variances of the start-up",
+        meaning: "How fast the drift may change at the start, relative to the noise: 1e-6 is slow, 1 \
+                  follows motion",
         methods: PUBLISHED,
         get: |o| Value::Number(o.params.process_noise),
         set: |o, value| set_number(&mut o.params.process_noise, value),
+    },
+    DriftOption {
+        name: "fading",
+        kind: Kind::Number,
+        unit: "",
+        expected: "above 0 and at most 1",
+        meaning: "Memory of the measurement noise: 0.97 is that of about 33 samples, 1 of all",
+        methods: FADING,
+        get: |o| Value::Number(o.params.fading),
+        set: |o, value| set_number(&mut o.params.fading, value),
     },
     DriftOption {
         name: "process_noise_memory",
         kind: Kind::Number,
         unit: "samples",
         expected: "zero or a positive number",
-        meaning: "Samples that the initial G counts for",
+        meaning: "Samples that the process noise of the start counts for in addition to those seen",
         methods: FADING,
         get: |o| Value::Number(o.params.process_noise_memory),
         set: |o, value| set_number(&mut o.params.process_noise_memory, value),
@@ -274,7 +251,8 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Choice(&["allan", "hadamard"]),
         unit: "",
         expected: "'allan' or 'hadamard'",
-        meaning: "Variance that R is taken from",
+        meaning: "Variance that the measurement noise is taken from: 'hadamard' is blind to a steady \
+                  change of the rate",
         methods: PUBLISHED,
         get: |o| Value::Word(o.params.noise.name()),
         set: |o, value| {
@@ -283,24 +261,34 @@ pub const OPTIONS: &[DriftOption] = &[
         },
     },
     DriftOption {
-        name: "startup",
-        kind: Kind::Number,
-        unit: "s",
-        expected: "a positive number of seconds",
-        meaning: "Length of the start-up",
-        methods: &METHODS,
-        get: |o| Value::Number(o.params.startup),
-        set: |o, value| set_number(&mut o.params.startup, value),
+        name: "outliers",
+        kind: Kind::Choice(&["keep", "reject"]),
+        unit: "",
+        expected: "'keep' or 'reject'",
+        meaning: "'keep' outliers, as published, or 'reject' them, as auto always does",
+        methods: KEEPING,
+        get: |o| Value::Word(if o.behaviour.reject_outliers { "reject" } else { "keep" }),
+        set: |o, value| o.behaviour.reject_outliers = value == Value::Word("reject"),
     },
     DriftOption {
-        name: "scale",
+        name: "adapt_for",
         kind: Kind::MaybeNumber,
-        unit: "unit of the samples",
-        expected: "a positive number",
-        meaning: "Deviation of the noise in the unit of the data, if it is known",
-        methods: &METHODS,
-        get: |o| maybe(o.params.scale),
-        set: |o, value| set_maybe(&mut o.params.scale, value),
+        unit: "s",
+        expected: "zero or a positive number of seconds",
+        meaning: "How long the model of the drift is learned after the start-up",
+        methods: PUBLISHED,
+        get: |o| maybe(o.params.adapt_for),
+        set: |o, value| set_maybe(&mut o.params.adapt_for, value),
+    },
+    DriftOption {
+        name: "forgetting_factor",
+        kind: Kind::Number,
+        unit: "",
+        expected: "above 0 and at most 1",
+        meaning: "Memory of the model of the drift: 1 forgets nothing, small forgets quickly",
+        methods: PUBLISHED,
+        get: |o| Value::Number(o.params.forgetting_factor),
+        set: |o, value| set_number(&mut o.params.forgetting_factor, value),
     },
     DriftOption {
         name: "zones",
@@ -341,6 +329,26 @@ pub const OPTIONS: &[DriftOption] = &[
         methods: ROBUST,
         get: |o| Value::Number(robust(o).correction),
         set: |o, value| set_robust(o, |robust| set_number(&mut robust.correction, value)),
+    },
+    DriftOption {
+        name: "startup",
+        kind: Kind::Number,
+        unit: "s",
+        expected: "a positive number of seconds",
+        meaning: "Length of the start-up, whose mean is the first bias",
+        methods: &METHODS,
+        get: |o| Value::Number(o.params.startup),
+        set: |o, value| set_number(&mut o.params.startup, value),
+    },
+    DriftOption {
+        name: "scale",
+        kind: Kind::MaybeNumber,
+        unit: "unit of the samples",
+        expected: "a positive number",
+        meaning: "Deviation of the noise where it is known; else it is learned",
+        methods: &METHODS,
+        get: |o| maybe(o.params.scale),
+        set: |o, value| set_maybe(&mut o.params.scale, value),
     },
 ];
 

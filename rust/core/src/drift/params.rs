@@ -21,7 +21,7 @@ pub enum Method {
 }
 
 /// What a filter takes, what it does about motion, and what it returns.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Behaviour {
     /// Size from which on a sample is at the end of the sensor's range, and missing.
     pub limit: Option<f64>,
@@ -33,7 +33,18 @@ pub struct Behaviour {
     pub compensated: bool,
 }
 
+/// That of a filter that removes the bias of a sensor which also moves.
+impl Default for Behaviour {
+    fn default() -> Self {
+        Self { hold_in_motion: true, compensated: true, ..Self::PUBLISHED }
+    }
+}
+
 impl Behaviour {
+    /// That of a published filter alone: it takes every sample and returns the estimate.
+    pub const PUBLISHED: Self =
+        Self { limit: None, reject_outliers: false, hold_in_motion: false, compensated: false };
+
     /// The behaviour, if its limit is a positive number.
     ///
     /// # Errors

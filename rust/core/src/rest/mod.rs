@@ -6,9 +6,9 @@
 //! level of the last rest begin the next.
 //!
 //! No gyroscope tells slow turning at one rate from a bias, and no sensor keeps its bias or its
-//! noise for ever. So a level not known before is taken for rest if it stands still: after 10 s if
-//! it is near, after 60 s if it is five deviations of the samples off. What was known before is kept
-//! and returned to in one and a half seconds.
+//! noise for ever. So a level not known before is taken for rest if it stands still: after 10 s,
+//! and about 11 s for each deviation of the samples that it lies off, 60 s at most. What was known
+//! before is kept and returned to in one and a half seconds.
 
 mod bounds;
 mod candidate;

@@ -10,7 +10,7 @@ const RATE: f64 = 100.0;
 const NOISE: f64 = 0.1;
 
 fn auto<T: DriftNumber>(compensated: bool) -> AutoFilter<T> {
-    let behaviour = Behaviour { hold_in_motion: true, compensated, ..Behaviour::default() };
+    let behaviour = Behaviour { hold_in_motion: true, compensated, ..Behaviour::PUBLISHED };
     AutoFilter::new(AutoParams { rate: RATE, behaviour, ..AutoParams::default() })
         .expect("valid parameters")
 }

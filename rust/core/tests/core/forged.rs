@@ -137,12 +137,12 @@ where
     T: zerorate_core::drift::DriftNumber,
 {
     let filter = DriftFilter::new(params).expect("valid parameters");
-    RestGated::new(filter, Behaviour { hold_in_motion, ..Behaviour::default() })
+    RestGated::new(filter, Behaviour { hold_in_motion, ..Behaviour::PUBLISHED })
         .expect("a valid rate")
 }
 
 fn auto<T: Number>(scale: Option<f64>, hold_in_motion: bool) -> AutoFilter<T> {
-    let behaviour = Behaviour { hold_in_motion, ..Behaviour::default() };
+    let behaviour = Behaviour { hold_in_motion, ..Behaviour::PUBLISHED };
     AutoFilter::new(AutoParams { rate: 16.0, scale, behaviour, ..AutoParams::default() })
         .expect("valid parameters")
 }
@@ -175,7 +175,7 @@ proptest! {
         let filter = RobustFilter::<f64, 2, 2>::new(params, robust)?;
         check(filter, traced, &samples, &after, first)?;
         check(RobustFilter::<f32, 3, 4>::new(params, robust)?, traced, &samples, &after, first)?;
-        let behaviour = Behaviour { hold_in_motion: true, ..Behaviour::default() };
+        let behaviour = Behaviour { hold_in_motion: true, ..Behaviour::PUBLISHED };
         check(RestGated::<f64, 2, 2, _>::new(filter, behaviour)?, traced, &samples, &after, first)?;
     }
 

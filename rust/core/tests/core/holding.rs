@@ -186,7 +186,7 @@ proptest! {
     ) {
         let mut plain = DriftFilter::<f64, 3, 4>::new(params).expect("valid");
         let inside = processed(&mut plain, &samples);
-        let behaviour = Behaviour::default();
+        let behaviour = Behaviour::PUBLISHED;
         let got = processed(&mut gated(params, behaviour), &samples);
         prop_assert_eq!(bits(&inside), bits(&got));
     }
@@ -194,7 +194,7 @@ proptest! {
 
 #[test]
 fn reset_forgets_everything() {
-    let behaviour = Behaviour { hold_in_motion: true, compensated: true, ..Behaviour::default() };
+    let behaviour = Behaviour { hold_in_motion: true, compensated: true, ..Behaviour::PUBLISHED };
     let mut filter = auto(AutoParams { behaviour, ..AutoParams::default() });
     let mut holding = gated(Params::default(), behaviour);
     let first = processed(&mut filter, &drifting(3000, 7));

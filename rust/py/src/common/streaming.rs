@@ -350,6 +350,20 @@ impl<B: AnyBank + ?Sized> Shared<B> {
     }
 }
 
+/// The call that makes such an object: arguments with the text of their value and of their default,
+/// which is left out.
+pub fn call(class: &str, arguments: &[(&str, String, &str)], channels: Option<usize>) -> String {
+    let other = arguments.iter().filter(|(_, value, default)| value != default);
+    let named = other.map(|(name, value, _)| format!("{name}={value}"));
+    let several = channels.map(|k| format!("channels={k}"));
+    format!("{class}({})", named.chain(several).collect::<Vec<_>>().join(", "))
+}
+
+/// A number as Python writes it, or None.
+pub fn text(number: impl Into<Option<f64>>) -> String {
+    number.into().map_or_else(|| "None".to_owned(), |number| format!("{number:?}"))
+}
+
 /// Where the numbers of some rows are.
 pub fn places(rows: Range<usize>, width: usize) -> Range<usize> {
     rows.start * width..rows.end * width

@@ -263,7 +263,7 @@ pub fn gated<F, const N: usize, const M: usize>(
 where
     F: PublishedFilter<f64, N, M> + Send + Sync + 'static,
 {
-    if behaviour == Behaviour::default() {
+    if behaviour == Behaviour::PUBLISHED {
         return Ok(Box::new(of(filters)?));
     }
     let gated = |filter| RestGated::<f64, N, M, F>::new(filter?, behaviour);

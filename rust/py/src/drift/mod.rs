@@ -23,91 +23,99 @@ use crate::common::errors::NativeError;
 use crate::common::streaming::{Shared, arrays_of, exclusive, places, reading, streaming};
 use crate::common::work::in_pieces;
 
-/// Online random-drift filter of a gyro, one or more axes.
+/// Bias of a gyro, learned and removed sample by sample, for one or more axes.
 ///
-/// ``"auto"`` needs no tuning: it finds rest and motion itself, weighs random walks of every
-/// strength by their likelihood, learns the drift at rest and holds it in motion.
+/// Not sure? ``DriftFilter(rate)``: it needs no tuning. It finds rest and motion by itself, learns
+/// the bias at rest, holds it in motion, and returns each sample minus the bias. It removes the
+/// slowly changing bias and does not smooth: the noise of the samples stays.
 ///
-/// The other methods are those of Fu & Han 2019, equations 8 to 31: an ARMA(p, q) model of the drift
-/// by recursive least squares, the measurement noise R from the Allan variance at the shortest
-/// averaging time, the process noise G by Sage-Husa, and the Kalman filter of that model.
+/// The other methods are for research. ``"kf"``, ``"akf"`` and ``"fading"`` are those of Fu & Han 2019
+/// (equations 8 to 31), ``"robust"`` is that of Wu & Ran 2021. Unless ``motion="hold"`` they take
+/// every sample for rest: they follow motion, and the compensated rate lacks it. Their
+/// ``process_noise`` has to suit the sensor.
 ///
-/// Nothing needs a unit: offset and scale come from the first samples, during which the estimate is
-/// the mean so far. A sample that is not finite (or ``update(None)``) is missing: it is predicted,
-/// not corrected. One filter serves one thread at a time.
+/// Samples and results are in one unit, whichever it is. In the first second the bias is the mean so
+/// far, so keep the sensor still. Without ``rest_limit`` a motion that lasts from the very start can
+/// be taken for rest, and so for bias; ``status`` is ``"provisional"`` as long as that may be so. A
+/// sample that is not finite (or ``update(None)``) is missing. One filter serves one thread at a
+/// time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
 ///     Samples a second.
-/// order : (int, int), default (2, 1), of ``"robust"`` (1, 0)
-///     Orders p from 1 to 3 and q from 0 to 3; (p, 0) is AR(p).
-/// method : {"kf", "akf", "fading", "robust", "auto"}, default "fading"
-///     ``"kf"`` keeps G and R as the start-up says; ``"akf"`` adapts R with equal weights;
-///     ``"fading"`` adapts R with fading memory, and G. ``"robust"`` is ``"akf"`` with the three
-///     zones of Wu & Ran 2021, which leave outliers out. ``"auto"`` tunes itself.
-/// fading : float, default 0.97
-///     Memory b of R in (0, 1] for ``"fading"``: small follows changes of the noise quickly, large
-///     averages (Fu & Han: 0.95 to 0.99 for an MTi-100, 0.90 to 0.95 for a 3DM-GX4-25).
-/// adapt_for : float or None, default 120.0
-///     Seconds after the start-up during which the model is learned; None is always.
-/// forgetting_factor : float, default 1.0
-///     λ of the least squares in (0, 1]: small forgets old samples quickly, 1 never forgets.
+/// method : {"auto", "kf", "akf", "fading", "robust"}, default "auto"
+///     ``"auto"`` tunes itself. ``"kf"`` is a Kalman filter of an ARMA model; ``"akf"`` also adapts
+///     the measurement noise R with equal weights; ``"fading"`` adapts R with fading memory, and the
+///     process noise G. ``"robust"`` is ``"akf"`` with zones that leave outliers out.
 /// channels : int, optional
-///     Number of signals side by side; None is a single one.
+///     Number k of axes side by side; None is a single one. With it ``update`` takes k samples, and
+///     what is read has k values.
+/// output : {"compensated", "estimate"}, default "compensated"
+///     What ``update`` and ``process`` return: the sample minus ``bias``, which has no delay (NaN for
+///     a missing sample), or the estimate of the bias itself.
 /// motion : {"hold", "ignore"}, optional
 ///     ``"hold"`` learns at rest only, as a ``RestDetector`` sees it, and takes back what came just
 ///     before a motion was seen (half a second, for ``"auto"`` up to two); ``"ignore"`` takes every
-///     sample for rest, as the published filters do. Default: ``"hold"`` for ``"auto"``, ``"ignore"``
-///     for the others.
-/// output : {"estimate", "compensated"}, default "estimate"
-///     What ``update`` and ``process`` return: the estimate, or the sample minus ``bias``, which has
-///     no delay (NaN for a missing sample).
+///     sample for rest. Default: ``"hold"`` for ``"auto"``, ``"ignore"`` for the others.
 /// limit : float, optional
 ///     End of the sensor's range, in the samples' unit: a sample of this size or beyond is saturated,
 ///     and missing.
+///
+/// Other Parameters
+/// ----------------
 /// rest_limit : float, optional
-///     For ``"auto"``: deviation of the samples within a quarter second, and spread of the means of
+///     Only ``"auto"``: deviation of the samples within a quarter second, and spread of the means of
 ///     six of these, above which a sensor of this kind cannot be at rest, in the samples' unit;
 ///     3 deg/s suits MEMS gyros. A record may then begin in motion: nothing is learned, and 0 is the
 ///     bias, until the sensor has been still for 2.25 s. Without it the start is taken for rest if it
 ///     looks like noise, ``status`` is ``"provisional"`` until something louder or a minute of
 ///     stillness has been seen, and ``bias_sigma`` is as large as the samples until then.
 /// bias_limit : float, optional
-///     For ``"auto"``: level that is never taken for a bias, in the samples' unit: a sensor that
-///     turns at one rate looks like one at rest.
-/// outliers : {"keep", "reject"}, default "keep"
-///     For ``"kf"``, ``"akf"`` and ``"fading"``: ``"reject"`` keeps from them what ``"auto"`` always does, samples
-///     more than four deviations from the level of the last quarter seconds, unless there are so
-///     many of these, or so many in a row, that the sensor moves.
+///     Only ``"auto"``: level that is never taken for a bias, in the samples' unit; 20 deg/s suits
+///     MEMS gyros. A sensor that turns at one rate looks like one at rest.
+/// order : (int, int), default (2, 1), of ``"robust"`` (1, 0)
+///     All but ``"auto"``: orders p from 1 to 3 and q from 0 to 3 of the ARMA model of the drift;
+///     (p, 0) is AR(p).
 /// process_noise : float, default 0.1
-///     Initial process noise G and covariance P, in variances of the start-up window. Large follows
-///     the signal, small smooths it.
+///     All but ``"auto"``: process noise G and covariance P at the start, in variances of the
+///     start-up. Small smooths and is late (1e-6), large follows the signal (1).
+/// fading : float, default 0.97
+///     Only ``"fading"``: memory b of R in (0, 1]. Small follows changes of the noise quickly, large
+///     averages (Fu & Han: 0.95 to 0.99 for an MTi-100, 0.90 to 0.95 for a 3DM-GX4-25).
 /// process_noise_memory : float, default 0.0
-///     Samples that the initial G counts for in addition to those seen: large keeps it longer.
+///     Only ``"fading"``: samples that the process noise of the start counts for in addition to those
+///     seen: large keeps it longer.
 /// noise : {"allan", "hadamard"}, default "allan"
-///     Variance that R is taken from; "hadamard" ignores a constant angular acceleration.
-/// startup : float, default 1.0
-///     Seconds from which offset, scale and first noise are learned (at least ten samples, and
-///     until two samples differ).
-/// scale : float, optional
-///     Deviation of the noise in the samples' unit where it is known; else it is learned.
+///     All but ``"auto"``: variance that R is taken from; ``"hadamard"`` ignores a constant angular
+///     acceleration.
+/// outliers : {"keep", "reject"}, default "keep"
+///     Only ``"kf"``, ``"akf"`` and ``"fading"``: ``"reject"`` keeps from them what ``"auto"`` always
+///     does, samples more than four deviations from the level of the last quarter seconds, unless
+///     there are so many of these, or so many in a row, that the sensor moves.
+/// adapt_for : float or None, default 120.0
+///     All but ``"auto"``: seconds after the start-up during which the model is learned; None is
+///     always.
+/// forgetting_factor : float, default 1.0
+///     All but ``"auto"``: λ of the model's least squares in (0, 1]. Small forgets old samples
+///     quickly, 1 never forgets.
 /// zones : (float, float) or "published", default (4.0, 0.75)
-///     For ``"robust"``: (kappa, beta). An innovation beyond kappa deviations of the accepted ones
+///     Only ``"robust"``: (kappa, beta). An innovation beyond kappa deviations of the accepted ones
 ///     is an outlier, unless so many of one sign follow each other (0.03 s, at least three) that
 ///     they are a step; one beyond beta of that is bounded. Large kappa lets outliers through,
 ///     small leaves good samples out. ``"published"`` holds a variance against an innovation, as
 ///     printed: it depends on the unit of the samples, and nothing ends a row of outliers.
 /// damping : float, default 0.0
-///     For ``"robust"``: the part of the gain, from 0 to 1, that is left to an outlier.
+///     Only ``"robust"``: the part of the gain, from 0 to 1, that is left to an outlier.
 /// correction : float, default 0.0
-///     For ``"robust"``: the part, from 0 to 1, of an innovation between the zones that moves the
+///     Only ``"robust"``: the part, from 0 to 1, of an innovation between the zones that moves the
 ///     prediction; 0 bounds such an innovation instead, and is better.
-///
-/// ``"auto"`` uses, of the parameters, rate, channels, motion, output, limit, rest_limit, bias_limit,
-/// startup and scale; ``"fading"`` all but rest_limit, bias_limit, zones, damping and correction;
-/// ``"kf"`` and ``"akf"`` all that ``"fading"`` does but fading and process_noise_memory;
-/// ``"robust"`` all that ``"akf"`` does but outliers, and zones, damping and correction.
+/// startup : float, default 1.0
+///     All methods, rarely needed: seconds from which offset, scale and first noise are learned (at
+///     least ten samples, and until two samples differ).
+/// scale : float, optional
+///     All methods, rarely needed: deviation of the noise in the samples' unit where it is known;
+///     else it is learned.
 ///
 /// Raises
 /// ------
@@ -116,12 +124,15 @@ use crate::common::work::in_pieces;
 ///
 /// Examples
 /// --------
+/// Two minutes of a gyro at rest, in deg/s:
+///
 /// >>> import numpy as np, zerorate as zr
-/// >>> z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)
-/// >>> f = zr.DriftFilter(rate=100.0)
-/// >>> bool(f.process(z).std() < 0.6 * z.std())
-/// True
-#[pyclass(module = "zerorate")]
+/// >>> z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(12_000)
+/// >>> gyro = zr.DriftFilter(rate=100.0)
+/// >>> rate = gyro.process(z)  # z minus the bias as known at each sample
+/// >>> gyro.status, round(gyro.bias, 2), gyro.bias_sigma < 0.01
+/// ('at rest', 0.5, True)
+#[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct DriftFilter {
     options: Options,
@@ -130,8 +141,10 @@ pub struct DriftFilter {
 
 streaming!(
     DriftFilter,
-    update: "Takes one sample, returns the filtered rate at once: float to float, with channels
-    (k,) to (k,).",
+    update: "Takes one sample and returns what ``output`` says at once, the compensated rate unless
+    asked otherwise: float to float, with channels (k,) to (k,), in the unit of the sample.
+
+    None or NaN is a missing sample: NaN is returned, or the estimate.",
     process: "Filters a batch, equal to the last bit to ``update`` sample by sample.
 
     Parameters
@@ -148,19 +161,19 @@ streaming!(
     Returns
     -------
     ndarray, float64, shape of ``z``
-        The filtered rate, in the unit of ``z``. The interpreter lock is released meanwhile.",
+        What ``output`` says, the compensated rate unless asked otherwise, in the unit of ``z``.
+        The interpreter lock is released meanwhile.",
     out
 );
 
 #[pymethods]
 impl DriftFilter {
     #[new]
-    #[pyo3(signature = (rate, **options), text_signature = "(rate, *, method='fading', \
-        channels=None, motion=None, output='estimate', limit=None, rest_limit=None, \
-        bias_limit=None, outliers='keep', order=(2, 1), fading=0.97, \
-        adapt_for=120.0, forgetting_factor=1.0, process_noise=0.1, process_noise_memory=0.0, \
-        noise='allan', startup=1.0, scale=None, zones=(4.0, 0.75), damping=0.0, \
-        correction=0.0)")]
+    #[pyo3(signature = (rate, **options), text_signature = "(rate, *, method='auto', \
+        channels=None, output='compensated', motion=None, limit=None, rest_limit=None, \
+        bias_limit=None, order=(2, 1), process_noise=0.1, fading=0.97, process_noise_memory=0.0, \
+        noise='allan', outliers='keep', adapt_for=120.0, forgetting_factor=1.0, \
+        zones=(4.0, 0.75), damping=0.0, correction=0.0, startup=1.0, scale=None)")]
     fn new(rate: f64, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let (options, channels) = options::read(rate, options)?;
         let bank = bank::new(&options, channels.unwrap_or(1))?;
@@ -171,7 +184,8 @@ impl DriftFilter {
     ///
     /// ``ArmaModel.to_filter`` makes such filters from a record. R and the weight of Sage-Husa
     /// stand as if ``startup`` seconds had been spent; ``process_noise`` and ``scale`` of the
-    /// parameters are not used.
+    /// parameters are not used. The method is always asked for by name: ``"auto"`` learns its own
+    /// start.
     ///
     /// Parameters
     /// ----------
@@ -182,7 +196,8 @@ impl DriftFilter {
     ///     (p + q + 1, p + q + 1); variances ``measurement_noise`` R and ``process_noise`` G₀₀;
     ///     ``state_covariance`` P before the first sample, (p + 1, p + 1).
     /// **params
-    ///     Those of ``DriftFilter``.
+    ///     Those of ``DriftFilter``, with a ``method`` among ``"kf"``, ``"akf"``, ``"fading"`` and
+    ///     ``"robust"``.
     ///
     /// Raises
     /// ------
@@ -254,8 +269,8 @@ impl DriftFilter {
         Ok(Trace { arrays: named.unbind() })
     }
 
-    /// Forgets the drift, but not what was learned about the noise: for a sensor that was switched
-    /// off and on, whose drift begins anew and whose noise does not.
+    /// Forgets the bias, but not what was learned about the noise: for a sensor that was switched
+    /// off and on, whose bias is another one and whose noise is not.
     ///
     /// Raises
     /// ------
@@ -274,25 +289,16 @@ impl DriftFilter {
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = reading(slf)?;
-        let channels = this.shared.channels.map_or(String::new(), |k| format!(", channels={k}"));
-        let Options { order, params, .. } = this.options;
-        let model = match this.options.method {
-            Some(_) => format!(
-                ", order={order:?}, method='{}', fading={:?}",
-                this.options.method_name(),
-                params.fading
-            ),
-            None => ", method='auto'".to_owned(),
-        };
-        Ok(format!("DriftFilter(rate={:?}{model}{channels})", params.rate))
+        let started = this.shared.bank.starts().is_some();
+        options::call(slf.py(), &this.options, this.shared.channels, started)
     }
 
-    /// What the filter is doing: ``"starting"`` (the bias is the mean so far), ``"at rest"`` (it
-    /// learns), ``"in motion"`` (it holds the bias), ``"no rest yet"`` (the sensor moved before
-    /// anything was learned; the bias is 0), ``"starting anew"`` (the noise learned at the start
-    /// proved wrong by many orders), ``"provisional"`` (it learns from what looks like rest but may
-    /// be motion, since nothing louder has been seen yet) or ``"stuck"`` (the sensor gives the same
-    /// sample for longer than chance does; it holds the bias). With channels a list of k.
+    /// What the filter is doing, with channels a list of k: ``"starting"`` (the bias is the mean so
+    /// far), ``"at rest"`` (it learns), ``"provisional"`` (it learns from what looks like rest but may
+    /// be motion, since nothing louder has been seen yet), ``"in motion"`` (it holds the bias),
+    /// ``"no rest yet"`` (the sensor moved before anything was learned; the bias is 0), ``"starting
+    /// anew"`` (the noise learned at the start proved wrong by many orders) or ``"stuck"`` (the
+    /// sensor gives the same sample for longer than chance does; it holds the bias).
     #[getter]
     fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), reading(slf)?);
@@ -313,7 +319,7 @@ impl DriftFilter {
         this.shared.numbers(py, densities.iter().map(|both| both[0]).collect())
     }
 
-    /// How far the drift walks in a root second as learned by ``"auto"``, unit of the samples: float,
+    /// How far the bias walks in a root second as learned by ``"auto"``, unit of the samples: float,
     /// with channels (k,). NaN until it is known, and for the other methods.
     #[getter]
     fn rate_random_walk<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

@@ -1,16 +1,18 @@
 //! Options of a drift filter between Python and the core's table of them.
 
+use std::fmt::Write;
+
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use zerorate_core::drift::options::{DriftOption, Kind, METHODS, OPTIONS, Options, Value, option};
+use zerorate_core::drift::options::{
+    DriftOption, Kind, METHOD, METHODS, OPTIONS, Options, Value, option,
+};
 
 use super::bank::{Order, order_error};
 use crate::common::errors::NativeError;
 use crate::common::streaming;
-
-const METHOD: &str = "fading";
 
 /// The options that keyword arguments ask for, and the number of channels.
 pub fn read(rate: f64, given: Option<&Bound<'_, PyDict>>) -> PyResult<(Options, Option<usize>)> {
@@ -146,6 +148,36 @@ pub fn write<'py>(
     Ok(arguments)
 }
 
+/// The call that makes such a filter anew: the rate, and what differs from the method's default.
+pub fn call(
+    py: Python<'_>,
+    options: &Options,
+    channels: Option<usize>,
+    started: bool,
+) -> PyResult<String> {
+    let name = options.method_name();
+    let defaults = Options::of_method(name, options.params.rate);
+    let mut text = match started {
+        // What it was started with is long: a call with an ellipsis makes no filter.
+        true => "DriftFilter.started(..., ".to_owned(),
+        false => "DriftFilter(".to_owned(),
+    };
+    let _ = write!(text, "rate={}", object(py, Value::Number(options.params.rate))?.repr()?);
+    if name != METHOD {
+        let _ = write!(text, ", method='{name}'");
+    }
+    if let Some(channels) = channels {
+        let _ = write!(text, ", channels={channels}");
+    }
+    for option in OPTIONS.iter().filter(|option| options.uses(option)) {
+        let value = (option.get)(options);
+        if defaults.map(|defaults| (option.get)(&defaults)) != Some(value) {
+            let _ = write!(text, ", {}={}", option.name, object(py, value)?.repr()?);
+        }
+    }
+    Ok(text + ")")
+}
+
 fn object(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
     match value {
         Value::None => Ok(py.None().into_bound(py)),
@@ -156,6 +188,9 @@ fn object(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
     }
 }
 
+const METHOD_MEANING: &str = "'auto' learns the bias by itself and needs no settings; 'kf', 'akf' \
+    and 'fading' are the filters of Fu & Han 2019, 'robust' is that of Wu & Ran 2021";
+
 /// The table of options as dictionaries: name, kind ("order", "number", "seconds", "seconds or
 /// always", "choice" or "pair or word"), default, unit, expected, choices, meaning and the methods that use it.
 ///
@@ -163,7 +198,7 @@ fn object(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
 #[pyfunction]
 pub fn filter_options(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let defaults = Options::of_method(METHOD, 1.0);
-    let method = row(py, "method", "choice", &METHODS, "Method of the filter")?;
+    let method = row(py, "method", "choice", &METHODS, METHOD_MEANING)?;
     method.set_item("default", METHOD)?;
     method.set_item("unit", "")?;
     method.set_item("expected", quoted(&METHODS, "or"))?;

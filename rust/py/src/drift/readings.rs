@@ -23,35 +23,44 @@ macro_rules! readings {
 }
 
 readings! { DriftFilter;
-    /// The last filtered rate: float, with channels (k,).
+    /// Estimate after the last sample, in the samples' unit: float, with channels (k,). What ``update``
+    /// returns with ``output="estimate"``; for ``"auto"`` it is ``bias``.
     estimate;
-    /// The last sample minus its prediction, zero if it was missing: float, with channels (k,).
+    /// The last sample minus its prediction, in the samples' unit, zero if it was missing: float, with
+    /// channels (k,).
     innovation;
-    /// Variance of the innovation: float, with channels (k,).
+    /// Variance that the filter expected of the innovation, samples' unit squared: float, with
+    /// channels (k,).
     innovation_variance;
-    /// The drift learned at rest, held in motion: float, with channels (k,). The estimate for
-    /// every method.
+    /// What the compensated rate is free of, in the samples' unit: float, with channels (k,). Learned
+    /// at rest and held in motion; in the first second the mean so far, 0 before the first sample.
     bias;
-    /// Standard deviation of the bias as the filter sees it: float, with channels (k,). Before
-    /// anything is known, the size of the largest sample.
+    /// Standard deviation of the bias as the filter sees it, in the samples' unit: float, with
+    /// channels (k,). Of ``"auto"`` as large as the samples while little is known; 0 before the first
+    /// sample, when nothing is.
     bias_sigma;
-    /// The sensor is not seen to move, so the filter learns: bool, with channels (k,). Always true
-    /// with ``motion="ignore"``.
+    /// The filter learns, since the sensor is not seen to move: bool, with channels (k,). True from
+    /// the first sample on unless ``rest_limit`` is given, since the start is taken for rest until
+    /// motion is seen (``status`` tells), and always with ``motion="ignore"``.
     at_rest;
     /// The last sample was at or beyond ``limit``: bool, with channels (k,).
     saturated;
     /// The sensor gives the same sample for longer than chance does: bool, with channels (k,).
     stuck;
-    /// Measurement noise variance R: float, with channels (k,).
+    /// Measurement noise variance R, samples' unit squared: float, with channels (k,). For ``"auto"``
+    /// the variance of a sample about the bias.
     measurement_noise;
-    /// Kalman gain: (p + 1,), with channels (k, p + 1).
+    /// Kalman gain: (p + 1,), with channels (k, p + 1). For ``"auto"``, whose state is the bias alone,
+    /// p is 0.
     gain;
-    /// Process noise covariance G: (p + 1, p + 1), with channels (k, p + 1, p + 1).
+    /// Process noise covariance G of a sample, samples' unit squared: (p + 1, p + 1), with channels
+    /// (k, p + 1, p + 1). For ``"auto"`` (1, 1): variance of the bias's random step from one sample to the next.
     process_noise;
-    /// Model ``[φ…, θ…, c]``, c in the unit of the samples: (p + q + 1,), with channels
-    /// (k, p + q + 1).
+    /// Model ``[φ…, θ…, c]``, c in the samples' unit: (p + q + 1,), with channels (k, p + q + 1). For
+    /// ``"auto"``, which has no ARMA model, [1].
     coefficients;
-    /// State covariance P: (p + 1, p + 1), with channels (k, p + 1, p + 1).
+    /// State covariance P, samples' unit squared: (p + 1, p + 1), with channels (k, p + 1, p + 1).
+    /// For ``"auto"`` (1, 1).
     covariance;
 }
 
@@ -60,7 +69,7 @@ readings! { DriftFilter;
 /// Attributes
 /// ----------
 /// estimate : ndarray, float64, (n,)
-///     Filtered rate, in the unit of the samples.
+///     Estimate of the filter, in the unit of the samples; of "auto" the bias.
 /// innovation : ndarray, float64, (n,)
 ///     Sample minus prediction; zero where the sample is missing.
 /// innovation_variance : ndarray, float64, (n,)
@@ -82,7 +91,7 @@ readings! { DriftFilter;
 ///     The step of the process noise was shortened to keep it positive semidefinite; of "robust":
 ///     the sample was taken for an outlier.
 /// bias : ndarray, float64, (n,)
-///     Drift learned at rest and held in motion, in the unit of the samples.
+///     Bias learned at rest and held in motion, in the unit of the samples.
 /// bias_sigma : ndarray, float64, (n,)
 ///     Its standard deviation as the filter sees it.
 /// at_rest : ndarray, bool, (n,)

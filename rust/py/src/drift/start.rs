@@ -3,7 +3,7 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use zerorate_core::drift::options::Options;
+use zerorate_core::drift::options::{METHOD, Options};
 use zerorate_core::stream::{Field, Input, Output};
 use zerorate_core::{DriftFilter, RobustFilter, Start, memory};
 
@@ -43,12 +43,14 @@ fn started_sized<const N: usize, const M: usize>(
 /// Refuses the method that learns its own start, before anything else that it may not use.
 pub fn check_method(params: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
     let method = params.map(|params| params.get_item("method")).transpose()?.flatten();
-    if method.is_some_and(|method| method.eq("auto").unwrap_or(false)) {
-        return Err(PyValueError::new_err(
-            "method 'auto' learns its own start: start 'kf', 'akf', 'fading' or 'robust', or use power_on()",
-        ));
+    let learns = method.map_or(Ok(true), |method| method.eq(METHOD))?;
+    match learns {
+        true => Err(PyValueError::new_err(
+            "method 'auto', the default, learns its own start: start 'kf', 'akf', 'fading' or \
+             'robust', or use power_on()",
+        )),
+        false => Ok(()),
     }
-    Ok(())
 }
 
 /// The numbers of each channel's start, one field after the other.

@@ -1,0 +1,38 @@
+"""What a type checker says of the streaming classes is what they return: mypy reads this file."""
+
+from typing import Any, TypeAlias, assert_type
+
+import numpy as np
+import numpy.typing as npt
+
+import zerorate as zr
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+Flags: TypeAlias = npt.NDArray[np.bool_]
+
+
+def test_a_single_signal_gives_floats() -> None:
+    f = zr.DriftFilter(200.0)
+    assert isinstance(assert_type(f.update(0.5), float), float)
+    assert isinstance(assert_type(f.bias, float), float)
+    assert isinstance(assert_type(f.at_rest, bool), bool)
+    assert assert_type(f.process([0.5]), Floats).shape == (1,)
+    # A status that there is not would be an error of types.
+    assert f.status == "starting"
+    assert isinstance(assert_type(zr.WaveletDenoiser(100.0).update(0.0), float), float)
+
+
+def test_channels_give_arrays() -> None:
+    f = zr.DriftFilter(200.0, channels=3)
+    assert assert_type(f.update((0.5, 0.4, 0.3)), Floats).shape == (3,)
+    assert assert_type(f.at_rest, Flags).all()
+    assert assert_type(f.copy(), zr.DriftFilter[Floats, Flags]).status == ["starting"] * 3
+    detector = zr.RestDetector(100.0, channels=2)
+    assert assert_type(detector.update([0.0, 1.0]), Flags).shape == (2,)
+
+
+def test_an_annotation_need_not_say_which() -> None:
+    def bias_of(f: zr.DriftFilter) -> float:
+        return float(np.max(assert_type(f.bias, Any)))
+
+    assert bias_of(zr.DriftFilter(200.0)) == bias_of(zr.DriftFilter(200.0, channels=3)) == 0.0
