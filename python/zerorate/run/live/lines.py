@@ -17,8 +17,7 @@ from zerorate.io.names import (
     UNKNOWN,
     common_unit,
     looks_like_gyro,
-    looks_like_time,
-    may_be_time,
+    named_like_time,
 )
 from zerorate.io.readers.cells import from_inert, inert, number
 
@@ -190,15 +189,11 @@ def _check_channels(
     if sequence in channels:
         raise ColumnError("columns= names the column of the sequence number")
     named = tuple(names or ())
-    times = [named[i] for i in channels if named and _is_of_time(named[i])]
+    times = [named[i] for i in channels if named and named_like_time(named[i])]
     if times:
         gyros = ", ".join(named[gyro] for gyro in _gyros(named))
         hint = f"; the gyro columns are {gyros}" if gyros else ""
         raise ColumnError(f"columns= names '{times[0]}', which holds the time, not samples{hint}")
-
-
-def _is_of_time(name: str) -> bool:
-    return looks_like_time(name) or may_be_time(name)
 
 
 def _unit(channels: Sequence[int], names: Sequence[str] | None, given: str | None) -> str | None:
