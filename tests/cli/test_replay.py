@@ -41,7 +41,9 @@ class TestReplay:
         options = ("--order", "3,1", "--fading", "0.9", "--startup", "2", "--no-figure")
         code, text, errors = cli(log, "-o", out, *options)
         assert (code, errors) == (0, "")
-        assert text.endswith("\n--order, --fading act on the methods that auto is compared with\n")
+        assert text.endswith(
+            "\n--order, --fading: used by the other methods of the table, not by auto\n"
+        )
 
     @pytest.mark.parametrize(
         ("options", "told"),

@@ -86,6 +86,15 @@ def test_a_log_is_filtered_as_it_stands_with_its_time_and_accelerometers():
     assert errors.startswith(told)
 
 
+def test_raw_counts_are_told_of_once():
+    lines = [f"{i % 7},{i % 5}" for i in range(300)]
+    code, _, errors = streamed(lines, *RATE)
+    told = "column 0, column 1 are whole numbers without a unit, as raw counts are: for an "
+    assert (code, errors.count(told)) == (0, 1)
+    assert "--device MPU-6050 --range 250, or --scale and --unit, make deg/s of them" in errors
+    assert "raw counts" not in streamed(lines, *RATE, "--scale", "1/131")[2]
+
+
 def test_parameters_of_a_published_method_reach_the_filter():
     options = (
         "--method fading --output-kind estimate --order 3,0 --fading 0.9 --adapt-for always "
@@ -198,7 +207,7 @@ def test_lost_samples_are_counted():
 
 
 def test_a_counter_of_a_byte_wraps_many_times():
-    lines = [f"{i % 256} {i % 7}" for i in range(3000) if i != 700]
+    lines = [f"{i % 256} {i % 7 / 8}" for i in range(3000) if i != 700]
     code, answers, errors = streamed(lines, "--rate", "1000", "--sequence", "0")
     assert (code, sum("nan" in answer for answer in answers)) == (0, 0)
     assert errors == (

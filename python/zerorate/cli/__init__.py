@@ -17,6 +17,13 @@ _BY_SIGNAL: Final = 128
 _OWN_FAULT: Final = 70
 _TRACEBACK: Final = "ZERORATE_TRACEBACK"
 _SHOWN: Final = 300
+_PLAIN: Final = {
+    "Value error, ": "",
+    "Input should be a valid number, unable to parse string as a number": "expected a number",
+    "Input should be a valid integer, unable to parse string as an integer": (
+        "expected a whole number"
+    ),
+}
 
 
 def main() -> None:
@@ -96,8 +103,15 @@ def _told(error: BaseException) -> int:
         return _fail("there is not enough memory for this much data", 1)
     # The base class of usage errors has no public name that is the same in every typer.
     if hasattr(error, "format_message"):
-        return _fail(error.format_message(), 2)
+        return _fail(_plain(error.format_message()), 2)
     return _own_fault(error)
+
+
+def _plain(message: str) -> str:
+    """Return what is wrong with a value, without the words of the package that checks it."""
+    for words, plain in _PLAIN.items():
+        message = message.replace(words, plain)
+    return message.removesuffix(".")
 
 
 def _flush() -> None:

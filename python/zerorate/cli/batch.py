@@ -86,7 +86,7 @@ def _print(result: BatchResult) -> None:
         f"{counts['skipped']} skipped, {counts['failed']} failed"
     )
     for one in result.failed:
-        print(f"failed: {one.name}: {one.error}")
+        print(f"failed: {one.name}: {in_options(one.error)}")
     if result.left_out:
         print(f"left out: {len(result.left_out)} files that a batch has written")
     _print_notes(result.notes)
@@ -97,7 +97,7 @@ def _print(result: BatchResult) -> None:
 
 def _print_notes(notes: Mapping[str, Sequence[str]]) -> None:
     for note, logs in islice(notes.items(), _SHOWN):
-        print(f"note: {logs[0]}{_and_others(len(logs) - 1)}: {note}")
+        print(f"note: {logs[0]}{_and_others(len(logs) - 1)}: {in_options(note)}")
     if len(notes) > _SHOWN:
         print(f"{len(notes) - _SHOWN} more notes are in the summary")
 

@@ -100,8 +100,7 @@ def replay(
         print_result(result, files)
     others = [flag(name) for name in options if name not in used_by(method, options)]
     if others:
-        verb = "acts" if len(others) == 1 else "act"
-        print(f"{', '.join(others)} {verb} on the methods that {method} is compared with")
+        print(f"{', '.join(others)}: used by the other methods of the table, not by {method}")
 
 
 def baselines(method: str) -> tuple[str, ...]:

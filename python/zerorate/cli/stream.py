@@ -155,7 +155,7 @@ def stream(
         )
     saver = None if checkpoint is None else _saver(checkpoint, every * rate)
     lines = _resumed(checkpoint, settings, fields, force)
-    server = Server(lines, saver, tell, patient=fields is not None)
+    server = Server(lines, saver, lambda told: tell(in_options(told)), patient=fields is not None)
     try:
         _run(server, source, udp)
     finally:

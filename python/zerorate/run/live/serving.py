@@ -162,8 +162,8 @@ class Server:
     saver : Saver, optional
         Saves the stream after an answer has been given, never before.
     warn : callable
-        Takes a sentence on which columns are filtered, on each of the first ten garbled lines, and
-        of the first ten restarts of the sequence numbers.
+        Takes a sentence on which columns are filtered, on what looks like raw counts, on each of
+        the first ten garbled lines, and of the first ten restarts of the sequence numbers.
     patient : bool
         Whether garbled lines may come before the first whole one.
     """
@@ -191,6 +191,8 @@ class Server:
                 self._tell_restart(number)
             if answer is not None:
                 reply(answer)
+            if (notice := self.stream.notice()) is not None:
+                self.warn(notice)
             self.owing = False
             if self.saver is not None:
                 self.saver.answered(self.stream)

@@ -1,8 +1,12 @@
 """A filter that takes lines and answers lines, and can be saved between any two."""
 
 from collections.abc import Iterator
-from typing import Self
+from typing import Final, Self
 
+import numpy as np
+
+from zerorate.io.counts import note_on_counts
+from zerorate.io.names import UNKNOWN
 from zerorate.run.left_out import LeftOut
 from zerorate.run.live.checkpoint import State, check_settings, packed, unpacked
 from zerorate.run.live.lines import Layout, LineError, cells_of, find_layout
@@ -11,6 +15,9 @@ from zerorate.run.live.sequence import SequenceCount
 from zerorate.run.live.settings import Settings
 
 __all__ = ["LineStream"]
+
+_HEAD: Final = 100
+"""Samples that tell whether they look like raw counts."""
 
 
 class LineStream:
@@ -49,6 +56,8 @@ class LineStream:
         self._layout: Layout | None = None
         self._filter: Running | None = None
         self._lines = 0
+        self._scale = settings.data_scale
+        self._head: list[list[float]] = []
 
     @property
     def position(self) -> int:
@@ -145,6 +154,13 @@ class LineStream:
         limit = self.settings.options["limit"]
         yield from LeftOut.of(filter_).sentences(names, filter_.samples_seen, limit)
 
+    def notice(self) -> str | None:
+        """Return a sentence on the first samples if they look like raw counts, once."""
+        if self.samples < _HEAD or not self._head:
+            return None
+        layout, head, self._head = self._known, np.array(self._head), []
+        return note_on_counts(layout.labels, "gyro", layout.unit or UNKNOWN, head)
+
     def _open(self, layout: Layout) -> None:
         filter_ = self.settings.filter(len(layout.channels), layout.unit)
         self._filter = Running(filter_, self.settings.beside)
@@ -183,9 +199,10 @@ class LineStream:
 
     def _answer(self, row: list[float], cells: list[str]) -> str:
         self.samples += 1
-        scale = self.settings.data_scale
-        if scale is not None:
-            row = [value * scale for value in row]
+        if self._scale is not None:
+            row = [value * self._scale for value in row]
+        elif self.samples <= _HEAD:
+            self._head.append(row)
         return self._known.answer(cells, self._running.answer(row))
 
     @property
