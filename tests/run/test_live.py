@@ -119,6 +119,9 @@ def test_what_is_no_gyro_passes_through_in_its_place():
     assert some.opening == "filters gx, gy, gz; passes on timestamp, ax, ay, az"
     assert some.no_answer == ",".join(["nan"] * 10)
     again = LineStream.from_bytes(some.to_bytes(), some.settings)
+    with pytest.raises(LineError, match="characters that cannot be printed"):
+        again.take(f"\x1b[2J,8,7,6,{lines_of(Z)[0]}")
+    some.take(f"9,8,7,6,{','.join(['nan'] * 3)}")
     assert again.take(f"9,8,7,6,{lines_of(Z)[0]}") == some.take(f"9,8,7,6,{lines_of(Z)[0]}")
 
 

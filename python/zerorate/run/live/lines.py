@@ -35,6 +35,8 @@ __all__ = [
 # As many digits as a counter of 64 bits may have.
 _INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
 
+_UNPRINTABLE: Final = "it holds characters that cannot be printed"
+
 _Column: TypeAlias = float | bool | npt.NDArray[Any]
 """One number a channel: alone, or as an array of shape (k,)."""
 
@@ -93,7 +95,11 @@ class Layout:
     def row(self, cells: Sequence[str]) -> list[float]:
         """Return the sample in the cells of a line, one number a channel; LineError if none."""
         self._check_count(cells)
-        return [_number(cells[i]) for i in self.channels]
+        row = [_number(cells[i]) for i in self.channels]
+        # What passes through may reach a terminal.
+        if len(row) < self.fields and not "".join(cells).isprintable():
+            raise LineError(_UNPRINTABLE)
+        return row
 
     def sequence_number(self, cells: Sequence[str]) -> int:
         """Return the sequence number in the cells of a line; LineError if there is none."""
@@ -119,7 +125,7 @@ class Layout:
 
     def answer(self, cells: Sequence[str], texts: Sequence[str]) -> str:
         """Return the answer to a line: texts in the place of channels, further ones at its end."""
-        if len(self.channels) == self.fields and self._in_order:
+        if self._alone:
             return ",".join(texts)
         whole = list(cells)
         for place, text in zip(self.channels, texts, strict=False):
@@ -133,8 +139,8 @@ class Layout:
         return ",".join([*map(inert, names), *further])
 
     @cached_property
-    def _in_order(self) -> bool:
-        return self.channels == tuple(sorted(self.channels))
+    def _alone(self) -> bool:
+        return self.channels == tuple(range(self.fields))
 
     def _check_count(self, cells: Sequence[str]) -> None:
         # Nothing but a line's end says that all of it is missing.
@@ -214,6 +220,8 @@ def _names(cells: Sequence[str]) -> tuple[str, ...]:
     # A header of numbers and names is more likely a sample that was garbled.
     if any(cell and _is_number(cell) for cell in cells):
         raise LineError("it holds names and numbers, expected one or the other")
+    if not "".join(cells).isprintable():
+        raise LineError(_UNPRINTABLE)
     return _filled(cells)
 
 
