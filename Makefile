@@ -54,6 +54,7 @@ bench: $(TOOLS) ## Time filters and deviations against C and other packages
 results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and simulations
 	$(BIN)/python examples/published_tables.py
 	$(BIN)/python examples/process_noise_sweep.py
+	$(BIN)/python examples/tuned_process_noise.py
 	$(BIN)/python examples/offline_models.py
 	$(BIN)/python examples/allan_figures.py
 	$(BIN)/python examples/identify_figures.py

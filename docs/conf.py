@@ -1,6 +1,10 @@
 """The documentation site: Sphinx with MyST pages, the reference from docstrings and commands."""
 
+import sys
 from importlib.metadata import version as installed
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
 project = "zerorate"
 author = "the developers of zerorate"
@@ -8,12 +12,13 @@ project_copyright = "the developers of zerorate"
 version = release = installed("zerorate")
 
 extensions = [
+    "commands",
     "myst_parser",
     "numpydoc",
     "sphinx.ext.autodoc",
     "sphinx_copybutton",
 ]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "_extensions"]
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 # Doctests of the pages end with an empty line, which shows.

@@ -5,12 +5,16 @@ python examples/allan_figures.py
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 import zerorate as zr
 from zerorate.show import plot_allan, plot_dynamic, save_figure
 from zerorate.units import convert
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FOLDER = Path(__file__).parents[1] / "docs" / "figures"
 RATE = 100.0
@@ -29,25 +33,27 @@ WALKING = replace(ALL_TERMS, quantization=0.0, rate_ramp=0.0)
 def terms() -> None:
     """Draw the five terms, and where each is read."""
     signal, _ = zr.simulate(ALL_TERMS, RATE, 10 * HOUR, seed=1)
-    result = zr.allan(signal, RATE, names=["five terms of a simulated gyro, 10 h"])
+    result = zr.allan(signal, RATE, unit="rad/s", names="a simulated gyro, and the true model")
     save(plot_allan(result, ALL_TERMS), "allan_terms")
 
 
 def identifiable() -> None:
     """Draw ten minutes and three hours of one gyro: the walk hides in the short record."""
     signal, _ = zr.simulate(WALKING, RATE, 3 * HOUR, seed=4)
-    short = np.full_like(signal, np.nan)
-    short[: int(600 * RATE)] = signal[: int(600 * RATE)]
-    names = ["the first 10 min", "all 3 h"]
-    result = zr.allan(np.column_stack((short, signal)), RATE, names=names)
-    save(result.plot(result.fit()), "allan_identifiable")
+    short = signal[: int(600 * RATE)]
+    results = [
+        zr.allan(z, RATE, unit="rad/s", names=name)
+        for z, name in ((short, "the first 10 min"), (signal, "all 3 h"))
+    ]
+    models = [result.fit() for result in results]
+    save(plot_allan(results, models, "one simulated gyro"), "allan_identifiable")
 
 
 def gyro() -> None:
     """Draw three axes of a simulated gyro with the models that were fitted."""
     signal, _ = zr.simulate(zr.device("ADIS16405"), RATE, 2 * HOUR, seed=1, axes=3)
-    result = zr.allan(signal, RATE, names=["x", "y", "z"])
-    save(result.plot(result.fit()), "allan_gyro")
+    result = zr.allan(signal, RATE, unit="rad/s", names=["x", "y", "z"])
+    save(plot_allan(result, result.fit(), "ADIS16405, simulated"), "allan_gyro")
 
 
 def warm_up() -> None:
@@ -56,10 +62,18 @@ def warm_up() -> None:
     t = np.arange(signal.size) / RATE
     settling = convert(1.0, "deg/s", "rad/s") * np.exp(-t / 600.0)
     noisy = signal * (1.0 + np.exp(-t / 900.0)) + settling
-    save(plot_dynamic(zr.dynamic_allan(noisy, RATE, window=600.0)), "allan_dynamic")
+    figure = plot_dynamic(zr.dynamic_allan(noisy, RATE, window=600.0, unit="rad/s"))
+    about = figure.axes[0]
+    about.axvline(30.0, color="white", lw=0.8, ls="--")
+    about.annotate(
+        "warm-up", (30.0, 1.0), (-4.0, -8.0), xycoords=("data", "axes fraction"),
+        textcoords="offset points", ha="right", va="top", size=6.5,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
+    )  # fmt: skip
+    save(figure, "allan_dynamic")
 
 
-def save(figure: object, name: str) -> None:
+def save(figure: "Figure", name: str) -> None:
     """Write a figure into the folder of the documentation."""
     save_figure(figure, FOLDER / f"{name}.png")
     print(f"wrote docs/figures/{name}.png")

@@ -16,7 +16,7 @@ from zerorate.show.style import (
     BLUE,
     FONT,
     GREEN,
-    GREY,
+    GREY_TEXT,
     ORANGE,
     VERMILION,
     new_figure,
@@ -32,6 +32,7 @@ N = 60_000
 MODEL = identify.ArmaModel.of([1.2, -0.4], [-0.5], sigma2=0.01)
 DRIFT = identify.ArmaModel.of([0.999], [-0.97], sigma2=0.01)
 WIDTHS = np.arange(1, 16)
+LOOKS = ((BLUE, "-"), (GREEN, "--"), (ORANGE, "-."))
 
 
 def simulated(model: identify.ArmaModel, n: int, seed: int) -> np.ndarray:
@@ -59,7 +60,14 @@ def smoothing() -> None:
     phi = [model.phi[0] for model in models]
     errors = [3.0 * model.standard_errors[0] for model in models]
     axes.errorbar(
-        WIDTHS, phi, errors, fmt="o", ms=2.5, lw=0.8, color=BLUE, label="fit_ar, ± 3 s.e."
+        WIDTHS,
+        phi,
+        errors,
+        fmt="o",
+        ms=2.5,
+        lw=0.8,
+        color=BLUE,
+        label="fit_ar, ± 3 s.e. in the mark",
     )
     axes.axhline(0.8023, color=VERMILION, lw=0.7, ls="--", label="published, 0.8023")
     axes.set_xlabel("width w of the moving average [samples]")
@@ -67,6 +75,8 @@ def smoothing() -> None:
     axes.set_title("white noise, smoothed")
     axes.legend(fontsize=FONT, frameon=False, loc="lower right")
     style_panels([axes])
+    axes.set_xticks((1, 5, 10, 15))
+    axes.set_yticks((0.0, 0.2, 0.4, 0.6, 0.8, 1.0))
     save(figure, "identify_smoothing")
 
 
@@ -98,15 +108,19 @@ def draw_online(axes: "Axes", model: identify.ArmaModel, from_circle: bool) -> N
         path.append(recursion.coefficients[:-1])
         start = end
     values, paths = np.concatenate((offline.phi, offline.theta)), np.array(path)
-    names = [f"φ{i + 1}" for i in range(p)] + [f"θ{i + 1}" for i in range(q)]
+    names = [f"φ{'₁₂'[i]}" for i in range(p)] + [f"θ{'₁₂'[i]}" for i in range(q)]
     if from_circle:
         values, paths = 1.0 - np.abs(values), 1.0 - np.abs(paths)
-        names = ["1 − φ1", "1 + θ1"]
-    for i, colour in zip(range(p + q), (BLUE, GREEN, ORANGE), strict=False):
+        names = ["1 − φ₁", "1 + θ₁"]
+    for i, (colour, style) in zip(range(p + q), LOOKS, strict=False):
         error = offline.standard_errors[i]
         axes.axhspan(values[i] - error, values[i] + error, color=colour, alpha=0.3, lw=0)
-        axes.plot(ends / RATE, paths[:, i], color=colour, lw=0.9, label=names[i])
-    axes.axvline(120.0, color=GREY, lw=0.8)
+        axes.plot(ends / RATE, paths[:, i], color=colour, lw=0.9, ls=style, label=names[i])
+    # Below the lines, which it would cut as a gap otherwise.
+    axes.axvline(120.0, color=GREY_TEXT, lw=0.6, ls=(0, (4, 3)), zorder=0)
+    axes.text(
+        128.0, 0.02, "120 s", transform=axes.get_xaxis_transform(), size=FONT - 0.5, color=GREY_TEXT
+    )
     axes.set_xscale("log")
     axes.set_xlim(ends[0] / RATE, ends[-1] / RATE)
     axes.set_xlabel("time [s]")

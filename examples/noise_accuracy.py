@@ -2,6 +2,9 @@
 
 ``python examples/noise_accuracy.py [SEEDS]`` prints a table in Markdown: simulated records of
 10 000 s at 100 Hz, whose coefficients are known. Errors are root mean squares over the seeds.
+
+``python examples/noise_accuracy.py lengths [SEEDS]`` prints what records of one minute to ten hours
+determine.
 """
 
 import sys
@@ -11,6 +14,7 @@ import numpy as np
 import zerorate as zr
 
 RATE, DURATION = 100.0, 10_000.0
+LENGTHS = {"1 min": 60.0, "10 min": 600.0, "1 h": 3600.0, "3 h": 10_800.0, "10 h": 36_000.0}
 FIELDS = ("quantization", "angle_random_walk", "bias_instability", "rate_random_walk")
 LETTERS = dict(zip(FIELDS, "QNBK", strict=True))
 MODELS = {
@@ -34,8 +38,8 @@ def peer(z):
 def fits(model, seed):
     """Return one record's fits of every kind."""
     z, _ = zr.simulate(model, RATE, DURATION, seed)
-    curve = zr.allan(z, RATE)
-    return curve.fit(), zr.whittle(z, RATE), curve.fit("polynomial"), peer(z)
+    curve = zr.allan(z, RATE, unit="rad/s")
+    return curve.fit(), zr.whittle(z, RATE, unit="rad/s"), curve.fit("polynomial"), peer(z)
 
 
 def error(found, truth):
@@ -64,9 +68,45 @@ def row(name, field, truth, runs):
     return "| " + " | ".join(cells) + " |"
 
 
+def length_row(name, length, truth, found):
+    """Return a line of the other table: what records of one length say of one model."""
+    white = [model.angle_random_walk for model in found]
+    cells = [name, length, error(white, truth.angle_random_walk)]
+    for field in ("bias_instability", "rate_random_walk"):
+        coefficients = [getattr(model, field) for model in found]
+        bounds = np.array([c.upper_bound for c in coefficients]) / getattr(truth, field)
+        cells += [f"{np.mean([c.identifiable for c in coefficients]):.0%}"]
+        cells += [error(coefficients, getattr(truth, field)), f"{np.median(bounds):.2g}"]
+    return "| " + " | ".join(cells) + " |"
+
+
+def lengths(seeds):
+    """Print what records of each length determine."""
+    print("| record | length | N | B identifiable | B | B bound | K identifiable | K | K bound |")
+    print("| --- | ---: " + "| ---: " * 7 + "|")
+    longest = max(LENGTHS.values())
+    for number, (name, device) in enumerate(zr.DEVICES.items()):
+        records = [
+            zr.simulate(device.noise, RATE, longest, 5000 + 1000 * number + seed)[0]
+            for seed in range(seeds)
+        ]
+        for length, seconds in LENGTHS.items():
+            parts = (z[: round(seconds * RATE)] for z in records)
+            found = [zr.allan(z, RATE, unit="rad/s").fit() for z in parts]
+            print(length_row(name, length, device.noise, found), flush=True)
+
+
 def main():
-    """Print the table."""
-    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 20
+    """Print the table that was asked for."""
+    arguments = sys.argv[1:]
+    if arguments[:1] == ["lengths"]:
+        lengths(int(arguments[1]) if len(arguments) > 1 else 20)
+    else:
+        accuracy(int(arguments[0]) if arguments else 20)
+
+
+def accuracy(seeds):
+    """Print how close the fits come."""
     head = "record, term, identifiable, fit, interval holds, bound holds, Whittle, polynomial"
     print("| " + " | ".join([*head.split(", "), "allan-variance"]) + " |")
     print("| --- | --- " + "| ---: " * 7 + "|")

@@ -53,9 +53,44 @@ def best_average(z: Floats, rate: float) -> tuple[Floats, Floats, Floats]:
 
 
 def filtered(z: Floats, rate: float, method: Method) -> Floats:
-    """Return what the filter with its defaults makes of several axes."""
-    bank = zr.DriftFilter(rate, order=(2, 1), method=method, channels=z.shape[1])
-    return np.asarray(bank.process(z, threads=z.shape[1]))
+    """Return what a published method with its default settings makes of several axes."""
+    return np.asarray(published(rate, method, z.shape[1]).process(z, threads=z.shape[1]))
+
+
+def published(rate: float, method: Method, axes: int, process_noise: float = 0.1) -> zr.DriftFilter:
+    """Return the filter of the paper, whose output is the smoothed rate."""
+    return zr.DriftFilter(
+        rate,
+        method=method,
+        order=(2, 1),
+        process_noise=process_noise,
+        output="estimate",
+        channels=axes,
+    )
+
+
+RANKING_HEAD = ("recording", "axes", "fading least", "akf below kf", "both", "fading of raw")
+
+
+def ranking_rows(recordings: Sequence[Recording]) -> list[Sequence[str]]:
+    """Return on how many axes of each recording the deviations are ordered as published."""
+    rows: list[Sequence[str]] = []
+    axes: list[Floats] = []
+    for recording in recordings:
+        z, rate = recording.z, recording.rate
+        kept = np.array(
+            [np.atleast_1d(metrics.reduction(z, filtered(z, rate, m))) for m in METHODS]
+        )
+        axes.append(kept)
+        rows.append((recording.name, *_ranking(kept)))
+    return [*rows, ("all", *_ranking(np.concatenate(axes, axis=1)))]
+
+
+def _ranking(kept: Floats) -> Sequence[str]:
+    kf, akf, fading = kept
+    least, below = fading < np.minimum(kf, akf), akf < kf
+    counts = (fading.size, least.sum(), below.sum(), (least & below).sum())
+    return (*(f"{count}" for count in counts), f"{fading.min():.2f} to {fading.max():.2f}")
 
 
 NOISE_HEAD = ("recording", "axis", "R kf / R akf", "kf of raw", "akf of raw")
@@ -64,7 +99,7 @@ NOISE_HEAD = ("recording", "axis", "R kf / R akf", "kf of raw", "akf of raw")
 def noise_rows(recording: Recording) -> list[Sequence[str]]:
     """Return for each axis the noise of the start-up over that of the record, and what follows."""
     z, methods = recording.z, METHODS[:2]
-    banks = [zr.DriftFilter(recording.rate, method=m, channels=z.shape[1]) for m in methods]
+    banks = [published(recording.rate, m, z.shape[1]) for m in methods]
     kept = [np.atleast_1d(metrics.reduction(z, bank.process(z))) for bank in banks]
     ratio = banks[0].measurement_noise / banks[1].measurement_noise
     return [
@@ -193,8 +228,12 @@ def _number(value: float, digits: int) -> str:
 
 def print_tables(folder: Path, seconds: float, window: int, markdown: bool) -> None:
     """Print what is published, then what the recordings give."""
-    print(table("Published, at rest, deg/s", PUBLISHED_HEAD, PUBLISHED_AT_REST, markdown))
     recordings = at_rest(folder, seconds)
+    ranking = ranking_rows(recordings)
+    print(
+        table("Published ranking at rest, axes on which it holds", RANKING_HEAD, ranking, markdown)
+    )
+    print(table("Published, at rest, deg/s", PUBLISHED_HEAD, PUBLISHED_AT_REST, markdown))
     for recording in recordings:
         length = len(recording.z) / recording.rate
         title = f"{recording.name}, at rest, {round(length, 1):g} s, deg/s and deg"

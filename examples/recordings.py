@@ -1,6 +1,10 @@
-"""The recordings that the studies in this folder use: where they lie, and how they are read."""
+"""The recordings that the studies in this folder use: where they lie, and how they are read.
+
+python examples/recordings.py FOLDER says which of them are there, and whether they are the same.
+"""
 
 import argparse
+import hashlib
 import math
 import sys
 from dataclasses import dataclass
@@ -19,6 +23,14 @@ ADIS16405 = "adis16405_static_100hz_run1.parquet"
 MPU6050 = "mpu6050_static_100hz.parquet"
 ENCODER = "mpu6050_encoder_yaw_slow_100hz.parquet"
 BROAD = "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
+
+SHA256 = {
+    ADIS16405: "e05d6cf43d6bfe2c7c9c31dc9abb38c7e33374acbb54cd9309a05e59ee16171a",
+    MPU6050: "007e1d7c2bc0016b2a157a9d200a3381c57994c3ba9087a6120f027a02959e28",
+    ENCODER: "c81a5038d6e2d3f9a22edf0413169b34e25fc6088e0a25934103f2bd56400bce",
+    BROAD: "89f5e523b06fd2b57db0658b4efaeb92fdb99984ca06114a28e0c6aeeb627b6c",
+}
+"""Of the files whose numbers the documentation shows."""
 
 # Room for the start-up and for coasting 10 s.
 SHORTEST = 20.0
@@ -76,10 +88,19 @@ def _length(text: str) -> float:
 
 def check_folder(folder: Path) -> None:
     """End the program with one clear line if a recording is not in the folder."""
-    absent = [name for name in (ADIS16405, MPU6050, ENCODER, BROAD) if not (folder / name).exists()]
+    absent = [name for name in SHA256 if not (folder / name).exists()]
     if absent:
         print(f"no recording {absent[0]} in {folder}; give the folder they are in", file=sys.stderr)
         raise SystemExit(1)
+
+
+def state(path: Path) -> str:
+    """Return whether a recording is there, and the same to the last byte."""
+    if not path.exists():
+        return "absent"
+    with path.open("rb") as file:
+        found = hashlib.file_digest(file, "sha256").hexdigest()
+    return "identical" if found == SHA256[path.name] else f"other bytes: sha256 {found}"
 
 
 def sensors_alone(folder: Path, seconds: float = math.inf) -> list[Recording]:
@@ -124,3 +145,18 @@ def _filled(angle: Floats) -> Floats:
     """Return the angle with missing samples interpolated: one of 149 828 here."""
     there, k = np.isfinite(angle), np.arange(len(angle))
     return np.interp(k, k[there], angle[there])
+
+
+def main() -> None:
+    """Say which recordings are in a folder; the exit code is 1 unless all are identical."""
+    options = argparse.ArgumentParser(description="Which recordings are in a folder.")
+    options.add_argument("folder", nargs="?", type=Path, default=BESIDE, help="of the recordings")
+    folder = options.parse_args().folder
+    found = {name: state(folder / name) for name in SHA256}
+    for name, text in found.items():
+        print(f"{name:56}  {text}")
+    raise SystemExit(set(found.values()) != {"identical"})
+
+
+if __name__ == "__main__":
+    main()

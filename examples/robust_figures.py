@@ -24,6 +24,7 @@ from zerorate.show.style import (
     FONT,
     GREEN,
     GREY,
+    GREY_TEXT,
     ORANGE,
     SKY,
     VERMILION,
@@ -47,12 +48,23 @@ HORIZON: Final = 60.0
 SEEDS: Final = (1, 2)
 SHARES: Final = np.array([*np.geomspace(1e-4, 0.1, 10), 0.13, 0.16, 0.2])
 STYLES: Final = {
-    "auto": (BLACK, "-"),
-    "robust": (BLUE, "-"),
-    "fading+reject": (SKY, "--"),
-    "fading": (VERMILION, "-"),
-    "mean": (ORANGE, "-"),
+    "auto": (BLACK, "-", "o"),
+    "robust": (BLUE, "-", "s"),
+    "fading+reject": (SKY, "--", "^"),
+    "fading": (VERMILION, "-", "D"),
+    "mean": (ORANGE, "-", "v"),
 }
+CLEAN: Final = 100.0 * SHARES[0] / 2.5
+"""Place of the clean record on the logarithmic axis, %."""
+
+MARKS: Final = {
+    "counts": {"color": BLUE, "marker": "o", "ms": 2.2, "mew": 0.0},
+    "bound": {"color": ORANGE, "marker": "s", "ms": 2.8, "mew": 0.0},
+    "far": {"color": VERMILION, "marker": "x", "ms": 3.4, "mew": 0.9},
+    "exit": {"color": GREEN, "marker": "^", "ms": 3.0, "mew": 0.0},
+}
+"""How a sample of a tick is drawn, by what became of it."""
+
 NAMES: Final = {"mean": "running mean", "fading+reject": "fading, outliers rejected"}
 
 
@@ -81,17 +93,20 @@ def contamination(recordings: list[Recording]) -> "Figure":
         _costs(axes, recordings, faults)
         axes.set_title(f"outliers of {title}")
     left.set_ylabel("coasting error over that of auto, clean")
-    right.set_ylim(right.get_ylim()[0], right.get_ylim()[1] * 3.0)
-    right.legend(loc="upper left", ncols=2, fontsize=FONT - 0.5, frameon=False)
+    for axes in (left, right):
+        # The same scale, with room for the legend.
+        axes.set_ylim(0.7, 4000.0)
+    left.legend(loc="upper left", ncols=2, fontsize=FONT - 0.5, frameon=False)
     style_panels([left, right])
     for axes in (left, right):
         style_decades(axes)
+        axes.set_xticks((CLEAN, 0.01, 0.1, 1.0, 10.0), ("none", "0.01", "0.1", "1", "10"))
     write_caption(
         figure,
         height,
         "Three axes of an ADIS16405 (first 2000 s) and of an MPU-6050 at rest, two seeds each: the "
         "angle lost by holding the bias for 60 s, mean of the ratios.\n"
-        "Fed with the contaminated record, judged by the clean one. Dots: on the clean record.",
+        "Fed with the contaminated record, judged by the clean one. None: on the clean record.",
     )
     return figure
 
@@ -99,18 +114,20 @@ def contamination(recordings: list[Recording]) -> "Figure":
 def _costs(axes: "Axes", recordings: list[Recording], faults: str) -> None:
     columns = [np.ascontiguousarray(z) for one in recordings for z in one.z.T]
     least = [_error(z, _held("auto", z)) for z in columns]
-    for method, (colour, line) in STYLES.items():
+    for method, (colour, line, mark) in STYLES.items():
         if filter_arguments(method)["method"] not in (*METHODS, "mean"):
             continue
         shares = (0.0, *SHARES)
         costs = [_cost(method, columns, least, share, faults) for share in shares]
         label = NAMES.get(method, method)
-        axes.plot(SHARES, costs[1:], color=colour, ls=line, lw=1.0, label=label)
-        axes.plot(SHARES[0] / 1.6, costs[0], "o", color=colour, ms=2.5, clip_on=False)
+        look = {"color": colour, "marker": mark, "ms": 2.5, "mew": 0.0}
+        shown = [100.0 * share for share in SHARES]
+        axes.plot(shown, costs[1:], ls=line, lw=1.0, label=label, **look)
+        axes.plot(CLEAN, costs[0], ls="", **look)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_xlabel("share of the samples")
-    axes.set_xlim(SHARES[0] / 2.0, SHARES[-1])
+    axes.set_xlabel("share of the samples that are outliers [%]")
+    axes.set_xlim(CLEAN / 1.4, 110.0 * SHARES[-1])
     axes.grid(color=GREY, lw=0.4)
 
 
@@ -240,8 +257,9 @@ def burst() -> "Figure":
         height,
         "Eight ticks of a simulated gyro at rest, 0.1 deg/s of noise at 100 Hz. Lone outliers and "
         "clipped samples leave the levels where they were. More than three far\n"
-        "samples in a row on one side, or more than three in ten of a tick beyond 3 s, are no "
-        "outliers: the tick counts whole, the centre goes with it, and returns.",
+        "samples in a row on one side, or more than three in ten of a tick beyond 3 $s$, are no "
+        "outliers: the tick counts whole,\nthe centre goes with it, and returns. $s$: the "
+        "deviation of the noise as learned.",
     )
     return figure
 
@@ -253,16 +271,16 @@ def _draw_tick(axes: "Axes", tick: Tick, begin: float, end: float) -> None:
         axes.fill_between((begin, end), low, high, color=shade, lw=0)
     # A tick that exits counts whole.
     clipped = tick.beyond & ~tick.far & ~np.bool_(tick.exits)
-    for chosen, colour in (
-        (~tick.far & ~clipped, BLUE),
-        (clipped, ORANGE),
-        (tick.far, GREEN if tick.exits else VERMILION),
+    for chosen, what in (
+        (~tick.far & ~clipped, "counts"),
+        (clipped, "bound"),
+        (tick.far, "exit" if tick.exits else "far"),
     ):
-        axes.plot(t[chosen], tick.z[chosen], "o", color=colour, ms=2.2, mew=0)
+        axes.plot(t[chosen], tick.z[chosen], ls="", **MARKS[what])
     for at, value in zip(t[clipped], tick.z[clipped], strict=True):
         counted = tick.centre + math.copysign(tick.near, value - tick.centre)
         axes.plot((at, at), (value, counted), color=ORANGE, lw=0.8)
-    axes.plot((begin, end), (tick.centre, tick.centre), color="0.45", lw=0.7, ls="--")
+    axes.plot((begin, end), (tick.centre, tick.centre), color=GREY_TEXT, lw=0.7, ls="--")
     axes.plot((begin, end), (tick.level, tick.level), color=BLACK, lw=1.3)
     axes.axvline(end, color="0.7", lw=0.4)
     if tick.exits:
@@ -273,17 +291,17 @@ def _legend() -> list[object]:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    def dot(colour: str, label: str) -> Line2D:
-        return Line2D([], [], color=colour, marker="o", ms=2.5, mew=0, ls="", label=label)
+    def mark(what: str, label: str) -> Line2D:
+        return Line2D([], [], ls="", label=label, **MARKS[what])
 
     return [
-        dot(BLUE, "counts"),
-        dot(ORANGE, "counts by the bound"),
-        dot(VERMILION, "far: left out"),
-        dot(GREEN, "far, but counts: exit"),
-        Patch(color="0.86", label="within 3 s of the centre"),
-        Patch(color="0.93", label="within 4 s"),
-        Line2D([], [], color="0.45", lw=0.7, ls="--", label="centre c"),
+        mark("counts", "counts"),
+        mark("bound", "counts as if at the bound"),
+        mark("far", "far: left out"),
+        mark("exit", "far, but counts: exit"),
+        Patch(color="0.86", label="within 3 $s$ of the centre"),
+        Patch(color="0.93", label="within 4 $s$"),
+        Line2D([], [], color=GREY_TEXT, lw=0.7, ls="--", label="centre $c$"),
         Line2D([], [], color=BLACK, lw=1.3, label="level of the tick"),
     ]
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib import rc_context
 
 import zerorate as zr
 from recordings import (
@@ -25,7 +26,7 @@ from recordings import (
 from tables import table
 from zerorate._native import exponential_mean
 from zerorate.show import save_figure
-from zerorate.show.style import BLACK, BLUE, FONT, ORANGE, VERMILION, new_figure, style_panels
+from zerorate.show.style import BLACK, BLUE, FONT, new_figure, style_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,6 +35,10 @@ Floats = npt.NDArray[np.float64]
 
 FIGURES = Path(__file__).parents[1] / "docs" / "figures"
 RATE = 100.0
+LIMITS = {"rest_limit": 3.0, "bias_limit": 20.0}
+"""deg/s: what rest can be, as the commands say it where they know the unit."""
+FIRST_REST = 300
+"""Sample from which on a bias is drawn: before, none is known."""
 WHITE, WALK = 0.01, 3e-4  # deg/s/sqrt(Hz), deg/s/sqrt(s)
 AFTER = np.array([0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 90.0, 120.0, 180.0])
 HORIZON = 10.0
@@ -67,42 +72,54 @@ def main() -> None:
     orientation(arguments.folder / BROAD)
 
 
+def learner(rate: float, channels: int | None = None, **limits: float) -> zr.DriftFilter:
+    """Return a self-tuning filter whose output is the bias."""
+    return zr.DriftFilter(rate, method="auto", output="estimate", channels=channels, **limits)
+
+
 def learning() -> None:
     """Draw what the filter makes of a simulated gyro whose drift is known."""
     model = zr.NoiseModel(angle_random_walk=WHITE, rate_random_walk=WALK)
     z, truth = zr.simulate(model, RATE, 1800.0, 4)
-    trace = zr.DriftFilter(RATE, method="auto").trace(z)
-    some = slice(200, None, 50)
+    trace = learner(RATE, **LIMITS).trace(z)
+    some = slice(FIRST_REST, None, 50)
     t = np.arange(z.size)[some] / RATE
     figure = new_figure(180.0, 70.0)
-    left, right = (
-        figure.add_axes((0.07, 0.16, 0.52, 0.75)),
-        figure.add_axes((0.68, 0.16, 0.3, 0.75)),
-    )
+    left = figure.add_axes((0.07, 0.16, 0.5, 0.75))
+    above, below = (figure.add_axes((0.68, y, 0.3, 0.31)) for y in (0.6, 0.16))
     _drift(left, t, truth[some], trace.bias[some], trace.bias_sigma[some])
     density = np.sqrt(trace.measurement_noise[some] / RATE)
     strength = np.sqrt(trace.process_noise[some, 0, 0] * RATE)
-    right.semilogy(t, density, color=BLUE, lw=0.9, label="N [deg/s/√Hz]")
-    right.semilogy(t, strength, color=ORANGE, lw=0.9, label="K [deg/s/√s]")
-    for value in (WHITE, WALK):
-        right.axhline(value, color=BLACK, lw=0.6, ls="--")
-    right.set_xlabel("time [s]")
-    right.set_title("noise learned (dashed: true)")
-    right.legend(fontsize=FONT, frameon=False, loc="center right")
-    style_panels([left, right])
+    _learned(above, t, density, WHITE, "white noise N\n[deg/s/√Hz]")
+    _learned(below, t, strength, WALK, "bias drift K\n[deg/s/√s]")
+    above.set_title("the noise as learned")
+    above.set_ylim(0.0, 1.6 * WHITE)
+    below.set_yscale("log")
+    below.set_xlabel("time [s]")
+    style_panels([left, above, below])
+    below.set_ylim(5e-5, 2e-2)
+    below.set_yticks((1e-4, 1e-3, 1e-2))
     save_figure(figure, FIGURES / "auto_learns.png")
 
 
 def _drift(axes: "Axes", t: Floats, truth: Floats, bias: Floats, sigma: Floats) -> None:
-    axes.fill_between(t, bias - 2 * sigma, bias + 2 * sigma, color=BLUE, alpha=0.2, lw=0)
-    axes.plot(t, truth, color=BLACK, lw=0.6, label="true drift")
-    axes.plot(t, bias, color=BLUE, lw=0.9, label="bias ± 2 σ")
+    band = {"color": BLUE, "alpha": 0.25, "lw": 0, "label": "bias of auto ± 2σ"}
+    axes.fill_between(t, bias - 2 * sigma, bias + 2 * sigma, **band)
+    axes.plot(t, truth, color=BLACK, lw=0.6, label="true bias")
+    axes.plot(t, bias, color=BLUE, lw=0.9, label="bias of auto")
     spread = 6.0 * float(np.std(truth))
     axes.set_ylim(float(truth.mean()) - spread, float(truth.mean()) + spread)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("rate [deg/s]")
-    axes.set_title("drift under white noise of 0.1 deg/s, which is not shown")
-    axes.legend(fontsize=FONT, frameon=False, loc="upper left")
+    axes.set_title("the bias, found under white noise of 0.1 deg/s (not shown)")
+    axes.legend(fontsize=FONT, frameon=False, loc="lower right")
+
+
+def _learned(axes: "Axes", t: Floats, found: Floats, true: float, label: str) -> None:
+    axes.plot(t, found, color=BLUE, lw=0.9, label="learned")
+    axes.axhline(true, color=BLACK, lw=0.6, ls="--", label="true")
+    axes.set_ylabel(label)
+    axes.legend(fontsize=FONT - 0.5, frameon=False, loc="upper right", ncols=2)
 
 
 def starting(recording: Recording) -> None:
@@ -110,9 +127,9 @@ def starting(recording: Recording) -> None:
     rows = []
     for i, axis in enumerate(recording.axes):
         z = recording.z[:, i]
-        running = zr.DriftFilter(recording.rate, method="auto")
+        running = learner(recording.rate)
         estimate = running.process(z)
-        cold = starts(z, recording.rate, zr.DriftFilter(recording.rate, method="auto"), estimate)
+        cold = starts(z, recording.rate, learner(recording.rate), estimate)
         running.power_on()
         known = starts(z, recording.rate, running, estimate)
         best = _best(z, estimate, recording.rate)
@@ -166,7 +183,7 @@ def pieces(recording: Recording) -> None:
 
 def _piece(z: Floats, rate: float) -> Floats:
     """Return squared coasting errors: auto, mean so far, and moving averages of many gains."""
-    estimates = [zr.DriftFilter(rate, method="auto").process(z), zr.metrics.running_mean(z)]
+    estimates = [learner(rate).process(z), zr.metrics.running_mean(z)]
     estimates += [exponential_mean(z, gain) for gain in GAINS]
     late = slice(len(z) // 3, None)
     errors = (zr.metrics.coasting_error(z[late], x[late], rate, HORIZON) for x in estimates)
@@ -177,7 +194,7 @@ def orientation(path: Path) -> None:
     """Print and draw a hand-moved gyro beside an optical reference."""
     log = zr.read_log(path, rate=BROAD_RATE)
     columns = zr.read_log(path, rate=BROAD_RATE, columns=[f"ref_quat_{a}" for a in "wxyz"])
-    trace = zr.DriftFilter(BROAD_RATE, method="auto", channels=3).trace(log.data)
+    trace = learner(BROAD_RATE, channels=3).trace(log.data)
     biases = {
         "raw": np.zeros(3),
         "mean of the first 10 s": log.data[: round(10 * BROAD_RATE)].mean(axis=0),
@@ -193,7 +210,8 @@ def orientation(path: Path) -> None:
         rows.append((name, *(f"{np.degrees(e):.3g}" for e in np.atleast_1d(error))))
     title = "myon aktos-t, moved by hand: growth of the orientation error, deg"
     print(table(title, ("filter", *(f"{h:g} s" for h in horizons)), rows, markdown=True))
-    motion_figure(log, trace)
+    with rc_context({"hatch.linewidth": 0.5}):
+        motion_figure(log)
 
 
 def _vqf(path: Path, log: zr.Log) -> dict[str, Floats]:
@@ -215,37 +233,48 @@ def _means(t: Floats, z: Floats, rate: float) -> Floats:
     return np.stack([x[:whole].reshape(-1, length).mean(axis=1) for x in (t, z)])
 
 
-def motion_figure(log: zr.Log, trace: zr.Trace) -> None:
+def motion_figure(log: zr.Log) -> None:
     """Draw one axis, its bias, and where the filter saw motion."""
-    z, bias, sigma = (np.degrees(x[:, 2]) for x in (log.data, trace.bias, trace.bias_sigma))
+    z = np.degrees(log.data[:, 2])
+    trace = learner(log.rate, **LIMITS).trace(z)
+    bias, sigma = trace.bias, trace.bias_sigma
     t = np.arange(z.size) / log.rate
-    figure = new_figure(180.0, 80.0)
-    above = figure.add_axes((0.07, 0.57, 0.91, 0.34))
-    below = figure.add_axes((0.07, 0.14, 0.91, 0.34))
+    known = t > FIRST_REST / RATE
+    figure = new_figure(180.0, 88.0)
+    above = figure.add_axes((0.07, 0.61, 0.91, 0.32))
+    below = figure.add_axes((0.07, 0.115, 0.91, 0.32))
     above.plot(t, z, color=BLACK, lw=0.3)
     above.set_ylabel("rate [deg/s]")
-    above.set_title("hand-moved gyro, z; shaded: the filter sees motion and holds")
-    below.plot(*_means(t, z, log.rate), ".", color=BLACK, ms=2.0, label="means of 1 s, raw")
-    below.fill_between(t, bias - 2 * sigma, bias + 2 * sigma, color=BLUE, alpha=0.3, lw=0)
-    below.plot(t, bias, color=BLUE, lw=1.0, label="bias ± 2 σ")
-    late = t > 2.0
-    middle, reach = float(np.median(bias[late])), 5.0 * float(sigma[late].max())
+    above.set_title("hand-moved gyro, z")
+    dots = {"color": BLACK, "ls": "", "marker": "o", "ms": 1.6, "label": "means of 1 s, raw"}
+    below.plot(*_means(t, z, log.rate), **dots)
+    band = {"color": BLUE, "alpha": 0.3, "lw": 0, "label": "± 2σ"}
+    low, high = bias - 2 * sigma, bias + 2 * sigma
+    below.fill_between(t[known], low[known], high[known], **band)
+    below.plot(t[known], bias[known], color=BLUE, lw=1.0, label="bias of auto")
+    middle, reach = float(np.median(bias[known])), 5.0 * float(sigma[known].max())
     below.set_ylim(middle - reach, middle + reach)
-    below.set_xlabel("time [s]")
-    below.set_ylabel("rate [deg/s]")
-    below.legend(fontsize=FONT, frameon=False, loc="upper left")
+    below.set_ylabel("rate, magnified [deg/s]")
     for axes in (above, below):
+        # Hatched: a colour would mix with that of the band.
         axes.fill_between(
             t,
             0,
             1,
-            where=~trace.at_rest[:, 2],
+            where=~trace.at_rest,
             transform=axes.get_xaxis_transform(),
-            color=VERMILION,
-            alpha=0.12,
+            fc="none",
+            ec="0.72",
+            hatch="////",
             lw=0,
+            zorder=0,
+            label="no rest: the filter holds the bias",
         )
         axes.set_xlim(0.0, float(t[-1]))
+        axes.set_xlabel("time [s]")
+    # Over the panel, where nothing is drawn.
+    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.98), "ncols": 4}
+    below.legend(fontsize=FONT, frameon=False, borderaxespad=0.0, **place)
     style_panels([above, below])
     save_figure(figure, FIGURES / "auto_motion.png")
 

@@ -5,7 +5,16 @@ from typing import Final
 
 Rows = Iterable[Sequence[str]]
 
-WORDS: Final = ("sensor", "recording", "axis", "filter", "order", "model", "judgement")
+WORDS: Final = (
+    "process noise G0",
+    "sensor",
+    "recording",
+    "axis",
+    "filter",
+    "order",
+    "model",
+    "judgement",
+)
 """Columns that are set to the left."""
 
 

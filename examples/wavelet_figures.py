@@ -19,8 +19,8 @@ from zerorate.show.style import (
     BLUE,
     FONT,
     GREEN,
+    GREY_TEXT,
     ORANGE,
-    PURPLE,
     VERMILION,
     new_figure,
     style_decades,
@@ -125,25 +125,28 @@ def levels() -> None:
     """Draw the level chosen against the length of the record, of white noise and of motion."""
     lengths = np.unique(np.round(np.geomspace(300, 120_000, 25)).astype(int))
     rules = {
-        "psr": (VERMILION, "ρ = 0.05"),
-        "psr-normalised": (ORANGE, "cut 1.5"),
-        "auto": (BLUE, ""),
+        "psr": (VERMILION, "ρ = 0.05", "s"),
+        "psr-normalised": (ORANGE, "cut 1.5", "^"),
+        "auto": (BLUE, "", "o"),
     }
     figure = new_figure(180.0, 70.0)
     titles = {"": "white noise", "vehicle": "a car in a town", "hand": "a hand that shakes"}
     panels = []
     for i, (motion, title) in enumerate(titles.items()):
         axes = figure.add_axes((0.06 + 0.32 * i, 0.16, 0.28, 0.74))
-        for name, (colour, cut) in rules.items():
+        for name, (colour, cut, mark) in rules.items():
             found = [_mean_level(motion, n, name) for n in lengths]
             label = f"{name}, {cut}" if cut else name
-            axes.semilogx(lengths, found, color=colour, lw=1.0, label=label)
+            # Open marks: where one line lies on another, both are seen.
+            look = {"marker": mark, "ms": 3.2, "mfc": "none", "mew": 0.6, "markevery": 2}
+            axes.semilogx(lengths, found, color=colour, lw=0.9, label=label, **look)
         deepest = [math.floor(math.log2(n / 7)) for n in lengths]
         axes.semilogx(lengths, deepest, color=BLACK, lw=0.6, ls=":", label="deepest possible")
         axes.set(title=title, xlabel="samples in the record", ylim=(0.0, 14.5))
         panels.append(axes)
     panels[0].set_ylabel("last level thresholded")
     panels[0].legend(fontsize=FONT - 0.5, frameon=False, loc="upper left")
+    panels[2].text(1.2e5, 1.4, "auto, psr-normalised: 1", ha="right", size=FONT - 0.5)
     style_panels(panels)
     save_figure(figure, FOLDER / "wavelet_levels.png")
 
@@ -226,24 +229,26 @@ def _draw_streams(
     lowpass: dict[tuple[int, str], float],
 ) -> None:
     figure = new_figure(180.0, 72.0)
-    colours = {"haar": VERMILION, "db2": GREEN, "db4": BLUE}
+    looks = {"haar": (VERMILION, "s"), "db2": (GREEN, "^"), "db4": (BLUE, "o")}
+    titles = {"table": "rate table", "vehicle": "a car in a town", "hand": "a hand that shakes"}
     panels = []
     for i, name in enumerate(MOTIONS):
         axes = figure.add_axes((0.065 + 0.32 * i, 0.16, 0.275, 0.74))
-        for wavelet, colour in colours.items():
+        for wavelet, (colour, mark) in looks.items():
             banks = [bank for bank in BANKS if bank[0] == wavelet]
             late = [1e3 * delays[bank] / RATE for bank in banks]
             removed = [wavelets[bank, "hard", name][1] for bank in banks]
-            axes.loglog(late, removed, "o-", color=colour, lw=0.8, ms=2.5, label=wavelet)
+            look = {"color": colour, "marker": mark, "lw": 0.8, "ms": 2.8}
+            axes.loglog(late, removed, label=wavelet, **look)
         _draw_lowpass(axes, name, lowpass)
-        axes.axhline(1.0, color=PURPLE, lw=0.6, ls="--", label="raw")
-        axes.set(title=name, xlabel="delay [ms]")
+        axes.axhline(1.0, color=GREY_TEXT, lw=0.6, ls="--", label="raw")
+        axes.set(title=titles[name], xlabel="delay [ms]")
         panels.append(axes)
-    panels[0].set_ylabel("error, delay removed, over that of raw")
+    panels[0].set_ylabel("error over that of raw, delay removed")
     panels[2].legend(fontsize=FONT - 0.5, frameon=False, loc=(0.3, 0.52))
     style_panels(panels)
     for axes in panels:
-        style_decades(axes)
+        style_decades(axes, fewest=2)
     save_figure(figure, FOLDER / "wavelet_streams.png")
 
 

@@ -1,6 +1,6 @@
-"""Texts that come from outside, such as names of files."""
+"""Texts that come from outside, such as names of files, and what to say of an absent package."""
 
-__all__ = ["one_line", "printable"]
+__all__ = ["extra_needed", "one_line", "printable"]
 
 
 def printable(text: str) -> str:
@@ -19,3 +19,11 @@ def one_line(text: str) -> str:
     """Return a text with all that cannot be printed, or breaks a line, as Python escapes it."""
     text = printable(text)
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def extra_needed(module: str, extra: str, what: str = "this") -> str:
+    """Return a sentence on a package that is not installed, and how to install it.
+
+    No index has zerorate, so the extra is installed where zerorate itself was: in its checkout.
+    """
+    return f"{what} needs {module}: run pip install '.[{extra}]' in the checkout of zerorate"

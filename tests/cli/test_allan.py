@@ -12,6 +12,8 @@ import zerorate as zr
 from support.commands import names, one_line
 from support.logs import write_table
 from zerorate import Log, NoiseModel, write_log
+from zerorate.cli.allan import Export
+from zerorate.cli.allan import _text as export_text
 from zerorate.io.reading import read_sensors
 from zerorate.noise.characterise import characterise
 from zerorate.noise.kinds import KINDS
@@ -86,12 +88,18 @@ class TestTable:
         assert KINDS[kind].title in text
         assert ("no model to fit" in one_line(text)) == (kind in ("theo1", "pdev"))
 
-    def test_an_unknown_unit_gives_deviations_alone(self, cli, tmp_path, out):
+    def test_an_unknown_unit_is_that_of_the_samples(self, cli, tmp_path, out):
         np.save(tmp_path / "run.npy", signal(2000, 2))
-        code, text, _ = cli(tmp_path / "run.npy", "--rate", RATE, "-o", out)
+        given = (tmp_path / "run.npy", "--rate", RATE, "-o", out, "--no-figure")
+        code, text, _ = cli(*given, "--export", "json")
         assert code == 0
-        assert "the unit of the record is not known" in text
-        assert "deviation  unit" in one_line(text).replace("deviation unit", "deviation  unit")
+        assert "deviation unit" in one_line(text)
+        assert "white noise unit/sqrt(Hz)" in one_line(text)
+        assert '"unit" is the unit of the samples. Exports to estimators need to know' in text
+        assert sum("unit" in note for note in text.split("\n- ")[1:]) == 1
+        code, text, errors = cli(*given, "--force", "--export", "kalibr")
+        assert (code, text) == (2, "")
+        assert errors.startswith("zerorate: --export kalibr needs the unit of the samples, which")
 
     def test_units_of_both_kinds(self, cli, tmp_path, out):
         z = signal(2000, 2)
@@ -175,8 +183,31 @@ class TestFiles:
         expected = pytest.approx(worst[1].rate_random_walk.conservative, rel=1e-5)
         assert found["accelerometer_random_walk"] == expected
         assert found["update_rate"] == RATE
+        assert found["rostopic"] == "/imu0"
         for name in ("vins.yaml", "orbslam3.yaml", "px4.params"):
             assert f"wrote {out / STEM}-{name}" in text
+
+    def test_exports_are_inflated_and_per_sample_where_asked(self, cli, log, out):
+        options = ("-o", out, "--no-figure", "--columns", "gyro_x_radps", "--export", "vins,ros")
+        files = [out / f"{STEM}-{name}.yaml" for name in ("vins", "ros")]
+        values = []
+        for more in ((), ("--inflate", 3, "--force"), ("--per-sample", "--force")):
+            assert cli(log, *options, *more)[0] == 0
+            vins, ros = (yaml.safe_load(path.read_text()) for path in files)
+            values.append((vins["gyr_n"], ros["angular_velocity_covariance"][0]))
+        (n, variance), (inflated, ninefold), (sample, same) = values
+        # Six digits are written.
+        expected = (3.0 * n, 9.0 * variance, 10.0 * n, variance)
+        assert (inflated, ninefold, sample, same) == pytest.approx(expected, rel=1e-5)
+        assert variance == pytest.approx(sample**2, rel=1e-5)
+
+    def test_kalibr_takes_the_topic_of_a_ros_recording(self):
+        time, z = np.arange(200) / RATE, signal(200, 1)
+        for sensor, topic in (("/imu/data", "/imu/data"), ("ADIS", "/imu0")):
+            named = Log(time, RATE, z, ["gx"], "rad/s", {"sensor": sensor})
+            found = characterise(named, second_opinion=False)
+            text = export_text(Export.kalibr, [found], inflate=1.0, per_sample=False)
+            assert yaml.safe_load(text)["rostopic"] == topic
 
     def test_models_of_every_axis(self, cli, log, out):
         cli(log, "-o", out, "--no-figure", "--export", "json")
@@ -206,15 +237,18 @@ class TestFiles:
         monkeypatch.setattr("zerorate.cli.allan.write_curves", fail)
         code, _, errors = cli(log, "-o", out, "--export", "json")
         assert (code, names(out)) == (1, [])
-        assert errors == f"zerorate: [Errno 28] No space left on device: '{out}'\n"
+        assert errors == f"zerorate: {out}: No space left on device\n"
 
 
 USAGE = {
     "kind": (("--kind", "pink"), "unknown kind 'pink'; known: adev, oadev"),
     "unit": (("--unit", "furlong"), "unknown unit 'furlong'"),
     "two units of one kind": (("--unit", "deg/s,rad/s"), "one unit of each kind"),
-    "format": (("--format", "xls"), "'xls' is not one of"),
-    "export": (("--export", "kalibr,ros"), "--export takes some of kalibr, vins"),
+    "format": (("--format", "xls"), "got 'xls'"),
+    "export": (("--export", "kalibr,okvis"), "--export takes some of kalibr, vins"),
+    "inflate": (("--inflate", "0", "--export", "vins"), "--inflate must be a positive number"),
+    "inflate nothing": (("--inflate", "2", "--export", "json"), "--inflate acts on exports to"),
+    "per sample": (("--per-sample", "--export", "ros"), "--per-sample acts on --export vins"),
     "taus": (("--taus", "soon"), "--taus takes octave, decade, all, or seconds"),
     "negative tau": (("--taus", "-1"), "taus must be positive"),
     "tau beyond": (("--taus", "1e6"), "is beyond this record"),

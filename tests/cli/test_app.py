@@ -9,21 +9,56 @@ import pytest
 from support.commands import check_line
 from support.logs import write_gyros
 from zerorate import __version__
-from zerorate.cli import run
+from zerorate.cli import app, run
+from zerorate.texts import extra_needed
+
+MISTYPED = {
+    "fly": "there is no command 'fly'; zerorate --help lists all",
+    "replai": "there is no command 'replai'; did you mean replay?",
+    "--foo": "there is no option --foo; zerorate --help lists all",
+    "replay": "missing: log; for example: zerorate replay imu.csv --unit deg/s -o out",
+    "batch x": "missing: -o; for example: zerorate batch 'logs/**/*.parquet' -o out",
+    "demo x": "unexpected: x; for example: zerorate demo --device MPU-6050 -o demo",
+    "demo --sed 1": "there is no option --sed; did you mean --seed?",
+    "identify x --method css": "there is no option --method; zerorate identify --help lists all",
+    "replay x --method ekf": "--method takes kf, akf, fading, robust or auto, got 'ekf'",
+    "replay x --rate fast": "--rate takes a number",
+    "demo --seed 1.5": "--seed takes a whole number",
+    "stream --fields 0": "--fields must be greater than or equal to 1",
+    "demo --duration 0 -o /nowhere": "--duration must be positive and finite, got 0.0",
+    "simulate": "simulate needs a gyro and a file, such as simulate MPU-6050 -o gyro.csv; "
+    "simulate --list shows the gyros",
+}
 
 
-@pytest.mark.parametrize("arguments", [("fly",), ("replay",), ("simulate",), ("demo", "x")])
-def test_wrong_commands(call, arguments):
-    code, _, errors = call(*arguments)
-    assert code == 2
-    check_line(errors, "")
+@pytest.mark.parametrize("typed", MISTYPED)
+def test_what_was_mistyped_is_told_in_plain_words(call, typed):
+    assert call(*typed.split()) == (2, "", f"zerorate: {MISTYPED[typed]}\n")
+
+
+def test_every_command_has_a_line_and_an_example_that_is_right(call):
+    """Help lists each with one line; the options of its example are its own."""
+    overview = call("--help")[1]
+    for name, (about, example) in app._COMMANDS.items():
+        assert " ".join(about.split()) in " ".join(overview.replace("│", " ").split())
+        text = call(name, "--help")[1]
+        told = " ".join(text.split())
+        assert f"Example: {example}" in told
+        options = example.split(f"zerorate {name} ")[1].split()
+        assert all(word in text for word in options if word.startswith("-"))
+
+
+def test_options_of_the_filter_stand_by_the_methods_that_use_them(call):
+    text = call("replay", "--help")[1]
+    for panel in ("Output", "Filter", "Only for auto", "Only for kf, akf, fading, robust"):
+        assert f"─ {panel} ─" in text
 
 
 def test_missing_typer(call, monkeypatch):
     monkeypatch.setitem(sys.modules, "typer", None)
     code, _, errors = call("--version")
     assert code == 2
-    check_line(errors, "this needs typer: pip install 'zerorate[cli]'")
+    check_line(errors, extra_needed("typer", "cli"))
 
 
 def test_an_interrupt_that_an_import_has_wrapped(monkeypatch, capsys):
@@ -109,8 +144,4 @@ def test_a_file_that_fails_names_itself(call, monkeypatch):
         raise OSError(28, "No space left on device", "some.csv")
 
     monkeypatch.setattr("zerorate.cli.app.invoke", broken)
-    assert call("replay", "run.csv") == (
-        1,
-        "",
-        "zerorate: [Errno 28] No space left on device: 'some.csv'\n",
-    )
+    assert call("replay", "run.csv") == (1, "", "zerorate: some.csv: No space left on device\n")

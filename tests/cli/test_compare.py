@@ -112,6 +112,52 @@ def test_contaminated(cli, log, tmp_path):
     assert json.loads(file.read_text(encoding="utf-8"))["contaminated"] == []
 
 
+OWN_FILE = """
+import numpy as np
+from own_gain import gain
+
+def bias(z, rate):
+    return gain * np.nancumsum(z) / np.arange(1, z.size + 1)
+
+def broken(z, rate):
+    return bias(z[1:], rate)
+
+class Lame:
+    pass
+"""
+
+
+def test_a_file_in_the_working_folder(cli, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "own_filter.py").write_text(OWN_FILE, encoding="utf-8")
+    (tmp_path / "own_gain.py").write_text("gain = 1.0", encoding="utf-8")
+    (tmp_path / "unfit.py").write_text("import not_there", encoding="utf-8")
+    log = resting(tmp_path / "a.csv", axes=1)
+    methods = "mean,mine=own_filter:bias"
+    code, text, errors = cli(log, "--methods", methods, "--json", "a.json")
+    assert (code, errors) == (0, "")
+    assert "\n  mine " in text
+    rows = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))["kinds"]["rest"]["rows"]
+    assert [(row["method"], row["causal"]) for row in rows] == [("mean", True), ("mine", True)]
+    assert rows[1]["coasting_10"] == pytest.approx(rows[0]["coasting_10"], rel=1e-9)
+
+    for method, expected, match in (
+        ("mine=own_filter:broken", 1, f"{log}: mine must return one number a sample"),
+        ("mine=own_filter:Lame", 2, "mine: the class Lame has no method update"),
+        ("mine=own_filter:gain", 2, "mine must be a function or a class, got float"),
+        ("mine=own_filter:bias2", 2, "mine: the module own_filter has no 'bias2'"),
+        ("mine=own_filter.py:bias", 2, "expected mine=own_filter:bias"),
+        ("mine=other:bias", 2, "mine: there is no module 'other', neither in this folder nor"),
+        ("mine=unfit:bias", 2, "mine: unfit cannot be imported: ModuleNotFoundError: No module"),
+        ("mine=own_filter", 2, "is no method, expected NAME=MODULE:FUNCTION"),
+        ("auto=own_filter:bias", 2, "auto is a method of this package"),
+    ):
+        code, text, errors = cli(log, "--methods", method)
+        assert (code, text) == (expected, ""), errors
+        check_line(errors, match)
+
+
 USAGE_FAULTS = {
     "fault": (("--contaminate", "noise=3"), "is made of share=, size=, one-sided"),
     "faults": (("--contaminate", "stuck=1", "--contaminate", "stuck=1"), "must all be different"),
@@ -124,7 +170,7 @@ USAGE_FAULTS = {
     "column": (("--columns", "gyro_q"), "there is no column 'gyro_q'"),
     "unit": (("--unit", "furlong"), "unknown unit 'furlong'"),
     "folder": (("--json", f"{__file__}/a.json"), "is not a folder"),
-    "option": (("--colour",), "No such option"),
+    "option": (("--colour",), "there is no option --colour"),
 }
 
 

@@ -13,6 +13,7 @@ from support.bags import write_recording
 from support.ulogs import flight, write_ulog
 from zerorate import read_log
 from zerorate.cli import run
+from zerorate.texts import extra_needed
 
 N = 4000
 TIME = np.arange(N) / 100
@@ -83,7 +84,7 @@ def test_faults_of_usage(cli, tmp_path, monkeypatch):
     code, _, errors = cli("replay", log)
     assert (code, errors) == (
         2,
-        "zerorate: a ROS recording needs rosbags: pip install 'zerorate[ros]'\n",
+        f"zerorate: {extra_needed('rosbags', 'ros', 'a ROS recording')}\n",
     )
 
 

@@ -368,7 +368,7 @@ class TestRefused:
             ([*RATE, "--rest-limit", "-1"], "--rest-limit must be a positive number, got -1"),
             ([*RATE, "--rest-limit", "soon"], "--rest-limit takes a number or 'none', got 'soon'"),
             ([*RATE, "--bias-limit", "0"], "--bias-limit must be a positive number, got 0"),
-            ([*RATE, "--limit", "abc"], "value for '--limit'"),
+            ([*RATE, "--limit", "abc"], "--limit takes a number"),
             ([*RATE, "--limit", "nan"], "--limit must be a positive number, got NaN"),
             (
                 [*RATE, "--method", "kf", "--rest-limit", "3"],
@@ -381,7 +381,7 @@ class TestRefused:
             ([*RATE, "--outliers", "reject"], "--outliers has no effect on method 'auto', only on"),
             ([*RATE, "--sequence", "0,1"], "--sequence takes one column"),
             ([*RATE, "--sequence-bits", "8"], "--sequence-bits needs --sequence"),
-            ([*RATE, "--sequence", "0", "--sequence-bits", "65"], "value for '--sequence-bits'"),
+            ([*RATE, "--sequence", "0", "--sequence-bits", "65"], "--sequence-bits must be less than or equal to 64"),
             ([*RATE, "--checkpoint", "state", "--every", "0"], "--every takes a positive"),
             ([*RATE, "--checkpoint", f"{__file__}/state"], "is not a folder"),
             ([*RATE, "--range", "250"], "--range needs --device"),

@@ -164,7 +164,7 @@ class TestMethods:
         z = BIAS[0] + noise(3000, axes=1)[:, 0]
         z[::50] += 20.0
         found = on_axis(name, z, RATE, no_gain)
-        expected = zr.DriftFilter(RATE, **arguments).process(z)
+        expected = zr.DriftFilter(RATE, output="estimate", **arguments).process(z)
         np.testing.assert_array_equal(found.estimate, expected)
 
 
@@ -176,7 +176,7 @@ class TestAtRest:
         start = round(scored_from(60.0) * RATE)
         values = by_method(found)
         assert tuple(values) == METHODS
-        estimate = zr.DriftFilter(RATE, method="akf").process(z)
+        estimate = zr.DriftFilter(RATE, method="akf", output="estimate").process(z)
         error = zr.metrics.coasting_error(z[start:], estimate[start:], RATE, 10.0)
         best = zr.metrics.best_ema(z, RATE, 10.0, start=start / RATE).error
         assert values["akf"]["coasting_10"] == error

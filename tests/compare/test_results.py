@@ -1,6 +1,7 @@
 """What the studies in `examples/` and `docs/evidence/results.md` rest on, on real recordings."""
 
 import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,9 @@ import pytest
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate import identify, metrics
+from zerorate.compare.simulated import run as run_methods
 from zerorate.io import read_log
+from zerorate.simulate.models import MODELS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 AT_REST = ("adis16405_static_100hz_run1.parquet", "mpu6050_static_100hz.parquet")
@@ -24,10 +27,15 @@ SCRIPTS = (
 METHODS = ("kf", "akf", "fading")
 
 
+def estimate(method, **options):
+    """Return a filter of three axes whose output is the estimate."""
+    return zr.DriftFilter(100.0, method=method, output="estimate", channels=3, **options)
+
+
 @pytest.fixture(scope="module", params=AT_REST)
 def at_rest(request):
     z = read_log(RECORDINGS / request.param, rate=100.0).data
-    return z, {m: zr.DriftFilter(100.0, method=m, channels=3).process(z) for m in METHODS}
+    return z, {m: estimate(m).process(z) for m in METHODS}
 
 
 @needs_recordings
@@ -55,12 +63,12 @@ def test_the_mean_stays(at_rest, method):
 @needs_recordings
 def test_a_small_process_noise_is_better_and_fading_spoils_it_by_raising_it():
     z = read_log(RECORDINGS / AT_REST[0], rate=100.0).data
-    banks = {m: zr.DriftFilter(100.0, method=m, process_noise=1e-4, channels=3) for m in METHODS}
+    banks = {m: estimate(m, process_noise=1e-4) for m in METHODS}
     error = {
         m: metrics.coasting_error(z, bank.process(z), 100.0, 10.0) for m, bank in banks.items()
     }
     assert np.all(error["fading"] > np.maximum(error["kf"], error["akf"]))
-    ignorant = zr.DriftFilter(100.0, channels=3).process(z)
+    ignorant = estimate("fading").process(z)
     assert np.all(error["fading"] < metrics.coasting_error(z, ignorant, 100.0, 10.0))
     raised = banks["fading"].process_noise[:, 0, 0] / banks["kf"].process_noise[:, 0, 0]
     assert np.all(raised > 4.0)
@@ -82,6 +90,15 @@ def test_scripts_explain_themselves(script):
     done = run(script, "--help")
     assert done.returncode == 0
     assert "--seconds" in done.stdout
+
+
+def test_which_recordings_are_there(tmp_path):
+    (tmp_path / AT_REST[1]).write_bytes(b"another")
+    done = run("recordings.py", tmp_path)
+    assert done.returncode == 1
+    found = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    assert found[AT_REST[0]] == "absent"
+    assert found[AT_REST[1]].startswith("other bytes: sha256 ")
 
 
 @pytest.mark.parametrize("script", SCRIPTS)
@@ -154,3 +171,16 @@ def test_the_figures_of_outliers_are_made(tmp_path):
 def test_the_committed_figure_is_small():
     figure = EXAMPLES.parent / "docs" / "figures" / "process_noise_sweep.png"
     assert figure.stat().st_size < 300_000
+
+
+def test_a_start_that_is_best_for_each_gyro_is_no_worse_than_any(monkeypatch):
+    monkeypatch.syspath_prepend(os.fspath(EXAMPLES))
+    study = runpy.run_path(os.fspath(EXAMPLES / "tuned_process_noise.py"))
+    few = [model for model in MODELS if model.name in ("walk", "strong walk")]
+    methods = [
+        study["started"](name, start) for name in study["METHODS"] for start in study["STARTS"]
+    ]
+    found = run_methods([*methods, "auto"], models=few, seeds=1, duration=60.0, score_from=20.0)
+    *starts, best = (np.array(row[1:], dtype=float) for row in study["rows"](found))
+    assert best.shape == (4,)
+    assert (best <= np.min(starts, axis=0)).all()

@@ -63,7 +63,7 @@ def test_contaminated_records_are_judged_by_the_true_drift():
     models = "zerorate.compare.simulated.MODELS"
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(models, (NONE,))
-        clean, *faulty = run_contaminated(["ema", "mean", "raw"], faults, seeds=1)
+        clean, *faulty = run_contaminated(["ema", "mean", "raw"], faults, seeds=1, duration=600.0)
     assert clean.methods == ("ema", "mean", "raw")
     assert [one.methods for one in faulty] == [("mean", "raw")] * 2
     assert [one.contamination for one in faulty] == faults
@@ -133,7 +133,7 @@ def test_the_self_tuning_filter_is_read_record_by_record_in_slabs(monkeypatch):
             return SimpleNamespace(bias=count, bias_sigma=count / 2.0)
 
     monkeypatch.setattr(methods, "DriftFilter", Counting)
-    drift, sigma = methods.causal_method("auto")(np.zeros((25_000, 2)), 100.0)
+    drift, sigma, _ = methods.causal_method("auto")(np.zeros((25_000, 2)), 100.0)
     count = np.arange(1.0, 25_001.0)
     np.testing.assert_array_equal(drift, np.column_stack([count, count]))
     np.testing.assert_array_equal(sigma, drift / 2.0)

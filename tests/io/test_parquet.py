@@ -47,5 +47,5 @@ def test_parquet_faults(tmp_path, columns, metadata, message):
 def test_parquet_without_pyarrow_names_the_extra(tmp_path, monkeypatch):
     path = two_sensors(tmp_path)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(ImportError, match=r"pip install 'zerorate\[io\]'"):
+    with pytest.raises(ImportError, match=r"pip install '\.\[io\]' in the checkout"):
         read_log(path)

@@ -230,7 +230,7 @@ def test_something_else_by_that_name(tmp_path):
 def test_without_pyulog_the_extra_is_named(tmp_path, monkeypatch):
     path = write_ulog(tmp_path / "a.ulg", flight(3))
     monkeypatch.setitem(sys.modules, "pyulog", None)
-    with pytest.raises(ImportError, match=r"pip install 'zerorate\[px4\]'"):
+    with pytest.raises(ImportError, match=r"pip install '\.\[px4\]' in the checkout"):
         zr.read_log(path)
 
 

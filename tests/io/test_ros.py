@@ -111,5 +111,5 @@ def test_only_recordings_have_topics(tmp_path):
 def test_without_rosbags_the_extra_is_named(tmp_path, monkeypatch, kind):
     path = write_recording(tmp_path, kind, ["/imu"])
     monkeypatch.setitem(sys.modules, "rosbags", None)
-    with pytest.raises(ImportError, match=r"pip install 'zerorate\[ros\]'"):
+    with pytest.raises(ImportError, match=r"pip install '\.\[ros\]' in the checkout"):
         read_log(path)

@@ -22,7 +22,7 @@ def test_windows_follow_at_the_step_and_end_with_the_record():
     d = zr.dynamic_allan(NOISE, 50.0, window=10.0, step=3.0)
     np.testing.assert_array_equal(d.times, 5.0 + 3.0 * np.arange(31))
     assert d.times[-1] + 5.0 <= 100.0 < d.times[-1] + 5.0 + 3.0
-    assert (d.window, d.unit, d.kind) == (10.0, "rad/s", "oadev")
+    assert (d.window, d.unit, d.kind) == (10.0, "unit", "oadev")
 
 
 def test_defaults_are_a_tenth_and_some_fifty_windows():

@@ -1,5 +1,6 @@
 """Noise models as files: numbers, remarks, whole files only, and JSON without loss."""
 
+import functools
 import json
 import math
 
@@ -8,16 +9,18 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zerorate.noise import Coefficient, Markov, NoiseModel, Sinusoid
-from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_vins
+from zerorate.noise import Coefficient, FittedModel, Markov, NoiseModel, Sinusoid
+from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_ros, to_vins
 
-UNKNOWN = Coefficient(0.0, identifiable=False, upper_bound=4e-6)
-GYRO = NoiseModel(Coefficient(2e-4, 1e-5), 3e-5, UNKNOWN)
+BOUNDED = Coefficient(0.0, identifiable=False, upper_bound=4e-6)
+GYRO = NoiseModel(Coefficient(2e-4, 1e-5), 3e-5, BOUNDED)
 ACCELEROMETER = NoiseModel(1e-3, 1e-4, 5e-5, quantity="acceleration")
 RATE = 400.0
 # Six digits are written.
 SIX = {"rel": 5e-6}
-ALL = pytest.mark.parametrize("export", [to_kalibr, to_vins, to_orbslam3, to_px4])
+EXPORTS = [to_kalibr, to_vins, to_orbslam3, to_px4]
+ALL = pytest.mark.parametrize("export", [*EXPORTS, to_ros])
+WITH_WALK = pytest.mark.parametrize("export", EXPORTS)
 
 
 def px4_values(text):
@@ -99,13 +102,46 @@ def test_px4_says_what_lies_outside_its_range():
     assert "# EKF2_GYR_B_NOISE: rad/s^2\n" in text
 
 
-@ALL
-def test_unknown_is_exported_as_its_bound_and_said_so(export):
+def test_ros_takes_the_variance_of_one_message():
+    text = GYRO.to_ros(accelerometer=ACCELEROMETER, rate=RATE)
+    read = yaml.safe_load(text)
+    white, force = 2e-4**2 * RATE, 1e-3**2 * RATE
+    # Six digits, squared.
+    for name, variance in (("angular_velocity", white), ("linear_acceleration", force)):
+        expected = [variance if i in (0, 4, 8) else 0.0 for i in range(9)]
+        assert read.pop(f"{name}_covariance") == pytest.approx(expected, rel=1e-5)
+    assert read == {"orientation_covariance": [-1.0, *[0.0] * 8]}
+    assert "  # (rad/s)^2\n" in text
+    assert "publish the compensated rate" in text
+
+
+@WITH_WALK
+def test_what_is_not_identifiable_is_exported_as_its_bound_and_said_so(export):
     text = export(GYRO, accelerometer=ACCELEROMETER, rate=RATE)
     assert text.count("upper bound, the record does not determine it") == 1
-    given_zero = export(NoiseModel(1e-4), accelerometer=ACCELEROMETER, rate=RATE)
+    given = NoiseModel(1e-4, rate_random_walk=0.0)
+    given_zero = export(given, accelerometer=ACCELEROMETER, rate=RATE)
     assert "upper bound" not in given_zero
+    assert "unknown" not in given_zero
     assert "0.00000e+00" in given_zero
+
+
+@ALL
+def test_what_is_unknown_is_not_written_but_named(export):
+    """A data sheet states no random walk: an estimator must not take that for none."""
+    text = export(NoiseModel(bias_instability=1e-4), rate=RATE)
+    numbers = [line for line in text.splitlines() if not line.startswith("#")]
+    assert not any("gyr" in line.lower() or "angular" in line for line in numbers)
+    assert text.count("unknown, so not written") == (1 if export is to_ros else 2)
+
+
+@ALL
+def test_a_unit_that_is_not_known_is_refused_in_a_sentence(export):
+    model = NoiseModel(1e-4, rate_random_walk=0.0, quantity="unknown")
+    with pytest.raises(ValueError, match=r'cannot be written because the unit .* unit="deg/s"'):
+        export(model, rate=RATE)
+    with pytest.raises(ValueError, match="cannot be written"):
+        export(GYRO, accelerometer=model, rate=RATE)
 
 
 @ALL
@@ -117,7 +153,7 @@ def test_without_an_accelerometer_its_lines_are_left_out(export):
     assert left_out not in export(GYRO, accelerometer=ACCELEROMETER, rate=RATE)
 
 
-@ALL
+@WITH_WALK
 def test_inflation_is_applied_and_written_down(export):
     def values(text):
         if export is to_px4:
@@ -131,6 +167,13 @@ def test_inflation_is_applied_and_written_down(export):
     assert values(inflated) == pytest.approx(tenfold, **SIX)
     assert "# Every number is 10 times the measured one.\n" in inflated
     assert "measured" not in plain
+
+
+def test_covariances_grow_with_the_square_of_inflation():
+    plain, inflated = (GYRO.to_ros(rate=RATE, inflate=factor) for factor in (1.0, 10.0))
+    first, tenfold = (yaml.safe_load(t)["angular_velocity_covariance"] for t in (plain, inflated))
+    assert tenfold[0] == pytest.approx(100.0 * first[0], rel=1e-5)
+    assert "# Deviations are 10 times the measured ones, so covariances 100 times.\n" in inflated
 
 
 def test_units_stand_beside_the_numbers():
@@ -172,9 +215,14 @@ def test_refusals(export, change, message):
         export(**({"model": GYRO, "rate": RATE} | change))
 
 
-@pytest.mark.parametrize("name", ["to_kalibr", "to_vins", "to_orbslam3", "to_px4", "to_json"])
+NAMES = ["to_kalibr", "to_vins", "to_orbslam3", "to_px4", "to_ros", "to_json"]
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_files_are_whole_and_not_replaced_unasked(name, tmp_path):
     export, path = getattr(GYRO, name), tmp_path / "imu.txt"
+    if name == "to_ros":
+        export = functools.partial(export, rate=RATE)
     text = export(path)
     assert path.read_text(encoding="utf-8") == text
     with pytest.raises(FileExistsError, match=r"imu.txt exists already; pass force=True"):
@@ -186,14 +234,15 @@ def test_files_are_whole_and_not_replaced_unasked(name, tmp_path):
 
 
 FLOATS = st.floats(0.0, 1e300)
-COEFFICIENTS = st.builds(
+GIVEN = st.builds(
     lambda value, sigma, known, more: Coefficient(value, sigma, known, value + more),
     FLOATS,
     FLOATS,
     st.booleans(),
     FLOATS,
 )
-POSITIVE = COEFFICIENTS.filter(lambda coefficient: coefficient > 0.0)
+COEFFICIENTS = st.none() | GIVEN
+POSITIVE = GIVEN.filter(lambda coefficient: coefficient > 0.0)
 MODELS = st.builds(
     NoiseModel,
     COEFFICIENTS,
@@ -201,9 +250,9 @@ MODELS = st.builds(
     COEFFICIENTS,
     st.floats(-1e300, 1e300),
     COEFFICIENTS,
-    markov=st.lists(st.builds(Markov, COEFFICIENTS, POSITIVE), max_size=2),
-    sinusoid=st.lists(st.builds(Sinusoid, COEFFICIENTS, POSITIVE), max_size=2),
-    quantity=st.sampled_from(["angular rate", "acceleration"]),
+    markov=st.lists(st.builds(Markov, GIVEN, POSITIVE), max_size=2),
+    sinusoid=st.lists(st.builds(Sinusoid, GIVEN, POSITIVE), max_size=2),
+    quantity=st.sampled_from(["angular rate", "acceleration", "unknown"]),
 )
 
 
@@ -214,6 +263,15 @@ def test_json_there_and_back_is_exact(model):
     # repr would round: the text holds every part of every coefficient.
     assert again.to_json() == model.to_json()
     assert again == model
+
+
+def test_json_keeps_how_well_a_model_fits():
+    model = FittedModel(
+        1e-4, BOUNDED, method="oadev", chi_squared=3.0, degrees_of_freedom=7, misfit=0.1
+    )
+    assert FittedModel.from_json(model.to_json()) == model
+    assert NoiseModel.from_json(model.to_json()) == NoiseModel(1e-4, BOUNDED)
+    assert FittedModel.from_json(GYRO.to_json()) == FittedModel(*vars(GYRO).values())
 
 
 def test_json_from_a_file(tmp_path):
@@ -253,14 +311,16 @@ def changed(*path, to):
         ("{", "Expecting property name"),
         ("{}", "'format' must be a string, got None"),
         (changed("version", to=2), r"are \('zerorate noise model', 2\), expected"),
+        (changed("coefficients", "rate_ramp", "upper_bound", to=1.0), "be a number, got None"),
+        (changed("fit", to=7), "'method' must be a string, got None"),
         (changed("quantity", to="mass"), "quantity is 'mass', expected one of"),
         (changed("quantity", to=["mass"]), r"'quantity' must be a string, got \['mass'\]"),
         (changed("coefficients", to={}), "'quantization' must be an object, got None"),
         (changed("coefficients", to=3), "'coefficients' must be an object, got 3"),
         (changed("coefficients", "rate_ramp", "unit", to="deg"), "'deg', expected 'rad/s\\^2'"),
-        (changed("coefficients", "rate_ramp", "identifiable", to="no"), "be true or false, got"),
-        (changed("coefficients", "rate_ramp", "value", to="1"), "be a number, got '1'"),
-        (changed("coefficients", "rate_ramp", "sigma", to=-1), "sigma must not be negative"),
+        (changed("coefficients", "rate_random_walk", "identifiable", to="no"), "true or false"),
+        (changed("coefficients", "rate_random_walk", "value", to="1"), "be a number, got '1'"),
+        (changed("coefficients", "rate_random_walk", "sigma", to=-1), "must not be negative"),
         (changed("coefficients", "bias_instability", "value", to=-1), "must not be negative"),
         (changed("markov", to=7), "'markov' must be a list, got 7"),
         (changed("markov", to=[{"amplitude": 1}]), "'amplitude' must be an object, got 1"),
@@ -268,11 +328,11 @@ def changed(*path, to):
 )
 def test_other_json_is_refused_in_a_sentence(text, message, tmp_path):
     with pytest.raises(ValueError, match="^the text is not a zerorate noise model.*" + message):
-        NoiseModel.from_json(text)
+        FittedModel.from_json(text)
     path = tmp_path / "other.json"
     path.write_text(text)
     with pytest.raises(ValueError, match=r"other\.json is not a zerorate noise model"):
-        NoiseModel.from_json(path)
+        FittedModel.from_json(path)
 
 
 def test_bytes_that_are_no_text_are_refused_in_a_sentence(tmp_path):

@@ -267,9 +267,19 @@ def test_wrong_arguments_are_named(record, change, message):
         zr.allan(record, 100.0).fit(**change)
 
 
+def test_without_a_unit_a_fit_is_in_that_of_the_samples(record):
+    plain, radians = zr.allan(record, 100.0).fit(), zr.allan(record, 100.0, unit="rad/s").fit()
+    np.testing.assert_array_equal(parts(plain), parts(radians))
+    assert (plain.quantity, radians.quantity) == ("unknown", "angular rate")
+    assert zr.whittle(record, 100.0).quantity == "unknown"
+
+
+def test_what_was_not_looked_for_is_unknown(record):
+    assert not zr.allan(record, 100.0).fit(terms=["angle_random_walk"]).rate_ramp.known
+    assert not zr.allan(record, 100.0, "ohdev").fit().rate_ramp.known
+
+
 def test_what_cannot_be_fitted_is_refused(record):
-    with pytest.raises(ValueError, match="the unit of the record is not known: give unit="):
-        zr.allan(record, 100.0, unit="unit").fit()
     with pytest.raises(ValueError, match="record is constant: there is no noise to fit"):
         zr.allan(np.full(1000, 0.1), 100.0).fit()
     both = np.column_stack((record, np.ones_like(record)))

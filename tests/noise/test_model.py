@@ -173,7 +173,7 @@ def test_any_model_has_finite_curves_of_the_taus_shape(n, b, k, r, q, amplitude,
 
 
 @pytest.mark.parametrize("field", [f.name for f in dataclasses.fields(NoiseModel)])
-@pytest.mark.parametrize("value", [math.nan, math.inf, "much", None])
+@pytest.mark.parametrize("value", [math.nan, math.inf, "much"])
 def test_coefficients_are_finite_numbers(field, value):
     with pytest.raises(ValueError, match=f"{field} must be"):
         NoiseModel(**{field: value})
@@ -208,7 +208,7 @@ def test_taus_are_positive(tau):
         ({"markov": Markov(1.0, 1.0)}, "markov must be a sequence of Markov, got Markov"),
         ({"markov": [Sinusoid(1.0, 1.0)]}, "markov must be a sequence of Markov"),
         ({"sinusoid": "no"}, "sinusoid must be a sequence of Sinusoid, got 'no'"),
-        ({"quantity": "mass"}, "must be 'angular rate' or 'acceleration', got 'mass'"),
+        ({"quantity": "mass"}, "must be one of 'angular rate', .*, got 'mass'"),
     ],
 )
 def test_other_fields_are_checked(change, message):
@@ -269,10 +269,11 @@ def test_units_of_another_quantity_are_refused():
 
 
 def test_deviations_per_sample():
-    unknown = Coefficient(0.0, identifiable=False, upper_bound=4e-6)
-    sigmas = NoiseModel(1e-3, rate_random_walk=unknown).discrete_sigmas(400.0)
+    bounded = Coefficient(0.0, identifiable=False, upper_bound=4e-6)
+    sigmas = NoiseModel(1e-3, rate_random_walk=bounded).discrete_sigmas(400.0)
     # The root of 400 is exact; one product and one quotient.
     assert sigmas == pytest.approx((2e-2, 2e-7), rel=1e-15)
+    assert NoiseModel(1e-3).discrete_sigmas(400.0).walk_step == math.inf
     with pytest.raises(ValueError, match=r"rate must be positive and finite, got -1\.0"):
         NoiseModel().discrete_sigmas(-1.0)
 
@@ -281,6 +282,7 @@ def test_the_table_is_aligned_and_says_what_is_unknown():
     model = NoiseModel(
         Coefficient(1e-4, 2e-6),
         Coefficient(0.0, identifiable=False, upper_bound=1e-5),
+        0.0,
         markov=[Markov(1e-6, Coefficient(100.0, 20.0))],
         sinusoid=[Sinusoid(1e-4, 0.1)],
     )
@@ -291,21 +293,34 @@ def test_the_table_is_aligned_and_says_what_is_unknown():
         "  correlation time  100 ± 20         s",
         "sinusoid            20.63            deg/h",
         "  frequency         0.1              Hz",
+        "unknown: quantization, rate ramp",
     ]
-    assert str(NoiseModel()) == "no noise"
-    unknown = NoiseModel(
-        Coefficient(0.0, identifiable=False, upper_bound=1.0), quantity="acceleration"
-    )
-    assert str(unknown) == "velocity random walk  not identifiable (< 60 m/s/sqrt(h))"
+    assert str(NoiseModel(0, 0, 0, 0, 0)) == "no noise"
+    bounded = Coefficient(0.0, identifiable=False, upper_bound=1.0)
+    model = NoiseModel(bounded, 0, 0, 0, 0, quantity="acceleration")
+    assert str(model) == "velocity random walk  not identifiable (< 60 m/s/sqrt(h))"
+
+
+def test_a_model_in_the_unit_of_the_samples_says_so():
+    model = NoiseModel(0.5, 0, 2, 0, 0, quantity="unknown")
+    assert str(model).splitlines() == [
+        "white noise  0.5  unit/sqrt(Hz)",
+        "random walk  2    unit/s/sqrt(Hz)",
+        '"unit" is the unit of the samples, which is not known',
+    ]
+    assert model.discrete_sigmas(4.0) == (1.0, 1.0)
+    with pytest.raises(ValueError, match=r'in deg/h cannot be given because .* unit="deg/s"'):
+        model.in_units("deg/h")
 
 
 def test_the_worst_axis_is_the_worst_in_each_term():
-    unknown = Coefficient(0.0, identifiable=False, upper_bound=4.0)
-    x = NoiseModel(1.0, 3.0, unknown, -7.0, markov=[Markov(1.0, 8.0)])
-    y = NoiseModel(Coefficient(2.0, 0.1), 2.0, 3.0, 5.0, sinusoid=[Sinusoid(1.0, 1.0)])
-    z = NoiseModel(rate_random_walk=1.0, markov=[Markov(2.0, 1.0), Markov(1.0, 1.0)])
+    bounded = Coefficient(0.0, identifiable=False, upper_bound=4.0)
+    x = NoiseModel(1.0, 3.0, bounded, -7.0, markov=[Markov(1.0, 8.0)])
+    y = NoiseModel(Coefficient(2.0, 0.1), 2.0, 3.0, 5.0, 0.0, sinusoid=[Sinusoid(1.0, 1.0)])
+    z = NoiseModel(0.0, 0.0, 1.0, 0.0, 0.0, markov=[Markov(2.0, 1.0), Markov(1.0, 1.0)])
     worst = worst_axis(iter([x, y, z]))
-    assert worst == NoiseModel(2.0, 3.0, unknown, -7.0, 0.0, x.markov, y.sinusoid)
+    assert worst == NoiseModel(2.0, 3.0, bounded, -7.0, None, x.markov, y.sinusoid)
+    assert not worst.quantization.known
     assert worst.angle_random_walk.sigma == 0.1
     assert worst.rate_random_walk.upper_bound == 4.0
 

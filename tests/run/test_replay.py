@@ -272,18 +272,24 @@ class TestAuto:
         rest[1000:2000] = False
         measures = Measures(Header.of(log), ["auto"], [5.0], holds=True)
         held = np.full((1, 3000), 0.5)
+        # What it says in motion counts nowhere, least of all when the rest begins.
+        held[:, 1000:2000] = -40.0
         raw = np.ascontiguousarray(log.data.T)
         measures.take(Block(0, raw, {"auto": held}, held, np.ascontiguousarray(rest.T)))
-        (raw, auto), seen = measures.finish()
-        assert seen.at_rest == [2000]
+        measured = measures.finish()
+        raw, auto = measured.scores
+        assert measured.seen.at_rest == [2000]
+        # What is held in motion is not held through the rest that follows.
+        known = np.where(rest[:, 0], 0.5, np.nan)
         # Where a motion began is known to half a second.
         rest[950:1000] = False
         calm = np.where(rest, log.data, np.nan)
         there = np.isfinite(calm)
         assert raw.mean == pytest.approx(calm[there].mean(), rel=1e-12)
         assert raw.deviation == pytest.approx(calm[there].std(), rel=1e-12)
-        expected = metrics.coasting_error(calm[:, 0], np.full(3000, 0.5), RATE, 5.0)
+        expected = metrics.coasting_error(calm[:, 0], known, RATE, 5.0)
         assert auto.coasting[0] == pytest.approx(expected, rel=1e-12)
+        assert measured.compensated[0] == pytest.approx(calm[there].std(), rel=1e-12)
 
 
 class TestReadings:
@@ -375,7 +381,7 @@ class TestLeftOut:
         assert "left out because the sensor was stuck at one value: gyro_0 800 of 9000" in flat
         assert "at_rest_gyro_0, stuck_gyro_0, saturated_gyro_0 and so on" in flat
         assert max(map(len, notes.split("\n"))) <= WIDTH
-        assert format_learned(dirty).split("\n")[2].split()[1:3] == ["79.8", "2.2"]
+        assert format_learned(dirty).split("\n")[3].split()[1:3] == ["79.8", "2.2"]
 
     def test_nothing_is_said_of_what_there_is_not(self):
         notes = format_notes(replay(make_log(np.full((3000, 1), 0.5) + noise(3000, 1) % 0.4)))
@@ -447,9 +453,8 @@ class TestText:
     def test_table_is_aligned_and_narrow(self, result):
         lines = format_table(result).split("\n")
         assert max(map(len, lines)) <= WIDTH
-        rows = lines[2 : 2 + 8]
+        rows = lines[3 : 3 + 8]
         assert len({len(row) for row in rows}) == 1
-        assert [row.split()[-1] for row in (rows[0], rows[1])] == ["-", "M"]
 
     def test_long_names_and_the_truth_still_fit(self):
         log = make_log(noise(300, 2), names=["a" * 60 + "_x", "a" * 60 + "_y"])
@@ -458,12 +463,25 @@ class TestText:
         assert "…" in table
         assert "true error" in table
 
-    def test_it_warns_of_the_deviation(self, result):
-        assert "low-pass" in format_table(result)
-        assert "Coasting error" in format_table(result)
+    def test_nobody_reads_the_estimate_for_the_log(self, auto, result):
+        """The column is of the estimate; what the log keeps stands below, as a number."""
+        text = format_table(auto)
+        assert text.startswith("Bias as each method estimates it")
+        assert "reduction" not in text
+        said = " ".join(text.split())
+        ratio = np.std((auto.log.data - auto.drift)[auto.readings.rest[:, 0], 0])
+        ratio /= np.std(auto.log.data[auto.readings.rest[:, 0], 0])
+        assert 0.97 < ratio < 1.0
+        assert f"keeps the sensor's noise: its deviation over raw is gyro_0 {ratio:.3f}," in said
+        assert "low-pass" in said
+        assert "Coasting is the angle error" in said
+        assert "Motion is taken for bias here" in format_table(result)
+
+    def test_speed_is_told_once(self, result):
+        assert format_table(result).count("Speed, million samples") == 1
 
     def test_horizon_longer_than_the_record_is_a_dash(self):
-        row = format_table(replay(make_log(noise(3000, 1)))).split("\n")[3].split()
+        row = format_table(replay(make_log(noise(3000, 1)))).split("\n")[4].split()
         assert row[0] == "kf"
         assert row[5] == "-"
         assert row[4] != "-"
@@ -488,7 +506,7 @@ class TestText:
     def test_coasting_error_is_an_angle(self):
         per_hour = replay(make_log(3600.0 * noise(3000, 1), unit="deg/h"))
         per_second = replay(make_log(noise(3000, 1)))
-        cells = [format_table(r).split("\n")[2].split()[5] for r in (per_hour, per_second)]
+        cells = [format_table(r).split("\n")[3].split()[5] for r in (per_hour, per_second)]
         assert float(cells[0]) == pytest.approx(float(cells[1]), rel=1e-3)
 
 
@@ -501,17 +519,13 @@ def moved(replay, status="in motion"):
 
 class TestTextOfAuto:
     def test_published_methods_stand_beside_it(self, auto):
-        rows = format_table(auto).split("\n")[2 : 3 + len(METHODS)]
+        rows = format_table(auto).split("\n")[3 : 4 + len(METHODS)]
         assert [row[8:].split()[0] for row in rows] == ["raw", *METHODS]
 
-    def test_it_says_what_the_columns_are(self, auto, result):
-        assert "the filtered log is raw minus it" in format_table(auto)
-        assert "filtered log" not in format_table(result)
-
     def test_what_was_learned(self, auto):
-        title, head, *rows = format_learned(auto).split("\n")
+        title, _, units, *rows = format_learned(auto).split("\n")
         assert title == "Learned by auto"
-        assert head.split("  ")[1] == "axis"
+        assert units.split()[:3] == ["axis", "s", "s"]
         assert [row.split()[0] for row in rows[:2]] == ["gyro_0", "gyro_1"]
         # It takes two and a quarter seconds to see that a sensor rests.
         assert rows[0].split()[1:3] == ["87.8", "2.2"]
@@ -526,19 +540,19 @@ class TestTextOfAuto:
     def test_units_of_the_noise(self, auto):
         """The same sensor in deg/s and in deg/h has the same noise in data-sheet units."""
         per_hour = replay(make_log(3600.0 * noise(9000), unit="deg/h"), methods=("auto",))
-        cells = [format_learned(r).split("\n")[2].split()[3:6] for r in (auto, per_hour)]
+        cells = [format_learned(r).split("\n")[3].split()[3:6] for r in (auto, per_hour)]
         assert cells[0] == cells[1]
-        assert "noise [unit √s]" in format_learned(replay(make_log(noise(500), unit="unit")))
+        assert "unit √s" in format_learned(replay(make_log(noise(500), unit="unit")))
 
     def test_a_memory_beyond_the_record(self, auto):
         endless = dataclasses.replace(auto, memory=np.array([np.inf, 20.0]))
-        cells = [row.split() for row in format_learned(endless).split("\n")[2:4]]
+        cells = [row.split() for row in format_learned(endless).split("\n")[3:5]]
         assert cells[0][5:7] == [">", "90"]
         assert cells[1][5] == "20.0"
 
     def test_motion_is_told(self, auto):
         shown = moved(auto)
-        assert format_learned(shown).split("\n")[2].split()[1:3] == ["42.8", "47.2"]
+        assert format_learned(shown).split("\n")[3].split()[1:3] == ["42.8", "47.2"]
         notes = " ".join(format_notes(shown).split())
         assert "in motion, or not yet seen to rest" in notes
         assert "nothing is learned: gyro_0 47.24 s, gyro_1 2.24 s; all measures are of the" in notes
@@ -553,7 +567,7 @@ class TestTextOfAuto:
 
     def test_a_short_record_has_dashes(self):
         rows = format_learned(replay(make_log(noise(20, 1)))).split("\n")
-        assert rows[2].split()[3:] == ["-", "-", "-", "-"]
+        assert rows[3].split()[3:] == ["-", "-", "-", "-"]
 
 
 @pytest.mark.parametrize("scale", [1e-150, 1e150])

@@ -1,6 +1,7 @@
 """Figures of deviation curves: lines where they belong, limits, and no label over another."""
 
 import itertools
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -11,7 +12,14 @@ import zerorate as zr
 from support.figures import check_layout
 from zerorate import Log, NoiseModel
 from zerorate.noise.characterise import characterise
-from zerorate.show import plot_allan, plot_characterisation, plot_dynamic, save_figure
+from zerorate.noise.quantities import shown_unit
+from zerorate.show import (
+    format_allan,
+    plot_allan,
+    plot_characterisation,
+    plot_dynamic,
+    save_figure,
+)
 from zerorate.show.allan_terms import drawn_terms
 from zerorate.units import convert
 
@@ -71,24 +79,58 @@ def test_nothing_lies_over_a_neighbour_or_outside(name, unit):
     assert len(figure.axes) == RECORDS[name].shape[1]
     check_layout(figure)
     for axes in figure.axes:
-        frame = axes.get_window_extent()
+        frame, title = axes.get_window_extent(), axes.title.get_window_extent()
         boxes = [text.get_window_extent() for text in lists_of(axes)]
         assert boxes
-        assert all(frame.x0 < box.x0 and box.x1 < frame.x1 for box in boxes)
-        # Lines of a list stand close: their frames may touch, their letters not.
-        assert all(b.y1 - a.y0 < 1.0 for a, b in itertools.pairwise(boxes))
+        assert all(frame.x0 <= box.x0 and box.x1 < frame.x1 + 1.0 for box in boxes)
+        # The frame of a text is a little higher than its letters.
+        assert all(frame.y1 < box.y0 + 2.0 and box.y1 < title.y0 + 2.0 for box in boxes)
+        for one, other in itertools.combinations(boxes, 2):
+            assert not one.padded(-1.0).overlaps(other.padded(-1.0))
 
 
-@pytest.mark.parametrize("name", RECORDS)
-def test_the_list_hides_no_point(name):
-    figure = drawn(name)
-    figure.draw_without_rendering()
-    for axes in figure.axes:
-        points = next(line for line in axes.lines if line.get_marker() == "o")
-        places = axes.transData.transform(points.get_xydata())
-        for text in lists_of(axes):
-            box = text.get_window_extent()
-            assert not any(box.contains(x, y) for x, y in places)
+def key_of(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_the_key_has_what_is_drawn_and_nothing_else():
+    result = result_of("one axis")
+    assert key_of(result.plot()) == [
+        "measured", "68 % bounds", "right of it: below 5 degrees of freedom",
+    ]  # fmt: skip
+    without = replace(result, lower=np.full_like(result.lower, np.nan))
+    assert "68 % bounds" not in key_of(without.plot())
+    sure = replace(TRUE, markov=[zr.Markov(1e-6, 10.0)])
+    assert key_of(plot_allan(result, sure))[2:6] == [
+        "model", "one term of the model", "Markov noise or sine", "read here (IEEE Std 952)",
+    ]  # fmt: skip
+    texts = [text.get_text() for text in drawn("short").texts]
+    assert texts == ["Recorded: 2 s at 100 Hz."]
+
+
+def test_records_of_several_lengths_share_limits_and_are_shaded_where_they_end():
+    z = record()[:, 0]
+    results = [zr.allan(part, RATE, unit="deg/s", names="z") for part in (z[:1000], z)]
+    figure = plot_allan(results, title="one gyro")
+    assert key_of(figure)[-1] == "record too short"
+    assert figure.texts[-1].get_text() == "Recorded: 10 s at 100 Hz, 500 s at 100 Hz."
+    assert len({axes.get_xlim() for axes in figure.axes}) == 1
+    check_layout(figure)
+    other = zr.allan(z, RATE, unit="rad/s")
+    with pytest.raises(ValueError, match="of one kind and unit, got oadev in deg/s, oadev in rad"):
+        plot_allan([results[0], other])
+
+
+def test_all_axes_of_a_sensor_are_in_one_unit():
+    """One axis is quiet enough for deg/h, another would do in deg/s."""
+    z = record(5000, 2) * [1.0, 1e4]
+    log = Log(np.arange(5000) / RATE, RATE, z, ["x", "y"], "rad/s")
+    found = characterise(log, second_opinion=False)
+    loud = plot_characterisation([found]).axes[1].lines[0].get_ydata()
+    np.testing.assert_allclose(loud, convert(found.curve.deviation[:, 1], "rad/s", "deg/h"))
+    (row,) = (line for line in format_allan([found]).splitlines() if line.startswith("  1.28 s"))
+    numbers = [float(word) for word in row.split() if re.fullmatch(r"[\d.]+", word)]
+    assert numbers[2] > 1000.0 * numbers[1]
 
 
 def test_points_and_band_are_in_the_unit_of_the_scale():
@@ -99,7 +141,9 @@ def test_points_and_band_are_in_the_unit_of_the_scale():
     np.testing.assert_allclose(points, convert(result.deviation[:, 0], "rad/s", "deg/h"))
 
 
-@pytest.mark.parametrize(("unit", "shown"), [("deg/s", "deg/s"), ("g", "m/s²"), ("unit", "unit")])
+@pytest.mark.parametrize(
+    ("unit", "shown"), [("deg/s", "deg/s"), ("g", "m/s²"), (None, "unit of the samples")]
+)
 def test_large_deviations_are_in_the_coarse_unit(unit, shown):
     figure = zr.allan(1e3 * np.random.default_rng(1).standard_normal(1000), RATE, unit=unit).plot()
     assert figure.axes[0].get_ylabel().endswith(f"[{shown}]")
@@ -107,7 +151,8 @@ def test_large_deviations_are_in_the_coarse_unit(unit, shown):
 
 def test_marks_stand_where_the_standard_reads_them():
     result = result_of("one axis")
-    terms = {term.text[0]: term for term in drawn_terms(TRUE, result.axis(0))}
+    shown = shown_unit(result)
+    terms = {term.symbol: term for term in drawn_terms(TRUE, result.axis(0), shown)}
     values = {
         "N": (1.0, TRUE.angle_random_walk),
         "K": (3.0, TRUE.rate_random_walk),
@@ -127,8 +172,8 @@ def test_marks_stand_where_the_standard_reads_them():
 
 def test_a_mark_outside_the_record_is_hollow():
     result = result_of("short")
-    terms = drawn_terms(TRUE, result.axis(0))
-    assert {term.text[0]: term.inside for term in terms} == {
+    terms = drawn_terms(TRUE, result.axis(0), shown_unit(result))
+    assert {term.symbol: term.inside for term in terms} == {
         "Q": False, "N": False, "B": True, "K": False, "R": False,
     }  # fmt: skip
     (axes,) = plot_allan(result, TRUE).axes
@@ -137,12 +182,18 @@ def test_a_mark_outside_the_record_is_hollow():
 
 
 def test_bounds_are_triangles():
-    unknown = zr.Coefficient(0.0, identifiable=False, upper_bound=2e-6)
-    model = NoiseModel(angle_random_walk=1e-4, rate_random_walk=unknown)
+    bounded = zr.Coefficient(0.0, identifiable=False, upper_bound=4e-5)
+    model = NoiseModel(angle_random_walk=1e-4, rate_random_walk=bounded)
     (axes,) = plot_allan(result_of("one axis"), model).axes
-    assert [t.get_text() for t in lists_of(axes)] == ["N = 0.3438 deg/√h", "K < 25 deg/h/√h"]
+    assert [t.get_text() for t in lists_of(axes)] == ["N = 0.3438 deg/√h", "K < 500 deg/h/√h"]
     marks = [line.get_marker() for line in axes.lines if len(line.get_xdata()) == 1]
     assert marks == ["D", "v"]
+    assert {"not identifiable: 95 % bound", "bound, read here"} <= set(key_of(axes.figure))
+
+
+def test_what_is_unknown_is_not_drawn():
+    figure = plot_allan(result_of("one axis"), NoiseModel(angle_random_walk=1e-4))
+    assert [t.get_text() for t in lists_of(figure.axes[0])] == ["N = 0.3438 deg/√h"]
 
 
 def test_the_vertical_line_leaves_few_degrees_of_freedom_to_its_right():
@@ -193,9 +244,18 @@ def test_a_record_that_moved_says_so():
     assert [axes.get_title() for axes in figure.axes] == ["x (moved?)", "y"]
 
 
+def test_where_most_axes_moved_all_did():
+    z = record(5000, 3)
+    z[3000:3300, :2] += 0.5
+    log = Log(np.arange(5000) / RATE, RATE, z, ["x", "y", "z"], "rad/s")
+    found = characterise(log, second_opinion=False)
+    assert found.moved == (True, True, True)
+    assert "z: the other axes of this sensor moved, so it probably did too" in list(found.notes)
+
+
 class TestDynamic:
     def test_the_map_has_the_right_colours_and_places(self):
-        d = zr.dynamic_allan(record(20_000)[:, 0], RATE, window=20.0)
+        d = zr.dynamic_allan(record(20_000)[:, 0], RATE, window=20.0, unit="rad/s")
         figure = plot_dynamic(d)
         axes, bar = figure.axes
         (mesh,) = axes.collections
@@ -204,6 +264,8 @@ class TestDynamic:
         low, high = axes.get_ylim()
         assert low < d.taus[0] < d.taus[-1] < high
         assert bar.get_ylabel() == "overlapping Allan deviation [deg/h]"
+        assert axes.get_xlim() == (0.0, 200.0)
+        assert "gaps" not in figure.texts[-1].get_text()
         check_layout(figure)
 
     @pytest.mark.parametrize("missing", [slice(0, 9000), slice(None)])
@@ -213,6 +275,7 @@ class TestDynamic:
         figure = zr.dynamic_allan(z, RATE, window=20.0).plot()
         values = figure.axes[0].collections[0].get_array()
         assert np.ma.getmaskarray(values).any()
+        assert "gaps" in figure.texts[-1].get_text()
         check_layout(figure)
 
     def test_one_window_and_constants(self):

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from support.figures import check_layout
+from support.figures import check_contrast, check_layout
 from zerorate.identify import identify
 from zerorate.noise.spectrum import Spectrum
 from zerorate.show import plot_identification, save_figure
@@ -82,6 +82,7 @@ def by_title(figure, start):
 def test_nothing_lies_over_a_neighbour_or_outside(name):
     assert len(drawn(name).axes) == PANELS
     check_layout(drawn(name))
+    check_contrast(drawn(name))
 
 
 @pytest.mark.parametrize("name", RECORDS)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from support.figures import check_layout
+from support.figures import check_contrast, check_layout
 from support.logs import make_log, noise
 from zerorate.run.replay import replay
 from zerorate.show import plot_replay, save_figure
@@ -72,8 +72,8 @@ def test_drawing(name, tmp_path):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", ["plain", "one axis", "walk", "far from zero", "tiny", "stuck"])
 def test_nothing_lies_over_a_neighbour_or_outside(name, method):
-    figure = drawn(name, method)
-    check_layout(figure, figure.axes[LOGS[name].shape[1] * 4 :])
+    check_layout(drawn(name, method))
+    check_contrast(drawn(name, method))
 
 
 def test_a_page_is_wide_enough_for_three_axes():
@@ -89,14 +89,14 @@ def test_axes_that_do_not_fit_are_named():
 @pytest.mark.parametrize("order", [(1, 0), (3, 3), (2, 0)])
 def test_orders(order):
     figure = figure_of(noise(2000, 1), "fading", order=order, adapt_for=None)
-    labels = [line.get_label() for line in figure.axes[2].lines]
+    labels = [line.get_label() for line in figure.axes[3].lines]
     assert len(labels) == sum(order) + 1
 
 
 @pytest.mark.parametrize("method", ["kf", "akf"])
 def test_methods(method):
     figure = figure_of(noise(2000, 1), method, output="compensated")
-    assert [line.get_label() for line in figure.axes[3].lines] == ["raw", "compensated"]
+    assert [line.get_label() for line in figure.axes[4].lines] == ["raw", "compensated"]
 
 
 def with_motion(spans, n=4000, method="auto"):
@@ -122,6 +122,23 @@ def test_motion_is_shaded_where_it_was(method):
     # The figure has 400 places over 40 s.
     assert np.ravel(shaded(figure.axes[0])) == pytest.approx([10.0, 20.0, 35.0, 40.0], abs=0.1)
     assert "motion" in figure.texts[-1].get_text()
+    if method == "auto":
+        # Where the band of the bias lies over it, a colour would make a third one.
+        (hatched,) = [c for c in figure.axes[2].collections if c.get_zorder() == 0.5]
+        assert hatched.get_hatch()
+        assert len(hatched.get_facecolor()) == 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_panel_has_one_scale(method):
+    """Every panel of the first column says what it shows, and in which unit."""
+    labels = [axes.get_ylabel() for axes in drawn("plain", method).axes[::3]]
+    units = {"auto": ("deg/s", "deg/s", "deg/√h", "deg/h/√h", "deg/s")}.get(
+        method, ("deg/s", "deg/s", "", "", "deg/s")
+    )
+    for label, unit in zip(labels, units, strict=True):
+        assert label
+        assert label.endswith(f"[{unit}]" if unit else "")
 
 
 def test_a_short_motion_is_seen_and_the_other_axis_stays_white():

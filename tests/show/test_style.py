@@ -5,12 +5,27 @@ import sys
 
 import pytest
 
-from zerorate.show.style import time_unit
+from zerorate.show import style
+from zerorate.show.style import contrast, text_colour, time_unit
 
 
 @pytest.mark.parametrize(("duration", "unit"), [(10, "s"), (600, "s"), (7200, "min"), (1e5, "h")])
 def test_time_unit(duration, unit):
     assert time_unit(duration)[0] == unit
+
+
+def test_contrast_is_that_of_wcag():
+    assert contrast("#000000", "#FFFFFF") == pytest.approx(21.0)
+    # The example of the standard's own "understanding" page: the least grey that passes on white.
+    assert contrast("#767676", "#FFFFFF") == pytest.approx(4.54, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["ORANGE", "SKY", "GREEN", "BLUE", "VERMILION", "PURPLE", "GREY"])
+@pytest.mark.parametrize("ground", ["#FFFFFF", style.GREY, style.ROSE])
+def test_text_is_readable_on_every_ground(name, ground):
+    colour = text_colour(getattr(style, name))
+    assert colour == getattr(style, f"{name}_TEXT")
+    assert contrast(colour, ground) >= 4.5
 
 
 def test_pyplot_is_not_touched():

@@ -7,9 +7,10 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import Final
+from typing import Any, Final
 
 from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, prepare, tell
+from zerorate.texts import extra_needed
 
 __all__ = ["main", "run"]
 
@@ -17,13 +18,6 @@ _BY_SIGNAL: Final = 128
 _OWN_FAULT: Final = 70
 _TRACEBACK: Final = "ZERORATE_TRACEBACK"
 _SHOWN: Final = 300
-_PLAIN: Final = {
-    "Value error, ": "",
-    "Input should be a valid number, unable to parse string as a number": "expected a number",
-    "Input should be a valid integer, unable to parse string as an integer": (
-        "expected a whole number"
-    ),
-}
 
 
 def main() -> None:
@@ -60,7 +54,7 @@ def run(arguments: Sequence[str]) -> int:
     try:
         import typer  # noqa: F401
     except ImportError:
-        return _fail("this needs typer: pip install 'zerorate[cli]'", 2)
+        return _fail(extra_needed("typer", "cli"), 2)
     from zerorate.cli.app import invoke
     from zerorate.run.interrupts import INTERRUPT, Ending
 
@@ -103,15 +97,8 @@ def _told(error: BaseException) -> int:
         return _fail("there is not enough memory for this much data", 1)
     # The base class of usage errors has no public name that is the same in every typer.
     if hasattr(error, "format_message"):
-        return _fail(_plain(error.format_message()), 2)
+        return _fail(_in_plain_words(error), 2)
     return _own_fault(error)
-
-
-def _plain(message: str) -> str:
-    """Return what is wrong with a value, without the words of the package that checks it."""
-    for words, plain in _PLAIN.items():
-        message = message.replace(words, plain)
-    return message.removesuffix(".")
 
 
 def _flush() -> None:
@@ -130,11 +117,22 @@ def _interrupted(number: int) -> int:
 def _of_the_system(error: OSError) -> int:
     """Return the exit code of a file that fails; one without a name is stdout."""
     if error.filename is not None:
-        return _fail(str(error), 1)
+        from zerorate.cli.errors import of_a_file
+
+        return _fail(of_a_file(error), 1)
     drop_stdout()
     if isinstance(error, BrokenPipeError):
         return BROKEN_PIPE
     return _fail(f"the results cannot be printed: {error}", 1)
+
+
+def _in_plain_words(error: Any) -> str:  # noqa: ANN401
+    """Return what is wrong with what was typed, and how it is right."""
+    from zerorate.cli.app import hint
+    from zerorate.cli.errors import in_plain_words
+
+    command = getattr(getattr(error, "ctx", None), "info_name", None)
+    return in_plain_words(error.format_message(), hint(command))
 
 
 def _own_fault(error: BaseException) -> int:

@@ -1,13 +1,14 @@
 """``zerorate allan``: the noise of the sensors of one log."""
 
 import json
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Final, cast, get_args
+from typing import Annotated, Any, Final, cast, get_args
 
 import numpy as np
 import typer
@@ -42,6 +43,7 @@ from zerorate.cli.outputs import (
 from zerorate.cli.records import print_title, records
 from zerorate.io import Log, LogError
 from zerorate.io.log import present_axes
+from zerorate.io.names import UNKNOWN
 from zerorate.io.reading import read_sensors
 from zerorate.noise import NoiseModel
 from zerorate.noise.characterise import Characterisation, characterise
@@ -62,6 +64,7 @@ class Export(StrEnum):
     vins = "vins"
     orbslam3 = "orbslam3"
     px4 = "px4"
+    ros = "ros"
     json = "json"
 
 
@@ -70,6 +73,7 @@ _SUFFIX: Final = {
     Export.vins: "-vins.yaml",
     Export.orbslam3: "-orbslam3.yaml",
     Export.px4: "-px4.params",
+    Export.ros: "-ros.yaml",
     Export.json: "-models.json",
 }
 
@@ -95,20 +99,53 @@ def allan(
     log: LogArgument,
     output: Output = ".",
     reading: Reading,
-    kind: Annotated[str, typer.Option(help="oadev, mdev, ohdev, totdev, ...")] = "oadev",
-    taus: Annotated[str, typer.Option(help="octave, decade, all, or seconds.")] = "octave",
-    bridge: Annotated[int, typer.Option(help="Longest gap to fill, samples.")] = 0,
-    confidence: Annotated[float, typer.Option(help="Of the bounds, 0 to 1.")] = 0.683,
-    markov: Annotated[int, typer.Option(help="Markov terms to find.")] = 0,
+    kind: Annotated[
+        str,
+        typer.Option(
+            help="Deviation: oadev, adev, mdev, tdev (Allan), hdev, ohdev (Hadamard, blind to a "
+            "ramp), totdev, mtotdev, ttotdev, htotdev, theo1 (for long averaging times), pdev."
+        ),
+    ] = "oadev",
+    taus: Annotated[
+        str,
+        typer.Option(
+            help="Averaging times: octave (doubling), decade (ten a decade), all, or seconds such "
+            "as 0.1,1,10."
+        ),
+    ] = "octave",
+    bridge: Annotated[
+        int, typer.Option(help="Longest gap that is filled with a straight line, samples.")
+    ] = 0,
+    confidence: Annotated[
+        float, typer.Option(help="Probability that the bounds hold the true deviation, 0 to 1.")
+    ] = 0.683,
+    markov: Annotated[
+        int, typer.Option(help="Number of Markov terms, noise correlated over one time, to find.")
+    ] = 0,
     second_opinion: Annotated[
-        bool, typer.Option(help="Estimate from the spectrum as well.")
+        bool, typer.Option(help="Estimate the coefficients from the spectrum as well.")
     ] = True,
     export: Annotated[
-        str | None, typer.Option(help="Some of kalibr,vins,orbslam3,px4,json.")
+        str | None,
+        typer.Option(
+            help="Files for estimators, of the worst axis: some of kalibr,vins,orbslam3,px4,ros "
+            "(covariances of sensor_msgs/Imu); json has the models of all axes."
+        ),
     ] = None,
+    inflate: Annotated[
+        float,
+        typer.Option(help="Factor on the numbers of the exports: 10, say, for a vehicle's noise."),
+    ] = 1.0,
+    per_sample: Annotated[
+        bool,
+        typer.Option(
+            "--per-sample",
+            help="For vins: deviations per sample, as its arithmetic takes them, not densities.",
+        ),
+    ] = False,
     format: Annotated[
         CurveFormat | None,
-        typer.Option(help="Of the curve; csv if not said.", show_default=False),
+        typer.Option(help="File format of the curve; csv if not said.", show_default=False),
     ] = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
@@ -129,6 +166,7 @@ def allan(
         second_opinion=second_opinion,
     )
     exports = parse_choices("--export", export, Export)
+    _check_exports(exports, inflate, per_sample)
     suffixes = [*CurveFormat, *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-allan", suffixes)
     curve = place.choose("--format", format, CurveFormat.csv)
@@ -139,14 +177,16 @@ def allan(
     outputs = [
         _Outputs.of(place.of_part(one.ending), curve, figure, exports, force) for one in all_of_them
     ]
+    texts = partial(_text, inflate=inflate, per_sample=per_sample)
     check_outputs([path for files in outputs for path in files.paths], force, log)
     if figure is not None:
         preloaded(_load_plotting)
     for one, files in zip(all_of_them, outputs, strict=True):
         with progress_bar() as progress:
             sensors = _present(reading.read(read_sensors, one.source))
+            _check_units(exports, sensors[0])
             found = in_background(partial(_all_found, analysis, sensors, progress))
-            files.write(found, progress)
+            files.write(found, texts, progress)
         print_title(one, first=one is all_of_them[0])
         _print_result(found, files)
 
@@ -231,9 +271,14 @@ class _Outputs:
         figure = [] if self.figure is None else [self.figure]
         return [self.curve, *figure, *self.exports.values()]
 
-    def write(self, found: Sequence[Characterisation], progress: Progress) -> None:
+    def write(
+        self,
+        found: Sequence[Characterisation],
+        text: Callable[["Export", Sequence[Characterisation]], str],
+        progress: Progress,
+    ) -> None:
         """Write all files under other names; rename them when all are whole."""
-        texts = [_text(export, found) for export in self.exports]
+        texts = [text(export, found) for export in self.exports]
         with (
             writing(),
             together(self.paths, self.force) as temporary,
@@ -245,25 +290,58 @@ class _Outputs:
                 progress("drawing", 0.0)
                 _draw(found, temporary[1])
             progress("writing", 0.9)
-            for text, path in zip(texts, temporary[len(temporary) - len(texts) :], strict=True):
-                path.write_text(text, encoding="utf-8", newline="\n")
+            exported = temporary[len(temporary) - len(texts) :]
+            for written, path in zip(texts, exported, strict=True):
+                path.write_text(written, encoding="utf-8", newline="\n")
             job.result()
 
 
-def _text(export: Export, found: Sequence[Characterisation]) -> str:
+def _check_exports(exports: Sequence[Export], inflate: float, per_sample: bool) -> None:
+    """Raise a usage fault for options of exports that act on none of those asked for."""
+    if not (math.isfinite(inflate) and inflate > 0.0):
+        raise UsageFault(f"--inflate must be a positive number, got {inflate:g}")
+    if inflate != 1.0 and not set(exports) - {Export.json}:
+        named = ", ".join(export for export in Export if export is not Export.json)
+        raise UsageFault(f"--inflate acts on exports to estimators: --export {named}")
+    if per_sample and Export.vins not in exports:
+        raise UsageFault("--per-sample acts on --export vins")
+
+
+def _check_units(exports: Sequence[Export], gyro: Log) -> None:
+    """Raise a fault before any work if what is wanted needs to know the unit."""
+    needs = next((export for export in exports if export is not Export.json), None)
+    if needs is not None and gyro.unit == UNKNOWN:
+        raise UsageFault(
+            f"--export {needs} needs the unit of the samples, which the log does not say: give "
+            "--unit, deg/s or deg/s,g for instance"
+        )
+
+
+def _text(
+    export: Export, found: Sequence[Characterisation], inflate: float, per_sample: bool
+) -> str:
     if export is Export.json:
         return _models(found)
     gyro, accelerometer = (_worst(found, kind) for kind in ("angular rate", "acceleration"))
     if gyro is None:
         raise DataFault(f"--export {export} needs a model of a gyro, and this log gives none")
     rate = found[0].curve.rate
+    common: dict[str, Any] = {"accelerometer": accelerometer, "inflate": inflate}
     if export is Export.kalibr:
-        return gyro.to_kalibr(accelerometer=accelerometer, rate=rate)
+        return gyro.to_kalibr(rate=rate, rostopic=_topic(found[0].log), **common)
     if export is Export.vins:
-        return gyro.to_vins(accelerometer=accelerometer, rate=rate)
+        return gyro.to_vins(rate=rate if per_sample else None, **common)
     if export is Export.orbslam3:
-        return gyro.to_orbslam3(accelerometer=accelerometer, rate=rate)
-    return gyro.to_px4(accelerometer=accelerometer)
+        return gyro.to_orbslam3(rate=rate, **common)
+    if export is Export.ros:
+        return gyro.to_ros(rate=rate, **common)
+    return gyro.to_px4(**common)
+
+
+def _topic(log: Log) -> str:
+    """Return the topic of a ROS recording, or the one that Kalibr's examples have."""
+    sensor = str(log.meta.get("sensor") or "")
+    return sensor if sensor.startswith("/") else "/imu0"
 
 
 def _worst(found: Sequence[Characterisation], quantity: str) -> NoiseModel | None:

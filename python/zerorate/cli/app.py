@@ -6,19 +6,48 @@ from typing import Annotated, Final
 import typer
 
 from zerorate import __version__
+from zerorate.cli.errors import Hint
 
-__all__ = ["invoke"]
+__all__ = ["hint", "invoke", "program"]
 
-_COMMANDS: Final = (
-    "replay",
-    "batch",
-    "compare",
-    "allan",
-    "identify",
-    "demo",
-    "simulate",
-    "stream",
-)
+_COMMANDS: Final = {
+    "demo": (
+        "Try it without a sensor: simulate a gyro, remove its bias, draw a figure.",
+        "zerorate demo --device MPU-6050 -o demo",
+    ),
+    "replay": (
+        "Remove the bias from one log: table, filtered log and figure.",
+        "zerorate replay imu.csv --unit deg/s -o out",
+    ),
+    "allan": (
+        "Measure the noise of gyros and accelerometers from a log at rest.",
+        "zerorate allan static.csv --unit deg/s,g --export kalibr -o out",
+    ),
+    "stream": (
+        "Remove the bias live: a line of samples in, the compensated rate out.",
+        "cat /dev/ttyUSB0 | zerorate stream --rate 200 --unit deg/s",
+    ),
+    "batch": (
+        "Remove the bias from many logs; a summary tells which stand out.",
+        "zerorate batch 'logs/**/*.parquet' -o out",
+    ),
+    "compare": (
+        "Compare filters on your logs, by what their errors cost.",
+        "zerorate compare imu.csv --unit deg/s --methods auto,kf,ema",
+    ),
+    "identify": (
+        "Find ARMA models of the drift from a log at rest, and test them.",
+        "zerorate identify static.csv --unit deg/s -o out",
+    ),
+    "simulate": (
+        "Write a log of a simulated gyro, and its true drift.",
+        "zerorate simulate MPU-6050 -o gyro.csv --duration 600",
+    ),
+}
+"""What help says of each command, and an example of it; first comes what a newcomer needs."""
+
+_ABOUT: Final = "Removes the bias of MEMS gyros, live or from a log, and measures their noise."
+_EPILOG: Final = "Begin with: zerorate demo. Options of a command: zerorate replay --help."
 
 
 def _print_version(wanted: bool) -> None:
@@ -35,26 +64,36 @@ def _root(
         ),
     ] = False,
 ) -> None:
-    """Models, measures and removes the random drift of MEMS gyroscopes."""
+    """Only for what comes before a command."""
 
 
-def _program(first: str) -> typer.Typer:
+def program(first: str = "") -> typer.Typer:
     """Return the program, with the one command that is called if its name comes first."""
     app = typer.Typer(
         name="zerorate",
-        help="Models, measures and removes the random drift of MEMS gyroscopes.",
+        help=_ABOUT,
+        epilog=_EPILOG,
         add_completion=False,
         pretty_exceptions_enable=False,
     )
     app.callback()(_root)
     # Each command imports what it works with: all of them take longer than many a log.
     for name in (first,) if first in _COMMANDS else _COMMANDS:
-        app.command()(getattr(import_module(f"zerorate.cli.{name}"), name))
+        about, example = _COMMANDS[name]
+        command = getattr(import_module(f"zerorate.cli.{name}"), name)
+        app.command(short_help=about, epilog=f"Example: {example}")(command)
     return app
+
+
+def hint(command: str | None) -> Hint:
+    """Return what helps on with a command, or with the program."""
+    if command not in _COMMANDS:
+        return Hint("zerorate --help", _COMMANDS["demo"][1])
+    return Hint(f"zerorate {command} --help", _COMMANDS[command][1])
 
 
 def invoke(arguments: list[str]) -> int:
     """Run a command and return its exit code; faults are raised."""
-    program = typer.main.get_command(_program(arguments[0]))
-    code = program.main(args=arguments, prog_name="zerorate", standalone_mode=False)
+    command = typer.main.get_command(program(arguments[0]))
+    code = command.main(args=arguments, prog_name="zerorate", standalone_mode=False)
     return int(code or 0)

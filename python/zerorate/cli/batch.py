@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, in_options
+from zerorate.cli.errors import DataFault, UsageFault, in_options, of_a_file
 from zerorate.cli.options import (
     LogFormat,
     Reading,
@@ -70,7 +70,7 @@ def batch(
     except (ValueError, ImportError) as error:
         raise UsageFault(in_options(error)) from None
     except OSError as error:
-        raise DataFault(str(error)) from None
+        raise DataFault(of_a_file(error)) from None
     _print(result)
 
 

@@ -1,6 +1,8 @@
 """``zerorate compare``: many methods on the same logs."""
 
-from collections.abc import Iterator
+import os
+import sys
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -16,9 +18,10 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import check_outputs, progress_bar, together
 from zerorate.cli.records import records
-from zerorate.compare import METHODS, Comparison, Trial, read_trial
+from zerorate.compare import METHODS, Comparison, MethodError, Trial, read_trial
 from zerorate.compare import compare as run_methods
 from zerorate.compare.as_json import as_json
+from zerorate.compare.methods import Chosen, name_of, resolved
 from zerorate.compare.simulated import Regret, run_contaminated
 from zerorate.io import LogError
 from zerorate.io.log import present_axes
@@ -50,7 +53,10 @@ def compare(
     methods: Annotated[
         str,
         typer.Option(
-            help="Names with commas between; +hold learns at rest only, +reject rejects outliers."
+            metavar="NAMES",
+            help="With commas between. NAME=MODULE:FUNCTION adds a method of your own, from a "
+            "Python file in this folder: FUNCTION(z, rate) returns the bias after each sample. "
+            "After a name +hold learns at rest only, +reject rejects outliers.",
         ),
     ] = ",".join(METHODS),
     contaminate: Annotated[
@@ -72,7 +78,7 @@ def compare(
     """Compare filters on logs by what they cost their user, at rest and in motion."""
     if not logs and not simulated:
         raise UsageFault("give at least one log, or --simulated")
-    names = parse_words("--methods", methods)
+    chosen = _methods(parse_words("--methods", methods))
     truth = None if quaternion is None else parse_words("--quaternion", quaternion)
     with as_usage():
         faults = [Contamination.parse(text) for text in contaminate or []]
@@ -83,8 +89,11 @@ def compare(
         for one in (one for log in logs or [] for one in records(log, reading.group_by)):
             trial = reading.read(read_trial, one.source, reference=reference, quaternion=truth)
             recordings.append(replace(trial, log=present_axes(trial.log)))
-        found = _compared(recordings, names, faults, progress)
-        regret = _simulated(names, faults, seeds, progress) if simulated else []
+        try:
+            found = _compared(recordings, chosen, faults, progress)
+            regret = _simulated(chosen, faults, seeds, progress) if simulated else []
+        except MethodError as error:
+            raise DataFault(str(error)) from None
     if json is not None:
         with writing(), together([json], force) as (temporary,):
             temporary.write_text(as_json(found, regret), encoding="utf-8", newline="\n")
@@ -99,8 +108,16 @@ def _texts(found: tuple[Comparison, ...], regret: list[Regret], per_axis: bool) 
     yield from map(format_regret, regret)
 
 
+def _methods(names: Sequence[str]) -> list[Chosen]:
+    """Return methods by their names; a user's own are looked for in the working folder, too."""
+    if os.getcwd() not in sys.path:
+        sys.path.insert(0, os.getcwd())
+    with as_usage():
+        return resolved(names)
+
+
 def _compared(
-    recordings: list[Trial], methods: list[str], faults: list[Contamination], progress: Progress
+    recordings: list[Trial], methods: list[Chosen], faults: list[Contamination], progress: Progress
 ) -> tuple[Comparison, ...]:
     if not recordings:
         return ()
@@ -113,9 +130,9 @@ def _compared(
 
 
 def _simulated(
-    methods: list[str], faults: list[Contamination], seeds: int, progress: Progress
+    methods: list[Chosen], faults: list[Contamination], seeds: int, progress: Progress
 ) -> list[Regret]:
     # Simulated gyros rest.
-    plain = [name for name in methods if "+hold" not in name]
+    plain = [method for method in methods if "+hold" not in name_of(method)]
     with as_usage():
         return run_contaminated(plain, faults, seeds=seeds, progress=progress)

@@ -1,5 +1,6 @@
 """``zerorate demo``: a simulated gyro through the filters."""
 
+import textwrap
 from typing import Annotated
 
 import numpy as np
@@ -11,6 +12,8 @@ from zerorate.cli.outputs import progress_bar
 from zerorate.cli.replay import Outputs, in_memory, print_result
 from zerorate.cli.simulate import AXES, Duration, Seed, SimulatedRate, simulated
 from zerorate.io import Log
+from zerorate.run.replay import Replay
+from zerorate.show import WIDTH
 from zerorate.simulate.devices import device as find_device
 from zerorate.units import convert
 
@@ -18,16 +21,19 @@ __all__ = ["demo"]
 
 
 def demo(
-    device: Annotated[str, typer.Option(help="Gyro of the table: see simulate --list.")] = (
-        "MPU-6050"
-    ),
+    device: Annotated[
+        str, typer.Option(help="Gyro to simulate; zerorate simulate --list shows all.")
+    ] = "MPU-6050",
     duration: Duration = 600.0,
     rate: SimulatedRate = 100.0,
     seed: Seed = 1,
     output: Output = "demo",
     force: Force = False,
 ) -> None:
-    """Simulate a three-axis gyro at rest, filter it, and compare with its true drift."""
+    """Try it without a sensor: simulate a gyro at rest on three axes and remove its bias.
+
+    Prints how well each method does, and writes the filtered log and a figure.
+    """
     with as_usage():
         gyro = find_device(device)
     place = Outputs.place(output, "demo", figure=True)
@@ -43,5 +49,22 @@ def demo(
         log = Log(np.arange(len(signal)) / rate, rate, signal, names, "deg/s", meta)
         result = in_memory(log, progress, truth=truth)
         outputs.write(result, progress)
-    print(f"{gyro.name}, simulated: {duration:g} s at {rate:g} Hz, seed {seed}\n")
+    print(f"{gyro.name}, simulated at rest: {duration:g} s at {rate:g} Hz, seed {seed}\n")
     print_result(result, outputs)
+    print(f"\n{_told(result, outputs)}")
+
+
+def _told(result: Replay, outputs: Outputs) -> str:
+    """Return what was written and what to look at, as a reader of the first run needs it."""
+    errors = [score.error for score in result.scores if score.method == result.method]
+    biases = np.abs([score.mean for score in result.scores if score.method == "raw"])
+    sentences = (
+        f"What you see: the simulated gyro has a bias of up to {max(biases):.2g} deg/s. The method "
+        f"{result.method} found it to within {max(errors):.2g} deg/s (RMS, the column 'true "
+        "error').",
+        f"Look at {outputs.figure}: raw samples and bias on top, the bias with its uncertainty "
+        "below, then the noise as it was learned.",
+        f"{outputs.log} is the filtered log: raw minus bias, with the bias beside it.",
+        "Next: zerorate replay LOG does the same with a log of yours.",
+    )
+    return "\n".join(textwrap.fill(one, WIDTH, break_on_hyphens=False) for one in sentences)

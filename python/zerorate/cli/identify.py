@@ -14,6 +14,7 @@ from zerorate.cli.errors import DataFault, UsageFault, in_options, require, writ
 from zerorate.cli.options import (
     Force,
     LogArgument,
+    NoFigure,
     Output,
     Reading,
     parse_order,
@@ -28,6 +29,7 @@ from zerorate.cli.outputs import (
     together,
 )
 from zerorate.cli.records import print_title, records
+from zerorate.identify.arma import MAX_ORDER
 from zerorate.identify.as_json import as_json
 from zerorate.identify.identification import LEAST_SAMPLES, Identification
 from zerorate.identify.identification import identify as identify_axis
@@ -88,6 +90,11 @@ _TRENDS: Final[dict[Trend, Literal["mean", "linear"] | None]] = {
 }
 
 
+_MODEL: Final = "Model"
+_PREPARE: Final = "Before the model: what is done to the record"
+"""Panels of help."""
+
+
 @with_reading_options()
 def identify(
     *,
@@ -95,25 +102,75 @@ def identify(
     output: Output = ".",
     reading: Reading,
     order: Annotated[
-        str | None, typer.Option(help="Orders p,q of the model, instead of a choice.")
+        str | None,
+        typer.Option(
+            metavar="p,q",
+            help="Take this order of the ARMA model, p autoregressive and q moving-average terms, "
+            "instead of choosing one.",
+            rich_help_panel=_MODEL,
+        ),
     ] = None,
     criterion: Annotated[
-        Criterion, typer.Option(help="That orders are chosen by.")
+        Criterion,
+        typer.Option(help="Criterion that chooses the order.", rich_help_panel=_MODEL),
     ] = Criterion.aic,
-    max_order: Annotated[int, typer.Option(help="Largest order of the AR models.")] = 10,
-    segments: Annotated[int, typer.Option(help="That the tests of stationarity compare.")] = 100,
-    smooth: Annotated[int, typer.Option(help="Width of a moving average, samples.")] = 1,
-    outliers: Annotated[Outliers, typer.Option(help="How they are replaced.")] = Outliers.none,
-    trend: Annotated[Trend, typer.Option(help="What is taken off.")] = Trend.none,
-    decimate: Annotated[int, typer.Option(help="Samples that become one.")] = 1,
-    method: Annotated[Estimator, typer.Option(help="Of the ARMA model.")] = Estimator.css,
-    no_figure: Annotated[bool, typer.Option("--no-figure", help="Draw no figures.")] = False,
+    max_order: Annotated[
+        int,
+        typer.Option(metavar="P", help="Largest AR order that is tried.", rich_help_panel=_MODEL),
+    ] = 10,
+    estimator: Annotated[
+        Estimator,
+        typer.Option(
+            help="How the ARMA model is estimated: css, the conditional sum of squares, is fast; "
+            "exact, the likelihood, bridges missing samples. On long records they differ little.",
+            rich_help_panel=_MODEL,
+        ),
+    ] = Estimator.css,
+    segments: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            help="Parts of the record that the tests of stationarity compare.",
+            rich_help_panel=_MODEL,
+        ),
+    ] = 100,
+    outliers: Annotated[
+        Outliers,
+        typer.Option(
+            help="How outliers are replaced: by the median of their neighbours (hampel), or by a "
+            "moving average.",
+            rich_help_panel=_PREPARE,
+        ),
+    ] = Outliers.none,
+    smooth: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            help="Moving average over so many samples first, as some papers do; it changes the "
+            "model.",
+            rich_help_panel=_PREPARE,
+        ),
+    ] = 1,
+    decimate: Annotated[
+        int,
+        typer.Option(
+            metavar="N", help="Keep every N-th sample, after a low-pass.", rich_help_panel=_PREPARE
+        ),
+    ] = 1,
+    trend: Annotated[
+        Trend,
+        typer.Option(help="Subtract the mean or a straight line first.", rich_help_panel=_PREPARE),
+    ] = Trend.none,
+    no_figure: NoFigure = False,
     force: Force = False,
 ) -> None:
-    """Find drift models of gyros from a log at rest, and test whether they may be believed."""
+    """Find an ARMA model of the drift of each gyro from a log at rest, and test it.
+
+    Writes a page (HTML) with tables and figures, and all numbers as JSON.
+    """
     analysis = partial(
         identify_axis,
-        order=None if order is None else parse_order(order),
+        order=None if order is None else _order(order),
         criterion=criterion.value,
         max_order=max_order,
         segments=segments,
@@ -121,7 +178,7 @@ def identify(
         outliers=_OUTLIERS[outliers],
         trend=_TRENDS[trend],
         decimate=decimate,
-        method=method.value,
+        method=estimator.value,
     )
     all_of_them = records(log, reading.group_by)
     outputs = [_Outputs.of(output, log, not no_figure, force, one.ending) for one in all_of_them]
@@ -134,6 +191,13 @@ def identify(
             files.write(recording, found, progress)
         print_title(one, first=one is all_of_them[0])
         _print_result(found, files)
+
+
+def _order(text: str) -> tuple[int, int]:
+    order = parse_order(text)
+    if max(order) > MAX_ORDER:
+        raise UsageFault(f"--order takes p and q from 0 to {MAX_ORDER}, got '{text}'")
+    return order
 
 
 @dataclass(frozen=True)

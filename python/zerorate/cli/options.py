@@ -18,12 +18,14 @@ from zerorate.io.counts import Scale
 from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, Option, check_used, used_by
 
 __all__ = [
+    "OUTPUT",
     "RECORDING",
     "FigureFormat",
     "FigureFormatOption",
     "Force",
     "LogArgument",
     "LogFormat",
+    "LogFormatOption",
     "NoFigure",
     "Output",
     "Reading",
@@ -44,16 +46,32 @@ _Command: TypeAlias = Callable[..., None]
 _WORDS: Final = {"adapt_for": "always", "rest_limit": "none", "bias_limit": "none"}
 """What None is called on the command line, where a number is the default."""
 
+_TAKEN: Final = {"order": "two numbers p,q: p from 1 to 3, q from 0 to 3"}
+"""What a kind of option takes, where that is typed otherwise than in Python."""
+
+_DEFAULTS: Final = {"order": "2,1; robust: 1,0"}
+"""Defaults that depend on the method, as help shows them."""
+
+_FLAGS: Final = {
+    # Where files are written, that is what --output means.
+    "output": "--output-kind",
+    # Where logs are read, --scale multiplies their values.
+    "scale": "--noise-scale",
+}
+"""Options of the filter that are called otherwise than in Python."""
+
 _FIRST: Final = re.compile(rf"^({'|'.join(FILTER_OPTIONS)})\b")
 """The option that a refusal begins with."""
 
-_FLAGS: Final = {"output": "--output-kind", "scale": "--noise-scale"}
-"""Options of the filter that are called otherwise: of files --output speaks, of values --scale."""
 _REQUIRED: Final = inspect.Parameter.empty
 RECORDING: Final = (
     "Recording: csv, tsv, txt, npy, npz, parquet, arrow, feather, h5, mat, bag, mcap, ulg, "
     "or the folder of a ROS 2 bag."
 )
+
+
+OUTPUT: Final = "Output"
+"""The panel of help with what is written, and where."""
 
 
 class LogFormat(StrEnum):
@@ -79,14 +97,32 @@ Output: TypeAlias = Annotated[
         "-o",
         "--output",
         metavar="PATH",
-        help="Folder of the files, or the name of one that the others share; made if missing.",
+        help="Folder for the files, or the name of one of them; a missing folder is made.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+LogFormatOption: TypeAlias = Annotated[
+    LogFormat | None,
+    typer.Option(
+        help="File format of the filtered log; else the suffix of -o, or parquet.",
+        show_default=False,
+        rich_help_panel=OUTPUT,
     ),
 ]
 FigureFormatOption: TypeAlias = Annotated[
-    FigureFormat | None, typer.Option(help="Of the figure; png if not said.", show_default=False)
+    FigureFormat | None,
+    typer.Option(
+        help="File format of the figure; else the suffix of -o, or png.",
+        show_default=False,
+        rich_help_panel=OUTPUT,
+    ),
 ]
-NoFigure: TypeAlias = Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")]
-Force: TypeAlias = Annotated[bool, typer.Option("--force", help="Replace existing files.")]
+NoFigure: TypeAlias = Annotated[
+    bool, typer.Option("--no-figure", help="Draw no figure.", rich_help_panel=OUTPUT)
+]
+Force: TypeAlias = Annotated[
+    bool, typer.Option("--force", help="Replace existing files.", rich_help_panel=OUTPUT)
+]
 
 
 def with_filter_options(
@@ -328,7 +364,7 @@ def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> 
 
 def flag(name: str) -> str:
     """Return how an option of the filter is called on the command line."""
-    return _FLAGS.get(name) or f"--{name.replace('_', '-')}"
+    return _FLAGS.get(name, f"--{name.replace('_', '-')}")
 
 
 def _argument(name: str) -> str:
@@ -357,11 +393,23 @@ def _parameter(option: Option, default: object, texts: Mapping[str, str]) -> ins
         value, metavar = str, "<float>"
         default = _WORDS[option.name] if default is None else f"{default:g}"
     limit = LIMITS.get(option.name)
-    shown = True if limit is None else f"{limit:g} deg/s, where the unit is known"
-    text = texts.get(option.name, _help(option))
-    about = typer.Option(flag(option.name), metavar=metavar, help=text, show_default=shown)
+    shown: bool | str = _DEFAULTS.get(option.name, True)
+    if limit is not None:
+        shown = f"{limit:g} deg/s, where the unit is known"
+    about = typer.Option(
+        flag(option.name),
+        metavar=metavar,
+        help=texts.get(option.name, _help(option)),
+        show_default=shown,
+        rich_help_panel=_panel(option),
+    )
     annotation: Any = Annotated[value | None if default is None else value, about]
     return _keyword(_argument(option.name), annotation, default)
+
+
+def _panel(option: Option) -> str:
+    """Return the panel of help that an option stands in, by the methods that use it."""
+    return "Filter" if option.methods == METHODS else f"Only for {', '.join(option.methods)}"
 
 
 def _members(option: Option) -> Any:  # noqa: ANN401
@@ -371,15 +419,13 @@ def _members(option: Option) -> Any:  # noqa: ANN401
 
 
 def _help(option: Option) -> str:
+    """Return what an option means and takes: a choice shows that by itself."""
     meaning = f"{option.meaning[0].upper()}{option.meaning[1:]}."
     if option.kind == "choice":
-        limits = "" if option.default is not None else "the default depends on the method"
-    else:
-        word = f", or '{_WORDS[option.name]}'" if option.name in _WORDS else ""
-        limits = f"{option.expected}{word}"
-    users = "" if option.methods == METHODS else f"for {', '.join(option.methods)}"
-    rest = "; ".join(filter(None, (limits, users)))
-    return f"{meaning} {rest[0].upper()}{rest[1:]}." if rest else meaning
+        return meaning
+    taken = _TAKEN.get(option.kind, option.expected)
+    word = f", or '{_WORDS[option.name]}'" if option.name in _WORDS else ""
+    return f"{meaning} {taken[0].upper()}{taken[1:]}{word}."
 
 
 def _parsed(option: Option, value: Any) -> object:  # noqa: ANN401

@@ -19,11 +19,13 @@ from zerorate.cli.errors import (
     writing,
 )
 from zerorate.cli.options import (
+    OUTPUT,
     FigureFormat,
     FigureFormatOption,
     Force,
     LogArgument,
     LogFormat,
+    LogFormatOption,
     NoFigure,
     Output,
     Reading,
@@ -55,15 +57,7 @@ _COMPARED: Final = ("kf", "akf", "fading")
 """The methods of one source, of which each is meant to better the one before."""
 
 
-@with_filter_options(
-    help={
-        "method": "Method of the filtered log.",
-        "output": "Filtered log: the 'estimate' of the drift, or the rate 'compensated' by it, "
-        "the default of auto.",
-    },
-    method="auto",
-    output=None,
-)
+@with_filter_options(method="auto", output=None)
 @with_reading_options()
 def replay(
     *,
@@ -71,18 +65,24 @@ def replay(
     output: Output = ".",
     reading: Reading,
     options: Mapping[str, Any],
-    format: Annotated[
-        LogFormat | None,
-        typer.Option(help="Of the filtered log; parquet if not said.", show_default=False),
-    ] = None,
+    format: LogFormatOption = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
     only: Annotated[
-        bool, typer.Option("--only", help="The method alone, without those it is compared with.")
+        bool,
+        typer.Option(
+            "--only",
+            help="Run the chosen method alone; else the table has others beside it to compare.",
+            rich_help_panel=OUTPUT,
+        ),
     ] = False,
     force: Force = False,
 ) -> None:
-    """Filter every axis of a log, print what it brought, write the filtered log and a figure."""
+    """Remove the bias from every axis of a log.
+
+    Prints what was learned and how good it is, and writes the filtered log and a figure. The
+    default method, auto, needs no settings.
+    """
     method = options["method"]
     methods = (method,) if only else (*baselines(method), method)
     check_filter_options(options, methods)
@@ -100,7 +100,11 @@ def replay(
         print_result(result, files)
     others = [flag(name) for name in options if name not in used_by(method, options)]
     if others:
-        print(f"{', '.join(others)}: used by the other methods of the table, not by {method}")
+        verb = "has" if len(others) == 1 else "have"
+        print(
+            f"{', '.join(others)} {verb} no effect on {method}, only on the methods that the table "
+            "compares it with"
+        )
 
 
 def baselines(method: str) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from zerorate.cli.errors import UsageFault, as_usage, require, writing
-from zerorate.cli.options import Force
+from zerorate.cli.options import OUTPUT, Force
 from zerorate.cli.outputs import check_outputs, progress_bar, together
 from zerorate.io import Log, write_log
 from zerorate.show import WIDTH
@@ -21,31 +21,51 @@ from zerorate.units import convert
 __all__ = ["AXES", "Duration", "Seed", "SimulatedRate", "simulate", "simulated"]
 
 AXES: Final = ("x", "y", "z")
-Duration: TypeAlias = Annotated[float, typer.Option(help="Length, s.")]
-SimulatedRate: TypeAlias = Annotated[float, typer.Option(help="Samples per second, Hz.")]
-Seed: TypeAlias = Annotated[int, typer.Option(help="The same seed gives the same signal.")]
+Duration: TypeAlias = Annotated[float, typer.Option(help="Length in seconds.")]
+SimulatedRate: TypeAlias = Annotated[float, typer.Option(help="Samples per second.")]
+Seed: TypeAlias = Annotated[
+    int, typer.Option(help="Any whole number; the same one gives the same signal.")
+]
 _SUFFIXES: Final = (".csv", ".tsv", ".npz", ".parquet")
 
 
 def simulate(
-    device: Annotated[str | None, typer.Argument(help="Gyro of the table.")] = None,
+    device: Annotated[
+        str | None, typer.Argument(help="Gyro to simulate, such as MPU-6050; --list shows all.")
+    ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="csv, tsv, npz or parquet."),
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="File to write; its suffix says the format: csv, tsv, npz or parquet.",
+            rich_help_panel=OUTPUT,
+        ),
     ] = None,
     duration: Duration = 600.0,
     rate: SimulatedRate = 100.0,
     seed: Seed = 1,
-    axes: Annotated[int, typer.Option(help="Number of axes.")] = 3,
-    list_: Annotated[bool, typer.Option("--list", help="Print the gyros of the table.")] = False,
+    axes: Annotated[
+        int, typer.Option(help="Number of axes, with a different bias and drift each.")
+    ] = 3,
+    list_: Annotated[
+        bool,
+        typer.Option(
+            "--list", help="Print the gyros that can be simulated, with their noise, and end."
+        ),
+    ] = False,
     force: Force = False,
 ) -> None:
-    """Write a simulated log, and its true drift to a second file, NAME-truth."""
+    """Write a log of a simulated gyro at rest, and its true bias to a second file, NAME-truth."""
     if list_:
         print(_listed())
         return
     if device is None or output is None:
-        raise UsageFault("simulate needs a device and -o FILE, or --list")
+        raise UsageFault(
+            "simulate needs a gyro and a file, such as simulate MPU-6050 -o gyro.csv; "
+            "simulate --list shows the gyros"
+        )
     with as_usage():
         gyro = find_device(device)
     paths = _checked_paths(output, force)

@@ -11,7 +11,7 @@ from typing import Annotated, Any, BinaryIO, Final, TextIO
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, of_a_file
 from zerorate.cli.options import (
     Reading,
     check_filter_options,
@@ -199,7 +199,7 @@ def _read(
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise DataFault(str(error)) from None
+        raise DataFault(of_a_file(error)) from None
     except SettingsError as error:
         raise UsageFault(f"{path}: {_in_options(error)}") from None
     except CheckpointError as error:
@@ -287,7 +287,7 @@ def _opened(source: Path) -> BinaryIO:
     try:
         return source.open("rb")
     except OSError as error:
-        raise DataFault(str(error)) from None
+        raise DataFault(of_a_file(error)) from None
 
 
 @contextmanager

@@ -65,6 +65,7 @@ def _row(row: Row) -> dict[str, Any]:
         "source": Path(row.source).name,
         "axis": row.axis,
         "method": row.method,
+        "causal": row.causal,
         "angle": row.angle,
         **{name: _number(value) for name, value in row.values.items()},
     }
@@ -76,6 +77,7 @@ def _gyro(simulated: Regret, i: int) -> Iterator[dict[str, Any]]:
         yield {
             "model": simulated.models[i].name,
             "method": method,
+            "causal": bool(simulated.causal[j]),
             "optimum_dps": float(simulated.optimum[i]),
             "regret": _number(simulated.regret[i, j]),
             "regret_sigma": _number(simulated.sigma[i, j]),

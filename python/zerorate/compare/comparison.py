@@ -3,13 +3,14 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from zerorate.compare.measures import Row, degraded
-from zerorate.compare.methods import METHODS
+from zerorate.compare.methods import METHODS, Chosen, resolved
 from zerorate.compare.orientation import orientation_rows
+from zerorate.compare.own import OwnMethod, while_on
 from zerorate.compare.rest import rest_notes, rest_rows, scored_axes
 from zerorate.compare.trial import Kind, Orientation, Trial
 from zerorate.compare.turning import fitted, turning_rows
@@ -22,8 +23,8 @@ from zerorate.types import Floats
 __all__ = ["Comparison", "compare"]
 
 
-Judge = Callable[[Sequence[str], Floats], Iterator[Row]]
-"""Called with names of methods and what they are fed with, shape (n, k)."""
+Judge = Callable[[Sequence[Chosen], Floats], Iterator[Row]]
+"""Called with methods and what they are fed with, shape (n, k)."""
 
 _SEED: Final = 1
 
@@ -60,7 +61,7 @@ class Comparison:
 
 def compare(
     recordings: Sequence[Recording | Trial],
-    methods: Sequence[str] = METHODS,
+    methods: Sequence[str | OwnMethod | Callable[..., Any]] = METHODS,
     progress: Progress | None = None,
     contaminate: str | Contamination | Sequence[str | Contamination] = (),
 ) -> tuple[Comparison, ...]:
@@ -70,12 +71,15 @@ def compare(
     ----------
     recordings : sequence of Recording or Trial
         Of any kinds: `zerorate.read_recording` or `read_trial` gives them.
-    methods : sequence of str
+    methods : sequence of str, OwnMethod or callable
         ``"raw"``, ``"mean"`` (the running mean), ``"ema"`` (the best exponential moving average in
         hindsight), methods of `zerorate.DriftFilter`, which run as on the command line ("auto" with
         limits of what rest can be, where the unit is known) but for
         ``+hold`` (learn at rest only) and ``+reject`` (reject outliers), and two that see the
-        whole record: ``"wu-ran"`` (robust filter, then wavelet) and ``"visushrink"``.
+        whole record: ``"wu-ran"`` (robust filter, then wavelet) and ``"visushrink"``. Or methods
+        of your own: functions or classes as `OwnMethod` describes them, under their own names or
+        as ``"name=module:function"``. Each is also run on the first half of every axis alone: what
+        then returns other values looks ahead, and its rows say so.
     progress : callable, optional
         Called with a step's name and the fraction of it that is done.
     contaminate : str, zerorate.Contamination, or a sequence of these
@@ -94,11 +98,11 @@ def compare(
         If a recording does not allow what its kind asks for.
     ValueError
         If a method or a word of a contamination is not known.
+    MethodError
+        If a method of your own fails or returns anything but a finite number a sample.
     """
     faults = _faults(contaminate)
-    listed = list(methods)
-    if not listed or len(set(listed)) < len(listed):
-        raise ValueError(f"methods must be at least one and all different, got {listed}")
+    listed = resolved(methods)
     trials = [one if isinstance(one, Trial) else Trial.of(one) for one in recordings]
     runs = len(listed) * (1 + len(faults))
     report = _Report(trials, runs, silent if progress is None else progress)
@@ -125,7 +129,7 @@ def _faults(
 def _compared(
     kind: Kind,
     recordings: list[Trial],
-    methods: list[str],
+    methods: list[Chosen],
     faults: list[Contamination],
     report: "_Report",
 ) -> list[Comparison]:
@@ -135,12 +139,12 @@ def _compared(
     for recording in recordings:
         notes.extend(f"{recording.source}: {note}" for note in notes_of(recording.log))
         judge = _judge(recording, notes)
-        own = list(report.each(judge(methods, recording.log.data)))
+        with while_on(recording.source):
+            own = list(report.each(judge(methods, recording.log.data)))
+            for rows, fault in zip(faulty, faults, strict=True):
+                fed = fault.apply(recording.log.data, recording.log.rate, _SEED)
+                rows += map(degraded, report.each(judge(methods, fed)), own)
         clean += own
-        for rows, fault in zip(faulty, faults, strict=True):
-            fed = fault.apply(recording.log.data, recording.log.rate, _SEED)
-            found = report.each(judge(methods, fed))
-            rows += map(degraded, found, own)
     return [
         Comparison(kind, tuple(clean), tuple(notes)),
         *(

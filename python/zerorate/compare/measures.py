@@ -44,6 +44,8 @@ class Row:
         not known to be a rate.
     values : mapping of str to float
         Measures by name, in SI otherwise; NaN where one means nothing.
+    causal : bool
+        Whether the method used no later samples: known of the package's own, tried for the user's.
     """
 
     source: str
@@ -51,6 +53,7 @@ class Row:
     method: str
     angle: str
     values: Mapping[str, float]
+    causal: bool = True
 
 
 def degraded(row: Row, clean: Row) -> Row:

@@ -1,6 +1,6 @@
 """Methods by name, on one axis of a recording and on many simulated records."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final, NamedTuple
@@ -9,6 +9,7 @@ import numpy as np
 
 from zerorate import metrics
 from zerorate._native import DriftFilter, Trace, exponential_mean
+from zerorate.compare.own import OwnMethod
 from zerorate.denoise import denoise
 from zerorate.options import FILTER_OPTIONS, with_limits
 from zerorate.options import METHODS as FILTERS
@@ -21,6 +22,7 @@ __all__ = [
     "METHODS",
     "WHOLE",
     "AxisResult",
+    "Chosen",
     "Estimate",
     "Method",
     "causal_method",
@@ -29,7 +31,11 @@ __all__ = [
     "first_rest",
     "name_of",
     "on_axis",
+    "resolved",
 ]
+
+Chosen = str | OwnMethod
+"""A method of the package by its name, or one of the user's own."""
 
 
 _SUFFIXES: Final = {"hold": ("motion", "hold"), "reject": ("outliers", "reject")}
@@ -84,6 +90,8 @@ class AxisResult:
         Whether the method took the sensor to be at rest.
     innovation, innovation_variance : ndarray or None
         Of a Kalman filter.
+    causal : bool
+        Whether each value was known after its sample.
     """
 
     estimate: Floats
@@ -94,18 +102,57 @@ class AxisResult:
     at_rest: Booleans | None = None
     innovation: Floats | None = None
     innovation_variance: Floats | None = None
+    causal: bool = True
+
+
+def resolved(methods: Sequence[str | OwnMethod | Callable[..., Any]]) -> list[Chosen]:
+    """Return methods in their order, those of the user found and checked by their names.
+
+    Parameters
+    ----------
+    methods : sequence of str, OwnMethod or callable
+        Names; ``name=module:function``; or functions and classes as `OwnMethod` describes them,
+        which have their own name.
+
+    Raises
+    ------
+    ValueError
+        If there is none, two have one name, an own one has a name of the package's, or cannot be
+        found.
+    """
+    found = [_resolved(one) for one in methods]
+    names = [name_of(one) for one in found]
+    if not names or len(set(names)) < len(names):
+        raise ValueError(f"methods must be at least one and all different, got {names}")
+    return found
+
+
+def _resolved(method: str | OwnMethod | Callable[..., Any]) -> Chosen:
+    if isinstance(method, str):
+        if "=" not in method:
+            return method
+        method = OwnMethod.parse(method)
+    elif not isinstance(method, OwnMethod):
+        method = OwnMethod(getattr(method, "__name__", repr(method)), method)
+    if _is_known(method.name) or method.name == _OPTIMUM:
+        raise ValueError(f"{method.name} is a method of this package: give yours another name")
+    return method
+
+
+_OPTIMUM: Final = "optimum"
+"""What tables call the filter that knows a simulated gyro."""
 
 
 def on_axis(
-    method: str, z: Floats, rate: float, gain: Callable[[], float], unit: str | None = None
+    method: Chosen, z: Floats, rate: float, gain: Callable[[], float], unit: str | None = None
 ) -> AxisResult:
     """Return what a method makes of one axis.
 
     Parameters
     ----------
-    method : str
+    method : str or OwnMethod
         One of `METHODS`, or any other method of `zerorate.DriftFilter`, with ``+hold`` to learn at
-        rest only and ``+reject`` to reject outliers.
+        rest only and ``+reject`` to reject outliers; or the user's own.
     z : ndarray, shape (n,)
         Raw rates.
     rate : float
@@ -120,7 +167,12 @@ def on_axis(
     ------
     ValueError
         If the filter knows no such method.
+    MethodError
+        If the user's own fails.
     """
+    if isinstance(method, OwnMethod):
+        bias = method.run(z, rate)
+        return AxisResult(bias, bias, causal=method.is_causal(z, bias, rate))
     if method == "raw":
         return AxisResult(z, np.zeros_like(z), memory=0.0)
     if method == "mean":
@@ -132,7 +184,7 @@ def on_axis(
         return AxisResult(average, average, memory=1.0 / (best * rate))
     if method in WHOLE:
         smooth = _denoised(method, z, rate)
-        return AxisResult(smooth, None, smooth)
+        return AxisResult(smooth, None, smooth, causal=False)
     return _filtered(method, z, rate, unit)
 
 
@@ -183,7 +235,7 @@ def _denoised(method: str, z: Floats, rate: float) -> Floats:
     try:
         if method == "visushrink":
             return _wavelet(z, level=_LEVEL)
-        robust = DriftFilter(rate, **filter_arguments("robust")).process(z)
+        robust = DriftFilter(rate, output="estimate", **filter_arguments("robust")).process(z)
         return _wavelet(robust, level="psr", approximation=True)
     except ValueError:
         return np.full_like(z, np.nan)
@@ -217,29 +269,37 @@ HINDSIGHT: Final = "ema"
 
 
 class Estimate(NamedTuple):
-    """Drift, and the standard deviation that the method gives it: shape (n, k), deg/s."""
+    """Drift, and the standard deviation that the method gives it: shape (n, k), deg/s.
+
+    `sigma` is None for a method that gives none, `causal` is False for one that looks ahead.
+    """
 
     drift: Floats
-    sigma: Floats
+    sigma: Floats | None
+    causal: bool = True
 
 
 Method = Callable[[Floats, float], Floats | Estimate]
 """Called with k records, shape (n, k), and their rate in Hz; returns their drift, causally."""
 
 
-def name_of(method: str | Method) -> str:
+def name_of(method: Chosen | Method) -> str:
     """Return what a method is called in a table."""
+    if isinstance(method, OwnMethod):
+        return method.name
     return method if isinstance(method, str) else getattr(method, "__name__", repr(method))
 
 
-def causal_method(method: str | Method) -> Method:
+def causal_method(method: Chosen | Method) -> Method:
     """Return a method by its name, or itself: causal but for those in `WHOLE`."""
+    if isinstance(method, OwnMethod):
+        return partial(_own, method=method)
     if not isinstance(method, str):
         return method
     return _NAMED.get(method) or partial(_whole if method in WHOLE else _published, method=method)
 
 
-def check_name(method: str | Method) -> None:
+def check_name(method: Chosen | Method) -> None:
     """Raise ValueError for a name that is not known."""
     if isinstance(method, str) and not _is_known(method):
         raise ValueError(f"unknown method {method!r}; known are {', '.join(METHODS)}")
@@ -256,12 +316,22 @@ def _mean(signal: Floats, rate: float) -> Floats:
 
 def _published(signal: Floats, rate: float, *, method: str) -> Floats:
     arguments = filter_arguments(method)
-    return DriftFilter(rate, channels=signal.shape[1], **arguments).process(signal)
+    bank = DriftFilter(rate, channels=signal.shape[1], output="estimate", **arguments)
+    return bank.process(signal)
 
 
-def _whole(signal: Floats, rate: float, *, method: str) -> Floats:
+def _whole(signal: Floats, rate: float, *, method: str) -> Estimate:
     records = np.ascontiguousarray(signal.T)
-    return np.column_stack([_denoised(method, record, rate) for record in records])
+    drift = np.column_stack([_denoised(method, record, rate) for record in records])
+    return Estimate(drift, None, causal=False)
+
+
+def _own(signal: Floats, rate: float, *, method: OwnMethod) -> Estimate:
+    """Return what a user's own method learned, which takes rad/s; the first record tells causal."""
+    records = np.radians(np.ascontiguousarray(signal.T))
+    biases = [method.run(record, rate) for record in records]
+    causal = method.is_causal(records[0], biases[0], rate)
+    return Estimate(np.degrees(np.column_stack(biases)), None, causal)
 
 
 def _learned(signal: Floats, rate: float) -> Estimate:

@@ -9,7 +9,14 @@ import numpy as np
 
 from zerorate import metrics
 from zerorate.compare.measures import Row, consistency, if_possible
-from zerorate.compare.methods import AxisResult, first_rest, on_axis
+from zerorate.compare.methods import (
+    HINDSIGHT,
+    AxisResult,
+    Chosen,
+    first_rest,
+    name_of,
+    on_axis,
+)
 from zerorate.compare.trial import Orientation, Trial
 from zerorate.compare.turning import MOVING
 from zerorate.io import Log, LogError
@@ -30,7 +37,7 @@ _SPEED_OVER: Final = 0.2
 
 
 def orientation_rows(
-    recording: Trial, truth: Orientation, methods: Sequence[str], seen: Floats
+    recording: Trial, truth: Orientation, methods: Sequence[Chosen], seen: Floats
 ) -> Iterator[Row]:
     """Yield the measures of every method, the axes together.
 
@@ -40,8 +47,8 @@ def orientation_rows(
     ----------
     recording, truth : Trial, Orientation
         What methods are judged by.
-    methods : sequence of str
-        Their names.
+    methods : sequence of str or OwnMethod
+        What is judged.
     seen : ndarray, shape (n, 3)
         What they are fed with: the record's data, or a contaminated copy.
     """
@@ -52,15 +59,16 @@ def orientation_rows(
             "choose with columns="
         )
     moving = _moving(truth.quaternions, log.rate)
-    known = [method for method in methods if method != "ema"]
+    known = [method for method in methods if method != HINDSIGHT]
     for method in (*known[:1], _FIRST_REST, *known[1:]):
         found = [_on_axis(method, np.ascontiguousarray(z), log) for z in seen.T]
         growth = partial(_growth, truth.quaternions, log.rate)
         values = _measured(log.data, found, growth) | _consistency(found, moving)
-        yield Row(recording.source, "all", method, recording.angle, values)
+        causal = all(one.causal for one in found)
+        yield Row(recording.source, "all", name_of(method), recording.angle, values, causal)
 
 
-def _on_axis(method: str, z: Floats, log: Log) -> AxisResult:
+def _on_axis(method: Chosen, z: Floats, log: Log) -> AxisResult:
     if method == _FIRST_REST:
         return first_rest(z, log.rate)
     return on_axis(method, z, log.rate, _no_gain, log.unit)

@@ -9,7 +9,7 @@ import numpy as np
 from zerorate import metrics
 from zerorate._native import exponential_mean
 from zerorate.compare.measures import Row, consistency, if_possible
-from zerorate.compare.methods import AxisResult, on_axis
+from zerorate.compare.methods import HINDSIGHT, AxisResult, Chosen, name_of, on_axis
 from zerorate.compare.trial import Trial
 from zerorate.io import LogError
 from zerorate.metrics import BestEma
@@ -38,7 +38,7 @@ def scored_axes(recording: Trial) -> list["ScoredAxis"]:
 
 
 def rest_rows(
-    recording: Trial, axes: Sequence["ScoredAxis"], methods: Sequence[str], seen: Floats
+    recording: Trial, axes: Sequence["ScoredAxis"], methods: Sequence[Chosen], seen: Floats
 ) -> Iterator[Row]:
     """Yield the measures of every axis and method, one after the other.
 
@@ -46,15 +46,18 @@ def rest_rows(
     ----------
     recording, axes : Trial, sequence of ScoredAxis
         What methods are judged by.
-    methods : sequence of str
-        Their names.
+    methods : sequence of str or OwnMethod
+        What is judged.
     seen : ndarray, shape (n, k)
         What they are fed with: the record's data, or a contaminated copy.
     """
     for name, scored, column in zip(recording.log.names, axes, seen.T, strict=True):
         z = np.ascontiguousarray(column)
         for method in methods:
-            yield Row(recording.source, name, method, recording.angle, scored.measured(method, z))
+            found = scored.run(method, z)
+            values = scored.measured(method, found, z)
+            label = name_of(method)
+            yield Row(recording.source, name, label, recording.angle, values, found.causal)
 
 
 def rest_notes(recording: Trial) -> Iterator[str]:
@@ -85,13 +88,16 @@ class ScoredAxis:
                 f"coast through after the first {self._start:.3g} s"
             )
 
-    def measured(self, method: str, seen: Floats) -> dict[str, float]:
-        """Return the measures of one method that was fed with other samples, or the same."""
-        found = on_axis(method, seen, self._rate, self._gain, self._unit)
+    def run(self, method: Chosen, seen: Floats) -> AxisResult:
+        """Return what a method makes of other samples, or of the same."""
+        return on_axis(method, seen, self._rate, self._gain, self._unit)
+
+    def measured(self, method: Chosen, found: AxisResult, seen: Floats) -> dict[str, float]:
+        """Return the measures of what a method made of the samples it has seen."""
         values = {}
         for horizon in HORIZONS:
             estimate = found.estimate
-            if method == "ema" and horizon in self._bests:
+            if method == HINDSIGHT and horizon in self._bests:
                 # Each horizon has a best gain of its own.
                 estimate = exponential_mean(seen, float(self._bests[horizon].gain))
             error = self._coasting(estimate, horizon)

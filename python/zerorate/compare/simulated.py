@@ -7,7 +7,16 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.compare.methods import HINDSIGHT, Estimate, Method, causal_method, check_name, name_of
+from zerorate.compare.methods import (
+    HINDSIGHT,
+    Chosen,
+    Estimate,
+    Method,
+    causal_method,
+    check_name,
+    name_of,
+)
+from zerorate.compare.own import while_on
 from zerorate.metrics.averages import best_shared_ema
 from zerorate.progress import Progress, silent
 from zerorate.simulate import Contamination
@@ -40,6 +49,8 @@ class Regret:
         honest Gaussian one; NaN for a method that gives no sigma.
     optimum : ndarray, shape (models,)
         RMSE of the Kalman filter that knows the model, deg/s.
+    causal : ndarray of bool, shape (methods,)
+        Whether the method used no later samples: known of the package's own, tried for the user's.
     contamination : Contamination or None
         What the methods were fed with besides; the optimum is always that on clean records.
     """
@@ -50,6 +61,7 @@ class Regret:
     sigma: Floats
     coverage: Floats
     optimum: Floats
+    causal: Booleans
     contamination: Contamination | None = None
 
     @property
@@ -72,7 +84,8 @@ class Regret:
     ) -> "Regret":
         """Return some neighbouring methods, the first of them by its place, by these names."""
         chosen = slice(first, first + len(methods))
-        found = {name: getattr(self, name)[:, chosen] for name in ("regret", "sigma", "coverage")}
+        fields = ("regret", "sigma", "coverage", "causal")
+        found = {name: getattr(self, name)[..., chosen] for name in fields}
         return replace(self, methods=tuple(methods), contamination=contamination, **found)
 
     def _over_models(self, summary: Callable[..., Floats]) -> Floats:
@@ -81,10 +94,11 @@ class Regret:
 
 
 class _Score(NamedTuple):
-    """Mean squared error of each record, shape (k,), and how often it was within one sigma."""
+    """Mean squared error of each record, shape (k,), how often it was within one sigma, causal."""
 
     squares: Floats
     coverage: float
+    causal: bool = True
 
 
 class _Trial(NamedTuple):
@@ -98,28 +112,27 @@ class _Trial(NamedTuple):
     rate: float
     first: int
 
-    def score(self, method: str | Method) -> _Score:
+    def score(self, method: Chosen | Method) -> _Score:
         """Return the score of a method; its coverage is NaN if it gives no sigma."""
         if method == HINDSIGHT:
             return _Score(best_shared_ema(self.signal, self.truth, self.first), np.nan)
-        found = causal_method(method)(self.signal, self.rate)
-        drift = found.drift if isinstance(found, Estimate) else found
+        answer = causal_method(method)(self.signal, self.rate)
+        found = answer if isinstance(answer, Estimate) else Estimate(answer, None)
+        drift = found.drift
         if drift.shape != self.truth.shape:
             raise ValueError(
                 f"{name_of(method)} must return the shape of the records {self.truth.shape}, "
                 f"got {drift.shape}"
             )
         error = np.abs(drift[self.first :] - self.truth[self.first :])
-        return _Score(np.mean(error**2, axis=0), self._coverage(error, found))
+        return _Score(np.mean(error**2, axis=0), self._coverage(error, found.sigma), found.causal)
 
-    def _coverage(self, error: Floats, found: Floats | Estimate) -> float:
-        if not isinstance(found, Estimate):
-            return np.nan
-        return float(np.mean(error <= found.sigma[self.first :]))
+    def _coverage(self, error: Floats, sigma: Floats | None) -> float:
+        return np.nan if sigma is None else float(np.mean(error <= sigma[self.first :]))
 
 
 def run(
-    methods: Sequence[str | Method],
+    methods: Sequence[Chosen | Method],
     *,
     models: Sequence[GyroModel] | None = None,
     seeds: int = 12,
@@ -132,11 +145,11 @@ def run(
 
     Parameters
     ----------
-    methods : sequence of str or callable
+    methods : sequence of str, OwnMethod or callable
         ``"raw"``, ``"mean"`` of all samples so far, ``"ema"`` (a moving average whose gain is the
-        best in hindsight for each model), methods of `zerorate.DriftFilter` with its defaults, or
-        callables: with k records, shape (n, k), and their rate they return the drift, or an
-        `Estimate` of drift and sigma. All have different names.
+        best in hindsight for each model), methods of `zerorate.DriftFilter` with its defaults, the
+        user's own, or callables: with k records, shape (n, k), and their rate they return the
+        drift, or an `Estimate` of drift and sigma. All have different names.
     models : sequence of GyroModel, optional
         The gyros; default all of `MODELS`.
     seeds : int
@@ -160,6 +173,8 @@ def run(
     ValueError
         If a name is not known or stands twice, no model or seed is given, the record is not longer
         than `score_from`, or a callable returns another shape.
+    MethodError
+        If the user's own method fails.
 
     Examples
     --------
@@ -176,19 +191,21 @@ def run(
     rows: list[list[_Score]] = []
     for model in chosen:
         scores: list[_Score] = []
-        for score in _scores(model, methods, seeds, rate, counted):
-            scores.append(score)
-            done = len(rows) + len(scores) / (1 + len(methods))
-            report(model.name, done / len(chosen))
+        with while_on(f"simulated gyro {model.name}"):
+            for score in _scores(model, methods, seeds, rate, counted):
+                scores.append(score)
+                done = len(rows) + len(scores) / (1 + len(methods))
+                report(model.name, done / len(chosen))
         rows.append(scores)
     return _regret(names, chosen, rows)
 
 
 def run_contaminated(
-    methods: Sequence[str],
+    methods: Sequence[Chosen],
     faults: Sequence[Contamination],
     *,
     seeds: int = 12,
+    duration: float = 1800.0,
     progress: Progress | None = None,
 ) -> list[Regret]:
     """Return the regret on clean records, then that with each of the faults put into them.
@@ -197,42 +214,43 @@ def run_contaminated(
 
     Parameters
     ----------
-    methods : sequence of str
-        Names that `run` knows.
+    methods : sequence of str or OwnMethod
+        Names that `run` knows, and the user's own.
     faults : sequence of Contamination
         All different.
-    seeds, progress
+    seeds, duration, progress
         As of `run`.
 
     Raises
     ------
-    ValueError
+    ValueError, MethodError
         As of `run`.
     """
-    causal = [name for name in methods if name != HINDSIGHT]
-    fed = [_fed(name, fault) for fault in faults for name in causal]
-    found = run([*methods, *fed], seeds=seeds, progress=progress)
-    firsts = range(len(methods), len(methods) + len(fed), max(1, len(causal)))
-    parts = zip(firsts, faults if causal else (), strict=True)
+    live = [method for method in methods if method != HINDSIGHT]
+    fed = [_fed(method, fault) for fault in faults for method in live]
+    found = run([*methods, *fed], seeds=seeds, duration=duration, progress=progress)
+    firsts = range(len(methods), len(methods) + len(fed), max(1, len(live)))
+    parts = zip(firsts, faults if live else (), strict=True)
+    names = list(map(name_of, live))
     return [
-        found.part(methods, 0, None),
-        *(found.part(causal, first, fault) for first, fault in parts),
+        found.part(found.methods[: len(methods)], 0, None),
+        *(found.part(names, first, fault) for first, fault in parts),
     ]
 
 
-def _fed(method: str, fault: Contamination) -> Method:
+def _fed(method: Chosen, fault: Contamination) -> Method:
     """Return a method that gets contaminated records."""
 
     def fed(signal: Floats, rate: float) -> Floats | Estimate:
         return causal_method(method)(fault.apply(signal, rate, _SEED), rate)
 
-    fed.__name__ = f"{method}, {fault}"
+    fed.__name__ = f"{name_of(method)}, {fault}"
     return fed
 
 
 def _scores(
     model: GyroModel,
-    methods: Sequence[str | Method],
+    methods: Sequence[Chosen | Method],
     seeds: int,
     rate: float,
     counted: tuple[int, int],
@@ -246,7 +264,7 @@ def _scores(
         yield trial.score(method)
 
 
-def _checked(methods: Sequence[str | Method]) -> tuple[str, ...]:
+def _checked(methods: Sequence[Chosen | Method]) -> tuple[str, ...]:
     names = tuple(name_of(method) for method in methods)
     if not names or len(set(names)) < len(names):
         raise ValueError(f"methods must be at least one and all different, got {list(names)}")
@@ -261,10 +279,12 @@ def _regret(
     """Return the regret from the scores of each model: those of the optimum, then the methods."""
     squares = np.array([[score.squares for score in scores] for scores in rows])
     coverage = np.array([[score.coverage for score in scores[1:]] for scores in rows])
+    causal = np.logical_and.reduce([[score.causal for score in scores[1:]] for scores in rows])
     least = squares[:, :1]
     regret = np.sqrt(squares.mean(axis=2)[:, 1:] / least.mean(axis=2))
     optimum_error = np.sqrt(least.mean(axis=(1, 2)))
-    return Regret(names, models, regret, _error(squares[:, 1:], least), coverage, optimum_error)
+    sigma = _error(squares[:, 1:], least)
+    return Regret(names, models, regret, sigma, coverage, optimum_error, causal)
 
 
 def _error(squares: Floats, least: Floats) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 
 from zerorate import metrics
 from zerorate.compare.measures import Row, consistency, if_possible
-from zerorate.compare.methods import AxisResult, on_axis
+from zerorate.compare.methods import AxisResult, Chosen, name_of, on_axis
 from zerorate.compare.trial import Reference, Trial
 from zerorate.io import LogError
 from zerorate.metrics import MotionError
@@ -89,7 +89,7 @@ def fitted(recording: Trial, reference: Reference) -> Fitted:
 
 
 def turning_rows(
-    recording: Trial, match: Fitted, methods: Sequence[str], seen: Floats
+    recording: Trial, match: Fitted, methods: Sequence[Chosen], seen: Floats
 ) -> Iterator[Row]:
     """Yield the measures of every method on the gyro that the reference belongs to.
 
@@ -97,8 +97,8 @@ def turning_rows(
     ----------
     recording, match : Trial, Fitted
         What methods are judged by.
-    methods : sequence of str
-        Their names.
+    methods : sequence of str or OwnMethod
+        What is judged.
     seen : ndarray, shape (n, k)
         What they are fed with: the record's data, or a contaminated copy.
     """
@@ -111,7 +111,8 @@ def turning_rows(
     for method in methods:
         found = on_axis(method, z, recording.log.rate, gain, recording.log.unit)
         values = _measured(found, match, recording.log.rate)
-        yield Row(recording.source, match.axis, method, recording.angle, values)
+        label = name_of(method)
+        yield Row(recording.source, match.axis, label, recording.angle, values, found.causal)
 
 
 def _measured(found: AxisResult, match: Fitted, rate: float) -> dict[str, float]:

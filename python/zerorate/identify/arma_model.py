@@ -284,7 +284,7 @@ class ArmaModel:
         return np.asarray(gamma / gamma[0])
 
     def spectrum(self, frequencies: npt.ArrayLike, rate: float) -> Floats:
-        """Return the one-sided density 2 sigma2 |theta|^2 / (rate |phi|^2).
+        """Return the one-sided density ``2 sigma2 |theta|^2 / (rate |phi|^2)``.
 
         Parameters
         ----------

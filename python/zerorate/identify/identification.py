@@ -121,7 +121,7 @@ class Identification:
         Raises
         ------
         ImportError
-            Without matplotlib: ``pip install 'zerorate[plot]'``.
+            Without matplotlib, of the extra ``plot``.
         """
         from zerorate.show import plot_identification
 

@@ -59,7 +59,7 @@ def write_log(
         If the file exists (without ``force``) or the folder is missing or not writable. Nothing
         is left half-written.
     ImportError
-        For Parquet without pyarrow: ``pip install 'zerorate[io]'``.
+        For Parquet without pyarrow, of the extra ``io``.
 
     Examples
     --------

@@ -1,5 +1,7 @@
 """Averages that any filter has to beat."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -1,5 +1,7 @@
 """Errors in motion: delay, what is left without it, and the low-pass filter of the same delay."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from typing import Final

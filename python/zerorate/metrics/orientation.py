@@ -1,5 +1,7 @@
 """Errors in orientation."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Measures of a sensor at rest: quiet, level, the cost of a wrong bias, slow noise."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from typing import Final

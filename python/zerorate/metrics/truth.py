@@ -1,5 +1,7 @@
 """Errors against a known truth, and whether a filter's own variance covers them."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np

@@ -52,8 +52,9 @@ def allan(
     taus : {"octave", "decade", "all"} or sequence of float
         Averaging times: doubling, ten to a decade, every one, or seconds. Seconds are rounded to
         whole samples, which `notes` then says.
-    unit : str, default "rad/s"
-        Unit of `z`, of an angular rate or an acceleration.
+    unit : str, optional
+        Unit of `z`, of an angular rate or an acceleration: "deg/s", "rad/s", "g", ... Without it
+        the numbers are in the unit of the samples, and cannot be converted or exported.
     names : sequence of str, optional
         One name an axis.
     bridge : int, default 0
@@ -88,7 +89,7 @@ def allan(
     >>> import numpy as np
     >>> import zerorate as zr
     >>> z = 0.01 * np.random.default_rng(1).standard_normal(100_000)
-    >>> r = zr.allan(z, rate=100.0, confidence=0.95)
+    >>> r = zr.allan(z, rate=100.0, unit="deg/s", confidence=0.95)
     >>> bool(r.lower[4] < 0.01 / 4 < r.upper[4])  # white noise, 16 samples
     True
     """
@@ -98,7 +99,7 @@ def allan(
             unit=unit or z.unit, names=names or z.names,
             bridge=bridge, exponent=exponent, confidence=confidence, threads=threads,
         )  # fmt: skip
-    hertz, family, unit = checked_rate(rate), find_kind(kind), check_unit(unit or "rad/s")
+    hertz, family, unit = checked_rate(rate), find_kind(kind), check_unit(unit)
     _check(confidence, exponent, bridge)
     record = _record(z)
     n, missing = len(record), _missing(record)

@@ -81,9 +81,20 @@ class Characterisation:
         return worst_axis(models) if models else None
 
     @property
+    def moved(self) -> tuple[bool, ...]:
+        """Whether each axis looks as if the sensor moved: all do where most do."""
+        found = [axis.moved for axis in self.axes]
+        return (True,) * len(found) if 2 * sum(found) > len(found) else tuple(found)
+
+    @property
     def notes(self) -> Iterator[str]:
         """What to beware of, a sentence each."""
         yield from (_motion(axis) for axis in self.axes if axis.moved)
+        yield from (
+            f"{axis.name}: the other axes of this sensor moved, so it probably did too"
+            for axis, moved in zip(self.axes, self.moved, strict=True)
+            if moved and not axis.moved
+        )
         yield from self.curve.notes
         yield from dict.fromkeys(doubt for axis in self.axes for doubt in axis.doubts)
         yield from (

@@ -3,7 +3,7 @@
 import math
 from typing import Any, Final, Self, overload
 
-__all__ = ["Coefficient", "CoefficientField", "positive"]
+__all__ = ["NOTHING_KNOWN", "Coefficient", "CoefficientField", "positive"]
 
 _ONE_SIDED_95: Final = 1.6448536269514722
 """The 0.95 quantile of the standard normal distribution."""
@@ -26,20 +26,21 @@ class Coefficient(float):
         number.
     upper_bound : float, optional
         One-sided 95 % bound. Default: ``value + 1.645 * sigma``, which is the value itself where
-        that was given. Needed where the coefficient is not identifiable.
+        that was given. Needed where the coefficient is not identifiable; infinity there says that
+        nothing is known of it.
 
     Raises
     ------
     ValueError
         If a number is not finite, sigma negative, the bound below the value, or missing where the
-        coefficient is not identifiable.
+        coefficient is not identifiable. Only the bound of such a one may be infinite.
 
     Examples
     --------
     >>> Coefficient(1.2e-4, sigma=3e-6)
     Coefficient(0.00012 ± 3e-06)
-    >>> unknown = Coefficient(0.0, identifiable=False, upper_bound=2e-6)
-    >>> unknown, unknown.conservative
+    >>> small = Coefficient(0.0, identifiable=False, upper_bound=2e-6)
+    >>> small, small.conservative
     (Coefficient(not identifiable, below 2e-06), 2e-06)
     >>> 2.0 * Coefficient(0.5)
     1.0
@@ -68,7 +69,9 @@ class Coefficient(float):
             if not identifiable:
                 raise ValueError("a coefficient that is not identifiable needs its upper_bound")
             upper_bound = self.value + _ONE_SIDED_95 * self._sigma
-        self._upper_bound = _finite("upper_bound", upper_bound)
+        bound = float(upper_bound)
+        unbounded = bound == math.inf and not identifiable
+        self._upper_bound = bound if unbounded else _finite("upper_bound", bound)
         if self._upper_bound < self.value:
             raise ValueError(
                 f"upper_bound must not be below the value {self.value}, got {self._upper_bound}"
@@ -91,15 +94,21 @@ class Coefficient(float):
         return self._identifiable
 
     @property
+    def known(self) -> bool:
+        """Whether there is a value or at least a bound; False for one that nobody stated."""
+        return math.isfinite(self._upper_bound)
+
+    @property
     def upper_bound(self) -> float:
-        """One-sided 95 % bound; the value itself for a given number."""
+        """One-sided 95 % bound; the value itself for a given number, infinity if unknown."""
         return self._upper_bound
 
     @property
     def conservative(self) -> float:
         """The value, or the upper bound where the value is not identifiable.
 
-        The number to give to a filter, which must not take an unknown coefficient for zero.
+        The number to give to a filter, which must not take an unknown coefficient for zero:
+        infinity for one of which nothing is known.
         """
         return self.value if self._identifiable else self._upper_bound
 
@@ -129,6 +138,8 @@ class Coefficient(float):
 
     def __repr__(self) -> str:
         """Show how well it is known."""
+        if not self.known:
+            return "Coefficient(unknown)"
         if not self._identifiable:
             return f"Coefficient(not identifiable, below {self._upper_bound:.4g})"
         error = f" ± {self._sigma:.2g}" if self._sigma else ""
@@ -151,8 +162,14 @@ def _finite(name: str, value: float) -> float:
     return number
 
 
+NOTHING_KNOWN: Final = Coefficient(0.0, identifiable=False, upper_bound=math.inf)
+"""A coefficient that nobody measured or stated: it counts as absent where a value is needed."""
+
+
 class CoefficientField:
-    """A descriptor that makes a dataclass field take any number and hold a `Coefficient`.
+    """A descriptor that makes a dataclass field take a number and hold a `Coefficient`.
+
+    None is taken for one that is unknown, unless the field is required.
 
     Parameters
     ----------
@@ -161,7 +178,7 @@ class CoefficientField:
     positive : bool
         Whether zero is refused too; default no.
     required : bool
-        Whether the field has no default; else that is zero.
+        Whether the field has no default; else that is an unknown coefficient.
     """
 
     def __init__(
@@ -180,20 +197,22 @@ class CoefficientField:
     @overload
     def __get__(self, instance: object, owner: type) -> Coefficient: ...
     def __get__(self, instance: object | None, owner: type) -> Coefficient:
-        """Return the coefficient; on the class, the default zero."""
+        """Return the coefficient; on the class, the default, which is unknown."""
         if instance is None:
             if self._required:
                 # A dataclass takes this for a field without a default.
                 raise AttributeError(self._name)
-            return Coefficient()
+            return NOTHING_KNOWN
         value: Coefficient = instance.__dict__[self._name]
         return value
 
-    def __set__(self, instance: object, value: float) -> None:
+    def __set__(self, instance: object, value: float | None) -> None:
         """Check the number and keep it as a coefficient."""
         instance.__dict__[self._name] = self._checked(value)
 
     def _checked(self, value: Any) -> Coefficient:  # noqa: ANN401
+        if value is None and not self._required:
+            return NOTHING_KNOWN
         try:
             number = float(value)
         except (TypeError, ValueError):

@@ -49,7 +49,7 @@ class DynamicAllan:
     window : float
         Length of a window, s.
     unit : str
-        Unit of the record.
+        Unit of the record; ``"unit"`` where it is not known.
     """
 
     kind: str
@@ -65,7 +65,7 @@ class DynamicAllan:
         Raises
         ------
         ImportError
-            Without matplotlib: ``pip install 'zerorate[plot]'``.
+            Without matplotlib, of the extra ``plot``.
         """
         from zerorate.show.dynamic_figure import plot_dynamic
 
@@ -80,7 +80,7 @@ def dynamic_allan(
     kind: KindName = "oadev",
     taus: TauGrid | Sequence[float] | npt.ArrayLike = "octave",
     *,
-    unit: str = "rad/s",
+    unit: str | None = None,
     threads: int | None = None,
 ) -> DynamicAllan:
     """Return deviations over a window that slides along a record.
@@ -122,7 +122,7 @@ def dynamic_allan(
     >>> import numpy as np
     >>> import zerorate as zr
     >>> louder = np.linspace(1.0, 2.0, 20_000) * np.random.default_rng(1).standard_normal(20_000)
-    >>> d = zr.dynamic_allan(louder, rate=100.0, window=20.0)
+    >>> d = zr.dynamic_allan(louder, rate=100.0, window=20.0, unit="deg/s")
     >>> bool(d.deviation[-1, 0] > 1.7 * d.deviation[0, 0])
     True
     """

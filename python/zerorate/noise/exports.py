@@ -1,4 +1,4 @@
-"""Noise models as the configuration files of estimators: Kalibr, VINS, ORB-SLAM3, PX4."""
+"""Noise models as the configuration files of estimators: Kalibr, VINS, ORB-SLAM3, PX4, ROS."""
 
 import json
 import math
@@ -9,14 +9,22 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from zerorate.io.atomic import atomic_path
 from zerorate.noise.coefficient import positive
-from zerorate.noise.quantities import Quantity, term_of
+from zerorate.noise.quantities import WITHOUT_UNIT, Quantity, term_of
 
 if TYPE_CHECKING:
     from zerorate.noise.model import NoiseModel
 
-__all__ = ["to_kalibr", "to_orbslam3", "to_px4", "to_vins", "written"]
+__all__ = ["to_kalibr", "to_orbslam3", "to_px4", "to_ros", "to_vins", "written"]
 
 _CONTINUOUS: Final = "noise of an IMU, densities of continuous time."
+
+
+_FIELDS: Final = ("angle_random_walk", "rate_random_walk")
+
+_WHY_UNKNOWN: Final = {
+    "angle_random_walk": "ten minutes at rest determine it",
+    "rate_random_walk": "data sheets seldom state it, hours at rest determine it",
+}
 
 
 class _Setting(NamedTuple):
@@ -30,9 +38,12 @@ class _Setting(NamedTuple):
     @property
     def remark(self) -> str:
         """The unit, and whether the number is a bound only."""
-        if self.identifiable:
-            return self.unit
-        return f"{self.unit}; upper bound, the record does not determine it"
+        return f"{self.unit}{self.doubt}"
+
+    @property
+    def doubt(self) -> str:
+        """Whether the number is a bound only."""
+        return "" if self.identifiable else "; upper bound, the record does not determine it"
 
 
 def _yaml_line(setting: _Setting) -> Iterator[str]:
@@ -46,13 +57,13 @@ class _Estimator:
     Parameters
     ----------
     gyro, accelerometer : tuple of str
-        What it calls white noise and random walk of each.
+        What it calls white noise of each, and random walk if it takes one.
     lines : callable
         Yields the lines of one number; one line of YAML by default.
     """
 
-    gyro: tuple[str, str]
-    accelerometer: tuple[str, str]
+    gyro: tuple[str, ...]
+    accelerometer: tuple[str, ...]
     lines: Callable[[_Setting], Iterator[str]] = _yaml_line
 
     def settings(
@@ -71,9 +82,17 @@ class _Estimator:
             line
             for model, names in zip(models, (self.gyro, self.accelerometer), strict=True)
             if model is not None
-            for name, field in zip(names, ("angle_random_walk", "rate_random_walk"), strict=True)
-            for line in self.lines(_setting(name, model, field, factor, rate))
+            for name, field in zip(names, _FIELDS, strict=False)
+            for line in self._lines(name, model, field, factor, rate)
         ]
+
+    def _lines(
+        self, name: str, model: "NoiseModel", field: str, factor: float, rate: float | None
+    ) -> Iterator[str]:
+        """Yield the lines of one number, or one that says why there is none."""
+        if getattr(model, field).known:
+            return self.lines(_setting(name, model, field, factor, rate))
+        return iter([f"# {name}: unknown, so not written; {_WHY_UNKNOWN[field]}"])
 
 
 def written(text: str, path: str | os.PathLike[str] | None, force: bool) -> str:
@@ -95,6 +114,8 @@ def _setting(
 
 
 def _of(model: "NoiseModel | None", quantity: Quantity) -> "NoiseModel | None":
+    if model is not None and model.quantity == "unknown":
+        raise ValueError(f"a configuration cannot be written because {WITHOUT_UNIT}")
     if model is not None and model.quantity != quantity:
         raise ValueError(
             f"a model of {model.quantity} was given where one of {quantity} was expected: exports "
@@ -103,11 +124,17 @@ def _of(model: "NoiseModel | None", quantity: Quantity) -> "NoiseModel | None":
     return model
 
 
-def _text(title: str, accelerometer: object | None, inflate: float, lines: Sequence[str]) -> str:
+def _text(
+    title: str,
+    accelerometer: object | None,
+    inflate: float,
+    lines: Sequence[str],
+    inflated: str = "Every number is {:g} times the measured one.",
+) -> str:
     """Return a whole file: what it is and what was done to the numbers, then the numbers."""
     head = [f"# {title}"]
     if inflate != 1.0:
-        head.append(f"# Every number is {inflate:g} times the measured one.")
+        head.append(f"# {inflated.format(inflate, inflate**2)}")
     if accelerometer is None:
         head.append("# No accelerometer was given: its lines are left out.")
     return "\n".join([*head, *lines]) + "\n"
@@ -128,6 +155,12 @@ def _px4_lines(setting: _Setting) -> Iterator[str]:
     yield f"1\t1\t{setting.name}\t{_number(setting.value)}\t{_PX4_FLOAT}"
 
 
+def _ros_lines(setting: _Setting) -> Iterator[str]:
+    variance = _number(setting.value**2)
+    numbers = ", ".join(variance if i in (0, 4, 8) else "0.0" for i in range(9))
+    yield f"{setting.name}: [{numbers}]  # ({setting.unit})^2{setting.doubt}"
+
+
 _KALIBR: Final = _Estimator(
     gyro=("gyroscope_noise_density", "gyroscope_random_walk"),
     accelerometer=("accelerometer_noise_density", "accelerometer_random_walk"),
@@ -141,12 +174,18 @@ _PX4: Final = _Estimator(
     accelerometer=("EKF2_ACC_NOISE", "EKF2_ACC_B_NOISE"),
     lines=_px4_lines,
 )
+_ROS: Final = _Estimator(
+    gyro=("angular_velocity_covariance",),
+    accelerometer=("linear_acceleration_covariance",),
+    lines=_ros_lines,
+)
 _PX4_RANGES: Final = {
     "EKF2_GYR_NOISE": (0.0001, 0.1),
     "EKF2_GYR_B_NOISE": (0.0, 0.01),
     "EKF2_ACC_NOISE": (0.01, 1.0),
     "EKF2_ACC_B_NOISE": (0.0, 0.01),
 }
+_SQUARED: Final = "Deviations are {:g} times the measured ones, so covariances {:g} times."
 _PX4_FLOAT: Final = 9
 """MAV_PARAM_TYPE_REAL32."""
 
@@ -183,12 +222,14 @@ def to_kalibr(
     Returns
     -------
     str
-        The text. Where a coefficient is not identifiable it holds the upper bound, and says so.
+        The text. Where a coefficient is not identifiable it holds the upper bound, and says so;
+        one that is unknown has a comment in place of its number.
 
     Raises
     ------
     ValueError
-        If a model is of the wrong quantity, or rate or inflate not positive and finite.
+        If a model is of the wrong quantity or of samples whose unit is not known, or rate or
+        inflate not positive and finite.
     OSError
         If the file exists (without `force`) or cannot be written. Nothing is left half-written.
 
@@ -248,12 +289,14 @@ def to_vins(
     Returns
     -------
     str
-        The text. Where a coefficient is not identifiable it holds the upper bound, and says so.
+        The text. Where a coefficient is not identifiable it holds the upper bound, and says so;
+        one that is unknown has a comment in place of its number.
 
     Raises
     ------
     ValueError
-        If a model is of the wrong quantity, or rate or inflate not positive and finite.
+        If a model is of the wrong quantity or of samples whose unit is not known, or rate or
+        inflate not positive and finite.
     OSError
         If the file exists (without `force`) or cannot be written. Nothing is left half-written.
 
@@ -314,12 +357,14 @@ def to_orbslam3(
     -------
     str
         The text, to be put into a settings file. Where a coefficient is not identifiable it
-        holds the upper bound, and says so.
+        holds the upper bound, and says so; one that is unknown has a comment in place of its
+        number.
 
     Raises
     ------
     ValueError
-        If a model is of the wrong quantity, or rate or inflate not positive and finite.
+        If a model is of the wrong quantity or of samples whose unit is not known, or rate or
+        inflate not positive and finite.
     OSError
         If the file exists (without `force`) or cannot be written. Nothing is left half-written.
 
@@ -376,12 +421,14 @@ def to_px4(
     -------
     str
         The text. Where a coefficient is not identifiable it holds the upper bound, and says so;
-        it also says where a number lies outside the range that PX4 states.
+        one that is unknown has a comment in place of its number. It also says where a number lies
+        outside the range that PX4 states.
 
     Raises
     ------
     ValueError
-        If a model is of the wrong quantity, or rate or inflate not positive and finite.
+        If a model is of the wrong quantity or of samples whose unit is not known, or rate or
+        inflate not positive and finite.
     OSError
         If the file exists (without `force`) or cannot be written. Nothing is left half-written.
 
@@ -410,3 +457,76 @@ def to_px4(
     title = f"PX4 EKF2: noise of an IMU, deviations per filter step at {rate:g} Hz."
     lines.insert(0, "# Vehicle-Id Component-Id Name Value Type")
     return written(_text(title, accelerometer, inflate, lines), path, force)
+
+
+def to_ros(
+    model: "NoiseModel",
+    path: str | os.PathLike[str] | None = None,
+    *,
+    rate: float,
+    accelerometer: "NoiseModel | None" = None,
+    inflate: float = 1.0,
+    force: bool = False,
+) -> str:
+    """Return the model as the covariances of ``sensor_msgs/Imu``, for robot_localization too.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well. Default: none.
+    rate : float
+        Messages per second, Hz. A driver that averages samples before it publishes has the lower
+        rate of its messages.
+    accelerometer : NoiseModel, optional
+        Model of quantity "acceleration". Without one its line is left out.
+    inflate : float
+        Factor on the deviations, so that the covariances grow with its square; default 1, noted
+        in the file otherwise.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        YAML of the arrays of nine numbers, row by row, that a driver puts into every message.
+        Where a coefficient is not identifiable it holds the upper bound, and says so; one that is
+        unknown has a comment in place of its number.
+
+    Raises
+    ------
+    ValueError
+        If a model is of the wrong quantity or of samples whose unit is not known, or rate or
+        inflate not positive and finite.
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+
+    Notes
+    -----
+    The diagonal is N^2 rate, the variance of the white noise of one message. The message has no
+    place for the random walk of the bias, and robot_localization has no gyro bias in its state:
+    publish rates that are free of it. A first element of -1 means that there is no orientation
+    (``sensor_msgs/Imu.msg``).
+
+    Examples
+    --------
+    >>> from zerorate import NoiseModel
+    >>> gyro = NoiseModel(angle_random_walk=1e-4)
+    >>> print(gyro.to_ros(rate=100.0))  # doctest: +ELLIPSIS
+    # sensor_msgs/Imu: covariances of one message at 100 Hz, row by row.
+    ...
+    # No accelerometer was given: its lines are left out.
+    angular_velocity_covariance: [1.00000e-06, 0.0, 0.0, 0.0, 1.00000e-06, ...]  # (rad/s)^2
+    orientation_covariance: [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    <BLANKLINE>
+    """
+    lines = _ROS.settings(model, accelerometer, inflate, rate)
+    lines.append(f"orientation_covariance: [{', '.join(['-1.0', *['0.0'] * 8])}]")
+    title = "\n# ".join(
+        (
+            f"sensor_msgs/Imu: covariances of one message at {rate:g} Hz, row by row.",
+            "They are of white noise alone, N^2 rate: the walk of the bias has no place in them.",
+            "robot_localization does not estimate a gyro bias: publish the compensated rate.",
+            "The -1 says that the message holds no orientation.",
+        )
+    )
+    return written(_text(title, accelerometer, inflate, lines, _SQUARED), path, force)

@@ -1,12 +1,12 @@
 """Noise models as JSON, and back without loss."""
 
+import dataclasses
 import json
 import os
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from zerorate.noise.coefficient import Coefficient
+from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.noise.exports import written
 from zerorate.noise.quantities import TERMS, Quantity, term_of
 from zerorate.noise.terms import Markov, Sinusoid
@@ -14,10 +14,14 @@ from zerorate.noise.terms import Markov, Sinusoid
 if TYPE_CHECKING:
     from zerorate.noise.model import NoiseModel
 
+Model = TypeVar("Model", bound="NoiseModel")
+
 __all__ = ["from_json", "to_json"]
 
 _FORMAT: Final = "zerorate noise model"
 _VERSION: Final = 1
+_FIT: Final = {"method": str, "chi_squared": float, "degrees_of_freedom": int, "misfit": float}
+"""What a `FittedModel` has beside the coefficients."""
 _NAMES: Final = {
     bool: "true or false",
     dict: "an object",
@@ -44,7 +48,7 @@ def to_json(
     -------
     str
         Every coefficient with value, standard error, identifiability, bound and unit, exact to
-        the last bit.
+        the last bit, null where it is unknown; and how well a `FittedModel` fits.
 
     Raises
     ------
@@ -70,15 +74,19 @@ def to_json(
         "markov": [_all_encoded(term, _markov_units(quantity)) for term in model.markov],
         "sinusoid": [_all_encoded(term, _sinusoid_units(quantity)) for term in model.sinusoid],
     }
+    fit = {name: getattr(model, name) for name in _FIT if hasattr(model, name)}
+    if fit:
+        content["fit"] = fit
     return written(json.dumps(content, indent=2, allow_nan=False) + "\n", path, force)
 
 
-def from_json(source: str | os.PathLike[str], build: Callable[..., "NoiseModel"]) -> "NoiseModel":
-    """Return the model that a text or a file holds, built from its fields."""
+def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
+    """Return the model that a text or a file holds, as one of a class."""
     is_text = isinstance(source, str) and source.lstrip().startswith("{")
     try:
         text = str(source) if is_text else Path(source).read_text(encoding="utf-8")
-        return build(**_fields(json.loads(text)))
+        content = json.loads(text)
+        return build(**_fields(content), **_fit(content, build))
     except ValueError as error:
         where = "the text" if is_text else os.fspath(source)
         raise ValueError(f"{where} is not a zerorate noise model in JSON: {error}") from None
@@ -103,6 +111,14 @@ def _fields(content: object) -> dict[str, Any]:
     }
 
 
+def _fit(content: dict[str, Any], build: type[Model]) -> dict[str, Any]:
+    """Return how well a model fitted, where the text says so and the class keeps it."""
+    fit, kept = content.get("fit"), {field.name for field in dataclasses.fields(build)}
+    if fit is None:
+        return {}
+    return {name: _part(fit, name, kind) for name, kind in _FIT.items() if name in kept}
+
+
 def _markov_units(quantity: Quantity) -> dict[str, str]:
     return {"amplitude": term_of(quantity, "rate_random_walk").unit, "time": "s"}
 
@@ -120,6 +136,9 @@ def _all_decoded(entry: object, units: dict[str, str]) -> dict[str, Any]:
 
 
 def _encoded(coefficient: Coefficient, unit: str) -> dict[str, Any]:
+    if not coefficient.known:
+        nothing = dict.fromkeys(("value", "sigma", "upper_bound"))
+        return {**nothing, "identifiable": False, "unit": unit}
     return {
         "value": coefficient.value,
         "sigma": coefficient.sigma,
@@ -134,6 +153,8 @@ def _decoded(content: object, name: str, unit: str) -> Coefficient:
     found = _part(entry, "unit", str)
     if found != unit:
         raise ValueError(f"the unit of {name!r} is {found!r}, expected {unit!r}")
+    if entry.get("value", 0.0) is None and entry.get("upper_bound", 0.0) is None:
+        return NOTHING_KNOWN
     return Coefficient(
         _part(entry, "value", float),
         _part(entry, "sigma", float),

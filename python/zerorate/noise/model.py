@@ -4,14 +4,14 @@ import math
 import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeVar, get_args
+from typing import Any, NamedTuple, Self, TypeVar, get_args
 
 import numpy.typing as npt
 
 from zerorate.noise.coefficient import Coefficient, CoefficientField, positive
-from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_vins
+from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_ros, to_vins
 from zerorate.noise.json_text import from_json, to_json
-from zerorate.noise.quantities import TERMS, Quantity, Term, term_of
+from zerorate.noise.quantities import TERMS, WITHOUT_UNIT, Quantity, Term, term_of
 from zerorate.noise.terms import ALLAN, HADAMARD, Markov, Sinusoid, deviation
 from zerorate.types import Floats
 from zerorate.units import canonical, convert, kind
@@ -33,6 +33,8 @@ class DiscreteSigmas(NamedTuple):
     walk_step : float
         K / sqrt(rate) in rad/s: the deviation of the random walk's step from one sample to the
         next. Its square is the process noise Q of the bias state.
+
+    Both are in m/s^2 for an accelerometer, and in the unit of the samples where that is unknown.
     """
 
     white: float
@@ -41,10 +43,12 @@ class DiscreteSigmas(NamedTuple):
 
 @dataclass(frozen=True)
 class NoiseModel:
-    """Noise coefficients of a gyro at rest, in SI units; a term left at zero is absent.
+    """Noise coefficients of a gyro at rest, in SI units.
 
     Each coefficient is kept as a `Coefficient`, a float with its standard error; plain numbers
-    are taken as exact.
+    are taken as exact, and 0 says that there is no such noise. A coefficient that is not given,
+    or None, is *unknown*: curves and simulations leave it out, exports say so instead of writing
+    a number, and its `conservative` value is infinite.
 
     Parameters
     ----------
@@ -64,9 +68,11 @@ class NoiseModel:
         Exponentially correlated noise, any number of terms.
     sinusoid : sequence of Sinusoid
         Sines in the rate, any number of terms.
-    quantity : {"angular rate", "acceleration"}
+    quantity : {"angular rate", "acceleration", "unknown"}
         What the sensor measures. With "acceleration" every rad is a metre:
-        `angle_random_walk` is the velocity random walk in m/s^2/sqrt(Hz), and so on.
+        `angle_random_walk` is the velocity random walk in m/s^2/sqrt(Hz), and so on. "unknown" is
+        of a record whose unit is not known: every rad/s is the unit of its samples, and nothing
+        is converted or exported but as JSON.
 
     Raises
     ------
@@ -87,6 +93,7 @@ class NoiseModel:
     >>> print(model)
     angle random walk  0.3438  deg/sqrt(h)
     bias instability   4.125   deg/h
+    unknown: quantization, rate random walk, rate ramp
     """
 
     angle_random_walk: CoefficientField = CoefficientField()
@@ -102,6 +109,7 @@ class NoiseModel:
     to_vins = to_vins
     to_orbslam3 = to_orbslam3
     to_px4 = to_px4
+    to_ros = to_ros
     to_json = to_json
 
     def __post_init__(self) -> None:
@@ -109,12 +117,15 @@ class NoiseModel:
         object.__setattr__(self, "markov", _terms("markov", self.markov, Markov))
         object.__setattr__(self, "sinusoid", _terms("sinusoid", self.sinusoid, Sinusoid))
         if self.quantity not in get_args(Quantity):
-            known = " or ".join(repr(name) for name in get_args(Quantity))
-            raise ValueError(f"quantity must be {known}, got {self.quantity!r}")
+            known = ", ".join(repr(name) for name in get_args(Quantity))
+            raise ValueError(f"quantity must be one of {known}, got {self.quantity!r}")
 
     @classmethod
-    def from_json(cls, source: str | os.PathLike[str]) -> "NoiseModel":
+    def from_json(cls, source: str | os.PathLike[str]) -> Self:
         """Read a model that `to_json` wrote, equal to the last bit.
+
+        The class decides what is read: `FittedModel.from_json` also reads how well a model
+        fitted, which `NoiseModel.from_json` leaves out.
 
         Parameters
         ----------
@@ -123,7 +134,7 @@ class NoiseModel:
 
         Returns
         -------
-        NoiseModel
+        NoiseModel, or FittedModel
             With every standard error, flag and bound.
 
         Raises
@@ -221,13 +232,18 @@ class NoiseModel:
         Raises
         ------
         ValueError
-            If the unit is unknown, or no coefficient of this quantity has such a unit.
+            If the unit is unknown, or no coefficient of this quantity has such a unit, or the
+            model is in the unit of samples of which it is not known.
 
         Examples
         --------
         >>> float(round(NoiseModel(angle_random_walk=1e-4).in_units("deg/sqrt(h)"), 4))
         0.3438
         """
+        if self.quantity == "unknown":
+            raise ValueError(
+                f"a coefficient in {canonical(unit)} cannot be given because {WITHOUT_UNIT}"
+            )
         for term, coefficient in self._coefficients():
             if kind(term.unit) == kind(unit):
                 return coefficient.scaled(convert(1.0, term.unit, unit))
@@ -250,7 +266,8 @@ class NoiseModel:
         DiscreteSigmas
             `white`, whose square is the measurement noise variance of one sample, and
             `walk_step`, whose square is the process noise variance of the bias per sample.
-            Where a coefficient is not identifiable, by its upper bound.
+            Where a coefficient is not identifiable, by its upper bound; infinite where it is
+            unknown.
 
         Raises
         ------
@@ -267,7 +284,10 @@ class NoiseModel:
         return DiscreteSigmas(white.conservative * root, walk.conservative / root)
 
     def __str__(self) -> str:
-        """Return a table of the terms present: name, value, standard error, unit."""
+        """Return a table of the terms present: name, value, standard error, unit.
+
+        Below it are named those of which nothing is known.
+        """
         return _table(self)
 
     def _coefficients(self) -> Iterator[tuple[Term, Coefficient]]:
@@ -295,8 +315,9 @@ def worst_axis(models: Iterable[NoiseModel]) -> NoiseModel:
     -------
     NoiseModel
         Each coefficient as it is in the axis where it is largest, with its standard error; one
-        that is not identifiable counts by its upper bound, a ramp by its size. Markov terms and
-        sinusoids are those of the axis where they have the largest variance together.
+        that is not identifiable counts by its upper bound, a ramp by its size, and one that is
+        unknown in an axis is unknown. Markov terms and sinusoids are those of the axis where
+        they have the largest variance together.
 
     Raises
     ------
@@ -347,21 +368,32 @@ def _sinusoid_deviation(term: Sinusoid) -> float:
 
 def _table(model: NoiseModel) -> str:
     """Return aligned lines without an end: term, value with standard error, unit."""
-    rows = list(_rows(model))
-    if not rows:
+    rows, unknown = list(_rows(model)), _unknown(model)
+    if not rows and not unknown:
         return "no noise"
-    name_width = max(len(name) for name, _, _ in rows)
+    name_width = max((len(name) for name, _, _ in rows), default=0)
     value_width = max((len(value) for _, value, unit in rows if unit), default=0)
-    return "\n".join(
+    lines = [
         f"{name.ljust(name_width)}  {value.ljust(value_width)}  {unit}".rstrip()
         for name, value, unit in rows
-    )
+    ]
+    if unknown:
+        lines.append(f"unknown: {', '.join(unknown)}")
+    if model.quantity == "unknown":
+        lines.append('"unit" is the unit of the samples, which is not known')
+    return "\n".join(lines)
+
+
+def _unknown(model: NoiseModel) -> list[str]:
+    """Return the names of the coefficients of which nothing is known."""
+    terms = TERMS[model.quantity]
+    return [term.name for term in terms if not getattr(model, term.field).known]
 
 
 def _rows(model: NoiseModel) -> Iterator[Row]:
     for term in TERMS[model.quantity]:
         coefficient = getattr(model, term.field)
-        if coefficient.conservative != 0.0:
+        if coefficient.known and coefficient.conservative != 0.0:
             yield _row(term, coefficient)
     driving = term_of(model.quantity, "rate_random_walk")
     rate = term_of(model.quantity, "bias_instability")
@@ -374,7 +406,7 @@ def _rows(model: NoiseModel) -> Iterator[Row]:
 
 
 def _row(term: Term, coefficient: Coefficient) -> Row:
-    shown = coefficient.scaled(convert(1.0, term.unit, term.shown))
+    shown = coefficient.scaled(term.factor)
     if not shown.identifiable:
         return term.name, f"not identifiable (< {shown.upper_bound:.2g} {term.shown})", ""
     return term.name, _value(shown), term.shown

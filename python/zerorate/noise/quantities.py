@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 __all__ = [
     "TERMS",
     "UNKNOWN",
+    "WITHOUT_UNIT",
     "Quantity",
     "Shown",
     "Term",
@@ -23,10 +24,16 @@ __all__ = [
     "term_of",
 ]
 
-Quantity = Literal["angular rate", "acceleration"]
+Quantity = Literal["angular rate", "acceleration", "unknown"]
 
 UNKNOWN: Final = "unit"
 """What a log says whose unit is not known."""
+
+WITHOUT_UNIT: Final = (
+    'the unit of the samples is not known: give unit="deg/s", or whatever it is, where the noise '
+    "is estimated"
+)
+"""Why a model in the unit of the samples cannot be given in another."""
 
 _QUANTITIES: Final[dict[str, tuple[Quantity, str]]] = {
     "rate": ("angular rate", "rad/s"),
@@ -48,6 +55,11 @@ class Term(NamedTuple):
     unit: str
     shown: str
 
+    @property
+    def factor(self) -> float:
+        """What a coefficient is multiplied by to be in the unit it is shown in."""
+        return 1.0 if self.unit == self.shown else convert(1.0, self.unit, self.shown)
+
 
 TERMS: Final[dict[Quantity, tuple[Term, ...]]] = {
     "angular rate": (
@@ -64,6 +76,13 @@ TERMS: Final[dict[Quantity, tuple[Term, ...]]] = {
         Term("rate_random_walk", "acceleration random walk", "m/s^3/sqrt(Hz)", "ug/sqrt(h)"),
         Term("rate_ramp", "acceleration ramp", "m/s^3", "ug/h"),
     ),
+    "unknown": (
+        Term("quantization", "quantization", "unit s", "unit s"),
+        Term("angle_random_walk", "white noise", "unit/sqrt(Hz)", "unit/sqrt(Hz)"),
+        Term("bias_instability", "bias instability", "unit", "unit"),
+        Term("rate_random_walk", "random walk", "unit/s/sqrt(Hz)", "unit/s/sqrt(Hz)"),
+        Term("rate_ramp", "ramp", "unit/s", "unit/s"),
+    ),
 }
 
 
@@ -79,17 +98,18 @@ def term_of(quantity: Quantity, field: str) -> Term:
     return next(term for term in TERMS[quantity] if term.field == field)
 
 
-def check_unit(unit: str) -> str:
+def check_unit(unit: str | None) -> str:
     """Return a unit that records may be in, or the word for an unknown one."""
-    if unit != UNKNOWN:
-        _quantity(unit)
+    if unit is None or unit == UNKNOWN:
+        return UNKNOWN
+    _quantity(unit)
     return unit
 
 
 def si_unit(unit: str) -> tuple[float, Quantity]:
-    """Return what one of a unit is in SI, and which quantity it measures."""
+    """Return what one of a unit is in SI, 1 if it is unknown, and which quantity it measures."""
     if unit == UNKNOWN:
-        raise ValueError("the unit of the record is not known: give unit=, deg/s for instance")
+        return 1.0, "unknown"
     quantity, si = _quantity(unit)
     return convert(1.0, unit, si), quantity
 
@@ -104,17 +124,18 @@ def _quantity(unit: str) -> tuple[Quantity, str]:
     return found
 
 
-def shown_unit(curve: "AllanResult | DynamicAllan") -> Shown:
-    """Return the data-sheet unit in which the deviations of a curve read well.
+def shown_unit(*curves: "AllanResult | DynamicAllan") -> Shown:
+    """Return the data-sheet unit in which curves of one unit and kind, all axes of them, read well.
 
     Angular rates in deg/h, in deg/s where none is below 1000 deg/h; accelerations in ug, in
     m/s^2 where none is below 0.1 g. Time deviations, and records of unknown unit, stay as they
     are.
     """
-    if curve.unit == UNKNOWN or KINDS[curve.kind].time:
-        return Shown(f"{curve.unit}·s" if KINDS[curve.kind].time else curve.unit, 1.0)
-    fine, coarse, limit = _CHOICES[kind(curve.unit)]
-    positive = curve.deviation[curve.deviation > 0.0]
-    least = convert(float(np.min(positive, initial=np.inf)), curve.unit, fine)
+    own, time = curves[0].unit, KINDS[curves[0].kind].time
+    if own == UNKNOWN or time:
+        return Shown(f"{own}·s" if time else own, 1.0)
+    fine, coarse, limit = _CHOICES[kind(own)]
+    positive = [curve.deviation[curve.deviation > 0.0] for curve in curves]
+    least = convert(float(np.min(np.concatenate(positive), initial=np.inf)), own, fine)
     unit = coarse if limit <= least < np.inf else fine
-    return Shown(unit, convert(1.0, curve.unit, unit))
+    return Shown(unit, convert(1.0, own, unit))

@@ -14,7 +14,7 @@ from zerorate.noise.fit import FittedModel
 from zerorate.noise.freedom import reflection_bias
 from zerorate.noise.kinds import KINDS, Kind
 from zerorate.noise.processes import TERMS, check_frequencies, check_terms, check_times
-from zerorate.noise.quantities import si_unit
+from zerorate.noise.quantities import UNKNOWN, si_unit
 from zerorate.noise.records import power_of_two
 
 if TYPE_CHECKING:
@@ -89,8 +89,9 @@ class AllanResult:
 
     def __repr__(self) -> str:
         """Return kind, averaging times, unit and names."""
+        unit = "the unit of the samples" if self.unit == UNKNOWN else self.unit
         return (
-            f"AllanResult({self.kind} in {self.unit} at {self.taus.size} averaging times, "
+            f"AllanResult({self.kind} in {unit} at {self.taus.size} averaging times, "
             f"{self.taus[0]:g} to {self.taus[-1]:g} s: {', '.join(self.names)})"
         )
 
@@ -138,7 +139,7 @@ class AllanResult:
             together, from the noise that it finds. "polynomial": sigma^2 = sum of A_n tau^n, n from
             -2 to 2, as much of the literature has it, for comparison.
         terms : sequence of str
-            Coefficients to look for; all five by default.
+            Coefficients to look for; all five by default. A Hadamard kind sees no ramp.
         markov : int or sequence of float
             How many Markov terms to find, or their correlation times in s.
         sinusoid : sequence of float
@@ -147,14 +148,15 @@ class AllanResult:
         Returns
         -------
         FittedModel, or a tuple of one an axis
-            A `NoiseModel` in SI units. Each coefficient has a standard error, says whether the
-            record determines it, and has an upper bound at 95 %.
+            A `NoiseModel` in SI units, or in the unit of the samples where that is not known. Each
+            coefficient has a standard error, says whether the record determines it, and has an
+            upper bound at 95 %. One that was not looked for is unknown.
 
         Raises
         ------
         ValueError
-            If the record is constant, has too few averaging times, its unit is not known, this
-            kind of deviation has no model, or an argument is not as described.
+            If the record is constant, has too few averaging times, this kind of deviation has
+            no model, or an argument is not as described.
 
         Notes
         -----
@@ -189,7 +191,7 @@ class AllanResult:
         Raises
         ------
         ImportError
-            Without matplotlib: ``pip install 'zerorate[plot]'``.
+            Without matplotlib, of the extra ``plot``.
         """
         from zerorate.show.allan_figure import plot_allan
 

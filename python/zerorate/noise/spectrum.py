@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from zerorate.noise.fit import Component, FittedModel, Problem, fitted
 from zerorate.noise.processes import TERMS, check_terms, strength
-from zerorate.noise.quantities import si_unit
+from zerorate.noise.quantities import check_unit, si_unit
 from zerorate.noise.records import longest_stretch, power_of_two, samples
 from zerorate.types import Floats
 
@@ -143,7 +143,7 @@ _SHAPES: Final[dict[str, Callable[[Floats], Floats]]] = {
 
 
 def whittle(
-    z: npt.ArrayLike, rate: float, *, unit: str = "rad/s", terms: Sequence[str] = TERMS
+    z: npt.ArrayLike, rate: float, *, unit: str | None = None, terms: Sequence[str] = TERMS
 ) -> FittedModel:
     """Estimate noise coefficients by the likelihood of a record's spectrum.
 
@@ -155,15 +155,16 @@ def whittle(
         Rates. Samples that are not finite are missing; the longest stretch without them is used.
     rate : float
         Samples per second, Hz.
-    unit : str
-        Unit of `z`.
+    unit : str, optional
+        Unit of `z`, "deg/s" for instance. Without it the model is in the unit of the samples, and
+        cannot be converted or exported.
     terms : sequence of str
         Coefficients to look for; all five by default.
 
     Returns
     -------
     FittedModel
-        In SI units, as of `AllanResult.fit`.
+        As of `AllanResult.fit`.
 
     Raises
     ------
@@ -183,12 +184,12 @@ def whittle(
     >>> import zerorate as zr
     >>> model = zr.NoiseModel(angle_random_walk=1e-4, bias_instability=3e-5)
     >>> signal, _ = zr.simulate(model, rate=100.0, duration=3600.0, seed=1)
-    >>> fit = zr.whittle(signal, rate=100.0)
+    >>> fit = zr.whittle(signal, rate=100.0, unit="rad/s")
     >>> abs(fit.angle_random_walk / 1e-4 - 1.0) < 0.01
     True
     """
     check_terms(terms)
-    return fit_spectrum(Spectrum.of(z, rate), rate, unit, terms)
+    return fit_spectrum(Spectrum.of(z, rate), rate, check_unit(unit), terms)
 
 
 def fit_spectrum(

@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from math import ceil, floor
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from zerorate.noise import AllanResult, NoiseModel
 from zerorate.noise.kinds import KINDS
-from zerorate.noise.quantities import shown_unit
+from zerorate.noise.quantities import UNKNOWN, Shown, shown_unit
 from zerorate.show.allan_terms import (
-    FAR,
     DrawnTerm,
-    Window,
     drawn_terms,
     fitted_curve,
     other_terms,
-    with_room,
     write_list,
 )
 from zerorate.show.style import (
     BLACK,
     BLUE,
+    FONT,
+    GREY_TEXT,
+    MM,
     new_figure,
     style_decades,
     style_panels,
+    text_colour,
     write_caption,
     write_in_middle,
     write_title,
@@ -36,6 +37,7 @@ from zerorate.show.style import (
 from zerorate.types import Floats
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -43,15 +45,18 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_allan", "plot_characterisation"]
 
+Style = dict[str, Any]
+
 _MOST_COLUMNS: Final = 4
 """Axes side by side."""
 
 # Millimetres.
 _SINGLE: Final = (110.0, 72.0)
 _PANEL: Final = (52.0, 50.0)
-_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 3.0, 7.0, 17.0
-_TITLE: Final = 5.0
-_BETWEEN_COLUMNS, _BETWEEN_ROWS = 4.0, 15.0
+_LEFT, _RIGHT, _TOP = 15.0, 3.0, 6.0
+_TITLE, _X_LABEL, _CAPTION = 5.0, 8.5, 5.5
+_BETWEEN_COLUMNS: Final = 4.0
+_LIST_LINE, _LIST_COLUMN, _KEY_LINE, _KEY_LETTER, _KEY_SAMPLE = 2.7, 50.0, 3.1, 1.05, 10.0
 
 _LEAST_FREEDOM: Final = 5.0
 """Degrees of freedom below which a deviation says little."""
@@ -64,42 +69,58 @@ _DEPTH: Final = 3.0
 _DEPTH_ALONE: Final = 500.0
 """The same of a figure of one axis, which has room for the marks of walk and ramp."""
 
+_FAR: Final = 5.0
+"""How far over a deviation its upper bound is shown; beyond, the frame cuts it."""
+
+_BEYOND: Final = 4.0
+"""How much further than a curve a panel reaches before the part beyond is shaded, as a factor."""
+
 
 def plot_allan(
-    result: AllanResult, models: Sequence[NoiseModel] | NoiseModel | None = None
+    result: AllanResult | Sequence[AllanResult],
+    models: Sequence[NoiseModel] | NoiseModel | None = None,
+    title: str = "",
 ) -> Figure:
-    """Return a figure of a deviation curve with bounds, and of the models fitted to it.
+    """Return a figure of deviation curves with bounds, and of the models fitted to them.
 
     Parameters
     ----------
-    result : AllanResult
-        One panel an axis, four side by side.
+    result : AllanResult or sequence of AllanResult
+        One panel an axis, four side by side; all of one kind and unit.
     models : NoiseModel or sequence of NoiseModel, optional
         One an axis: drawn are the deviation that the model expects, each identifiable term with
         a mark where IEEE Std 952 reads it, and a triangle at the bound of each that is not.
+    title : str
+        Of the whole; default none.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Angular rates in deg/h or deg/s, accelerations in ug or m/s^2, by their size. No global
-        state of matplotlib is used.
+        Angular rates in deg/h or deg/s, accelerations in ug or m/s^2, by the least deviation of
+        all. No global state of matplotlib is used.
 
     Raises
     ------
     ValueError
-        If there is not one model an axis.
+        If there is not one model an axis, or results differ in kind or unit.
     ImportError
-        Without matplotlib: ``pip install 'zerorate[plot]'``.
+        Without matplotlib, of the extra ``plot``.
     """
-    listed = [models] if isinstance(models, NoiseModel) else models
-    if listed is None:
-        listed = [None] * len(result.names)  # type: ignore[list-item]
-    if len(listed) != len(result.names):
-        raise ValueError(f"models must be one an axis: {len(result.names)}, got {len(listed)}")
-    panels = [
-        _Panel(_positive_part(axis), model) for axis, model in zip(result, listed, strict=True)
-    ]
-    return _figure(_rows(panels), "")
+    results = [result] if isinstance(result, AllanResult) else list(result)
+    if len({(one.kind, one.unit) for one in results}) != 1:
+        listed = ", ".join(f"{one.kind} in {one.unit}" for one in results) or "none"
+        raise ValueError(f"results must be of one kind and unit, got {listed}")
+    axes = [axis for one in results for axis in one]
+    listed_models: Sequence[NoiseModel | None] = (
+        [models] if isinstance(models, NoiseModel) else models or [None] * len(axes)
+    )
+    if len(listed_models) != len(axes):
+        raise ValueError(f"models must be one an axis: {len(axes)}, got {len(listed_models)}")
+    shown = shown_unit(*results)
+    pairs = zip(axes, listed_models, strict=True)
+    panels = [_Panel.of(axis, model, shown) for axis, model in pairs]
+    rows = [panels[i : i + _MOST_COLUMNS] for i in range(0, len(panels), _MOST_COLUMNS)]
+    return _figure(rows, title)
 
 
 def plot_characterisation(found: Sequence[Characterisation]) -> Figure:
@@ -113,7 +134,8 @@ def plot_characterisation(found: Sequence[Characterisation]) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        A panel an axis, as of `plot_allan`, of the first four axes of each.
+        A panel an axis, as of `plot_allan`, of the first four axes of each. All panels of one
+        sensor have the same unit.
     """
     rows = [list(_panels(one)) for one in found]
     meta = found[0].log.meta
@@ -122,9 +144,46 @@ def plot_characterisation(found: Sequence[Characterisation]) -> Figure:
 
 
 def _panels(found: Characterisation) -> Iterator[_Panel]:
-    for curve, axis in zip(found.curve, found.axes, strict=True):
-        title = f"{axis.name} (moved?)" if axis.moved else axis.name
-        yield _Panel(replace(_positive_part(curve), names=(title,)), axis.model)
+    shown = shown_unit(found.curve)
+    for curve, axis, moved in zip(found.curve, found.axes, found.moved, strict=True):
+        title = f"{axis.name} (moved?)" if moved else axis.name
+        yield _Panel.of(replace(curve, names=(title,)), axis.model, shown)
+
+
+class _Panel(NamedTuple):
+    """What is drawn: the curve of one axis, its model if there is one, and the unit of both."""
+
+    curve: AllanResult
+    model: NoiseModel | None
+    shown: Shown
+    terms: list[DrawnTerm]
+
+    @classmethod
+    def of(cls, curve: AllanResult, model: NoiseModel | None, shown: Shown) -> _Panel:
+        """Return the panel of one axis."""
+        curve = _positive_part(curve)
+        drawn = model is not None and bool(np.any(curve.deviation > 0.0))
+        terms = drawn_terms(model, curve, shown) if model is not None and drawn else []
+        return cls(curve, model, shown, terms)
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is no noise to draw."""
+        return not np.any(self.curve.deviation > 0.0)
+
+    @property
+    def times(self) -> Floats:
+        """Averaging times that must be seen, those of the marks among them."""
+        return np.concatenate((self.curve.taus, [term.read_at for term in self.terms]))
+
+    def span(self, depth: float) -> tuple[float, float]:
+        """Return the lowest and the highest thing that must be seen."""
+        curve, factor = self.curve, self.shown.factor
+        lowest = np.where(curve.lower > 0.0, curve.lower, np.inf)
+        low = float(factor * np.fmin(curve.deviation, lowest).min())
+        high = float(factor * np.fmin(curve.upper, _FAR * curve.deviation).max())
+        marks = [t.height for t in self.terms if t.identifiable and t.height > low / depth]
+        return min([low, *marks]), high
 
 
 def _positive_part(curve: AllanResult) -> AllanResult:
@@ -136,36 +195,70 @@ def _positive_part(curve: AllanResult) -> AllanResult:
     return replace(curve, **{name: getattr(curve, name)[seen] for name in names})
 
 
-def _rows(panels: list[_Panel]) -> list[list[_Panel]]:
-    return [panels[i : i + _MOST_COLUMNS] for i in range(0, len(panels), _MOST_COLUMNS)]
+class _Window(NamedTuple):
+    """Limits of logarithmic axes."""
+
+    left: float
+    right: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, row: list[_Panel]) -> _Window:
+        """Return the limits that panels side by side share."""
+        times = np.concatenate([panel.times for panel in row])
+        depth = _DEPTH if len(row) > 1 else _DEPTH_ALONE
+        spans = [panel.span(depth) for panel in row if not panel.empty]
+        low = min((span[0] for span in spans), default=0.1)
+        high = max((span[1] for span in spans), default=1.0)
+        margin = max(high / low, 10.0) ** _MARGIN
+        right = max(times.max(), 10.0 * times.min()) * 1.6
+        return cls(times.min() / 1.6, right, low / margin, high * margin)
+
+    def shows(self, term: DrawnTerm) -> bool:
+        """Whether the mark of a term lies inside."""
+        return self.low < term.height < self.high
 
 
 def _figure(rows: list[list[_Panel]], title: str, axes_of_log: int = 0) -> Figure:
+    """Return the figure: panels, each under its list, then the key and the caption."""
     columns = max(map(len, rows))
     panel = _SINGLE if len(rows) == columns == 1 else _PANEL
+    in_list = max(1, floor(panel[0] / _LIST_COLUMN))
+    lists = [ceil(max(len(p.terms) for p in row) / in_list) for row in rows]
     width = _LEFT + _RIGHT + columns * panel[0] + (columns - 1) * _BETWEEN_COLUMNS
-    top = _TOP + (_TITLE if title else 0.0)
-    height = top + _BOTTOM + len(rows) * panel[1] + (len(rows) - 1) * _BETWEEN_ROWS
+    windows = [_Window.of(row) for row in rows]
+    key = _key(rows, windows)
+    in_key = _key_columns(key, width)
+    bottom = _CAPTION + _KEY_LINE * ceil(len(key) / in_key)
+    heights = [_TOP + _LIST_LINE * lines + panel[1] + _X_LABEL for lines in lists]
+    height = bottom + sum(heights) + (_TITLE if title else 0.0)
     figure = new_figure(width, height)
-    for i, row in enumerate(rows):
-        bottom = height - top - (i + 1) * panel[1] - i * _BETWEEN_ROWS
+    for i, (row, window) in enumerate(zip(rows, windows, strict=True)):
+        low = bottom + sum(heights[i + 1 :]) + _X_LABEL
         lefts = [_LEFT + j * (panel[0] + _BETWEEN_COLUMNS) for j in range(len(row))]
-        boxes = ((left / width, bottom / height, panel[0] / width, panel[1] / height)
+        boxes = ((left / width, low / height, panel[0] / width, panel[1] / height)
                  for left in lefts)  # fmt: skip
-        _draw_row([figure.add_axes(box) for box in boxes], row)
+        _draw_row([figure.add_axes(box) for box in boxes], row, window, in_list, lists[i])
     if title:
         write_title(figure, height, title)
-    write_caption(figure, height, _caption(rows, axes_of_log, round(0.9 * width)))
+    _write_key(figure, key, in_key, (_CAPTION - 0.5) / height)
+    write_caption(figure, height, _caption(rows, axes_of_log))
     return figure
 
 
-def _draw_row(row: list[Axes], panels: list[_Panel]) -> None:
+def _draw_row(
+    row: list[Axes], panels: list[_Panel], window: _Window, columns: int, lines: int
+) -> None:
     for axes, panel in zip(row, panels, strict=True):
-        _draw(axes, panel)
-    _share_limits(row, panels)
-    unit = shown_unit(panels[0].curve).unit.replace("ug", "µg").replace("^2", "²")
-    title = KINDS[panels[0].curve.kind].title
-    row[0].set_ylabel(f"{title} [{unit}]")
+        _draw(axes, panel, window)
+        write_list(axes, panel.terms, columns, lines, _LIST_LINE)
+        axes.set_title(panel.curve.names[0], pad=(_LIST_LINE * lines + 2.0) * MM * 72.0)
+    first, shown = panels[0].curve, panels[0].shown
+    unit = shown.unit.replace("ug", "µg").replace("^2", "²")
+    if first.unit == UNKNOWN:
+        unit = unit.replace(UNKNOWN, "unit of the samples", 1)
+    row[0].set_ylabel(f"{KINDS[first.kind].title} [{unit}]")
     style_panels(row)
     for axes in row:
         style_decades(axes)
@@ -173,96 +266,106 @@ def _draw_row(row: list[Axes], panels: list[_Panel]) -> None:
         axes.tick_params(which="both", labelleft=False)
 
 
-def _caption(rows: list[list[_Panel]], axes_of_log: int, width: int) -> str:
-    """Return what a reader must know, in lines of at most so many letters."""
-    curve = rows[0][0].curve
-    sentences = [
-        f"{curve.duration:,.6g} s at {curve.rate:.4g} Hz; band: {100.0 * curve.confidence:.0f} % "
-        f"bounds; right of the grey line fewer than {_LEAST_FREEDOM:g} degrees of freedom."
-    ]
-    if any(panel.model is not None for row in rows for panel in row):
-        sentences.append(
-            "Dashed: the model. Lines: its terms, marked where each is read (hollow: outside "
-            "the record). Dotted, with triangle: not identifiable, upper bound at 95 %."
-        )
+def _caption(rows: list[list[_Panel]], axes_of_log: int) -> str:
+    """Return what was recorded, and which part of it is shown."""
+    panels = [panel for row in rows for panel in row]
+    records = dict.fromkeys((panel.curve.duration, panel.curve.rate) for panel in panels)
+    lengths = [f"{duration:,.6g} s at {rate:.4g} Hz" for duration, rate in records]
+    sentence = f"Recorded: {', '.join(lengths)}."
     shown = max(map(len, rows))
     if axes_of_log > shown:
-        sentences.append(f"Shown are the first {shown} of {axes_of_log} axes.")
-    return "\n".join(textwrap.fill(sentence, width) for sentence in sentences)
+        return f"{sentence} Shown are the first {shown} of {axes_of_log} axes."
+    return sentence
 
 
-class _Panel(NamedTuple):
-    """What is drawn: the curve of one axis, and its model if there is one."""
-
-    curve: AllanResult
-    model: NoiseModel | None
-
-
-def _draw(axes: Axes, panel: _Panel) -> None:
+def _draw(axes: Axes, panel: _Panel, window: _Window) -> None:
     """Draw one axis."""
-    curve, model = panel
+    curve = panel.curve
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_title(curve.names[0])
     axes.set_xlabel("averaging time [s]")
-    if not np.any(curve.deviation > 0.0):
+    axes.set_xlim(window.left, window.right)
+    axes.set_ylim(window.low, window.high)
+    if panel.empty:
         write_in_middle(axes, "no noise")
         return
-    _draw_points(axes, curve)
-    if model is not None:
-        _draw_model(axes, curve, model)
+    factor = panel.shown.factor
+    y, low, high = (factor * values for values in (curve.deviation, curve.lower, curve.upper))
+    if np.isfinite(low).any():
+        axes.fill_between(curve.taus, low, high, color=BLUE, alpha=0.22, lw=0.0)
+    axes.plot(curve.taus, y, **_MEASURED)
+    if panel.model is not None:
+        _draw_model(axes, panel, panel.model, window)
     edge = _last_sure(curve)
     if edge is not None:
-        axes.axvline(edge, color="0.5", lw=0.6, ls=":")
+        axes.axvline(edge, **_EDGE)
+    if _ends_early(panel, window):
+        axes.axvspan(1.2 * curve.taus[-1], window.right, **_SHADE)
 
 
-def _share_limits(row: list[Axes], panels: list[_Panel]) -> None:
-    """Give panels the same limits, with room in a corner for the lists of coefficients."""
-    times = np.concatenate([_times(panel) for panel in panels])
-    left, right = times.min() / 1.6, max(times.max(), 10.0 * times.min()) * 1.6
-    depth = _DEPTH if len(row) > 1 else _DEPTH_ALONE
-    spans = [_span(panel, depth) for panel in panels if np.any(panel.curve.deviation > 0.0)]
-    low = min((span[0] for span in spans), default=0.1)
-    high = max((span[1] for span in spans), default=1.0)
-    margin = max(high / low, 10.0) ** _MARGIN
-    window = Window(left, right, low / margin, high * margin)
-    lists = [drawn_terms(p.model, p.curve) if p.model is not None else [] for p in panels]
-    corner, window = with_room([panel.curve for panel in panels], lists, window)
-    for axes, terms in zip(row, lists, strict=True):
-        axes.set_xlim(window.left, window.right)
-        axes.set_ylim(window.low, window.high)
-        write_list(axes, terms, corner)
-        _hide_outside(axes, window)
+_MEASURED: Final[Style] = {"color": BLUE, "lw": 0.6, "marker": "o", "ms": 2.2, "mew": 0.0}
+_MODEL: Final[Style] = {"color": BLACK, "lw": 0.9, "ls": (0, (4, 2))}
+_OTHER: Final[Style] = {"color": BLACK, "lw": 0.5, "ls": ":"}
+_TERM: Final[Style] = {"lw": 0.7}
+_BOUND: Final[Style] = {"lw": 0.6, "ls": (0, (1, 2))}
+_EDGE: Final[Style] = {"color": "0.5", "lw": 0.6, "ls": ":"}
+_SHADE: Final[Style] = {"color": "0.93", "lw": 0.0}
+_MARK: Final[Style] = {"mew": 0.7, "ls": "none"}
 
 
-def _draw_points(axes: Axes, curve: AllanResult) -> None:
-    factor = shown_unit(curve).factor
-    y, low, high = (factor * values for values in (curve.deviation, curve.lower, curve.upper))
-    axes.fill_between(curve.taus, low, high, color=BLUE, alpha=0.22, lw=0.0)
-    axes.plot(curve.taus, y, color=BLUE, lw=0.6, marker="o", ms=2.2, mew=0.0)
+def _draw_model(axes: Axes, panel: _Panel, model: NoiseModel, window: _Window) -> None:
+    curve, shown = panel.curve, panel.shown
+    axes.plot(curve.taus, fitted_curve(model, curve, shown), **_MODEL)
+    for line in other_terms(model, curve, shown):
+        axes.plot(curve.taus, line, **_OTHER)
+    for term in panel.terms:
+        axes.plot(curve.taus, term.line, color=term.colour, **_style(term))
+        if window.shows(term):
+            axes.plot([term.read_at], [term.height], **_shape(term, term.colour))
+        _write_letter(axes, term, panel.curve.taus, window)
 
 
-def _draw_model(axes: Axes, curve: AllanResult, model: NoiseModel) -> None:
-    axes.plot(curve.taus, fitted_curve(model, curve), color=BLACK, lw=0.9, ls=(0, (4, 2)))
-    for line in other_terms(model, curve):
-        axes.plot(curve.taus, line, color=BLACK, lw=0.5, ls=":")
-    for term in drawn_terms(model, curve):
-        style = {"lw": 0.7} if term.identifiable else {"lw": 0.6, "ls": (0, (1, 2))}
-        axes.plot(curve.taus, term.line, color=term.colour, **style)
-        _mark(axes, term)
+def _style(term: DrawnTerm) -> Style:
+    return _TERM if term.identifiable else _BOUND
 
 
-def _mark(axes: Axes, term: DrawnTerm) -> None:
-    axes.plot(
-        [term.read_at],
-        [term.height],
-        color=term.colour,
-        marker="D" if term.identifiable else "v",
-        ms=3.0 if term.identifiable else 3.6,
-        mfc=term.colour if term.inside else "white",
-        mew=0.7,
-        ls="none",
+def _write_letter(axes: Axes, term: DrawnTerm, taus: Floats, window: _Window) -> None:
+    """Write the letter of a term at its mark, or else where its line is highest inside.
+
+    For those who cannot tell the colours apart.
+    """
+    from matplotlib.patheffects import withStroke
+
+    place = (term.read_at, term.height)
+    if not window.shows(term):
+        # Two lines rise, and may end at one height: one letter stands earlier.
+        until = taus[-1] / (4.0 if term.symbol == "K" else 1.0)
+        inside = np.flatnonzero((term.line < window.high) & (taus <= until))
+        if not inside.size or term.line[inside].max() < window.low:
+            return
+        highest = inside[np.argmax(term.line[inside])]
+        place = (taus[highest], term.line[highest])
+    # A line that rises is the curve's right flank or a bound above it: the letter stands outside.
+    walk = term.symbol == "K" and not window.shows(term)
+    below = np.ptp(np.log(term.line)) < 1.0 or (walk and term.identifiable)
+    left = place[0] >= taus[-1] or (walk and not term.identifiable)
+    axes.annotate(
+        term.symbol,
+        place,
+        (-2.5 if left else 2.5, -7.0 if below else 2.0),
+        textcoords="offset points",
+        ha="right" if left else "left",
+        size=FONT - 0.8,
+        color=text_colour(term.colour),
+        path_effects=[withStroke(linewidth=1.5, foreground="white")],
     )
+
+
+def _shape(term: DrawnTerm, colour: str) -> Style:
+    face = colour if term.inside else "white"
+    if term.identifiable:
+        return {"marker": "D", "ms": 3.0, "color": colour, "mfc": face, **_MARK}
+    return {"marker": "v", "ms": 3.6, "color": colour, "mfc": face, **_MARK}
 
 
 def _last_sure(curve: AllanResult) -> float | None:
@@ -273,32 +376,76 @@ def _last_sure(curve: AllanResult) -> float | None:
     return float(np.sqrt(curve.taus[few[0] - 1] * curve.taus[few[0]]))
 
 
-def _span(panel: _Panel, depth: float) -> tuple[float, float]:
-    """Return the lowest and the highest thing that must be seen."""
-    curve = panel.curve
-    factor = shown_unit(curve).factor
-    low = float(factor * np.fmin(curve.deviation, _positive(curve.lower)).min())
-    high = float(factor * np.fmin(curve.upper, FAR * curve.deviation).max())
-    terms = [] if panel.model is None else drawn_terms(panel.model, curve)
-    marks = [term.height for term in terms if term.identifiable and term.height > low / depth]
-    return min([low, *marks]), high
+def _ends_early(panel: _Panel, window: _Window) -> bool:
+    return not panel.empty and bool(_BEYOND * panel.curve.taus[-1] < window.right)
 
 
-def _positive(values: Floats) -> Floats:
-    return np.where(values > 0.0, values, np.inf)
+def _key(rows: list[list[_Panel]], windows: list[_Window]) -> list[tuple[Artist, str]]:
+    """Return samples of what is drawn, and of nothing else, with what they mean."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    pairs = [(p, w) for row, w in zip(rows, windows, strict=True) for p in row if not p.empty]
+    terms = [term for panel, _ in pairs for term in panel.terms]
+    marks = [term for panel, window in pairs for term in panel.terms if window.shows(term)]
+    key: list[tuple[Artist, str]] = []
+
+    def add(label: str, style: Style) -> None:
+        key.append((Line2D([], [], **{"color": GREY_TEXT, **style}), label))
+
+    if pairs:
+        add("measured", _MEASURED)
+    if any(np.isfinite(panel.curve.lower).any() for panel, _ in pairs):
+        sure = 100.0 * pairs[0][0].curve.confidence
+        key.append((Patch(color=BLUE, alpha=0.22, lw=0.0), f"{sure:.0f} % bounds"))
+    if any(panel.model is not None for panel, _ in pairs):
+        add("model", _MODEL)
+    if any(term.identifiable for term in terms):
+        add("one term of the model", _TERM)
+    if any(not term.identifiable for term in terms):
+        add("not identifiable: 95 % bound", _BOUND)
+    if any(panel.model is not None and _has_others(panel.model) for panel, _ in pairs):
+        add("Markov noise or sine", _OTHER)
+    labels = {
+        (True, True): "read here (IEEE Std 952)",
+        (True, False): "read here, outside the record",
+        (False, True): "bound, read here",
+        (False, False): "bound, read outside the record",
+    }
+    for mark in {(term.identifiable, term.inside): term for term in marks}.values():
+        add(labels[mark.identifiable, mark.inside], _shape(mark, GREY_TEXT))
+    if any(_last_sure(panel.curve) is not None for panel, _ in pairs):
+        add(f"right of it: below {_LEAST_FREEDOM:g} degrees of freedom", _EDGE)
+    if any(_ends_early(panel, window) for panel, window in pairs):
+        key.append((Patch(**_SHADE), "record too short"))
+    return key
 
 
-def _times(panel: _Panel) -> Floats:
-    """Return the averaging times that must be seen, those of the marks among them."""
-    if panel.model is None:
-        return panel.curve.taus
-    marks = [term.read_at for term in drawn_terms(panel.model, panel.curve)]
-    return np.concatenate((panel.curve.taus, marks))
+def _has_others(model: NoiseModel) -> bool:
+    return bool(model.markov or model.sinusoid)
 
 
-def _hide_outside(axes: Axes, window: Window) -> None:
-    """Hide marks that lie outside, which would hang on the frame."""
-    for line in axes.lines:
-        heights = np.asarray(line.get_ydata(), dtype=np.float64)
-        if heights.size == 1 and line.get_linestyle() == "None":
-            line.set_visible(bool(window.low < heights[0] < window.high))
+def _key_columns(key: list[tuple[Artist, str]], width: float) -> int:
+    """Return how many entries of the key fit side by side into so many millimetres."""
+    longest = max((len(label) for _, label in key), default=1)
+    return max(1, min(len(key), floor(width / (_KEY_LETTER * longest + _KEY_SAMPLE))))
+
+
+def _write_key(figure: Figure, key: list[tuple[Artist, str]], columns: int, bottom: float) -> None:
+    if not key:
+        return
+    handles, labels = zip(*key, strict=True)
+    figure.legend(
+        handles,
+        labels,
+        loc="lower center",
+        bbox_to_anchor=(0.5, bottom),
+        ncols=columns,
+        fontsize=FONT - 0.8,
+        frameon=False,
+        handlelength=2.2,
+        labelspacing=0.25,
+        borderpad=0.0,
+        borderaxespad=0.0,
+        columnspacing=1.5,
+    )

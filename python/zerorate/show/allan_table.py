@@ -6,13 +6,13 @@ from typing import Final
 import numpy as np
 
 from zerorate.io.log import notes_of
+from zerorate.io.names import looks_like_accelerometer
 from zerorate.noise import AllanResult, Coefficient, NoiseModel
 from zerorate.noise.characterise import Axis, Characterisation
 from zerorate.noise.kinds import KINDS
-from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, term_of
+from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, si_unit, term_of
 from zerorate.numerals import significant, with_error
 from zerorate.show.tables import GAP, WIDTH, aligned, bulleted
-from zerorate.units import convert
 
 __all__ = ["format_allan", "format_allan_notes"]
 
@@ -22,6 +22,7 @@ _WORST: Final = "worst axis"
 _BOUND: Final = (
     'A "<" is an upper bound at 95 %: the coefficient is not identifiable from this record.'
 )
+_UNIT: Final = '"unit" is the unit of the samples. Exports to estimators need to know which it is.'
 
 
 def format_allan(found: Sequence[Characterisation]) -> str:
@@ -39,7 +40,9 @@ def format_allan(found: Sequence[Characterisation]) -> str:
         side, in the units of data sheets.
     """
     text = "\n\n\n".join(_table(one) for one in found)
-    return f"{text}\n\n{_BOUND}" if "< " in text else text
+    said = [_BOUND] if "< " in text else []
+    said += [_UNIT] if any(_quantity(one) == "unknown" for one in found) else []
+    return "\n\n".join((text, "\n".join(said))) if said else text
 
 
 def format_allan_notes(found: Sequence[Characterisation]) -> str:
@@ -71,8 +74,9 @@ def _table(found: Characterisation) -> str:
 
 
 def _heading(found: Characterisation) -> str:
-    sensor = "accelerometer" if _quantity(found) == "acceleration" else "gyro"
-    curve = found.curve
+    quantity, curve = _quantity(found), found.curve
+    named = quantity == "unknown" and looks_like_accelerometer(curve.names[0])
+    sensor = "accelerometer" if named or quantity == "acceleration" else "gyro"
     return (
         f"{sensor}: {KINDS[curve.kind].title} of {curve.duration:g} s at {curve.rate:g} Hz, "
         f"{curve.taus.size} averaging times"
@@ -105,8 +109,8 @@ def _column(found: Characterisation, axis: Axis, i: int) -> list[str]:
         cells += [
             _cell(model, term) for model, _ in zip(models, _of_term(found, term), strict=False)
         ]
-    curve = found.curve.axis(i)
-    return [*cells, *_markov(found, axis.model), "", "", *_deviations(curve)]
+    deviations = _deviations(found.curve.axis(i), shown_unit(found.curve).factor)
+    return [*cells, *_markov(found, axis.model), "", "", *deviations]
 
 
 def _worst_column(found: Characterisation, worst: NoiseModel) -> list[str]:
@@ -120,10 +124,12 @@ def _worst_column(found: Characterisation, worst: NoiseModel) -> list[str]:
 def _cell(model: NoiseModel | None, term: Term) -> str:
     if model is None:
         return "-"
-    return _coefficient(getattr(model, term.field), convert(1.0, term.unit, term.shown))
+    return _coefficient(getattr(model, term.field), term.factor)
 
 
 def _coefficient(coefficient: Coefficient, factor: float) -> str:
+    if not coefficient.known:
+        return "-"
     shown = coefficient.scaled(factor)
     if not shown.identifiable:
         return f"< {significant(shown.upper_bound)}"
@@ -133,8 +139,7 @@ def _coefficient(coefficient: Coefficient, factor: float) -> str:
 def _markov(found: Characterisation, model: NoiseModel | None) -> list[str]:
     if model is None:
         return ["-", "-"] * _n_markov(found)
-    term = _walk(found)
-    factor = convert(1.0, term.unit, term.shown)
+    factor = _walk(found).factor
     pairs = [(_coefficient(m.amplitude, factor), f"{m.time:.3g}") for m in model.markov]
     return [cell for pair in pairs for cell in pair]
 
@@ -143,8 +148,7 @@ def _n_markov(found: Characterisation) -> int:
     return max((len(model.markov) for model in found.models if model is not None), default=0)
 
 
-def _deviations(curve: AllanResult) -> Iterator[str]:
-    factor = shown_unit(curve).factor
+def _deviations(curve: AllanResult, factor: float) -> Iterator[str]:
     for tau in _shown_taus(curve):
         i = int(np.flatnonzero(curve.taus == tau)[0])
         middle, low, high = (a[i] for a in (curve.deviation, curve.lower, curve.upper))
@@ -178,7 +182,7 @@ def _terms(found: Characterisation) -> tuple[Term, ...]:
 
 
 def _quantity(found: Characterisation) -> Quantity:
-    return "acceleration" if found.curve.unit in ("g", "m/s^2") else "angular rate"
+    return si_unit(found.curve.unit)[1]
 
 
 def _walk(found: Characterisation) -> Term:

@@ -1,33 +1,38 @@
 """Lines, marks and list of a model's coefficients over a deviation curve."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from zerorate.noise import AllanResult, Coefficient, NoiseModel
 from zerorate.noise.curve_fit import expected_deviation, expected_terms
 from zerorate.noise.kinds import KINDS
-from zerorate.noise.quantities import TERMS, Term, shown_unit, si_unit
+from zerorate.noise.quantities import TERMS, Shown, Term, si_unit
 from zerorate.numerals import significant, with_error
-from zerorate.show.style import FONT, GREEN, ORANGE, PURPLE, SKY, VERMILION, Corner
+from zerorate.show.style import (
+    BROWN,
+    FONT,
+    GREEN,
+    MM,
+    ORANGE,
+    PURPLE,
+    VERMILION,
+    text_colour,
+)
 from zerorate.types import Floats
-from zerorate.units import convert
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = [
     "COLOURS",
-    "FAR",
     "DrawnTerm",
-    "Window",
     "drawn_terms",
     "fitted_curve",
     "other_terms",
-    "with_room",
     "write_list",
 ]
 
@@ -36,7 +41,7 @@ COLOURS: Final = {
     "angle_random_walk": VERMILION,
     "bias_instability": GREEN,
     "rate_random_walk": ORANGE,
-    "rate_ramp": SKY,
+    "rate_ramp": BROWN,
 }
 _SYMBOLS: Final = dict(zip(COLOURS, "QNBKR", strict=True))
 _READ_AT: Final = {
@@ -47,17 +52,6 @@ _READ_AT: Final = {
 }
 """Averaging times, s, at which the Allan deviation of a term equals its coefficient."""
 
-# Parts of the panel's height and width.
-_LINE: Final = 0.058
-_EDGE: Final = 0.035
-_WIDTH: Final = 0.6
-
-_CROSSED: Final = 10.0
-"""How much more room the upper right may take: in the lower left the list hides lines."""
-
-FAR: Final = 5.0
-"""How far over a deviation its upper bound is shown; beyond, the frame cuts it."""
-
 
 @dataclass(frozen=True)
 class DrawnTerm:
@@ -65,8 +59,10 @@ class DrawnTerm:
 
     Attributes
     ----------
+    symbol : str
+        Its letter.
     colour : str
-        Of line, mark and text.
+        Of line and mark.
     line : ndarray, shape (t,)
         Deviation at the curve's averaging times; of the bound where it is not identifiable.
     read_at : float
@@ -81,6 +77,7 @@ class DrawnTerm:
         Symbol, value with standard error or bound, and unit.
     """
 
+    symbol: str
     colour: str
     line: Floats
     read_at: float
@@ -90,28 +87,29 @@ class DrawnTerm:
     text: str
 
 
-def fitted_curve(model: NoiseModel, curve: AllanResult) -> Floats:
+def fitted_curve(model: NoiseModel, curve: AllanResult, shown: Shown) -> Floats:
     """Return the deviation that the model expects at the curve's averaging times."""
-    return expected_deviation(model, curve) * _scale(curve)
+    return expected_deviation(model, curve) * _scale(curve, shown)
 
 
-def other_terms(model: NoiseModel, curve: AllanResult) -> Iterator[Floats]:
+def other_terms(model: NoiseModel, curve: AllanResult, shown: Shown) -> Iterator[Floats]:
     """Yield the lines of Markov terms and sinusoids."""
     for field, deviation in expected_terms(model, curve):
         if field not in COLOURS:
-            yield deviation * _scale(curve)
+            yield deviation * _scale(curve, shown)
 
 
-def drawn_terms(model: NoiseModel, curve: AllanResult) -> list[DrawnTerm]:
-    """Return the coefficients of a model that are not known to be zero."""
+def drawn_terms(model: NoiseModel, curve: AllanResult, shown: Shown) -> list[DrawnTerm]:
+    """Return the coefficients of a model of which something is known but that they are zero."""
     ones = NoiseModel(**dict.fromkeys(COLOURS, 1.0), quantity=model.quantity)  # type: ignore[arg-type]
     lines = dict(expected_terms(ones, curve))
     lowest = float(curve.taus[np.argmin(expected_deviation(model, curve))])
     drawn = []
     for term in TERMS[model.quantity]:
         coefficient = getattr(model, term.field)
-        if coefficient.conservative != 0.0 and term.field in lines:
-            line = abs(coefficient.conservative) * lines[term.field] * _scale(curve)
+        size = abs(coefficient.conservative)
+        if coefficient.known and size > 0.0 and term.field in lines:
+            line = size * lines[term.field] * _scale(curve, shown)
             drawn.append(_drawn(term, coefficient, line, lowest, curve.taus))
     return drawn
 
@@ -119,21 +117,23 @@ def drawn_terms(model: NoiseModel, curve: AllanResult) -> list[DrawnTerm]:
 def _drawn(
     term: Term, coefficient: Coefficient, line: Floats, lowest: float, taus: Floats
 ) -> DrawnTerm:
-    read_at = _READ_AT.get(term.field, lowest)
+    read_at, symbol = _READ_AT.get(term.field, lowest), _SYMBOLS[term.field]
     return DrawnTerm(
+        symbol=symbol,
         colour=COLOURS[term.field],
         line=line,
         read_at=read_at,
         height=_at(read_at, taus, line),
         inside=bool(taus[0] <= read_at <= taus[-1]),
         identifiable=coefficient.identifiable,
-        text=f"{_SYMBOLS[term.field]} {_text(coefficient, term)}",
+        text=f"{symbol} {_text(coefficient, term)}",
     )
 
 
 def _text(coefficient: Coefficient, term: Term) -> str:
-    shown = coefficient.scaled(convert(1.0, term.unit, term.shown))
-    unit = term.shown.replace("sqrt(h)", "√h").replace("^2", "²").replace("ug", "µg")
+    shown = coefficient.scaled(term.factor)
+    unit = term.shown.replace("sqrt(h)", "√h").replace("sqrt(Hz)", "√Hz")
+    unit = unit.replace("^2", "²").replace("ug", "µg")
     if not shown.identifiable:
         return f"< {significant(shown.upper_bound, 2)} {unit}"
     return f"= {with_error(shown.value, shown.sigma)} {unit}"
@@ -148,66 +148,27 @@ def _at(tau: float, taus: Floats, line: Floats) -> float:
     return float(np.exp(y[0] + (np.log(tau) - x[0]) * (y[1] - y[0]) / (x[1] - x[0])))
 
 
-def _scale(curve: AllanResult) -> Floats:
+def _scale(curve: AllanResult, shown: Shown) -> Floats:
     """Return what an SI deviation of the rate is multiplied by."""
-    scale = shown_unit(curve).factor / si_unit(curve.unit)[0]
+    scale = shown.factor / si_unit(curve.unit)[0]
     time = curve.taus / math.sqrt(3.0) if KINDS[curve.kind].time else np.ones_like(curve.taus)
     return scale * time
 
 
-class Window(NamedTuple):
-    """Limits of logarithmic axes."""
+def write_list(axes: "Axes", terms: list[DrawnTerm], columns: int, rows: int, line: float) -> None:
+    """Write the coefficients above a panel, each in the colour of its line.
 
-    left: float
-    right: float
-    low: float
-    high: float
-
-
-def with_room(
-    curves: Sequence[AllanResult], lists: Sequence[list[DrawnTerm]], window: Window
-) -> tuple[Corner, Window]:
-    """Return the corner where the lists need least room, and a window that has this room."""
-    below, above = window, window
-    for curve, terms in zip(curves, lists, strict=True):
-        if terms and np.any(curve.deviation > 0.0):
-            below = below._replace(low=min(below.low, _low(curve, terms, window)))
-            above = above._replace(high=max(above.high, _high(curve, terms, window)))
-    if above.high / window.high <= _CROSSED * window.low / below.low:
-        return "upper right", above
-    return "lower left", below
-
-
-def write_list(axes: "Axes", terms: list[DrawnTerm], corner: Corner) -> None:
-    """Write the coefficients into a corner, each in the colour of its line."""
+    There is room for so many rows, each of so many millimetres, under the title.
+    """
     for i, term in enumerate(terms):
-        above = corner == "upper right"
-        line = 1.0 - _EDGE - _LINE * (i + 1) if above else _EDGE + _LINE * (len(terms) - 1 - i)
-        axes.text(
-            1.0 - _EDGE if above else _EDGE,
-            line,
+        row, column = divmod(i, columns)
+        axes.annotate(
             term.text,
-            ha="right" if above else "left",
-            transform=axes.transAxes,
+            (column / columns, 1.0),
+            (0.0, (rows - row - 1 + 0.4) * line * MM * 72.0),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            va="bottom",
             size=FONT - 0.8,
-            color=term.colour,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.3},
+            color=text_colour(term.colour),
         )
-
-
-def _low(curve: AllanResult, terms: list[DrawnTerm], window: Window) -> float:
-    """Return the lower limit that keeps the left of a curve above a list."""
-    part = 2.0 * _EDGE + _LINE * len(terms)
-    left = np.log(curve.taus / window.left) < _WIDTH * np.log(window.right / window.left)
-    heights = shown_unit(curve).factor * curve.deviation
-    lowest = np.log(heights[left].min(initial=window.high))
-    return float(np.exp((lowest - part * np.log(window.high)) / (1.0 - part)))
-
-
-def _high(curve: AllanResult, terms: list[DrawnTerm], window: Window) -> float:
-    """Return the upper limit that keeps the right of a curve below a list."""
-    part = 2.0 * _EDGE + _LINE * len(terms)
-    right = np.log(window.right / curve.taus) < _WIDTH * np.log(window.right / window.left)
-    heights = shown_unit(curve).factor * np.fmin(curve.upper, FAR * curve.deviation)
-    highest = np.log(heights[right].max(initial=window.low))
-    return float(np.exp((highest - part * np.log(window.low)) / (1.0 - part)))

@@ -8,14 +8,15 @@ import numpy.typing as npt
 
 from zerorate.compare.simulated import Regret
 from zerorate.numerals import significant
+from zerorate.show.compare_tables import marked, on_looking_ahead
 from zerorate.show.tables import Table, as_text
 
 __all__ = ["format_regret"]
 
 
 _MEANING: Final = (
-    "RMSE to the true drift over that of the Kalman filter that knows the model, whose own RMSE is "
-    "the column optimum."
+    "Regret: RMSE to the true drift over that of the Kalman filter that knows the model, whose own "
+    "RMSE is the column optimum. 1 is perfect."
 )
 _TRANSIENT: Final = "Only the optimum knows its time constant; not in mean and worst."
 _HONEST: Final = "Share of errors within one sigma of the method: 0.683 if it is honest."
@@ -47,12 +48,14 @@ def format_regret(found: Regret) -> str:
 
 
 def _tables(found: Regret) -> Iterator[Table]:
-    head = ("model", "optimum (deg/s)", *found.methods)
+    head = ("model", "optimum (deg/s)", *map(marked, found.methods, found.causal))
     lasting = found.lasting
     faults = "" if found.contamination is None else f", {found.contamination}"
     summary = (_row("mean", "", found.mean), _row("worst", "", found.worst))
     if lasting.any():
-        yield Table(f"regret{faults}", head, (*_rows(found, lasting), *summary), note=_MEANING)
+        causal = dict(zip(found.methods, found.causal.tolist(), strict=True))
+        note = " ".join((_MEANING, *(f"{text}." for text in on_looking_ahead(causal))))
+        yield Table(f"regret{faults}", head, (*_rows(found, lasting), *summary), note=note)
     if not lasting.all():
         yield Table(
             f"regret, transient{faults}", head, tuple(_rows(found, ~lasting)), note=_TRANSIENT

@@ -15,7 +15,7 @@ from zerorate.numerals import NOTHING, or_dash
 from zerorate.show.tables import Table, as_text, bulleted
 from zerorate.simulate import Contamination
 
-__all__ = ["format_compare"]
+__all__ = ["format_compare", "marked", "on_looking_ahead"]
 
 
 @dataclass(frozen=True)
@@ -128,24 +128,32 @@ _SECTIONS: Final[Mapping[Kind, tuple[_Section, ...]]] = {
 """The tables of each kind in their order; a deviation at rest comes last, for it says least."""
 
 _DAGGER: Final = "†: chosen with knowledge of the record, which no filter has"
-_DOUBLE_DAGGER: Final = "‡: sees the whole record, what comes later too, which no filter does"
+_DOUBLE_DAGGER: Final = "‡: uses samples that come later, which no filter does"
+_FOUND: Final = (
+    "given the first half of a record alone, it returned other values for that half than with the "
+    "rest after it"
+)
 _JUDGED: Final = (
     "fed with the contaminated record and judged by the clean one; /clean: error over that of the "
     "same method fed with the clean record"
 )
 
+_ON_NIS: Final = (
+    "NIS: normalised innovation squared, the mean square of the prediction errors over the "
+    "variance that the filter gave them. 1: it knows its errors; below 1 it expects larger ones"
+)
 _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
     "rest": (
-        "10 s and 60 s: angle lost by holding the estimate so long, over that of the best moving "
-        "average; Allan: deviation of the estimate over raw at ten times its memory, 0.92 or more "
-        "if no noise is claimed away; NIS: 1 for a filter that knows its errors; deviation: of the "
-        "estimate over raw, which any low-pass filter wins",
-        _DAGGER,
+        "10 s/best, 60 s/best: error of the angle after the estimate was held for so long as the "
+        "bias, over that of the best moving average; 1 is as good as that average",
+        "Allan: Allan deviation of the estimate over that of the samples, at ten times the memory "
+        "of the filter; far below 1 the filter hides noise that the sensor has",
+        "deviation: standard deviation of the estimate over that of the samples; any low-pass "
+        "filter makes it small, so it says least",
     ),
     "turning": (
-        "error to the reference, as it is and with its delay removed; low-pass: error of the "
-        "one-pole low-pass filter of that delay; angle: largest error of the integrated rate",
-        _DAGGER,
+        "error: RMS difference from the reference, and the same without delay; low-pass: error of "
+        "the one-pole low-pass filter that is as late; angle: largest error of the integrated rate",
     ),
     "orientation": (
         "mean angle between gyro and reference after so many seconds of integration; first rest: "
@@ -182,8 +190,35 @@ def _parts(found: Comparison, per_axis: bool) -> Iterator[str]:
         tables = [_of_one(shown, one) for one in axes] if alone else [_of_all(shown, axes)]
         yield from (as_text(table) for table in tables if table.rows)
     legends = _LEGENDS[found.kind] if found.contamination is None else (_JUDGED,)
-    marked = (_DOUBLE_DAGGER,) if set(WHOLE) & set(found.methods) else ()
-    yield bulleted((*legends, *marked, *found.notes))
+    yield bulleted((*legends, *_on_marks(found), *found.notes))
+
+
+def _on_marks(found: Comparison) -> Iterator[str]:
+    """Yield what needs a word where it stands in a table."""
+    if found.contamination is None and any(map(_has_nis, found.rows)):
+        yield _ON_NIS
+    if HINDSIGHT in found.methods:
+        yield _DAGGER
+    yield from on_looking_ahead(_causal(found))
+
+
+def _has_nis(row: Row) -> bool:
+    return any(name.startswith("nis") and math.isfinite(row.values[name]) for name in row.values)
+
+
+def on_looking_ahead(causal: Mapping[str, bool]) -> Iterator[str]:
+    """Yield what the mark means where a method has it, and how it was found of a user's own."""
+    ahead = [method for method, known in causal.items() if not known]
+    if ahead:
+        yield _DOUBLE_DAGGER
+    for method in ahead:
+        if method not in WHOLE:
+            yield f"{method}: {_FOUND}"
+
+
+def _causal(found: Comparison) -> dict[str, bool]:
+    ahead = {row.method for row in found.rows if not row.causal}
+    return {method: method not in ahead for method in found.methods}
 
 
 def _faulty(section: _Section, contamination: Contamination) -> _Section:
@@ -200,7 +235,7 @@ def _faulty(section: _Section, contamination: Contamination) -> _Section:
 def _of_one(section: _Section, rows: Sequence[Row]) -> Table:
     first, measures = rows[0], section.measures
     place = Path(first.source).name + (f", {first.axis}" if first.axis != "all" else "")
-    lines = ((_label(row), *(one.text(one.of(row)) for one in measures)) for row in rows)
+    lines = ((_label([row]), *(one.text(one.of(row)) for one in measures)) for row in rows)
     # Of an unknown unit no more can be said.
     head = (one.head if first.angle == "rad" else one.head.partition(",")[0] for one in measures)
     return Table(f"{section.title}: {place}", ("method", *head), _with_numbers(lines))
@@ -211,7 +246,7 @@ def _of_all(section: _Section, axes: Sequence[Sequence[Row]]) -> Table:
     head = (text for one in shared for text in (one.head, "worst"))
     title = f"{section.title}: mean and worst of {len(axes)} {_counted(axes)}"
     lines = (
-        (_label(rows[0]), *(cell for one in shared for cell in _mean_and_worst(one, rows)))
+        (_label(rows), *(cell for one in shared for cell in _mean_and_worst(one, rows)))
         for rows in zip(*axes, strict=True)
     )
     return Table(title, ("method", *head), _with_numbers(lines))
@@ -232,6 +267,10 @@ def _with_numbers(lines: Iterable[tuple[str, ...]]) -> tuple[tuple[str, ...], ..
     return tuple(line for line in lines if any(cell != NOTHING for cell in line[1:]))
 
 
-def _label(row: Row) -> str:
-    mark = "†" if row.method == HINDSIGHT else "‡" if row.method in WHOLE else ""
-    return f"{row.method}{mark}"
+def _label(rows: Sequence[Row]) -> str:
+    return marked(rows[0].method, all(row.causal for row in rows))
+
+
+def marked(method: str, causal: bool) -> str:
+    """Return the name of a method with a dagger if it knows what no filter does."""
+    return f"{method}{'†' if method == HINDSIGHT else '' if causal else '‡'}"

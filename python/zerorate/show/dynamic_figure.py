@@ -47,7 +47,7 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
     Raises
     ------
     ImportError
-        Without matplotlib: ``pip install 'zerorate[plot]'``.
+        Without matplotlib, of the extra ``plot``.
     """
     figure = new_figure(_WIDTH, _HEIGHT)
     axes, bar = (
@@ -55,8 +55,10 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
         for x, y, w, h in (_MAP, _BAR)
     )
     from matplotlib.colors import LogNorm
+    from matplotlib.ticker import MaxNLocator
 
-    shown, (unit, seconds) = shown_unit(result), time_unit(result.times[-1] + result.window / 2.0)
+    shown = shown_unit(result)
+    unit, seconds = time_unit(result.times[-1] + result.window / 2.0)
     values = np.ma.masked_invalid(shown.factor * result.deviation.T)
     values = np.ma.masked_less_equal(values, 0.0)
     low, high = (float(values.min()), float(values.max())) if values.count() else (0.1, 1.0)
@@ -74,15 +76,25 @@ def plot_dynamic(result: DynamicAllan) -> Figure:
     axes.set_ylabel("averaging time [s]")
     scale = figure.colorbar(mesh, cax=bar)
     scale.set_label(f"{KINDS[result.kind].title} [{shown.unit}]")
+    duration = (result.times[-1] + result.window / 2.0) / seconds
+    axes.set_xlim(0.0, duration)
     style_panels([axes])
+    axes.xaxis.set_major_locator(MaxNLocator(7, steps=(1, 1.5, 2, 3, 5, 6, 10)))
     bar.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
     bar.yaxis.label.set_fontsize(FONT)
     scale.outline.set_linewidth(0.5)
     style_decades(bar)
     axes.yaxis.set_major_formatter(bar.yaxis.get_major_formatter())
-    said = f"Window of {result.window:g} s. Grey: no deviation, for gaps."
-    write_caption(figure, _HEIGHT, said)
+    write_caption(figure, _HEIGHT, _caption(result))
     return figure
+
+
+def _caption(result: DynamicAllan) -> str:
+    """Return how long a window is, and what is grey."""
+    grey = ["no window is centred there"]
+    if not np.all(result.deviation > 0.0):
+        grey.append("no deviation, for gaps or constant samples")
+    return f"Window of {result.window:g} s. Grey: {', or '.join(grey)}."
 
 
 def _edges(centres: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

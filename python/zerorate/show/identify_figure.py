@@ -55,7 +55,7 @@ def plot_identification(found: Identification) -> Figure:
     Raises
     ------
     ImportError
-        Without matplotlib: ``pip install 'zerorate[plot]'``.
+        Without matplotlib, of the extra ``plot``.
     """
     height = _TOP + _BOTTOM + _ROWS * _PANEL + (_ROWS - 1) * _BETWEEN_ROWS
     figure = new_figure(_WIDTH, height)
@@ -73,7 +73,7 @@ def plot_identification(found: Identification) -> Figure:
     draw_online(online, found)
     style_panels(figure.axes)
     if spectrum.lines:
-        style_decades(spectrum)
+        style_decades(spectrum, fewest=2)
     style_times(online)
     for axes in orders:
         style_orders(axes, found.arma_orders.margin)
@@ -99,5 +99,7 @@ def _caption(found: Identification) -> str:
     return (
         f"{record.samples:,} samples at {record.rate:.4g} Hz. Grey bands: 95 % bounds of white "
         f"noise; criteria within {margin:g} of the least. Hollow: the least of a criterion; "
-        "filled: the clear choice. Shaded colours: ± one standard error of the offline values."
+        "filled: the clear choice. Coloured bands, bottom right: the offline values ± one standard "
+        "error; what is learned online, in one pass, comes near them with time, and need not have "
+        "reached them."
     )

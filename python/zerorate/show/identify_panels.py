@@ -59,6 +59,7 @@ _MOST: Final = 100_000
 """Residuals of which quantiles are taken: more would move no point by a line's width."""
 
 _COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+_MARKS = ("o", "s", "^", "D", "v", "P")
 
 
 def draw_series(axes: Axes, found: Identification) -> None:
@@ -136,7 +137,8 @@ def draw_online(axes: Axes, found: Identification) -> None:
         label = f"φ{_SUBSCRIPTS[i]}" if i < p else f"θ{_SUBSCRIPTS[i - p]}"
         axes.axhspan(value - error, value + error, color=colour, alpha=0.25, lw=0.0)
         axes.axhline(value, color=colour, lw=0.5, ls=":")
-        axes.plot(times, online.coefficients[:, i], color=colour, lw=0.9, label=label)
+        style = "-" if i < p else "--"
+        axes.plot(times, online.coefficients[:, i], color=colour, lw=0.9, ls=style, label=label)
     axes.set_ylim(*_online_limits(online, known))
     write_legend(axes, "upper right", 6, 1.3)
 
@@ -189,8 +191,8 @@ def draw_residual_acf(axes: Axes, found: Identification) -> None:
 def draw_quantiles(axes: Axes, found: Identification) -> None:
     """Draw quantiles of the residuals over those of a Gaussian of their size."""
     axes.set_title("quantiles of the residuals")
-    axes.set_xlabel("Gaussian [deviations]")
-    axes.set_ylabel("residuals [deviations]")
+    axes.set_xlabel("Gaussian [standard deviations]")
+    axes.set_ylabel("residuals [standard deviations]")
     residuals = found.residuals
     residuals = residuals[np.isfinite(residuals)]
     residuals = residuals[:: max(1, residuals.size // _MOST)] / np.sqrt(found.model.sigma2)
@@ -252,13 +254,14 @@ def _draw(axes: Axes, orders: OrderSelection) -> None:
         colour = _COLOURS[q % len(_COLOURS)]
         line = [(p, score) for (p, own), score in above.items() if own == q]
         x, y = zip(*line, strict=True)
-        axes.plot(x, y, color=colour, lw=0.7, marker=".", ms=2.5, mew=0.0, label=f"q = {q}")
+        mark = _MARKS[q % len(_MARKS)]
+        axes.plot(x, y, color=colour, lw=0.7, marker=mark, ms=2.2, mew=0.0, label=f"q = {q}")
     for order, face in ((orders.minimum, "white"), (orders.clear, None)):
         colour = _COLOURS[order[1] % len(_COLOURS)]
         axes.plot(
             *(order[0], above[order]),
             color=colour,
-            marker="o",
+            marker=_MARKS[order[1] % len(_MARKS)],
             ms=4.0,
             mew=0.8,
             mfc=face or colour,

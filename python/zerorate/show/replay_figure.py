@@ -14,16 +14,18 @@ from zerorate.show.replay_panels import (
     MEMORIES,
     draw_allan,
     draw_bias,
-    draw_learned,
+    draw_gain,
     draw_model,
     draw_noise,
     draw_rate,
+    draw_walk,
+    draw_white_noise,
+    length_of_means,
 )
 from zerorate.show.scales import share_decades, share_heights, share_limits
 from zerorate.show.style import (
-    BLUE,
     FONT,
-    ORANGE,
+    MM,
     Corner,
     new_figure,
     style_panels,
@@ -33,7 +35,6 @@ from zerorate.show.style import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Grid = np.ndarray[Any, np.dtype[np.object_]]
@@ -45,15 +46,23 @@ _MOST_AXES: Final = 6
 
 # Millimetres. A layout engine would draw everything three times to find the same places.
 _COLUMN: Final = 60.0
-_HEIGHT: Final = 189.0
-_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 11.5, 16.0, 19.0
-_BETWEEN_COLUMNS, _BETWEEN_ROWS = 13.0, 12.0
+_HEIGHT: Final = 212.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 16.5, 4.0, 16.0, 21.0
+_BETWEEN_COLUMNS, _BETWEEN_ROWS = 13.0, 11.0
+_LABELS: Final = 8.6
+"""Of the left panels' scales, from the panel."""
+
+_LOW: Final = 0.62
+"""Height of a panel with one line in it, over that of the others."""
+
+_HEIGHTS: Final = {True: (1.0, 1.0, _LOW, _LOW, 1.0), False: (1.0, _LOW, _LOW, 1.0, 1.0)}
+"""Of the rows, by whether the filter tunes itself."""
 
 _GREY: Final = {
     "estimate": f"Grey: averaging times below {MEMORIES:g} filter time constants, where the "
     "filtered curve shows smoothing, not a better sensor.",
-    "compensated": "Grey: averaging times above the filter's time constant, where the drift is "
-    "taken off as it is learned.",
+    "compensated": "Grey: averaging times above the filter's time constant, where the bias is "
+    "subtracted as it is learned: a lower curve there is no better sensor.",
 }
 
 
@@ -68,8 +77,8 @@ def plot_replay(replay: Replay) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Rows: raw rate and drift; then of a published method measurement noise and Kalman gain, and
-        the ARMA coefficients; of "auto" the bias with two standard deviations, and the noise and
+        Rows: raw rate and bias; then of a published method measurement noise, Kalman gain and the
+        ARMA coefficients; of "auto" the bias with two standard deviations, and the white noise and
         the drift that were learned; last Allan deviations before and after. Motion is shaded, and
         so is a stuck or saturated sensor. No global state of matplotlib is used. Up to three axes
         are 180 mm wide at most, for a page.
@@ -79,25 +88,29 @@ def plot_replay(replay: Replay) -> Figure:
     ValueError
         If the replay has no Allan deviations.
     ImportError
-        Without matplotlib: ``pip install 'zerorate[plot]'``.
+        Without matplotlib, of the extra ``plot``.
     """
     shown = min(replay.log.channels, _MOST_AXES)
     width = _COLUMN * max(shown, 2)
     figure = new_figure(width, _HEIGHT)
-    grid = figure.subplots(4, shown, squeeze=False, gridspec_kw=_places(width, shown))
-    right = [_draw_column(grid[:, i], replay, i) for i in range(shown)]
-    _label(grid, right, replay)
-    _share(grid, right, replay)
-    style_panels([*grid.ravel(), *right])
+    heights = _HEIGHTS[replay.method == "auto"]
+    grid = figure.subplots(
+        5, shown, squeeze=False, height_ratios=heights, gridspec_kw=_places(width, shown)
+    )
+    for i in range(shown):
+        _draw_column(grid[:, i], replay, i)
+    _label(grid, replay)
+    _share(grid, replay)
+    style_panels(list(grid.ravel()))
     write_title(figure, _HEIGHT, _title(replay, round(0.55 * width)))
-    write_caption(figure, _HEIGHT, _caption(replay, shown, round(0.75 * width)), FONT)
+    write_caption(figure, _HEIGHT, _caption(replay, shown, round(0.83 * width)), FONT)
     return figure
 
 
 def _places(width: float, columns: int) -> dict[str, float]:
     """Return the margins and the spaces between panels, in the units of a grid."""
     panel_width = (width - _LEFT - _RIGHT - _BETWEEN_COLUMNS * (columns - 1)) / columns
-    panel_height = (_HEIGHT - _TOP - _BOTTOM - 3.0 * _BETWEEN_ROWS) / 4.0
+    panel_height = (_HEIGHT - _TOP - _BOTTOM - 4.0 * _BETWEEN_ROWS) / 5.0
     return {
         "left": _LEFT / width,
         "right": 1.0 - _RIGHT / width,
@@ -108,53 +121,44 @@ def _places(width: float, columns: int) -> dict[str, float]:
     }
 
 
-def _draw_column(column: Grid, replay: Replay, i: int) -> Axes:
-    draw_rate(column[0], replay, i)
-    if replay.method == "auto":
-        draw_bias(column[1], replay, i)
-        right = draw_learned(column[2], replay, i)
-    else:
-        right = draw_noise(column[1], replay, i)
-        draw_model(column[2], replay, i)
-    draw_allan(column[3], replay, i)
-    return right
+def _draw_column(column: Grid, replay: Replay, i: int) -> None:
+    published = (draw_rate, draw_noise, draw_gain, draw_model, draw_allan)
+    own = (draw_rate, draw_bias, draw_white_noise, draw_walk, draw_allan)
+    for axes, draw in zip(column, own if replay.method == "auto" else published, strict=True):
+        draw(axes, replay, i)
 
 
-def _label(grid: Grid, right: list[Axes], replay: Replay) -> None:
-    """Name the scales at the outer edges, and the lines in the first column."""
+def _label(grid: Grid, replay: Replay) -> None:
+    """Name the scales at the left edge, and in the first column the lines of a panel."""
     unit = replay.log.unit
     if replay.method == "auto":
         (white, _), (walk, _) = noise_units(unit)
-        between, last, two_scales = (f"bias [{unit}]", f"noise [{white}]"), f"drift [{walk}]", 2
+        between = (f"bias [{unit}]", f"white noise\n[{white}]", f"bias drift\n[{walk}]")
     else:
-        between, last, two_scales = (f"√R [{unit}]", "ARMA coefficients"), "Kalman gain", 1
+        between = (f"√R [{unit}]", "Kalman\ngain", "ARMA coefficients")
     labels = (f"rate [{unit}]", *between, f"Allan deviation [{unit}]")
+    panel = grid[0, 0].get_position().width * grid[0, 0].figure.get_figwidth() / MM
     for axes, label in zip(grid[:, 0], labels, strict=True):
         axes.set_ylabel(label)
-    right[-1].set_ylabel(last, color=ORANGE)
-    grid[two_scales, 0].yaxis.label.set_color(BLUE)
-    for axes in right[:-1]:
-        axes.tick_params(labelright=False)
-    _explain(grid[[0, 3 - two_scales, 3], 0])
-
-
-def _explain(column: Grid) -> None:
-    """Name the lines of panels, the last of which falls to the right."""
+        axes.yaxis.set_label_coords(-_LABELS / panel, 0.5)
+    several = (0, 1, 4) if replay.method == "auto" else (0, 3, 4)
     places: tuple[Corner, ...] = ("upper right", "upper right", "lower left")
-    for axes, place in zip(column, places, strict=True):
-        write_legend(axes, place, 4)
+    for row, place in zip(several, places, strict=True):
+        write_legend(grid[row, 0], place, 4)
 
 
-def _share(grid: Grid, right: list[Axes], replay: Replay) -> None:
+def _share(grid: Grid, replay: Replay) -> None:
     """Give panels side by side the same scale where that helps to compare."""
     if replay.method == "auto":
-        share_limits(grid[2])
-        share_limits(right)
+        for row in grid[2:4]:
+            share_limits(row)
+            for axes in row[1:]:
+                axes.tick_params(labelleft=False)
+    else:
+        share_heights(grid[3])
         for axes in grid[2, 1:]:
             axes.tick_params(labelleft=False)
-    else:
-        share_heights(grid[2])
-    share_decades(grid[3])
+    share_decades(grid[4])
 
 
 def _title(replay: Replay, letters: int) -> str:
@@ -178,10 +182,15 @@ def _caption(replay: Replay, shown: int, width: int) -> str:
 def _last_sentence(replay: Replay) -> str:
     lost = replay.lost
     moved = replay.readings is not None and not (replay.readings.at_rest | lost).all()
-    sentences = [] if replay.method == "auto" else ["Dotted: end of learning."]
+    if replay.method == "auto":
+        seconds = length_of_means(replay)
+        sentences = [f"Dots: means of {seconds:.2g} s, noisier than the bias. Band: ± 2σ."]
+    else:
+        sentences = ["Dotted: end of learning."]
     if moved:
         sentences.append(
-            "Shaded over time: motion, or no rest seen yet; Allan deviations are of the rest."
+            "Grey or hatched over time: motion, or no rest seen yet; Allan deviations are of the "
+            "rest."
         )
     if lost.any():
         sentences.append("Shaded rose: the sensor was stuck or saturated.")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -32,10 +33,13 @@ __all__ = [
     "MEMORIES",
     "draw_allan",
     "draw_bias",
-    "draw_learned",
+    "draw_gain",
     "draw_model",
     "draw_noise",
     "draw_rate",
+    "draw_walk",
+    "draw_white_noise",
+    "length_of_means",
 ]
 
 Places = npt.NDArray[np.intp]
@@ -72,25 +76,27 @@ def draw_rate(axes: Axes, replay: Replay, i: int) -> None:
     axes.set_title(replay.log.names[i])
 
 
-def draw_noise(axes: Axes, replay: Replay, i: int) -> Axes:
-    """Draw the root of R, and the Kalman gain on a second scale, which is returned."""
-    t, (unit, seconds) = _moments_of(replay), time_unit(replay.log.duration)
+def draw_noise(axes: Axes, replay: Replay, i: int) -> None:
+    """Draw the root of R, the measurement noise."""
     root = np.sqrt(replay.history.measurement_noise[:, i])
-    even = _evenly(replay)
-    axes.plot(t[even] / seconds, root[even], color=BLUE, lw=0.5, label="√R")
-    axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
+    _draw_evenly(axes, replay, root, BLUE)
     low, high = limits(root)
     axes.set_ylim(max(0.0, low - 0.6 * (high - low)), high + 0.35 * (high - low))
-    axes.set_xlabel(f"time [{unit}]")
     if not replay.ready[i]:
         write_in_middle(axes, "nothing learned")
-    right = axes.twinx()
-    gain = replay.history.gain[even, i, 0]
-    right.plot(t[even] / seconds, gain, color=ORANGE, lw=0.5, label="gain")
-    right.set_ylim(0.0, 1.0)
-    right.tick_params(axis="y", colors=ORANGE)
-    axes.tick_params(axis="y", colors=BLUE)
-    return right
+
+
+def draw_gain(axes: Axes, replay: Replay, i: int) -> None:
+    """Draw the Kalman gain: the part of an innovation that moves the estimate."""
+    _draw_evenly(axes, replay, replay.history.gain[:, i, 0], ORANGE)
+    axes.set_ylim(0.0, 1.0)
+
+
+def _draw_evenly(axes: Axes, replay: Replay, values: Floats, colour: str) -> None:
+    even, (unit, seconds) = _evenly(replay), time_unit(replay.log.duration)
+    axes.plot(_moments_of(replay)[even] / seconds, values[even], color=colour, lw=0.7)
+    axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
+    axes.set_xlabel(f"time [{unit}]")
 
 
 def draw_model(axes: Axes, replay: Replay, i: int) -> None:
@@ -101,7 +107,7 @@ def draw_model(axes: Axes, replay: Replay, i: int) -> None:
         axes.plot(t, model[:, j], color=AR_COLOURS[j], lw=0.9, label=f"φ{_SUBSCRIPTS[j + 1]}")
     for j in range(q):
         label = f"θ{_SUBSCRIPTS[j + 1]}"
-        axes.plot(t, model[:, p + j], color=MA_COLOURS[j], lw=0.9, label=label)
+        axes.plot(t, model[:, p + j], color=MA_COLOURS[j], lw=1.1, ls=":", label=label)
     size = _rms(replay.log.data[:, i])
     axes.plot(t, model[:, -1] / size, color=BLACK, lw=0.9, ls="--", label="c / rms")
     axes.set_xscale("log")
@@ -121,12 +127,19 @@ def draw_allan(axes: Axes, replay: Replay, i: int) -> None:
     if replay.allan is None:
         raise ValueError("this replay has no Allan deviations: call replay with allan=True")
     taus = replay.allan.taus
-    for curve, colour, label in (
-        (replay.allan.raw[i], SKY, "raw"),
-        (replay.allan.filtered[i], VERMILION, _OUTPUT_NAMES[replay.output]),
-    ):
-        shown = np.where(curve > 0.0, curve, np.nan)
-        axes.plot(taus, shown, color=colour, lw=1.0, marker="o", ms=1.8, label=label)
+    # Where one lies on the other, both are seen: the lower is broad, the upper has open marks.
+    raw: Any = {"color": SKY, "lw": 2.0, "label": "raw"}
+    filtered: Any = {
+        "color": VERMILION,
+        "lw": 0.7,
+        "marker": "o",
+        "ms": 2.2,
+        "mfc": "w",
+        "mew": 0.6,
+    }
+    filtered["label"] = _OUTPUT_NAMES[replay.output]
+    for curve, look in ((replay.allan.raw[i], raw), (replay.allan.filtered[i], filtered)):
+        axes.plot(taus, np.where(curve > 0.0, curve, np.nan), **look)
     axes.set_xscale("log")
     axes.set_yscale("log")
     left, right = taus[0] / 1.5, max(taus[-1], 4.0 * taus[0]) * 1.5
@@ -187,11 +200,10 @@ def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
     )
     axes.plot(t / seconds, bias, color=VERMILION, lw=0.8, label="bias ± 2σ")
     times, means = _means_at_rest(replay, i)
-    label = "raw, mean at rest"
-    axes.plot(
-        times / seconds, means, color=SKY, lw=0.0, marker="o", ms=1.8, label=label, zorder=1.5
-    )
-    _shade(axes, replay, i)
+    look: Any = {"color": SKY, "lw": 0.0, "marker": "o", "ms": 1.8, "zorder": 1.5}
+    axes.plot(times / seconds, means, label="raw, mean at rest", **look)
+    # Hatched, as a colour would mix with that of the band.
+    _shade(axes, replay, i, hatched=True)
     axes.set_xlim(0.0, max(replay.log.duration, 1.0 / replay.log.rate) / seconds)
     late = t > t[-1] / 10.0
     axes.set_ylim(
@@ -199,30 +211,34 @@ def draw_bias(axes: Axes, replay: Replay, i: int) -> None:
     )
     axes.set_xlabel(f"time [{unit}]")
     if not replay.ready[i]:
-        write_in_middle(axes, "no drift known")
+        write_in_middle(axes, "no bias known")
 
 
-def draw_learned(axes: Axes, replay: Replay, i: int) -> Axes:
-    """Draw white noise, and the strength of the drift on a second scale, which is returned."""
-    (_, white), (_, walk) = noise_units(replay.log.unit)
-    places = _rising(replay)
-    t = _moments_of(replay)[places]
-    noise = white * replay.history.angle_random_walk[places, i]
-    drift = walk * replay.history.rate_random_walk[places, i]
-    axes.plot(t, noise, color=BLUE, lw=0.9, label="noise")
-    axes.set_xscale("log")
-    axes.set_xlim(replay.params["startup"], max(replay.log.duration, 2 * replay.params["startup"]))
-    axes.set_ylim(0.0, limits(noise)[1] * 1.3)
-    axes.set_xlabel("time [s]")
-    axes.tick_params(axis="y", colors=BLUE)
+def draw_white_noise(axes: Axes, replay: Replay, i: int) -> None:
+    """Draw the white noise as learned, over the logarithm of time."""
+    (_, white), _ = noise_units(replay.log.unit)
+    noise = white * replay.history.angle_random_walk[:, i]
+    _draw_learned(axes, replay, noise, BLUE)
+    axes.set_ylim(0.0, limits(noise[_rising(replay)])[1] * 1.3)
     if not replay.ready[i]:
         write_in_middle(axes, "nothing learned")
-    right = axes.twinx()
-    right.plot(t, drift, color=ORANGE, lw=0.9, label="drift")
-    right.set_yscale("log")
-    right.set_ylim(*_decades(drift))
-    right.tick_params(axis="y", colors=ORANGE)
-    return right
+
+
+def draw_walk(axes: Axes, replay: Replay, i: int) -> None:
+    """Draw the strength of the bias' drift as learned, both scales logarithmic."""
+    _, (_, walk) = noise_units(replay.log.unit)
+    drift = walk * replay.history.rate_random_walk[:, i]
+    _draw_learned(axes, replay, drift, ORANGE)
+    axes.set_yscale("log")
+    axes.set_ylim(*_decades(drift[_rising(replay)]))
+
+
+def _draw_learned(axes: Axes, replay: Replay, values: Floats, colour: str) -> None:
+    places, startup = _rising(replay), replay.params["startup"]
+    axes.plot(_moments_of(replay)[places], values[places], color=colour, lw=0.9)
+    axes.set_xscale("log")
+    axes.set_xlim(startup, max(replay.log.duration, 2.0 * startup))
+    axes.set_xlabel("time [s]")
 
 
 def _holding(*series: Floats) -> tuple[float, float]:
@@ -249,6 +265,11 @@ def _decades(values: Floats) -> tuple[float, float]:
     return max(least, high / _DEPTH) / 2.0, high * 2.0
 
 
+def length_of_means(replay: Replay) -> float:
+    """Return the seconds over which the dots beside a bias are means."""
+    return replay.log.n / replay.log.rate / min(_MEANS, replay.log.n)
+
+
 def _means_at_rest(replay: Replay, i: int) -> tuple[Floats, Floats]:
     """Return times, s, and means of the samples at rest in equal parts of the record."""
     z = replay.log.data[:, i]
@@ -264,15 +285,17 @@ def _means_at_rest(replay: Replay, i: int) -> tuple[Floats, Floats]:
         return centre, np.where(counts > 0.0, sums * (z.size / counts), np.nan)
 
 
-def _shade(axes: Axes, replay: Replay, i: int) -> None:
-    """Shade the times in motion, and those of a stuck or saturated sensor, behind all else."""
+def _shade(axes: Axes, replay: Replay, i: int, hatched: bool = False) -> None:
+    """Mark the times in motion, and shade those of a stuck or saturated sensor, behind all else."""
     lost = replay.lost[:, i]
     if replay.readings is not None:
-        _shade_where(axes, replay, ~(replay.readings.at_rest[:, i] | lost), GREY)
-    _shade_where(axes, replay, lost, ROSE)
+        moved = ~(replay.readings.at_rest[:, i] | lost)
+        look: Any = {"fc": "none", "ec": GREY, "hatch": "////"} if hatched else {"color": GREY}
+        _shade_where(axes, replay, moved, look)
+    _shade_where(axes, replay, lost, {"color": ROSE})
 
 
-def _shade_where(axes: Axes, replay: Replay, there: Booleans, colour: str) -> None:
+def _shade_where(axes: Axes, replay: Replay, there: Booleans, look: Mapping[str, Any]) -> None:
     """Shade these samples, each as wide at least as can be seen."""
     if not there.any():
         return
@@ -285,7 +308,7 @@ def _shade_where(axes: Axes, replay: Replay, there: Booleans, colour: str) -> No
         list(zip(begins, ends - begins, strict=True)),
         (0.0, 1.0),
         transform=axes.get_xaxis_transform(),
-        color=colour,
         lw=0.0,
         zorder=0.5,
+        **look,
     )

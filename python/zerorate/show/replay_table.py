@@ -1,6 +1,7 @@
 """A replay as plain text: scores, what the filter learned, and the sentences under them."""
 
 import math
+import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
@@ -17,17 +18,15 @@ from zerorate.types import Integers
 
 __all__ = ["format_learned", "format_notes", "format_table"]
 
-_WARNING: Final = (
-    "At rest any low-pass filter lowers the deviation, and pays with delay when the sensor turns.",
-    "Coasting error is the angle lost by holding the estimate: what a user pays for a wrong bias.",
-)
-_COMPENSATED: Final = (
-    "Measured is the drift that a method finds; the filtered log is raw minus it, as noisy as raw."
+_TITLE: Final = "Bias as each method estimates it; 'raw' is the log itself"
+_MEASURES: Final = (
+    "Coasting is the angle error after holding an estimate for that long: what a wrong bias costs. "
+    "Any low-pass filter lowers the deviation at rest, and pays with delay when the sensor turns."
 )
 _LEARNED: Final = (
-    "Motion counts the wait for the first rest. White noise as angle random walk, drift as rate "
-    "random walk; 63 %: the time in which the bias follows a small step; bias and its standard "
-    "deviation as they are at the end."
+    "In motion: includes the wait for the first rest. White noise: angle random walk N. Bias "
+    "drift: rate random walk K. 'Follows a step': the time in which the bias makes 63 % of a small "
+    "step."
 )
 _ANGLE: Final = {"rad/s": ("rad", 1.0), "deg/s": ("deg", 1.0), "deg/h": ("deg", 1.0 / 3600.0)}
 
@@ -43,12 +42,13 @@ def format_table(replay: Summary) -> str:
     Returns
     -------
     str
-        Lines without an end: two of headings, one a row, some on what the numbers mean. A dash
-        stands where a number means nothing.
+        Lines without an end: a title, two of headings, one a row, some on what the numbers mean.
+        A dash stands where a number means nothing.
     """
     lines = aligned(list(zip(*_columns(replay), strict=True)), 2, WIDTH)
-    said = (*_WARNING, _COMPENSATED) if replay.output == "compensated" else _WARNING
-    return "\n".join((*lines, "", *said))
+    said = (_on_noise(replay), _MEASURES, _on_speed(replay))
+    paragraphs = (textwrap.fill(text, WIDTH, break_on_hyphens=False) for text in said if text)
+    return "\n".join((_TITLE, *lines, "", *paragraphs))
 
 
 def format_learned(replay: Summary) -> str:
@@ -67,9 +67,11 @@ def format_learned(replay: Summary) -> str:
     """
     if replay.method != "auto":
         return ""
-    head = ("axis", "rest [s]", "motion [s]", *_learned_heads(replay.header.unit))
-    title = f"Learned by {replay.method}"
-    return as_text(Table(title, head, tuple(_learned_rows(replay)), note=_LEARNED))
+    (white, _), (walk, _) = noise_units(replay.header.unit)
+    head = ("", "at rest", "in motion", "white noise", "bias drift", "follows a", "bias at the end")
+    units = ("axis", "s", "s", white, walk, "step in, s", replay.header.unit)
+    rows = (units, *_learned_rows(replay))
+    return as_text(Table(f"Learned by {replay.method}", head, rows, note=_LEARNED))
 
 
 def format_notes(replay: Summary) -> str:
@@ -96,13 +98,12 @@ def _columns(replay: Summary) -> Iterator[list[str]]:
     yield ["", "method", *(score.method for score in rows)]
     yield ["mean", unit, *_numbers(rows, lambda s: s.mean)]
     yield ["deviation", unit, *_numbers(rows, lambda s: s.deviation)]
-    yield ["reduction", "after/raw", *_numbers(rows, lambda s: s.reduction, ".3f")]
+    yield ["deviation", "over raw", *_numbers(rows, lambda s: s.reduction, ".3f")]
     for i, horizon in enumerate(replay.horizons):
         errors = _numbers(rows, lambda s, i=i: factor * s.coasting[i])  # type: ignore[misc]
-        yield [f"{horizon:g} s coast", angle, *errors]
+        yield ["coasting", f"{horizon:g} s, {angle}", *errors]
     if not all(math.isnan(score.error) for score in rows):
         yield ["true error", unit, *_numbers(rows, lambda s: s.error)]
-    yield ["speed", "samples/s", *(_speed(replay, score.method) for score in rows)]
 
 
 def _once(names: Sequence[str]) -> list[str]:
@@ -120,9 +121,34 @@ def _number(value: float, form: str) -> str:
     return format(value, form).rstrip(".") if math.isfinite(value) else "-"
 
 
-def _speed(replay: Summary, method: str) -> str:
-    speed = replay.speed.get(method, math.nan)
-    return f"{speed / 1e6:.3g} M" if math.isfinite(speed) else "-"
+def _on_noise(replay: Summary) -> str:
+    """Say that what is steady is the estimate: nobody shall take that for a quieter log."""
+    raw = [score.deviation for score in replay.scores if score.method == "raw"]
+    ratios = [
+        (split_unit(name)[0], after / before)
+        for name, after, before in zip(
+            replay.header.names, replay.compensated_deviation.tolist(), raw, strict=True
+        )
+        if before > 0.0 and math.isfinite(after)
+    ]
+    if not ratios:
+        return ""
+    listed = ", ".join(f"{name} {ratio:.3f}" for name, ratio in ratios)
+    rate = f"compensated rate (raw minus the bias of {replay.method})"
+    if replay.params["motion"] == "hold":
+        return f"The {rate} keeps the sensor's noise: its deviation over raw is {listed}."
+    return (
+        f"Deviation of the {rate} over raw: {listed}. Motion is taken for bias here, and removed "
+        "with it (motion 'ignore')."
+    )
+
+
+def _on_speed(replay: Summary) -> str:
+    """Say what is the same for every axis."""
+    speeds = ", ".join(
+        f"{method} {speed / 1e6:.3g}" for method, speed in replay.speed.items() if speed > 0.0
+    )
+    return f"Speed, million samples of one axis a second on one core: {speeds}." if speeds else ""
 
 
 def _notes(replay: Summary) -> Iterator[str]:
@@ -166,7 +192,7 @@ def _on_memory(replay: Summary) -> Iterator[str]:
     }
     if times:
         listed = ", ".join(f"{name} {text}" for name, text in times.items())
-        yield f"{replay.method} follows 63 % of a step in: {listed}"
+        yield f"time in which {replay.method} makes 63 % of a step: {listed}"
 
 
 def _on_motion(replay: Summary) -> Iterator[str]:
@@ -195,14 +221,9 @@ def _on_output(replay: Summary) -> Iterator[str]:
         columns = next(extra_names(replay.header.names, replay.header.unit, limited))
         lost = "a stuck and a saturated sensor" if limited else "a stuck sensor"
         yield (
-            "the filtered log holds raw minus drift under the names of the raw columns, and "
-            f"{', '.join(columns)} and so on: the drift, its standard deviation, rest, and {lost}"
+            "the filtered log holds raw minus bias under the names of the raw columns, and "
+            f"{', '.join(columns)} and so on: the bias, its standard deviation, rest, and {lost}"
         )
-
-
-def _learned_heads(unit: str) -> tuple[str, ...]:
-    (white, _), (walk, _) = noise_units(unit)
-    return f"noise [{white}]", f"drift [{walk}]", "63 % [s]", f"bias [{unit}]"
 
 
 def _learned_rows(replay: Summary) -> Iterator[tuple[str, ...]]:

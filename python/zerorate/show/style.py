@@ -6,6 +6,8 @@ from math import ceil, floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
+from zerorate.texts import extra_needed
+
 if TYPE_CHECKING:
     import os
     from collections.abc import Sequence
@@ -18,22 +20,32 @@ __all__ = [
     "AR_COLOURS",
     "BLACK",
     "BLUE",
+    "BLUE_TEXT",
+    "BROWN",
     "DPI",
     "FONT",
     "GREEN",
+    "GREEN_TEXT",
     "GREY",
+    "GREY_TEXT",
     "MA_COLOURS",
     "MM",
     "ORANGE",
+    "ORANGE_TEXT",
     "PURPLE",
+    "PURPLE_TEXT",
     "ROSE",
     "SKY",
+    "SKY_TEXT",
     "VERMILION",
+    "VERMILION_TEXT",
     "Corner",
+    "contrast",
     "new_figure",
     "save_figure",
     "style_decades",
     "style_panels",
+    "text_colour",
     "time_unit",
     "write_caption",
     "write_in_middle",
@@ -53,6 +65,28 @@ VERMILION: Final = "#D55E00"
 PURPLE: Final = "#CC79A7"
 GREY: Final = "#DDDDDD"
 ROSE: Final = "#F4CFE0"
+BROWN: Final = "#7A4A1E"
+"""Not of theirs: a sixth colour, dark enough for text."""
+
+# The same hues, dark enough for text on white and on either shade: a contrast of 4.5 or more.
+ORANGE_TEXT: Final = "#7E5700"
+SKY_TEXT: Final = "#2F6482"
+GREEN_TEXT: Final = "#006C4F"
+BLUE_TEXT: Final = "#00639B"
+VERMILION_TEXT: Final = "#9C4500"
+PURPLE_TEXT: Final = "#844E6C"
+GREY_TEXT: Final = "#404040"
+
+_TEXT_COLOURS: Final = {
+    ORANGE: ORANGE_TEXT,
+    SKY: SKY_TEXT,
+    GREEN: GREEN_TEXT,
+    BLUE: BLUE_TEXT,
+    VERMILION: VERMILION_TEXT,
+    PURPLE: PURPLE_TEXT,
+    GREY: GREY_TEXT,
+    ROSE: PURPLE_TEXT,
+}
 
 AR_COLOURS: Final = (BLUE, SKY, GREEN)
 MA_COLOURS: Final = (VERMILION, ORANGE, PURPLE)
@@ -71,13 +105,30 @@ def time_unit(duration: float) -> tuple[str, float]:
     return ("min", 60.0) if duration <= 4 * 3600.0 else ("h", 3600.0)
 
 
+def text_colour(colour: str) -> str:
+    """Return the colour for text about a line of this colour."""
+    return _TEXT_COLOURS.get(colour, colour)
+
+
+def contrast(one: str, other: str) -> float:
+    """Return the contrast of two colours ``#rrggbb``, 1 to 21, as WCAG 2.1 defines it."""
+    low, high = sorted((_luminance(one), _luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def _luminance(colour: str) -> float:
+    levels = (int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+    linear = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in levels]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure of so many millimetres, outside of matplotlib's global state."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError:
-        raise ImportError("this needs matplotlib: pip install 'zerorate[plot]'") from None
+        raise ImportError(extra_needed("matplotlib", "plot")) from None
     figure = Figure(figsize=(width * MM, height * MM), dpi=DPI)
     FigureCanvasAgg(figure)
     return figure
@@ -107,12 +158,12 @@ def write_title(figure: Figure, height: float, text: str) -> None:
 
 def write_caption(figure: Figure, height: float, text: str, size: float = FONT - 0.5) -> None:
     """Write what a reader must know under a figure of so many millimetres."""
-    figure.text(0.5, 2.0 / height, text, ha="center", va="bottom", size=size, color="0.25")
+    figure.text(0.5, 2.0 / height, text, ha="center", va="bottom", size=size, color=GREY_TEXT)
 
 
 def write_in_middle(axes: Axes, text: str) -> None:
     """Write why a panel is empty."""
-    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", size=FONT, color="0.4")
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", size=FONT, color=GREY_TEXT)
 
 
 def write_legend(axes: Axes, place: Corner, columns: int, handle: float = 1.1) -> None:
@@ -121,23 +172,26 @@ def write_legend(axes: Axes, place: Corner, columns: int, handle: float = 1.1) -
         loc=place,
         ncols=columns,
         fontsize=FONT - 0.5,
-        frameon=False,
+        frameon=True,
+        framealpha=0.85,
+        edgecolor="none",
+        borderpad=0.1,
         handlelength=handle,
         columnspacing=0.8,
         handletextpad=0.4,
-        borderaxespad=0.2,
+        borderaxespad=0.35,
     )
 
 
-def style_decades(axes: Axes) -> None:
-    """Write decades as plain numbers, and 2 and 5 where the scale shows too few of them."""
+def style_decades(axes: Axes, fewest: int = 1) -> None:
+    """Write decades as plain numbers, and 2 and 5 where the scale spans fewer than so many."""
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     plain = FuncFormatter(lambda value, _: f"{value:g}")
     axes.xaxis.set_major_formatter(plain)
     axes.yaxis.set_major_formatter(plain)
     low, high = axes.get_ylim()
-    if floor(log10(high)) - ceil(log10(low)) < 1:
+    if floor(log10(high)) - ceil(log10(low)) < fewest:
         axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
         axes.yaxis.set_minor_formatter(plain)
         axes.tick_params(axis="y", which="minor", labelsize=FONT - 0.5)

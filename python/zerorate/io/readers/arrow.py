@@ -16,6 +16,7 @@ import numpy as np
 from zerorate.io.log import LogError
 from zerorate.io.names import named_like_time
 from zerorate.io.table import Column, Content, Format, Metadata, Table, listed_names
+from zerorate.texts import extra_needed
 
 __all__ = ["FORMAT", "arrow_table", "in_pieces", "needs_pyarrow", "to_arrow"]
 
@@ -30,7 +31,7 @@ def needs_pyarrow(what: str) -> Any:  # noqa: ANN401
         import pyarrow
         import pyarrow.ipc
     except ImportError:
-        raise ImportError(f"{what} needs pyarrow: pip install 'zerorate[io]'") from None
+        raise ImportError(extra_needed("pyarrow", "io", what)) from None
     return pyarrow
 
 

@@ -14,6 +14,7 @@ from zerorate.io.names import spelled, with_suffix
 from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_folder
 from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Content, Format
+from zerorate.texts import extra_needed
 
 __all__ = ["FORMAT", "read_matlab_hdf5"]
 
@@ -58,7 +59,7 @@ def _h5py(called: str) -> Any:  # noqa: ANN401
     try:
         import h5py
     except ImportError:
-        raise ImportError(f"{called} needs h5py: pip install 'zerorate[hdf5]'") from None
+        raise ImportError(extra_needed("h5py", "hdf5", called)) from None
     return h5py
 
 

@@ -17,6 +17,7 @@ from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_fold
 from zerorate.io.readers.hdf5 import read_matlab_hdf5
 from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Content, Format
+from zerorate.texts import extra_needed
 
 __all__ = ["FORMAT"]
 
@@ -42,7 +43,7 @@ def _loaded(path: Path) -> dict[str, Column]:
     Damaged bytes end the interpreter there, where no exception could be caught.
     """
     if find_spec("scipy") is None:
-        raise ImportError("a MAT file needs scipy: pip install 'zerorate[mat]'")
+        raise ImportError(extra_needed("scipy", "mat", "a MAT file"))
     if not sys.executable:
         raise LogError("a MAT file is read by another interpreter, but this one knows of none")
     command = [sys.executable, "-P", matlab_child.__file__, str(path.absolute()), *SCALARS]

@@ -13,6 +13,7 @@ import numpy as np
 from zerorate.io.log import LogError
 from zerorate.io.names import looks_like_gyro
 from zerorate.io.table import Column, Content, Format, Metadata, Table
+from zerorate.texts import extra_needed
 
 __all__ = ["FORMAT"]
 
@@ -217,7 +218,7 @@ def _parsed(path: Path) -> tuple[Any, bool]:
     try:
         from pyulog import ULog
     except ImportError:
-        raise ImportError("a ULog needs pyulog: pip install 'zerorate[px4]'") from None
+        raise ImportError(extra_needed("pyulog", "px4", "a ULog")) from None
     with path.open("rb") as file, contextlib.redirect_stdout(io.StringIO()):
         watched = _Watched(file)
         log = ULog(watched)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from zerorate.io.log import LogError
 from zerorate.io.table import Column, Content, Format, Metadata, Table
+from zerorate.texts import extra_needed
 
 __all__ = ["FORMATS", "imu_of_cdr", "imu_of_ros1", "is_bag_folder"]
 
@@ -96,7 +97,7 @@ def _opened(path: Path) -> Iterator[_Reader]:
     try:
         from rosbags import rosbag1, rosbag2
     except ImportError:
-        raise ImportError("a ROS recording needs rosbags: pip install 'zerorate[ros]'") from None
+        raise ImportError(extra_needed("rosbags", "ros", "a ROS recording")) from None
     package = rosbag1 if path.suffix.lower() == ".bag" else rosbag2
     with package.Reader(path) as reader:
         yield reader

@@ -9,6 +9,7 @@ from typing import Any, Final, TypeVar
 from zerorate.run.batch.engines import Died, Finished
 from zerorate.run.interrupts import for_the_parent_alone
 from zerorate.run.workers import single_threaded
+from zerorate.texts import extra_needed
 
 __all__ = ["Cluster", "local_cluster", "scheduler_at"]
 
@@ -68,7 +69,7 @@ def local_cluster(count: int) -> Iterator[Cluster]:
     Raises
     ------
     ImportError
-        Without the package distributed: ``pip install 'zerorate[cluster]'``.
+        Without the package distributed, of the extra ``cluster``.
     """
     if count < 1:
         raise ValueError(f"local_cluster must be at least 1 worker, got {count}")
@@ -98,7 +99,7 @@ def scheduler_at(address: str) -> Iterator[Cluster]:
     ConnectionError
         If it cannot be reached, has no worker within half a minute, or is lost meanwhile.
     ImportError
-        Without the package distributed: ``pip install 'zerorate[cluster]'``.
+        Without the package distributed, of the extra ``cluster``.
     """
     distributed = _distributed()
     try:
@@ -135,5 +136,5 @@ def _distributed() -> Any:  # noqa: ANN401
     try:
         import distributed
     except ImportError:
-        raise ImportError("this needs distributed: pip install 'zerorate[cluster]'") from None
+        raise ImportError(extra_needed("distributed", "cluster")) from None
     return distributed

@@ -18,7 +18,7 @@ from zerorate.run.batch.cluster import scheduler_at
 from zerorate.run.batch.engines import Died, Engine, Finished, Processes, outlived
 from zerorate.run.batch.inputs import SUMMARY, SUMMARY_MARK, Inputs, inputs
 from zerorate.run.batch.task import OUTPUT_MARK, Outcome, Settings, Task, record_path, run_task
-from zerorate.texts import printable
+from zerorate.texts import extra_needed, printable
 
 __all__ = ["BatchResult", "Progress", "run_batch"]
 
@@ -222,7 +222,7 @@ def _check_pyarrow() -> None:
     try:
         import pyarrow  # noqa: F401
     except ImportError:
-        raise ImportError("a batch needs pyarrow: pip install 'zerorate[io]'") from None
+        raise ImportError(extra_needed("pyarrow", "io", "a batch")) from None
 
 
 def _silent(through: int, all_of_them: int) -> None:

@@ -11,7 +11,7 @@ from zerorate.io.log import Header
 from zerorate.run.replay.filters import Block
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["Measures", "Score", "Seen", "onset"]
+__all__ = ["Measured", "Measures", "Score", "Seen", "onset"]
 
 _ONSET: Final = 0.5
 _FEWEST: Final = 8
@@ -31,7 +31,7 @@ class Score:
     mean, deviation : float
         In the unit of the log.
     reduction : float
-        Deviation over that of the raw data.
+        Deviation over that of the raw data. Of a method's drift, not of the compensated rate.
     coasting : tuple of float
         `zerorate.metrics.coasting_error` at each horizon, unit times seconds.
     error : float
@@ -69,6 +69,25 @@ class Seen:
     stuck: Integers | None
 
 
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What all samples gave.
+
+    Parameters
+    ----------
+    scores : tuple of Score
+        Axis by axis: the raw data, then each method.
+    compensated : ndarray, shape (k,)
+        Deviation of raw minus the chosen method's drift, in the unit of the log.
+    seen : Seen
+        Counts of samples.
+    """
+
+    scores: tuple[Score, ...]
+    compensated: Floats
+    seen: Seen
+
+
 class Measures:
     """Scores of every axis, raw and of each method's drift; `truth` has shape (k, n).
 
@@ -91,12 +110,10 @@ class Measures:
         self._used = [i for i, m in enumerate(self._lengths) if 1 <= m < header.n]
         self._notes = False
         self._stuck = np.zeros(header.channels, dtype=np.int64)
-        self._native = ReplayScores(
-            header.channels,
-            len(self._methods),
-            [self._lengths[i] for i in self._used],
-            onset(header.rate) if holds else None,
-        )
+        delay = onset(header.rate) if holds else None
+        lengths = [self._lengths[i] for i in self._used]
+        self._native = ReplayScores(header.channels, len(self._methods), lengths, delay)
+        self._compensated = ReplayScores(header.channels, 0, [], delay)
 
     def take(self, block: Block) -> None:
         """Measure one block."""
@@ -105,10 +122,11 @@ class Measures:
         if block.stuck is not None:
             self._stuck += np.count_nonzero(block.stuck, axis=1)
         drift = [block.drift[method] for method in self._methods]
+        self._compensated.take(block.raw - drift[-1], [], rest)
         truth = None if self._truth is None else self._truth[:, block.first : block.end]
         self._native.take(block.raw, drift, rest, truth)
 
-    def finish(self) -> tuple[tuple[Score, ...], Seen]:
+    def finish(self) -> Measured:
         """Return the scores and what was seen, when all blocks have come."""
         found = self._native.finish()
         seen = Seen(
@@ -118,7 +136,8 @@ class Measures:
             at_rest=found["at_rest"] if self._notes else None,
             stuck=self._stuck if self._notes else None,
         )
-        return tuple(self._scores(_Found(**{name: found[name] for name in _NAMES}))), seen
+        scores = self._scores(_Found(**{name: found[name] for name in _NAMES}))
+        return Measured(tuple(scores), self._compensated.finish()["deviation"][:, 0], seen)
 
     def _scores(self, found: "_Found") -> list[Score]:
         if self._truth is None:

@@ -87,6 +87,8 @@ class Summary:
         Arguments that make the chosen filter anew.
     scores : tuple of Score
         Axis by axis: the raw data, then each method.
+    compensated_deviation : ndarray, shape (k,)
+        Deviation of the raw rate minus the drift, in the unit of the log.
     horizons : tuple of float
         Horizons of the coasting errors, s.
     speed : mapping of str to float
@@ -114,6 +116,7 @@ class Summary:
     output: Output
     params: Mapping[str, Any]
     scores: tuple[Score, ...]
+    compensated_deviation: Floats
     horizons: tuple[float, ...]
     speed: Mapping[str, float]
     guard_count: Mapping[str, Integers]

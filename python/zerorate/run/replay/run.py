@@ -211,7 +211,8 @@ def _summary(
     recording: LogFile, filters: Filters, measures: Measures, horizons: Sequence[float]
 ) -> Summary:
     """Return what is said of a recording of which all blocks are through."""
-    scores, seen = measures.finish()
+    measured = measures.finish()
+    seen = measured.seen
     if not seen.present.any():
         saturated = "" if filters.limit is None else f", or beyond the limit of {filters.limit:g}"
         raise LogError(f"no axis holds a sample: all are missing{saturated}")
@@ -222,7 +223,8 @@ def _summary(
         method=chosen.method,
         output=filters.output,
         params=chosen.params,
-        scores=scores,
+        scores=measured.scores,
+        compensated_deviation=measured.compensated,
         horizons=tuple(horizons),
         speed={method: run.speed for method, run in filters.runs.items()},
         guard_count={

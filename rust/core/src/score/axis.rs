@@ -97,7 +97,10 @@ impl AxisScores {
             None => self.pending[0].extend_from_slice(raw),
         }
         for (pending, x) in self.pending[1..].iter_mut().zip(estimates) {
-            pending.extend_from_slice(x);
+            match at_rest {
+                Some(at_rest) => pending.extend(at_rest.iter().zip(*x).map(known)),
+                None => pending.extend_from_slice(x),
+            }
         }
         self.truth.extend_from_slice(truth.unwrap_or_default());
         let sure = self.pending[0].len().saturating_sub(self.delay);
@@ -189,6 +192,12 @@ impl AxisScores {
     }
 }
 
+/// The estimate at rest. One in motion is not held through the rest that follows: before the first
+/// rest it stands for nothing.
+fn known((rests, x): (&bool, &f64)) -> f64 {
+    if *rests { *x } else { f64::NAN }
+}
+
 /// The values at samples that are present.
 fn present<'a>(
     raw: &[f64],
@@ -231,6 +240,15 @@ mod tests {
             assert_eq!(scored(pieces), whole);
         }
         assert_eq!(whole[0].error, 0.0);
+    }
+
+    #[test]
+    fn what_is_not_known_in_motion_is_not_held_through_the_rest() {
+        let rest: Vec<bool> = (0..100).map(|i| i >= 50).collect();
+        let estimate: Vec<f64> = (0..100).map(|i| if i < 50 { 1e6 } else { 3.0 }).collect();
+        let mut axis = AxisScores::new(1, &[10], 0).expect("memory");
+        axis.take(&[3.0; 100], Some(&rest), &[&estimate], None);
+        assert_eq!(axis.finish()[1].coasting, [0.0]);
     }
 
     #[test]
