@@ -381,7 +381,10 @@ class TestRefused:
             ([*RATE, "--outliers", "reject"], "--outliers has no effect on method 'auto', only on"),
             ([*RATE, "--sequence", "0,1"], "--sequence takes one column"),
             ([*RATE, "--sequence-bits", "8"], "--sequence-bits needs --sequence"),
-            ([*RATE, "--sequence", "0", "--sequence-bits", "65"], "--sequence-bits must be less than or equal to 64"),
+            (
+                [*RATE, "--sequence", "0", "--sequence-bits", "65"],
+                "--sequence-bits must be less than or equal to 64",
+            ),
             ([*RATE, "--checkpoint", "state", "--every", "0"], "--every takes a positive"),
             ([*RATE, "--checkpoint", f"{__file__}/state"], "is not a folder"),
             ([*RATE, "--range", "250"], "--range needs --device"),
