@@ -20,6 +20,7 @@ from zerorate.cli.errors import (
     writing,
 )
 from zerorate.cli.options import (
+    OUTPUT,
     FigureFormat,
     FigureFormatOption,
     Force,
@@ -76,6 +77,10 @@ _SUFFIX: Final = {
 }
 
 
+_EXPORTS: Final = "Exports for other programs"
+"""A panel of help."""
+
+
 @with_reading_options(
     help={
         "columns": "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: "
@@ -95,8 +100,8 @@ _SUFFIX: Final = {
 def allan(
     *,
     log: LogArgument,
-    output: Output = ".",
     reading: Reading,
+    output: Output = ".",
     kind: Annotated[
         str,
         typer.Option(
@@ -127,23 +132,32 @@ def allan(
         str | None,
         typer.Option(
             help="Files for estimators, of the worst axis: some of kalibr,vins,orbslam3,px4,ros "
-            "(covariances of sensor_msgs/Imu); json has the models of all axes."
+            "(covariances of sensor_msgs/Imu); json has the models of all axes.",
+            rich_help_panel=_EXPORTS,
         ),
     ] = None,
     inflate: Annotated[
         float,
-        typer.Option(help="Factor on the numbers of the exports: 10, say, for a vehicle's noise."),
+        typer.Option(
+            help="Factor on the numbers of the exports: 10, say, for a vehicle's noise.",
+            rich_help_panel=_EXPORTS,
+        ),
     ] = 1.0,
     per_sample: Annotated[
         bool,
         typer.Option(
             "--per-sample",
             help="For vins: deviations per sample, as its arithmetic takes them, not densities.",
+            rich_help_panel=_EXPORTS,
         ),
     ] = False,
     format: Annotated[
         CurveFormat | None,
-        typer.Option(help="File format of the curve; csv if not said.", show_default=False),
+        typer.Option(
+            help="File format of the curve; else the suffix of -o, or csv.",
+            show_default=False,
+            rich_help_panel=OUTPUT,
+        ),
     ] = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
