@@ -20,7 +20,7 @@ from zerorate.cli.options import (
 from zerorate.cli.outputs import counting_bar
 from zerorate.numerals import significant
 from zerorate.options import FILTER_OPTIONS
-from zerorate.run.batch import BatchResult, Fleet, Outlier, Settings, run_batch
+from zerorate.run.batch import BatchResult, Outlier, Settings, run_batch
 from zerorate.run.batch.fleet import LEAST_LOGS
 from zerorate.show.tables import Table, as_text
 
@@ -141,7 +141,7 @@ def _print(result: BatchResult) -> None:
         count = len(result.left_out)
         print(f"left out: {count} file{'s' if count > 1 else ''} that zerorate has written")
     _print_notes(result.notes)
-    _print_fleet(result.fleet, counts["done"] + counts["skipped"])
+    _print_fleet(result)
     print(f"wrote {result.summary}")
     if result.failed:
         raise DataFault(f"{len(result.failed)} of {len(result.outcomes)} logs failed")
@@ -158,17 +158,18 @@ def _and_others(count: int) -> str:
     return f" and {count} other{'s' if count > 1 else ''}" if count else ""
 
 
-def _print_fleet(fleet: Fleet, logs: int) -> None:
+def _print_fleet(result: BatchResult) -> None:
     """Print which logs stand out, and how many could not be compared."""
-    if fleet.unjudged:
+    fleet, through = result.fleet, [one for one in result.outcomes if one.rows]
+    alone = {log for log, _ in fleet.unjudged}
+    if alone:
         print(
-            f"not compared with each other: {len(fleet.unjudged)} of {logs} logs; "
+            f"not compared with each other: {len(alone)} of {len(through)} logs; "
             f"it takes {LEAST_LOGS} with the same axis and unit"
         )
-    judged = logs - len(fleet.unjudged)
     if not fleet.outlying:
-        if judged:
-            print(f"no log stands out from the other {judged - 1}")
+        if len(alone) < len(through):
+            print("no log stands out from the others")
         return
     head = ("log", "axis", "quantity", "value", "median", "times", "unit")
     rows = tuple(_row(one) for one in fleet.outlying[:_SHOWN])

@@ -4,6 +4,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from statistics import NormalDist
 from typing import Final, NamedTuple
 
@@ -76,18 +77,26 @@ class Fleet:
     ----------
     outlying : tuple of Outlier
         What stands out most first.
-    unjudged : tuple of str
-        Logs whose axis and unit fewer than eight logs share.
+    unjudged : frozenset of (str, str)
+        Log and axis where fewer than eight logs have this axis in this unit.
     """
 
-    outlying: tuple[Outlier, ...] = ()
-    unjudged: tuple[str, ...] = ()
+    outlying: tuple[Outlier, ...]
+    unjudged: frozenset[tuple[str, str]]
 
     def of(self, log: str, axis: object) -> list[str] | None:
         """Return in which quantities an axis stands out; None where that was not judged."""
-        if axis is None or log in self.unjudged:
+        place = (log, str(axis))
+        if axis is None or place in self.unjudged:
             return None
-        return [one.quantity for one in self.outlying if (one.log, one.axis) == (log, axis)]
+        return self._quantities.get(place, [])
+
+    @cached_property
+    def _quantities(self) -> dict[tuple[str, str], list[str]]:
+        found: dict[tuple[str, str], list[str]] = {}
+        for one in self.outlying:
+            found.setdefault((one.log, one.axis), []).append(one.quantity)
+        return found
 
 
 class _Sample(NamedTuple):
@@ -132,7 +141,7 @@ def fleet_of(logs: Mapping[str, Sequence[Row]], quantities: Sequence[Quantity]) 
         for row in rows:
             groups[str(row["axis"]), str(row["unit"])].append((log, row))
     large = {key: group for key, group in groups.items() if len(group) >= LEAST_LOGS}
-    small = {log for key, group in groups.items() if key not in large for log, _ in group}
+    small = {(log, key[0]) for key in groups.keys() - large.keys() for log, _ in groups[key]}
     samples = [
         sample
         for (axis, unit), group in large.items()
@@ -142,7 +151,7 @@ def fleet_of(logs: Mapping[str, Sequence[Row]], quantities: Sequence[Quantity]) 
     comparisons = sum(len(sample.logs) for sample in samples)
     found = [one for sample in samples for one in _outliers(sample, comparisons)]
     found.sort(key=lambda one: -one.deviations)
-    return Fleet(tuple(found), tuple(sorted(small)))
+    return Fleet(tuple(found), frozenset(small))
 
 
 def _sample(quantity: Quantity, axis: str, unit: str, group: Iterable[tuple[str, Row]]) -> _Sample:
