@@ -1,4 +1,4 @@
-"""What outliers, stuck sensors and motion cost a filter: the numbers of ``docs/explanation/robust.md``.
+"""What outliers, stuck sensors and motion cost a filter, as in ``docs/evidence/robust.md``.
 
 python benches/robust.py [FOLDER] [--methods auto,fading] [--part degradation ...] [--whole]
 

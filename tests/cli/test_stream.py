@@ -27,12 +27,15 @@ EXPECTED = lines_of(
 )
 
 
-def told_of(z, names=("column 0", "column 1"), **options):
-    """Return what stderr says at the end of the samples that a filter has left out."""
+ALL = "no header: all 2 columns are filtered as gyros"
+
+
+def told_of(z, names=("column 0", "column 1"), opening=ALL, **options):
+    """Return what stderr says: what is filtered, and at the end what the filter has left out."""
     filter_ = zr.DriftFilter(100.0, channels=len(names), **options)
     filter_.process(z)
     sentences = LeftOut.of(filter_).sentences(names, len(z), options.get("limit"))
-    return "".join(f"zerorate: {sentence}\n" for sentence in sentences)
+    return "".join(f"zerorate: {sentence}\n" for sentence in filter(None, [opening, *sentences]))
 
 
 def position(checkpoint, capsys):
@@ -44,7 +47,7 @@ def test_each_answer_comes_before_the_next_line_is_sent():
     with Asked(*RATE) as asked:
         assert asked.ask("wx,wy") == "wx,wy"
         assert [asked.ask(line) for line in LINES] == EXPECTED
-        assert asked.end() == (0, [], told_of(Z, ("wx", "wy")))
+        assert asked.end() == (0, [], told_of(Z, ("wx", "wy"), "filters wx, wy"))
 
 
 def test_options_reach_the_filter():
@@ -53,10 +56,43 @@ def test_options_reach_the_filter():
     alone = zr.DriftFilter(100.0, method="kf", motion="hold", output="estimate")
     trace = alone.copy().trace(Z[:, 1])
     columns = (alone.process(Z[:, 1]), trace.bias, trace.at_rest)
-    told = told_of(Z[:, 1:], ("column 1",), method="kf", motion="hold")
+    opening = "filters column 1; passes on 0"
+    told = told_of(Z[:, 1:], ("column 1",), opening, method="kf", motion="hold")
     assert (code, errors) == (0, told)
     found = np.array([[float(cell) for cell in answer.split(",")] for answer in answers])
-    np.testing.assert_array_equal(found, np.stack(columns, axis=1))
+    np.testing.assert_array_equal(found, np.column_stack((Z[:, 0], *columns)))
+
+
+def test_a_log_is_filtered_as_it_stands_with_its_time_and_accelerometers():
+    counts = np.rint(131 * Z).astype(int)
+    lines = [f"{5 * i},{i % 3},{x},{y}" for i, (x, y) in enumerate(counts)]
+    options = ("--device", "mpu6050", "--range", "250")
+    code, answers, errors = streamed(["millis,az,gx,gy", *lines], *RATE, *options)
+    limits = {"rest_limit": 3.0, "bias_limit": 20.0}
+    alone = zr.DriftFilter(100.0, method="auto", output="compensated", channels=2, **limits)
+    expected = lines_of(alone.process(counts / 131.0))
+    before = [line.rsplit(",", 2)[0] for line in lines]
+    assert (code, answers[0]) == (0, "millis,az,gx,gy")
+    assert [line.rsplit(",", 2)[0] for line in answers[1:]] == before
+    np.testing.assert_allclose(
+        *(
+            np.array([line.split(",")[-2:] for line in some], dtype=float)
+            for some in (answers[1:], expected)
+        ),
+        rtol=1e-9,
+        atol=1e-12,
+    )
+    told = "zerorate: filters gx, gy times 0.00763359 in deg/s; passes on millis, az\n"
+    assert errors.startswith(told)
+
+
+def test_raw_counts_are_told_of_once():
+    lines = [f"{i % 7},{i % 5}" for i in range(300)]
+    code, _, errors = streamed(lines, *RATE)
+    told = "column 0, column 1 are whole numbers without a unit, as raw counts are: for an "
+    assert (code, errors.count(told)) == (0, 1)
+    assert "--device MPU-6050 --range 250, or --scale and --unit, make deg/s of them" in errors
+    assert "raw counts" not in streamed(lines, *RATE, "--scale", "1/131")[2]
 
 
 def test_parameters_of_a_published_method_reach_the_filter():
@@ -78,7 +114,7 @@ def test_parameters_of_a_published_method_reach_the_filter():
         channels=2,
         output="estimate",
     )
-    assert (code, answers, errors) == (0, lines_of(alone.process(Z)), "")
+    assert (code, answers, errors) == (0, lines_of(alone.process(Z)), f"zerorate: {ALL}\n")
 
 
 class TestWhatRestCanBe:
@@ -104,7 +140,7 @@ class TestWhatRestCanBe:
         code, answers, errors = streamed(lines_of(self.Z), *RATE, *options.split())
         alone = zr.DriftFilter(100.0, method="auto", output="compensated", **limits)
         assert (code, answers) == (0, lines_of(alone.process(self.Z)))
-        assert errors == told_of(self.Z[:, np.newaxis], ("column 0",), **limits)
+        assert errors == told_of(self.Z[:, np.newaxis], ("column 0",), None, **limits)
 
     def test_another_unit_is_the_same_sensor(self):
         answers = [
@@ -127,7 +163,7 @@ def test_what_was_left_out_is_flagged_and_told():
     trace = zr.DriftFilter(100.0, method="auto", limit=250.0, channels=2).trace(z)
     np.testing.assert_array_equal(flags, np.hstack([trace.saturated, trace.stuck]))
     assert answers[1001].split(",")[1] == "nan"
-    assert (code, errors) == (0, told_of(z, ("wx", "wy"), limit=250.0))
+    assert (code, errors) == (0, told_of(z, ("wx", "wy"), "filters wx, wy", limit=250.0))
     assert "zerorate: saturated, at or beyond the limit of 250, so missing: wy 3 of 2000" in errors
     assert "zerorate: left out because the sensor was stuck at one value: wx 100 of 2000" in errors
 
@@ -140,8 +176,9 @@ def test_a_garbled_line_is_told_and_the_stream_goes_on():
     alone = zr.DriftFilter(100.0, method="auto", output="compensated", channels=2)
     assert (code, answers) == (0, lines_of(alone.process(z)))
     assert errors.splitlines() == [
+        f"zerorate: {ALL}",
         "zerorate: line 101: '*' is not a number; it is taken as missing",
-        *told_of(z).splitlines(),
+        *told_of(z, opening=None).splitlines(),
         "zerorate: garbled lines: 1",
     ]
 
@@ -164,16 +201,18 @@ def test_lost_samples_are_counted():
     code, answers, errors = streamed(lines, *RATE, "--sequence", "0")
     assert (code, len(answers), answers[-1]) == (0, 18, "15,nan")
     assert errors == (
+        "zerorate: filters column 1; passes on 0\n"
         "zerorate: 20 samples, 3 of them lost; 1 came late or again; "
         "the numbers began anew 0 times\n"
     )
 
 
 def test_a_counter_of_a_byte_wraps_many_times():
-    lines = [f"{i % 256} {i % 7}" for i in range(3000) if i != 700]
+    lines = [f"{i % 256} {i % 7 / 8}" for i in range(3000) if i != 700]
     code, answers, errors = streamed(lines, "--rate", "1000", "--sequence", "0")
     assert (code, sum("nan" in answer for answer in answers)) == (0, 0)
     assert errors == (
+        "zerorate: filters column 1; passes on 0\n"
         "zerorate: 3000 samples, 1 of them lost; 0 came late or again; "
         "the numbers began anew 0 times; they wrap after 255\n"
     )
@@ -184,6 +223,7 @@ def test_a_new_beginning_is_told_at_once():
         for i in [*range(100), *range(31)]:
             asked.ask(f"{i},0.5")
         assert asked.ask("31,0.5") == "31,0.0"
+        assert "filters" in asked.process.stderr.readline()
         told = asked.process.stderr.readline()
         assert told == "zerorate: line 132: the sequence numbers begin anew, here with 31\n"
         code, _, errors = asked.end()
@@ -238,7 +278,7 @@ class TestEnds:
             asked.send(LINES[1])
             # As the shell shows a process that SIGPIPE ended.
             assert asked.process.wait() == 141
-            assert asked.process.stderr.read() == ""
+            assert asked.process.stderr.read() == f"zerorate: {ALL}\n"
 
     @pytest.mark.parametrize(
         ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
@@ -250,7 +290,7 @@ class TestEnds:
             asked.process.send_signal(number)
             assert asked.process.wait() == code
             expected = "zerorate: interrupted\n" if number == signal.SIGINT else ""
-            assert asked.process.stderr.read() == expected
+            assert asked.process.stderr.read() == f"zerorate: {ALL}\n{expected}"
         assert position(checkpoint, capsys) == 57
         code, rest, _ = streamed(LINES[57:], *RATE, "--checkpoint", checkpoint)
         assert (code, answers + rest) == (0, EXPECTED)
@@ -329,7 +369,7 @@ class TestRefused:
             ([*RATE, "--rest-limit", "-1"], "--rest-limit must be a positive number, got -1"),
             ([*RATE, "--rest-limit", "soon"], "--rest-limit takes a number or 'none', got 'soon'"),
             ([*RATE, "--bias-limit", "0"], "--bias-limit must be a positive number, got 0"),
-            ([*RATE, "--limit", "abc"], "value for '--limit'"),
+            ([*RATE, "--limit", "abc"], "--limit takes a number"),
             ([*RATE, "--limit", "nan"], "--limit must be a positive number, got NaN"),
             (
                 [*RATE, "--method", "kf", "--rest-limit", "3"],
@@ -342,9 +382,15 @@ class TestRefused:
             ([*RATE, "--outliers", "reject"], "--outliers has no effect on method 'auto', only on"),
             ([*RATE, "--sequence", "0,1"], "--sequence takes one column"),
             ([*RATE, "--sequence-bits", "8"], "--sequence-bits needs --sequence"),
-            ([*RATE, "--sequence", "0", "--sequence-bits", "65"], "value for '--sequence-bits'"),
+            (
+                [*RATE, "--sequence", "0", "--sequence-bits", "65"],
+                "--sequence-bits must be less than or equal to 64",
+            ),
             ([*RATE, "--checkpoint", "state", "--every", "0"], "--every takes a positive"),
-            ([*RATE, "--checkpoint", "none/state"], "the folder none does not exist"),
+            ([*RATE, "--checkpoint", f"{__file__}/state"], "is not a folder"),
+            ([*RATE, "--range", "250"], "--range needs --device"),
+            ([*RATE, "--device", "BMI160", "--range", "300"], "--range is 300 deg/s, but the gyro"),
+            ([*RATE, "--scale", "131,"], "--scale takes a number such as"),
             (["--rate", "-1"], "a positive number of samples a second"),
             (["--position"], "--position needs --checkpoint"),
             ([*RATE, "--order", "1,1"], "--order has no effect on method 'auto', only on"),
@@ -418,7 +464,9 @@ class TestCheckpoints:
             ([*RATE, "--with", "bias"], "made with --with none, now it is bias"),
             ([*RATE, "--startup", "2"], "made with --startup 1, now it is 2"),
             ([*RATE, "--limit", "9"], "made with --limit none, now it is 9"),
-            ([*RATE, "--unit", "deg/s"], "made with --rest-limit none, now it is 3"),
+            ([*RATE, "--unit", "deg/s"], "made with --unit none, now it is deg/s"),
+            ([*RATE, "--scale", "1/2"], "made with --scale none, now it is 0.5"),
+            ([*RATE, "--noise-scale", "2"], "made with --noise-scale none, now it is 2"),
             ([*RATE, "--fields", "3"], "made with --fields 2, now it is 3"),
         ],
     )
@@ -473,5 +521,5 @@ class TestCheckpoints:
             answers = [asked.ask(line) for line in LINES[1:]]
             code, _, errors = asked.end()
         assert (code, answers) == (1, EXPECTED[1:])
-        told = errors.replace(told_of(Z), "").splitlines()
+        told = errors.replace(told_of(Z, opening=None), "").splitlines()[1:]
         assert [line.split(":")[1] for line in told] == [" the checkpoint cannot be written"] * 2

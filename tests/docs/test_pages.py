@@ -25,7 +25,7 @@ def imu_of_counts(folder):
     np.savetxt(folder / "imu.csv", rows, "%d", ",", header="millis,ax,ay,az,gx,gy,gz", comments="")
 
 
-PREPARED = {"mpu-6050": imu_of_counts}
+PREPARED = {"live": imu_of_counts, "mpu-6050": imu_of_counts}
 """What a page takes for there, by its name."""
 
 

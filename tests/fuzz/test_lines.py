@@ -36,7 +36,7 @@ def taken(stream, text):
 def test_any_lines(search, settings):
     def case(rng):
         stream = LineStream(settings)
-        taken(stream, "seq,z")
+        taken(stream, "seq,wz")
         twin = LineStream.from_bytes(stream.to_bytes())
         number = int(rng.integers(300))
         for _ in range(int(rng.integers(1, 400))):

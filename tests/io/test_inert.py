@@ -65,7 +65,7 @@ def test_curves(tmp_path):
 def test_a_stream():
     settings = Settings(100.0, sequence="@n", beside=(Beside.bias,))
     for names in ("@n,=cmd,wx", "'@n,'=cmd,wx"):
-        assert LineStream(settings).take(names) == "'@n,'=cmd,wx,bias_=cmd,bias_wx"
+        assert LineStream(settings).take(names) == "'@n,'=cmd,wx,bias_wx"
 
 
 @given(st.text())

@@ -6,7 +6,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import zerorate as zr
-from zerorate.io.names import canonical_unit, looks_like_gyro, looks_like_time, split_unit
+from zerorate.io.names import (
+    canonical_unit,
+    looks_like_gyro,
+    looks_like_time,
+    may_be_time,
+    named_like_time,
+    split_unit,
+    time_unit,
+)
 
 GYROS = """
 gyro_x_dps wx gx gyroX GyroscopeZ angular_velocity.x imu1_gyro_z rate_x w_x imu_wz rate wz_radps
@@ -42,7 +50,15 @@ def test_time_names():
     ]:
         assert looks_like_time(name), name
     for name in ["x_t", "temperature", "timeout", "gyro_x", "ms"]:
-        assert not looks_like_time(name), name
+        assert not named_like_time(name), name
+
+
+def test_names_that_may_be_of_the_time():
+    names = "millis micros Seconds ts ts_us elapsed elapsedMs date datetime nanoseconds"
+    for name in names.split():
+        assert may_be_time(name) != looks_like_time(name), name
+    units = [time_unit(name) for name in names.split()]
+    assert units == ["ms", "us", "s", None, "us", None, "ms", None, None, "ns"]
 
 
 @pytest.mark.parametrize(

@@ -195,3 +195,63 @@ def test_whole_numbers_of_64_bits_are_the_nearest_doubles():
 def test_months_have_no_length(kind):
     with pytest.raises(LogError, match="expected times to the day or finer"):
         to_seconds(np.arange(3).astype(kind), "time", None)
+
+
+GYRO = np.random.default_rng(1).standard_normal(1000)
+COUNTED = 5000 * np.arange(1000) + 2**32 - 2_000_000
+
+
+@pytest.mark.parametrize("kind", [np.uint32, np.int64, np.uint64, np.float64])
+@pytest.mark.parametrize("name", ["micros", "timestamp_us", "t"])
+def test_a_counter_of_32_bits_that_began_anew_goes_on(kind, name):
+    column = (COUNTED % 2**32).astype(kind)
+    log = read_log({name: column, "wx_dps": GYRO})
+    assert (log.rate, log.n, log.meta["clock"].regular) == (200.0, 1000, True)
+    assert f"time column '{name}' began anew at 2^32 once" in log.meta["notes"][0]
+    lost = np.r_[0:390, 420:1000]
+    log = read_log({name: column[lost], "wx_dps": GYRO[lost]})
+    assert (log.n, log.n_missing, log.meta["clock"].gaps) == (1000, 30, 1)
+
+
+def test_a_counter_that_was_reset_did_not_wrap():
+    reset = np.r_[3_000_000_000 + COUNTED[:500] - COUNTED[0], COUNTED[:500] - COUNTED[0]]
+    log = read_log({"micros": reset, "wx_dps": GYRO})
+    assert (log.n, log.meta["clock"].backward, log.meta["notes"]) == (1000, 1, ())
+
+
+def test_every_wrap_of_a_long_log_counts():
+    column = 60_000_000 * np.arange(400) % 2**32
+    stamps = to_seconds(column, "micros", None)
+    np.testing.assert_allclose(stamps.seconds, 60.0 * np.arange(400))
+    assert "5 times" in stamps.note
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "told"),
+    [
+        ("elapsed", 5003.0 + GYRO, "its values do not rise"),
+        ("ts", np.full(1000, 0.005), "its values do not rise"),
+        ("date", ["01.05.2024"] * 1000, "is no date and time of ISO 8601"),
+        ("seconds", np.full(1000, np.nan), "not finite in row 0"),
+    ],
+)
+def test_what_only_may_be_the_time_by_its_name_has_to_rise(name, column, told):
+    table = pd.DataFrame({"wx_dps": GYRO, name: column})
+    log = read_log(table, rate=200)
+    assert (log.rate, log.n) == (200.0, 1000)
+    assert log.meta["notes"][0].startswith(f"column '{name}' is not taken for the time: ")
+    assert told in log.meta["notes"][0]
+    with pytest.raises(LogError, match=rf"give rate= in Hz; column '{name}' is not .*{told}"):
+        read_log(table)
+    # A better name is believed, wherever it stands.
+    assert read_log(table.assign(time_s=0.01 * np.arange(1000))).rate == 100.0
+
+
+@pytest.mark.parametrize("name", ["millis", "elapsed_ms", "ts"])
+def test_names_that_may_be_of_the_time(name):
+    table = pd.DataFrame({"wx_dps": GYRO, name: 5 * np.arange(1000)})
+    assert read_log(table).rate == 200.0
+    for columns in (1, name):
+        told = f"columns= names '{name}', which holds the time, not samples; the gyro .* are wx_dps"
+        with pytest.raises(LogError, match=told):
+            read_log(table, columns=columns)

@@ -9,6 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import zerorate as zr
+from support.bags import write_recording
 from support.batch_work import make_logs
 from support.logs import write_table
 from zerorate.cli import run
@@ -114,7 +115,7 @@ def test_notes_reach_the_record_the_summary_and_the_terminal(tmp_path, batch, ca
         rows_of = [f"{i / 100:.2f},{noise[i]}\n" for i in rows]
         (logs / f"{name}.csv").write_text("time_s,gyro_x\n" + "".join(rows_of))
     (logs / "c.csv").write_text("time,gyro_x_dps\n" + "".join(f"{10 * i},1\n" for i in range(2000)))
-    (logs / "d.csv").write_text("no table")
+    (logs / "d.csv").write_text("gyro_x_dps\n1\n2\n")
     gap = "clock at 100 Hz with 10 missing samples in 1 gap (longest 0.11 s)"
     unit = "the unit of the data is not known; give unit="
     ms = "time column 'time' read as ms, judged by its step"
@@ -128,6 +129,9 @@ def test_notes_reach_the_record_the_summary_and_the_terminal(tmp_path, batch, ca
     out = capsys.readouterr().out
     assert f"note: a.csv and 1 other: {gap}" in out
     assert f"note: c.csv: {ms}" in out
+    # What a user can do about it is an option there.
+    assert "the unit of the data is not known; give --unit" in out
+    assert "no timestamps to tell the sampling rate; give --rate in Hz" in out
 
 
 def test_samples_that_were_left_out_are_counted(tmp_path, batch):
@@ -150,6 +154,19 @@ def test_samples_that_were_left_out_are_counted(tmp_path, batch):
     assert (second["saturated"], second["missing"]) == (10, 10)
     record = json.loads((tmp_path / "out" / "a-zerorate.json").read_text())
     assert [row["stuck"] for row in record["rows"]] == [0, 400]
+
+
+def test_a_topic_chooses_among_those_of_a_bag(tmp_path):
+    bag = write_recording(tmp_path / "logs", "folder", ["/front", "/rear"], 200)
+    first = run_batch(tmp_path / "logs", tmp_path / "out", workers=1)
+    assert "choose with topic= from: /front, /rear" in first.failed[0].error
+    settings = Settings(topic="/rear")
+    second = run_batch(tmp_path / "logs", tmp_path / "out", settings, workers=1)
+    assert [(one.name, one.status) for one in second.outcomes] == [(bag.name, "done")]
+    with (bag / "metadata.yaml").open("a") as file:
+        file.write("\n")
+    third = run_batch(tmp_path / "logs", tmp_path / "out", settings, workers=1)
+    assert statuses(third) == ["done"]
 
 
 def test_it_filters_as_the_command_does(tmp_path, batch, capsys):
@@ -207,6 +224,8 @@ def test_records_are_json_beside_the_logs(logs, batch, tmp_path):
             "method must be 'kf', 'akf', 'fading', 'robust' or 'auto', got 'best'",
         ),
         ({"unit": "miles"}, "unknown unit 'miles'"),
+        ({"unit": "deg/s,g"}, "unknown unit 'deg/s,g'"),
+        ({"command": "identify"}, "command must be 'replay' or 'allan', got 'identify'"),
         ({"rate": -1.0}, "rate"),
         ({"format": "xls"}, "format must be one of"),
         ({"rest_limit": -1.0}, "rest_limit must be a positive number"),
@@ -243,6 +262,8 @@ class TestCommandLine:
             (["--unit", "miles"], 2, "unknown unit 'miles'"),
             (["--columns", ","], 2, "--columns takes names"),
             (["--order", "1,1"], 2, "--order has no effect on method 'auto', only on 'kf'"),
+            (["--command", "allan", "--method", "kf"], 2, "--method has no effect with --command"),
+            (["--command", "allan", "--format", "csv"], 2, "--format has no effect with --command"),
         ],
     )
     def test_faults_of_usage(self, logs, tmp_path, capsys, options, code, message):

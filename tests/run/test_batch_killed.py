@@ -88,8 +88,10 @@ def test_killed_workers_lose_nothing(folder, tmp_path, engine):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_a_stopped_run_is_resumed(folder, tmp_path, number):
     process = start(folder, tmp_path / "out", "--workers", "2")
-    wait_until(process, tmp_path / "out", 3)
+    wait_until(process, tmp_path / "out", 1)
+    # Looked up early: that takes as long as several logs, which must not all be done by then.
     workers = workers_of(process)
+    wait_until(process, tmp_path / "out", 3)
     if number != signal.SIGKILL:
         os.killpg(process.pid, number)  # as a terminal does, and a supervisor
     else:

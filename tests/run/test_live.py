@@ -86,6 +86,7 @@ def test_a_channel_without_a_name_is_called_by_its_column():
     taken(some, [f"{i},9,250" for i in range(3)])
     expected = "saturated, at or beyond the limit of 250, so missing: column 2 3 of 3 samples"
     assert list(some.sentences()) == [expected]
+    assert some.opening == "filters column 2; passes on 0, 1"
 
 
 def test_a_saturated_sample_is_missing_while_a_gap_is_made_up_for():
@@ -102,6 +103,56 @@ def test_a_header_is_answered_by_names_whenever_it_comes():
     some.take("1,2")
     assert some.take("wx,wy") == "wx,wy,bias_wx,bias_wy"
     assert some.samples == 1
+
+
+IMU = "timestamp,ax,ay,az,gx,gy,gz"
+
+
+def test_what_is_no_gyro_passes_through_in_its_place():
+    some = stream(beside=(Beside.at_rest,))
+    assert some.take(IMU) == f"{IMU},at_rest_gx,at_rest_gy,at_rest_gz"
+    alone = zr.DriftFilter(RATE, method="auto", output="compensated", channels=3)
+    for i, (row, gyros) in enumerate(zip(lines_of(Z), alone.process(Z), strict=True)):
+        before = f"2024-05-01T12:00:00.{i:03d}Z,0.10,-0,ok"
+        answer = some.take(f"{before},{row}")
+        assert answer.startswith(f"{before},{lines_of(gyros[None])[0]},")
+    assert some.opening == "filters gx, gy, gz; passes on timestamp, ax, ay, az"
+    assert some.no_answer == ",".join(["nan"] * 10)
+    again = LineStream.from_bytes(some.to_bytes(), some.settings)
+    with pytest.raises(LineError, match="characters that cannot be printed"):
+        again.take(f"\x1b[2J,8,7,6,{lines_of(Z)[0]}")
+    some.take(f"9,8,7,6,{','.join(['nan'] * 3)}")
+    assert again.take(f"9,8,7,6,{lines_of(Z)[0]}") == some.take(f"9,8,7,6,{lines_of(Z)[0]}")
+
+
+def test_a_time_without_a_header_is_known_where_it_is_a_date():
+    some = stream(method="kf", output="estimate")
+    assert some.take("2024-05-01T12:00:00Z,1.5,2") == "2024-05-01T12:00:00Z,1.5,2.0"
+
+
+def test_the_header_tells_the_unit_and_so_what_rest_can_be():
+    turning = np.array([[0.0], [100.0]]).repeat(1500)
+    limits = {"rest_limit": 3.0, "bias_limit": 20.0}
+    alone = zr.DriftFilter(RATE, method="auto", output="compensated", **limits)
+    expected = lines_of(alone.process(turning))
+    named, given = stream(), stream(unit="dps")
+    named.take("gyro_z_dps")
+    assert named.opening == "filters gyro_z_dps in deg/s"
+    assert taken(named, lines_of(turning)) == taken(given, lines_of(turning)) == expected
+    none = LineStream(Settings(RATE, unit="deg/s", rest_limit=None, bias_limit=None))
+    none.take("1.0")
+    with pytest.raises(SettingsError, match="bias_limit=none, now it is 20"):
+        LineStream.from_bytes(none.to_bytes(), Settings(RATE, unit="deg/s", bias_limit=20.0))
+
+
+def test_raw_counts_are_scaled():
+    counts = np.rint(131 * Z)
+    some = stream(data_scale=1 / 131, unit="deg/s")
+    some.take("gx,gy,gz")
+    limits = {"rest_limit": 3.0, "bias_limit": 20.0}
+    alone = zr.DriftFilter(RATE, method="auto", output="compensated", channels=3, **limits)
+    assert taken(some, lines_of(counts)) == lines_of(alone.process(counts * (1 / 131)))
+    assert some.opening == "filters gx, gy, gz times 0.00763359 in deg/s"
 
 
 @pytest.mark.parametrize("line", ["1.5,2", " 1.5 , 2 ", "1.5 2", "\t1.5\t 2\r\n", "1.5e0,+2."])
@@ -154,6 +205,13 @@ def test_a_garbled_line_is_a_missing_sample(line, told):
     [
         ({}, "", "it is empty, expected names or numbers"),
         ({}, "1,x", "names and numbers"),
+        ({}, "a,b", "no column looks like a gyro; choose with columns= from: a, b"),
+        ({}, "wx_dps,wy_radps", "differ in unit"),
+        ({"unit": "rad/s"}, "wx_dps", "'rad/s' was given, but column 'wx_dps' is in deg/s"),
+        ({"columns": (0,)}, IMU, "names 'timestamp', which holds the time.*are gx, gy, gz"),
+        ({"columns": ("millis",)}, "millis,a", "names 'millis', which holds the time"),
+        ({"columns": (1, 1)}, "1,2", "names a column twice"),
+        ({"columns": (0,), "sequence": 0}, "1,2", "names the column of the sequence number"),
         ({"columns": ("wx",)}, "a,b", "no column 'wx', expected one of a, b"),
         ({"columns": ("wx",)}, "1,2", "no column 'wx', the line names none"),
         ({"columns": (2,)}, "1,2", "no column 2, the line has 2"),
@@ -193,15 +251,15 @@ def test_garbled_words_do_not_end_the_stream(line):
 
 def test_a_name_may_be_empty():
     some = stream(columns=(1,))
-    assert taken(some, [",wx", "0,1.0", ",wx"]) == ["wx", "0.0", "wx"]
+    assert taken(some, [",wx", "0,1.0", ",wx"]) == [",wx", "0,0.0", ",wx"]
 
 
 def test_columns_by_name_and_position():
     header, line = "n,time,wx,wy", "7,0.01,3,4"
     by_name = stream(method="kf", output="estimate", columns=("wy", "wx"), sequence="n")
-    assert taken(by_name, [header, line]) == ["n,wy,wx", "7,4.0,3.0"]
+    assert taken(by_name, [header, line]) == [header, "7,0.01,3.0,4.0"]
     by_position = stream(method="kf", output="estimate", columns=(3, 2), sequence=0)
-    assert by_position.take(line) == "7,4.0,3.0"
+    assert by_position.take(line) == "7,0.01,3.0,4.0"
 
 
 def test_lost_samples_are_missing_ones():
@@ -343,6 +401,8 @@ def test_a_header_is_known_after_a_restart():
         ({"method": "kf", "outliers": "reject"}, "outliers=keep, now it is reject"),
         ({"beside": (Beside.bias,)}, "beside=none, now it is bias"),
         ({"columns": (0,)}, "columns=none, now it is 0"),
+        ({"unit": "dps"}, "unit=none, now it is deg/s"),
+        ({"data_scale": 0.5}, "data_scale=none, now it is 0.5"),
         ({"sequence": 0}, "sequence=none, now it is 0"),
         ({"method": "kf", "order": (3, 1)}, "order=2,1, now it is 3,1"),
         ({"method": "kf", "adapt_for": 60.0}, "adapt_for=120, now it is 60"),
@@ -354,21 +414,6 @@ def test_other_settings_are_refused(changed, told):
     some.take("1,2")
     with pytest.raises(SettingsError, match=told):
         LineStream.from_bytes(some.to_bytes(), Settings(**{"rate": RATE, **changed}))
-
-
-@pytest.mark.parametrize("method", ["auto", "kf"])
-def test_a_state_with_all_options_is_read(method):
-    """Earlier versions wrote those too that the method does not use."""
-    some = stream(method=method)
-    some.take("1,2")
-    state, filter_ = opened(some.to_bytes())
-    unused = {"order": [2, 1], "fading": 0.97, "adapt_for": 120.0, "noise": "allan"}
-    state["settings"] = {**unused, **state["settings"]}
-    # Nor did they know of wraps, or of gaps that are not yet filled.
-    state["sequence"] = state["sequence"][:4]
-    del state["owed"], state["settings"]["sequence_bits"]
-    whole = sealed(state, filter_)
-    assert LineStream.from_bytes(whole, stream(method=method).settings).samples == 1
 
 
 def test_what_the_default_of_motion_is_may_be_said():
@@ -391,7 +436,7 @@ def test_every_cut_and_every_flipped_byte_is_refused():
 def sealed(state, filter_):
     """Return a checkpoint of any JSON and any filter, with a right checksum."""
     text = json.dumps(state).encode()
-    body = b"ZRLINES1" + len(text).to_bytes(4, "little") + text + filter_
+    body = b"ZRLINES2" + len(text).to_bytes(4, "little") + text + filter_
     return body + zlib.crc32(body).to_bytes(4, "little")
 
 
@@ -449,10 +494,12 @@ def test_what_is_read_from_forged_json_is_a_stream_that_works(numbered, data):
         ("samples", True),
         ("lines", -1),
         ("owed", 1),
-        ("layout", [3, [1, 3], 0, None]),
-        ("layout", [3, [1], 0, None]),
-        ("layout", [3, [1, 2], None, None]),
-        ("layout", [3, [1, 2], 0, ["n", "wx"]]),
+        ("layout", [3, [1, 3], 0, None, None]),
+        ("layout", [3, [1], 0, None, None]),
+        ("layout", [3, [1, 1], 0, None, None]),
+        ("layout", [3, [1, 2], None, None, None]),
+        ("layout", [3, [1, 2], 0, ["n", "wx"], None]),
+        ("layout", [3, [1, 2], 0, None, "deg/s"]),
         ("sequence", [0, 0, 0, 0, [5, 5], True, 0, 0]),
         ("sequence", [0, 0, 0, 0, [0, 99], True, 0, 0]),
         ("sequence", [0, 0, 0, 0, [0, 255], False, 0, 0]),

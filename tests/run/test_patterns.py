@@ -6,7 +6,7 @@ import sys
 
 import pyarrow.parquet as pq
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from support.batch_work import make_logs
@@ -47,6 +47,7 @@ def tree(tmp_path_factory):
 @settings(max_examples=300)
 def test_without_links_and_literal_brackets_it_is_glob(tree, parts):
     pattern = str(tree.joinpath(*parts))
+    assume(not os.path.isdir(pattern))
     expected = {path for path in glob.glob(pattern, recursive=True) if os.path.isfile(path)}
     assert {str(path) for path in find(pattern).files} == expected
 
@@ -56,6 +57,17 @@ def test_brackets_that_are_in_a_name(tmp_path, name):
     made(tmp_path, name, "log1.csv", "a", "log2.csv")
     assert found(tmp_path / name, tmp_path) == [name]
     assert find(str(tmp_path / name)).root == tmp_path
+
+
+def test_a_folder_is_all_logs_in_it_and_below(tmp_path):
+    made(tmp_path, "a.csv", "deep/er/b.PARQUET", "notes.md", "a.png", ".hidden.csv", ".git/c.csv")
+    made(tmp_path, "bag/metadata.yaml", "bag/bag_0.db3", "day/metadata.yaml", "day/d.csv")
+    names = ["a.csv", "bag", "day/d.csv", "deep/er/b.PARQUET"]
+    assert found(tmp_path, tmp_path) == names
+    assert find(str(tmp_path)).root == tmp_path
+    assert found(tmp_path / "bag", tmp_path) == ["bag"]
+    assert "bag" in found(tmp_path / "*", tmp_path)
+    assert "bag/bag_0.db3" not in found(tmp_path / "**" / "*", tmp_path)
 
 
 def test_brackets_in_a_folder(tmp_path):
@@ -209,12 +221,34 @@ class TestOutputs:
         assert run([*arguments, "--workers", "1"]) == 0
         assert "left out" not in capsys.readouterr().out
         assert run([*arguments, "--workers", "1"]) == 0
-        assert "left out: 3 files that a batch has written" in capsys.readouterr().out
+        assert "left out: 3 files that zerorate has written" in capsys.readouterr().out
+
+    def test_results_are_inputs_where_a_pattern_asks_for_them(self, tmp_path):
+        make_logs(tmp_path / "logs", 1)
+        self.batch(tmp_path / "logs", tmp_path / "out")
+        pattern = tmp_path / "out" / "**" / "*-zerorate.parquet"
+        assert self.batch(pattern, tmp_path / "again").counts == {"done": 1}
+
+    @pytest.mark.parametrize("pattern", ["", "*.csv"])
+    def test_the_truth_of_a_simulated_log_is_no_log(self, tmp_path, pattern):
+        (tmp_path / "logs").mkdir()
+        log = tmp_path / "logs" / "unit1.csv"
+        assert run(f"simulate MTi-100 -o {log} --duration 20 --axes 1".split()) == 0
+        log.with_name("ground-truth.csv").write_bytes(log.read_bytes())
+        result = self.batch(tmp_path / "logs" / pattern, tmp_path / "out")
+        assert [one.name for one in result.outcomes] == ["ground-truth.csv", "unit1.csv"]
+        assert [path.name for path in result.left_out] == ["unit1-truth.csv"]
+
+    @pytest.mark.parametrize("name", ["notes.md", "a-zerorate.csv"])
+    def test_a_folder_without_logs(self, tmp_path, name):
+        made(tmp_path, f"logs/{name}")
+        with pytest.raises(FileNotFoundError, match=r"no file in the folder .* ends in one of"):
+            self.batch(tmp_path / "logs", tmp_path / "out")
 
     def test_nothing_but_outputs_is_no_log(self, tmp_path):
         make_logs(tmp_path / "logs", 1)
         self.batch(tmp_path / "logs/*/*.parquet", tmp_path / "out")
-        with pytest.raises(FileNotFoundError, match="but 2 that a batch has written"):
+        with pytest.raises(FileNotFoundError, match="but 2 that zerorate has written"):
             self.batch(tmp_path / "out/**/*.parquet", tmp_path / "again")
 
     def test_names_alone_make_no_output(self, tmp_path):

@@ -1,6 +1,5 @@
 """``zerorate allan``: the noise of the sensors of one log."""
 
-import json
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -10,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final, cast, get_args
 
-import numpy as np
 import typer
 
 from zerorate.cli.errors import (
@@ -22,6 +20,7 @@ from zerorate.cli.errors import (
     writing,
 )
 from zerorate.cli.options import (
+    OUTPUT,
     FigureFormat,
     FigureFormatOption,
     Force,
@@ -42,11 +41,11 @@ from zerorate.cli.outputs import (
 )
 from zerorate.cli.records import print_title, records
 from zerorate.io import Log, LogError
-from zerorate.io.log import present_axes
+from zerorate.io.log import present_logs
 from zerorate.io.names import UNKNOWN
 from zerorate.io.reading import read_sensors
 from zerorate.noise import NoiseModel
-from zerorate.noise.characterise import Characterisation, characterise
+from zerorate.noise.characterise import Characterisation, characterise, models_json
 from zerorate.noise.kinds import TauGrid
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.progress import Progress
@@ -78,6 +77,10 @@ _SUFFIX: Final = {
 }
 
 
+_EXPORTS: Final = "Exports for other programs"
+"""A panel of help."""
+
+
 @with_reading_options(
     help={
         "columns": "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: "
@@ -97,8 +100,8 @@ _SUFFIX: Final = {
 def allan(
     *,
     log: LogArgument,
-    output: Output = ".",
     reading: Reading,
+    output: Output = ".",
     kind: Annotated[
         str,
         typer.Option(
@@ -129,23 +132,32 @@ def allan(
         str | None,
         typer.Option(
             help="Files for estimators, of the worst axis: some of kalibr,vins,orbslam3,px4,ros "
-            "(covariances of sensor_msgs/Imu); json has the models of all axes."
+            "(covariances of sensor_msgs/Imu); json has the models of all axes.",
+            rich_help_panel=_EXPORTS,
         ),
     ] = None,
     inflate: Annotated[
         float,
-        typer.Option(help="Factor on the numbers of the exports: 10, say, for a vehicle's noise."),
+        typer.Option(
+            help="Factor on the numbers of the exports: 10, say, for a vehicle's noise.",
+            rich_help_panel=_EXPORTS,
+        ),
     ] = 1.0,
     per_sample: Annotated[
         bool,
         typer.Option(
             "--per-sample",
             help="For vins: deviations per sample, as its arithmetic takes them, not densities.",
+            rich_help_panel=_EXPORTS,
         ),
     ] = False,
     format: Annotated[
         CurveFormat | None,
-        typer.Option(help="File format of the curve; csv if not said.", show_default=False),
+        typer.Option(
+            help="File format of the curve; else the suffix of -o, or csv.",
+            show_default=False,
+            rich_help_panel=OUTPUT,
+        ),
     ] = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
@@ -183,7 +195,7 @@ def allan(
         preloaded(_load_plotting)
     for one, files in zip(all_of_them, outputs, strict=True):
         with progress_bar() as progress:
-            sensors = _present(reading.read(read_sensors, one.source))
+            sensors = present_logs(reading.read(read_sensors, one.source))
             _check_units(exports, sensors[0])
             found = in_background(partial(_all_found, analysis, sensors, progress))
             files.write(found, texts, progress)
@@ -195,12 +207,6 @@ def _all_found(
     analysis: partial[Characterisation], sensors: Sequence[Log], progress: Progress
 ) -> list[Characterisation]:
     return [_found(analysis, sensor, progress) for sensor in sensors]
-
-
-def _present(sensors: Sequence[Log]) -> list[Log]:
-    """Return what holds samples, all if nothing does: the notes of a log name what does not."""
-    present = [present_axes(log) for log in sensors if np.isfinite(log.data).any()]
-    return present or list(sensors)
 
 
 def _found(analysis: partial[Characterisation], log: Log, progress: Progress) -> Characterisation:
@@ -321,7 +327,7 @@ def _text(
     export: Export, found: Sequence[Characterisation], inflate: float, per_sample: bool
 ) -> str:
     if export is Export.json:
-        return _models(found)
+        return models_json(found)
     gyro, accelerometer = (_worst(found, kind) for kind in ("angular rate", "acceleration"))
     if gyro is None:
         raise DataFault(f"--export {export} needs a model of a gyro, and this log gives none")
@@ -347,15 +353,6 @@ def _topic(log: Log) -> str:
 def _worst(found: Sequence[Characterisation], quantity: str) -> NoiseModel | None:
     models = (one.worst for one in found)
     return next((m for m in models if m is not None and m.quantity == quantity), None)
-
-
-def _models(found: Sequence[Characterisation]) -> str:
-    models = {
-        axis.name: None if axis.model is None else json.loads(axis.model.to_json())
-        for one in found
-        for axis in one.axes
-    }
-    return json.dumps({"axes": models}, indent=2) + "\n"
 
 
 def _draw(found: Sequence[Characterisation], path: Path) -> None:

@@ -28,8 +28,8 @@ _COMMANDS: Final = {
         "cat /dev/ttyUSB0 | zerorate stream --rate 200 --unit deg/s",
     ),
     "batch": (
-        "Remove the bias from many logs; a summary tells which stand out.",
-        "zerorate batch 'logs/**/*.parquet' -o out",
+        "Remove the bias from many logs, or find their noise; a summary tells which stand out.",
+        "zerorate batch logs -o out",
     ),
     "compare": (
         "Compare filters on your logs, by what their errors cost.",

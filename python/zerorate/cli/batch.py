@@ -1,6 +1,7 @@
-"""``zerorate batch``: many logs through the filter, on all cores or on a cluster."""
+"""``zerorate batch``: many logs filtered or characterised, on all cores or on a cluster."""
 
 from collections.abc import Mapping, Sequence
+from enum import StrEnum
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -12,42 +13,91 @@ from zerorate.cli.options import (
     LogFormat,
     Reading,
     check_filter_options,
+    flag,
     with_filter_options,
     with_reading_options,
 )
 from zerorate.cli.outputs import counting_bar
-from zerorate.run.batch import BatchResult, Settings, run_batch
+from zerorate.numerals import significant
+from zerorate.options import FILTER_OPTIONS
+from zerorate.run.batch import BatchResult, Outlier, Settings, run_batch
+from zerorate.run.batch.fleet import LEAST_LOGS
+from zerorate.show.tables import Table, as_text
 
 __all__ = ["batch"]
 
 
+_WHERE: Final = "Where it runs"
+
+
+class Command(StrEnum):
+    """What is done with each log."""
+
+    replay = "replay"
+    allan = "allan"
+
+
 @with_filter_options
-@with_reading_options(without=["group_by"])
+@with_reading_options(
+    without=["group_by"],
+    help={
+        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; for "
+        "--command allan also of the accelerometers: deg/s,g. Values are not converted."
+    },
+)
 def batch(
     *,
     logs: Annotated[
-        list[str], typer.Argument(help="Logs, or patterns such as 'logs/**/*.parquet'.")
+        list[str],
+        typer.Argument(help="Folders, logs, or patterns such as 'logs/**/*.parquet'."),
     ],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the results.")
     ],
-    workers: Annotated[int | None, typer.Option(help="Processes; default one a core.")] = None,
+    command: Annotated[
+        Command, typer.Option(help="Filter each log (replay), or find its noise (allan).")
+    ] = Command.replay,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", help="Processes; one a core if not said.", rich_help_panel=_WHERE
+        ),
+    ] = None,
     local_cluster: Annotated[
-        int | None, typer.Option(metavar="N", help="N Dask workers on this machine instead.")
+        int | None,
+        typer.Option(
+            metavar="N", help="N Dask workers on this machine instead.", rich_help_panel=_WHERE
+        ),
     ] = None,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler's workers instead.")
+        str | None,
+        typer.Option(
+            metavar="ADDRESS", help="Workers of a Dask scheduler instead.", rich_help_panel=_WHERE
+        ),
     ] = None,
     reading: Reading,
     options: Mapping[str, Any],
-    format: Annotated[LogFormat, typer.Option(help="Of the filtered logs.")] = LogFormat.parquet,
+    format: Annotated[
+        LogFormat | None,
+        typer.Option(help="Of the filtered logs; parquet if not said.", show_default=False),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Do finished logs again.")] = False,
 ) -> None:
-    """Filter many logs into a folder with a summary; a later run does only what is not finished."""
-    check_filter_options(options, [options["method"]])
+    """Filter many logs, or find their noise, and compare them; what is finished is not redone."""
+    if command is Command.allan:
+        _check_unused(options, format)
+        options = {}
+    else:
+        check_filter_options(options, [options.get("method", "auto")])
     try:
         asked = dict(reading.arguments)
-        settings = Settings(data_scale=asked.pop("scale"), **asked, format=format.value, **options)
+        settings = Settings(
+            command=command.value,
+            format=None if format is None else format.value,
+            data_scale=asked.pop("scale"),
+            **asked,
+            **options,
+        )
         with counting_bar("logs") as progress:
             result = run_batch(
                 logs,
@@ -66,8 +116,16 @@ def batch(
     _print(result)
 
 
+def _check_unused(options: Mapping[str, Any], format: LogFormat | None) -> None:
+    """Raise a usage fault for an option that only the filter has; a method may be the default."""
+    usual = FILTER_OPTIONS["method"].default
+    given = [flag(name) for name, value in options.items() if (name, value) != ("method", usual)]
+    for option in [*given, *(() if format is None else ("--format",))]:
+        raise UsageFault(f"{option} has no effect with --command allan, only with replay")
+
+
 _SHOWN: Final = 20
-"""Notes that are printed; all stand in the summary."""
+"""Rows and notes that are printed; all stand in the summary."""
 
 
 def _print(result: BatchResult) -> None:
@@ -78,10 +136,12 @@ def _print(result: BatchResult) -> None:
         f"{counts['skipped']} skipped, {counts['failed']} failed"
     )
     for one in result.failed:
-        print(f"failed: {one.name}: {one.error}")
+        print(f"failed: {one.name}: {in_options(one.error)}")
     if result.left_out:
-        print(f"left out: {len(result.left_out)} files that a batch has written")
+        count = len(result.left_out)
+        print(f"left out: {count} file{'s' if count > 1 else ''} that zerorate has written")
     _print_notes(result.notes)
+    _print_fleet(result)
     print(f"wrote {result.summary}")
     if result.failed:
         raise DataFault(f"{len(result.failed)} of {len(result.outcomes)} logs failed")
@@ -89,10 +149,36 @@ def _print(result: BatchResult) -> None:
 
 def _print_notes(notes: Mapping[str, Sequence[str]]) -> None:
     for note, logs in islice(notes.items(), _SHOWN):
-        print(f"note: {logs[0]}{_and_others(len(logs) - 1)}: {note}")
+        print(f"note: {logs[0]}{_and_others(len(logs) - 1)}: {in_options(note)}")
     if len(notes) > _SHOWN:
         print(f"{len(notes) - _SHOWN} more notes are in the summary")
 
 
 def _and_others(count: int) -> str:
     return f" and {count} other{'s' if count > 1 else ''}" if count else ""
+
+
+def _print_fleet(result: BatchResult) -> None:
+    """Print which logs stand out, and how many could not be compared."""
+    fleet, through = result.fleet, [one for one in result.outcomes if one.rows]
+    alone = {log for log, _ in fleet.unjudged}
+    if alone:
+        print(
+            f"not compared with each other: {len(alone)} of {len(through)} logs; "
+            f"it takes {LEAST_LOGS} with the same axis and unit"
+        )
+    if not fleet.outlying:
+        if len(alone) < len(through):
+            print("no log stands out from the others")
+        return
+    head = ("log", "axis", "quantity", "value", "median", "times", "unit")
+    rows = tuple(_row(one) for one in fleet.outlying[:_SHOWN])
+    more = len(fleet.outlying) - _SHOWN
+    note = f"{more} more are in the summary" if more > 0 else ""
+    print(as_text(Table("these stand out from the others:", head, rows, words=3, note=note)))
+
+
+def _row(one: Outlier) -> tuple[str, ...]:
+    times = "-" if one.times is None else significant(one.times, 2)
+    numbers = (significant(one.value), significant(one.median), times)
+    return (one.log, one.axis, one.quantity, *numbers, one.unit)

@@ -70,7 +70,7 @@ _OF_TYPER: "Final[tuple[tuple[str, Callable[[re.Match[str], Hint], str]], ...]]"
 
 _KEYWORD = re.compile(
     r"\b(rate|columns|unit|scale|device|range|start|stop|bridge|topic|group_by|outliers"
-    r"|rest_limit)="
+    r"|rest_limit|motion)="
     r"|^(rate|bridge|confidence|duration|axes|seed|max_order|segments|smooth|decimate)(?= must )"
 )
 _DEVICE = re.compile(r'scale=zr\.raw_counts\("([^"]+)", ([^)]+)\)')

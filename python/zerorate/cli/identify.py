@@ -99,8 +99,10 @@ _PREPARE: Final = "Before the model: what is done to the record"
 def identify(
     *,
     log: LogArgument,
-    output: Output = ".",
     reading: Reading,
+    output: Output = ".",
+    no_figure: NoFigure = False,
+    force: Force = False,
     order: Annotated[
         str | None,
         typer.Option(
@@ -161,8 +163,6 @@ def identify(
         Trend,
         typer.Option(help="Subtract the mean or a straight line first.", rich_help_panel=_PREPARE),
     ] = Trend.none,
-    no_figure: NoFigure = False,
-    force: Force = False,
 ) -> None:
     """Find an ARMA model of the drift of each gyro from a log at rest, and test it.
 

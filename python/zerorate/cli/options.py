@@ -132,14 +132,14 @@ def with_filter_options(command: _Command) -> _Command:
     method, and those that were given.
     """
 
-    def gathered(context: typer.Context, given: Mapping[str, Any]) -> dict[str, object]:
+    def gathered(context: typer.Context, values: Mapping[str, Any]) -> dict[str, object]:
         return {
-            name: _parsed(option, given[_argument(name)])
+            name: _parsed(option, values[_argument(name)])
             for name, option in FILTER_OPTIONS.items()
             if name == "method" or _was_given(context, _argument(name))
         }
 
-    parameters = [_parameter(option) for option in FILTER_OPTIONS.values()]
+    parameters = [*map(_parameter, FILTER_OPTIONS.values())]
     return _with_parameters(command, "options", parameters, gathered)
 
 

@@ -62,9 +62,8 @@ _COMPARED: Final = ("kf", "akf", "fading")
 def replay(
     *,
     log: LogArgument,
-    output: Output = ".",
     reading: Reading,
-    options: Mapping[str, Any],
+    output: Output = ".",
     format: LogFormatOption = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
@@ -77,6 +76,7 @@ def replay(
         ),
     ] = False,
     force: Force = False,
+    options: Mapping[str, Any],
 ) -> None:
     """Remove the bias from every axis of a log.
 

@@ -11,18 +11,21 @@ from typing import Annotated, Any, BinaryIO, Final, TextIO
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, of_a_file
 from zerorate.cli.options import (
+    Reading,
     check_filter_options,
     flag,
     parse_choices,
     parse_columns,
     with_filter_options,
+    with_reading_options,
 )
+from zerorate.cli.outputs import make_folders
 from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, tell
 from zerorate.io import check_writable
-from zerorate.io.names import canonical_unit
-from zerorate.options import FILTER_OPTIONS, with_limits
+from zerorate.io.counts import Scaling
+from zerorate.options import FILTER_OPTIONS
 from zerorate.run.interrupts import Interrupted, Interrupts
 from zerorate.run.live import (
     Beside,
@@ -42,6 +45,8 @@ _SETTINGS: Final = (
     "rate",
     "beside",
     "columns",
+    "unit",
+    "data_scale",
     "sequence",
     "sequence_bits",
     "fields",
@@ -51,16 +56,24 @@ _SETTING: Final = re.compile(rf"\b({'|'.join(_SETTINGS)})=")
 
 
 @with_filter_options
+@with_reading_options(
+    without=["topic", "group_by", "start", "stop"],
+    help={
+        "rate": "Samples per second; required.",
+        "columns": "Columns to filter: names, or positions counted from 0 over all columns, e.g. "
+        "gx,gy,gz. Default: those that the header line names like a gyro; without a header line "
+        "all. The others pass through.",
+        "unit": "Unit of the gyro columns if the header line does not say: rad/s, deg/s or deg/h. "
+        "With it auto knows what rest can be. Values are not converted.",
+    },
+)
 def stream(
     *,
     source: Annotated[
         Path | None,
         typer.Argument(help="Device, FIFO or file; stdin without it.", show_default=False),
     ] = None,
-    rate: Annotated[float | None, typer.Option(help="Samples per second, Hz; required.")] = None,
-    columns: Annotated[
-        str | None, typer.Option(help="Channels: names or positions from 0, commas between.")
-    ] = None,
+    reading: Reading,
     sequence: Annotated[
         str | None,
         typer.Option(
@@ -80,10 +93,6 @@ def stream(
     fields: Annotated[
         int | None,
         typer.Option(min=1, help="Numbers in a line, if the first may not be whole."),
-    ] = None,
-    unit: Annotated[
-        str | None,
-        typer.Option(help="rad/s, deg/s, deg/h: with it auto knows what rest can be."),
     ] = None,
     options: Mapping[str, Any],
     beside: Annotated[
@@ -110,6 +119,7 @@ def stream(
 ) -> None:
     """Answer each line of samples at once with the compensated rate.
 
+    Where a header line names the columns, those of gyros are filtered and the others pass through.
     A line that is garbled is reported on stderr, answered with nan and taken as missing.
     """
     if position:
@@ -120,6 +130,7 @@ def stream(
         return
     if source is not None and udp is not None:
         raise UsageFault("give either a source or --udp, not both")
+    rate = reading.arguments["rate"]
     if rate is None:
         raise UsageFault("--rate is required: samples per second")
     if sequence_bits is not None and sequence is None:
@@ -127,18 +138,20 @@ def stream(
     methods = [options["method"]]
     check_filter_options(options, methods)
     with as_usage():
-        known = None if unit is None else canonical_unit(unit)
+        scaling = Scaling.of(reading.arguments["scale"])
         settings = Settings(
             rate,
             beside=tuple(parse_choices("--with", beside, Beside)),
-            columns=_columns(columns),
+            columns=reading.arguments["columns"],
+            unit=scaling.unit("gyro", reading.arguments["unit"]),
+            data_scale=scaling.of_kind("gyro", first=True),
             sequence=_column(sequence),
             sequence_bits=sequence_bits,
-            **with_limits(options, methods, known),
+            **options,
         )
     saver = None if checkpoint is None else _saver(checkpoint, every * rate)
     lines = _resumed(checkpoint, settings, fields, force)
-    server = Server(lines, saver, tell, patient=fields is not None)
+    server = Server(lines, saver, lambda told: tell(in_options(told)), patient=fields is not None)
     try:
         _run(server, source, udp)
     finally:
@@ -149,13 +162,9 @@ def _saver(checkpoint: Path, every: float) -> Saver:
     if not 0.0 < every < math.inf:
         raise UsageFault("--every takes a positive number of seconds")
     with as_usage():
-        check_writable(checkpoint, force=True)
+        check_writable(checkpoint, force=True, make_folders=True)
+        make_folders([checkpoint])
     return Saver(checkpoint, max(1, round(every)), tell)
-
-
-def _columns(text: str | None) -> tuple[str | int, ...] | None:
-    found = parse_columns(text)
-    return None if found is None else tuple(found)
 
 
 def _column(text: str | None) -> str | int | None:
@@ -198,7 +207,7 @@ def _in_options(error: SettingsError) -> str:
 
 
 def _flag(setting: str) -> str:
-    return "--with" if setting == "beside" else flag(setting)
+    return {"beside": "--with", "data_scale": "--scale"}.get(setting) or flag(setting)
 
 
 def _run(server: Server, source: Path | None, udp: str | None) -> None:
@@ -282,7 +291,7 @@ def _faults() -> Iterator[None]:
     try:
         yield
     except LineError as error:
-        raise DataFault(str(error)) from None
+        raise DataFault(in_options(error)) from None
     except BrokenPipeError:
         drop_stdout()
         raise typer.Exit(BROKEN_PIPE) from None

@@ -15,8 +15,9 @@ from zerorate.io.log import LogError
 from zerorate.io.names import looks_like_gyro, looks_like_time, may_be_time
 from zerorate.io.table import Column, Table
 
-__all__ = ["Choice", "Columns", "check_samples", "choose", "with_time"]
+__all__ = ["NOT_TIME", "Choice", "Columns", "check_samples", "choose", "with_time"]
 
+NOT_TIME: Final = " is not taken for the time: "
 _BACKWARD: Final = 0.01
 """Part of the steps of a clock that may lead back, as by a clock that was set."""
 
@@ -59,23 +60,26 @@ def with_time(table: Table) -> Table:
     if table.time is not None or names is None or any(map(looks_like_time, names)):
         return table
     one_length = table.lengths is None or len(set(table.lengths)) == 1
-    doubtful = [i for i, name in enumerate(names) if may_be_time(name) and one_length]
-    time = next((i for i in doubtful if _rises(table, i)), None)
-    if time is not None or not doubtful:
-        return replace(table, time=time)
-    note = f"column '{names[doubtful[0]]}' does not rise as timestamps do, so it is not the time"
-    return replace(table, meta=replace(table.meta, notes=(*table.meta.notes, note)))
+    notes = []
+    for i in (i for i, name in enumerate(names) if may_be_time(name) and one_length):
+        why_not = _why_no_clock(table, i)
+        if why_not is None:
+            return replace(table, time=i)
+        notes.append(f"column '{names[i]}'{NOT_TIME}{why_not}")
+    told = dict.fromkeys((*table.meta.notes, *notes))
+    return replace(table, meta=replace(table.meta, notes=tuple(told))) if notes else table
 
 
-def _rises(table: Table, index: int) -> bool:
-    """Whether a column holds timestamps by its values: hardly any is below the one before."""
+def _why_no_clock(table: Table, index: int) -> str | None:
+    """Return why the values of a column are no timestamps; None if hardly any is out of order."""
     try:
         (column,) = table.load([index])
         seconds = to_seconds(column, table.label(index), None).seconds
-    except LogError:
-        return False
+    except LogError as error:
+        return str(error)
     steps = np.diff(seconds)
-    return len(steps) == 0 or bool((steps < 0).mean() <= _BACKWARD and seconds[-1] > seconds[0])
+    rises = len(steps) == 0 or ((steps < 0).mean() <= _BACKWARD and (steps > 0).any())
+    return None if rises else "its values do not rise"
 
 
 def check_samples(table: Table, asked: Columns) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import Any, Final
@@ -154,6 +154,12 @@ def present_axes(log: Log) -> Log:
         return log
     names, units = (tuple(given[i] for i in there) for given in (log.names, log.units))
     return replace(log, data=log.data[:, there], names=names, unit=_joined(units, len(units)))
+
+
+def present_logs(logs: Sequence[Log]) -> list[Log]:
+    """Return the logs that hold samples, without empty channels; all of them if none does."""
+    present = [present_axes(log) for log in logs if np.isfinite(log.data).any()]
+    return present or list(logs)
 
 
 def units_of(unit: str, channels: int) -> tuple[str, ...]:

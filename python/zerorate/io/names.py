@@ -19,6 +19,7 @@ __all__ = [
     "looks_like_time",
     "may_be_time",
     "meaning_of",
+    "named_like_time",
     "plain",
     "spelled",
     "split_unit",
@@ -169,6 +170,11 @@ def looks_like_time(name: str) -> bool:
 def may_be_time(name: str) -> bool:
     """Whether a column of this name holds timestamps if no other does and its values rise."""
     return bool(_MAYBE_TIME.match(plain(name)))
+
+
+def named_like_time(name: str) -> bool:
+    """Whether a column of this name holds timestamps, for certain or perhaps."""
+    return looks_like_time(name) or may_be_time(name)
 
 
 def time_unit(name: str) -> str | None:

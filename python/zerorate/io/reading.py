@@ -12,7 +12,7 @@ from zerorate.io.clocks.grid import Grid
 from zerorate.io.clocks.repeats import HEAD
 from zerorate.io.clocks.sensor_clock import Clock, clock_of
 from zerorate.io.clocks.stamps import Stamps, to_seconds, without_texts
-from zerorate.io.columns import Columns, check_samples, choose, with_time
+from zerorate.io.columns import NOT_TIME, Columns, check_samples, choose, with_time
 from zerorate.io.counts import Scale, Scaling, kind_of, note_on_counts
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Log, LogError, checked_rate
@@ -253,7 +253,9 @@ def selected(
     groups = grouped(names, table.meta.unit)
     stated = _stated_rate(rate, table)
     if choice.time is None and stated is None:
-        raise LogError("there are no timestamps to tell the sampling rate; give rate= in Hz")
+        told = "there are no timestamps to tell the sampling rate; give rate= in Hz"
+        hints = [note for note in table.meta.notes if NOT_TIME in note]
+        raise LogError("; ".join([told, *hints]))
     return Selection(table, choice.data, choice.time, names, groups, stated)
 
 

@@ -37,7 +37,9 @@ class Span:
             if value is not None and not 0.0 <= float(number) < math.inf:
                 raise ValueError(f"{name}= is seconds from the first sample, got {value!r}")
         if self.stop is not None and self.stop <= (self.start or 0.0):
-            raise ValueError(f"stop= at {self.stop:g} s is not after start= at {self.start or 0:g}")
+            raise ValueError(
+                f"stop= at {self.stop:g} s is not after start= at {self.start or 0:g} s"
+            )
 
     @property
     def whole(self) -> bool:
@@ -70,8 +72,8 @@ class Span:
         """Return a sentence on what was read of a log so many seconds long."""
         stop = duration if self.stop is None else self.stop
         return (
-            f"read from {self.start or 0:g} s to {stop:.6g} s of {duration:.6g} s; what is said of "
-            "the clock is of the whole"
+            f"read from {self.start or 0:g} s to {stop:.6g} s of {duration:.6g} s, on the clock of "
+            "the whole log"
         )
 
     def of(self, logs: Sequence[Log]) -> list[Log | None]:

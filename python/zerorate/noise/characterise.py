@@ -1,5 +1,6 @@
 """The noise of every axis of one log: deviations, models, a second opinion, and warnings."""
 
+import json
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -8,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.io import Log, LogError
+from zerorate.io.log import notes_of
 from zerorate.noise import AllanResult, FittedModel, NoiseModel, allan, worst_axis
 from zerorate.noise.kinds import KindName, TauGrid
 from zerorate.noise.rest import MOVED, Step, largest_step
@@ -15,7 +17,7 @@ from zerorate.noise.spectrum import Spectrum, fit_spectrum
 from zerorate.progress import Progress, silent
 from zerorate.types import Floats
 
-__all__ = ["Axis", "Characterisation", "characterise"]
+__all__ = ["Axis", "Characterisation", "characterise", "models_json", "notes_on"]
 
 # Every kind has an averaging time from here on.
 _LEAST_SAMPLES: Final = 20
@@ -167,6 +169,23 @@ def characterise(
             spectrum = spectra[i] if second_opinion else None
             axes.append(_examined(log, curve.axis(i), z, markov, spectrum))
     return Characterisation(log, curve, tuple(axes))
+
+
+def models_json(found: Sequence[Characterisation]) -> str:
+    """Return the models of all axes of a log as JSON, null for an axis without one."""
+    models = {
+        axis.name: None if axis.model is None else json.loads(axis.model.to_json())
+        for one in found
+        for axis in one.axes
+    }
+    return json.dumps({"axes": models}, indent=2) + "\n"
+
+
+def notes_on(found: Sequence[Characterisation]) -> tuple[str, ...]:
+    """Return the sentences on the sensors of a log, and on the log, each once."""
+    notes = [note for one in found for note in one.notes]
+    notes += [note for one in found for note in notes_of(one.log)]
+    return tuple(dict.fromkeys(notes))
 
 
 def _check_samples(log: Log, kind: KindName) -> None:

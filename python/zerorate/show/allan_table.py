@@ -5,10 +5,9 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.io.log import notes_of
 from zerorate.io.names import looks_like_accelerometer
 from zerorate.noise import AllanResult, Coefficient, NoiseModel
-from zerorate.noise.characterise import Axis, Characterisation
+from zerorate.noise.characterise import Axis, Characterisation, notes_on
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import TERMS, Quantity, Term, shown_unit, si_unit, term_of
 from zerorate.numerals import significant, with_error
@@ -58,10 +57,7 @@ def format_allan_notes(found: Sequence[Characterisation]) -> str:
     str
         Lines without an end, empty if there is nothing to say.
     """
-    logs = [one.log for one in found]
-    notes = [note for one in found for note in one.notes]
-    notes += [note for log in logs for note in notes_of(log)]
-    return bulleted(dict.fromkeys(notes))
+    return bulleted(notes_on(found))
 
 
 def _table(found: Characterisation) -> str:

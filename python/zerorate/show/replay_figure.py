@@ -49,7 +49,7 @@ _COLUMN: Final = 60.0
 _HEIGHT: Final = 212.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 16.5, 4.0, 16.0, 21.0
 _BETWEEN_COLUMNS, _BETWEEN_ROWS = 13.0, 11.0
-_LABELS: Final = 8.6
+_LABELS: Final = 10.2
 """Of the left panels' scales, from the panel."""
 
 _LOW: Final = 0.62

@@ -137,10 +137,7 @@ def _on_noise(replay: Summary) -> str:
     rate = f"compensated rate (raw minus the bias of {replay.method})"
     if replay.params["motion"] == "hold":
         return f"The {rate} keeps the sensor's noise: its deviation over raw is {listed}."
-    return (
-        f"Deviation of the {rate} over raw: {listed}. Motion is taken for bias here, and removed "
-        "with it (motion 'ignore')."
-    )
+    return f"Deviation of the {rate} over raw, motion included: {listed}."
 
 
 def _on_speed(replay: Summary) -> str:

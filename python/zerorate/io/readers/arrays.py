@@ -9,7 +9,7 @@ from typing import NoReturn
 import numpy as np
 
 from zerorate.io.log import LogError
-from zerorate.io.names import looks_like_sensor, looks_like_time, split_unit
+from zerorate.io.names import looks_like_sensor, looks_like_time, may_be_time, split_unit
 from zerorate.io.readers.stored import Axis, Stored, loaded
 from zerorate.io.table import Column, Metadata, Table
 
@@ -76,7 +76,7 @@ def _with_data(arrays: Mapping[str, Stored], meta: Metadata) -> Table:
     names = meta.names or tuple(f"column_{i}" for i in range(len(axes)))
     if len(names) != len(axes):
         raise LogError(f"'names' lists {len(names)} names for {len(axes)} columns of 'data'")
-    time = next((name for name in arrays if looks_like_time(name)), None)
+    time = next(iter(_times(arrays)), None)
     first = 0 if time is None else 1
     if time is not None:
         stamps = arrays[time].upright()
@@ -93,8 +93,16 @@ def _with_data(arrays: Mapping[str, Stored], meta: Metadata) -> Table:
     )
 
 
+def _times(arrays: Mapping[str, Stored]) -> list[str]:
+    """Return the arrays of timestamps; one whose name may mean something else has to be long."""
+    known = [name for name in arrays if looks_like_time(name)]
+    return known or [
+        name for name in arrays if may_be_time(name) and math.prod(arrays[name].shape) > 1
+    ]
+
+
 def _one_array_a_column(arrays: Mapping[str, Stored], meta: Metadata) -> Table:
-    time = [name for name in arrays if looks_like_time(name)]
+    time = _times(arrays)
     others = [name for name in arrays if name not in time]
     if not others:
         raise LogError("there is no array of samples, expected 'data' or one a column")

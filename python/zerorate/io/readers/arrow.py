@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from zerorate.io.log import LogError
+from zerorate.io.names import named_like_time
 from zerorate.io.table import Column, Content, Format, Metadata, Table, listed_names
 from zerorate.texts import extra_needed
 
@@ -91,6 +92,9 @@ def _check_type(field: _Schema) -> None:
         types.is_timestamp,
         types.is_duration,
     )
+    texts = (types.is_string, types.is_large_string, types.is_string_view)
+    if named_like_time(field.name) and any(is_text(field.type) for is_text in texts):
+        return
     if not any(is_known(field.type) for is_known in known):
         raise LogError(f"column '{field.name}' holds {field.type}, expected numbers")
 

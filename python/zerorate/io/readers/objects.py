@@ -10,7 +10,7 @@ import numpy as np
 
 from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
-from zerorate.io.names import looks_like_time
+from zerorate.io.names import looks_like_time, named_like_time
 from zerorate.io.readers.arrays import (
     SCALARS,
     from_array,
@@ -75,7 +75,7 @@ def _joined(label: object) -> str:
 
 def _is_time(index: _Series) -> bool:
     name = index.name
-    return index.dtype.kind in "Mm" or (isinstance(name, str) and looks_like_time(name))
+    return index.dtype.kind in "Mm" or (isinstance(name, str) and named_like_time(name))
 
 
 def _from_pandas(series: _Series, name: str) -> Column:
@@ -83,6 +83,8 @@ def _from_pandas(series: _Series, name: str) -> Column:
     if kind in "Mm":
         # Times of a zone become those of UTC, without objects between.
         return np.asarray(series.to_numpy(dtype=f"{kind}8[{_resolution(series.dtype)}]"))
+    if kind == "O" and named_like_time(name):
+        return np.asarray(series.to_numpy(dtype=object))
     if kind not in _WIDE:
         raise LogError(f"column '{name}' holds {series.dtype}, expected numbers")
     if isinstance(series.dtype, np.dtype):
@@ -103,9 +105,13 @@ def _from_polars(series: _Series) -> Column:
     kind = series.dtype
     if kind == _polars().Boolean:
         series = series.cast(_polars().Int8)
-    elif not (kind.is_numeric() or kind.is_temporal()):
+    elif not (kind.is_numeric() or kind.is_temporal() or _is_text_of_time(series)):
         raise LogError(f"column '{series.name}' holds {kind}, expected numbers")
     return np.asarray(series.to_numpy())
+
+
+def _is_text_of_time(series: _Series) -> bool:
+    return series.dtype == _polars().String and named_like_time(series.name)
 
 
 def _polars() -> Any:  # noqa: ANN401

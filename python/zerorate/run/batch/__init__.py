@@ -1,6 +1,7 @@
-"""Many logs through the filter: on the cores of one machine, or on a cluster."""
+"""Many logs at once, on the cores of one machine or on a cluster."""
 
+from zerorate.run.batch.fleet import Fleet, Outlier
 from zerorate.run.batch.run import BatchResult, run_batch
 from zerorate.run.batch.task import Outcome, Settings
 
-__all__ = ["BatchResult", "Outcome", "Settings", "run_batch"]
+__all__ = ["BatchResult", "Fleet", "Outcome", "Outlier", "Settings", "run_batch"]

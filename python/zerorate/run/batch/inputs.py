@@ -1,20 +1,26 @@
-"""The logs of a batch: what its patterns name, without what a batch has written itself."""
+"""The logs of a batch: what its patterns and folders name, without what zerorate has written."""
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from zerorate.io.readers.parquet import native_file
-from zerorate.run.batch.patterns import find
-from zerorate.run.batch.task import OUTPUT_MARK, Record
+from zerorate.run.batch.patterns import SUFFIXES, find
 
-__all__ = ["SUMMARY", "SUMMARY_MARK", "Inputs", "inputs"]
+__all__ = ["SUMMARY", "SUMMARY_MARK", "Inputs", "command_of", "inputs"]
 
 SUMMARY: Final = "summary.parquet"
 SUMMARY_MARK: Final = b"zerorate batch"
 """Key of the summary's metadata by which it is known wherever it lies."""
+
+_RESULT: Final = re.compile("-zerorate(?=-|$)")
+"""What every command adds to the name of a log whose results it writes."""
+
+_TRUTH: Final = "-truth"
+"""What ``zerorate simulate`` adds to the name of a log for the file of its true drift."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +34,9 @@ class Inputs:
     files : tuple of Path
         The logs, sorted.
     failed : mapping of Path to str
-        What matches a pattern but cannot be read, and why.
+        What is named but cannot be read, and why.
     left_out : tuple of Path
-        What matches a pattern but is the output of a batch.
+        What is named but was written by zerorate.
     """
 
     root: Path
@@ -39,48 +45,53 @@ class Inputs:
     left_out: tuple[Path, ...]
 
 
-def inputs(patterns: Sequence[str], output: Path) -> Inputs:
-    """Return what patterns name; FileNotFoundError if one of them names nothing.
+def inputs(patterns: Sequence[str]) -> Inputs:
+    """Return what folders and patterns name; FileNotFoundError if one of them names no log.
 
-    What a batch has written is left out, here or elsewhere, and in the output folder all that is
-    named so.
+    What zerorate has written is left out wherever it lies, unless a pattern asks for it: results,
+    by the mark in their name, the summary of a batch, and the true drift next to a simulated log.
     """
     found = [find(pattern) for pattern in patterns]
     root = Path(os.path.commonpath([one.root for one in found]))
     logs: set[Path] = set()
     left_out: set[Path] = set()
     for pattern, one in zip(patterns, found, strict=True):
-        own = {path for path in one.files if _is_output(path, output)}
+        own = {path for path in one.files if _is_written(path, pattern)}
         if not one.files - own and not one.failed:
-            also = f" but {len(own)} that a batch has written" if own else ""
-            raise FileNotFoundError(f"no file matches '{pattern}'{also}")
+            raise FileNotFoundError(_nothing(pattern, len(own)))
         logs |= one.files - own
-        left_out |= own
+        left_out |= own - logs
     failed = {path: why for one in found for path, why in one.failed.items()}
-    return Inputs(root, tuple(sorted(logs)), failed, tuple(sorted(left_out)))
+    return Inputs(root, tuple(sorted(logs)), failed, tuple(sorted(left_out - logs)))
 
 
-def _within(path: Path, folder: Path) -> bool:
-    """Return whether a path lies in a folder, by its name or by where links lead."""
-    real = os.path.realpath(path), os.path.realpath(folder)
-    return path.is_relative_to(folder) or Path(real[0]).is_relative_to(real[1])
-
-
-def _is_output(path: Path, output: Path) -> bool:
-    if path.name == SUMMARY:
-        return _is_summary(path)
-    if not path.stem.endswith(OUTPUT_MARK):
-        return False
-    # In the output folder it may be one whose record a kill has prevented.
-    return _within(path, output) or Record.of_either(path) is not None
-
-
-def _is_summary(path: Path) -> bool:
+def command_of(summary: Path) -> str | None:
+    """Return which command wrote the summary of a batch; None for any other file."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     try:
-        metadata = pq.read_schema(native_file(path)).metadata
+        metadata = pq.read_schema(native_file(summary)).metadata
     except (OSError, pa.ArrowException):
-        return False
-    return SUMMARY_MARK in (metadata or {})
+        return None
+    name = (metadata or {}).get(SUMMARY_MARK)
+    return None if name is None else name.decode()
+
+
+def _is_written(path: Path, pattern: str) -> bool:
+    """Return whether zerorate has written a file that a pattern names, but does not ask for."""
+    asked = Path(pattern).stem
+    if path.name == SUMMARY:
+        return command_of(path) is not None
+    if _RESULT.search(path.stem):
+        return not _RESULT.search(asked)
+    log = path.with_name(path.stem.removesuffix(_TRUTH) + path.suffix)
+    return path.stem.endswith(_TRUTH) and not asked.endswith(_TRUTH) and log.exists()
+
+
+def _nothing(pattern: str, written: int) -> str:
+    if Path(pattern).is_dir():
+        which = f"no file in the folder '{pattern}' ends in one of {', '.join(SUFFIXES)}"
+    else:
+        which = f"no file matches '{pattern}'"
+    return f"{which} but {written} that zerorate has written" if written else which

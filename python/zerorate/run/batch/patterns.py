@@ -1,4 +1,7 @@
-"""Files that patterns name: as of `glob`, but each folder once, and brackets may be just that."""
+"""Files that folders and patterns name.
+
+Patterns are those of `glob`, but each folder is taken once, and brackets may be just that.
+"""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -6,8 +9,15 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from glob import has_magic
 from pathlib import Path
+from typing import Final
 
-__all__ = ["Found", "find"]
+from zerorate.io.formats import FORMATS
+from zerorate.io.readers.ros import is_bag_folder
+
+__all__ = ["SUFFIXES", "Found", "find"]
+
+SUFFIXES: Final = tuple(dict.fromkeys(suffix for form in FORMATS for suffix in form.suffixes))
+"""Of the files in a folder that are taken for logs."""
 
 
 @dataclass
@@ -19,7 +29,7 @@ class Found:
     root : Path
         The deepest folder that does not depend on what is there.
     files : set of Path
-        Absolute; links are kept as they are.
+        Absolute; links are kept as they are. The folder of a ROS 2 bag is one.
     failed : dict of Path to str
         What matches but cannot be read, or not be looked into, and why.
     """
@@ -30,19 +40,45 @@ class Found:
 
 
 def find(pattern: str) -> Found:
-    """Return the files that a pattern names.
+    """Return the files that a folder or a pattern names; the folder of a ROS 2 bag is one of them.
 
-    ``**`` is any number of folders. It follows links, but takes each folder once, so that a link
-    to a folder above leads nowhere. A part in brackets that is the name of something is that.
+    A folder names all in it and below that has the suffix of a log. In a pattern ``**`` is any
+    number of folders. It follows links, but takes each folder once, so that a link to a folder
+    above leads nowhere. A part in brackets that is the name of something is that.
     """
-    first, *parts = Path(os.path.abspath(pattern)).parts
+    whole = Path(os.path.abspath(pattern))
+    if whole.is_dir() and not _is_bag(whole):
+        return _below(whole)
+    first, *parts = whole.parts
     folder = Path(first)
     while len(parts) > 1 and _is_name(folder, parts[0]):
         folder /= parts.pop(0)
     found = Found(folder)
     for path in _matches(folder, parts, found) if parts else ():
         _sort(path, found)
+    # What lies in the folder of a bag that matches is that bag's.
+    found.files -= {path for path in found.files if path.parent in found.files}
     return found
+
+
+def _below(top: Path) -> Found:
+    """Return the logs of a folder."""
+    found = Found(top)
+    for folder in _folders(top, found):
+        if _is_bag(folder):
+            found.files.add(folder)
+            continue
+        for name in _names(folder, found):
+            if not name.startswith(".") and Path(name).suffix.lower() in SUFFIXES:
+                _sort(folder / name, found)
+    return found
+
+
+def _is_bag(folder: Path) -> bool:
+    """Return whether a folder is a ROS 2 bag; logs may lie next to metadata of another kind."""
+    return is_bag_folder(folder) and any(
+        path.suffix in (".db3", ".mcap") for path in folder.iterdir()
+    )
 
 
 def _is_name(folder: Path, part: str) -> bool:
@@ -105,7 +141,7 @@ def _names(folder: Path, found: Found) -> list[str]:
 
 def _sort(path: Path, found: Found) -> None:
     try:
-        if path.is_file():
+        if path.is_file() or (path.is_dir() and _is_bag(path)):
             found.files.add(path)
         elif not path.is_dir():
             found.failed[path] = "a link to nothing" if path.is_symlink() else "no regular file"

@@ -3,61 +3,51 @@
 import os
 import time
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
 
-from zerorate._native import __version__
-from zerorate.io import atomic_path, check_writable
+from zerorate.io import check_writable
 from zerorate.io.atomic import sweep
-from zerorate.io.readers.parquet import native_file
 from zerorate.run.batch.cluster import local_cluster as on_local_cluster
 from zerorate.run.batch.cluster import scheduler_at
 from zerorate.run.batch.engines import Died, Engine, Finished, Processes, outlived
-from zerorate.run.batch.inputs import SUMMARY, SUMMARY_MARK, Inputs, inputs
-from zerorate.run.batch.task import OUTPUT_MARK, Outcome, Settings, Task, record_path, run_task
-from zerorate.texts import extra_needed, printable
+from zerorate.run.batch.fleet import Fleet, fleet_of
+from zerorate.run.batch.inputs import SUMMARY, Inputs, command_of, inputs
+from zerorate.run.batch.summary import write_summary
+from zerorate.run.batch.task import Outcome, Settings, Task, run_task
+from zerorate.texts import extra_needed
 
 __all__ = ["BatchResult", "Progress", "run_batch"]
 
 Progress = Callable[[int, int], None]
 """Called with the logs that are through, and all that are to do."""
 
-_TEXTS: Final = ("log", "axis", "status", "error", "unit")
-_COUNTS: Final = ("samples", "missing", "saturated", "outliers", "stuck")
-_NUMBERS: Final = (
-    "seconds",
-    "rate",
-    "raw_mean",
-    "raw_deviation",
-    "raw_coasting_10s",
-    "raw_coasting_60s",
-    "drift_mean",
-    "drift_deviation",
-    "drift_coasting_10s",
-    "drift_coasting_60s",
-    "reduction",
-    "angle_random_walk",
-    "rate_random_walk",
-    "bias",
-    "bias_sigma",
-    "time_at_rest",
-)
-
 
 @dataclass(frozen=True)
 class BatchResult:
-    """What became of every log, by name, and where the summary lies.
+    """What became of every log.
 
-    `left_out` are files that match a pattern but that a batch has written.
+    Parameters
+    ----------
+    outcomes : tuple of Outcome
+        One a log, by name.
+    summary : Path
+        The table of all.
+    seconds : float
+        What the batch took.
+    fleet : Fleet
+        Which logs stand out from the others.
+    left_out : tuple of Path
+        Files that were named but that zerorate has written.
     """
 
     outcomes: tuple[Outcome, ...]
     summary: Path
     seconds: float
-    left_out: tuple[Path, ...] = ()
+    fleet: Fleet
+    left_out: tuple[Path, ...]
 
     @property
     def failed(self) -> tuple[Outcome, ...]:
@@ -80,7 +70,7 @@ class BatchResult:
 
 
 def run_batch(
-    patterns: str | Sequence[str],
+    patterns: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     output: str | os.PathLike[str],
     settings: Settings | None = None,
     *,
@@ -90,22 +80,24 @@ def run_batch(
     force: bool = False,
     progress: Progress | None = None,
 ) -> BatchResult:
-    """Filter many logs into one folder, each in a process of its own, and sum them up.
+    """Filter many logs, or find their noise, and compare them with each other.
 
-    A log that fails, or that kills its worker twice, is reported and the others go on. A run may be
-    stopped at any moment: the next one skips what is finished.
+    Each log is worked on in a process of its own. One that fails, or that kills its worker twice,
+    is reported and the others go on. A run may be stopped at any moment: the next one skips what
+    is finished.
 
     Parameters
     ----------
-    patterns : str or sequence of str
-        Files, or patterns such as ``"logs/**/*.parquet"``; a name with brackets may be just that.
-        ``**`` takes each folder once, however many links lead there. What a batch has written is
-        left out.
+    patterns : str, path, or sequence of these
+        Folders, of which all logs are taken; files; or patterns such as ``"logs/**/*.parquet"``,
+        where a name with brackets may be just that. ``**`` takes each folder once, however many
+        links lead there. What zerorate has written is left out unless a pattern asks for it.
     output : path
         Folder of the results, made if missing. It mirrors the folders below the patterns' common
-        one: each log with a record in JSON, and ``summary.parquet`` of all.
+        one: for each log its result and a record in JSON, and ``summary.parquet`` of all. Each
+        command needs a folder of its own.
     settings : Settings, optional
-        How the logs are read, filtered and written.
+        What is done with each log, and how it is read and written; by default it is filtered.
     workers : int, optional
         Worker processes; default one a core.
     local_cluster : int, optional
@@ -120,14 +112,15 @@ def run_batch(
     Returns
     -------
     BatchResult
-        What became of each log.
+        What became of each log, and which stand out from the others.
 
     Raises
     ------
     ValueError
-        If an argument is not valid, or two logs would be written to one place.
+        If an argument is not valid, two logs would be written to one place, or the folder holds
+        the summary of another command.
     OSError
-        If a pattern matches nothing, or the output cannot be written.
+        If a pattern or a folder names no log, or the output cannot be written.
     ImportError
         Without pyarrow or, for a cluster, distributed.
 
@@ -147,24 +140,26 @@ def run_batch(
     """
     begin = time.perf_counter()
     _check_pyarrow()
-    listed = [patterns] if isinstance(patterns, str) else list(patterns)
-    folder = Path(output)
+    listed = [patterns] if isinstance(patterns, str | os.PathLike) else patterns
+    chosen, folder = settings or Settings(), Path(output)
     engine = _engine(workers, local_cluster, scheduler)
-    found = inputs(listed, Path(os.path.abspath(folder)))
-    tasks, unread = _tasks(found, folder, settings or Settings(), force)
+    found = inputs([os.fspath(one) for one in listed])
+    tasks, unread = _tasks(found, folder, chosen, force)
+    summary = folder / SUMMARY
+    _check_summary(summary, chosen)
     folder.mkdir(parents=True, exist_ok=True)
-    check_writable(folder / SUMMARY, force=True)
+    check_writable(summary, force=True)
     ends = {task.name: end for task in tasks if (end := task.finished("skipped")) is not None}
     todo = [task for task in tasks if task.name not in ends]
     if todo:
         with closing(_ended(engine, todo, sweeping=scheduler is None)) as fresh:
             ends |= _counted(fresh, len(todo), progress or _silent)
-    filtered = (_still_there(task, ends[task.name]) for task in tasks)
-    outcomes = tuple(sorted((*filtered, *unread), key=lambda one: one.name))
+    through = (_still_there(task, ends[task.name]) for task in tasks)
+    outcomes = tuple(sorted((*through, *unread), key=lambda one: one.name))
+    fleet = fleet_of({one.name: one.rows for one in outcomes}, chosen.does.compared)
     folder.mkdir(parents=True, exist_ok=True)
-    _write_summary(outcomes, folder / SUMMARY)
-    seconds = time.perf_counter() - begin
-    return BatchResult(outcomes, folder / SUMMARY, seconds, found.left_out)
+    write_summary(outcomes, fleet, chosen, summary)
+    return BatchResult(outcomes, summary, time.perf_counter() - begin, fleet, found.left_out)
 
 
 def _counted(ends: Iterable[Outcome], count: int, report: Progress) -> dict[str, Outcome]:
@@ -190,7 +185,7 @@ def _ended(
     finally:
         # On another's cluster tasks that were begun go on after an interrupt.
         if whole or sweeping:
-            sweep(path for task in tasks for path in (task.output, record_path(task.output)))
+            sweep(path for task in tasks for path in (task.output, task.record))
 
 
 def _outcome(end: Finished[Task, Outcome] | Died[Task]) -> Outcome:
@@ -252,17 +247,17 @@ def _tasks(
     return tasks, [Outcome(name, "failed", error=why) for name, why in names]
 
 
-def _task(source: Path, relative: Path, output: Path, settings: Settings, force: bool) -> Task:
+def _task(source: Path, relative: Path, folder: Path, settings: Settings, force: bool) -> Task:
     name = relative.as_posix()
-    state = source.stat()
-    return Task(
-        name=name,
-        source=source,
-        output=output / relative.with_name(f"{relative.stem}{OUTPUT_MARK}.{settings.format}"),
-        settings=settings,
-        fingerprint=settings.fingerprint(name, state.st_size, state.st_mtime_ns),
-        force=force,
-    )
+    output, record = settings.does.paths(folder / relative, settings.format)
+    fingerprint = settings.fingerprint(name, *_state(source))
+    return Task(name, source, output, record, settings, fingerprint, force)
+
+
+def _state(source: Path) -> tuple[int, int]:
+    """Return the size of a file, or of all in a bag's folder, and when it was changed, ns."""
+    states = [path.stat() for path in (source.iterdir() if source.is_dir() else [source])]
+    return sum(one.st_size for one in states), max(one.st_mtime_ns for one in states)
 
 
 def _check_apart(tasks: Iterable[Task]) -> None:
@@ -270,32 +265,16 @@ def _check_apart(tasks: Iterable[Task]) -> None:
     for task in tasks:
         other = owners.setdefault(task.output, task.name)
         if other != task.name:
-            raise ValueError(f"'{other}' and '{task.name}' would both become {task.output.name}")
+            raise ValueError(
+                f"'{other}' and '{task.name}' would both become {task.output.name}: "
+                "choose one of them by a pattern such as '**/*.csv'"
+            )
 
 
-def _write_summary(outcomes: Iterable[Outcome], path: Path) -> None:
-    """Write the table as Parquet; a failed log has one row, without an axis."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    types: list[tuple[str, Any]] = [(name, pa.string()) for name in _TEXTS]
-    types += [(name, pa.int64()) for name in _COUNTS]
-    types += [(name, pa.float64()) for name in _NUMBERS]
-    types += [("notes", pa.list_(pa.string()))]
-    schema = pa.schema(types, metadata={SUMMARY_MARK: __version__})
-    table = pa.Table.from_pylist(list(_summary_rows(outcomes)), schema=schema)
-    with atomic_path(path, force=True) as temporary, native_file(temporary, "wb") as file:
-        pq.write_table(table, file, compression="zstd")
-
-
-def _summary_rows(outcomes: Iterable[Outcome]) -> Iterator[dict[str, object]]:
-    for one in outcomes:
-        common = {
-            "log": printable(one.name),
-            "status": one.status,
-            "error": None if one.error is None else printable(one.error),
-            "seconds": one.seconds,
-            "notes": list(map(printable, one.notes)),
-        }
-        for row in one.rows or ({},):
-            yield {**common, **row}
+def _check_summary(summary: Path, settings: Settings) -> None:
+    """Refuse a folder whose summary is of another command: this one's would take its place."""
+    other = command_of(summary)
+    if other is not None and other != settings.command:
+        raise ValueError(
+            f"{summary} is of command '{other}': give '{settings.command}' a folder of its own"
+        )

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from zerorate._native import DriftFilter
+from zerorate.io.names import canonical_unit
+from zerorate.options import LIMITS
 from zerorate.run.live.lines import Layout
 from zerorate.run.live.sequence import SequenceCount
 from zerorate.run.live.settings import Settings
 
 __all__ = ["CheckpointError", "SettingsError", "State", "check_settings", "packed", "unpacked"]
 
-_SIGNATURE: Final = b"ZRLINES1"
+_SIGNATURE: Final = b"ZRLINES2"
 _LENGTH: Final = 4
 _CRC: Final = 4
 _NUMBERS: Final = ("last", "lost", "late", "restarts", "turn", "wraps", "run", "lowest")
@@ -45,9 +47,10 @@ class State:
         """Raise ValueError if no stream could have come to this state."""
         layout, places = self.layout, range(self.layout.fields)
         channels = None if len(layout.channels) == 1 else len(layout.channels)
-        new = self.settings.filter(len(layout.channels) or 1)
+        new = self.settings.filter(len(layout.channels) or 1, layout.unit)
         consistent = (
             layout.channels and all(place in places for place in layout.channels),
+            len(set(layout.channels)) == len(layout.channels),
             layout.sequence is None or layout.sequence in places,
             (layout.sequence is None) == (self.settings.sequence is None),
             layout.names is None or len(layout.names) == layout.fields,
@@ -64,7 +67,7 @@ def packed(state: State) -> bytes:
     layout, sequence = state.layout, state.sequence
     fields = {
         "settings": state.settings.as_json(),
-        "layout": [layout.fields, layout.channels, layout.sequence, layout.names],
+        "layout": [layout.fields, layout.channels, layout.sequence, layout.names, layout.unit],
         "samples": state.samples,
         "lines": state.lines,
         "sequence": [getattr(sequence, name) for name in _NUMBERS],
@@ -106,11 +109,13 @@ def check_settings(saved: State, now: Settings, fields: int | None) -> None:
     """Raise SettingsError if a checkpoint was made with other settings."""
     theirs = saved.settings.as_json() | {"fields": saved.layout.fields}
     ours = now.as_json() | ({} if fields is None else {"fields": fields})
-    for name, value in ours.items():
-        # Options that only one of two methods uses come after the method.
-        if value != theirs.get(name):
-            then = _in_words(theirs.get(name))
-            raise SettingsError(f"it was made with {name}={then}, now it is {_in_words(value)}")
+    # Limits that are not given are not there; options of one of two methods come after the method.
+    for name in [*ours, *(LIMITS.keys() & theirs.keys() - ours.keys())]:
+        then, value = theirs.get(name), ours.get(name)
+        if value != then:
+            raise SettingsError(
+                f"it was made with {name}={_in_words(then)}, now it is {_in_words(value)}"
+            )
 
 
 def _in_words(value: object) -> str:
@@ -121,12 +126,13 @@ def _in_words(value: object) -> str:
 
 def _state(fields: dict[str, Any], filter_: DriftFilter) -> State:
     settings = Settings.from_json(fields["settings"])
-    width, channels, sequence, names = fields["layout"]
+    width, channels, sequence, names, unit = fields["layout"]
     layout = Layout(
         _whole(width),
         tuple(map(_whole, channels)),
         None if sequence is None else _whole(sequence),
         None if names is None else tuple(map(_text, names)),
+        None if unit is None else canonical_unit(unit),
     )
     return State(
         settings=settings,
@@ -135,21 +141,20 @@ def _state(fields: dict[str, Any], filter_: DriftFilter) -> State:
         lines=_whole(fields["lines"]),
         sequence=_numbers(settings, fields["sequence"]),
         filter=filter_,
-        # Earlier versions owed nothing, and knew no wraps.
-        owed=_whole(fields.get("owed", 0)),
+        owed=_whole(fields["owed"]),
     )
 
 
 def _numbers(settings: Settings, saved: Sequence[Any]) -> SequenceCount:
-    given = dict(zip(_NUMBERS, saved, strict=False))
-    for name in given.keys() & {"lost", "late", "restarts", "run"}:
+    given = dict(zip(_NUMBERS, saved, strict=True))
+    for name in ("lost", "late", "restarts", "run"):
         _whole(given[name])
-    _integer(given.get("lowest", 0))
+    _integer(given["lowest"])
     if given["last"] is not None:
         _integer(given["last"])
-    if type(given.get("wraps", False)) is not bool:
+    if type(given["wraps"]) is not bool:
         raise TypeError("a flag was expected")
-    if given.get("turn") is not None:
+    if given["turn"] is not None:
         lowest, highest = given["turn"]
         given["turn"] = (_integer(lowest), _integer(highest))
     return SequenceCount(settings.rate, settings.sequence_bits, **given)

@@ -1,15 +1,24 @@
 """The lines of a stream: their cells and columns, and their answers."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 from typing import Any, Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import DriftFilter
+from zerorate.io import LogError
+from zerorate.io.clocks.iso8601 import is_date
+from zerorate.io.names import (
+    UNKNOWN,
+    common_unit,
+    looks_like_gyro,
+    named_like_time,
+)
 from zerorate.io.readers.cells import from_inert, inert, number
 
 __all__ = [
@@ -21,12 +30,12 @@ __all__ = [
     "answer",
     "cells_of",
     "find_layout",
-    "header",
-    "no_answer",
 ]
 
 # As many digits as a counter of 64 bits may have.
 _INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
+
+_UNPRINTABLE: Final = "it holds characters that cannot be printed"
 
 _Column: TypeAlias = float | bool | npt.NDArray[Any]
 """One number a channel: alone, or as an array of shape (k,)."""
@@ -49,21 +58,27 @@ def cells_of(line: str) -> list[str]:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What was asked for: columns by name or position, None for all but the sequence number."""
+    """What was asked for: columns by name or position, None for those that hold gyros."""
 
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
     fields: int | None = None
+    unit: str | None = None
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How every line is laid out; `names` are those of the header, if there was one."""
+    """How every line is laid out: which columns are filtered; all others pass through.
+
+    `names` are those of the header, if there was one, and `unit` is that of the channels, if it is
+    known.
+    """
 
     fields: int
     channels: tuple[int, ...]
     sequence: int | None
     names: tuple[str, ...] | None
+    unit: str | None = None
 
     @property
     def labels(self) -> list[str]:
@@ -71,10 +86,20 @@ class Layout:
         names = self.names or tuple(f"column {i}" for i in range(self.fields))
         return [names[i] for i in self.channels]
 
+    @property
+    def passing(self) -> list[str]:
+        """What the columns that pass through are called."""
+        names = self.names or tuple(map(str, range(self.fields)))
+        return [name for i, name in enumerate(names) if i not in self.channels]
+
     def row(self, cells: Sequence[str]) -> list[float]:
         """Return the sample in the cells of a line, one number a channel; LineError if none."""
         self._check_count(cells)
-        return [_number(cells[i]) for i in self.channels]
+        row = [_number(cells[i]) for i in self.channels]
+        # What passes through may reach a terminal.
+        if len(row) < self.fields and not "".join(cells).isprintable():
+            raise LineError(_UNPRINTABLE)
+        return row
 
     def sequence_number(self, cells: Sequence[str]) -> int:
         """Return the sequence number in the cells of a line; LineError if there is none."""
@@ -98,6 +123,25 @@ class Layout:
             raise ColumnError(f"it names the columns {names}, before they were {known}")
         return False
 
+    def answer(self, cells: Sequence[str], texts: Sequence[str]) -> str:
+        """Return the answer to a line: texts in the place of channels, further ones at its end."""
+        if self._alone:
+            return ",".join(texts)
+        whole = list(cells)
+        for place, text in zip(self.channels, texts, strict=False):
+            whole[place] = text
+        return ",".join([*whole, *texts[len(self.channels) :]])
+
+    def header(self, cells: Sequence[str], beside: Sequence["Beside"]) -> str:
+        """Return the names of an answer's columns."""
+        names = [from_inert(cell) for cell in cells]
+        further = [f"{column}_{names[i]}" for column in beside for i in self.channels]
+        return ",".join([*map(inert, names), *further])
+
+    @cached_property
+    def _alone(self) -> bool:
+        return self.channels == tuple(range(self.fields))
+
     def _check_count(self, cells: Sequence[str]) -> None:
         # Nothing but a line's end says that all of it is missing.
         if len(cells) != self.fields:
@@ -118,15 +162,54 @@ def find_layout(cells: Sequence[str], wanted: Wanted) -> Layout:
         raise LineError("it is empty, expected names or numbers")
     if wanted.fields not in (None, len(cells)):
         raise LineError(f"it has {len(cells)} cells, expected {wanted.fields}")
-    names = None if all(map(_is_number, cells)) else _names(cells)
+    names = None if all(is_date(cell) or _is_number(cell) for cell in cells) else _names(cells)
     sequence = None if wanted.sequence is None else _position(wanted.sequence, names, len(cells))
-    if wanted.columns is None:
-        channels = tuple(i for i in range(len(cells)) if i != sequence)
-    else:
+    if wanted.columns is not None:
         channels = tuple(_position(column, names, len(cells)) for column in wanted.columns)
+        _check_channels(channels, sequence, names)
+    elif names is not None:
+        channels = tuple(i for i in _gyros(names) if i != sequence)
+    else:
+        channels = tuple(i for i, cell in enumerate(cells) if i != sequence and not is_date(cell))
     if not channels:
-        raise ColumnError("it holds the sequence number alone, expected a sample next to it")
-    return Layout(len(cells), channels, sequence, names)
+        raise ColumnError(_on_no_channel(names))
+    return Layout(len(cells), channels, sequence, names, _unit(channels, names, wanted.unit))
+
+
+def _gyros(names: Sequence[str]) -> list[int]:
+    return [i for i, name in enumerate(names) if looks_like_gyro(name)]
+
+
+def _on_no_channel(names: Sequence[str] | None) -> str:
+    if names is None:
+        return "it holds the sequence number alone, expected a sample next to it"
+    return f"no column looks like a gyro; choose with columns= from: {', '.join(names)}"
+
+
+def _check_channels(
+    channels: Sequence[int], sequence: int | None, names: Sequence[str] | None
+) -> None:
+    """Refuse columns that were asked for as gyros and are none."""
+    if len(set(channels)) < len(channels):
+        raise ColumnError("columns= names a column twice")
+    if sequence in channels:
+        raise ColumnError("columns= names the column of the sequence number")
+    named = tuple(names or ())
+    times = [named[i] for i in channels if named and named_like_time(named[i])]
+    if times:
+        gyros = ", ".join(named[gyro] for gyro in _gyros(named))
+        hint = f"; the gyro columns are {gyros}" if gyros else ""
+        raise ColumnError(f"columns= names '{times[0]}', which holds the time, not samples{hint}")
+
+
+def _unit(channels: Sequence[int], names: Sequence[str] | None, given: str | None) -> str | None:
+    if names is None:
+        return given
+    try:
+        found = common_unit([names[i] for i in channels], given, None)
+    except LogError as error:
+        raise ColumnError(str(error)) from None
+    return None if found == UNKNOWN else found
 
 
 def _name_like(cell: str) -> bool:
@@ -137,6 +220,8 @@ def _names(cells: Sequence[str]) -> tuple[str, ...]:
     # A header of numbers and names is more likely a sample that was garbled.
     if any(cell and _is_number(cell) for cell in cells):
         raise LineError("it holds names and numbers, expected one or the other")
+    if not "".join(cells).isprintable():
+        raise LineError(_UNPRINTABLE)
     return _filled(cells)
 
 
@@ -195,24 +280,12 @@ class Beside(StrEnum):
     stuck = "stuck"
 
 
-def answer(rate: _Column, filter_: DriftFilter, beside: Sequence[Beside]) -> str:
+def answer(rate: _Column, filter_: DriftFilter, beside: Sequence[Beside]) -> list[str]:
     """Return the rate of every channel, then every further column of every channel."""
     if not beside:
-        return ",".join(_texts(rate))
+        return _texts(rate)
     columns = (rate, *(getattr(filter_, name) for name in beside))
-    return ",".join(text for column in columns for text in _texts(column))
-
-
-def no_answer(channels: int, beside: Sequence[Beside]) -> str:
-    """Return the answer to a line that held no sample."""
-    return ",".join(["nan"] * (channels * (1 + len(beside))))
-
-
-def header(names: Iterable[str], beside: Sequence[Beside]) -> str:
-    """Return the names of an answer's columns."""
-    plain = tuple(map(from_inert, names))
-    further = (f"{column}_{name}" for column in beside for name in plain)
-    return ",".join([*map(inert, plain), *further])
+    return [text for column in columns for text in _texts(column)]
 
 
 def _texts(column: _Column) -> list[str]:

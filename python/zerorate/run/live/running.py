@@ -51,8 +51,8 @@ class Running:
         # Two at least: the sample that comes meanwhile is owed as well.
         self._piece = max(2, int(_A_SECOND / (self.filter.rate * self._width)))
 
-    def answer(self, row: list[float]) -> str:
-        """Return the answer to a sample."""
+    def answer(self, row: list[float]) -> list[str]:
+        """Return what a sample is answered with: one text a channel, then those beside it."""
         self._predict(self._piece)
         if self.owed:
             self.owed += 1

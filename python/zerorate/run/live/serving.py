@@ -162,8 +162,8 @@ class Server:
     saver : Saver, optional
         Saves the stream after an answer has been given, never before.
     warn : callable
-        Takes a sentence on each of the first ten garbled lines, and of the first ten restarts of
-        the sequence numbers.
+        Takes a sentence on which columns are filtered, on what looks like raw counts, on each of
+        the first ten garbled lines, and of the first ten restarts of the sequence numbers.
     patient : bool
         Whether garbled lines may come before the first whole one.
     """
@@ -179,17 +179,28 @@ class Server:
 
     def serve(self, source: Iterable[Line]) -> None:
         """Answer every line of a source."""
+        opening = True
         for number, (line, reply) in enumerate(source, start=1):
             self.owing = True
             restarts = self.stream.sequence.restarts
             answer = self._answer(number, line)
+            if opening and self.stream.open:
+                opening = False
+                self._tell_opening()
             if restarts < self.stream.sequence.restarts:
                 self._tell_restart(number)
             if answer is not None:
                 reply(answer)
+            if (notice := self.stream.notice()) is not None:
+                self.warn(notice)
             self.owing = False
             if self.saver is not None:
                 self.saver.answered(self.stream)
+
+    def _tell_opening(self) -> None:
+        sentence = self.stream.opening
+        if sentence is not None:
+            self.warn(sentence)
 
     def _answer(self, number: int, line: str) -> str | None:
         try:

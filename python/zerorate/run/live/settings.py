@@ -5,13 +5,15 @@ from dataclasses import dataclass
 from typing import Any, Final, Self, Unpack
 
 from zerorate._native import DriftFilter
-from zerorate.options import FILTER_OPTIONS, StreamOptions, checked_options, used_by
+from zerorate.io.counts import Scaling
+from zerorate.io.names import canonical_unit
+from zerorate.options import FILTER_OPTIONS, LIMITS, StreamOptions, checked_options, with_limits
 from zerorate.run.live.lines import Beside, Wanted
 from zerorate.run.live.sequence import MOST_BITS
 
 __all__ = ["Settings"]
 
-_LINES: Final = ("beside", "columns", "sequence", "sequence_bits")
+_LINES: Final = ("beside", "columns", "unit", "data_scale", "sequence", "sequence_bits")
 
 
 @dataclass(frozen=True, init=False)
@@ -26,7 +28,13 @@ class Settings:
         Further columns of an answer: ``"bias"``, ``"bias_sigma"``, ``"at_rest"``,
         ``"saturated"``, ``"stuck"``.
     columns : tuple of str or int, optional
-        Channels by name or position; None is all but the sequence number.
+        Channels by name or position. By default those that a header line names like gyros; without
+        a header line all but the sequence number.
+    unit : str, optional
+        Of the channels, where a header line does not say it. If it is known, `rest_limit` is
+        3 deg/s and `bias_limit` 20 deg/s unless they are given; None is no limit.
+    data_scale : float, optional
+        What samples are multiplied by, such as raw counts; the unit is the one they have then.
     sequence : str or int, optional
         Column of the sequence number; None for no such column.
     sequence_bits : int, optional
@@ -44,6 +52,8 @@ class Settings:
     rate: float
     beside: tuple[Beside, ...]
     columns: tuple[str | int, ...] | None
+    unit: str | None
+    data_scale: float | None
     sequence: str | int | None
     sequence_bits: int | None
     options: Mapping[str, Any]
@@ -54,6 +64,8 @@ class Settings:
         *,
         beside: tuple[Beside, ...] = (),
         columns: tuple[str | int, ...] | None = None,
+        unit: str | None = None,
+        data_scale: float | None = None,
         sequence: str | int | None = None,
         sequence_bits: int | None = None,
         **options: Unpack[StreamOptions],
@@ -61,25 +73,31 @@ class Settings:
         if sequence_bits is not None:
             _check_bits(sequence_bits, sequence)
         given = checked_options(options)
-        # Written out, so that it is the same setting whether given or not.
+        # Written out, so that it is the same setting whether given or not, but for the limits: what
+        # they are by default depends on the unit, which a header line may tell.
         params: Mapping[str, Any] = DriftFilter(rate, **given).params
-        known = {name: params[name] for name in FILTER_OPTIONS if name in params}
+        settled = params.keys() - (LIMITS.keys() - given.keys())
+        known = {name: params[name] for name in FILTER_OPTIONS if name in settled}
+        Scaling.of(data_scale)
         vars(self).update(
             rate=rate,
             beside=tuple(map(Beside, beside)),
             columns=columns,
+            unit=None if unit is None else canonical_unit(unit),
+            data_scale=data_scale,
             sequence=sequence,
             sequence_bits=sequence_bits,
             options=known,
         )
 
-    def filter(self, channels: int) -> DriftFilter:
-        """Return a new filter; for one channel it takes floats, the fastest way."""
-        return DriftFilter(self.rate, channels=None if channels == 1 else channels, **self.options)
+    def filter(self, channels: int, unit: str | None = None) -> DriftFilter:
+        """Return a new filter of samples of some unit; of one channel it takes floats."""
+        options = with_limits(self.options, [self.options["method"]], unit)
+        return DriftFilter(self.rate, channels=None if channels == 1 else channels, **options)
 
     def wanted(self, fields: int | None) -> Wanted:
         """Return which columns to look for in lines of so many cells, None for any number."""
-        return Wanted(self.columns, self.sequence, fields)
+        return Wanted(self.columns, self.sequence, fields, self.unit)
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""
@@ -96,8 +114,7 @@ class Settings:
             for name, value in fields.items()
         }
         own = {name: given.pop(name) for name in ("rate", *_LINES) if name in given}
-        # An earlier version wrote all options, those that its method does not use as well.
-        return cls(**own, **used_by(given["method"], given))
+        return cls(**own, **given)
 
 
 def _check_bits(bits: int, sequence: str | int | None) -> None:

@@ -1,25 +1,33 @@
 """A filter that takes lines and answers lines, and can be saved between any two."""
 
 from collections.abc import Iterator
-from typing import Self
+from typing import Final, Self
 
+import numpy as np
+
+from zerorate.io.counts import note_on_counts
+from zerorate.io.names import UNKNOWN
 from zerorate.run.left_out import LeftOut
 from zerorate.run.live.checkpoint import State, check_settings, packed, unpacked
-from zerorate.run.live.lines import Layout, LineError, cells_of, find_layout, header, no_answer
+from zerorate.run.live.lines import Layout, LineError, cells_of, find_layout
 from zerorate.run.live.running import Running
 from zerorate.run.live.sequence import SequenceCount
 from zerorate.run.live.settings import Settings
 
 __all__ = ["LineStream"]
 
+_HEAD: Final = 100
+"""Samples that tell whether they look like raw counts."""
+
 
 class LineStream:
     """Answers each line with the rate of its sample, and can be saved between any two.
 
     A line holds one or several numbers with commas or blanks between; an empty cell or ``nan`` is
-    a missing sample. The first line may name the columns, and the names may come again after a
-    restart of the source; they are answered by the names of the answer's columns. Lines that
-    begin with ``#`` are not answered.
+    a missing sample. The first line may name the columns; then those named like gyros are filtered,
+    and all others, such as the time, pass through unchanged in their place. Without names all
+    columns are filtered. The names may come again after a restart of the source; they are answered
+    by the names of the answer's columns. Lines that begin with ``#`` are not answered.
 
     Parameters
     ----------
@@ -34,6 +42,9 @@ class LineStream:
     >>> stream = LineStream(Settings(rate=100.0, method="kf", output="estimate"))
     >>> stream.take("0.5"), stream.take("nan"), stream.samples
     ('0.5', '0.5', 2)
+    >>> stream = LineStream(Settings(rate=100.0))
+    >>> stream.take("millis,gx,gy"), stream.take("120,0.5,0.25")
+    ('millis,gx,gy', '120,0.0,0.0')
     """
 
     def __init__(self, settings: Settings, fields: int | None = None) -> None:
@@ -45,6 +56,8 @@ class LineStream:
         self._layout: Layout | None = None
         self._filter: Running | None = None
         self._lines = 0
+        self._scale = settings.data_scale
+        self._head: list[list[float]] = []
 
     @property
     def position(self) -> int:
@@ -70,7 +83,9 @@ class LineStream:
         cells = cells_of(text)
         if self._layout is None:
             self._open(find_layout(cells, self._wanted))
-        return self._header(cells) if self._known.is_header(cells) else self._sample(cells)
+        if self._known.is_header(cells):
+            return self._known.header(cells, self.settings.beside)
+        return self._sample(cells)
 
     @property
     def open(self) -> bool:
@@ -80,10 +95,21 @@ class LineStream:
     @property
     def no_answer(self) -> str:
         """The answer to a garbled line: as many ``nan`` as an answer has columns."""
-        layout, beside = self._known, self.settings.beside
-        # A column more for the number that could not be read.
-        numbered = "" if layout.sequence is None else "nan,"
-        return numbered + no_answer(len(layout.channels), beside)
+        layout = self._known
+        return ",".join(["nan"] * (layout.fields + self._further))
+
+    @property
+    def opening(self) -> str | None:
+        """A sentence on which columns are filtered, None if a line holds nothing but a sample."""
+        layout, passing = self._known, self._known.passing
+        if layout.names is None and not passing:
+            count = layout.fields
+            return f"no header: all {count} columns are filtered as gyros" if count > 1 else None
+        scale = self.settings.data_scale
+        times = "" if scale is None else f" times {scale:.6g}"
+        unit = "" if layout.unit is None else f" in {layout.unit}"
+        filters = f"filters {', '.join(layout.labels)}{times}{unit}"
+        return f"{filters}; passes on {', '.join(passing)}" if passing else filters
 
     def to_bytes(self) -> bytes:
         """Return all that is needed to go on, with a checksum; the columns must be known."""
@@ -128,8 +154,15 @@ class LineStream:
         limit = self.settings.options["limit"]
         yield from LeftOut.of(filter_).sentences(names, filter_.samples_seen, limit)
 
+    def notice(self) -> str | None:
+        """Return a sentence on the first samples if they look like raw counts, once."""
+        if self.samples < _HEAD or not self._head:
+            return None
+        layout, head, self._head = self._known, np.array(self._head), []
+        return note_on_counts(layout.labels, "gyro", layout.unit or UNKNOWN, head)
+
     def _open(self, layout: Layout) -> None:
-        filter_ = self.settings.filter(len(layout.channels))
+        filter_ = self.settings.filter(len(layout.channels), layout.unit)
         self._filter = Running(filter_, self.settings.beside)
         self._layout = layout
 
@@ -145,13 +178,6 @@ class LineStream:
             raise RuntimeError("no line has come yet, so there is no filter")
         return self._filter
 
-    def _header(self, cells: list[str]) -> str:
-        layout = self._known
-        names = header([cells[i] for i in layout.channels], self.settings.beside)
-        return (
-            names if layout.sequence is None else f"{header([cells[layout.sequence]], ())},{names}"
-        )
-
     def _sample(self, cells: list[str]) -> str:
         if self._known.sequence is not None:
             return self._numbered(self._known.sequence_number(cells), cells)
@@ -161,19 +187,28 @@ class LineStream:
         except LineError:
             self._miss(1)
             raise
-        return self._answer(row)
+        return self._answer(row, cells)
 
     def _numbered(self, number: int, cells: list[str]) -> str:
         row = self._known.row(cells)
         missing = self.sequence.step(number)
         if missing is None:
-            return f"{number},{no_answer(len(row), self.settings.beside)}"
+            return self._known.answer(cells, ["nan"] * (len(row) + self._further))
         self._miss(missing)
-        return f"{number},{self._answer(row)}"
+        return self._answer(row, cells)
 
-    def _answer(self, row: list[float]) -> str:
+    def _answer(self, row: list[float], cells: list[str]) -> str:
         self.samples += 1
-        return self._running.answer(row)
+        if self._scale is not None:
+            row = [value * self._scale for value in row]
+        elif self.samples <= _HEAD:
+            self._head.append(row)
+        return self._known.answer(cells, self._running.answer(row))
+
+    @property
+    def _further(self) -> int:
+        """Columns of an answer beside those of the line."""
+        return len(self._known.channels) * len(self.settings.beside)
 
     def _miss(self, count: int) -> None:
         self.samples += count

@@ -1,0 +1,103 @@
+"""A log of a batch through the filter, as ``zerorate replay`` does it without a figure."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from zerorate.io import open_log
+from zerorate.io.log import notes_of
+from zerorate.options import with_limits
+from zerorate.run.batch.command import Command, Made, Quantity, Row, number
+from zerorate.run.replay import Score, Summary, replay_to_file
+from zerorate.run.replay.history import last_known
+from zerorate.run.replay.result import unlearned
+
+if TYPE_CHECKING:
+    from zerorate.run.batch.task import Settings
+
+__all__ = ["REPLAY"]
+
+_COUNTS: Final = ("samples", "missing", "saturated", "outliers", "stuck")
+_NUMBERS: Final = (
+    "rate",
+    "raw_mean",
+    "raw_deviation",
+    "raw_coasting_10s",
+    "raw_coasting_60s",
+    "drift_mean",
+    "drift_deviation",
+    "drift_coasting_10s",
+    "drift_coasting_60s",
+    "reduction",
+    "angle_random_walk",
+    "rate_random_walk",
+    "bias",
+    "bias_sigma",
+    "time_at_rest",
+)
+
+
+def _filtered(settings: "Settings", source: Path, output: Path) -> Made:
+    """Filter a log into a file."""
+    recording = open_log(source, **settings.reading)
+    options = dict(settings.options)
+    method = options.pop("method")
+    options = with_limits(options, [method], recording.header.unit)
+    result = replay_to_file(recording, output, methods=[method], force=True, **options)
+    return Made(_rows(result), (*notes_of(result.header), *unlearned(result)))
+
+
+def _rows(result: Summary) -> tuple[Row, ...]:
+    scores = {(score.axis, score.method): score for score in result.scores}
+    history = result.history
+    noise, drift = last_known(history.angle_random_walk), last_known(history.rate_random_walk)
+    return tuple(
+        {
+            "axis": axis,
+            "unit": result.header.unit,
+            "rate": result.header.rate,
+            "samples": result.header.n,
+            "missing": int(result.seen.missing[i]),
+            **{name: int(counts[i]) for name, counts in vars(result.left_out).items()},
+            **_scores("raw", scores[axis, "raw"], result.horizons),
+            **_scores("drift", scores[axis, result.method], result.horizons),
+            "reduction": number(scores[axis, result.method].reduction),
+            "angle_random_walk": number(noise[i]),
+            "rate_random_walk": number(drift[i]),
+            "bias": number(history.bias[-1, i]),
+            "bias_sigma": number(history.bias_sigma[-1, i]),
+            "time_at_rest": _rest(result, i),
+        }
+        for i, axis in enumerate(result.header.names)
+    )
+
+
+def _scores(of: str, score: Score, horizons: tuple[float, ...]) -> dict[str, float | None]:
+    measures = [("mean", score.mean), ("deviation", score.deviation), *_coasting(score, horizons)]
+    return {f"{of}_{name}": number(value) for name, value in measures}
+
+
+def _coasting(score: Score, horizons: tuple[float, ...]) -> Iterator[tuple[str, float]]:
+    for horizon, value in zip(horizons, score.coasting, strict=True):
+        yield f"coasting_{horizon:g}s", value
+
+
+def _rest(result: Summary, i: int) -> float | None:
+    rested = result.seen.at_rest
+    return None if rested is None else int(rested[i]) / result.header.rate
+
+
+REPLAY: Final = Command(
+    name="replay",
+    mark="-zerorate",
+    ending=lambda format: f".{format}",
+    work=_filtered,
+    columns=dict.fromkeys(_COUNTS, int) | dict.fromkeys(_NUMBERS, float),
+    compared=(
+        Quantity("angle_random_walk", "{}/sqrt(Hz)", both=True),
+        Quantity("rate_random_walk", "{}/sqrt(s)"),
+        Quantity("bias", "{}", sigma="bias_sigma", signed=True),
+        Quantity("drift_coasting_10s", "{}·s"),
+        Quantity("drift_coasting_60s", "{}·s"),
+    ),
+)
