@@ -1,5 +1,7 @@
 """The noise of a gyro or an accelerometer at rest, as the coefficients of IEEE Std 952-1997."""
 
+from __future__ import annotations
+
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator
