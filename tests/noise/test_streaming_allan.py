@@ -251,7 +251,7 @@ def test_a_gap_leaves_nothing_behind():
 @pytest.mark.parametrize("octaves", [1, 16, 24])
 def test_properties_have_their_full_shape(octaves):
     for channels, shape in ((None, (octaves,)), (1, (octaves, 1)), (3, (octaves, 3))):
-        allan = zr.StreamingAllan(RATE, octaves, channels)
+        allan = zr.StreamingAllan(RATE, octaves, channels=channels)
         assert allan.taus.shape == (octaves,)
         for name in ("deviation", "hadamard_deviation"):
             assert getattr(allan, name).shape == shape
