@@ -41,9 +41,9 @@ def _filtered(settings: "Settings", source: Path, output: Path) -> Made:
     """Filter a log into a file."""
     recording = open_log(source, **settings.reading)
     options = dict(settings.options)
-    method, kind = options.pop("method"), options.pop("output", None)
+    method = options.pop("method")
     options = with_limits(options, [method], recording.header.unit)
-    result = replay_to_file(recording, output, methods=[method], output=kind, force=True, **options)
+    result = replay_to_file(recording, output, methods=[method], force=True, **options)
     return Made(_rows(result), (*notes_of(result.header), *unlearned(result)))
 
 
