@@ -137,8 +137,9 @@ class DriftFilter(Generic[_Number, _Flag]):
     slowly changing bias and does not smooth: the noise of the samples stays.
 
     The other methods are for research. ``"kf"``, ``"akf"`` and ``"fading"`` are those of Fu & Han 2019
-    (equations 8 to 31), ``"robust"`` is that of Wu & Ran 2021. They take every sample for rest, so
-    they follow motion, and ``process_noise`` has to suit the sensor.
+    (equations 8 to 31), ``"robust"`` is that of Wu & Ran 2021. Unless ``motion="hold"`` they take
+    every sample for rest: they follow motion, and the compensated rate lacks it. Their
+    ``process_noise`` has to suit the sensor.
 
     Samples and results are in one unit, whichever it is. In the first second the bias is the mean so
     far, so keep the sensor still. Without ``rest_limit`` a motion that lasts from the very start can

@@ -18,7 +18,7 @@ NAN, INF = math.nan, math.inf
 
 
 def drift(**arguments):
-    return zr.DriftFilter(**{"rate": RATE, "method": "fading", **arguments})
+    return zr.DriftFilter(**{"rate": RATE, "method": "fading", "output": "estimate", **arguments})
 
 
 def auto(**arguments):

@@ -167,7 +167,7 @@ def check_traces(filters):
 
 def check_drift(**arguments):
     """No hostile record breaks anything; all as channels of one filter give the same bits."""
-    arguments = {"rate": RATE, **arguments}
+    arguments = {"rate": RATE, "output": "estimate", **arguments}
     with named(arguments):
         filters = [drift(arguments) for _ in HOSTILE]
         traces = check_traces(zip(filters, HOSTILE.values(), strict=True))
@@ -229,7 +229,7 @@ def test_self_tuning_filter_of_every_known_scale(scale):
 
 @pytest.mark.parametrize("again", ["noise-then-denormals", "step-largest-and-back", "all-missing"])
 def test_self_tuning_filter_switched_on_again(again):
-    filters = [drift({"rate": 1.0, "method": "auto"}) for _ in HOSTILE]
+    filters = [drift({"rate": 1.0, "output": "estimate"}) for _ in HOSTILE]
     check_traces(zip(filters, HOSTILE.values(), strict=True))
     for f in filters:
         f.power_on()
@@ -286,6 +286,7 @@ GAP = np.full(100_000, np.nan)
 @BY_METHOD
 def test_drift_filter_after_a_long_gap(order, method):
     arguments = {"rate": RATE, "order": order, "method": method, "adapt_for": None}
+    arguments |= {"output": "estimate"}
     out, filters = np.empty_like(GAP), []
     for name, z in HOSTILE.items():
         f = drift(arguments)
@@ -302,7 +303,7 @@ def test_drift_filter_after_a_long_gap(order, method):
 def test_self_tuning_filter_after_a_long_gap(rate):
     out, filters = np.empty_like(GAP), []
     for name, z in HOSTILE.items():
-        f = drift({"rate": rate, "method": "auto"})
+        f = drift({"rate": rate, "output": "estimate"})
         f.process(z)
         # Once the block under way is over, eight ticks of at least four samples: walks lead
         # nowhere, so what is expected of them stays.

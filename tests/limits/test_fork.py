@@ -6,7 +6,8 @@ from support.programs import run
 
 # Every road that may use threads, by name. Each returns bytes.
 ROADS = {
-    "filter": "zr.DriftFilter(rate=100.0, method='fading', channels=8).process(wide, threads=2)",
+    "filter": "zr.DriftFilter(rate=100.0, method='fading', output='estimate', channels=8)"
+    ".process(wide, threads=2)",
     "holding": "zr.DriftFilter(rate=100.0, method='kf', motion='hold', channels=8)"
     ".process(wide, threads=3)",
     "auto": "zr.DriftFilter(rate=100.0, method='auto', channels=8).process(wide, threads=2)",

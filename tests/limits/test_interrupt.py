@@ -6,9 +6,9 @@ from support.programs import run
 
 # Of each the work goes on until it is interrupted.
 FILTERS = {
-    "kf": "zr.DriftFilter(rate=100.0, method='kf', order=(3, 3))",
-    "fading": "zr.DriftFilter(rate=100.0, method='fading', order=(2, 1))",
-    "channels": "zr.DriftFilter(rate=100.0, method='fading', channels=3)",
+    "kf": "zr.DriftFilter(rate=100.0, method='kf', order=(3, 3), output='estimate')",
+    "fading": "zr.DriftFilter(rate=100.0, method='fading', output='estimate')",
+    "channels": "zr.DriftFilter(rate=100.0, method='fading', channels=3, output='estimate')",
     "auto": "zr.DriftFilter(rate=100.0, method='auto')",
     "holding": "zr.DriftFilter(rate=100.0, method='akf', motion='hold')",
     "least-squares": "zr.RecursiveLeastSquares()",

@@ -9,7 +9,7 @@ from support.programs import run
 from zerorate import _native
 
 CLASSES = {
-    "kf": lambda k: zr.DriftFilter(rate=100.0, method="kf", channels=k),
+    "kf": lambda k: zr.DriftFilter(rate=100.0, method="kf", channels=k, output="estimate"),
     "holding": lambda k: zr.DriftFilter(rate=100.0, method="akf", motion="hold", channels=k),
     "auto": lambda k: zr.DriftFilter(rate=100.0, method="auto", channels=k),
     "least-squares": lambda k: zr.RecursiveLeastSquares(channels=k),

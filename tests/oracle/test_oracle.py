@@ -67,7 +67,7 @@ def relative(got, expected, scale):
 def both(z, arguments, tolerance=TOLERANCE):
     """The trace and its twin; their numbers agree."""
     arguments = {"method": "fading", **arguments}
-    trace = drift({"rate": RATE, **arguments}).trace(z)
+    trace = drift({"rate": RATE, "output": "estimate", **arguments}).trace(z)
     twin = oracle.DriftFilter(rate=RATE, **arguments).trace(z)
     np.testing.assert_array_equal(trace.missing, twin["missing"])
     found = differences(trace, twin, z)

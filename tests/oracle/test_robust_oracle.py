@@ -26,7 +26,7 @@ def contaminated(z, share=0.03, size=20.0, step=8.0, seed=5):
 
 
 def assert_equal_to_twin(z, **arguments):
-    f = drift({"rate": RATE, "method": "robust", **arguments})
+    f = drift({"rate": RATE, "method": "robust", "output": "estimate", **arguments})
     twin = oracle.RobustFilter(RATE, **arguments)
     trace, expected = f.trace(z), twin.trace(z)
     found = differences(trace, expected, z)

@@ -572,13 +572,6 @@ class TestTextOfAuto:
         assert "bias_sigma_gyro_0_dps" in format_notes(auto)
         assert "bias" not in format_notes(result)
 
-    @pytest.mark.parametrize("motion", ["hold", "ignore"])
-    def test_it_is_told_that_motion_was_taken_off(self, motion):
-        shown = replay(make_log(noise(300)), methods=("kf",), allan=False, motion=motion)
-        told = " ".join(format_notes(shown).split())
-        assert ("is missing from the filtered log" in told) == (motion == "ignore")
-        assert ("as noisy as raw" in format_table(shown)) == (motion == "hold")
-
     def test_a_short_record_has_dashes(self):
         rows = format_learned(replay(make_log(noise(20, 1)))).split("\n")
         assert rows[3].split()[3:] == ["-", "-", "-", "-"]

@@ -221,11 +221,6 @@ def _on_output(replay: Summary) -> Iterator[str]:
             "the filtered log holds raw minus bias under the names of the raw columns, and "
             f"{', '.join(columns)} and so on: the bias, its standard deviation, rest, and {lost}"
         )
-        if replay.params["motion"] == "ignore":
-            yield (
-                f"{replay.method} took every sample for rest, so what it followed of a motion is "
-                "missing from the filtered log; motion= set to 'hold' learns at rest only"
-            )
 
 
 def _learned_rows(replay: Summary) -> Iterator[tuple[str, ...]]:

@@ -206,7 +206,7 @@ pub const OPTIONS: &[DriftOption] = &[
         kind: Kind::Order,
         unit: "",
         expected: "(p, q) with p from 1 to 3 and q from 0 to 3",
-        meaning: "Orders of the ARMA model of the drift, (1, 0) unless said for robust",
+        meaning: "Orders of the ARMA model of the drift",
         methods: PUBLISHED,
         get: |o| Value::Order((o.order.0 as i64, o.order.1 as i64)),
         set: |o, value| {
