@@ -88,7 +88,7 @@ def batch(
         _check_unused(options, format)
         options = {}
     else:
-        check_filter_options(options, [options.get("method", "auto")])
+        check_filter_options(options, [options["method"]])
     try:
         asked = dict(reading.arguments)
         settings = Settings(

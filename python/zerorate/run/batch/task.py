@@ -55,9 +55,9 @@ class Settings:
     format : {"parquet", "csv", "npz"}, optional
         Of the filtered logs, for "replay" alone; default Parquet.
     **options
-        Arguments of `zerorate.DriftFilter`, for "replay" alone; the method is "auto" by default.
-        Of a log whose unit is known `rest_limit` is 3 deg/s and `bias_limit` 20 deg/s unless they
-        are given; None is no limit.
+        Arguments of `zerorate.DriftFilter`, for "replay" alone, with its defaults: method "auto",
+        output "compensated". Of a log whose unit is known `rest_limit` is 3 deg/s and `bias_limit`
+        20 deg/s unless they are given; None is no limit.
 
     Attributes
     ----------
