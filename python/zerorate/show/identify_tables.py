@@ -127,6 +127,12 @@ def _mark(orders: OrderSelection, order: tuple[int, int]) -> str:
     return "*" * (order == orders.minimum) + "<" * (order == orders.clear)
 
 
+_ONLINE: Final = (
+    "online: learned in one pass, as the filters of Fu & Han do; apart [s.e.]: how far that is from "
+    "the model, in standard errors of the model: large where one pass has not settled"
+)
+
+
 def _coefficients(found: Identification) -> Table:
     ar, model = found.ar, found.model
     p, q = max(ar.order[0], model.order[0]), model.order[1]
@@ -140,7 +146,8 @@ def _coefficients(found: Identification) -> Table:
         f"{model_name(model.order)}, {model.method}",
         *(("online", "apart [s.e.]") if found.online is not None else ()),
     )
-    return Table("Coefficients", head, tuple(zip(labels, *columns, strict=True)))
+    note = _ONLINE if found.online is not None else ""
+    return Table("Coefficients", head, tuple(zip(labels, *columns, strict=True)), note=note)
 
 
 def _column(model: ArmaModel, p: int, q: int, unit: str) -> list[str]:
