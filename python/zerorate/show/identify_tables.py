@@ -128,7 +128,7 @@ def _mark(orders: OrderSelection, order: tuple[int, int]) -> str:
 
 
 _ONLINE: Final = (
-    "online: learned in one pass, as the filters of Fu & Han do; apart [s.e.]: how far that is from "
+    "online: learned in one pass, as the filters of Fu & Han do; apart [s.e.]: how far from "
     "the model, in standard errors of the model: large where one pass has not settled"
 )
 
