@@ -16,15 +16,15 @@ COMMANDS = {
     "allan": ("allan", "{log}", "-o", "new/a.csv"),
     "identify": ("identify", "{log}", "-o", "new"),
     "compare": ("compare", "{log}", "--json", "new/a.json"),
-    "simulate": ("simulate", "MPU-6050", "-o", "new/a.csv", "--duration", "10000"),
-    "demo": ("demo", "-o", "new", "--duration", "6000"),
+    "simulate": ("simulate", "MPU-6050", "-o", "new/a.csv", "--duration", "3000"),
+    "demo": ("demo", "-o", "new", "--duration", "2000"),
 }
 TOLD = {signal.SIGINT: "zerorate: interrupted\n", signal.SIGTERM: "zerorate: terminated\n"}
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
-    return write_gyros(tmp_path_factory.mktemp("logs") / "run.parquet", n=60_000, axes=3)
+    return write_gyros(tmp_path_factory.mktemp("logs") / "run.parquet", n=30_000, axes=1)
 
 
 @pytest.mark.parametrize("command", COMMANDS)

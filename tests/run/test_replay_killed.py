@@ -65,16 +65,16 @@ def hidden(folder):
     return [path.name for path in folder.iterdir() if path.name.startswith(".")]
 
 
-@pytest.mark.parametrize("old", [False, True], ids=["new", "replacing"])
 @pytest.mark.parametrize(
-    ("number", "share"),
+    ("number", "share", "old"),
     [
-        (signal.SIGINT, 0.5),
-        (signal.SIGTERM, 0.6),
-        (signal.SIGKILL, 0.7),
-        (signal.SIGINT, 0.85),
-        (signal.SIGTERM, 0.9),
-        (signal.SIGKILL, 0.95),
+        (signal.SIGINT, 0.5, False),
+        (signal.SIGTERM, 0.6, True),
+        (signal.SIGKILL, 0.7, False),
+        (signal.SIGKILL, 0.8, True),
+        (signal.SIGINT, 0.85, True),
+        (signal.SIGTERM, 0.9, False),
+        (signal.SIGKILL, 0.95, True),
     ],
 )
 def test_stopped_at_any_moment(recording, usual_time, tmp_path, number, share, old):

@@ -76,8 +76,8 @@ def nulls(path):
 FILES = (regular, short, one_row, gaps, missing, motion, nulls)
 CHOICES = (
     {"methods": ("kf", "auto")},
-    {"methods": ("fading",)},
-    {"methods": ("akf",), "motion": "hold", "output": "compensated"},
+    {"methods": ("fading",), "output": "estimate"},
+    {"methods": ("akf",), "motion": "hold"},
 )
 
 
