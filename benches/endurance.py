@@ -30,7 +30,7 @@ def repeated(signal):
 
 def lowest_eigenvalues(chunks, **options):
     """The lowest eigenvalue of P and of G over all checks, relative to R."""
-    drift = zr.DriftFilter(rate=100.0, **options)
+    drift = zr.DriftFilter(100.0, method="fading", output="estimate", **options)
     lowest = np.full(2, np.inf)
     for chunk in chunks:
         drift.process(chunk)

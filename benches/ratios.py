@@ -21,8 +21,8 @@ START = 100
 """Samples before the first block of the self-tuning filter."""
 
 
-def _filter(**options):
-    return lambda z: zr.DriftFilter(rate=100.0, output="estimate", **options).process(z)
+def _filter(method="fading", output="estimate", **options):
+    return lambda z: zr.DriftFilter(100.0, method=method, output=output, **options).process(z)
 
 
 def _calls(make, n):
