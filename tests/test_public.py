@@ -1,6 +1,7 @@
 """What a user sees of the package at a prompt: names and signatures."""
 
 import inspect
+from pathlib import Path
 
 import pytest
 
@@ -41,3 +42,8 @@ def test_signatures_can_be_read(name):
     assert texts
     assert {one: len(text) for one, text in texts.items() if len(text) > LONGEST} == {}
     assert [one for one, text in texts.items() if "_SupportsArray" in text] == []
+
+
+def test_the_reference_has_every_name():
+    page = (Path(__file__).parents[1] / "docs/reference/api.md").read_text(encoding="utf-8")
+    assert [name for name in zr.__all__ if f"zerorate.{name}\n" not in page] == ["__version__"]
