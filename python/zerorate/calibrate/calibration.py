@@ -1,0 +1,296 @@
+"""What a calibration has found: the parameters with their errors, and what they were found from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Final, Literal
+
+import numpy as np
+
+from zerorate.noise.coefficient import Coefficient
+from zerorate.types import Booleans, Floats
+
+__all__ = [
+    "ACCEL_BIAS",
+    "ACCEL_MATRIX",
+    "GYRO_BIAS",
+    "GYRO_MATRIX",
+    "G_SENSITIVITY",
+    "PARAMETERS",
+    "Calibration",
+    "Frame",
+    "Matrix",
+    "Rest",
+    "SensorCalibration",
+    "Turn",
+    "Vector",
+]
+
+Frame = Literal["x", "z", "symmetric"]
+Vector = tuple[Coefficient, Coefficient, Coefficient]
+Matrix = tuple[Vector, Vector, Vector]
+
+_AXES: Final = "xyz"
+_VECTOR: Final = tuple(_AXES)
+_MATRIX: Final = tuple(map("".join, product(_AXES, _AXES)))
+
+PARAMETERS: Final = (
+    *(f"accel.matrix.{axes}" for axes in _MATRIX),
+    *(f"accel.bias.{axis}" for axis in _VECTOR),
+    *(f"gyro.matrix.{axes}" for axes in _MATRIX),
+    *(f"gyro.bias.{axis}" for axis in _VECTOR),
+    *(f"gyro.g_sensitivity.{axes}" for axes in _MATRIX),
+)
+"""Names of all parameters, in the order of `Calibration.values`; matrices row by row."""
+
+ACCEL_MATRIX: Final = slice(0, 9)
+ACCEL_BIAS: Final = slice(9, 12)
+GYRO_MATRIX: Final = slice(12, 21)
+GYRO_BIAS: Final = slice(21, 24)
+G_SENSITIVITY: Final = slice(24, 33)
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """A stretch without motion, of which the mean of both sensors is known.
+
+    Parameters
+    ----------
+    start, stop
+        Seconds on the clock of the gyro.
+    first, last
+        Its samples are ``first`` to before ``last``.
+    accel, gyro
+        Mean output, raw, shape (3,).
+    accel_sigma
+        Standard error of ``accel`` as the fit takes it, raw unit, shape (3,).
+    direction
+        Unit vector of the reaction to gravity in the axes of the body, shape (3,), as estimated.
+    norm_error
+        |f|/g - 1 after calibration.
+    used
+        Whether the fit used it.
+    reason
+        Why it was not, or what is odd about it.
+    """
+
+    start: float
+    stop: float
+    first: int
+    last: int
+    accel: Floats
+    gyro: Floats
+    accel_sigma: Floats
+    direction: Floats
+    norm_error: float
+    used: bool = True
+    reason: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """A motion from one rest to the next.
+
+    Parameters
+    ----------
+    start, stop
+        Seconds on the clock of the gyro: from within one rest to within the next.
+    first, last
+        Its samples are ``first`` to before ``last``.
+    rests
+        Places of the two rests in `Calibration.rests`.
+    angle
+        Angle between the orientations before and after, rad.
+    axis
+        About which, unit vector in the axes of the body before, shape (3,).
+    residual
+        Angle between gravity carried through the turn and gravity after it, rad.
+    used
+        Whether the fit used it.
+    reason
+        Why it was not, or what is odd about it.
+    """
+
+    start: float
+    stop: float
+    first: int
+    last: int
+    rests: tuple[int, int]
+    angle: float
+    axis: Floats
+    residual: float
+    used: bool = True
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class SensorCalibration:
+    """The model of one sensor of three axes.
+
+    ``raw = matrix @ true + bias``; of a gyro also ``+ g_sensitivity @ force``, the force in g.
+
+    Parameters
+    ----------
+    matrix
+        What the sensor makes of its input, output unit to raw unit.
+    scale
+        Its diagonal: 1.02 reads 2 % too much.
+    misalignment
+        Off the diagonal: each element over the scale of its row, rad; zero on it.
+    bias
+        Output without input, raw unit.
+    g_sensitivity
+        Of a gyro, raw unit per g; zeros of an accelerometer.
+    raw_unit, unit
+        Of the samples, and of what is corrected.
+    """
+
+    matrix: Matrix
+    scale: Vector
+    misalignment: Matrix
+    bias: Vector
+    g_sensitivity: Matrix
+    raw_unit: str
+    unit: str
+
+    @property
+    def correction(self) -> Floats:
+        """The inverse of the matrix: ``true = correction @ (raw - bias)``, shape (3, 3)."""
+        return np.linalg.inv(np.array(self.matrix))
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """What calibration of an accelerometer and a gyroscope has found.
+
+    The model is ``raw_accel = A f + b_a`` and ``raw_gyro = W w + b_g + G f``, with f in g in the
+    last term. ``accel`` and ``gyro`` hold it number by number, each with its standard error.
+
+    Parameters
+    ----------
+    values
+        All parameters, in the order of `parameters`, shape (33,).
+    covariance
+        Their covariance, shape (33, 33), zero for what is fixed.
+    identifiable
+        Whether the record determines each; where not, the value is the one before the record.
+    accel_units, gyro_units
+        Unit of the raw samples, and of the corrected ones.
+    gravity
+        Local gravity, m/s^2.
+    frame
+        Which axes of the body are those of the accelerometer: "x" (x, and y in the x-y plane: A is
+        lower triangular), "z" (z, and y in the y-z plane) or "symmetric".
+    rests, turns
+        All that were found.
+    norm_error, norm_error_raw
+        RMS of |f|/g - 1 over rests, after and before calibration; after it, over rests that the
+        fit had not seen if `held_out`.
+    carry_error, carry_error_raw
+        RMS angle between gravity carried through a turn and gravity after it, rad, likewise.
+    held_out
+        Whether these errors are of rests and turns that the fit had not seen.
+    problems
+        Why the calibration is not valid; empty if it is.
+    advice
+        What another record should have.
+    notes
+        What was assumed.
+    rate
+        Samples a second of the gyro.
+    temperature
+        Mean temperature of the record, degC, or None.
+    """
+
+    values: Floats
+    covariance: Floats
+    identifiable: Booleans
+    accel_units: tuple[str, str]
+    gyro_units: tuple[str, str]
+    gravity: float
+    rate: float
+    frame: Frame = "x"
+    rests: tuple[Rest, ...] = ()
+    turns: tuple[Turn, ...] = ()
+    norm_error: float = float("nan")
+    norm_error_raw: float = float("nan")
+    carry_error: float = float("nan")
+    carry_error_raw: float = float("nan")
+    held_out: bool = False
+    problems: tuple[str, ...] = ()
+    advice: tuple[str, ...] = ()
+    notes: tuple[str, ...] = field(default=(), kw_only=True)
+    temperature: float | None = field(default=None, kw_only=True)
+
+    @property
+    def valid(self) -> bool:
+        """Whether it can be trusted: nothing that makes it useless was found."""
+        return not self.problems
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters, in the order of ``values`` and ``covariance``."""
+        return PARAMETERS
+
+    @property
+    def accel(self) -> SensorCalibration:
+        """The accelerometer."""
+        return self._sensor(ACCEL_MATRIX, ACCEL_BIAS, None, self.accel_units)
+
+    @property
+    def gyro(self) -> SensorCalibration:
+        """The gyroscope."""
+        return self._sensor(GYRO_MATRIX, GYRO_BIAS, G_SENSITIVITY, self.gyro_units)
+
+    def _sensor(
+        self, matrix: slice, bias: slice, sensitivity: slice | None, units: tuple[str, str]
+    ) -> SensorCalibration:
+        known = self._coefficients(matrix)
+        scale = (known[0], known[4], known[8])
+        zeros = (Coefficient(0.0),) * 9
+        return SensorCalibration(
+            matrix=_square(known),
+            scale=scale,
+            misalignment=_square(self._misalignment(matrix)),
+            bias=_three(self._coefficients(bias)),
+            g_sensitivity=_square(
+                zeros if sensitivity is None else self._coefficients(sensitivity)
+            ),
+            raw_unit=units[0],
+            unit=units[1],
+        )
+
+    def _coefficients(self, places: slice) -> tuple[Coefficient, ...]:
+        sigmas = np.sqrt(np.diagonal(self.covariance)[places])
+        known = zip(self.values[places], sigmas, self.identifiable[places], strict=True)
+        return tuple(_coefficient(v, s, bool(i)) for v, s, i in known)
+
+    def _misalignment(self, places: slice) -> tuple[Coefficient, ...]:
+        """Return each element over the diagonal of its row, and its error to first order."""
+        matrix, covariance = self.values[places], self.covariance[places, places]
+        found = []
+        for i, j in product(range(3), range(3)):
+            if i == j:
+                found.append(Coefficient(0.0))
+                continue
+            element, scale = 3 * i + j, 4 * i
+            ratio = matrix[element] / matrix[scale]
+            gradient = np.zeros(9)
+            gradient[element], gradient[scale] = 1.0 / matrix[scale], -ratio / matrix[scale]
+            sigma = float(np.sqrt(gradient @ covariance @ gradient))
+            found.append(_coefficient(ratio, sigma, bool(self.identifiable[places][element])))
+        return tuple(found)
+
+
+def _coefficient(value: float, sigma: float, identifiable: bool) -> Coefficient:
+    known = Coefficient(value, sigma)
+    return known if identifiable else Coefficient(value, sigma, False, known.upper_bound)
+
+
+def _three(known: tuple[Coefficient, ...]) -> Vector:
+    return known[0], known[1], known[2]
+
+
+def _square(known: tuple[Coefficient, ...]) -> Matrix:
+    return _three(known[:3]), _three(known[3:6]), _three(known[6:])
