@@ -461,8 +461,8 @@ def _course(temperature: Course, seconds: Floats) -> Floats:
     if callable(temperature):
         return fixed("temperature", temperature(seconds), (seconds.size,))
     first, last = fixed("temperature", temperature, (2,))
-    decay: Floats = np.exp(-3.0 * seconds / seconds[-1])
-    return last + (first - last) * decay
+    course: Floats = last + (first - last) * np.exp(-3.0 * seconds / seconds[-1])
+    return course
 
 
 def _by_temperature(gyro: GyroErrors, degrees: Floats | None) -> Floats | float:
