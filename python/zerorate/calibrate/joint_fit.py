@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.calibrate.turns import Carried
+from zerorate.calibrate.turns import Carried, cross_matrices
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = [
@@ -40,7 +40,13 @@ _LARGEST_FACTOR: Final = 1.0
 
 _HUBER: Final = 2.5
 _LARGEST_STEP: Final = 0.5
-_CONVERGED: Final = 1e-3
+_CONVERGED: Final = 0.01
+"""Step, in standard errors, after which there is nothing to be gained."""
+
+_LINEAR: Final = 1e-3
+"""Change of M, parts of its largest element, up to which a turn follows its derivative: what that
+misses is the square of it."""
+
 _PINNED: Final = 1e-6
 _PER_ANGLE: Final = 1e-3
 """First guess at what a turn errs by beyond noise, parts of its angle."""
@@ -251,7 +257,8 @@ def joint_fit(seen: Observations, prior: Prior, start: Fit | None = None) -> Fit
     it from wandering. Turns have Huber's weights.
     """
     state = _started(seen, prior, start)
-    carried = seen.carry(_unpacked(state.values)[2])
+    anchor = _Anchor.at(seen, _unpacked(state.values)[2])
+    carried = anchor.carried
     # The angles hardly change from step to step, and must not: they are weights.
     noise = _turn_variances(seen, carried)
     inverse = np.zeros((_OWN, _OWN))
@@ -260,10 +267,10 @@ def joint_fit(seen: Observations, prior: Prior, start: Fit | None = None) -> Fit
         inverse = np.linalg.inv(system.normal)
         moved = inverse @ system.right
         if step < _FROZEN:
-            state.squares = _rescaled(system, inverse, state.squares)
+            state.squares = _rescaled(system, inverse, moved, state.squares)
         sigmas = np.sqrt(np.diagonal(inverse))
         _move(state, moved * min(1.0, _LARGEST_STEP / max(np.abs(moved).max(), 1e-300)))
-        carried = seen.carry(_unpacked(state.values)[2])
+        anchor, carried = anchor.moved(seen, _unpacked(state.values)[2])
         if step >= 2 and (np.abs(moved) <= _CONVERGED * sigmas).all():
             break
     accel, bias, gyro = _unpacked(state.values)
@@ -277,6 +284,29 @@ def joint_fit(seen: Observations, prior: Prior, start: Fit | None = None) -> Fit
         weights=state.weights,
         carried=carried,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Anchor:
+    """The turns for one matrix M, from which those for others near it follow."""
+
+    matrix: Floats
+    carried: Carried
+
+    @classmethod
+    def at(cls, seen: Observations, matrix: Floats) -> _Anchor:
+        return cls(matrix, seen.carry(matrix))
+
+    def moved(self, seen: Observations, matrix: Floats) -> tuple[_Anchor, Carried]:
+        """Return the turns for another matrix, and what to start from next time."""
+        change = matrix - self.matrix
+        if np.abs(change).max() > _LINEAR * np.abs(matrix).max():
+            fresh = _Anchor.at(seen, matrix)
+            return fresh, fresh.carried
+        psi = np.einsum("mabc,bc->ma", self.carried.by_matrix, change)
+        cross = cross_matrices(psi)
+        rotations = self.carried.rotations @ (np.eye(3) + cross + 0.5 * cross @ cross)
+        return self, replace(self.carried, rotations=rotations)
 
 
 def _started(seen: Observations, prior: Prior, start: Fit | None) -> _State:
@@ -377,7 +407,7 @@ def _turn_rows(
     return rows.reshape(2 * m, -1), (left / sigmas[:, np.newaxis]).ravel()
 
 
-def _rescaled(system: _System, inverse: Floats, squares: Floats) -> Floats:
+def _rescaled(system: _System, inverse: Floats, moved: Floats, squares: Floats) -> Floats:
     """Return the scale of both variances after a step of Fisher scoring on their logarithms."""
     score, information = np.zeros(2), np.zeros((2, 2))
     hats = []
@@ -385,10 +415,11 @@ def _rescaled(system: _System, inverse: Floats, squares: Floats) -> Floats:
         shared = rows * share[:, np.newaxis]
         hat = inverse @ (rows.T @ shared)
         hats.append(hat)
+        left = left - rows @ moved
         score[k] = (share * left) @ left - share.sum() + np.trace(hat)
         score[k] += _DAMPING[k] * (1.0 / squares[k] - 1.0)
         twice = np.trace(inverse @ (shared.T @ shared))
-        information[k, k] = share @ share - 2.0 * twice + _DAMPING[k]
+        information[k, k] = share @ share - 2.0 * twice + _DAMPING[k] * max(1.0, 1.0 / squares[k])
     for k in range(2):
         for other in range(2):
             information[k, other] += (hats[k] * hats[other].T).sum()

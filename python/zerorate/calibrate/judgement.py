@@ -26,7 +26,7 @@ _MOST_OUTLIERS: Final = 1 / 3
 _WEAK_NORM: Final = 5e-3
 """Standard error of |f|/g in a pose beyond which that pose is asked for."""
 
-_WEAK_TURN: Final = 5e-3
+_WEAK_TURN: Final = 10e-3
 """Standard error of a turn by a right angle, rad, likewise."""
 
 _SHORT_REST: Final = 3.0

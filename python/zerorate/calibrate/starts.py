@@ -10,6 +10,7 @@ import numpy as np
 from zerorate.calibrate.joint_fit import DATASHEET, WIDE, Prior, forces
 from zerorate.calibrate.sensors import STANDARD_GRAVITY
 from zerorate.calibrate.solution import Record, Sensors, errors_of
+from zerorate.calibrate.turns import cross_matrices
 from zerorate.io.log import LogError
 from zerorate.types import Floats
 
@@ -116,7 +117,7 @@ def _linear_gyro(record: Record, accel: Floats, bias: Floats) -> Floats:
         up = force / size[:, np.newaxis]
         # u x M z = [u]x M z, linear in the elements of M.
         z = (gyro.data[first:last] - level)[:, np.newaxis, np.newaxis] / gyro.rate
-        each = (_cross_matrices(up)[:, :, :, np.newaxis] * z).reshape(-1, 3, 9)
+        each = (cross_matrices(up)[:, :, :, np.newaxis] * z).reshape(-1, 3, 9)
         for start in range(0, last - first - width, width):
             part = slice(start, start + width)
             if (np.abs(size[start : start + width + 1] - 1.0) < _NEAR_GRAVITY).all():
@@ -137,12 +138,6 @@ def _linear_gyro(record: Record, accel: Floats, bias: Floats) -> Floats:
             "give the unit, or turn about x, y and z"
         )
     return np.asarray(found.reshape(3, 3))
-
-
-def _cross_matrices(u: Floats) -> Floats:
-    x, y, z = u.T
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
 
 
 def _typical_miss(record: Record, matrix: Floats) -> float:

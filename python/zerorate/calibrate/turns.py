@@ -16,6 +16,7 @@ from zerorate.types import Booleans, Floats, Integers
 __all__ = [
     "Carried",
     "carried",
+    "cross_matrices",
     "misses",
     "rotation_vectors",
     "saturated",
@@ -150,6 +151,13 @@ def misses(rotations: Floats, before: Floats, after: Floats) -> Floats:
     ends = np.einsum("mba,mb->ma", rotations, before)
     apart = np.linalg.norm(np.cross(ends, after), axis=1)
     return np.asarray(np.arctan2(apart, (ends * after).sum(axis=1)))
+
+
+def cross_matrices(vectors: Floats) -> Floats:
+    """Return the matrices of the cross products with vectors, shape (m, 3, 3)."""
+    x, y, z = vectors.T
+    zero = np.zeros_like(x)
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
 
 
 def rotation_vectors(rotations: Floats) -> Floats:
