@@ -208,7 +208,7 @@ def _without_turning(rests: list[Rest], gyro: Sensor) -> list[Rest]:
     usual = np.median([rest.gyro for rest in rests], axis=0)
     faster = [float(np.abs(rest.gyro - usual).max()) for rest in rests]
     return [
-        replace(rest, used=False, reason=f"turns at {np.degrees(rate):.0f} deg/s")
+        replace(rest, used=False, reason=f"turning: {np.degrees(rate):.0f} deg/s beside other rests")
         if rate > _TURNING
         else rest
         for rest, rate in zip(rests, faster, strict=True)
@@ -244,9 +244,7 @@ def _check_enough(case: Case, g_sensitivity: GSensitivity, prior: PriorName) -> 
     parts = [text]
     if lost:
         parts.append(f"{lost} of 18 parameters are not identifiable")
-    reasons = dict.fromkeys(one.reason for one in (*case.rests, *case.turns) if not one.used)
-    if reasons:
-        parts.append(f"left out: {', '.join(reasons)}")
+    parts += _left_out(case)
     raise CalibrationError("; ".join([*parts, _on_stillness(record), _on_bias(record)]), attempt)
 
 
@@ -255,6 +253,13 @@ def _counted(used: Sequence[object], found: Sequence[object], name: str) -> str:
     if len(used) == len(found):
         return f"{len(used)} {name}{many}"
     return f"{len(used)} of {len(found)} {name}{many}"
+
+
+def _left_out(case: Case) -> list[str]:
+    """Return how many rests and turns were left out, by reason."""
+    unused = [one.reason.partition(":")[0] for one in (*case.rests, *case.turns) if not one.used]
+    counts = ", ".join(f"{unused.count(reason)} {reason}" for reason in dict.fromkeys(unused))
+    return [f"left out: {counts}"] if unused else []
 
 
 def _attempt(
@@ -270,13 +275,19 @@ def _attempt(
 
 def _on_stillness(record: Record) -> str:
     floors = (
-        f"{np.sqrt(record.stillness.floor[one.kind].mean()) / one.factor:.2g} {one.unit}"
+        f"{_quietest(record, one):.2g} {one.unit}"
         for one in (record.gyro, record.accel)
     )
     return (
         f"the longest still stretch is {record.stillness.longest:.1f} s, still being a variance "
         f"below {FLOORS:g} times that of the quietest, {' and '.join(floors)} RMS"
     )
+
+
+def _quietest(record: Record, one: Sensor) -> float:
+    """Return the RMS of a sensor where it is quietest, raw unit; 0 of a constant."""
+    floor = float(np.sqrt(record.stillness.floor[one.kind].mean())) / one.factor
+    return floor if floor > np.finfo(float).eps else 0.0
 
 
 def _on_bias(record: Record) -> str:

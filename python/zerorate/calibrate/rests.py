@@ -257,6 +257,8 @@ def mean_variances(one: Sensor, rests: Sequence[Rest], stillness: Stillness) -> 
 
     The usual one is that of white noise, or what the halves of all rests come to if that is more.
     """
+    if not rests:
+        return np.zeros((0, 3)), np.zeros((0, 3))
     own = _half_differences(one, rests)
     pooled = np.median(own**2, axis=0) / _MEDIAN_OF_SQUARE
     count = np.array([[(rest.stop - rest.start) * one.rate] for rest in rests])
@@ -279,7 +281,7 @@ def _with_sigmas(rests: list[Rest], accel: Sensor, stillness: Stillness) -> list
 
 
 def _on_motion(ratio: float) -> str:
-    return f"moved: its halves differ by {ratio:.0f} times the usual" if ratio > _MOVED else ""
+    return f"moving: its halves differ by {ratio:.0f} times the usual" if ratio > _MOVED else ""
 
 
 def in_raw_units(rest: Rest, gyro: Sensor | None, accel: Sensor | None) -> Rest:

@@ -81,9 +81,9 @@ class Record:
             rests=tuple(still),
             turns=tuple(replace(t, rests=p) for t, p in zip(used, places, strict=True)),
             stillness=stillness,
-            accel_means=np.array([rest.accel for rest in still]),
-            accel_sigmas=np.array([rest.accel_sigma for rest in still]),
-            gyro_means=np.array([rest.gyro for rest in still]),
+            accel_means=np.array([rest.accel for rest in still]).reshape(-1, 3),
+            accel_sigmas=np.array([rest.accel_sigma for rest in still]).reshape(-1, 3),
+            gyro_means=np.array([rest.gyro for rest in still]).reshape(-1, 3),
             gyro_variances=np.maximum(usual, own),
         )
 

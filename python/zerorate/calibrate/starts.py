@@ -142,9 +142,10 @@ def _linear_gyro(record: Record, accel: Floats, bias: Floats) -> Floats:
 
 def _typical_miss(record: Record, matrix: Floats) -> float:
     """Return the usual miss of carried gravity, parts of the angle, before calibration."""
+    # A wrong unit makes of a turn many: what they miss is bounded, and their angle must be.
     nominal = Sensors(np.eye(3), np.zeros(3), matrix, np.zeros((3, 3)))
     _, miss, turns = errors_of(record, nominal)
-    return float(np.median(miss / np.maximum(turns.angles, 0.1)))
+    return float(np.median(miss / turns.angles.clip(0.1, 2.0)))
 
 
 def _axes(record: Record) -> Floats:

@@ -14,6 +14,9 @@ from zerorate.calibrate.sensors import Sensor
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = [
+    "GAP",
+    "LONG",
+    "SATURATED",
     "Carried",
     "carried",
     "cross_matrices",
@@ -23,6 +26,10 @@ __all__ = [
     "turn_biases",
     "turns_between",
 ]
+
+LONG: Final = "long"
+GAP: Final = "gap"
+SATURATED: Final = "saturated"
 
 _LONGEST: Final = 30.0
 _HITS: Final = 10
@@ -83,13 +90,13 @@ def _turn(
 
 
 def _reason(gyro: Sensor, full: Booleans, first: int, last: int) -> str:
-    seconds = (last - first) / gyro.rate
+    seconds, count = (last - first) / gyro.rate, last - first
     if seconds > _LONGEST:
-        return f"{seconds:.0f} s long, more than {_LONGEST:.0f} s"
+        return f"{LONG}: {seconds:.0f} s, more than {_LONGEST:.0f} s"
     if gyro.missing is not None and (lost := int(gyro.missing[first:last].sum())):
-        return f"{lost} of {last - first} samples of the gyro are missing"
+        return f"{GAP}: {lost} of {count} samples of the gyro are missing"
     if hits := int(full[first:last].sum()):
-        return f"{hits} samples at the end of the gyro's range"
+        return f"{SATURATED}: {hits} of {count} samples are at the end of the gyro's range"
     return ""
 
 
