@@ -49,6 +49,7 @@ from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
+    from zerorate.calibrate.angle import Integrated, integrate
     from zerorate.simulate.session import (
         AccelErrors,
         GyroErrors,
@@ -69,6 +70,7 @@ __all__ = [
     "DynamicAllan",
     "FittedModel",
     "GyroErrors",
+    "Integrated",
     "Log",
     "LogError",
     "Markov",
@@ -88,6 +90,7 @@ __all__ = [
     "device",
     "dynamic_allan",
     "identify",
+    "integrate",
     "live",
     "metrics",
     "raw_counts",
@@ -110,7 +113,9 @@ _LATER = {
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
     "GyroErrors": "simulate.session",
+    "Integrated": "calibrate.angle",
     "SimulatedSession": "simulate.session",
+    "integrate": "calibrate.angle",
     "simulate_session": "simulate.session",
 }
 """Modules that are imported when they, or a name in them, are first asked for."""
