@@ -1,0 +1,298 @@
+"""The panels of a calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from zerorate.calibrate.parameters import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
+from zerorate.show.scales import limits, spans
+from zerorate.show.style import (
+    BLACK,
+    BLUE,
+    FONT,
+    GREEN,
+    GREY,
+    GREY_TEXT,
+    ORANGE,
+    ROSE,
+    SKY,
+    VERMILION,
+    time_unit,
+    write_in_middle,
+    write_legend,
+)
+from zerorate.types import Booleans, Floats
+from zerorate.units import UNITS, convert
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from zerorate.calibrate.calibration import Calibration
+    from zerorate.io import Log
+
+__all__ = [
+    "draw_carry",
+    "draw_deviations",
+    "draw_known",
+    "draw_log",
+    "draw_norm",
+    "draw_poses",
+    "name_elements",
+    "name_groups",
+    "style_sizes",
+]
+
+_AXIS_COLOURS: Final = (BLUE, VERMILION, GREEN)
+_GAP: Final = np.radians(40.0)
+"""Angle from the nearest pose beyond which there is a gap."""
+
+_SCALE, _CROSS, _BIAS = 0.05, 0.03, 0.1
+"""Standard deviations before the record: of scale, misalignment (rad) and bias (g)."""
+
+_LEAST: Final = 0.3
+"""Part of the deviation before the record above which a parameter is not identifiable."""
+
+_DIAGONAL: Final = (0, 4, 8)
+_GROUPS: Final = ("scale", "cross", "bias", "scale", "cross")
+_NAMES: Final = tuple(f"{i}{j}" for i in "xyz" for j in "xyz")
+
+
+def draw_log(axes: Axes, calibration: Calibration, log: Log, last: bool) -> None:
+    """Draw the raw samples of a sensor, and behind them the rests that were found."""
+    unit, seconds = time_unit(log.duration)
+    for i, (colour, values) in enumerate(zip(_AXIS_COLOURS, log.data.T, strict=False)):
+        t, least, most = spans(np.ascontiguousarray(values), log.rate)
+        t = t + log.time[0]
+        axes.fill_between(t / seconds, least, most, color=colour, lw=0.4, label="xyz"[i])
+    for rest in calibration.rests:
+        colour = SKY if rest.used else ROSE
+        place = (rest.start / seconds, rest.stop / seconds)
+        axes.axvspan(*place, color=colour, alpha=0.35 if rest.used else 0.9, lw=0.0, zorder=0)
+    axes.set_xlim(log.time[0] / seconds, (log.time[0] + log.duration) / seconds)
+    axes.set_ylim(*limits(log.data[np.isfinite(log.data)], 0.08, 0.35))
+    axes.set_ylabel(f"raw [{log.unit}]")
+    if last:
+        axes.set_xlabel(f"time [{unit}]")
+    else:
+        axes.tick_params(labelbottom=False)
+    write_legend(axes, "upper right", 3)
+
+
+def draw_poses(axes: Axes, calibration: Calibration) -> None:
+    """Draw poses on two half spheres of equal area, and shade where there is none."""
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    used = np.array([rest.used for rest in calibration.rests], dtype=bool)
+    up = np.array([rest.direction for rest in calibration.rests]).reshape(-1, 3)
+    for sign, centre in ((1.0, -1.8), (-1.0, 1.8)):
+        _draw_half(axes, up, used, sign, centre)
+    axes.set_xlim(-3.5, 3.5)
+    axes.set_ylim(-1.75, 2.15)
+
+
+def _draw_half(axes: Axes, up: Floats, used: Booleans, sign: float, centre: float) -> None:
+    from matplotlib.patches import Circle
+
+    edge = np.sqrt(2.0)
+    _shade_gaps(axes, up[used], sign, centre)
+    axes.add_patch(Circle((centre, 0.0), edge, fill=False, lw=0.5, ec=BLACK))
+    for axis, (x, y) in {"+x": (1, 0), "−x": (-1, 0), "+y": (0, 1), "−y": (0, -1)}.items():
+        at = (centre + 1.12 * edge * x, 1.1 * edge * y)
+        axes.text(*at, axis, ha="center", va="center", size=FONT - 0.5, color=GREY_TEXT)
+    axes.plot(centre, 0.0, marker="+", ms=4.0, mew=0.5, color=GREY_TEXT)
+    name = f"poses with {'+' if sign > 0 else '−'}z up"
+    axes.text(centre, 1.9, name, ha="center", va="bottom", size=FONT + 0.5)
+    half = sign * up[:, 2] >= 0.0
+    for chosen, face in ((half & used, BLUE), (half & ~used, "none")):
+        x, y = _projected(up[chosen], sign)
+        axes.plot(centre + x, y, ls="none", marker="o", ms=3.0, mew=0.6, mec=BLUE, mfc=face)
+
+
+def _shade_gaps(axes: Axes, up: Floats, sign: float, centre: float) -> None:
+    side = np.linspace(-np.sqrt(2.0), np.sqrt(2.0), 121)
+    x, y = np.meshgrid(side, side)
+    squared = x**2 + y**2
+    inside = squared <= 2.0
+    width = np.sqrt(np.clip(1.0 - squared / 4.0, 0.0, None))
+    points = np.stack((x * width, y * width, sign * (1.0 - squared / 2.0)), axis=-1)
+    nearest = (points @ up.T).max(axis=-1) if up.size else np.full(x.shape, -1.0)
+    gap = np.where(inside & (nearest < np.cos(_GAP)), 1.0, np.nan)
+    from matplotlib.colors import ListedColormap
+
+    place = (centre - np.sqrt(2.0), centre + np.sqrt(2.0), -np.sqrt(2.0), np.sqrt(2.0))
+    axes.imshow(
+        gap, extent=place, origin="lower", cmap=ListedColormap([ROSE]), zorder=0, aspect="equal"
+    )
+
+
+def _projected(up: Floats, sign: float) -> tuple[Floats, Floats]:
+    """Return Lambert's projection of directions about the end of z."""
+    stretch = np.sqrt(2.0 / (1.0 + sign * up[:, 2]))
+    return up[:, 0] * stretch, up[:, 1] * stretch
+
+
+def draw_norm(axes: Axes, calibration: Calibration) -> None:
+    """Draw the error of the norm of gravity at every rest, before and after."""
+    axes.set_title("norm of gravity at rest [mg]")
+    before = 1e3 * np.abs(_raw_norms(calibration))
+    after = 1e3 * np.abs([rest.norm_error for rest in calibration.rests])
+    _draw_sizes(axes, before, after, [rest.used for rest in calibration.rests])
+    axes.set_xlabel("rest")
+
+
+def draw_carry(axes: Axes, calibration: Calibration) -> None:
+    """Draw the error of gravity carried through every turn, before and after."""
+    axes.set_title("gravity carried through a turn [deg]")
+    before = np.degrees([turn.residual_raw for turn in calibration.turns])
+    after = np.degrees([turn.residual for turn in calibration.turns])
+    _draw_sizes(axes, before, after, [turn.used for turn in calibration.turns])
+    axes.set_xlabel("turn")
+
+
+def _draw_sizes(axes: Axes, before: Floats, after: Floats, used: Sequence[bool]) -> None:
+    numbers, taken = 1 + np.arange(after.size), np.array(used, dtype=bool)
+    seen = np.concatenate((before, after))
+    if not np.isfinite(seen).any():
+        axes.set_xticks([])
+        axes.set_yticks([])
+        write_in_middle(axes, "there is none")
+        return
+    for values, colour, label in ((before, ORANGE, "before"), (after, BLUE, "after")):
+        for chosen, face in ((taken, colour), (~taken, "none")):
+            axes.plot(
+                numbers[chosen],
+                values[chosen],
+                ls="none",
+                marker="o",
+                ms=2.4,
+                mew=0.6,
+                mec=colour,
+                mfc=face,
+                label=label if chosen is taken and np.isfinite(values).any() else "_",
+            )
+    axes.set_xlim(0.0, after.size + 1.0)
+    axes.set_yscale("log")
+    positive = seen[np.isfinite(seen) & (seen > 0.0)]
+    if positive.size:
+        low, high = np.log10(positive.min()), np.log10(positive.max())
+        axes.set_ylim(10.0 ** (low - 0.2), 10.0 ** (high + 0.3 + 0.3 * (high - low)))
+    write_legend(axes, "upper right", 2)
+
+
+def _raw_norms(calibration: Calibration) -> Floats:
+    """Return |raw|/g - 1 of every rest; of an unknown unit, with one scale for all axes."""
+    norms = np.array([np.linalg.norm(rest.accel) for rest in calibration.rests])
+    unit = calibration.accel_units[0]
+    if unit in UNITS:
+        return norms * convert(1.0, unit, "m/s^2") / calibration.gravity - 1.0
+    scale = abs(np.linalg.det(calibration.values[ACCEL_MATRIX].reshape(3, 3))) ** (1.0 / 3.0)
+    return norms / (scale * calibration.gravity) - 1.0
+
+
+def draw_deviations(axes: Axes, calibration: Calibration) -> None:
+    """Draw scale error and misalignment of both sensors with their errors."""
+    axes.set_title("what the sensors make of their input, less identity [10⁻³]")
+    places = [*range(ACCEL_MATRIX.start, ACCEL_MATRIX.stop)]
+    places += range(GYRO_MATRIX.start, GYRO_MATRIX.stop)
+    at = np.array([*range(9), *range(10, 19)], dtype=np.float64)
+    values, sigmas = (1e3 * one for one in _relative(calibration))
+    known = calibration.identifiable[places]
+    # What the frame fixes at zero says nothing.
+    free = ~known | (sigmas > 0.0) | (values != 0.0)
+    for chosen, sensor, colour in (
+        (at < 9.0, "accelerometer", BLUE),
+        (at > 9.0, "gyro", VERMILION),
+    ):
+        there = chosen & known & free
+        axes.errorbar(
+            at[there],
+            values[there],
+            2.0 * sigmas[there],
+            ls="none",
+            marker="o",
+            ms=2.6,
+            mew=0.0,
+            elinewidth=0.8,
+            capsize=1.6,
+            capthick=0.6,
+            color=colour,
+            label=sensor,
+        )
+        missing = chosen & ~known
+        axes.plot(
+            at[missing], values[missing], ls="none", marker="o", ms=2.6, mec=colour, mfc="none"
+        )
+    axes.axhline(0.0, color=BLACK, lw=0.4)
+    axes.axvline(9.0, color=GREY, lw=0.6)
+    shown = np.concatenate(
+        (values - 2.0 * sigmas * known, values + 2.0 * sigmas * known, [-1.0, 1.0])
+    )
+    axes.set_ylim(*limits(shown, 0.08, 0.3))
+    axes.set_xlim(-1.0, 19.0)
+    write_legend(axes, "upper right", 2)
+
+
+def _relative(calibration: Calibration) -> tuple[Floats, Floats]:
+    """Return elements of both matrices over the scale of their rows, less identity; their errors."""
+    values, sigmas = [], []
+    for sensor in (calibration.accel, calibration.gyro):
+        nominal = 1.0
+        if sensor.raw_unit not in UNITS:
+            nominal = float(np.mean(np.abs(sensor.scale)))
+        for i, row in enumerate(sensor.misalignment):
+            for j, one in enumerate(row):
+                scale = sensor.scale[i]
+                values.append(scale / nominal - 1.0 if i == j else one.value)
+                sigmas.append(scale.sigma / nominal if i == j else one.sigma)
+    return np.array(values), np.array(sigmas)
+
+
+def draw_known(axes: Axes, calibration: Calibration) -> None:
+    """Draw the error of each parameter over what it was before the record."""
+    axes.set_title("error over that before the record")
+    _, sigmas = _relative(calibration)
+    before = np.tile([_SCALE if i in _DIAGONAL else _CROSS for i in range(9)], 2)
+    bias = np.sqrt(np.diagonal(calibration.covariance)[ACCEL_BIAS])
+    scale = [abs(one) for one in calibration.accel.scale]
+    of_g = convert(1.0, calibration.accel.unit, "g")
+    groups = (
+        (sigmas[[0, 4, 8]] / before[0], BLUE),
+        (np.delete(sigmas[:9] / before[:9], _DIAGONAL), BLUE),
+        (bias / scale * of_g / _BIAS, BLUE),
+        (sigmas[[9, 13, 17]] / before[0], VERMILION),
+        (np.delete(sigmas[9:] / before[9:], _DIAGONAL), VERMILION),
+    )
+    for i, (parts, colour) in enumerate(groups):
+        parts = parts[parts > 0.0]
+        at = i + np.linspace(-0.25, 0.25, max(parts.size, 2))[: parts.size]
+        axes.plot(at, parts, ls="none", marker="o", ms=2.4, mew=0.0, color=colour)
+    axes.axhline(_LEAST, color=BLACK, lw=0.6, ls=(0, (4, 2)))
+    axes.set_yscale("log")
+    low = min(
+        (float(parts[parts > 0.0].min()) for parts, _ in groups if (parts > 0.0).any()),
+        default=0.1,
+    )
+    axes.set_ylim(0.5 * low, 3.0)
+    axes.set_xlim(-0.6, len(groups) - 0.4)
+
+
+def name_elements(axes: Axes) -> None:
+    """Write the elements of both matrices under their points."""
+    axes.set_xticks([*range(9), *range(10, 19)], [*_NAMES, *_NAMES])
+
+
+def name_groups(axes: Axes) -> None:
+    """Write which parameters the points are of."""
+    axes.set_xticks(range(len(_GROUPS)), _GROUPS)
+
+
+def style_sizes(panels: Sequence[Axes]) -> None:
+    """Write decades as plain numbers."""
+    from matplotlib.ticker import FuncFormatter
+
+    for axes in panels:
+        if axes.get_yscale() == "log":
+            axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
