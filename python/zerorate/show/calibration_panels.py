@@ -55,6 +55,7 @@ _SCALE, _CROSS, _BIAS = 0.05, 0.03, 0.1
 _LEAST: Final = 0.3
 """Part of the deviation before the record above which a parameter is not identifiable."""
 
+_RIM: Final = {"+x": (1, 0), "−x": (-1, 0), "+y": (0, 1), "−y": (0, -1)}
 _DIAGONAL: Final = (0, 4, 8)
 _GROUPS: Final = ("scale", "cross", "bias", "scale", "cross")
 _NAMES: Final = tuple(f"{i}{j}" for i in "xyz" for j in "xyz")
@@ -65,8 +66,9 @@ def draw_log(axes: Axes, calibration: Calibration, log: Log, last: bool) -> None
     unit, seconds = time_unit(log.duration)
     for i, (colour, values) in enumerate(zip(_AXIS_COLOURS, log.data.T, strict=False)):
         t, least, most = spans(np.ascontiguousarray(values), log.rate)
-        t = t + log.time[0]
-        axes.fill_between(t / seconds, least, most, color=colour, lw=0.4, label="xyz"[i])
+        axes.fill_between(
+            (t + log.time[0]) / seconds, least, most, color=colour, lw=0.4, label="xyz"[i]
+        )
     for rest in calibration.rests:
         colour = SKY if rest.used else ROSE
         place = (rest.start / seconds, rest.stop / seconds)
@@ -99,8 +101,8 @@ def _draw_half(axes: Axes, up: Floats, used: Booleans, sign: float, centre: floa
     edge = np.sqrt(2.0)
     _shade_gaps(axes, up[used], sign, centre)
     axes.add_patch(Circle((centre, 0.0), edge, fill=False, lw=0.5, ec=BLACK))
-    for axis, (x, y) in {"+x": (1, 0), "−x": (-1, 0), "+y": (0, 1), "−y": (0, -1)}.items():
-        at = (centre + 1.12 * edge * x, 1.1 * edge * y)
+    for axis, (right, top) in _RIM.items():
+        at = (centre + 1.12 * edge * right, 1.1 * edge * top)
         axes.text(*at, axis, ha="center", va="center", size=FONT - 0.5, color=GREY_TEXT)
     axes.plot(centre, 0.0, marker="+", ms=4.0, mew=0.5, color=GREY_TEXT)
     name = f"poses with {'+' if sign > 0 else '−'}z up"
@@ -189,7 +191,7 @@ def _raw_norms(calibration: Calibration) -> Floats:
     if unit in UNITS:
         return norms * convert(1.0, unit, "m/s^2") / calibration.gravity - 1.0
     scale = abs(np.linalg.det(calibration.values[ACCEL_MATRIX].reshape(3, 3))) ** (1.0 / 3.0)
-    return norms / (scale * calibration.gravity) - 1.0
+    return np.asarray(norms / (scale * calibration.gravity) - 1.0)
 
 
 def draw_deviations(axes: Axes, calibration: Calibration) -> None:
