@@ -49,9 +49,16 @@ from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
+    from zerorate.simulate.session import (
+        AccelErrors,
+        GyroErrors,
+        SimulatedSession,
+        simulate_session,
+    )
 
 __all__ = [
     "DEVICES",
+    "AccelErrors",
     "AllanNoise",
     "AllanResult",
     "Coefficient",
@@ -61,6 +68,7 @@ __all__ = [
     "DriftFilter",
     "DynamicAllan",
     "FittedModel",
+    "GyroErrors",
     "Log",
     "LogError",
     "Markov",
@@ -68,6 +76,7 @@ __all__ = [
     "Recording",
     "RecursiveLeastSquares",
     "RestDetector",
+    "SimulatedSession",
     "Sinusoid",
     "StreamingAllan",
     "Trace",
@@ -85,6 +94,7 @@ __all__ = [
     "read_log",
     "read_recording",
     "simulate",
+    "simulate_session",
     "split_log",
     "units",
     "whittle",
@@ -93,11 +103,25 @@ __all__ = [
 ]
 
 
+_LATER = {
+    "compare": "compare",
+    "identify": "identify",
+    "live": "live",
+    "metrics": "metrics",
+    "AccelErrors": "simulate.session",
+    "GyroErrors": "simulate.session",
+    "SimulatedSession": "simulate.session",
+    "simulate_session": "simulate.session",
+}
+"""Modules that are imported when they, or a name in them, are first asked for."""
+
+
 def __getattr__(name: str) -> Any:  # noqa: ANN401
     """Import the large parts when they are first asked for."""
-    if name in ("compare", "identify", "live", "metrics"):
-        return import_module(f"zerorate.{name}")
-    raise AttributeError(f"module 'zerorate' has no attribute {name!r}")
+    if name not in _LATER:
+        raise AttributeError(f"module 'zerorate' has no attribute {name!r}")
+    module = import_module(f"zerorate.{_LATER[name]}")
+    return module if _LATER[name] == name else getattr(module, name)
 
 
 def __dir__() -> list[str]:

@@ -44,7 +44,7 @@ _COMMANDS: Final = {
         "zerorate calibrate turns.csv --unit deg/s,g --export kalibr -o out",
     ),
     "simulate": (
-        "Write a log of a simulated gyro, and its true drift.",
+        "Write a log of a simulated gyro and its true drift, or of an IMU to calibrate.",
         "zerorate simulate MPU-6050 -o gyro.csv --duration 600",
     ),
 }

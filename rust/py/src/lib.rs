@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod allan;
+mod calibrate;
 mod common;
 mod denoise;
 mod deviations;
@@ -18,6 +19,8 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use crate::allan::{AllanNoise, StreamingAllan};
+    #[pymodule_export]
+    use crate::calibrate::{carry_turns, integrate_rates};
     #[pymodule_export]
     use crate::denoise::{WaveletDenoiser, denoise, wavelet_decomposition};
     #[pymodule_export]

@@ -1,5 +1,5 @@
 //! Numbers, matrices and distributions that several modules share: scalars and SIMD lanes alike,
-//! symmetric matrices, segments of a record.
+//! symmetric matrices, rotations, segments of a record.
 
 #[cfg(feature = "std")]
 pub mod distributions;
@@ -10,6 +10,7 @@ mod laned;
 #[cfg(feature = "std")]
 pub(crate) mod parallel;
 mod real;
+pub mod rotation;
 #[cfg(feature = "std")]
 pub(crate) mod segments;
 pub(crate) mod sound;

@@ -187,6 +187,21 @@ pub fn axis<'py>(z: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> 
     Ok(plain.cast_into::<PyArray1<f64>>()?.try_readonly()?)
 }
 
+/// The numbers of an argument by its name, row after row, if its shape fits.
+pub fn named(
+    name: &str,
+    z: &Bound<'_, PyAny>,
+    expected: &str,
+    fits: impl Fn(&[usize]) -> bool,
+) -> PyResult<Record> {
+    let record = read(z)?;
+    if fits(&record.shape) {
+        return Ok(record);
+    }
+    let got = tuple(&record.shape);
+    Err(PyValueError::new_err(format!("{name} must have shape {expected}, got {got}")))
+}
+
 fn check_shape(fits: bool, expected: &str, shape: &[usize]) -> PyResult<()> {
     if fits {
         return Ok(());

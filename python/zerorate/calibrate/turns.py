@@ -1,0 +1,170 @@
+"""Turns from one rest to the next: which can be used, and gravity carried through them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from zerorate.calibrate.calibration import Rest, Turn
+from zerorate.calibrate.sensors import Sensor
+from zerorate.types import Booleans, Floats, Integers
+
+__all__ = ["Carried", "carried", "misses", "saturated", "turn_biases", "turns_between"]
+
+_LONGEST: Final = 30.0
+_HITS: Final = 10
+_WEIGHED: Final = 10.0
+"""Rest, s, beyond which the mean rate of a longer one tells the bias of a turn no better."""
+
+
+def saturated(gyro: Sensor, limit: float | None) -> Booleans:
+    """Return which samples are at the end of the gyro's range, shape (n,).
+
+    Parameters
+    ----------
+    gyro
+        The sensor.
+    limit
+        The end of the range in the raw unit, or None to take for it the largest value, or the
+        smallest, of an axis that is hit ten times.
+    """
+    if limit is not None:
+        return np.asarray((np.abs(gyro.data) >= limit * abs(gyro.factor) * (1 - 1e-9)).any(axis=1))
+    full = np.zeros(gyro.n, dtype=bool)
+    if gyro.missing is not None and gyro.missing.all():
+        return full
+    for axis in gyro.data.T:
+        for end in (np.nanmax(axis), np.nanmin(axis)):
+            hits = axis == end
+            if np.count_nonzero(hits) >= _HITS:
+                full |= hits
+    return full
+
+
+def turns_between(rests: Sequence[Rest], gyro: Sensor, full: Booleans) -> list[Turn]:
+    """Return the turns from each rest that is used to the next, and why some cannot be used."""
+    used = [place for place, rest in enumerate(rests) if rest.used]
+    return [
+        _turn(rests, before, after, gyro, full)
+        for before, after in zip(used[:-1], used[1:], strict=True)
+    ]
+
+
+def _turn(
+    rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Booleans
+) -> Turn:
+    first, last = rests[before].last - 1, rests[after].first + 1
+    reason = _reason(gyro, full, first, last)
+    return Turn(
+        start=gyro.start + first / gyro.rate,
+        stop=gyro.start + (last - 1) / gyro.rate,
+        first=first,
+        last=last,
+        rests=(before, after),
+        angle=float("nan"),
+        axis=np.full(3, np.nan),
+        residual=float("nan"),
+        used=not reason,
+        reason=reason,
+    )
+
+
+def _reason(gyro: Sensor, full: Booleans, first: int, last: int) -> str:
+    seconds = (last - first) / gyro.rate
+    if seconds > _LONGEST:
+        return f"{seconds:.0f} s long, more than {_LONGEST:.0f} s"
+    if gyro.missing is not None and (lost := int(gyro.missing[first:last].sum())):
+        return f"{lost} of {last - first} samples of the gyro are missing"
+    if hits := int(full[first:last].sum()):
+        return f"{hits} samples at the end of the gyro's range"
+    return ""
+
+
+def turn_biases(turns: Sequence[Turn], rests: Sequence[Rest], at_rest: Floats) -> Floats:
+    """Return the gyro's bias in each turn from that at all rests, shape (m, 3).
+
+    It is the mean of the rests before and after, weighted by their length up to ten seconds.
+    """
+    length = np.array([min(rest.stop - rest.start, _WEIGHED) for rest in rests])
+    pair = np.array([turn.rests for turn in turns], dtype=np.int64).reshape(-1, 2)
+    weight = length[pair] / length[pair].sum(axis=1, keepdims=True)
+    return np.asarray(np.einsum("ij,ijk->ik", weight, at_rest[pair]))
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """What the gyro says of each turn.
+
+    Parameters
+    ----------
+    rotations
+        P, shape (m, 3, 3): a vector v of the body before the turn is ``P.T @ v`` after it.
+    by_matrix
+        T, shape (m, 3, 3, 3): that vector u moves by ``[u]x psi``, psi_a = T_abc dM_bc.
+    angles
+        Sum of the angles of all steps, rad, shape (m,).
+    """
+
+    rotations: Floats
+    by_matrix: Floats
+    angles: Floats
+
+
+def carried(rates: Floats, period: float, spans: Integers, biases: Floats, matrix: Floats) -> Carried:
+    """Return the turns of raw rates, corrected as ``matrix @ (rate - bias)``.
+
+    Parameters
+    ----------
+    rates
+        Shape (n, 3); what depends on gravity taken off.
+    period
+        Seconds from sample to sample.
+    spans
+        First and last (exclusive) sample of each turn, shape (m, 2).
+    biases
+        Of each turn, shape (m, 3).
+    matrix
+        The correction, shape (3, 3).
+    """
+    count = int((spans[:, 1] - spans[:, 0]).max(initial=1)) - 1
+    place = spans[:, :1] + np.arange(count + 1)
+    inside = (place[:, 1:] < spans[:, 1:])[:, :, np.newaxis]
+    z = rates[np.minimum(place, spans[:, 1:] - 1)] - biases[:, np.newaxis]
+    w = z @ matrix.T
+    mean = np.where(inside, (z[:, 1:] + z[:, :-1]) * (period / 2.0), 0.0)
+    phi = mean @ matrix.T + np.where(inside, np.cross(w[:, :-1], w[:, 1:]) * period**2 / 12.0, 0.0)
+    steps, rights = _exponentials(phi), np.eye(3) - _cross(phi) / 2.0
+    rotations = np.tile(np.eye(3), (len(spans), 1, 1))
+    by_matrix = np.zeros((len(spans), 3, 9))
+    for k in range(count):
+        rotations = rotations @ steps[:, k]
+        each = (rights[:, k, :, :, np.newaxis] * mean[:, k, np.newaxis, np.newaxis]).reshape(-1, 3, 9)
+        by_matrix = steps[:, k].transpose(0, 2, 1) @ by_matrix + each
+    angles = np.sqrt((phi**2).sum(axis=2)).sum(axis=1)
+    return Carried(rotations, by_matrix.reshape(-1, 3, 3, 3), angles)
+
+
+def _cross(vectors: Floats) -> Floats:
+    """Return the matrices of the cross products with vectors, shape (..., 3, 3)."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    zero = np.zeros_like(x)
+    rows = [zero, -z, y, z, zero, -x, -y, x, zero]
+    return np.stack(rows, axis=-1).reshape(*vectors.shape, 3)
+
+
+def _exponentials(phi: Floats) -> Floats:
+    """Return the rotations by vectors."""
+    angle = np.sqrt((phi**2).sum(axis=-1))[..., np.newaxis, np.newaxis]
+    K = _cross(phi)
+    half = np.sinc(angle / (2.0 * np.pi))
+    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * half**2 * (K @ K)
+
+
+def misses(rotations: Floats, before: Floats, after: Floats) -> Floats:
+    """Return the angles between gravity carried through turns and gravity after them, rad."""
+    ends = np.einsum("mba,mb->ma", rotations, before)
+    apart = np.linalg.norm(np.cross(ends, after), axis=1)
+    return np.asarray(np.arctan2(apart, (ends * after).sum(axis=1)))

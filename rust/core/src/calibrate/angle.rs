@@ -1,0 +1,106 @@
+//! Orientation by integration of the rates.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::{axes, limited};
+use crate::math::rotation::{step, turned};
+
+/// Steps between two looks at whether to go on.
+#[cfg(feature = "std")]
+const PIECE: usize = 1 << 14;
+
+/// What the rotation of a step is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Integration {
+    /// The rate at its end: Kalman's drift collection, 252-254.
+    BackwardEuler,
+    /// The mean of the rates at both ends.
+    Trapezoid,
+    /// The same and the coning of a rate that changes evenly.
+    Coning,
+}
+
+impl Integration {
+    /// All of them by their names.
+    pub const NAMES: [(Self, &str); 3] = [
+        (Self::BackwardEuler, "backward-euler"),
+        (Self::Trapezoid, "trapezoid"),
+        (Self::Coning, "coning"),
+    ];
+
+    /// The one that has a name.
+    pub fn of_name(name: &str) -> Option<Self> {
+        Self::NAMES.iter().find(|(_, known)| *known == name).map(|(method, _)| *method)
+    }
+
+    #[inline(always)]
+    fn rotation_vector(self, before: &Vector3<f64>, after: &Vector3<f64>, dt: f64) -> Vector3<f64> {
+        match self {
+            Self::BackwardEuler => after * dt,
+            Self::Trapezoid => (before + after) * (0.5 * dt),
+            Self::Coning => step(before, after, dt),
+        }
+    }
+}
+
+/// Orientation at each sample of the rates, in rad/s, as quaternions with the scalar first: each
+/// turns vectors of the body at that sample into the body's axes at the first one.
+///
+/// `steps` are the seconds from each sample to the next. NaN follows on a missing sample.
+pub fn integrate(
+    rates: &[[f64; 3]],
+    steps: &[f64],
+    method: Integration,
+    quaternions: &mut [[f64; 4]],
+) {
+    let mut rotation = UnitQuaternion::identity();
+    let Some(first) = quaternions.first_mut() else { return };
+    *first = [1.0, 0.0, 0.0, 0.0];
+    for (k, (dt, place)) in steps.iter().zip(&mut quaternions[1..]).enumerate() {
+        #[cfg(feature = "std")]
+        if k % PIECE == PIECE - 1 {
+            crate::work::pause();
+        }
+        let (before, after) = (axes(&rates[k]), axes(&rates[k + 1]));
+        let phi = method.rotation_vector(&before, &after, limited(*dt));
+        rotation = turned(&rotation, &phi);
+        *place = [rotation.w, rotation.i, rotation.j, rotation.k];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Integration, integrate};
+    use nalgebra::{Quaternion, UnitQuaternion};
+
+    /// A body whose axis runs on a cone of half-angle β, W times a second over 2π: rates and
+    /// orientation.
+    fn coning(beta: f64, w: f64, t: f64) -> ([f64; 3], UnitQuaternion<f64>) {
+        let ((sin, cos), half) = ((w * t).sin_cos(), beta / 2.0);
+        let rate = [-w * beta.sin() * sin, w * beta.sin() * cos, -2.0 * w * half.sin().powi(2)];
+        let q = Quaternion::new(half.cos(), half.sin() * cos, half.sin() * sin, 0.0);
+        (rate, UnitQuaternion::new_normalize(q))
+    }
+
+    /// Angle from the truth after a second.
+    fn error(method: Integration, n: usize) -> f64 {
+        let (beta, w) = (0.2, 20.0);
+        let dt = 1.0 / n as f64;
+        let rates: Vec<_> = (0..=n).map(|k| coning(beta, w, k as f64 * dt).0).collect();
+        let mut found = vec![[0.0; 4]; n + 1];
+        integrate(&rates, &vec![dt; n], method, &mut found);
+        let [s, x, y, z] = found[n];
+        let found = UnitQuaternion::new_normalize(Quaternion::new(s, x, y, z));
+        let expected = coning(beta, w, 0.0).1.inverse() * coning(beta, w, 1.0).1;
+        found.angle_to(&expected)
+    }
+
+    #[test]
+    fn errors_in_pure_coning_fall_with_the_order_of_the_method() {
+        use Integration::{BackwardEuler, Coning, Trapezoid};
+        for (method, order) in [(BackwardEuler, 2.0), (Trapezoid, 4.0), (Coning, 4.0)] {
+            let (coarse, fine) = (error(method, 1000), error(method, 2000));
+            assert!((coarse / fine / order - 1.0).abs() < 0.2, "{method:?}: {coarse} {fine}");
+        }
+    }
+}

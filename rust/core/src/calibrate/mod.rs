@@ -1,0 +1,31 @@
+//! Calibration: what is done sample by sample of a record of three axes, and in a loop.
+//!
+//! The fit of the errors of a sensor is done elsewhere, once a record; it asks here for the turn
+//! between two rests with its sensitivities, [`carry_turn`]. [`integrate`] makes an orientation of
+//! rates.
+//!
+//! The model is `z = W ω + b + G f`: `z` a raw sample of the gyro, ω the rate, f the specific force;
+//! corrected is `ω = M (z - b - G f)`.
+
+mod angle;
+mod turn;
+
+pub use angle::{Integration, integrate};
+pub use turn::{Turn, carry_turn};
+
+use nalgebra::Vector3;
+
+/// Largest number of a rate, a step or a matrix: products of all of them are finite.
+const LARGEST: f64 = 1e30;
+
+/// A number within what is expected of any sensor; NaN where it is missing.
+#[inline(always)]
+fn limited(x: f64) -> f64 {
+    x.clamp(-LARGEST, LARGEST)
+}
+
+/// A sample of three axes.
+#[inline(always)]
+fn axes(sample: &[f64; 3]) -> Vector3<f64> {
+    Vector3::from(sample.map(limited))
+}
