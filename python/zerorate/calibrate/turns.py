@@ -53,9 +53,7 @@ def turns_between(rests: Sequence[Rest], gyro: Sensor, full: Booleans) -> list[T
     ]
 
 
-def _turn(
-    rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Booleans
-) -> Turn:
+def _turn(rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Booleans) -> Turn:
     first, last = rests[before].last - 1, rests[after].first + 1
     reason = _reason(gyro, full, first, last)
     return Turn(
@@ -113,7 +111,9 @@ class Carried:
     angles: Floats
 
 
-def carried(rates: Floats, period: float, spans: Integers, biases: Floats, matrix: Floats) -> Carried:
+def carried(
+    rates: Floats, period: float, spans: Integers, biases: Floats, matrix: Floats
+) -> Carried:
     """Return the turns of raw rates, corrected as ``matrix @ (rate - bias)``.
 
     Parameters
@@ -141,7 +141,9 @@ def carried(rates: Floats, period: float, spans: Integers, biases: Floats, matri
     by_matrix = np.zeros((len(spans), 3, 9))
     for k in range(count):
         rotations = rotations @ steps[:, k]
-        each = (rights[:, k, :, :, np.newaxis] * mean[:, k, np.newaxis, np.newaxis]).reshape(-1, 3, 9)
+        each = (rights[:, k, :, :, np.newaxis] * mean[:, k, np.newaxis, np.newaxis]).reshape(
+            -1, 3, 9
+        )
         by_matrix = steps[:, k].transpose(0, 2, 1) @ by_matrix + each
     angles = np.sqrt((phi**2).sum(axis=2)).sum(axis=1)
     return Carried(rotations, by_matrix.reshape(-1, 3, 3, 3), angles)
