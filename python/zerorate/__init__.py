@@ -50,6 +50,7 @@ from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
+    from zerorate.calibrate.angle import Integrated, integrate
     from zerorate.simulate.session import (
         AccelErrors,
         GyroErrors,
@@ -71,6 +72,7 @@ __all__ = [
     "DynamicAllan",
     "FittedModel",
     "GyroErrors",
+    "Integrated",
     "Log",
     "LogError",
     "Markov",
@@ -90,6 +92,7 @@ __all__ = [
     "device",
     "dynamic_allan",
     "identify",
+    "integrate",
     "live",
     "metrics",
     "raw_counts",
@@ -112,7 +115,9 @@ _LATER = {
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
     "GyroErrors": "simulate.session",
+    "Integrated": "calibrate.angle",
     "SimulatedSession": "simulate.session",
+    "integrate": "calibrate.angle",
     "simulate_session": "simulate.session",
 }
 """Modules that are imported when they, or a name in them, are first asked for."""
