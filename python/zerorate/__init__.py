@@ -20,6 +20,7 @@ from zerorate._native import (
     WaveletDenoiser,
     __version__,
 )
+from zerorate.calibrate import Calibration
 from zerorate.denoise import Denoised, denoise
 from zerorate.io import (
     Log,
@@ -63,6 +64,7 @@ __all__ = [
     "AccelErrors",
     "AllanNoise",
     "AllanResult",
+    "Calibration",
     "Coefficient",
     "Contamination",
     "Denoised",

@@ -8,7 +8,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Literal, TypeVar, cast
+from typing import TYPE_CHECKING, Final, Literal, cast, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
 __all__ = ["apply", "apply_accel", "apply_gyro", "checked", "corrector", "in_units"]
 
-Samples = TypeVar("Samples", Log, Recording, npt.NDArray[np.float64])
 Sensor = Literal["gyro", "accel"]
 
 _KINDS: Final = {"gyro": "rate", "accel": "acceleration"}
+_SENSORS: Final = {"gyro": "a gyro", "accel": "an accelerometer"}
 _COLUMNS: Final = (3, 6, 7)
 _SAME: Final = 1e-3
 """Periods by which the samples of one clock may differ."""
@@ -51,21 +51,21 @@ def in_units(calibration: Calibration, gyro: str, accel: str) -> Calibration:
     ValueError
         If a unit is none of its sensor, or unknown on one side only.
     """
-    found = (_known(calibration.gyro_units[0], gyro, "gyro"),)
-    found += (_known(calibration.accel_units[0], accel, "accel"),)
-    if all(one == 1.0 for one in found):
+    of_gyro = _known(calibration.gyro_units[0], gyro, "gyro")
+    of_accel = _known(calibration.accel_units[0], accel, "accel")
+    if of_gyro == of_accel == 1.0:
         return calibration
     factors = np.ones(33)
-    factors[GYRO_BIAS] = factors[G_SENSITIVITY] = found[0]
-    factors[ACCEL_BIAS] = found[1]
+    factors[GYRO_BIAS] = factors[G_SENSITIVITY] = of_gyro
+    factors[ACCEL_BIAS] = of_accel
     model = calibration.temperature_model
     return replace(
         calibration,
         values=calibration.values * factors,
         covariance=calibration.covariance * np.outer(factors, factors),
-        gyro_units=calibration.gyro_units if found[0] == 1.0 else (gyro, gyro),
-        accel_units=calibration.accel_units if found[1] == 1.0 else (accel, accel),
-        temperature_model=None if model is None else model.scaled(found[0]),
+        gyro_units=calibration.gyro_units if of_gyro == 1.0 else (gyro, gyro),
+        accel_units=calibration.accel_units if of_accel == 1.0 else (accel, accel),
+        temperature_model=None if model is None else model.scaled(of_gyro),
     )
 
 
@@ -75,7 +75,7 @@ def _known(own: str, given: str, sensor: Sensor) -> float:
         return 1.0
     if given not in UNITS or own not in UNITS:
         raise ValueError(
-            f"the calibration is of a {sensor} {_described(own)}, and these samples are "
+            f"the calibration is of {_SENSORS[sensor]} {_described(own)}, and these samples are "
             f"{_described(given)}: give their unit where they are read"
         )
     return convert(1.0, own, given)
@@ -143,17 +143,34 @@ def corrector(
     )
 
 
-def apply(calibration: Calibration, samples: Samples) -> Samples:
+@overload
+def apply(
+    calibration: Calibration, samples: Recording, *, gyro: str = ..., accel: str = ...
+) -> Recording: ...
+@overload
+def apply(calibration: Calibration, samples: Log) -> Log: ...
+@overload
+def apply(calibration: Calibration, samples: npt.ArrayLike) -> Floats: ...
+def apply(
+    calibration: Calibration,
+    samples: Recording | Log | npt.ArrayLike,
+    *,
+    gyro: str = "gyro",
+    accel: str = "accel",
+) -> Recording | Log | Floats:
     """Return samples without scale error, misalignment, bias and g-sensitivity.
 
     Parameters
     ----------
     samples : Recording, Log or array_like
-        A recording: its ``gyro`` and ``accel`` are corrected and all else is as it was. Where
+        A recording: its gyro and accelerometer are corrected and all else is as it was. Where
         the two have clocks of their own, the force that acts on the gyro is interpolated at the
         gyro's. A log of three channels, of a gyro or of an accelerometer. An array of shape
         (n, 3) or (3,) of the gyro, (n, 6) or (6,) of gyro and accelerometer, (n, 7) or (7,) with
         the temperature, degC, behind, in the units of the calibration.
+    gyro, accel : str
+        Names of the two in a recording, ``gyro_1`` and ``accel_1`` for instance; one that is not
+        there is left out.
 
     Returns
     -------
@@ -169,7 +186,7 @@ def apply(calibration: Calibration, samples: Samples) -> Samples:
         If the units do not fit those of the calibration, or an array has another shape.
     """
     if isinstance(samples, Recording):
-        return _of_recording(calibration, samples)
+        return _of_recording(calibration, samples, gyro, accel)
     if isinstance(samples, Log):
         return _of_log(calibration, samples)
     _warn(calibration)
@@ -304,24 +321,25 @@ def _sensor_of(log: Log) -> Sensor:
     )
 
 
-def _of_recording(calibration: Calibration, recording: Recording) -> Recording:
-    gyro, accel = recording.gyro, recording.accel
+def _of_recording(
+    calibration: Calibration, recording: Recording, gyro_name: str, accel_name: str
+) -> Recording:
+    gyro, accel = (recording.logs.get(name) for name in (gyro_name, accel_name))
     if gyro is None and accel is None:
-        raise LogError(f"{recording.source}: there is neither a gyro nor an accelerometer")
-    units = (calibration.gyro_units[0], calibration.accel_units[0])
+        listed = ", ".join(recording)
+        raise LogError(f"there is no {gyro_name} and no {accel_name}; the recording has: {listed}")
     found = in_units(
         calibration,
-        units[0] if gyro is None else gyro.unit,
-        units[1] if accel is None else accel.unit,
+        calibration.gyro_units[0] if gyro is None else gyro.unit,
+        calibration.accel_units[0] if accel is None else accel.unit,
     )
     logs = dict(recording.logs)
     if gyro is not None:
         rates = _corrected(found, _together(gyro, accel, recording.temperature, found))
-        logs["gyro"] = _noted(gyro, rates[:, :3], "gyro", found, alone=accel is None)
+        logs[gyro_name] = _noted(gyro, rates[:, :3], "gyro", found, alone=accel is None)
     if accel is not None:
-        logs["accel"] = _noted(accel, _forces(found, _three(accel, "accel")), "accel", found)
-    said = (*recording.notes, *_notes(found, " and ".join(s for s in _KINDS if s in recording)))
-    return replace(recording, logs=logs, notes=said)
+        logs[accel_name] = _noted(accel, _forces(found, _three(accel, "accel")), "accel", found)
+    return replace(recording, logs=logs)
 
 
 def _together(
@@ -364,7 +382,7 @@ def _nearest(times: Floats, known: Floats) -> Floats:
 def _three(log: Log, sensor: Sensor) -> Floats:
     if log.channels != 3:
         raise LogError(
-            f"a calibration needs the three axes of the {sensor}, got {log.channels}: "
+            f"a calibration needs the three axes of the {_SENSORS[sensor].split()[1]}, got {log.channels}: "
             f"{', '.join(log.names)}"
         )
     return log.data
@@ -381,9 +399,10 @@ def _noted(
     return replace(log, data=data, unit=unit, meta={**log.meta, "notes": told})
 
 
-def _notes(calibration: Calibration, sensors: str) -> Iterator[str]:
+def _notes(calibration: Calibration, sensor: Sensor) -> Iterator[str]:
     """Yield what was done, and why it should not have been."""
-    yield f"{sensors} corrected by a calibration"
+    rests, turns = (sum(one.used for one in m) for m in (calibration.rests, calibration.turns))
+    yield f"{sensor}: corrected by a calibration of {rests} rests and {turns} turns"
     if not calibration.valid:
         yield f"the calibration that was applied is not valid: {calibration.problems[0]}"
 
