@@ -20,7 +20,7 @@ from zerorate._native import (
     WaveletDenoiser,
     __version__,
 )
-from zerorate.calibrate import Calibration
+from zerorate.calibrate import Calibration, CalibrationError, calibrate, find_rests
 from zerorate.denoise import Denoised, denoise
 from zerorate.io import (
     Log,
@@ -65,6 +65,7 @@ __all__ = [
     "AllanNoise",
     "AllanResult",
     "Calibration",
+    "CalibrationError",
     "Coefficient",
     "Contamination",
     "Denoised",
@@ -90,11 +91,13 @@ __all__ = [
     "WaveletDenoiser",
     "__version__",
     "allan",
+    "calibrate",
     "calibrate_rate_table",
     "compare",
     "denoise",
     "device",
     "dynamic_allan",
+    "find_rests",
     "identify",
     "integrate",
     "live",

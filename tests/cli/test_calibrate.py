@@ -148,3 +148,127 @@ class TestReplay:
         code, _, errors = call("replay", "--calibration", log, log, "-o", out, "--no-figure")
         assert code == 1
         check_line(errors, "run.csv is not a zerorate calibration in JSON")
+
+
+STEM = "turns-zerorate-calibration"
+
+
+@pytest.fixture(scope="module")
+def session():
+    return zr.simulate_session(14, seed=3, rest=4.0)
+
+
+@pytest.fixture(scope="module")
+def turns(session, tmp_path_factory):
+    return write_imu(tmp_path_factory.mktemp("session") / "turns.csv", session.recording)
+
+
+@pytest.fixture(scope="module")
+def few(tmp_path_factory):
+    """Too few poses to calibrate anything by."""
+    recording = zr.simulate_session(5, seed=3, rest=4.0).recording
+    return write_imu(tmp_path_factory.mktemp("few") / "few.csv", recording)
+
+
+class TestCalibrate:
+    def test_table_files_and_exports(self, cli, turns, out):
+        exports = "kalibr,imu_tk,px4,ardupilot"
+        options = ("--export", exports, "--gravity", "9.81", "--frame", "z")
+        code, text, errors = cli(turns, "-o", out, *options)
+        assert (code, errors) == (0, "")
+        assert text.startswith("Calibration: valid\n\nAccelerometer, raw in g\n")
+        assert names(out) == sorted(
+            [
+                f"{STEM}-ardupilot.param",
+                f"{STEM}-imu_tk_acc.calib",
+                f"{STEM}-imu_tk_gyro.calib",
+                f"{STEM}-kalibr.yaml",
+                f"{STEM}-px4.params",
+                f"{STEM}.json",
+                f"{STEM}.png",
+            ]
+        )
+        assert all(f"wrote {out / name}" in text for name in names(out))
+        found = zr.Calibration.from_json(out / f"{STEM}.json")
+        expected = zr.calibrate(read_recording(turns), gravity=9.81, frame="z")
+        assert found.to_json() == expected.to_json()
+        assert text.startswith(str(expected))
+        assert (out / f"{STEM}-kalibr.yaml").read_text() == expected.to_kalibr()
+        assert (out / f"{STEM}-imu_tk_gyro.calib").read_text() == expected.to_imu_tk().gyro
+        assert (out / f"{STEM}-px4.params").read_text() == expected.to_px4()
+        assert (out / f"{STEM}-ardupilot.param").read_text() == expected.to_ardupilot()
+
+    def test_options_reach_the_fit(self, cli, turns, out):
+        options = ("--g-sensitivity", "off", "--saturation", "100", "--no-figure")
+        code, text, _ = cli(turns, "-o", out / "a.json", *options)
+        assert names(out) == ["a.json"]
+        expected = zr.calibrate(read_recording(turns), g_sensitivity=False, saturation=100.0)
+        assert (out / "a.json").read_text() == expected.to_json()
+        assert code == (0 if expected.valid else 1)
+        assert "end of the gyro's range" in text
+
+    def test_its_result_corrects_the_log(self, cli, turns, out, session):
+        assert cli(turns, "-o", out, "--no-figure")[0] == 0
+        assert cli("--apply", out / f"{STEM}.json", turns, "-o", out)[0] == 0
+        found = read_recording(out / "turns-zerorate-calibrated.parquet")
+        before, after = (
+            np.linalg.norm(one.accel.data[50:350], axis=1).mean() - 1.0
+            for one in (session.recording, found)
+        )
+        assert abs(after) < 0.1 * abs(before)
+
+    def test_one_that_is_not_valid_ends_with_1_and_is_written(self, cli, few, out):
+        code, text, errors = cli(few, "-o", out)
+        assert code == 1
+        assert text.startswith("Calibration: NOT VALID\n")
+        assert "Advice\n- hold " in text
+        check_line(errors, "few.csv: the calibration is not valid: ")
+        assert names(out) == [f"few-zerorate-calibration.{end}" for end in ("json", "png")]
+        assert not zr.Calibration.from_json(out / "few-zerorate-calibration.json").valid
+
+    def test_no_rest_at_all(self, cli, tmp_path, out):
+        rng = np.random.default_rng(1)
+        columns = {f"gyro_{x}_dps": 50 * rng.standard_normal(900).cumsum() for x in "xyz"}
+        columns |= {f"accel_{x}_g": rng.standard_normal(900) for x in "xyz"}
+        code, text, errors = cli(write_table(tmp_path / "run.csv", columns), "-o", out)
+        assert (code, text) == (1, "")
+        check_line(errors, "run.csv: ")
+        assert names(out) == []
+
+    @pytest.mark.parametrize(
+        ("options", "code", "match"),
+        [
+            (("--gravity", "-1"), 2, "gravity must be"),
+            (("--saturation", "0"), 2, "saturation must be"),
+            (("--gyro", "gyro_3"), 1, "turns.csv: there is no 'gyro_3'; the recording has: gyro"),
+            (("--export", "kalibr,vins"), 2, "--export takes some of kalibr, imu_tk, px4, ardu"),
+            (("--format", "csv"), 2, "--format is that of a corrected log: it acts with --apply"),
+            (("--frame", "q"), 2, "--frame takes x, z or symmetric, got 'q'"),
+            (("-o", "a.csv"), 2, "-o takes a folder, or a file as json, got 'a.csv'"),
+            (("--columns", "gyro_x_dps"), 1, "turns.csv: the gyro must have three axes"),
+            (("--compare", "none.json"), 1, "none.json: No such file"),
+        ],
+    )
+    def test_refusals(self, cli, turns, out, options, code, match):
+        found, text, errors = cli(turns, "--no-figure", *(("-o", out) + options))
+        assert (found, text) == (code, "")
+        check_line(errors, match)
+        assert names(out) == []
+
+    def test_counts_cannot_become_kalibrs_file(self, cli, session, tmp_path, out):
+        recording = session.recording
+        columns = {f"gyro_{x}": 131 * recording.gyro.data[:, i] for i, x in enumerate("xyz")}
+        columns |= {f"accel_{x}": 16384 * recording.accel.data[:, i] for i, x in enumerate("xyz")}
+        log = write_table(tmp_path / "raw.csv", columns)
+        code, text, _ = cli(log, "-o", out, "--no-figure")
+        assert code == 0
+        assert "Gyro, raw unit not known" in text
+        code, _, errors = cli(log, "-o", out, "--no-figure", "--force", "--export", "kalibr")
+        assert code == 2
+        check_line(errors, "Kalibr takes samples in rad/s and m/s^2, and the unit of the acceler")
+        code, text, _ = cli(
+            *(log, "-o", out, "--no-figure", "--force", "--export", "kalibr"),
+            *("--scale", "1/131,1/16384", "--unit", "deg/s,g"),
+        )
+        assert code == 0
+        assert "Gyro, raw in deg/s" in text

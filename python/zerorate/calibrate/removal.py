@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final, Literal, cast, overload
 import numpy as np
 import numpy.typing as npt
 
+from zerorate._native import ImuCorrector
 from zerorate.calibrate.parameters import (
     ACCEL_BIAS,
     G_SENSITIVITY,
@@ -25,7 +26,6 @@ from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
 if TYPE_CHECKING:
-    from zerorate.calibrate.stand_in import ImuCorrector
     from zerorate.calibrate.calibration import Calibration
     from zerorate.calibrate.temperature import TemperatureModel
 
@@ -58,14 +58,12 @@ def in_units(calibration: Calibration, gyro: str, accel: str) -> Calibration:
     factors = np.ones(33)
     factors[GYRO_BIAS] = factors[G_SENSITIVITY] = of_gyro
     factors[ACCEL_BIAS] = of_accel
-    model = calibration.temperature_model
     return replace(
         calibration,
         values=calibration.values * factors,
         covariance=calibration.covariance * np.outer(factors, factors),
         gyro_units=calibration.gyro_units if of_gyro == 1.0 else (gyro, gyro),
         accel_units=calibration.accel_units if of_accel == 1.0 else (accel, accel),
-        temperature_model=None if model is None else model.scaled(of_gyro),
     )
 
 
@@ -89,10 +87,7 @@ def checked(calibration: Calibration, model: TemperatureModel) -> TemperatureMod
     """Return a temperature model that fits the calibration's gyro; ValueError if it does not."""
     if model.axes != 3:
         raise ValueError(f"the temperature model must be of three axes, got {model.axes}")
-    own, given = calibration.gyro_units[0], model.unit
-    if own != given:
-        _known(own, given, "gyro")
-        return model.scaled(convert(1.0, given, own))
+    _known(calibration.gyro_units[0], model.unit, "gyro")
     return model
 
 
@@ -123,24 +118,35 @@ def corrector(
     ValueError
         If `inputs` is none of these.
     """
-    from zerorate.calibrate.stand_in import ImuCorrector
-
     if inputs not in _COLUMNS:
         raise ValueError(f"inputs must be 3, 6 or 7, got {inputs!r}")
     accel = calibration.accel
     per_g = convert(1.0, "g", accel.unit)
     both = inputs > 3
-    model = calibration.temperature_model if inputs == 7 else None
     return ImuCorrector(
         calibration.gyro.correction,
         calibration.values[GYRO_BIAS],
         accel_matrix=accel.correction if both else None,
         accel_bias=calibration.values[ACCEL_BIAS] if both else None,
         g_sensitivity=calibration.values[G_SENSITIVITY].reshape(3, 3) / per_g if both else None,
-        temperature=model,
+        temperature=_curve(calibration) if inputs == 7 else None,
         inputs=inputs,
         channels=channels,
     )
+
+
+def _curve(calibration: Calibration) -> dict[str, object] | None:
+    """Return the bias by temperature as the stream takes it, in the raw unit of the gyro."""
+    model = calibration.temperature_model
+    if model is None:
+        return None
+    own = calibration.gyro_units[0]
+    factor = 1.0 if model.unit == own else convert(1.0, model.unit, own)
+    return {
+        "reference": model.reference,
+        "range": model.range,
+        "coefficients": factor * model.coefficients,
+    }
 
 
 @overload
@@ -229,7 +235,7 @@ def apply_gyro(
         parts.append(_like("accel", np.nan if accel is None else accel, (n, 3)))
     if temperature is not None:
         parts.append(_like("temperature", temperature, (n,))[:, np.newaxis])
-    return _corrected(calibration, np.hstack(parts))[:, :3].reshape(rates.shape)
+    return _rates(calibration, np.hstack(parts)).reshape(rates.shape)
 
 
 def apply_accel(calibration: Calibration, z: npt.ArrayLike) -> Floats:
@@ -277,29 +283,33 @@ def _of_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
             f"with the temperature behind, got {values.shape}"
         )
     rows = np.atleast_2d(values)
-    corrected = _corrected(calibration, rows)
-    return np.hstack((corrected, rows[:, corrected.shape[1] :])).reshape(values.shape)
+    found = _corrected(calibration, rows)
+    parts = (*found, rows[:, 6:]) if isinstance(found, tuple) else (found,)
+    return (np.hstack(parts) if len(parts) > 1 else parts[0]).reshape(values.shape)
 
 
-def _corrected(calibration: Calibration, rows: Floats) -> Floats:
-    """Return rows of 3 numbers, or 6, of rows of 3, 6 or 7."""
+def _corrected(calibration: Calibration, rows: Floats) -> Floats | tuple[Floats, Floats]:
+    """Return the gyro, or gyro and accelerometer, of rows of 3, 6 or 7 numbers."""
     inputs = cast(Literal[3, 6, 7], rows.shape[1])
-    found = corrector(calibration, inputs=inputs).process(np.ascontiguousarray(rows))
-    return np.hstack(found) if isinstance(found, tuple) else found
+    return corrector(calibration, inputs=inputs).process(rows)
+
+
+def _rates(calibration: Calibration, rows: Floats) -> Floats:
+    """Return the corrected gyro alone."""
+    found = _corrected(calibration, rows)
+    return found[0] if isinstance(found, tuple) else found
 
 
 def _forces(calibration: Calibration, rows: Floats) -> Floats:
     """Return the corrected accelerometer alone, by the arithmetic that corrects a gyro."""
-    from zerorate.calibrate.stand_in import ImuCorrector
-
     stream = ImuCorrector(calibration.accel.correction, calibration.values[ACCEL_BIAS], inputs=3)
-    return cast(Floats, stream.process(np.ascontiguousarray(rows)))
+    return cast(Floats, stream.process(rows))
 
 
 def _of_log(calibration: Calibration, log: Log) -> Log:
     if _sensor_of(log) == "gyro":
         found = in_units(calibration, log.unit, calibration.accel_units[0])
-        return _noted(log, _corrected(found, _three(log, "gyro")), "gyro", found, alone=True)
+        return _noted(log, _rates(found, _three(log, "gyro")), "gyro", found, alone=True)
     found = in_units(calibration, calibration.gyro_units[0], log.unit)
     return _noted(log, _forces(found, _three(log, "accel")), "accel", found)
 
@@ -335,8 +345,8 @@ def _of_recording(
     )
     logs = dict(recording.logs)
     if gyro is not None:
-        rates = _corrected(found, _together(gyro, accel, recording.temperature, found))
-        logs[gyro_name] = _noted(gyro, rates[:, :3], "gyro", found, alone=accel is None)
+        rates = _rates(found, _together(gyro, accel, recording.temperature, found))
+        logs[gyro_name] = _noted(gyro, rates, "gyro", found, alone=accel is None)
     if accel is not None:
         logs[accel_name] = _noted(accel, _forces(found, _three(accel, "accel")), "accel", found)
     return replace(recording, logs=logs)

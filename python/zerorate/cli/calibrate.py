@@ -10,7 +10,8 @@ from typing import Annotated, Any, Final, NamedTuple
 import numpy as np
 import typer
 
-from zerorate.calibrate.calibration import Calibration
+from zerorate.calibrate import Calibration, CalibrationError
+from zerorate.calibrate import calibrate as calibrate_imu
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, require, writing
 from zerorate.cli.options import (
@@ -267,11 +268,15 @@ class _Names(NamedTuple):
 def _found(
     recording: Recording, asked: Mapping[str, Any], temperature: bool, progress: Progress
 ) -> Calibration:
-    from zerorate.calibrate import calibrate as run
-
+    """Return the calibration, also one of so little that the fit refuses it, or raise a fault."""
     progress("fitting", 0.3)
     with naming(recording):
-        calibration: Calibration = in_background(partial(run, recording, **asked))
+        try:
+            calibration = in_background(partial(calibrate_imu, recording, **asked))
+        except CalibrationError as error:
+            if error.calibration is None:
+                raise
+            calibration = error.calibration
         return _with_temperature(calibration, recording) if temperature else calibration
 
 

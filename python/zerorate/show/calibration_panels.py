@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.calibrate.joint_fit import DATASHEET, WIDE
+from zerorate.calibrate.joint_fit import DATASHEET
 from zerorate.calibrate.parameters import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
-from zerorate.show.scales import limits, spans
+from zerorate.show.scales import limits, outline
 from zerorate.show.style import (
     BLACK,
     BLUE,
@@ -50,11 +50,14 @@ _AXIS_COLOURS: Final = (BLUE, VERMILION, GREEN)
 _GAP: Final = np.radians(40.0)
 """Angle from the nearest pose beyond which there is a gap."""
 
+_STRETCHES: Final = 6
+"""Parts of a log that are drawn apart: it goes across the page and turns last a second."""
+
 _PIXELS: Final = 121
 """Of the side of a half sphere."""
 
 _LEAST: Final = 0.3
-"""Part of the deviation before the record above which a parameter is not identifiable."""
+"""Part of the error that a data sheet states above which a parameter is not identifiable."""
 
 _RIM: Final = {"+x": (1, 0), "−x": (-1, 0), "+y": (0, 1), "−y": (0, -1)}
 _DIAGONAL: Final = (0, 4, 8)
@@ -66,11 +69,9 @@ _NAMES: Final = tuple(f"{i}{j}" for i in "xyz" for j in "xyz")
 def draw_log(axes: Axes, calibration: Calibration, log: Log, last: bool) -> None:
     """Draw the raw samples of a sensor, and behind them the rests that were found."""
     unit, seconds = time_unit(log.duration)
-    for i, (colour, values) in enumerate(zip(_AXIS_COLOURS, log.data.T, strict=False)):
-        t, least, most = spans(np.ascontiguousarray(values), log.rate)
-        axes.fill_between(
-            (t + log.time[0]) / seconds, least, most, color=colour, lw=0.4, label="xyz"[i]
-        )
+    for name, colour, values in zip("xyz", _AXIS_COLOURS, log.data.T, strict=False):
+        times, shown = _line(log, values)
+        axes.plot(times / seconds, shown, color=colour, lw=0.6, label=name)
     for rest in calibration.rests:
         colour = SKY if rest.used else ROSE
         place = (rest.start / seconds, rest.stop / seconds)
@@ -83,6 +84,18 @@ def draw_log(axes: Axes, calibration: Calibration, log: Log, last: bool) -> None
     else:
         axes.tick_params(labelbottom=False)
     write_legend(axes, "upper right", 3)
+
+
+def _line(log: Log, values: Floats) -> tuple[Floats, Floats]:
+    """Return times and values of a line of some thousand points, peaks included."""
+    first, parts = 0, []
+    for part in np.array_split(values, _STRETCHES):
+        if part.size:
+            times, shown = outline(np.ascontiguousarray(part), log.rate)
+            parts.append((log.time[0] + first / log.rate + times, shown))
+            first += part.size
+    times, shown = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return times, shown
 
 
 def draw_poses(axes: Axes, calibration: Calibration) -> None:
@@ -255,8 +268,8 @@ def _relative(calibration: Calibration) -> tuple[Floats, Floats]:
 
 
 def draw_known(axes: Axes, calibration: Calibration) -> None:
-    """Draw the error of each parameter over what it was before the record."""
-    axes.set_title("error over that before the record")
+    """Draw the error of each parameter over what a data sheet states."""
+    axes.set_title("error over that of a data sheet")
     groups = [parts[parts > 0.0] for parts in _over_prior(calibration)]
     for i, (parts, colour) in enumerate(zip(groups, _GROUP_COLOURS, strict=True)):
         at = i + np.linspace(-0.25, 0.25, max(parts.size, 2))[: parts.size]
@@ -268,12 +281,12 @@ def draw_known(axes: Axes, calibration: Calibration) -> None:
 
 
 def _over_prior(calibration: Calibration) -> Iterator[Floats]:
-    """Yield the errors over those before the record, group by group."""
+    """Yield the errors over those that data sheets state, group by group."""
+    scale, cross, offset = DATASHEET
     _, sigmas = _relative(calibration)
     scales = np.abs(calibration.accel.scale)
     bias = np.sqrt(np.diagonal(calibration.covariance)[ACCEL_BIAS]) / scales
     for sensor, own in ((calibration.accel, sigmas[:9]), (calibration.gyro, sigmas[9:])):
-        scale, cross, offset = DATASHEET if sensor.raw_unit in UNITS else WIDE
         yield own[list(_DIAGONAL)] / scale
         yield np.delete(own, _DIAGONAL) / cross
         if sensor.unit == calibration.accel.unit:
