@@ -395,7 +395,7 @@ def _turn_rows(
     rows = np.zeros((m, 2, _OWN + 2 * len(seen.means)))
     # [u]x psi across e is psi . (e x u).
     levers = np.cross(across, ends[:, np.newaxis])
-    rows[:, :, _GYRO] = (levers @ carried.by_matrix.reshape(m, 3, 9))
+    rows[:, :, _GYRO] = levers @ carried.by_matrix.reshape(m, 3, 9)
     turn = np.arange(m)
     from_before = across @ back @ tangents[before]
     from_after = across @ tangents[after]
@@ -432,4 +432,3 @@ def _move(state: _State, step: Floats) -> None:
     tilt = step[_OWN:].reshape(-1, 2, 1)
     moved = state.directions + (_tangents(state.directions) @ tilt)[:, :, 0]
     state.directions = moved / np.linalg.norm(moved, axis=1, keepdims=True)
-

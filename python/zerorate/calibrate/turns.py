@@ -70,9 +70,7 @@ def turns_between(rests: Sequence[Rest], gyro: Sensor, full: Booleans) -> list[T
     ]
 
 
-def _turn(
-    rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Booleans
-) -> Turn:
+def _turn(rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Booleans) -> Turn:
     first, last = rests[before].last - 1, rests[after].first + 1
     reason = _reason(gyro, full, first, last)
     return Turn(
@@ -175,8 +173,12 @@ def rotation_vectors(rotations: Floats) -> Floats:
     size = np.linalg.norm(sine, axis=1)
     angle = np.arctan2(size, cosine)
     # Near half a turn the odd part vanishes, and the even one is that of axis times axis.
-    even = (rotations + rotations.transpose(0, 2, 1)) / 2.0 - cosine[:, np.newaxis, np.newaxis] * np.eye(3)
-    column = np.take_along_axis(even, np.abs(even).max(axis=1).argmax(axis=1)[:, None, None], axis=2)[:, :, 0]
+    even = (rotations + rotations.transpose(0, 2, 1)) / 2.0 - cosine[
+        :, np.newaxis, np.newaxis
+    ] * np.eye(3)
+    column = np.take_along_axis(
+        even, np.abs(even).max(axis=1).argmax(axis=1)[:, None, None], axis=2
+    )[:, :, 0]
     column *= np.where((column * sine).sum(axis=1) < 0.0, -1.0, 1.0)[:, np.newaxis]
     axis = np.where((cosine < 0.0)[:, np.newaxis], column, sine)
     length = np.maximum(np.linalg.norm(axis, axis=1), np.finfo(float).tiny)
