@@ -49,7 +49,7 @@ class AtRest:
     @property
     def bias_sigma(self) -> Floats:
         """Return the standard error of the bias at any time of the record, shape (3,)."""
-        return np.sqrt(self.covariance[:, 0, 0] + self.spread**2)
+        return np.asarray(np.sqrt(self.covariance[:, 0, 0] + self.spread**2))
 
     def covariance_of(self, axis: int) -> Floats:
         """Return the covariance of an axis's bias at any time and its row of G, shape (4, 4)."""
@@ -60,7 +60,7 @@ class AtRest:
         covariance[pinned | fixed] = 0.0
         covariance[:, pinned | fixed] = 0.0
         covariance[pinned, pinned] = self.sigmas[axis][pinned[1:]] ** 2
-        return covariance
+        return np.asarray(covariance)
 
 
 def at_rest(

@@ -261,10 +261,10 @@ def joint_fit(seen: Observations, prior: Prior, start: Fit | None = None) -> Fit
     carried = anchor.carried
     # The angles hardly change from step to step, and must not: they are weights.
     noise = _turn_variances(seen, carried)
-    inverse = np.zeros((_OWN, _OWN))
+    inverse: Floats = np.zeros((_OWN, _OWN))
     for step in range(_STEPS):
         system = _system(seen, prior, state, carried, noise)
-        inverse = np.linalg.inv(system.normal)
+        inverse = np.asarray(np.linalg.inv(system.normal), dtype=np.float64)
         moved = inverse @ system.right
         if step < _FROZEN:
             state.squares = _rescaled(system, inverse, moved, state.squares)
@@ -387,7 +387,7 @@ def _rest_rows(seen: Observations, state: _State, tangents: Floats) -> tuple[Flo
 def _turn_rows(
     seen: Observations, state: _State, tangents: Floats, carried: Carried, sigmas: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the derivatives of carried gravity, across gravity after it, and what is left of it."""
+    """Return the derivatives of gravity carried through turns, and what is left of it."""
     m, before, after = len(seen.pairs), seen.pairs[:, 0], seen.pairs[:, 1]
     back = carried.rotations.transpose(0, 2, 1)
     ends = np.einsum("mab,mb->ma", back, state.directions[before])
@@ -424,7 +424,7 @@ def _rescaled(system: _System, inverse: Floats, moved: Floats, squares: Floats) 
         for other in range(2):
             information[k, other] += (hats[k] * hats[other].T).sum()
     step = np.linalg.solve(information, score)
-    return squares * np.exp(step.clip(-_LARGEST_FACTOR, _LARGEST_FACTOR))
+    return np.asarray(squares * np.exp(step.clip(-_LARGEST_FACTOR, _LARGEST_FACTOR)))
 
 
 def _move(state: _State, step: Floats) -> None:

@@ -74,7 +74,7 @@ class Sensor:
         # A sum is finite only if all its terms are, and costs a tenth of asking each.
         if np.isfinite(self.data.sum()):
             return None
-        return ~np.isfinite(self.data).all(axis=1)
+        return np.asarray(~np.isfinite(self.data).all(axis=1))
 
     def place(self, time: float) -> int:
         """Return the first sample at or after a time, at most n."""

@@ -96,7 +96,7 @@ class Record:
     def spans(self) -> Integers:
         """First and last (exclusive) sample of each turn among those of all, shape (m, 2)."""
         ends = np.cumsum([0, *(turn.last - turn.first for turn in self.turns)])
-        return np.stack([ends[:-1], ends[1:]], axis=1)
+        return np.stack([ends[:-1], ends[1:]], axis=1).astype(np.int64)
 
     @property
     def middles(self) -> Floats:
@@ -227,7 +227,7 @@ def _observed(record: Record, sensors: Sensors, prior: Prior) -> Observations:
         means=record.accel_means,
         sigmas=record.accel_sigmas,
         pairs=pairs,
-        seconds=(spans[:, 1] - spans[:, 0] - 1) * period,
+        seconds=np.asarray((spans[:, 1] - spans[:, 0] - 1) * period, dtype=np.float64),
         averaged=record.lengths[pairs].sum(axis=1),
         carry=carry,
         white=size * float(np.sqrt(record.stillness.floor["gyro"].mean() * period)),

@@ -47,11 +47,11 @@ def start_of(record: Record, name: PriorName) -> Prior:
         gyro = _linear_gyro(record, accel, bias)
     elif record.accel.known:
         gyro = _axes(record)
-    spreads = (
+    of_accel, of_gyro = (
         DATASHEET if one.known and name == "datasheet" else WIDE
         for one in (record.accel, record.gyro)
     )
-    return Prior(accel, bias, gyro, *spreads)
+    return Prior(accel, bias, gyro, of_accel, of_gyro)
 
 
 def nominal_sensors(record: Record, prior: Prior) -> Sensors:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -64,10 +65,7 @@ def saturated(gyro: Sensor, limit: float | None) -> Booleans:
 def turns_between(rests: Sequence[Rest], gyro: Sensor, full: Booleans) -> list[Turn]:
     """Return the turns from each rest that is used to the next, and why some cannot be used."""
     used = [place for place, rest in enumerate(rests) if rest.used]
-    return [
-        _turn(rests, before, after, gyro, full)
-        for before, after in zip(used[:-1], used[1:], strict=True)
-    ]
+    return [_turn(rests, before, after, gyro, full) for before, after in pairwise(used)]
 
 
 def _turn(rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Booleans) -> Turn:
