@@ -22,6 +22,7 @@ __all__ = [
     "directions",
     "forces",
     "joint_fit",
+    "sizes",
 ]
 
 LOWER: Final = np.array([(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)])
@@ -193,7 +194,7 @@ class Fit:
     @property
     def sigmas(self) -> Floats:
         """Return the standard errors of the 18 parameters."""
-        return np.sqrt(np.diagonal(self.covariance))
+        return np.asarray(np.sqrt(np.diagonal(self.covariance).clip(0.0)))
 
 
 def _packed(accel: Floats, bias: Floats, gyro: Floats) -> Floats:
@@ -214,7 +215,12 @@ def forces(means: Floats, accel: Floats, bias: Floats) -> Floats:
 def directions(means: Floats, accel: Floats, bias: Floats) -> Floats:
     """Return unit vectors along the specific force at rests, shape (n, 3)."""
     force = forces(means, accel, bias)
-    return np.asarray(force / np.linalg.norm(force, axis=1, keepdims=True))
+    return np.asarray(force / sizes(force)[:, np.newaxis])
+
+
+def sizes(vectors: Floats) -> Floats:
+    """Return the lengths of vectors, never zero, shape (n,)."""
+    return np.asarray(np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny))
 
 
 def _tangents(u: Floats) -> Floats:
@@ -264,11 +270,11 @@ def joint_fit(seen: Observations, prior: Prior, start: Fit | None = None) -> Fit
     inverse: Floats = np.zeros((_OWN, _OWN))
     for step in range(_STEPS):
         system = _system(seen, prior, state, carried, noise)
-        inverse = np.asarray(np.linalg.inv(system.normal), dtype=np.float64)
+        inverse = _inverse(system.normal)
         moved = inverse @ system.right
         if step < _FROZEN:
             state.squares = _rescaled(system, inverse, moved, state.squares)
-        sigmas = np.sqrt(np.diagonal(inverse))
+        sigmas = np.sqrt(np.diagonal(inverse).clip(0.0))
         _move(state, moved * min(1.0, _LARGEST_STEP / max(np.abs(moved).max(), 1e-300)))
         anchor, carried = anchor.moved(seen, _unpacked(state.values)[2])
         if step >= 2 and (np.abs(moved) <= _CONVERGED * sigmas).all():
@@ -404,7 +410,14 @@ def _turn_rows(
         rows[turn, :, _OWN + 2 * after + k] -= from_after[:, :, k]
     left = np.einsum("mka,ma->mk", across, state.directions[after] - ends)
     rows /= sigmas[:, np.newaxis, np.newaxis]
-    return rows.reshape(2 * m, -1), (left / sigmas[:, np.newaxis]).ravel()
+    return rows.reshape(2 * m, rows.shape[2]), (left / sigmas[:, np.newaxis]).ravel()
+
+
+def _inverse(normal: Floats) -> Floats:
+    """Return the inverse of a positive definite matrix whose parameters differ in unit."""
+    size = np.sqrt(np.diagonal(normal))
+    inverse = np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size)
+    return np.asarray((inverse + inverse.T) / 2.0)
 
 
 def _rescaled(system: _System, inverse: Floats, moved: Floats, squares: Floats) -> Floats:

@@ -18,6 +18,7 @@ from zerorate.calibrate.joint_fit import (
     directions,
     forces,
     joint_fit,
+    sizes,
 )
 from zerorate.calibrate.rests import Stillness, mean_variances
 from zerorate.calibrate.sensors import Sensor
@@ -244,7 +245,7 @@ def _at_rest(record: Record, fit: Fit, prior: Prior, with_g: bool) -> AtRest:
 def errors_of(record: Record, sensors: Sensors) -> tuple[Floats, Floats, Carried]:
     """Return |f|/g - 1 at the rests of a record, the misses of its turns, rad, and the turns."""
     force = forces(record.accel_means, sensors.accel, sensors.bias)
-    size = np.linalg.norm(force, axis=1)
+    size = sizes(force)
     up = force / size[:, np.newaxis]
     turns = carried(
         record.rates(sensors),

@@ -7,7 +7,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from zerorate.calibrate.joint_fit import DATASHEET, WIDE, Prior, forces
+from zerorate.calibrate.joint_fit import DATASHEET, WIDE, Prior, forces, sizes
 from zerorate.calibrate.sensors import STANDARD_GRAVITY
 from zerorate.calibrate.solution import Record, Sensors, errors_of
 from zerorate.calibrate.turns import cross_matrices
@@ -113,7 +113,7 @@ def _linear_gyro(record: Record, accel: Floats, bias: Floats) -> Floats:
     for turn, raw in zip(record.turns, record.forces, strict=True):
         first, last = turn.first, turn.last
         force = forces(raw, accel, bias)
-        size = np.linalg.norm(force, axis=1)
+        size = sizes(force)
         up = force / size[:, np.newaxis]
         # u x M z = [u]x M z, linear in the elements of M.
         z = (gyro.data[first:last] - level)[:, np.newaxis, np.newaxis] / gyro.rate

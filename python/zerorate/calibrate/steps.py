@@ -16,7 +16,7 @@ from zerorate.calibrate.judgement import handedness
 from zerorate.calibrate.parameters import Frame
 from zerorate.calibrate.rests import FLOORS, given_rests, rests_of
 from zerorate.calibrate.sensors import STANDARD_GRAVITY, Sensor, Source, chosen, sensor
-from zerorate.calibrate.solution import GSensitivity, Record, solve
+from zerorate.calibrate.solution import GSensitivity, Record, Solution, solve
 from zerorate.calibrate.starts import PriorName, check_gravity, start_of
 from zerorate.calibrate.turns import saturated, turns_between
 from zerorate.io.log import Log, LogError, Recording
@@ -29,6 +29,12 @@ _FEWEST_TURNS: Final = 6
 _JITTER: Final = 0.05
 _LEAST_GRAVITY: Final = 9.7
 _MOST_GRAVITY: Final = 9.9
+
+_RUNAWAY: Final = 1e6
+_CONTRADICTION: Final = (
+    "rests and turns contradict each other: no gyro and accelerometer fit them; check axes, units "
+    "and clocks"
+)
 
 _TURNING: Final = 3.0 * np.pi / 180.0
 """Rate, rad/s, beyond the usual one at rest by which a steady turn differs from a rest."""
@@ -146,8 +152,23 @@ def _solved(case: Case, choices: Choices, problems: Sequence[str] = ()) -> Calib
     check_gravity(case.record, case.gravity)
     prior = start_of(case.record, choices.prior)
     axes = [handedness(prior.gyro)] if _permuted(case.record, prior) else []
-    solution = solve(case.record, prior, choices.g_sensitivity)
-    return assembled(case, prior, solution, (*problems, *axes))
+    try:
+        solution = solve(case.record, prior, choices.g_sensitivity)
+        _check_size(solution, prior)
+        return assembled(case, prior, solution, (*problems, *axes))
+    except np.linalg.LinAlgError:
+        raise LogError(_CONTRADICTION) from None
+
+
+def _check_size(solution: Solution, prior: Prior) -> None:
+    """Refuse sensors that have run away: their inverse, and its errors, would be noise."""
+    for matrix, start in (
+        (solution.fit.accel, prior.accel),
+        (solution.fit.gyro, prior.gyro),
+    ):
+        ratio = abs(np.linalg.det(matrix) / np.linalg.det(start))
+        if not 1.0 / _RUNAWAY < ratio < _RUNAWAY or np.linalg.cond(matrix) > _RUNAWAY:
+            raise LogError(_CONTRADICTION)
 
 
 def _permuted(record: Record, prior: Prior) -> bool:

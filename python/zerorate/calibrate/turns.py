@@ -37,6 +37,8 @@ _HITS: Final = 10
 _WEIGHED: Final = 10.0
 """Rest, s, beyond which the mean rate of a longer one tells the bias of a turn no better."""
 
+_IN_MOTION: Final = 1e-3
+
 
 def saturated(gyro: Sensor, limit: float | None) -> Booleans:
     """Return which samples are at the end of the gyro's range, shape (n,).
@@ -99,9 +101,11 @@ def _reason(gyro: Sensor, full: Booleans, first: int, last: int) -> str:
 def turn_biases(turns: Sequence[Turn], rests: Sequence[Rest], at_rest: Floats) -> Floats:
     """Return the gyro's bias in each turn from that at all rests, shape (m, 3).
 
-    It is the mean of the rests before and after, weighted by their length up to ten seconds.
+    It is the mean of the rests before and after, weighted by their length up to ten seconds; one
+    with motion in it counts only next to another.
     """
     length = np.array([min(rest.stop - rest.start, _WEIGHED) for rest in rests])
+    length *= np.where([bool(rest.reason) for rest in rests], _IN_MOTION, 1.0)
     pair = np.array([turn.rests for turn in turns], dtype=np.int64).reshape(-1, 2)
     weight = length[pair] / length[pair].sum(axis=1, keepdims=True)
     return np.asarray(np.einsum("ij,ijk->ik", weight, at_rest[pair]))
