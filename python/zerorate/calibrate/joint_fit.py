@@ -44,6 +44,9 @@ _LARGEST_STEP: Final = 0.5
 _CONVERGED: Final = 0.01
 """Step, in standard errors, after which there is nothing to be gained."""
 
+_LEAST_ERROR: Final = 1e-6
+"""Of a turn, rad, in records that have no noise."""
+
 _LINEAR: Final = 1e-3
 """Change of M, parts of its largest element, up to which a turn follows its derivative: what that
 misses is the square of it."""
@@ -327,7 +330,7 @@ def _started(seen: Observations, prior: Prior, start: Fit | None) -> _State:
 
 def _turn_variances(seen: Observations, carried: Carried) -> Floats:
     """Return the variance of each turn by white noise and by its angle, shape (m, 2)."""
-    white = seen.white**2 * seen.seconds * (1.0 + seen.seconds / seen.averaged)
+    white = seen.white**2 * seen.seconds * (1.0 + seen.seconds / seen.averaged) + _LEAST_ERROR**2
     return np.stack([white, (_PER_ANGLE * carried.angles) ** 2], axis=1)
 
 

@@ -132,7 +132,8 @@ def _linear_gyro(record: Record, accel: Floats, bias: Floats) -> Floats:
     found, _, rank, values = np.linalg.lstsq(
         np.concatenate(rows), np.concatenate(moved), rcond=None
     )
-    if rank < 9 or values[-1] < 1e-3 * values[0]:
+    singular = np.linalg.svd(found.reshape(3, 3), compute_uv=False)
+    if rank < 9 or values[-1] < 1e-3 * values[0] or not singular[-1] > 1e-3 * singular[0]:
         raise LogError(
             "the unit of the gyro is not known, and the turns are about too few axes to find it; "
             "give the unit, or turn about x, y and z"

@@ -31,6 +31,7 @@ _LEAST_GRAVITY: Final = 9.7
 _MOST_GRAVITY: Final = 9.9
 
 _RUNAWAY: Final = 1e6
+_MORE: Final = 1.1
 _CONTRADICTION: Final = (
     "rests and turns contradict each other: no gyro and accelerometer fit them; check axes, units "
     "and clocks"
@@ -90,7 +91,7 @@ def calibrated(
     logs = chosen(recording, gyro, accel, rate)
     sensors = sensor("gyro", logs[0], gravity), sensor("accel", logs[1], gravity)
     found, stillness = rests_of(*sensors) if rests is None else given_rests(*sensors, rests)
-    found = _without_turning(found, sensors[0])
+    found = _without_force(_without_turning(found, sensors[0]), sensors[1])
     turns = turns_between(found, sensors[0], saturated(sensors[0], choices.saturation))
     record = Record.of(*sensors, found, turns, stillness)
     notes = _notes(choices.gravity, logs, sensors)
@@ -141,6 +142,24 @@ def _without_turning(rests: list[Rest], gyro: Sensor) -> list[Rest]:
     return [_unless_turning(rest, float(np.abs(rest.gyro - usual).max())) for rest in rests]
 
 
+def _without_force(rests: list[Rest], accel: Sensor) -> list[Rest]:
+    """Return the rests, those at which the accelerometer shows no gravity marked as not used."""
+    if not rests:
+        return rests
+    sizes = np.linalg.norm([rest.accel for rest in rests], axis=1)
+    usual = float(np.median(sizes))
+    if not usual > 0.0:
+        raise LogError("the accel shows 0 at rest on all axes, expected gravity")
+    # Beside a scale, a sensor of unknown unit may have a bias as large as gravity.
+    least, most = (0.5, 1.5) if accel.known else (0.1, 10.0)
+    return [
+        rest
+        if least * usual < size < most * usual
+        else replace(rest, used=False, reason=f"force: {size / usual:.2g} of that at other rests")
+        for rest, size in zip(rests, sizes, strict=True)
+    ]
+
+
 def _unless_turning(rest: Rest, rate: float) -> Rest:
     if rate <= _TURNING:
         return rest
@@ -169,6 +188,10 @@ def _check_size(solution: Solution, prior: Prior) -> None:
         ratio = abs(np.linalg.det(matrix) / np.linalg.det(start))
         if not 1.0 / _RUNAWAY < ratio < _RUNAWAY or np.linalg.cond(matrix) > _RUNAWAY:
             raise LogError(_CONTRADICTION)
+    # A record cannot take knowledge away.
+    sigmas = np.diagonal(solution.fit.covariance) / prior.sigmas**2
+    if not ((sigmas > 0.0) & (sigmas < _MORE)).all():
+        raise LogError(_CONTRADICTION)
 
 
 def _permuted(record: Record, prior: Prior) -> bool:
