@@ -13,6 +13,7 @@ from zerorate import units
 from zerorate._native import (
     AllanNoise,
     DriftFilter,
+    ImuCorrector,
     RecursiveLeastSquares,
     RestDetector,
     StreamingAllan,
@@ -61,6 +62,7 @@ __all__ = [
     "DriftFilter",
     "DynamicAllan",
     "FittedModel",
+    "ImuCorrector",
     "Log",
     "LogError",
     "Markov",
