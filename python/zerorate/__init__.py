@@ -21,7 +21,7 @@ from zerorate._native import (
     WaveletDenoiser,
     __version__,
 )
-from zerorate.calibrate import Calibration, CalibrationError, calibrate, find_rests
+from zerorate.calibrate import CalibrationError, calibrate
 from zerorate.denoise import Denoised, denoise
 from zerorate.io import (
     Log,
@@ -51,6 +51,7 @@ from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
+    from zerorate.calibrate import Calibration, find_rests
     from zerorate.calibrate.angle import Integrated, integrate
     from zerorate.calibrate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.simulate.session import (
@@ -123,12 +124,14 @@ _LATER = {
     "live": "live",
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
+    "Calibration": "calibrate.calibration",
     "GyroErrors": "simulate.session",
     "Integrated": "calibrate.angle",
     "RateTable": "calibrate.rate_table",
     "RateTableAxis": "calibrate.rate_table",
     "SimulatedSession": "simulate.session",
     "calibrate_rate_table": "calibrate.rate_table",
+    "find_rests": "calibrate.rests",
     "integrate": "calibrate.angle",
     "simulate_session": "simulate.session",
 }
