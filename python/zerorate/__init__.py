@@ -50,7 +50,13 @@ from zerorate.simulate.devices import DEVICES, Device, device
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
     from zerorate.calibrate.angle import Integrated, integrate
+    from zerorate.calibrate.comparison import (
+        CalibrationComparison,
+        MovedParameter,
+        compare_calibrations,
+    )
     from zerorate.calibrate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
+    from zerorate.calibrate.reference import FittedRate, fit_rate
     from zerorate.simulate.session import (
         AccelErrors,
         GyroErrors,
@@ -63,6 +69,7 @@ __all__ = [
     "AccelErrors",
     "AllanNoise",
     "AllanResult",
+    "CalibrationComparison",
     "Coefficient",
     "Contamination",
     "Denoised",
@@ -70,11 +77,13 @@ __all__ = [
     "DriftFilter",
     "DynamicAllan",
     "FittedModel",
+    "FittedRate",
     "GyroErrors",
     "Integrated",
     "Log",
     "LogError",
     "Markov",
+    "MovedParameter",
     "NoiseModel",
     "RateTable",
     "RateTableAxis",
@@ -90,9 +99,11 @@ __all__ = [
     "allan",
     "calibrate_rate_table",
     "compare",
+    "compare_calibrations",
     "denoise",
     "device",
     "dynamic_allan",
+    "fit_rate",
     "identify",
     "integrate",
     "live",
@@ -116,12 +127,17 @@ _LATER = {
     "live": "live",
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
+    "CalibrationComparison": "calibrate.comparison",
+    "FittedRate": "calibrate.reference",
     "GyroErrors": "simulate.session",
     "Integrated": "calibrate.angle",
+    "MovedParameter": "calibrate.comparison",
     "RateTable": "calibrate.rate_table",
     "RateTableAxis": "calibrate.rate_table",
     "SimulatedSession": "simulate.session",
     "calibrate_rate_table": "calibrate.rate_table",
+    "compare_calibrations": "calibrate.comparison",
+    "fit_rate": "calibrate.reference",
     "integrate": "calibrate.angle",
     "simulate_session": "simulate.session",
 }
