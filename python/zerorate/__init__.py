@@ -20,6 +20,7 @@ from zerorate._native import (
     WaveletDenoiser,
     __version__,
 )
+from zerorate.calibrate import Calibration, CalibrationError, calibrate, find_rests
 from zerorate.denoise import Denoised, denoise
 from zerorate.io import (
     Log,
@@ -69,7 +70,9 @@ __all__ = [
     "AccelErrors",
     "AllanNoise",
     "AllanResult",
+    "Calibration",
     "CalibrationComparison",
+    "CalibrationError",
     "Coefficient",
     "Contamination",
     "Denoised",
@@ -97,12 +100,14 @@ __all__ = [
     "WaveletDenoiser",
     "__version__",
     "allan",
+    "calibrate",
     "calibrate_rate_table",
     "compare",
     "compare_calibrations",
     "denoise",
     "device",
     "dynamic_allan",
+    "find_rests",
     "fit_rate",
     "identify",
     "integrate",
