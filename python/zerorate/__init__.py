@@ -53,7 +53,13 @@ if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
     from zerorate.calibrate import Calibration, find_rests
     from zerorate.calibrate.angle import Integrated, integrate
+    from zerorate.calibrate.comparison import (
+        CalibrationComparison,
+        MovedParameter,
+        compare_calibrations,
+    )
     from zerorate.calibrate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
+    from zerorate.calibrate.reference import FittedRate, fit_rate
     from zerorate.simulate.session import (
         AccelErrors,
         GyroErrors,
@@ -67,6 +73,7 @@ __all__ = [
     "AllanNoise",
     "AllanResult",
     "Calibration",
+    "CalibrationComparison",
     "CalibrationError",
     "Coefficient",
     "Contamination",
@@ -75,12 +82,14 @@ __all__ = [
     "DriftFilter",
     "DynamicAllan",
     "FittedModel",
+    "FittedRate",
     "GyroErrors",
     "ImuCorrector",
     "Integrated",
     "Log",
     "LogError",
     "Markov",
+    "MovedParameter",
     "NoiseModel",
     "RateTable",
     "RateTableAxis",
@@ -97,10 +106,12 @@ __all__ = [
     "calibrate",
     "calibrate_rate_table",
     "compare",
+    "compare_calibrations",
     "denoise",
     "device",
     "dynamic_allan",
     "find_rests",
+    "fit_rate",
     "identify",
     "integrate",
     "live",
@@ -125,13 +136,18 @@ _LATER = {
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
     "Calibration": "calibrate.calibration",
+    "CalibrationComparison": "calibrate.comparison",
+    "FittedRate": "calibrate.reference",
     "GyroErrors": "simulate.session",
     "Integrated": "calibrate.angle",
+    "MovedParameter": "calibrate.comparison",
     "RateTable": "calibrate.rate_table",
     "RateTableAxis": "calibrate.rate_table",
     "SimulatedSession": "simulate.session",
     "calibrate_rate_table": "calibrate.rate_table",
     "find_rests": "calibrate.rests",
+    "compare_calibrations": "calibrate.comparison",
+    "fit_rate": "calibrate.reference",
     "integrate": "calibrate.angle",
     "simulate_session": "simulate.session",
 }
