@@ -20,6 +20,7 @@ from zerorate._native import (
     WaveletDenoiser,
     __version__,
 )
+from zerorate.calibrate import Calibration, CalibrationError, calibrate, find_rests
 from zerorate.denoise import Denoised, denoise
 from zerorate.io import (
     Log,
@@ -49,6 +50,8 @@ from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
+    from zerorate.calibrate.angle import Integrated, integrate
+    from zerorate.calibrate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.simulate.session import (
         AccelErrors,
         GyroErrors,
@@ -61,6 +64,8 @@ __all__ = [
     "AccelErrors",
     "AllanNoise",
     "AllanResult",
+    "Calibration",
+    "CalibrationError",
     "Coefficient",
     "Contamination",
     "Denoised",
@@ -69,10 +74,13 @@ __all__ = [
     "DynamicAllan",
     "FittedModel",
     "GyroErrors",
+    "Integrated",
     "Log",
     "LogError",
     "Markov",
     "NoiseModel",
+    "RateTable",
+    "RateTableAxis",
     "Recording",
     "RecursiveLeastSquares",
     "RestDetector",
@@ -83,11 +91,15 @@ __all__ = [
     "WaveletDenoiser",
     "__version__",
     "allan",
+    "calibrate",
+    "calibrate_rate_table",
     "compare",
     "denoise",
     "device",
     "dynamic_allan",
+    "find_rests",
     "identify",
+    "integrate",
     "live",
     "metrics",
     "raw_counts",
@@ -110,7 +122,12 @@ _LATER = {
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
     "GyroErrors": "simulate.session",
+    "Integrated": "calibrate.angle",
+    "RateTable": "calibrate.rate_table",
+    "RateTableAxis": "calibrate.rate_table",
     "SimulatedSession": "simulate.session",
+    "calibrate_rate_table": "calibrate.rate_table",
+    "integrate": "calibrate.angle",
     "simulate_session": "simulate.session",
 }
 """Modules that are imported when they, or a name in them, are first asked for."""

@@ -67,7 +67,10 @@ def motion(turns, start, rate, rest=6.0, turn=2.0):
     rates, ups, pose = [np.zeros((n_rest, 3))], [np.tile(u, (n_rest, 1))], [np.zeros(n_rest, int)]
     phase = (np.arange(n_turn) + 0.5) / n_turn
     for i, (axis, angle, other, wobble) in enumerate(turns):
-        smooth, speed = phase - np.sin(2 * np.pi * phase) / (2 * np.pi), 1 - np.cos(2 * np.pi * phase)
+        smooth, speed = (
+            phase - np.sin(2 * np.pi * phase) / (2 * np.pi),
+            1 - np.cos(2 * np.pi * phase),
+        )
         # The second rotation comes back to where it was: the axis moves during the turn.
         bent, bending = (1 - np.cos(2 * np.pi * phase)) / 2, np.pi * np.sin(2 * np.pi * phase)
         first, second = rotations(axis, angle * smooth), rotations(other, wobble * bent)
@@ -103,7 +106,9 @@ def session(
     turns = random_turns(rng, poses) if turns is None else turns
     rates, ups, pose = motion(turns, start, rate, rest, turn)
     n = len(rates)
-    A = np.diag(1 + scale * rng.standard_normal(3)) + np.tril(cross * rng.standard_normal((3, 3)), -1)
+    A = np.diag(1 + scale * rng.standard_normal(3)) + np.tril(
+        cross * rng.standard_normal((3, 3)), -1
+    )
     off = ~np.eye(3, dtype=bool)
     W = np.diag(1 + scale * rng.standard_normal(3)) + off * cross * rng.standard_normal((3, 3))
     G = g_sensitivity * DEG * rng.standard_normal((3, 3))

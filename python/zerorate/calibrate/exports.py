@@ -172,9 +172,7 @@ def _triad(
     """Return the numbers of one sensor, and behind them, where imu_tk no longer reads, remarks."""
     whole = correction * convert(1.0, units[1], si)
     scale = np.diagonal(whole)
-    blocks = ("\n".join(" ".join(map(_number, row)) for row in whole / scale), "")
-    blocks += ("\n".join(" ".join(map(_number, row)) for row in np.diag(scale)), "")
-    blocks += ("\n".join(map(_number, bias)), "")
+    rows = [*(whole / scale), [], *np.diag(scale), [], *bias[:, np.newaxis], []]
     raw = units[0] if units[0] in UNITS else "their own unit"
     remarks = _head(calibration, "imu_tk: misalignment T, scale K and bias, in this order.")
     used = f"# corrected = T K (raw - bias): raw samples in {raw}, corrected ones in {si}."
@@ -182,7 +180,7 @@ def _triad(
     if si == "rad/s" and calibration.values[G_SENSITIVITY].any():
         most = np.abs(calibration.values[G_SENSITIVITY]).max()
         remarks += (f"# g-sensitivity has no place here: up to {most:.3g} {raw} a g is left.",)
-    return "\n".join((*blocks, *remarks)) + "\n"
+    return "\n".join((*(" ".join(map(_number, row)) for row in rows), *remarks)) + "\n"
 
 
 def to_px4(
@@ -222,7 +220,7 @@ def to_px4(
     lines = [
         *_head(calibration, "PX4: offsets and scales of raw sensor_accel and sensor_gyro."),
         *_left_out(found),
-        f"# PX4 uses them for the devices that CAL_ACC{instance}_ID and CAL_GYRO{instance}_ID name.",
+        f"# PX4 uses them for the sensors in CAL_ACC{instance}_ID and CAL_GYRO{instance}_ID.",
         "# Vehicle-Id Component-Id Name Value Type",
         *(
             f"1\t1\t{one.name.format(instance)}\t{_number(one.value)}\t9"

@@ -166,9 +166,9 @@ def gyro_to_accel(calibration: Calibration) -> Vector:
     by_matrix = -_inverse_right_jacobian(vector) @ angles
     covariance = by_matrix @ first.covariance[GYRO_MATRIX, GYRO_MATRIX] @ by_matrix.T
     made_of = np.abs(by_matrix) * _sizes(first.values)[GYRO_MATRIX] > _DEPENDS
-    known = ~(made_of & ~first.identifiable[GYRO_MATRIX]).any(axis=1)
-    sigmas = np.sqrt(np.diagonal(covariance)).tolist()
-    x, y, z = map(estimated, vector.tolist(), sigmas, known.tolist())
+    known = np.asarray(~(made_of & ~first.identifiable[GYRO_MATRIX]).any(axis=1))
+    sigmas = np.sqrt(np.diagonal(covariance))
+    x, y, z = (estimated(float(vector[i]), float(sigmas[i]), bool(known[i])) for i in range(3))
     return x, y, z
 
 

@@ -51,6 +51,17 @@ class AtRest:
         """Return the standard error of the bias at any time of the record, shape (3,)."""
         return np.sqrt(self.covariance[:, 0, 0] + self.spread**2)
 
+    def covariance_of(self, axis: int) -> Floats:
+        """Return the covariance of an axis's bias at any time and its row of G, shape (4, 4)."""
+        covariance = self.covariance[axis].copy()
+        covariance[0, 0] += self.spread[axis] ** 2
+        pinned = np.append(False, covariance[1:, 1:].diagonal() < self.sigmas[axis] ** 2 / 4.0)
+        fixed = np.append(False, self.sigmas[axis] == 0.0)
+        covariance[pinned | fixed] = 0.0
+        covariance[:, pinned | fixed] = 0.0
+        covariance[pinned, pinned] = self.sigmas[axis][pinned[1:]] ** 2
+        return covariance
+
 
 def at_rest(
     means: Floats, variances: Floats, times: Floats, directions: Floats, size: float, with_g: bool

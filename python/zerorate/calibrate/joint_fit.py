@@ -4,16 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from zerorate.calibrate.turns import Carried
-from zerorate.types import Floats, Integers
+from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["DATASHEET", "WIDE", "Fit", "Observations", "Prior", "joint_fit"]
+__all__ = [
+    "DATASHEET",
+    "DETERMINED",
+    "LOWER",
+    "WIDE",
+    "Fit",
+    "Observations",
+    "Prior",
+    "directions",
+    "forces",
+    "joint_fit",
+]
 
-_LOWER: Final = np.array([(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)])
+LOWER: Final = np.array([(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)])
 _BIAS: Final = slice(6, 9)
 _GYRO: Final = slice(9, 18)
 _OWN: Final = 18
@@ -30,8 +41,36 @@ _LARGEST_FACTOR: Final = 1.0
 _HUBER: Final = 2.5
 _LARGEST_STEP: Final = 0.5
 _CONVERGED: Final = 1e-3
+_PINNED: Final = 1e-6
 _PER_ANGLE: Final = 1e-3
 """First guess at what a turn errs by beyond noise, parts of its angle."""
+
+
+DETERMINED: Final = 0.3
+"""A parameter is identifiable if its standard error is below this part of a data sheet's."""
+
+
+class Spread(NamedTuple):
+    """How far a sensor may be from its prior, standard deviations.
+
+    Parameters
+    ----------
+    scale, cross
+        Of the diagonal of its matrix and of the other elements, parts of the scale.
+    bias
+        Of an accelerometer, parts of gravity.
+    """
+
+    scale: float
+    cross: float
+    bias: float
+
+
+DATASHEET: Final = Spread(0.05, 0.03, 0.1)
+"""What data sheets of MEMS sensors promise."""
+
+WIDE: Final = Spread(0.5, 0.5, 0.5)
+"""Sensors of which not even the unit is known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,17 +84,19 @@ class Prior:
         gyro; shape (3, 3).
     bias
         Of the accelerometer, its unit, shape (3,).
-    scale, cross, offset
-        Standard deviations of the diagonals and of the rest of both matrices, parts of the scale,
-        and of the bias, parts of gravity.
+    accel_spread, gyro_spread
+        Standard deviations of the diagonal of each matrix and of its other elements, parts of the
+        scale, and of the bias of the accelerometer, parts of gravity.
+    pinned
+        Which of the parameters must not move, shape (18,); default none.
     """
 
     accel: Floats
     bias: Floats
     gyro: Floats
-    scale: float
-    cross: float
-    offset: float
+    accel_spread: Spread = DATASHEET
+    gyro_spread: Spread = DATASHEET
+    pinned: Booleans | None = None
 
     @property
     def values(self) -> Floats:
@@ -71,16 +112,20 @@ class Prior:
     @property
     def sigmas(self) -> Floats:
         """Return the standard deviations of the parameters, shape (18,)."""
+        found = self._spreads(self.accel_spread, self.gyro_spread)
+        return found if self.pinned is None else np.where(self.pinned, _PINNED * found, found)
+
+    @property
+    def datasheet(self) -> Floats:
+        """Return the standard deviations that a data sheet promises, shape (18,)."""
+        return self._spreads(DATASHEET, DATASHEET)
+
+    def _spreads(self, of_accel: Spread, of_gyro: Spread) -> Floats:
         accel, gyro = self.sizes
-        relative = np.where(np.eye(3, dtype=bool), self.scale, self.cross)
-        return _packed(accel * relative, np.full(3, accel * self.offset), gyro * relative)
-
-
-DATASHEET: Final = (0.05, 0.03, 0.1)
-"""Scale, cross and bias of `Prior` that data sheets of MEMS sensors promise."""
-
-WIDE: Final = (0.5, 0.5, 0.5)
-"""Those of sensors of which not even the unit is known."""
+        lower = np.where(np.eye(3, dtype=bool), of_accel.scale, of_accel.cross)
+        # The axes of a gyro may be in another order.
+        own = np.where(np.abs(self.gyro) > 0.5 * gyro, of_gyro.scale, of_gyro.cross)
+        return _packed(accel * lower, np.full(3, accel * of_accel.bias), gyro * own)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,12 +191,12 @@ class Fit:
 
 
 def _packed(accel: Floats, bias: Floats, gyro: Floats) -> Floats:
-    return np.concatenate((accel[_LOWER[:, 0], _LOWER[:, 1]], bias, gyro.ravel()))
+    return np.concatenate((accel[LOWER[:, 0], LOWER[:, 1]], bias, gyro.ravel()))
 
 
 def _unpacked(values: Floats) -> tuple[Floats, Floats, Floats]:
     accel = np.zeros((3, 3))
-    accel[_LOWER[:, 0], _LOWER[:, 1]] = values[:6]
+    accel[LOWER[:, 0], LOWER[:, 1]] = values[:6]
     return accel, values[_BIAS], values[_GYRO].reshape(3, 3)
 
 
@@ -296,7 +341,7 @@ def _rest_rows(seen: Observations, state: _State, tangents: Floats) -> tuple[Flo
     n, u = len(seen.means), state.directions
     accel, bias, _ = _unpacked(state.values)
     rows = np.zeros((n, 3, _OWN + 2 * n))
-    for place, (row, column) in enumerate(_LOWER):
+    for place, (row, column) in enumerate(LOWER):
         rows[:, row, place] = u[:, column]
     rows[:, range(3), range(_BIAS.start, _BIAS.stop)] = 1.0
     rest = np.arange(n)
@@ -320,7 +365,7 @@ def _turn_rows(
     rows = np.zeros((m, 2, _OWN + 2 * len(seen.means)))
     # [u]x psi across e is psi . (e x u).
     levers = np.cross(across, ends[:, np.newaxis])
-    rows[:, :, _GYRO] = (levers @ carried.by_matrix.reshape(m, 3, 9))
+    rows[:, :, _GYRO] = levers @ carried.by_matrix.reshape(m, 3, 9)
     turn = np.arange(m)
     from_before = across @ back @ tangents[before]
     from_after = across @ tangents[after]
@@ -356,4 +401,3 @@ def _move(state: _State, step: Floats) -> None:
     tilt = step[_OWN:].reshape(-1, 2, 1)
     moved = state.directions + (_tangents(state.directions) @ tilt)[:, :, 0]
     state.directions = moved / np.linalg.norm(moved, axis=1, keepdims=True)
-

@@ -8,11 +8,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Literal, TypeVar, cast
+from typing import TYPE_CHECKING, Final, Literal, cast, overload
 
 import numpy as np
 import numpy.typing as npt
 
+from zerorate._native import ImuCorrector
 from zerorate.calibrate.parameters import (
     ACCEL_BIAS,
     G_SENSITIVITY,
@@ -25,16 +26,15 @@ from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
 if TYPE_CHECKING:
-    from zerorate.calibrate.stand_in import ImuCorrector
     from zerorate.calibrate.calibration import Calibration
     from zerorate.calibrate.temperature import TemperatureModel
 
 __all__ = ["apply", "apply_accel", "apply_gyro", "checked", "corrector", "in_units"]
 
-Samples = TypeVar("Samples", Log, Recording, npt.NDArray[np.float64])
 Sensor = Literal["gyro", "accel"]
 
 _KINDS: Final = {"gyro": "rate", "accel": "acceleration"}
+_SENSORS: Final = {"gyro": "a gyro", "accel": "an accelerometer"}
 _COLUMNS: Final = (3, 6, 7)
 _SAME: Final = 1e-3
 """Periods by which the samples of one clock may differ."""
@@ -51,21 +51,19 @@ def in_units(calibration: Calibration, gyro: str, accel: str) -> Calibration:
     ValueError
         If a unit is none of its sensor, or unknown on one side only.
     """
-    found = (_known(calibration.gyro_units[0], gyro, "gyro"),)
-    found += (_known(calibration.accel_units[0], accel, "accel"),)
-    if all(one == 1.0 for one in found):
+    of_gyro = _known(calibration.gyro_units[0], gyro, "gyro")
+    of_accel = _known(calibration.accel_units[0], accel, "accel")
+    if of_gyro == of_accel == 1.0:
         return calibration
     factors = np.ones(33)
-    factors[GYRO_BIAS] = factors[G_SENSITIVITY] = found[0]
-    factors[ACCEL_BIAS] = found[1]
-    model = calibration.temperature_model
+    factors[GYRO_BIAS] = factors[G_SENSITIVITY] = of_gyro
+    factors[ACCEL_BIAS] = of_accel
     return replace(
         calibration,
         values=calibration.values * factors,
         covariance=calibration.covariance * np.outer(factors, factors),
-        gyro_units=calibration.gyro_units if found[0] == 1.0 else (gyro, gyro),
-        accel_units=calibration.accel_units if found[1] == 1.0 else (accel, accel),
-        temperature_model=None if model is None else model.scaled(found[0]),
+        gyro_units=calibration.gyro_units if of_gyro == 1.0 else (gyro, gyro),
+        accel_units=calibration.accel_units if of_accel == 1.0 else (accel, accel),
     )
 
 
@@ -75,7 +73,7 @@ def _known(own: str, given: str, sensor: Sensor) -> float:
         return 1.0
     if given not in UNITS or own not in UNITS:
         raise ValueError(
-            f"the calibration is of a {sensor} {_described(own)}, and these samples are "
+            f"the calibration is of {_SENSORS[sensor]} {_described(own)}, and these samples are "
             f"{_described(given)}: give their unit where they are read"
         )
     return convert(1.0, own, given)
@@ -89,10 +87,7 @@ def checked(calibration: Calibration, model: TemperatureModel) -> TemperatureMod
     """Return a temperature model that fits the calibration's gyro; ValueError if it does not."""
     if model.axes != 3:
         raise ValueError(f"the temperature model must be of three axes, got {model.axes}")
-    own, given = calibration.gyro_units[0], model.unit
-    if own != given:
-        _known(own, given, "gyro")
-        return model.scaled(convert(1.0, given, own))
+    _known(calibration.gyro_units[0], model.unit, "gyro")
     return model
 
 
@@ -123,37 +118,65 @@ def corrector(
     ValueError
         If `inputs` is none of these.
     """
-    from zerorate.calibrate.stand_in import ImuCorrector
-
     if inputs not in _COLUMNS:
         raise ValueError(f"inputs must be 3, 6 or 7, got {inputs!r}")
     accel = calibration.accel
     per_g = convert(1.0, "g", accel.unit)
     both = inputs > 3
-    model = calibration.temperature_model if inputs == 7 else None
     return ImuCorrector(
         calibration.gyro.correction,
         calibration.values[GYRO_BIAS],
         accel_matrix=accel.correction if both else None,
         accel_bias=calibration.values[ACCEL_BIAS] if both else None,
         g_sensitivity=calibration.values[G_SENSITIVITY].reshape(3, 3) / per_g if both else None,
-        temperature=model,
+        temperature=_curve(calibration) if inputs == 7 else None,
         inputs=inputs,
         channels=channels,
     )
 
 
-def apply(calibration: Calibration, samples: Samples) -> Samples:
+def _curve(calibration: Calibration) -> dict[str, object] | None:
+    """Return the bias by temperature as the stream takes it, in the raw unit of the gyro."""
+    model = calibration.temperature_model
+    if model is None:
+        return None
+    own = calibration.gyro_units[0]
+    factor = 1.0 if model.unit == own else convert(1.0, model.unit, own)
+    return {
+        "reference": model.reference,
+        "range": model.range,
+        "coefficients": factor * model.coefficients,
+    }
+
+
+@overload
+def apply(
+    calibration: Calibration, samples: Recording, *, gyro: str = ..., accel: str = ...
+) -> Recording: ...
+@overload
+def apply(calibration: Calibration, samples: Log) -> Log: ...
+@overload
+def apply(calibration: Calibration, samples: npt.ArrayLike) -> Floats: ...
+def apply(
+    calibration: Calibration,
+    samples: Recording | Log | npt.ArrayLike,
+    *,
+    gyro: str = "gyro",
+    accel: str = "accel",
+) -> Recording | Log | Floats:
     """Return samples without scale error, misalignment, bias and g-sensitivity.
 
     Parameters
     ----------
     samples : Recording, Log or array_like
-        A recording: its ``gyro`` and ``accel`` are corrected and all else is as it was. Where
+        A recording: its gyro and accelerometer are corrected and all else is as it was. Where
         the two have clocks of their own, the force that acts on the gyro is interpolated at the
         gyro's. A log of three channels, of a gyro or of an accelerometer. An array of shape
         (n, 3) or (3,) of the gyro, (n, 6) or (6,) of gyro and accelerometer, (n, 7) or (7,) with
         the temperature, degC, behind, in the units of the calibration.
+    gyro, accel : str
+        Names of the two in a recording, ``gyro_1`` and ``accel_1`` for instance; one that is not
+        there is left out.
 
     Returns
     -------
@@ -169,7 +192,7 @@ def apply(calibration: Calibration, samples: Samples) -> Samples:
         If the units do not fit those of the calibration, or an array has another shape.
     """
     if isinstance(samples, Recording):
-        return _of_recording(calibration, samples)
+        return _of_recording(calibration, samples, gyro, accel)
     if isinstance(samples, Log):
         return _of_log(calibration, samples)
     _warn(calibration)
@@ -212,7 +235,7 @@ def apply_gyro(
         parts.append(_like("accel", np.nan if accel is None else accel, (n, 3)))
     if temperature is not None:
         parts.append(_like("temperature", temperature, (n,))[:, np.newaxis])
-    return _corrected(calibration, np.hstack(parts))[:, :3].reshape(rates.shape)
+    return _rates(calibration, np.hstack(parts)).reshape(rates.shape)
 
 
 def apply_accel(calibration: Calibration, z: npt.ArrayLike) -> Floats:
@@ -260,29 +283,33 @@ def _of_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
             f"with the temperature behind, got {values.shape}"
         )
     rows = np.atleast_2d(values)
-    corrected = _corrected(calibration, rows)
-    return np.hstack((corrected, rows[:, corrected.shape[1] :])).reshape(values.shape)
+    found = _corrected(calibration, rows)
+    parts = (*found, rows[:, 6:]) if isinstance(found, tuple) else (found,)
+    return (np.hstack(parts) if len(parts) > 1 else parts[0]).reshape(values.shape)
 
 
-def _corrected(calibration: Calibration, rows: Floats) -> Floats:
-    """Return rows of 3 numbers, or 6, of rows of 3, 6 or 7."""
+def _corrected(calibration: Calibration, rows: Floats) -> Floats | tuple[Floats, Floats]:
+    """Return the gyro, or gyro and accelerometer, of rows of 3, 6 or 7 numbers."""
     inputs = cast(Literal[3, 6, 7], rows.shape[1])
-    found = corrector(calibration, inputs=inputs).process(np.ascontiguousarray(rows))
-    return np.hstack(found) if isinstance(found, tuple) else found
+    return corrector(calibration, inputs=inputs).process(rows)
+
+
+def _rates(calibration: Calibration, rows: Floats) -> Floats:
+    """Return the corrected gyro alone."""
+    found = _corrected(calibration, rows)
+    return found[0] if isinstance(found, tuple) else found
 
 
 def _forces(calibration: Calibration, rows: Floats) -> Floats:
     """Return the corrected accelerometer alone, by the arithmetic that corrects a gyro."""
-    from zerorate.calibrate.stand_in import ImuCorrector
-
     stream = ImuCorrector(calibration.accel.correction, calibration.values[ACCEL_BIAS], inputs=3)
-    return cast(Floats, stream.process(np.ascontiguousarray(rows)))
+    return cast(Floats, stream.process(rows))
 
 
 def _of_log(calibration: Calibration, log: Log) -> Log:
     if _sensor_of(log) == "gyro":
         found = in_units(calibration, log.unit, calibration.accel_units[0])
-        return _noted(log, _corrected(found, _three(log, "gyro")), "gyro", found, alone=True)
+        return _noted(log, _rates(found, _three(log, "gyro")), "gyro", found, alone=True)
     found = in_units(calibration, calibration.gyro_units[0], log.unit)
     return _noted(log, _forces(found, _three(log, "accel")), "accel", found)
 
@@ -304,24 +331,25 @@ def _sensor_of(log: Log) -> Sensor:
     )
 
 
-def _of_recording(calibration: Calibration, recording: Recording) -> Recording:
-    gyro, accel = recording.gyro, recording.accel
+def _of_recording(
+    calibration: Calibration, recording: Recording, gyro_name: str, accel_name: str
+) -> Recording:
+    gyro, accel = (recording.logs.get(name) for name in (gyro_name, accel_name))
     if gyro is None and accel is None:
-        raise LogError(f"{recording.source}: there is neither a gyro nor an accelerometer")
-    units = (calibration.gyro_units[0], calibration.accel_units[0])
+        listed = ", ".join(recording)
+        raise LogError(f"there is no {gyro_name} and no {accel_name}; the recording has: {listed}")
     found = in_units(
         calibration,
-        units[0] if gyro is None else gyro.unit,
-        units[1] if accel is None else accel.unit,
+        calibration.gyro_units[0] if gyro is None else gyro.unit,
+        calibration.accel_units[0] if accel is None else accel.unit,
     )
     logs = dict(recording.logs)
     if gyro is not None:
-        rates = _corrected(found, _together(gyro, accel, recording.temperature, found))
-        logs["gyro"] = _noted(gyro, rates[:, :3], "gyro", found, alone=accel is None)
+        rates = _rates(found, _together(gyro, accel, recording.temperature, found))
+        logs[gyro_name] = _noted(gyro, rates, "gyro", found, alone=accel is None)
     if accel is not None:
-        logs["accel"] = _noted(accel, _forces(found, _three(accel, "accel")), "accel", found)
-    said = (*recording.notes, *_notes(found, " and ".join(s for s in _KINDS if s in recording)))
-    return replace(recording, logs=logs, notes=said)
+        logs[accel_name] = _noted(accel, _forces(found, _three(accel, "accel")), "accel", found)
+    return replace(recording, logs=logs)
 
 
 def _together(
@@ -364,7 +392,7 @@ def _nearest(times: Floats, known: Floats) -> Floats:
 def _three(log: Log, sensor: Sensor) -> Floats:
     if log.channels != 3:
         raise LogError(
-            f"a calibration needs the three axes of the {sensor}, got {log.channels}: "
+            f"a calibration needs the three axes of the {_SENSORS[sensor].split()[1]}, got {log.channels}: "
             f"{', '.join(log.names)}"
         )
     return log.data
@@ -381,9 +409,10 @@ def _noted(
     return replace(log, data=data, unit=unit, meta={**log.meta, "notes": told})
 
 
-def _notes(calibration: Calibration, sensors: str) -> Iterator[str]:
+def _notes(calibration: Calibration, sensor: Sensor) -> Iterator[str]:
     """Yield what was done, and why it should not have been."""
-    yield f"{sensors} corrected by a calibration"
+    rests, turns = (sum(one.used for one in m) for m in (calibration.rests, calibration.turns))
+    yield f"{sensor}: corrected by a calibration of {rests} rests and {turns} turns"
     if not calibration.valid:
         yield f"the calibration that was applied is not valid: {calibration.problems[0]}"
 

@@ -252,7 +252,9 @@ def _half_differences(one: Sensor, rests: Sequence[Rest]) -> Floats:
     return np.nan_to_num(np.abs(halves))
 
 
-def mean_variances(one: Sensor, rests: Sequence[Rest], stillness: Stillness) -> tuple[Floats, Floats]:
+def mean_variances(
+    one: Sensor, rests: Sequence[Rest], stillness: Stillness
+) -> tuple[Floats, Floats]:
     """Return variances of the means at rests, the usual ones and half differences squared.
 
     The usual one is that of white noise, or what the halves of all rests come to if that is more.

@@ -209,4 +209,3 @@ def _from_array(kind: Kind, samples: npt.ArrayLike, rate: float) -> Log:
         raise ValueError(f"{kind} must have shape (n, 3), got {data.shape}")
     names = tuple(f"{kind}_{axis}" for axis in "xyz")
     return Log(np.arange(len(data)) / rate, rate, data, names, "unit")
-

@@ -8,11 +8,20 @@ from typing import Final
 
 import numpy as np
 
+from zerorate._native import carry_turns
 from zerorate.calibrate.calibration import Rest, Turn
 from zerorate.calibrate.sensors import Sensor
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["Carried", "carried", "misses", "saturated", "turn_biases", "turns_between"]
+__all__ = [
+    "Carried",
+    "carried",
+    "misses",
+    "rotation_vectors",
+    "saturated",
+    "turn_biases",
+    "turns_between",
+]
 
 _LONGEST: Final = 30.0
 _HITS: Final = 10
@@ -53,9 +62,7 @@ def turns_between(rests: Sequence[Rest], gyro: Sensor, full: Booleans) -> list[T
     ]
 
 
-def _turn(
-    rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Booleans
-) -> Turn:
+def _turn(rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Booleans) -> Turn:
     first, last = rests[before].last - 1, rests[after].first + 1
     reason = _reason(gyro, full, first, last)
     return Turn(
@@ -113,7 +120,9 @@ class Carried:
     angles: Floats
 
 
-def carried(rates: Floats, period: float, spans: Integers, biases: Floats, matrix: Floats) -> Carried:
+def carried(
+    rates: Floats, period: float, spans: Integers, biases: Floats, matrix: Floats
+) -> Carried:
     """Return the turns of raw rates, corrected as ``matrix @ (rate - bias)``.
 
     Parameters
@@ -129,38 +138,9 @@ def carried(rates: Floats, period: float, spans: Integers, biases: Floats, matri
     matrix
         The correction, shape (3, 3).
     """
-    count = int((spans[:, 1] - spans[:, 0]).max(initial=1)) - 1
-    place = spans[:, :1] + np.arange(count + 1)
-    inside = (place[:, 1:] < spans[:, 1:])[:, :, np.newaxis]
-    z = rates[np.minimum(place, spans[:, 1:] - 1)] - biases[:, np.newaxis]
-    w = z @ matrix.T
-    mean = np.where(inside, (z[:, 1:] + z[:, :-1]) * (period / 2.0), 0.0)
-    phi = mean @ matrix.T + np.where(inside, np.cross(w[:, :-1], w[:, 1:]) * period**2 / 12.0, 0.0)
-    steps, rights = _exponentials(phi), np.eye(3) - _cross(phi) / 2.0
-    rotations = np.tile(np.eye(3), (len(spans), 1, 1))
-    by_matrix = np.zeros((len(spans), 3, 9))
-    for k in range(count):
-        rotations = rotations @ steps[:, k]
-        each = (rights[:, k, :, :, np.newaxis] * mean[:, k, np.newaxis, np.newaxis]).reshape(-1, 3, 9)
-        by_matrix = steps[:, k].transpose(0, 2, 1) @ by_matrix + each
-    angles = np.sqrt((phi**2).sum(axis=2)).sum(axis=1)
-    return Carried(rotations, by_matrix.reshape(-1, 3, 3, 3), angles)
-
-
-def _cross(vectors: Floats) -> Floats:
-    """Return the matrices of the cross products with vectors, shape (..., 3, 3)."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    rows = [zero, -z, y, z, zero, -x, -y, x, zero]
-    return np.stack(rows, axis=-1).reshape(*vectors.shape, 3)
-
-
-def _exponentials(phi: Floats) -> Floats:
-    """Return the rotations by vectors."""
-    angle = np.sqrt((phi**2).sum(axis=-1))[..., np.newaxis, np.newaxis]
-    K = _cross(phi)
-    half = np.sinc(angle / (2.0 * np.pi))
-    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * half**2 * (K @ K)
+    steps = np.full(max(len(rates) - 1, 0), period)
+    rotations, by_matrix, _, angles = carry_turns(rates, steps, spans, biases, matrix)
+    return Carried(rotations, by_matrix, angles)
 
 
 def misses(rotations: Floats, before: Floats, after: Floats) -> Floats:
@@ -168,3 +148,23 @@ def misses(rotations: Floats, before: Floats, after: Floats) -> Floats:
     ends = np.einsum("mba,mb->ma", rotations, before)
     apart = np.linalg.norm(np.cross(ends, after), axis=1)
     return np.asarray(np.arctan2(apart, (ends * after).sum(axis=1)))
+
+
+def rotation_vectors(rotations: Floats) -> Floats:
+    """Return axis times angle of rotation matrices, rad, shape (m, 3); angles are up to pi."""
+    cosine = ((np.trace(rotations, axis1=1, axis2=2) - 1.0) / 2.0).clip(-1.0, 1.0)
+    odd = (rotations - rotations.transpose(0, 2, 1)) / 2.0
+    sine = np.stack([odd[:, 2, 1], odd[:, 0, 2], odd[:, 1, 0]], axis=1)
+    size = np.linalg.norm(sine, axis=1)
+    angle = np.arctan2(size, cosine)
+    # Near half a turn the odd part vanishes, and the even one is that of axis times axis.
+    even = (rotations + rotations.transpose(0, 2, 1)) / 2.0 - cosine[
+        :, np.newaxis, np.newaxis
+    ] * np.eye(3)
+    column = np.take_along_axis(
+        even, np.abs(even).max(axis=1).argmax(axis=1)[:, None, None], axis=2
+    )[:, :, 0]
+    column *= np.where((column * sine).sum(axis=1) < 0.0, -1.0, 1.0)[:, np.newaxis]
+    axis = np.where((cosine < 0.0)[:, np.newaxis], column, sine)
+    length = np.maximum(np.linalg.norm(axis, axis=1), np.finfo(float).tiny)
+    return np.asarray(axis * (angle / length)[:, np.newaxis])

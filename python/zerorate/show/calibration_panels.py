@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from zerorate.calibrate.joint_fit import DATASHEET
 from zerorate.calibrate.parameters import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
-from zerorate.show.scales import limits, spans
+from zerorate.show.scales import limits, outline
 from zerorate.show.style import (
     BLACK,
     BLUE,
@@ -49,24 +50,28 @@ _AXIS_COLOURS: Final = (BLUE, VERMILION, GREEN)
 _GAP: Final = np.radians(40.0)
 """Angle from the nearest pose beyond which there is a gap."""
 
-_SCALE, _CROSS, _BIAS = 0.05, 0.03, 0.1
-"""Standard deviations before the record: of scale, misalignment (rad) and bias (g)."""
+_STRETCHES: Final = 6
+"""Parts of a log that are drawn apart: it goes across the page and turns last a second."""
+
+_PIXELS: Final = 121
+"""Of the side of a half sphere."""
 
 _LEAST: Final = 0.3
-"""Part of the deviation before the record above which a parameter is not identifiable."""
+"""Part of the error that a data sheet states above which a parameter is not identifiable."""
 
+_RIM: Final = {"+x": (1, 0), "−x": (-1, 0), "+y": (0, 1), "−y": (0, -1)}
 _DIAGONAL: Final = (0, 4, 8)
 _GROUPS: Final = ("scale", "cross", "bias", "scale", "cross")
+_GROUP_COLOURS: Final = (BLUE, BLUE, BLUE, VERMILION, VERMILION)
 _NAMES: Final = tuple(f"{i}{j}" for i in "xyz" for j in "xyz")
 
 
 def draw_log(axes: Axes, calibration: Calibration, log: Log, last: bool) -> None:
     """Draw the raw samples of a sensor, and behind them the rests that were found."""
     unit, seconds = time_unit(log.duration)
-    for i, (colour, values) in enumerate(zip(_AXIS_COLOURS, log.data.T, strict=False)):
-        t, least, most = spans(np.ascontiguousarray(values), log.rate)
-        t = t + log.time[0]
-        axes.fill_between(t / seconds, least, most, color=colour, lw=0.4, label="xyz"[i])
+    for name, colour, values in zip("xyz", _AXIS_COLOURS, log.data.T, strict=False):
+        times, shown = _line(log, values)
+        axes.plot(times / seconds, shown, color=colour, lw=0.6, label=name)
     for rest in calibration.rests:
         colour = SKY if rest.used else ROSE
         place = (rest.start / seconds, rest.stop / seconds)
@@ -79,6 +84,18 @@ def draw_log(axes: Axes, calibration: Calibration, log: Log, last: bool) -> None
     else:
         axes.tick_params(labelbottom=False)
     write_legend(axes, "upper right", 3)
+
+
+def _line(log: Log, values: Floats) -> tuple[Floats, Floats]:
+    """Return times and values of a line of some thousand points, peaks included."""
+    first, parts = 0, []
+    for part in np.array_split(values, _STRETCHES):
+        if part.size:
+            times, shown = outline(np.ascontiguousarray(part), log.rate)
+            parts.append((log.time[0] + first / log.rate + times, shown))
+            first += part.size
+    times, shown = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return times, shown
 
 
 def draw_poses(axes: Axes, calibration: Calibration) -> None:
@@ -99,8 +116,8 @@ def _draw_half(axes: Axes, up: Floats, used: Booleans, sign: float, centre: floa
     edge = np.sqrt(2.0)
     _shade_gaps(axes, up[used], sign, centre)
     axes.add_patch(Circle((centre, 0.0), edge, fill=False, lw=0.5, ec=BLACK))
-    for axis, (x, y) in {"+x": (1, 0), "−x": (-1, 0), "+y": (0, 1), "−y": (0, -1)}.items():
-        at = (centre + 1.12 * edge * x, 1.1 * edge * y)
+    for axis, (right, top) in _RIM.items():
+        at = (centre + 1.12 * edge * right, 1.1 * edge * top)
         axes.text(*at, axis, ha="center", va="center", size=FONT - 0.5, color=GREY_TEXT)
     axes.plot(centre, 0.0, marker="+", ms=4.0, mew=0.5, color=GREY_TEXT)
     name = f"poses with {'+' if sign > 0 else '−'}z up"
@@ -112,7 +129,7 @@ def _draw_half(axes: Axes, up: Floats, used: Booleans, sign: float, centre: floa
 
 
 def _shade_gaps(axes: Axes, up: Floats, sign: float, centre: float) -> None:
-    side = np.linspace(-np.sqrt(2.0), np.sqrt(2.0), 121)
+    side = np.sqrt(2.0) * (2.0 * np.arange(_PIXELS) + 1.0 - _PIXELS) / _PIXELS
     x, y = np.meshgrid(side, side)
     squared = x**2 + y**2
     inside = squared <= 2.0
@@ -189,7 +206,7 @@ def _raw_norms(calibration: Calibration) -> Floats:
     if unit in UNITS:
         return norms * convert(1.0, unit, "m/s^2") / calibration.gravity - 1.0
     scale = abs(np.linalg.det(calibration.values[ACCEL_MATRIX].reshape(3, 3))) ** (1.0 / 3.0)
-    return norms / (scale * calibration.gravity) - 1.0
+    return np.asarray(norms / (scale * calibration.gravity) - 1.0)
 
 
 def draw_deviations(axes: Axes, calibration: Calibration) -> None:
@@ -236,7 +253,7 @@ def draw_deviations(axes: Axes, calibration: Calibration) -> None:
 
 
 def _relative(calibration: Calibration) -> tuple[Floats, Floats]:
-    """Return elements of both matrices over the scale of their rows, less identity; their errors."""
+    """Return both matrices over the scale of their rows, less identity, and their errors."""
     values, sigmas = [], []
     for sensor in (calibration.accel, calibration.gyro):
         nominal = 1.0
@@ -251,32 +268,29 @@ def _relative(calibration: Calibration) -> tuple[Floats, Floats]:
 
 
 def draw_known(axes: Axes, calibration: Calibration) -> None:
-    """Draw the error of each parameter over what it was before the record."""
-    axes.set_title("error over that before the record")
-    _, sigmas = _relative(calibration)
-    before = np.tile([_SCALE if i in _DIAGONAL else _CROSS for i in range(9)], 2)
-    bias = np.sqrt(np.diagonal(calibration.covariance)[ACCEL_BIAS])
-    scale = [abs(one) for one in calibration.accel.scale]
-    of_g = convert(1.0, calibration.accel.unit, "g")
-    groups = (
-        (sigmas[[0, 4, 8]] / before[0], BLUE),
-        (np.delete(sigmas[:9] / before[:9], _DIAGONAL), BLUE),
-        (bias / scale * of_g / _BIAS, BLUE),
-        (sigmas[[9, 13, 17]] / before[0], VERMILION),
-        (np.delete(sigmas[9:] / before[9:], _DIAGONAL), VERMILION),
-    )
-    for i, (parts, colour) in enumerate(groups):
-        parts = parts[parts > 0.0]
+    """Draw the error of each parameter over what a data sheet states."""
+    axes.set_title("error over that of a data sheet")
+    groups = [parts[parts > 0.0] for parts in _over_prior(calibration)]
+    for i, (parts, colour) in enumerate(zip(groups, _GROUP_COLOURS, strict=True)):
         at = i + np.linspace(-0.25, 0.25, max(parts.size, 2))[: parts.size]
         axes.plot(at, parts, ls="none", marker="o", ms=2.4, mew=0.0, color=colour)
     axes.axhline(_LEAST, color=BLACK, lw=0.6, ls=(0, (4, 2)))
     axes.set_yscale("log")
-    low = min(
-        (float(parts[parts > 0.0].min()) for parts, _ in groups if (parts > 0.0).any()),
-        default=0.1,
-    )
-    axes.set_ylim(0.5 * low, 3.0)
+    axes.set_ylim(0.5 * min([*np.concatenate(groups), 0.1]), 3.0)
     axes.set_xlim(-0.6, len(groups) - 0.4)
+
+
+def _over_prior(calibration: Calibration) -> Iterator[Floats]:
+    """Yield the errors over those that data sheets state, group by group."""
+    scale, cross, offset = DATASHEET
+    _, sigmas = _relative(calibration)
+    scales = np.abs(calibration.accel.scale)
+    bias = np.sqrt(np.diagonal(calibration.covariance)[ACCEL_BIAS]) / scales
+    for sensor, own in ((calibration.accel, sigmas[:9]), (calibration.gyro, sigmas[9:])):
+        yield own[list(_DIAGONAL)] / scale
+        yield np.delete(own, _DIAGONAL) / cross
+        if sensor.unit == calibration.accel.unit:
+            yield convert(bias, sensor.unit, "g") / offset
 
 
 def name_elements(axes: Axes) -> None:
