@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
     from zerorate.calibrate.angle import Integrated, integrate
     from zerorate.calibrate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
+    from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
     from zerorate.simulate.session import (
         AccelErrors,
         GyroErrors,
@@ -87,6 +88,8 @@ __all__ = [
     "SimulatedSession",
     "Sinusoid",
     "StreamingAllan",
+    "TemperatureBias",
+    "TemperatureModel",
     "Trace",
     "WaveletDenoiser",
     "__version__",
@@ -126,6 +129,8 @@ _LATER = {
     "RateTable": "calibrate.rate_table",
     "RateTableAxis": "calibrate.rate_table",
     "SimulatedSession": "simulate.session",
+    "TemperatureBias": "calibrate.temperature",
+    "TemperatureModel": "calibrate.temperature",
     "calibrate_rate_table": "calibrate.rate_table",
     "integrate": "calibrate.angle",
     "simulate_session": "simulate.session",
