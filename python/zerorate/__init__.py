@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     )
     from zerorate.calibrate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibrate.reference import FittedRate, fit_rate
+    from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
     from zerorate.simulate.session import (
         AccelErrors,
         GyroErrors,
@@ -99,6 +100,8 @@ __all__ = [
     "SimulatedSession",
     "Sinusoid",
     "StreamingAllan",
+    "TemperatureBias",
+    "TemperatureModel",
     "Trace",
     "WaveletDenoiser",
     "__version__",
@@ -144,6 +147,8 @@ _LATER = {
     "RateTable": "calibrate.rate_table",
     "RateTableAxis": "calibrate.rate_table",
     "SimulatedSession": "simulate.session",
+    "TemperatureBias": "calibrate.temperature",
+    "TemperatureModel": "calibrate.temperature",
     "calibrate_rate_table": "calibrate.rate_table",
     "find_rests": "calibrate.rests",
     "compare_calibrations": "calibrate.comparison",
