@@ -8,7 +8,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Literal, cast, overload
+from typing import TYPE_CHECKING, Any, Final, Literal, cast, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from zerorate.calibrate.calibration import Calibration
     from zerorate.calibrate.temperature import TemperatureModel
 
-__all__ = ["apply", "apply_accel", "apply_gyro", "checked", "corrector", "in_units"]
+__all__ = ["apply", "apply_accel", "apply_gyro", "corrector", "in_units", "with_temperature"]
 
 Sensor = Literal["gyro", "accel"]
 
@@ -83,12 +83,54 @@ def _described(unit: str) -> str:
     return f"in {unit}" if unit in UNITS else "of unknown unit"
 
 
-def checked(calibration: Calibration, model: TemperatureModel) -> TemperatureModel:
-    """Return a temperature model that fits the calibration's gyro; ValueError if it does not."""
-    if model.axes != 3:
-        raise ValueError(f"the temperature model must be of three axes, got {model.axes}")
-    _known(calibration.gyro_units[0], model.unit, "gyro")
-    return model
+def with_temperature(
+    calibration: Calibration, model: TemperatureModel | Recording | None
+) -> Calibration:
+    """Return the same calibration with the gyro's bias by temperature.
+
+    Parameters
+    ----------
+    model : TemperatureModel, Recording or None
+        Of three axes, in a unit of the gyro's kind. Where the temperature is known its prediction
+        takes the place of ``gyro.bias``. Of a recording with a gyro, an accelerometer and a
+        temperature, the model is that of the rests which the calibration has found in it, without
+        what gravity makes the gyro read there. None takes a model away.
+
+    Raises
+    ------
+    ValueError
+        If the model has another number of axes, or a unit that does not fit.
+    LogError
+        If the recording lacks a gyro or a temperature.
+    """
+    if isinstance(model, Recording):
+        model = _temperature_of(calibration, model)
+    if model is not None:
+        if model.axes != 3:
+            raise ValueError(f"the temperature model must be of three axes, got {model.axes}")
+        _known(calibration.gyro_units[0], model.unit, "gyro")
+    return replace(calibration, temperature_model=model)
+
+
+def _temperature_of(calibration: Calibration, recording: Recording) -> TemperatureModel:
+    from zerorate.calibrate.temperature import TemperatureModel
+
+    gyro, accel, temperature = recording.gyro, recording.accel, recording.temperature
+    if gyro is None or temperature is None:
+        missing = "gyro" if gyro is None else "temperature"
+        listed = ", ".join(recording)
+        raise LogError(f"there is no {missing} to make a model of; the recording has: {listed}")
+    found = in_units(calibration, gyro.unit, calibration.accel_units[0])
+    data = _three(gyro, "gyro")
+    if accel is not None:
+        found = in_units(found, gyro.unit, accel.unit)
+        force = _at(gyro, accel, _forces(found, _three(accel, "accel")))
+        sensitivity = found.values[G_SENSITIVITY].reshape(3, 3)
+        data = data - convert(np.nan_to_num(force), found.accel.unit, "g") @ sensitivity.T
+    rests = np.zeros(gyro.n, dtype=np.bool_)
+    for rest in calibration.rests:
+        rests[rest.first : rest.last] |= rest.used
+    return TemperatureModel.fit(gyro.with_data(data), temperature, rests=rests)
 
 
 def corrector(
@@ -135,18 +177,14 @@ def corrector(
     )
 
 
-def _curve(calibration: Calibration) -> dict[str, object] | None:
+def _curve(calibration: Calibration) -> dict[str, Any] | None:
     """Return the bias by temperature as the stream takes it, in the raw unit of the gyro."""
     model = calibration.temperature_model
-    if model is None:
-        return None
-    own = calibration.gyro_units[0]
-    factor = 1.0 if model.unit == own else convert(1.0, model.unit, own)
-    return {
-        "reference": model.reference,
-        "range": model.range,
-        "coefficients": factor * model.coefficients,
-    }
+    return None if model is None else _in_unit(model, calibration.gyro_units[0]).curve
+
+
+def _in_unit(model: TemperatureModel, unit: str) -> TemperatureModel:
+    return model if model.unit == unit else model.scaled(convert(1.0, model.unit, unit), unit)
 
 
 @overload

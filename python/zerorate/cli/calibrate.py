@@ -204,9 +204,10 @@ def calibrate(
     Prints every number with its error, and whether the calibration is valid (exit 1 if not); writes
     it as JSON, a figure, and what is exported. With --apply, corrects a log instead.
     """
+    sensors = _Names(gyro, accel)
     if apply is not None:
         _check_alone(context)
-        _correct(log, reading, _Names(gyro, accel), read_calibration(apply), output, format, force)
+        _correct(log, reading, sensors, read_calibration(apply), output, format, force)
         return
     if format is not None:
         raise UsageFault("--format is that of a corrected log: it acts with --apply")
@@ -229,10 +230,10 @@ def calibrate(
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
             recording = read_imu(reading, one.source)
-            calibration = _found(recording, asked, temperature, progress)
-            files.write(calibration, recording, progress)
+            calibration = _found(recording, sensors, asked, temperature, progress)
+            files.write(calibration, sensors.of(recording), progress)
         print_title(one, first=one is found[0])
-        _print(calibration, recording, old)
+        _print(calibration, sensors.of(recording), old)
         print_written(files.paths)
         if not calibration.valid:
             invalid.append(f"{one.title or log}: {verdict(calibration)}")
@@ -264,24 +265,30 @@ class _Names(NamedTuple):
         gyro = self.gyro or "gyro"
         return {"gyro": gyro, "accel": self.accel or gyro.replace("gyro", "accel", 1)}
 
+    def of(self, recording: Recording) -> Recording:
+        """Return a recording of these sensors and the temperature alone."""
+        own = {**self.both, "temperature": "temperature"}
+        chosen = {name: recording[one] for name, one in own.items() if one in recording}
+        return Recording(chosen, recording.source)
+
 
 def _found(
-    recording: Recording, asked: Mapping[str, Any], temperature: bool, progress: Progress
+    recording: Recording,
+    names: _Names,
+    asked: Mapping[str, Any],
+    temperature: bool,
+    progress: Progress,
 ) -> Calibration:
     """Return the calibration, also one of so little that the fit refuses it, or raise a fault."""
     progress("fitting", 0.3)
     with naming(recording):
         try:
-            calibration = in_background(partial(calibrate_imu, recording, **asked))
+            found = in_background(partial(calibrate_imu, recording, **asked))
         except CalibrationError as error:
             if error.calibration is None:
                 raise
-            calibration = error.calibration
-        return _with_temperature(calibration, recording) if temperature else calibration
-
-
-def _with_temperature(calibration: Calibration, recording: Recording) -> Calibration:
-    raise NotImplementedError
+            found = error.calibration
+        return found.with_temperature(names.of(recording)) if temperature else found
 
 
 def _print(calibration: Calibration, recording: Recording, old: Calibration | None) -> None:
