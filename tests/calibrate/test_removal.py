@@ -183,7 +183,7 @@ class TestLogs:
             ),
             (
                 {"data": np.zeros((500, 2)), "names": ("a", "b")},
-                "three axes of the gyro, got 2: a, b",
+                "three axes of a gyro, got 2: a, b",
             ),
         ],
     )

@@ -97,7 +97,7 @@ class TestApply:
         ],
     )
     def test_refusals(self, cli, cal, log, out, options, code, match):
-        found, text, errors = cli("--apply", cal, log, *(("-o", out) + options))
+        found, text, errors = cli("--apply", cal, log, "-o", out, *options)
         assert (found, text) == (code, "")
         check_line(errors, match)
         assert names(out) == []
@@ -144,7 +144,7 @@ class TestReplay:
         log = write_table(tmp_path / "run.csv", {"gyro_x_dps": np.ones(400)})
         code, _, errors = call("replay", "--calibration", cal, log, "-o", out, "--no-figure")
         assert code == 1
-        check_line(errors, "run.csv: a calibration needs the three axes of the gyro, got 1")
+        check_line(errors, "run.csv: a calibration needs three axes of a gyro, got 1")
         code, _, errors = call("replay", "--calibration", log, log, "-o", out, "--no-figure")
         assert code == 1
         check_line(errors, "run.csv is not a zerorate calibration in JSON")
@@ -250,7 +250,7 @@ class TestCalibrate:
         ],
     )
     def test_refusals(self, cli, turns, out, options, code, match):
-        found, text, errors = cli(turns, "--no-figure", *(("-o", out) + options))
+        found, text, errors = cli(turns, "--no-figure", "-o", out, *options)
         assert (found, text) == (code, "")
         check_line(errors, match)
         assert names(out) == []

@@ -430,7 +430,7 @@ def _nearest(times: Floats, known: Floats) -> Floats:
 def _three(log: Log, sensor: Sensor) -> Floats:
     if log.channels != 3:
         raise LogError(
-            f"a calibration needs the three axes of the {_SENSORS[sensor].split()[1]}, got {log.channels}: "
+            f"a calibration needs three axes of {_SENSORS[sensor]}, got {log.channels}: "
             f"{', '.join(log.names)}"
         )
     return log.data
