@@ -51,6 +51,7 @@ from zerorate.simulate.devices import DEVICES, Device, device
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
     from zerorate.calibrate.angle import Integrated, integrate
+    from zerorate.calibrate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.simulate.session import (
         AccelErrors,
         GyroErrors,
@@ -78,6 +79,8 @@ __all__ = [
     "LogError",
     "Markov",
     "NoiseModel",
+    "RateTable",
+    "RateTableAxis",
     "Recording",
     "RecursiveLeastSquares",
     "RestDetector",
@@ -89,6 +92,7 @@ __all__ = [
     "__version__",
     "allan",
     "calibrate",
+    "calibrate_rate_table",
     "compare",
     "denoise",
     "device",
@@ -119,7 +123,10 @@ _LATER = {
     "AccelErrors": "simulate.session",
     "GyroErrors": "simulate.session",
     "Integrated": "calibrate.angle",
+    "RateTable": "calibrate.rate_table",
+    "RateTableAxis": "calibrate.rate_table",
     "SimulatedSession": "simulate.session",
+    "calibrate_rate_table": "calibrate.rate_table",
     "integrate": "calibrate.angle",
     "simulate_session": "simulate.session",
 }

@@ -94,9 +94,9 @@ class Record:
 
     @property
     def spans(self) -> Integers:
-        """Samples of each turn, first and last (exclusive), shape (m, 2)."""
-        listed = [(turn.first, turn.last) for turn in self.turns]
-        return np.array(listed, dtype=np.int64).reshape(-1, 2)
+        """First and last (exclusive) sample of each turn among those of all, shape (m, 2)."""
+        ends = np.cumsum([0, *(turn.last - turn.first for turn in self.turns)])
+        return np.stack([ends[:-1], ends[1:]], axis=1)
 
     @property
     def middles(self) -> Floats:
@@ -127,15 +127,20 @@ class Record:
         """Return the gyro's bias in each turn, what G does at the rests taken off."""
         return turn_biases(self.turns, self.rests, self.gyro_means - up @ sensitivity.T)
 
-    def rates(self, sensors: Sensors | None, sensitivity: Floats) -> Floats:
-        """Return the samples of the gyro, less what G does in turns if that is not zero."""
-        if sensors is None or not sensitivity.any():
-            return self.gyro.data
-        rates = self.gyro.data.copy()
-        for first, last in self.spans:
-            raw = self.accel.on(self.gyro, int(first), int(last))
-            rates[first:last] -= forces(raw, sensors.accel, sensors.bias) @ sensitivity.T
-        return rates
+    def rates(self, sensors: Sensors) -> Floats:
+        """Return the samples of the gyro in all turns, less what G does, shape (k, 3)."""
+        rates = [self.gyro.data[turn.first : turn.last] for turn in self.turns]
+        if sensors.sensitivity.any():
+            rates = [
+                rate - forces(force, sensors.accel, sensors.bias) @ sensors.sensitivity.T
+                for rate, force in zip(rates, self.forces, strict=True)
+            ]
+        return np.concatenate(rates) if rates else np.zeros((0, 3))
+
+    @property
+    def forces(self) -> list[Floats]:
+        """Raw samples of the accelerometer in each turn, at the times of the gyro."""
+        return [self.accel.on(self.gyro, turn.first, turn.last) for turn in self.turns]
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +215,7 @@ def _fitted(record: Record, prior: Prior, start: Fit | None, sensitivity: Floats
 
 def _observed(record: Record, sensors: Sensors, prior: Prior) -> Observations:
     up = directions(record.accel_means, sensors.accel, sensors.bias)
-    rates = record.rates(sensors, sensors.sensitivity)
+    rates = record.rates(sensors)
     biases, spans = record.biases(up, sensors.sensitivity), record.spans
     period = 1.0 / record.gyro.rate
 
@@ -242,7 +247,7 @@ def errors_of(record: Record, sensors: Sensors) -> tuple[Floats, Floats, Carried
     size = np.linalg.norm(force, axis=1)
     up = force / size[:, np.newaxis]
     turns = carried(
-        record.rates(sensors, sensors.sensitivity),
+        record.rates(sensors),
         1.0 / record.gyro.rate,
         record.spans,
         record.biases(up, sensors.sensitivity),

@@ -109,8 +109,9 @@ def _linear_gyro(record: Record, accel: Floats, bias: Floats) -> Floats:
     width = max(2, round(_WINDOW * gyro.rate))
     level = np.median(record.gyro_means, axis=0)
     rows, moved = [], []
-    for first, last in record.spans:
-        force = forces(record.accel.on(gyro, int(first), int(last)), accel, bias)
+    for turn, raw in zip(record.turns, record.forces, strict=True):
+        first, last = turn.first, turn.last
+        force = forces(raw, accel, bias)
         size = np.linalg.norm(force, axis=1)
         up = force / size[:, np.newaxis]
         # u x M z = [u]x M z, linear in the elements of M.

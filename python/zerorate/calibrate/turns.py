@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from zerorate._native import carry_turns
 from zerorate.calibrate.calibration import Rest, Turn
 from zerorate.calibrate.sensors import Sensor
 from zerorate.types import Booleans, Floats, Integers
@@ -137,40 +138,9 @@ def carried(
     matrix
         The correction, shape (3, 3).
     """
-    count = int((spans[:, 1] - spans[:, 0]).max(initial=1)) - 1
-    place = spans[:, :1] + np.arange(count + 1)
-    inside = (place[:, 1:] < spans[:, 1:])[:, :, np.newaxis]
-    z = rates[np.minimum(place, spans[:, 1:] - 1)] - biases[:, np.newaxis]
-    w = z @ matrix.T
-    mean = np.where(inside, (z[:, 1:] + z[:, :-1]) * (period / 2.0), 0.0)
-    phi = mean @ matrix.T + np.where(inside, np.cross(w[:, :-1], w[:, 1:]) * period**2 / 12.0, 0.0)
-    steps, rights = _exponentials(phi), np.eye(3) - _cross(phi) / 2.0
-    rotations = np.tile(np.eye(3), (len(spans), 1, 1))
-    by_matrix = np.zeros((len(spans), 3, 9))
-    for k in range(count):
-        rotations = rotations @ steps[:, k]
-        each = (rights[:, k, :, :, np.newaxis] * mean[:, k, np.newaxis, np.newaxis]).reshape(
-            -1, 3, 9
-        )
-        by_matrix = steps[:, k].transpose(0, 2, 1) @ by_matrix + each
-    angles = np.sqrt((phi**2).sum(axis=2)).sum(axis=1)
-    return Carried(rotations, by_matrix.reshape(-1, 3, 3, 3), angles)
-
-
-def _cross(vectors: Floats) -> Floats:
-    """Return the matrices of the cross products with vectors, shape (..., 3, 3)."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    rows = [zero, -z, y, z, zero, -x, -y, x, zero]
-    return np.stack(rows, axis=-1).reshape(*vectors.shape, 3)
-
-
-def _exponentials(phi: Floats) -> Floats:
-    """Return the rotations by vectors."""
-    angle = np.sqrt((phi**2).sum(axis=-1))[..., np.newaxis, np.newaxis]
-    K = _cross(phi)
-    half = np.sinc(angle / (2.0 * np.pi))
-    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * half**2 * (K @ K)
+    steps = np.full(max(len(rates) - 1, 0), period)
+    rotations, by_matrix, _, angles = carry_turns(rates, steps, spans, biases, matrix)
+    return Carried(rotations, by_matrix, angles)
 
 
 def misses(rotations: Floats, before: Floats, after: Floats) -> Floats:
