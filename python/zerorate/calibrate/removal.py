@@ -6,7 +6,7 @@ All roads go through `zerorate.ImuCorrector`, so that a record gives the same bi
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Literal, cast, overload
 
@@ -384,7 +384,8 @@ def _of_recording(
     logs = dict(recording.logs)
     if gyro is not None:
         rates = _rates(found, _together(gyro, accel, recording.temperature, found))
-        logs[gyro_name] = _noted(gyro, rates, "gyro", found, alone=accel is None)
+        corrected = _noted(gyro, rates, "gyro", found, alone=accel is None)
+        logs[gyro_name] = _told(corrected, _on_temperature(found, recording.temperature))
     if accel is not None:
         logs[accel_name] = _noted(accel, _forces(found, _three(accel, "accel")), "accel", found)
     return replace(recording, logs=logs)
@@ -441,10 +442,35 @@ def _noted(
 ) -> Log:
     """Return a log with corrected samples, whose notes say what was done."""
     unit = calibration.gyro_units[1] if sensor == "gyro" else calibration.accel_units[1]
-    told = (*log.meta.get("notes", ()), *_notes(calibration, sensor))
+    corrected = _told(replace(log, data=data, unit=unit), _notes(calibration, sensor))
     if alone and calibration.values[G_SENSITIVITY].any():
-        told += ("the log has no accelerometer, so the g-sensitivity of the gyro stays",)
-    return replace(log, data=data, unit=unit, meta={**log.meta, "notes": told})
+        said = "the log has no accelerometer, so the g-sensitivity of the gyro stays"
+        return _told(corrected, [said])
+    return corrected
+
+
+def _told(log: Log, sentences: Iterable[str]) -> Log:
+    """Return a log with further notes."""
+    return replace(log, meta={**log.meta, "notes": (*log.meta.get("notes", ()), *sentences)})
+
+
+def _on_temperature(calibration: Calibration, temperature: Log | None) -> Iterator[str]:
+    """Yield which bias was taken off, and whether the model knows such temperatures."""
+    model = calibration.temperature_model
+    if model is None:
+        return
+    if temperature is None:
+        yield "the log has no temperature, so the bias is the one of the calibration"
+        return
+    low, high = model.range
+    known = temperature.data[np.isfinite(temperature.data[:, 0]), 0]
+    beyond = float(np.mean((known < low) | (known > high))) if known.size else 0.0
+    yield "the bias follows the temperature"
+    if beyond > 0.0:
+        yield (
+            f"{100.0 * beyond:.0f} % of the temperatures lie outside of the {low:.1f} to "
+            f"{high:.1f} degC that the model has seen: the bias there is extrapolated"
+        )
 
 
 def _notes(calibration: Calibration, sensor: Sensor) -> Iterator[str]:
