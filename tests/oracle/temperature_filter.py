@@ -1,4 +1,4 @@
-"""Bias and its temperature slope, learned at rest: Kalman filters that differ in the bias's walk."""
+"""Bias and its temperature slope, learned at rest: Kalman filters that differ in their walk."""
 
 import math
 
@@ -14,7 +14,7 @@ KEPT = 1.0 - 1.0 / 4000.0
 DEGREES = 2.0
 # Standard deviation of the slope before any sample: that of one sample of noise per kelvin.
 SLOPE_SIGMA = 1.0
-# Bounds of what is counted in deviations of the noise; kelvins beyond which there is no temperature.
+# Bounds of what is counted in deviations of the noise, and of kelvins from the reference.
 LEVEL_MAX, VARIANCE_MAX, SLOPE_MAX, KELVIN_MAX = 1e12, 1e24, 1e8, 1e4
 # Of answers, in units of the samples.
 RAW_MAX, SIGMA_MAX = 1e300, 1e150
