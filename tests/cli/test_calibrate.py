@@ -217,6 +217,28 @@ class TestCalibrate:
         )
         assert abs(after) < 0.1 * abs(before)
 
+    def test_one_of_several_imus(self, cli, session, tmp_path, out):
+        logs = session.recording.logs
+        two = {f"imu{k}_{name}": log for k in (1, 2) for name, log in logs.items()}
+        columns = {
+            f"{name}_{axis}_{'dps' if 'gyro' in name else 'g'}": log.data[:, i]
+            for name, log in two.items()
+            for i, axis in enumerate("xyz")
+        }
+        log = write_table(tmp_path / "two.csv", columns)
+        code, _, errors = cli(log, "-o", out, "--no-figure")
+        assert code == 1
+        check_line(errors, "two.csv: the recording has 2 logs of gyro: gyro, gyro_1; choose one, ")
+        assert errors.endswith("such as --gyro gyro\n")
+        assert cli(log, "-o", out, "--no-figure", "--gyro", "gyro_1")[0] == 0
+        found = zr.Calibration.from_json(out / "two-zerorate-calibration.json")
+        np.testing.assert_allclose(found.values, zr.calibrate(session.recording).values, rtol=1e-6)
+        cal = out / "two-zerorate-calibration.json"
+        assert cli("--apply", cal, log, "-o", out, "--gyro", "gyro_1")[0] == 0
+        first, second = read_recording(out / "two-zerorate-calibrated.parquet").of_kind("gyro")
+        np.testing.assert_allclose(first.data, session.recording.gyro.data, rtol=1e-12)
+        assert np.abs(second.data - first.data).max() > 0.1
+
     def test_one_that_is_not_valid_ends_with_1_and_is_written(self, cli, few, out):
         code, text, errors = cli(few, "-o", out)
         assert code == 1
@@ -242,7 +264,7 @@ class TestCalibrate:
             (("--saturation", "0"), 2, "saturation must be"),
             (("--gyro", "gyro_3"), 1, "turns.csv: there is no 'gyro_3'; the recording has: gyro"),
             (("--export", "kalibr,vins"), 2, "--export takes some of kalibr, imu_tk, px4, ardu"),
-            (("--format", "csv"), 2, "--format is that of a corrected log: it acts with --apply"),
+            (("--format", "csv"), 2, "--format is that of the corrected log: it acts with --apply"),
             (("--frame", "q"), 2, "--frame takes x, z or symmetric, got 'q'"),
             (("-o", "a.csv"), 2, "-o takes a folder, or a file as json, got 'a.csv'"),
             (("--columns", "gyro_x_dps"), 1, "turns.csv: the gyro must have three axes"),

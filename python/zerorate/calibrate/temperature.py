@@ -414,9 +414,7 @@ class _Record(NamedTuple):
         known, step = _temperatures(z, temperature, len(rates), rate)
         names = z.names if isinstance(z, Log) else _names(rates.shape[1])
         unit = (z.unit if isinstance(z, Log) else "unit") if unit is None else unit
-        return cls(
-            rates, known, rate, _mask(rests, len(rates)), names, unit, single, step
-        )
+        return cls(rates, known, rate, _mask(rests, len(rates)), names, unit, single, step)
 
 
 def _names(axes: int) -> tuple[str, ...]:

@@ -233,9 +233,11 @@ def to_px4(
     low, high = model.range
     named = [("ENABLE", "TC_G_ENABLE", 1), ("ID", f"TC_G{instance}_ID", device_id)]
     whole = [f"1\t1\t{name}\t{value}\t6" for _, name, value in named if value is not None]
-    numbers = [
-        (f"X{k}_{axis}", c[axis, k]) for k in (3, 2, 1, 0) for axis in range(3)
-    ] + [("TREF", model.reference), ("TMIN", low), ("TMAX", high)]
+    numbers = [(f"X{k}_{axis}", c[axis, k]) for k in (3, 2, 1, 0) for axis in range(3)] + [
+        ("TREF", model.reference),
+        ("TMIN", low),
+        ("TMAX", high),
+    ]
     lines = [
         "# PX4: thermal compensation of a gyro, rad/s and degC.",
         *(() if device_id is not None else (f"# TC_G{instance}_ID is to be set as well.",)),

@@ -21,7 +21,6 @@ from zerorate.cli.options import (
     Force,
     LogArgument,
     LogFormat,
-    LogFormatOption,
     NoFigure,
     Output,
     Reading,
@@ -121,17 +120,17 @@ def calibrate(
     frame: Annotated[
         FrameName,
         typer.Option(
-            help="Axes of the body: x is that of the accelerometer and y in its x-y plane (x, as "
-            "Kalibr has it), z is and y in its y-z plane (z, as imu_tk), or as near to all three "
-            "as can be (symmetric).",
+            help="Axes of the body. x: its x is that of the accelerometer, its y in the x-y plane "
+            "of that, as Kalibr has it; z: its z, and y in the y-z plane, as imu_tk; symmetric: as "
+            "near to all three as can be.",
             rich_help_panel=_FIT,
         ),
     ] = FrameName.x,
     g_sensitivity: Annotated[
         Sensitivity,
         typer.Option(
-            help="Whether turns are freed of what gravity makes the gyro read: where that is "
-            "clear (auto), always or never.",
+            help="Whether what gravity makes the gyro read is taken off in turns, too: where it "
+            "is clear (auto), always, or never.",
             rich_help_panel=_FIT,
         ),
     ] = Sensitivity.auto,
@@ -193,7 +192,14 @@ def calibrate(
             rich_help_panel=_APPLY,
         ),
     ] = None,
-    format: LogFormatOption = None,
+    format: Annotated[
+        LogFormat | None,
+        typer.Option(
+            help="File format of the corrected log; else the suffix of -o, or parquet.",
+            show_default=False,
+            rich_help_panel=_APPLY,
+        ),
+    ] = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
     force: Force = False,
@@ -210,7 +216,7 @@ def calibrate(
         _correct(log, reading, sensors, read_calibration(apply), output, format, force)
         return
     if format is not None:
-        raise UsageFault("--format is that of a corrected log: it acts with --apply")
+        raise UsageFault("--format is that of the corrected log: it acts with --apply")
     exports = parse_choices("--export", export, Export)
     old = None if compare is None else read_calibration(compare)
     asked: dict[str, Any] = {"frame": str(frame), "g_sensitivity": _SENSITIVITY[g_sensitivity]}
