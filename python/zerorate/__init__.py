@@ -13,6 +13,7 @@ from zerorate import units
 from zerorate._native import (
     AllanNoise,
     DriftFilter,
+    ImuCorrector,
     RecursiveLeastSquares,
     RestDetector,
     StreamingAllan,
@@ -74,6 +75,7 @@ __all__ = [
     "DynamicAllan",
     "FittedModel",
     "GyroErrors",
+    "ImuCorrector",
     "Integrated",
     "Log",
     "LogError",
