@@ -27,6 +27,9 @@ _BETTER: Final = 2.0
 _WALKS: Final = 10.0 ** np.arange(-6.0, 3.1, 0.25)
 """Variances that a walk adds in one block, over the white variance of a block's mean."""
 
+_PRIOR: Final = np.sqrt(_WALKS) / (1.0 + _WALKS)
+"""Half-Cauchy in the walk's deviation, on steps of equal ratio."""
+
 _CONDITION: Final = 1e10
 _TINY: Final = float(np.finfo(float).tiny)
 
@@ -208,7 +211,7 @@ class _Regression(NamedTuple):
         whitened, freedom = self.whitened, self.whitened.freedom - len(self.on)
         evidence = -0.5 * (
             whitened.log_scale + self.log_information + freedom * np.log(self.left)
-        ) + np.log(np.sqrt(_WALKS) / (1.0 + _WALKS))
+        ) + np.log(_PRIOR)
         weight = np.exp(evidence - evidence.max())
         weight /= weight.sum()
         here = whitened.last[:, self.on]
