@@ -133,12 +133,20 @@ def _temperature_of(calibration: Calibration, recording: Recording) -> Temperatu
     return TemperatureModel.fit(gyro.with_data(data), temperature, rests=rests)
 
 
+@overload
+def corrector(
+    calibration: Calibration, *, inputs: Literal[3], channels: int | None = ...
+) -> ImuCorrector[Floats]: ...
+@overload
+def corrector(
+    calibration: Calibration, *, inputs: Literal[6, 7] = ..., channels: int | None = ...
+) -> ImuCorrector[tuple[Floats, Floats]]: ...
 def corrector(
     calibration: Calibration,
     *,
     inputs: Literal[3, 6, 7] = 6,
     channels: int | None = None,
-) -> ImuCorrector:
+) -> ImuCorrector[Floats] | ImuCorrector[tuple[Floats, Floats]]:
     """Return the stream that corrects samples one by one or at once.
 
     Parameters
@@ -160,24 +168,25 @@ def corrector(
     ValueError
         If `inputs` is none of these.
     """
+    gyro = (calibration.gyro.correction, calibration.values[GYRO_BIAS])
+    if inputs == 3:
+        return ImuCorrector(*gyro, inputs=3, channels=channels)
     if inputs not in _COLUMNS:
         raise ValueError(f"inputs must be 3, 6 or 7, got {inputs!r}")
     accel = calibration.accel
     per_g = convert(1.0, "g", accel.unit)
-    both = inputs > 3
     return ImuCorrector(
-        calibration.gyro.correction,
-        calibration.values[GYRO_BIAS],
-        accel_matrix=accel.correction if both else None,
-        accel_bias=calibration.values[ACCEL_BIAS] if both else None,
-        g_sensitivity=calibration.values[G_SENSITIVITY].reshape(3, 3) / per_g if both else None,
+        *gyro,
+        accel_matrix=accel.correction,
+        accel_bias=calibration.values[ACCEL_BIAS],
+        g_sensitivity=calibration.values[G_SENSITIVITY].reshape(3, 3) / per_g,
         temperature=_curve(calibration) if inputs == 7 else None,
         inputs=inputs,
         channels=channels,
     )
 
 
-def _curve(calibration: Calibration) -> dict[str, Any] | None:
+def _curve(calibration: Calibration) -> Any:  # noqa: ANN401
     """Return the bias by temperature as the stream takes it, in the raw unit of the gyro."""
     model = calibration.temperature_model
     return None if model is None else _in_unit(model, calibration.gyro_units[0]).curve
@@ -321,27 +330,29 @@ def _of_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
             f"with the temperature behind, got {values.shape}"
         )
     rows = np.atleast_2d(values)
-    found = _corrected(calibration, rows)
-    parts = (*found, rows[:, 6:]) if isinstance(found, tuple) else (found,)
-    return (np.hstack(parts) if len(parts) > 1 else parts[0]).reshape(values.shape)
-
-
-def _corrected(calibration: Calibration, rows: Floats) -> Floats | tuple[Floats, Floats]:
-    """Return the gyro, or gyro and accelerometer, of rows of 3, 6 or 7 numbers."""
-    inputs = cast(Literal[3, 6, 7], rows.shape[1])
-    return corrector(calibration, inputs=inputs).process(rows)
+    if rows.shape[1] == 3:
+        return _rates(calibration, rows).reshape(values.shape)
+    both = _both(calibration, rows)
+    return np.hstack((*both, rows[:, 6:])).reshape(values.shape)
 
 
 def _rates(calibration: Calibration, rows: Floats) -> Floats:
-    """Return the corrected gyro alone."""
-    found = _corrected(calibration, rows)
-    return found[0] if isinstance(found, tuple) else found
+    """Return the corrected gyro of rows of 3, 6 or 7 numbers."""
+    if rows.shape[1] == 3:
+        return corrector(calibration, inputs=3).process(rows)
+    return _both(calibration, rows)[0]
+
+
+def _both(calibration: Calibration, rows: Floats) -> tuple[Floats, Floats]:
+    """Return the corrected gyro and accelerometer of rows of 6 or 7 numbers."""
+    inputs: Literal[6, 7] = 6 if rows.shape[1] == 6 else 7
+    return corrector(calibration, inputs=inputs).process(rows)
 
 
 def _forces(calibration: Calibration, rows: Floats) -> Floats:
     """Return the corrected accelerometer alone, by the arithmetic that corrects a gyro."""
-    stream = ImuCorrector(calibration.accel.correction, calibration.values[ACCEL_BIAS], inputs=3)
-    return cast(Floats, stream.process(rows))
+    accel = calibration.accel.correction
+    return ImuCorrector(accel, calibration.values[ACCEL_BIAS], inputs=3).process(rows)
 
 
 def _of_log(calibration: Calibration, log: Log) -> Log:

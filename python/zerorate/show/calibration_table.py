@@ -62,7 +62,7 @@ def _parts(calibration: Calibration) -> Iterator[str]:
     for table in (_accel, _gyro, _rotation, _errors):
         yield as_text(table(calibration))
     if calibration.temperature_model is not None:
-        yield f"Bias of the gyro by temperature\n{calibration.temperature_model}"
+        yield str(calibration.temperature_model)
     yield _material(calibration)
     for title, sentences in (("Advice", calibration.advice), ("Notes", calibration.notes)):
         if sentences:
