@@ -207,6 +207,28 @@ class TestCalibrate:
         assert code == (0 if expected.valid else 1)
         assert "end of the gyro's range" in text
 
+    def test_the_temperature_of_the_same_log(self, cli, tmp_path, out, turns):
+        session = zr.simulate_session(14, seed=3, rest=4.0, temperature=(20.0, 32.0))
+        log = write_imu(tmp_path / "warm.csv", session.recording)
+        code, text, _ = cli(log, "-o", out, "--temperature", "--export", "px4")
+        assert code == 0
+        assert names(out) == [
+            "warm-zerorate-calibration-px4.params",
+            "warm-zerorate-calibration-temperature.png",
+            "warm-zerorate-calibration.json",
+            "warm-zerorate-calibration.png",
+        ]
+        cal = out / "warm-zerorate-calibration.json"
+        found = zr.Calibration.from_json(cal)
+        assert found.temperature_model is not None
+        assert str(found.temperature_model).splitlines()[0] in text
+        assert "TC_G0_TREF" in (out / "warm-zerorate-calibration-px4.params").read_text()
+        code, text, _ = cli("--apply", cal, log, "-o", out)
+        assert "- the bias follows the temperature" in text
+        code, _, errors = cli(turns, "-o", out, "--temperature", "--no-figure")
+        assert code == 1
+        check_line(errors, "turns.csv: there is no temperature to make a model of; the recording")
+
     def test_its_result_corrects_the_log(self, cli, turns, out, session):
         assert cli(turns, "-o", out, "--no-figure")[0] == 0
         assert cli("--apply", out / f"{STEM}.json", turns, "-o", out)[0] == 0

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Final, NamedTuple
 
 import numpy as np
 import typer
@@ -42,6 +42,9 @@ from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
 from zerorate.show.calibration_table import verdict
 from zerorate.show.tables import bulleted
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["calibrate"]
 
@@ -224,13 +227,14 @@ def calibrate(
     asked |= {name: value for name, value in given.items() if value is not None}
     suffixes = ["json", *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-calibration", suffixes)
-    figure = None
+    figures = []
     if not no_figure:
         require("matplotlib", "plot")
-        figure = place.choose("--figure-format", figure_format, FigureFormat.png)
+        suffix = place.choose("--figure-format", figure_format, FigureFormat.png)
+        figures = [f".{suffix}", *([f"-temperature.{suffix}"] if temperature else [])]
         preloaded(_load_plotting)
     found = records(log, reading.group_by)
-    outputs = [_Outputs.of(place.of_part(one.ending), figure, exports, force) for one in found]
+    outputs = [_Outputs.of(place.of_part(one.ending), figures, exports, force) for one in found]
     check_outputs([path for files in outputs for path in files.paths], force, log)
     invalid = []
     for one, files in zip(found, outputs, strict=True):
@@ -323,10 +327,10 @@ def _load_plotting() -> None:
 
 @dataclass(frozen=True)
 class _Outputs:
-    """The files of a calibration, all whole or none; `figure` is None for none."""
+    """The files of a calibration, all whole or none: the second figure is of the temperature."""
 
     numbers: Path
-    figure: Path | None
+    figures: Sequence[Path]
     exports: Mapping[Path, Export]
     force: bool
 
@@ -334,28 +338,27 @@ class _Outputs:
     def of(
         cls,
         place: Destination,
-        figure: FigureFormat | None,
+        figures: Sequence[str],
         exports: Sequence[Export],
         force: bool,
     ) -> "_Outputs":
-        """Return where the files lie."""
-        drawn = None if figure is None else place.file(f".{figure}")
+        """Return where the files lie; figures are given by the endings of their names."""
         listed = {place.file(end): export for export in exports for end in _SUFFIXES[export]}
-        return cls(place.file(".json"), drawn, listed, force)
+        return cls(place.file(".json"), [place.file(end) for end in figures], listed, force)
 
     @property
     def paths(self) -> list[Path]:
         """The files to write."""
-        figure = [] if self.figure is None else [self.figure]
-        return [self.numbers, *figure, *self.exports]
+        return [self.numbers, *self.figures, *self.exports]
 
     def write(self, calibration: Calibration, recording: Recording, progress: Progress) -> None:
         """Write all files under other names; rename them when all are whole."""
         texts = [calibration.to_json(), *self._exported(calibration)]
         progress("drawing", 0.7)
         with writing(), together(self.paths, self.force) as temporary:
-            if self.figure is not None:
-                _draw(calibration, recording, temporary[1])
+            drawings = (partial(calibration.plot, recording), partial(_thermal, calibration))
+            for draw, path in zip(drawings, temporary[1 : 1 + len(self.figures)], strict=False):
+                _save(draw(), path)
             written = [temporary[0], *temporary[len(temporary) - len(self.exports) :]]
             for path, text in zip(written, texts, strict=True):
                 path.write_text(text, encoding="utf-8", newline="\n")
@@ -378,10 +381,15 @@ def _texts(calibration: Calibration, export: Export) -> Sequence[str]:
     return (one[export](),)
 
 
-def _draw(calibration: Calibration, recording: Recording, path: Path) -> None:
+def _thermal(calibration: Calibration) -> "Figure":
+    assert calibration.temperature_model is not None
+    return calibration.temperature_model.plot()
+
+
+def _save(figure: "Figure", path: Path) -> None:
     from zerorate.show import save_figure
 
-    save_figure(calibration.plot(recording), path)
+    save_figure(figure, path)
 
 
 def _correct(
