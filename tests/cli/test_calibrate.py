@@ -10,6 +10,7 @@ import zerorate as zr
 from support.calibrations import COUNTS, INVALID, calibration, recorded, write_imu
 from support.commands import check_line, names, one_line
 from support.logs import write_table
+from support.recordings import RECORDINGS, needs_recordings
 from zerorate import read_recording
 
 EXACT = {"rtol": 1e-10, "atol": 1e-10}
@@ -269,6 +270,16 @@ class TestCalibrate:
         check_line(errors, "few.csv: the calibration is not valid: ")
         assert names(out) == [f"few-zerorate-calibration.{end}" for end in ("json", "png")]
         assert not zr.Calibration.from_json(out / "few-zerorate-calibration.json").valid
+
+    @needs_recordings
+    def test_a_real_record_of_too_little_is_refused(self, cli, out):
+        """The rests of BROAD 05 are all in one pose."""
+        log = RECORDINGS / "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
+        code, text, errors = cli(log, "--rate", "285.714", "-o", out, "--no-figure")
+        assert code == 1
+        check_line(errors, "the calibration is not valid: ")
+        assert "17 of 18 parameters are not identifiable" in one_line(text)
+        assert text.index("NOT VALID") < text.index("Accelerometer")
 
     def test_no_rest_at_all(self, cli, tmp_path, out):
         rng = np.random.default_rng(1)

@@ -307,7 +307,7 @@ def _print(calibration: Calibration, recording: Recording, old: Calibration | No
     if notes:
         print(f"\nLog\n{notes}")
     if old is not None:
-        from zerorate.calibrate import compare_calibrations
+        from zerorate.calibrate.comparison import compare_calibrations
 
         print(f"\n{compare_calibrations(old, calibration)}")
 
