@@ -75,7 +75,7 @@ class Rest:
     direction
         Unit vector of the reaction to gravity in the axes of the body, shape (3,), as estimated.
     norm_error
-        |f|/g - 1 after calibration.
+        ``|f| / g - 1`` after calibration.
     used
         Whether the fit used it.
     reason
@@ -195,7 +195,7 @@ class Calibration:
     rests, turns
         All that were found.
     norm_error, norm_error_raw
-        RMS of |f|/g - 1 over rests, after and before calibration; after it, over rests that the
+        RMS of ``|f| / g - 1`` over rests, after and before calibration; after it, over rests that the
         fit had not seen if `held_out`.
     carry_error, carry_error_raw
         RMS angle between gravity carried through a turn and gravity after it, rad, likewise.
