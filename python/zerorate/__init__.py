@@ -52,7 +52,13 @@ from zerorate.simulate.devices import DEVICES, Device, device
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
     from zerorate.calibrate.angle import Integrated, integrate
+    from zerorate.calibrate.comparison import (
+        CalibrationComparison,
+        MovedParameter,
+        compare_calibrations,
+    )
     from zerorate.calibrate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
+    from zerorate.calibrate.reference import FittedRate, fit_rate
     from zerorate.simulate.session import (
         AccelErrors,
         GyroErrors,
@@ -66,6 +72,7 @@ __all__ = [
     "AllanNoise",
     "AllanResult",
     "Calibration",
+    "CalibrationComparison",
     "CalibrationError",
     "Coefficient",
     "Contamination",
@@ -74,12 +81,14 @@ __all__ = [
     "DriftFilter",
     "DynamicAllan",
     "FittedModel",
+    "FittedRate",
     "GyroErrors",
     "ImuCorrector",
     "Integrated",
     "Log",
     "LogError",
     "Markov",
+    "MovedParameter",
     "NoiseModel",
     "RateTable",
     "RateTableAxis",
@@ -96,10 +105,12 @@ __all__ = [
     "calibrate",
     "calibrate_rate_table",
     "compare",
+    "compare_calibrations",
     "denoise",
     "device",
     "dynamic_allan",
     "find_rests",
+    "fit_rate",
     "identify",
     "integrate",
     "live",
@@ -123,12 +134,17 @@ _LATER = {
     "live": "live",
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
+    "CalibrationComparison": "calibrate.comparison",
+    "FittedRate": "calibrate.reference",
     "GyroErrors": "simulate.session",
     "Integrated": "calibrate.angle",
+    "MovedParameter": "calibrate.comparison",
     "RateTable": "calibrate.rate_table",
     "RateTableAxis": "calibrate.rate_table",
     "SimulatedSession": "simulate.session",
     "calibrate_rate_table": "calibrate.rate_table",
+    "compare_calibrations": "calibrate.comparison",
+    "fit_rate": "calibrate.reference",
     "integrate": "calibrate.angle",
     "simulate_session": "simulate.session",
 }
