@@ -230,6 +230,15 @@ class TestCalibrate:
         assert code == 1
         check_line(errors, "turns.csv: there is no temperature to make a model of; the recording")
 
+    def test_an_earlier_calibration(self, cli, turns, out):
+        assert cli(turns, "-o", out / "old.json", "--no-figure", "--frame", "z")[0] == 0
+        options = ("-o", out / "new.json", "--no-figure", "--compare", out / "old.json")
+        code, text, errors = cli(turns, *options)
+        assert (code, errors) == (0, "")
+        compared = text.partition("Compared with the earlier one, which is first\n")[2]
+        assert "gyro.matrix.xx [%]" in compared
+        assert "  moved" not in compared
+
     def test_its_result_corrects_the_log(self, cli, turns, out, session):
         assert cli(turns, "-o", out, "--no-figure")[0] == 0
         assert cli("--apply", out / f"{STEM}.json", turns, "-o", out)[0] == 0

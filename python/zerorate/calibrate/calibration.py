@@ -195,8 +195,8 @@ class Calibration:
     rests, turns
         All that were found.
     norm_error, norm_error_raw
-        RMS of ``|f| / g - 1`` over rests, after and before calibration; after it, over rests that the
-        fit had not seen if `held_out`.
+        RMS of ``|f| / g - 1`` over rests, after and before calibration; after it, over rests that
+        the fit had not seen if `held_out`.
     carry_error, carry_error_raw
         RMS angle between gravity carried through a turn and gravity after it, rad, likewise.
     held_out

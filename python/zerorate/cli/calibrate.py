@@ -309,7 +309,12 @@ def _print(calibration: Calibration, recording: Recording, old: Calibration | No
     if old is not None:
         from zerorate.calibrate.comparison import compare_calibrations
 
-        print(f"\n{compare_calibrations(old, calibration)}")
+        with as_usage():
+            alike = old.to_frame(calibration.frame).in_units(
+                gyro=calibration.gyro_units[0], accel=calibration.accel_units[0]
+            )
+            compared = compare_calibrations(alike, calibration)
+        print(f"\nCompared with the earlier one, which is first\n{compared}")
 
 
 def _notes(recording: Recording) -> tuple[str, ...]:
