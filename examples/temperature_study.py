@@ -3,8 +3,8 @@
 ``python examples/temperature_study.py [SEEDS]`` prints two tables in Markdown. The first has the
 root mean square over the seeds, eight by default, of predicted less true bias, deg/s, from the end
 of what was fitted to the end of a warm-up of half an hour (time constant 400 s, 20 K, random walk
-2.5e-4 deg/s/sqrt(s), white noise 0.005 deg/s/sqrt(Hz), 100 Hz). The second says how much of what was
-tried makes out what the model has on whole degrees and in the error of its slope.
+2.5e-4 deg/s/sqrt(s), white noise 0.005 deg/s/sqrt(Hz), 100 Hz). The second says what the error of
+a slope and the answer on whole degrees would be without two of the model's parts.
 """
 
 import sys
@@ -12,9 +12,9 @@ from contextlib import contextmanager
 from unittest import mock
 
 import numpy as np
-from tables import table
 
 import zerorate as zr
+from tables import table
 from zerorate.calibrate import temperature, temperature_fit
 
 RATE, DURATION, TIME_CONSTANT = 100.0, 1800.0, 400.0
@@ -150,7 +150,7 @@ def predictions(seeds):
 
 def slope_errors(name, seeds):
     """Return the slope's errors over the standard error it has."""
-    span, slope, curvature, _ = CASES[name]
+    _, slope, curvature, _ = CASES[name]
     found = []
     for seed in seeds:
         z, T, _, end = record(name, seed)
@@ -188,6 +188,11 @@ def through_the_middles():
         yield
 
 
+def predicted_on_whole_degrees(seeds):
+    """Return the error of the model's prediction."""
+    return rms([error(model, "whole degrees", seed) for seed in seeds])
+
+
 def ablations(seeds):
     """Return the second table."""
     rows = []
@@ -195,12 +200,14 @@ def ablations(seeds):
         z = slope_errors(name, seeds)
         with flat_in_logarithm():
             flat = slope_errors(name, seeds)
-        rows.append([f"slope, error over sigma: {name}", f"{rms(z):.2f}", f"{rms(flat):.2f}", "", ""])
-    found = [rms([error(model, "whole degrees", seed) for seed in seeds])]
+        cells = (f"{rms(z):.2f}", f"{rms(flat):.2f}")
+        rows.append([f"slope, error over sigma: {name}", *cells, "", ""])
+    found = [predicted_on_whole_degrees(seeds)]
     for variant in (as_shown, through_the_middles):
         with variant():
-            found.append(rms([error(model, "whole degrees", seed) for seed in seeds]))
-    rows.append(["whole degrees, RMS [deg/s]", f"{found[0]:.2g}", "", *(f"{x:.2g}" for x in found[1:])])
+            found.append(predicted_on_whole_degrees(seeds))
+    first, *others = (f"{x:.2g}" for x in found)
+    rows.append(["whole degrees, RMS [deg/s]", first, "", *others])
     head = ["recording", "as it is", "walks flat in log", "degrees as shown", "middles joined"]
     return table(f"What makes the difference, {len(seeds)} seeds", head, rows, True)
 

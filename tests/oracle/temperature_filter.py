@@ -7,8 +7,10 @@ import numpy as np
 from oracle.ticks import Ticks
 
 # Variance that the walk adds in one tick, over the white variance of one full tick.
-RATIOS = np.array([0.0, *10.0 ** np.arange(-6.0, 0.5)])
-PRIOR = np.array([0.05, *np.full(RATIOS.size - 1, 0.95 / (RATIOS.size - 1))])
+RATIOS = 10.0 ** np.arange(-7.0, 0.5)
+# Half-Cauchy in the walk's deviation, about a walk as strong as the noise of five seconds.
+MIDDLE = 2.5e-3
+PRIOR = np.sqrt(RATIOS / MIDDLE) / (1.0 + RATIOS / MIDDLE)
 # Ticks after which evidence counts for 1/e, and what the noise is believed to be worth at first.
 KEPT = 1.0 - 1.0 / 4000.0
 DEGREES = 2.0

@@ -74,8 +74,8 @@ class TemperatureModel:
     slopes
         Bias per kelvin at the reference, one an axis; not identifiable where the degree is zero.
     hystereses
-        Bias while it warms less that while it cools, at equal temperature, one an axis; unknown of a
-        record that does not do both.
+        Bias while it warms less that while it cools, at equal temperature, one an axis; unknown if
+        the record does not do both.
     time_correlation
         Correlation of temperature and time; zero if either stands still.
     step
@@ -258,7 +258,7 @@ class TemperatureModel:
         variance = np.einsum("...p,kpq,...q->...k", rows, self.covariance, rows)
         doubt = self._doubt(T, known)
         sigma = np.sqrt(np.maximum(variance, 0.0) + doubt**2)
-        extrapolated = ~known | (T < self.range[0]) | (T > self.range[1])
+        extrapolated = ~known | (self.range[0] > T) | (self.range[1] < T)
         if self.single:
             value, sigma = value[..., 0], sigma[..., 0]
         return TemperatureBias(value, sigma, extrapolated)
@@ -285,7 +285,7 @@ class TemperatureModel:
         beyond = beyond[..., np.newaxis]
         curved = np.abs(curvature * beyond**2) + np.abs(c[:, 3] * (beyond / KELVINS) ** 3)
         unsure = np.where(known, self.step, self.span)[..., np.newaxis] / np.sqrt(12.0)
-        return np.hypot(curved, slope * unsure)
+        return np.asarray(np.hypot(curved, slope * unsure))
 
     def remove(
         self, z: Log | npt.ArrayLike, temperature: Log | npt.ArrayLike

@@ -103,7 +103,7 @@ def still_samples(rates: Floats, rate: float) -> Booleans:
     variance = _variances(rates[: count * size].reshape(count, size, -1))
     least = np.maximum(_resolution(rates) ** 2 / 12.0, np.finfo(float).tiny)
     variance = np.maximum(variance, least)
-    loud = ~(variance / _floors(variance) < _LOUD).all(axis=1)
+    loud = np.asarray((variance / _floors(variance) >= _LOUD).any(axis=1))
     near = loud.copy()
     near[1:] |= loud[:-1]
     near[:-1] |= loud[1:]

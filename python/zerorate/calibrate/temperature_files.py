@@ -34,8 +34,8 @@ _NAMES: Final = {
     str: "a string",
 }
 _MODEL: Final = (
-    "bias = sum of c_k ((T - reference) / 10)^k, T in degC inside the range; beyond it the tangent, "
-    "one span further at most"
+    "bias = sum of c_k ((T - reference) / 10)^k, T in degC inside the range; beyond it the "
+    "tangent, one span further at most"
 )
 
 _ARDUPILOT_REFERENCE: Final = 35.0
@@ -207,17 +207,17 @@ def to_px4(
     instance : int
         0 to 3: the number in ``TC_G0_X0_0``. Default 0.
     device_id : int, optional
-        ``TC_G0_ID``, the gyro that the parameters are for: the ``device_id`` of its messages. Without
-        it the line is left out, and PX4 uses none of the others until it is set.
+        ``TC_G0_ID``, the gyro that the parameters are for: the ``device_id`` of its messages.
+        Without it the line is left out, and PX4 uses none of the others until it is set.
     force : bool
         Whether to replace an existing file; default no.
 
     Returns
     -------
     str
-        ``TC_G0_X3_0`` to ``TC_G0_X0_2``, rad/s over powers of T - ``TC_G0_TREF``, and the range. PX4
-        subtracts ``X0 + X1 dT + X2 dT^2 + X3 dT^3``, and clamps T at the ends of the range, where
-        `predict` goes on along the tangent.
+        ``TC_G0_X3_0`` to ``TC_G0_X0_2``, rad/s over powers of T - ``TC_G0_TREF``, and the range.
+        PX4 subtracts ``X0 + X1 dT + X2 dT^2 + X3 dT^3``, and clamps T at the ends of the range,
+        where `predict` goes on along the tangent.
 
     Raises
     ------
@@ -270,10 +270,11 @@ def to_ardupilot(
     Returns
     -------
     str
-        ``INS_TCAL1_GYR1_X`` to ``INS_TCAL1_GYR3_Z``, millionths of rad/s over powers of T - 35 degC,
-        the range, and the offsets with the temperature that they belong to, ``INS_GYR1_CALTEMP``:
-        ArduPilot subtracts the offset and the difference of the polynomial between T and that, both
-        clamped to the range. By default it learns new offsets at every start.
+        ``INS_TCAL1_GYR1_X`` to ``INS_TCAL1_GYR3_Z``, millionths of rad/s over powers of
+        T - 35 degC, the range, and the offsets with the temperature that they belong to,
+        ``INS_GYR1_CALTEMP``: ArduPilot subtracts the offset and the difference of the polynomial
+        between T and that, both clamped to the range. By default it learns new offsets at every
+        start.
 
     Raises
     ------

@@ -99,14 +99,14 @@ def _allowed(blocks: Blocks, most: int) -> int:
     if not np.isfinite(temperature).all():
         return 0
     span = np.ptp(temperature)
-    degree = min(most, sum(span >= least for least in SPANS))
+    degree = min(most, sum(bool(span >= least) for least in SPANS))
     return max(min(degree, blocks.count.size - 1 - _LEAST_FREEDOM), 0)
 
 
 def _heating(blocks: Blocks) -> Floats:
-    """Return a half where the temperature rises, minus a half where it falls, at equal temperatures.
+    """Return a half where the temperature rises, minus a half where it falls.
 
-    Zero where it stands still, or where it was not passed both ways.
+    Zero where it stands still, and at temperatures that were not passed both ways.
     """
     temperature, n = blocks.temperature, blocks.count.size
     places = np.arange(n)
@@ -168,7 +168,7 @@ class _Whitened:
     def regression(self, column: int, on: list[int]) -> _Regression:
         """Return the regression of a column on others."""
         A = self.products[:, on][:, :, on]
-        inverse = np.linalg.inv(A)
+        inverse: Floats = np.linalg.inv(A).astype(np.float64)
         slopes = np.einsum("wij,wj->wi", inverse, self.products[:, on, column])
         total = self.products[:, column, column]
         left = total - np.einsum("wi,wi->w", slopes, self.products[:, on, column])

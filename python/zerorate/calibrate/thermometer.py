@@ -52,10 +52,10 @@ def between_steps(time: Floats, temperature: Floats) -> tuple[Floats, float]:
     Notes
     -----
     A thermometer of whole degrees is exact only when it changes: then the temperature is halfway
-    between the two values. Straight lines join these moments. Where it goes back to the value before
-    after a long stay, the middle of that stay has the value itself; a short stay is noise at a
-    boundary, where the temperature stays, too. At the ends the lines go on, ever slower: after as
-    long as the last step took they are at the value itself.
+    between the two values. Straight lines join these moments. Where it goes back to the value
+    before after a long stay, the middle of that stay has the value itself; a short stay is noise
+    at a boundary, where the temperature stays, too. At the ends the lines go on, ever slower: after
+    as long as the last step took they are at the value itself.
     """
     changes = _changes(temperature)
     if changes.size == 0:

@@ -84,10 +84,9 @@ def plot_temperature(model: TemperatureModel) -> Figure:
             axes.set_ylabel(f"bias [{shown.unit}]")
     style_panels(panels)
     if points[0] is not None:
-        place = _LEFT + columns * (width + _BETWEEN) - _BETWEEN + _BAR_GAP
-        bar = figure.add_axes(
-            (place / full_width, _BOTTOM / full_height, _BAR / full_width, height / full_height)
-        )
+        x, y = full_width - _RIGHT + _BAR_GAP, _BOTTOM
+        sides = x / full_width, y / full_height, _BAR / full_width, height / full_height
+        bar = figure.add_axes(sides)
         _write_times(figure, bar, points[0], shown)
     write_caption(figure, full_height, _caption(shown))
     return figure
