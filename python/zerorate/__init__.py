@@ -13,6 +13,7 @@ from zerorate import units
 from zerorate._native import (
     AllanNoise,
     DriftFilter,
+    ImuCorrector,
     RecursiveLeastSquares,
     RestDetector,
     StreamingAllan,
@@ -20,7 +21,7 @@ from zerorate._native import (
     WaveletDenoiser,
     __version__,
 )
-from zerorate.calibrate import Calibration, CalibrationError, calibrate, find_rests
+from zerorate.calibrate import CalibrationError, calibrate
 from zerorate.denoise import Denoised, denoise
 from zerorate.io import (
     Log,
@@ -50,6 +51,7 @@ from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
+    from zerorate.calibrate import Calibration, find_rests
     from zerorate.calibrate.angle import Integrated, integrate
     from zerorate.calibrate.comparison import (
         CalibrationComparison,
@@ -58,6 +60,7 @@ if TYPE_CHECKING:
     )
     from zerorate.calibrate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibrate.reference import FittedRate, fit_rate
+    from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
     from zerorate.simulate.session import (
         AccelErrors,
         GyroErrors,
@@ -82,6 +85,7 @@ __all__ = [
     "FittedModel",
     "FittedRate",
     "GyroErrors",
+    "ImuCorrector",
     "Integrated",
     "Log",
     "LogError",
@@ -96,6 +100,8 @@ __all__ = [
     "SimulatedSession",
     "Sinusoid",
     "StreamingAllan",
+    "TemperatureBias",
+    "TemperatureModel",
     "Trace",
     "WaveletDenoiser",
     "__version__",
@@ -132,6 +138,7 @@ _LATER = {
     "live": "live",
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
+    "Calibration": "calibrate.calibration",
     "CalibrationComparison": "calibrate.comparison",
     "FittedRate": "calibrate.reference",
     "GyroErrors": "simulate.session",
@@ -140,7 +147,10 @@ _LATER = {
     "RateTable": "calibrate.rate_table",
     "RateTableAxis": "calibrate.rate_table",
     "SimulatedSession": "simulate.session",
+    "TemperatureBias": "calibrate.temperature",
+    "TemperatureModel": "calibrate.temperature",
     "calibrate_rate_table": "calibrate.rate_table",
+    "find_rests": "calibrate.rests",
     "compare_calibrations": "calibrate.comparison",
     "fit_rate": "calibrate.reference",
     "integrate": "calibrate.angle",
