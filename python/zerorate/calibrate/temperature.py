@@ -30,6 +30,8 @@ _REFERENCE: Final = 25.0
 _TOGETHER: Final = 0.95
 """Correlation of temperature and time from which they cannot be told apart."""
 
+_FEWEST: Final = 4
+_LARGEST: Final = 1e150
 _CERTAIN: Final = 3.0
 _ONE_SIDED_95: Final = 1.6448536269514722
 
@@ -169,10 +171,10 @@ class TemperatureModel:
         if not (isinstance(max_degree, int) and 0 <= max_degree <= DEGREES):
             raise ValueError(f"max_degree must be a whole number from 0 to 3, got {max_degree!r}")
         blocks = blocks_of(record.rates, record.temperature, record.rate, record.rests)
-        if not blocks.count.size:
+        if blocks.count.size < _FEWEST:
             raise ValueError(
-                "a temperature model needs seconds at rest, and of "
-                f"{len(record.rates) / record.rate:g} s there are none"
+                f"a temperature model needs {_FEWEST} means of samples at rest, and "
+                f"{len(record.rates) / record.rate:g} s have {blocks.count.size}"
             )
         low, high = _range(blocks.temperature)
         reference = 0.5 * (low + high)
@@ -192,6 +194,7 @@ class TemperatureModel:
             blocks=blocks,
             single=record.single,
         )
+        model = model.scaled(record.factor)
         return replace(model, notes=tuple(_notes(model, blocks)))
 
     @property
@@ -329,7 +332,7 @@ class TemperatureModel:
             slopes=tuple(one.scaled(factor) for one in self.slopes),
             hystereses=tuple(one.scaled(factor) for one in self.hystereses),
             unit=self.unit if unit is None else unit,
-            blocks=None if blocks is None else replace(blocks, bias=blocks.bias * factor),
+            blocks=None if blocks is None else blocks.scaled(factor),
         )
 
     to_json = files.to_json
@@ -380,7 +383,10 @@ class TemperatureModel:
 
 
 class _Record(NamedTuple):
-    """Rates (n, k), their temperature (n,), and what is known of both."""
+    """Rates (n, k), their temperature (n,), and what is known of both.
+
+    Rates are in a unit of `factor`, near their largest, so that their squares are numbers.
+    """
 
     rates: Floats
     temperature: Floats
@@ -390,6 +396,7 @@ class _Record(NamedTuple):
     unit: str
     single: bool
     step: float
+    factor: float
 
     @classmethod
     def of(
@@ -409,12 +416,18 @@ class _Record(NamedTuple):
             raise ValueError("rate is needed where z is an array: samples a second, Hz")
         single = data.ndim == 1 or (isinstance(z, Log) and data.shape[1] == 1)
         rates = data.reshape(len(data), -1)
-        rates = np.where(np.isfinite(rates), rates, np.nan)
+        largest = np.max(np.abs(rates), where=np.isfinite(rates), initial=0.0)
+        if largest > _LARGEST:
+            raise ValueError(f"z must be within {_LARGEST:g}, got {largest:g}")
+        factor = 2.0 ** np.round(np.log2(max(largest, 1.0 / _LARGEST)))
+        rates = np.where(np.isfinite(rates), rates, np.nan) / factor
         rate = checked_rate(rate)
         known, step = _temperatures(z, temperature, len(rates), rate)
         names = z.names if isinstance(z, Log) else _names(rates.shape[1])
         unit = (z.unit if isinstance(z, Log) else "unit") if unit is None else unit
-        return cls(rates, known, rate, _mask(rests, len(rates)), names, unit, single, step)
+        return cls(
+            rates, known, rate, _mask(rests, len(rates)), names, unit, single, step, float(factor)
+        )
 
 
 def _names(axes: int) -> tuple[str, ...]:
