@@ -80,7 +80,7 @@ def assembled(case: Case, prior: Prior, solution: Solution, problems: Sequence[s
         used,
         (errors.norms, errors.misses),
     )
-    unused = [turn.reason for turn in turns if not turn.used]
+    unused = [turn.reason.partition(":")[0] for turn in turns if not turn.used]
     notes = (*case.notes, *_on_g(solution))
     return Calibration(
         values=_values(case, solution),

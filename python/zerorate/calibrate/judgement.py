@@ -11,6 +11,7 @@ import numpy as np
 from zerorate.calibrate.calibration import Rest, Turn
 from zerorate.calibrate.joint_fit import LOWER, Fit, Prior
 from zerorate.calibrate.parameters import PARAMETERS
+from zerorate.calibrate.turns import GAP, LONG, SATURATED
 from zerorate.types import Booleans, Floats
 
 __all__ = ["advice_on", "handedness", "problems_of"]
@@ -26,13 +27,18 @@ _MOST_OUTLIERS: Final = 1 / 3
 _WEAK_NORM: Final = 5e-3
 """Standard error of |f|/g in a pose beyond which that pose is asked for."""
 
-_WEAK_TURN: Final = 5e-3
+_WEAK_TURN: Final = 10e-3
 """Standard error of a turn by a right angle, rad, likewise."""
 
 _SHORT_REST: Final = 3.0
 _FEW_POSES: Final = 12
 _LONG_TURN: Final = 170 * _DEG
 _ADDED_SIGMA: Final = 1e-3
+_ON_UNUSED: Final = {
+    SATURATED: "turn more slowly: the gyro reached the end of its range",
+    GAP: "record without gaps: turns with missing samples were left out",
+    LONG: "turn within a few seconds: longer turns were left out",
+}
 _ALIKE: Final = 60 * _DEG
 _ALONG: Final = 0.95
 
@@ -42,8 +48,8 @@ def handedness(axes: Floats) -> str:
     named = ", ".join(_signed(row) for row in axes)
     if np.linalg.det(axes) < 0:
         return (
-            "the gyro's axes are left-handed; one sign is wrong: it follows gravity if "
-            f"({named}) is taken for its (x, y, z)"
+            "the gyro's axes are left-handed; one sign is wrong, or two axes are exchanged: it "
+            f"follows gravity if ({named}) is taken for its (x, y, z)"
         )
     return (
         "the gyro's axes are not those of the accelerometer: it follows gravity if "
@@ -155,7 +161,7 @@ def advice_on(
     rests, turns
         All of them.
     unused
-        Why turns were not used.
+        Why turns were not used: kinds of reasons.
     """
     used = [rest for rest in rests if rest.used]
     found = [f"hold {pose} up for five seconds" for pose in _poses(fit)]
@@ -165,12 +171,7 @@ def advice_on(
     ]
     if len(used) < _FEW_POSES:
         found.append(f"rest in {_FEW_POSES} poses or more, each of another direction")
-    if any("end of the gyro's range" in reason for reason in unused):
-        found.append("turn more slowly: the gyro reached the end of its range")
-    if any("missing" in reason for reason in unused):
-        found.append("record without gaps: turns with missing samples were left out")
-    if any(" s long" in reason for reason in unused):
-        found.append("turn within a few seconds: longer turns were left out")
+    found += [text for kind, text in _ON_UNUSED.items() if kind in unused]
     if any(rest.reason for rest in rests):
         found.append("lay the sensor down at rests: it moved in some")
     if np.median([rest.stop - rest.start for rest in used]) < _SHORT_REST:
