@@ -98,7 +98,7 @@ class TemperatureModel:
     >>> z = 0.5 + 0.03 * (temperature - 25.0) + 0.05 * rng.standard_normal(18_000)
     >>> model = TemperatureModel.fit(z, temperature, rate=10.0)
     >>> model.degree, model.slope
-    (1, Coefficient(0.03 ± 3.5e-05))
+    (1, Coefficient(0.03008 ± 0.0002))
     >>> value, sigma, extrapolated = model.predict(45.0)
     >>> round(float(value), 2), bool(extrapolated)
     (1.1, True)
@@ -186,7 +186,7 @@ class TemperatureModel:
             reference=reference,
             range=(low, high),
             slopes=tuple(_slope(axis) for axis in axes),
-            hystereses=tuple(_hysteresis(axis) for axis in axes),
+            hystereses=tuple(_hysteresis(axis, record.step) for axis in axes),
             time_correlation=_correlation(blocks.time, blocks.temperature),
             step=record.step,
             names=record.names,
@@ -257,8 +257,8 @@ class TemperatureModel:
         known = np.isfinite(asked)
         T = np.where(known, asked, self.reference)
         rows = self._rows(T)
-        value = np.einsum("...p,kp->...k", rows, self.coefficients)
-        variance = np.einsum("...p,kpq,...q->...k", rows, self.covariance, rows)
+        value = rows @ self.coefficients.T
+        variance = np.stack([((rows @ P) * rows).sum(axis=-1) for P in self.covariance], axis=-1)
         doubt = self._doubt(T, known)
         sigma = np.sqrt(np.maximum(variance, 0.0) + doubt**2)
         extrapolated = ~known | (self.range[0] > T) | (self.range[1] < T)
@@ -269,9 +269,12 @@ class TemperatureModel:
     def _rows(self, T: Floats) -> Floats:
         """Return what the coefficients are multiplied by: powers, or their tangent."""
         inside, beyond = self._parts(T)
-        x = (inside - self.reference) / KELVINS
-        by = np.stack([np.zeros_like(x), np.ones_like(x), 2.0 * x, 3.0 * x**2], axis=-1)
-        return powers(inside, self.reference) + by * (beyond / KELVINS)[..., np.newaxis]
+        rows = powers(inside, self.reference)
+        if beyond.any():
+            x = (inside - self.reference) / KELVINS
+            by = np.stack([np.zeros_like(x), np.ones_like(x), 2.0 * x, 3.0 * x**2], axis=-1)
+            rows = rows + by * (beyond / KELVINS)[..., np.newaxis]
+        return rows
 
     def _parts(self, T: Floats) -> tuple[Floats, Floats]:
         """Return the nearest temperature of the range, and how far the tangent goes from there."""
@@ -300,7 +303,8 @@ class TemperatureModel:
         z : Log, or array_like of shape (n,) or (n, k)
             Output of the gyro, in the unit of the model.
         temperature : Log, or array_like of shape (n,)
-            As of `fit`: missing values are held, and the steps of a coarse thermometer smoothed.
+            As of `fit`: missing values are held, and the steps of a coarse thermometer smoothed. If
+            all are missing, what is taken off is the bias in the middle of the range.
 
         Returns
         -------
@@ -318,8 +322,10 @@ class TemperatureModel:
         if data.shape[1:] not in ({(self.axes,), ()} if self.axes == 1 else {(self.axes,)}):
             raise ValueError(f"z must have {self.axes} axes as the model has, got {data.shape}")
         T, _ = _temperatures(z, temperature, len(data), 1.0 if self.step else None)
-        bias = self.predict(T).value
-        cleaned = data - bias.reshape(data.shape)
+        if not np.isfinite(T).all():
+            T = np.full(len(data), self.reference)
+        # The errors, which nobody asks for here, take longer than the bias.
+        cleaned = data - (self._rows(T) @ self.coefficients.T).reshape(data.shape)
         return z.with_data(cleaned) if isinstance(z, Log) else cleaned
 
     def scaled(self, factor: float, unit: str | None = None) -> Self:
@@ -505,10 +511,12 @@ def _slope(axis: Fit) -> Coefficient:
     return Coefficient(0.0, axis.slope_sigma, False, bound)
 
 
-def _hysteresis(axis: Fit) -> Coefficient:
+def _hysteresis(axis: Fit, step: float) -> Coefficient:
+    """Return it with the error that a coarse thermometer adds: it turns between two steps."""
     if not np.isfinite(axis.hysteresis_sigma):
         return NOTHING_KNOWN
-    return Coefficient(axis.hysteresis, axis.hysteresis_sigma)
+    unsure = abs(axis.slope) * step / np.sqrt(12.0)
+    return Coefficient(axis.hysteresis, float(np.hypot(axis.hysteresis_sigma, unsure)))
 
 
 def _notes(model: TemperatureModel, blocks: Blocks) -> Sequence[str]:

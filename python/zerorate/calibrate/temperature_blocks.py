@@ -24,6 +24,9 @@ _WINDOW: Final = 0.5
 _LOUD: Final = 5.0
 """A window whose variance is so many times that of rest is none."""
 
+_AT_ONCE: Final = 100_000
+"""Samples whose variances are computed at once: a long record needs no memory beside its own."""
+
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -118,7 +121,10 @@ def still_samples(rates: Floats, rate: float) -> Booleans:
     count = n // size
     if count < 3:
         return np.ones(n, dtype=bool)
-    variance, full = _variances(rates[: count * size].reshape(count, size, -1))
+    windows = rates[: count * size].reshape(count, size, -1)
+    some = max(_AT_ONCE // size, 1)
+    parts = [_variances(windows[i : i + some]) for i in range(0, count, some)]
+    variance, full = (np.concatenate(part) for part in zip(*parts, strict=True))
     if not full.any():
         return np.zeros(n, dtype=bool)
     variance = np.maximum(variance, np.maximum(_resolution(rates) ** 2 / 12.0, _TINY))

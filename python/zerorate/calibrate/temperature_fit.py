@@ -71,7 +71,8 @@ class Fit(NamedTuple):
 def powers(temperature: Floats, reference: float) -> Floats:
     """Return 1, x, x^2, x^3 of temperatures, in tens of kelvins from the reference, last axis."""
     x = (np.asarray(temperature) - reference) / KELVINS
-    return np.stack([x**k for k in range(DEGREES + 1)], axis=-1)
+    square = x * x
+    return np.stack([np.ones_like(x), x, square, square * x], axis=-1)
 
 
 def fitted(blocks: Blocks, reference: float, max_degree: int) -> list[Fit]:
@@ -121,7 +122,7 @@ def _heating(blocks: Blocks) -> Floats:
     span = np.ptp(temperature)
     sign = np.where(np.abs(change) > _MOVES * span, np.sign(change), 0.0)
     up, down = temperature[sign > 0.0], temperature[sign < 0.0]
-    if not (up.size and down.size):
+    if not (up.size and down.size) or span < SPANS[0]:
         return np.zeros(n)
     both = min(up.max(), down.max()) - max(up.min(), down.min())
     return np.asarray(0.5 * sign) if both > 0.5 * span else np.zeros(n)
