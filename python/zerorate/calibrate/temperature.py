@@ -30,6 +30,8 @@ _REFERENCE: Final = 25.0
 _TOGETHER: Final = 0.95
 """Correlation of temperature and time from which they cannot be told apart."""
 
+_FEWEST: Final = 4
+_LARGEST: Final = 1e150
 _CERTAIN: Final = 3.0
 _ONE_SIDED_95: Final = 1.6448536269514722
 
@@ -96,7 +98,7 @@ class TemperatureModel:
     >>> z = 0.5 + 0.03 * (temperature - 25.0) + 0.05 * rng.standard_normal(18_000)
     >>> model = TemperatureModel.fit(z, temperature, rate=10.0)
     >>> model.degree, model.slope
-    (1, Coefficient(0.03 ± 3.5e-05))
+    (1, Coefficient(0.03008 ± 0.0002))
     >>> value, sigma, extrapolated = model.predict(45.0)
     >>> round(float(value), 2), bool(extrapolated)
     (1.1, True)
@@ -169,10 +171,10 @@ class TemperatureModel:
         if not (isinstance(max_degree, int) and 0 <= max_degree <= DEGREES):
             raise ValueError(f"max_degree must be a whole number from 0 to 3, got {max_degree!r}")
         blocks = blocks_of(record.rates, record.temperature, record.rate, record.rests)
-        if not blocks.count.size:
+        if blocks.count.size < _FEWEST:
             raise ValueError(
-                "a temperature model needs seconds at rest, and of "
-                f"{len(record.rates) / record.rate:g} s there are none"
+                f"a temperature model needs {_FEWEST} means of samples at rest, and "
+                f"{len(record.rates) / record.rate:g} s have {blocks.count.size}"
             )
         low, high = _range(blocks.temperature)
         reference = 0.5 * (low + high)
@@ -184,7 +186,7 @@ class TemperatureModel:
             reference=reference,
             range=(low, high),
             slopes=tuple(_slope(axis) for axis in axes),
-            hystereses=tuple(_hysteresis(axis) for axis in axes),
+            hystereses=tuple(_hysteresis(axis, record.step) for axis in axes),
             time_correlation=_correlation(blocks.time, blocks.temperature),
             step=record.step,
             names=record.names,
@@ -192,6 +194,7 @@ class TemperatureModel:
             blocks=blocks,
             single=record.single,
         )
+        model = model.scaled(record.factor)
         return replace(model, notes=tuple(_notes(model, blocks)))
 
     @property
@@ -254,8 +257,8 @@ class TemperatureModel:
         known = np.isfinite(asked)
         T = np.where(known, asked, self.reference)
         rows = self._rows(T)
-        value = np.einsum("...p,kp->...k", rows, self.coefficients)
-        variance = np.einsum("...p,kpq,...q->...k", rows, self.covariance, rows)
+        value = rows @ self.coefficients.T
+        variance = np.stack([((rows @ P) * rows).sum(axis=-1) for P in self.covariance], axis=-1)
         doubt = self._doubt(T, known)
         sigma = np.sqrt(np.maximum(variance, 0.0) + doubt**2)
         extrapolated = ~known | (self.range[0] > T) | (self.range[1] < T)
@@ -266,9 +269,12 @@ class TemperatureModel:
     def _rows(self, T: Floats) -> Floats:
         """Return what the coefficients are multiplied by: powers, or their tangent."""
         inside, beyond = self._parts(T)
-        x = (inside - self.reference) / KELVINS
-        by = np.stack([np.zeros_like(x), np.ones_like(x), 2.0 * x, 3.0 * x**2], axis=-1)
-        return powers(inside, self.reference) + by * (beyond / KELVINS)[..., np.newaxis]
+        rows = powers(inside, self.reference)
+        if beyond.any():
+            x = (inside - self.reference) / KELVINS
+            by = np.stack([np.zeros_like(x), np.ones_like(x), 2.0 * x, 3.0 * x**2], axis=-1)
+            rows = rows + by * (beyond / KELVINS)[..., np.newaxis]
+        return rows
 
     def _parts(self, T: Floats) -> tuple[Floats, Floats]:
         """Return the nearest temperature of the range, and how far the tangent goes from there."""
@@ -297,7 +303,8 @@ class TemperatureModel:
         z : Log, or array_like of shape (n,) or (n, k)
             Output of the gyro, in the unit of the model.
         temperature : Log, or array_like of shape (n,)
-            As of `fit`: missing values are held, and the steps of a coarse thermometer smoothed.
+            As of `fit`: missing values are held, and the steps of a coarse thermometer smoothed. If
+            all are missing, what is taken off is the bias in the middle of the range.
 
         Returns
         -------
@@ -315,8 +322,10 @@ class TemperatureModel:
         if data.shape[1:] not in ({(self.axes,), ()} if self.axes == 1 else {(self.axes,)}):
             raise ValueError(f"z must have {self.axes} axes as the model has, got {data.shape}")
         T, _ = _temperatures(z, temperature, len(data), 1.0 if self.step else None)
-        bias = self.predict(T).value
-        cleaned = data - bias.reshape(data.shape)
+        if not np.isfinite(T).all():
+            T = np.full(len(data), self.reference)
+        # The errors, which nobody asks for here, take longer than the bias.
+        cleaned = data - (self._rows(T) @ self.coefficients.T).reshape(data.shape)
         return z.with_data(cleaned) if isinstance(z, Log) else cleaned
 
     def scaled(self, factor: float, unit: str | None = None) -> Self:
@@ -329,7 +338,7 @@ class TemperatureModel:
             slopes=tuple(one.scaled(factor) for one in self.slopes),
             hystereses=tuple(one.scaled(factor) for one in self.hystereses),
             unit=self.unit if unit is None else unit,
-            blocks=None if blocks is None else replace(blocks, bias=blocks.bias * factor),
+            blocks=None if blocks is None else blocks.scaled(factor),
         )
 
     to_json = files.to_json
@@ -380,7 +389,10 @@ class TemperatureModel:
 
 
 class _Record(NamedTuple):
-    """Rates (n, k), their temperature (n,), and what is known of both."""
+    """Rates (n, k), their temperature (n,), and what is known of both.
+
+    Rates are in a unit of `factor`, near their largest, so that their squares are numbers.
+    """
 
     rates: Floats
     temperature: Floats
@@ -390,6 +402,7 @@ class _Record(NamedTuple):
     unit: str
     single: bool
     step: float
+    factor: float
 
     @classmethod
     def of(
@@ -409,12 +422,18 @@ class _Record(NamedTuple):
             raise ValueError("rate is needed where z is an array: samples a second, Hz")
         single = data.ndim == 1 or (isinstance(z, Log) and data.shape[1] == 1)
         rates = data.reshape(len(data), -1)
-        rates = np.where(np.isfinite(rates), rates, np.nan)
+        largest = np.max(np.abs(rates), where=np.isfinite(rates), initial=0.0)
+        if largest > _LARGEST:
+            raise ValueError(f"z must be within {_LARGEST:g}, got {largest:g}")
+        factor = 2.0 ** np.round(np.log2(max(largest, 1.0 / _LARGEST)))
+        rates = np.where(np.isfinite(rates), rates, np.nan) / factor
         rate = checked_rate(rate)
         known, step = _temperatures(z, temperature, len(rates), rate)
         names = z.names if isinstance(z, Log) else _names(rates.shape[1])
         unit = (z.unit if isinstance(z, Log) else "unit") if unit is None else unit
-        return cls(rates, known, rate, _mask(rests, len(rates)), names, unit, single, step)
+        return cls(
+            rates, known, rate, _mask(rests, len(rates)), names, unit, single, step, float(factor)
+        )
 
 
 def _names(axes: int) -> tuple[str, ...]:
@@ -492,10 +511,12 @@ def _slope(axis: Fit) -> Coefficient:
     return Coefficient(0.0, axis.slope_sigma, False, bound)
 
 
-def _hysteresis(axis: Fit) -> Coefficient:
+def _hysteresis(axis: Fit, step: float) -> Coefficient:
+    """Return it with the error that a coarse thermometer adds: it turns between two steps."""
     if not np.isfinite(axis.hysteresis_sigma):
         return NOTHING_KNOWN
-    return Coefficient(axis.hysteresis, axis.hysteresis_sigma)
+    unsure = abs(axis.slope) * step / np.sqrt(12.0)
+    return Coefficient(axis.hysteresis, float(np.hypot(axis.hysteresis_sigma, unsure)))
 
 
 def _notes(model: TemperatureModel, blocks: Blocks) -> Sequence[str]:

@@ -20,6 +20,12 @@ DEGREES: Final = 3
 SPANS: Final = (1.0, 8.0, 15.0)
 """Kelvins from which a record may determine a straight line, a parabola, a cubic."""
 
+_BESIDE: Final = 6
+"""Blocks before and after one that tell whether the temperature rises."""
+
+_MOVES: Final = 0.02
+"""Part of the span by which it then changes."""
+
 _LEAST_FREEDOM: Final = 3
 _BETTER: Final = 2.0
 """By how much the criterion must fall for a higher degree."""
@@ -65,7 +71,8 @@ class Fit(NamedTuple):
 def powers(temperature: Floats, reference: float) -> Floats:
     """Return 1, x, x^2, x^3 of temperatures, in tens of kelvins from the reference, last axis."""
     x = (np.asarray(temperature) - reference) / KELVINS
-    return np.stack([x**k for k in range(DEGREES + 1)], axis=-1)
+    square = x * x
+    return np.stack([np.ones_like(x), x, square, square * x], axis=-1)
 
 
 def fitted(blocks: Blocks, reference: float, max_degree: int) -> list[Fit]:
@@ -84,13 +91,13 @@ def fitted(blocks: Blocks, reference: float, max_degree: int) -> list[Fit]:
     if not blocks.count.size:
         return []
     powers_of = powers(np.nan_to_num(blocks.temperature), reference)[:, 1:]
-    heating = _heating(blocks)
-    columns = np.column_stack([powers_of, heating, blocks.bias])
+    columns = np.column_stack([powers_of, _heating(blocks), blocks.bias])
+    # Between warming and cooling nobody knows which it is.
+    moving = columns[:, DEGREES] != 0.0
     whitened = _Whitened.of(columns, blocks)
+    both = _Whitened.of(columns[moving], blocks.only(moving)) if moving.any() else None
     allowed = _allowed(blocks, max_degree)
-    both = bool(heating.min() < 0.0 < heating.max())
-    axes = range(DEGREES + 1, columns.shape[1])
-    return [_axis(whitened, column, allowed, both) for column in axes]
+    return [_axis(whitened, both, i, allowed) for i in range(DEGREES + 1, columns.shape[1])]
 
 
 def _allowed(blocks: Blocks, most: int) -> int:
@@ -104,20 +111,21 @@ def _allowed(blocks: Blocks, most: int) -> int:
 
 
 def _heating(blocks: Blocks) -> Floats:
-    """Return a half where the temperature rises, minus a half where it falls.
+    """Return a half where the temperature rises, minus a half where it falls, zero elsewhere.
 
-    Zero where it stands still, and at temperatures that were not passed both ways.
+    Zero throughout if it does not pass half of its range both ways.
     """
     temperature, n = blocks.temperature, blocks.count.size
     places = np.arange(n)
-    before, after = np.maximum(places - 6, 0), np.minimum(places + 6, n - 1)
+    before, after = np.maximum(places - _BESIDE, 0), np.minimum(places + _BESIDE, n - 1)
     change = temperature[after] - temperature[before]
-    sign = np.where(np.abs(change) > 0.02 * np.ptp(temperature), np.sign(change), 0.0)
+    span = np.ptp(temperature)
+    sign = np.where(np.abs(change) > _MOVES * span, np.sign(change), 0.0)
     up, down = temperature[sign > 0.0], temperature[sign < 0.0]
-    if not (up.size and down.size):
+    if not (up.size and down.size) or span < SPANS[0]:
         return np.zeros(n)
-    low, high = max(up.min(), down.min()), min(up.max(), down.max())
-    return np.asarray(0.5 * sign * ((temperature >= low) & (temperature <= high)))
+    both = min(up.max(), down.max()) - max(up.min(), down.min())
+    return np.asarray(0.5 * sign) if both > 0.5 * span else np.zeros(n)
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +241,7 @@ class _Regression(NamedTuple):
         return spread
 
 
-def _axis(whitened: _Whitened, column: int, allowed: int, both: bool) -> Fit:
+def _axis(whitened: _Whitened, both: _Whitened | None, column: int, allowed: int) -> Fit:
     found = list(_regressions(whitened, column, allowed))
     degree = 0
     for higher in range(1, len(found)):
@@ -242,24 +250,27 @@ def _axis(whitened: _Whitened, column: int, allowed: int, both: bool) -> Fit:
     mean, covariance = found[degree].average()
     coefficients, spread = np.zeros(DEGREES + 1), np.zeros((DEGREES + 1, DEGREES + 1))
     coefficients[: degree + 1], spread[: degree + 1, : degree + 1] = mean, covariance
-    slope, slope_sigma = _second(found, max(degree, 1))
-    on = [*range(degree), DEGREES]
-    hysteresis, hysteresis_sigma = 0.0, np.inf
-    if both and whitened.freedom - len(on) >= _LEAST_FREEDOM and whitened.is_regular(on):
-        mean, covariance = whitened.regression(column, on).average()
-        hysteresis, hysteresis_sigma = float(mean[-1]), float(np.sqrt(covariance[-1, -1]))
+    slope, slope_sigma = _slope(found, max(degree, 1))
     return Fit(
         degree,
         coefficients,
         spread,
         slope / KELVINS,
         slope_sigma / KELVINS,
-        hysteresis,
-        hysteresis_sigma,
+        *_hysteresis(both, column, degree),
     )
 
 
-def _second(found: list[_Regression], degree: int) -> tuple[float, float]:
+def _hysteresis(both: _Whitened | None, column: int, degree: int) -> tuple[float, float]:
+    """Return by how much warming differs from cooling, and its error, infinite if none shows it."""
+    on = [*range(degree), DEGREES]
+    if both is None or both.freedom - len(on) < _LEAST_FREEDOM or not both.is_regular(on):
+        return 0.0, np.inf
+    mean, covariance = both.regression(column, on).average()
+    return float(mean[-1]), float(np.sqrt(covariance[-1, -1]))
+
+
+def _slope(found: list[_Regression], degree: int) -> tuple[float, float]:
     """Return the slope of a degree and its error, infinite if there is no such degree."""
     if degree >= len(found):
         return 0.0, np.inf

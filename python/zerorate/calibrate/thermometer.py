@@ -16,6 +16,8 @@ _COARSE: Final = 5.0
 _LARGEST: Final = 2.0
 """Kelvins: a larger step is one of the temperature, not of a thermometer."""
 
+_KELVINS: Final = 1e4
+
 _ROUNDING: Final = 1e-9
 """Part of the largest value: below it a change is none."""
 
@@ -23,9 +25,9 @@ _ROUNDING: Final = 1e-9
 def held(temperature: Floats) -> Floats:
     """Return temperatures in which a missing one is the last before it, or the first of all.
 
-    All are missing still if none is there.
+    What no thermometer shows, 1e4 degC and more, is missing; NaN throughout if none is there.
     """
-    there = np.isfinite(temperature)
+    there = np.abs(temperature) <= _KELVINS
     if there.all() or not there.any():
         return np.where(there, temperature, np.nan)
     last = np.maximum.accumulate(np.where(there, np.arange(temperature.size), -1))
