@@ -13,10 +13,11 @@ import numpy.typing as npt
 
 import zerorate as zr
 from tables import table
+from zerorate.calibrate import Turn
 from zerorate.calibrate.calibration import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
 from zerorate.show import save_figure
 from zerorate.show.calibration_panels import draw_poses
-from zerorate.show.style import FONT, new_figure, style_panels
+from zerorate.show.style import FONT, new_figure
 
 Floats = npt.NDArray[np.float64]
 
@@ -98,8 +99,8 @@ def poses() -> None:
     # The third row of the matrix of a quaternion: up in the axes of the body.
     below = 1.0 - 2.0 * (up[:, 1] ** 2 + up[:, 2] ** 2) < -0.2
     gap = zr.simulate_session(up[~below], seed=4)
-    figure = new_figure(170.0, 95.0)
-    panels = figure.subplots(2, 1)
+    figure = new_figure(170.0, 52.0)
+    panels = figure.subplots(1, 2)
     named = {"twenty poses": good, "without the poses that have −z up": gap}
     for axes, (name, session) in zip(panels, named.items(), strict=True):
         draw_poses(axes, zr.calibrate(session.recording, gravity=9.80665))
@@ -166,7 +167,7 @@ def angles(recordings: Path) -> None:
     print(table(title, ("gyro", "deg", "% of the angle"), rows, markdown=True))
 
 
-def _angle(rates: Floats, rate: float, whole: zr.Calibration, turn: zr.Turn) -> float:
+def _angle(rates: Floats, rate: float, whole: zr.Calibration, turn: Turn) -> float:
     """Return the angle between the orientations before and after a turn."""
     before, after = (whole.rests[place] for place in turn.rests)
     still = [rates[rest.first : rest.last].mean(axis=0) for rest in (before, after)]

@@ -45,10 +45,18 @@ _Flags: TypeAlias = npt.NDArray[np.bool_]
 # annotation does not say.
 _Number = TypeVar("_Number", default=Any)
 _Flag = TypeVar("_Flag", default=Any)
+# An array, or two for gyro and accelerometer.
+_Corrected = TypeVar("_Corrected", default=Any)
+
+class _TemperatureCurve(TypedDict):
+    reference: float
+    range: Sequence[float]
+    coefficients: npt.ArrayLike
 
 __all__ = [
     "AllanNoise",
     "DriftFilter",
+    "ImuCorrector",
     "RecursiveLeastSquares",
     "ReplayScores",
     "RestDetector",
@@ -62,12 +70,14 @@ __all__ = [
     "arma_likelihood",
     "arma_residuals",
     "autoregression_variances",
+    "carry_turns",
     "chi_squared_quantile",
     "chi_squared_survival",
     "denoise",
     "exponential_mean",
     "filter_options",
     "fit_autoregression",
+    "integrate_rates",
     "lagged_products",
     "log_normal_cdf",
     "longest_factor",
@@ -1018,6 +1028,140 @@ class StreamingAllan:
     @property
     def hadamard_terms(self) -> _Counts:
         """Number of differences in each element of ``hadamard_deviation``, int64."""
+
+@final
+class ImuCorrector(Generic[_Corrected]):
+    """Gyro and accelerometer without scale error, misalignment, bias and g-sensitivity, while samples
+    arrive or at once.
+
+    ``force = accel_matrix @ (accel - accel_bias)`` and ``rate = gyro_matrix @ (gyro - gyro_bias -
+    g_sensitivity @ force)``: the matrices are the inverses of what the sensors make of their input.
+    ``Calibration.corrector()`` makes one. Nothing here has a unit but what is given.
+
+    A sample has three numbers (the gyro), six (and the accelerometer) or seven (and the temperature,
+    degC). Where an axis of the gyro is missing its three rates are NaN, where one of the
+    accelerometer is its three forces are; the gyro is then corrected with the last force known, zero
+    before the first. With the temperature missing the last one holds; before the first the bias is
+    ``gyro_bias``. One object serves one thread at a time.
+
+    Parameters
+    ----------
+    gyro_matrix : array_like, shape (3, 3)
+        From the raw gyro, less its bias, to the rate.
+    gyro_bias : array_like, shape (3,)
+        Output of the gyro without input, raw unit, where no temperature is known.
+    accel_matrix, accel_bias : array_like, shape (3, 3) and (3,), optional
+        Likewise of the accelerometer; by default it is left as it is.
+    g_sensitivity : array_like, shape (3, 3), optional
+        What a force adds to the gyro, raw unit of the gyro per unit of the corrected force; by
+        default nothing.
+    temperature : dict, optional
+        The gyro's bias over temperature: ``"coefficients"``, shape (3, 1) to (3, 4), are c_0, c_1, …
+        of each axis in ``sum(c_k * ((T - reference) / 10)**k)``; ``"reference"`` is a temperature,
+        ``"range"`` the least and the highest that the curve was learned at. Beyond them it goes on
+        along its tangent for as much as the range is long, and stays.
+    inputs : {3, 6, 7}, optional
+        Numbers in a sample; by default what the other arguments need. With 7 and without
+        ``temperature`` the last one is not used.
+    channels : int, optional
+        Sensors side by side, all corrected alike; ``None`` is a single one.
+
+    Raises
+    ------
+    ValueError
+        An array of another shape, a number that is not finite or beyond 1e50, or an argument that
+        samples of so many numbers have no use for.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> corrector = zr.ImuCorrector(np.eye(3) / 1.02, [0.1, 0.0, -0.1])
+    >>> corrector.update([1.12, 0.0, -0.1]).round(6).tolist()
+    [1.0, 0.0, 0.0]
+    >>> both = zr.ImuCorrector(np.eye(3), np.zeros(3), g_sensitivity=0.1 * np.eye(3))
+    >>> gyro, accel = both.process([[0.0, 0.0, 0.1, 0.0, 0.0, 1.0]])
+    >>> gyro.tolist(), accel.tolist()
+    ([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]])
+    """
+
+    @overload
+    def __new__(
+        cls,
+        gyro_matrix: npt.ArrayLike,
+        gyro_bias: npt.ArrayLike,
+        *,
+        inputs: Literal[3] | None = None,
+        channels: int | None = None,
+    ) -> ImuCorrector[_Floats]: ...
+    @overload
+    def __new__(
+        cls,
+        gyro_matrix: npt.ArrayLike,
+        gyro_bias: npt.ArrayLike,
+        *,
+        accel_matrix: npt.ArrayLike | None = None,
+        accel_bias: npt.ArrayLike | None = None,
+        g_sensitivity: npt.ArrayLike | None = None,
+        temperature: _TemperatureCurve | None = None,
+        inputs: Literal[6, 7] | None = None,
+        channels: int | None = None,
+    ) -> ImuCorrector[tuple[_Floats, _Floats]]: ...
+    def update(self, z: npt.ArrayLike) -> _Corrected:
+        """Takes one sample, returns the corrected one: (3,) to the rate (3,), (6,) and (7,) to rate
+        and force, (3,) each; with channels all have a first axis (k,).
+        """
+    def process(
+        self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
+    ) -> _Corrected:
+        """What ``update`` returns for each sample of a batch: (n, 3) to (n, 3), (n, 6) and (n, 7) to
+        two arrays (n, 3), with channels (n, k, 3) and so on; the interpreter lock is released. ``out``
+        is for 3 inputs.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
+    @staticmethod
+    def from_bytes(b: bytes) -> ImuCorrector:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+    @property
+    def gyro_matrix(self) -> _Floats:
+        """From the raw gyro, less its bias, to the rate: (3, 3)."""
+    @property
+    def gyro_bias(self) -> _Floats:
+        """Bias of the raw gyro where no temperature is known: (3,)."""
+    @property
+    def accel_matrix(self) -> _Floats:
+        """From the raw accelerometer, less its bias, to the force: (3, 3)."""
+    @property
+    def accel_bias(self) -> _Floats:
+        """Bias of the raw accelerometer: (3,)."""
+    @property
+    def g_sensitivity(self) -> _Floats:
+        """What a force adds to the raw gyro: (3, 3)."""
+    @property
+    def temperature(self) -> _TemperatureCurve | None:
+        """The gyro's bias over temperature, as it was given; None without."""
+    @property
+    def bias(self) -> _Floats:
+        """The bias of the raw gyro, as it is taken to be now: (3,), with channels (k, 3)."""
+    @property
+    def force(self) -> _Floats:
+        """The last force known, zero before it: (3,), with channels (k, 3)."""
+    @property
+    def inputs(self) -> int:
+        """Numbers in a sample: 3, 6 or 7."""
+    @property
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
 
 @final
 class WaveletDenoiser(Generic[_Number, _Flag]):

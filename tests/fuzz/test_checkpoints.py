@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from support.checks import assert_finite
-from support.classes import EXAMPLES, example, state
+from support.classes import EXAMPLES, example, process, state
 from support.wild import forged, samples
 
 COVARIANCES = ("process_noise", "covariance")
@@ -25,9 +25,11 @@ def assert_nearly_semidefinite(P):
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_forged_checkpoints(search, name):
+    wide = EXAMPLES[name][0].wide
+
     def case(rng):
         f = example(name)
-        f.process(samples(rng, int(rng.integers(1, 1500))))
+        f.process(wide(samples(rng, int(rng.integers(1, 1500)))))
         saved = f.to_bytes()
         assert type(f).from_bytes(saved).to_bytes() == saved
         for _ in range(40):
@@ -35,7 +37,7 @@ def test_forged_checkpoints(search, name):
             if isinstance(other, str):
                 assert other.startswith("checkpoint ")
                 continue
-            answers = other.process(rng.standard_normal(300))
+            answers = process(other, wide(rng.standard_normal(300)))
             assert_finite({} if answers is None else {"answers": answers})
             for key, value in state(other).items():
                 assert_finite({key: value})

@@ -88,6 +88,7 @@ STREAMS = {
     "RestDetector": lambda: zr.RestDetector(RATE),
     "WaveletDenoiser": lambda: zr.WaveletDenoiser(RATE),
 }
+CORRECTOR = zr.ImuCorrector(np.eye(3), np.zeros(3), g_sensitivity=np.eye(3))
 LOGS = {
     "Log": lambda z: Log(TIME, RATE, z, ["wx"]).data,
     "with_data": lambda z: Log(TIME, RATE, OTHER, ["wx"]).with_data(z).data,
@@ -101,6 +102,7 @@ LOGS = {
     ),
 }
 PROCESS = {name: (lambda z, made=made: made().process(z)) for name, made in STREAMS.items()}
+PROCESS["ImuCorrector"] = lambda z: CORRECTOR.copy().process(rows(z, 6))
 CALLS = METRICS | IDENTIFY | LOGS | PROCESS
 
 
@@ -144,6 +146,16 @@ def test_a_sample_that_is_missing(name, value):
         one.update(missing)
     after = [plain(one.process(OTHER[500:])) for one in filters]
     assert after[0] == after[1]
+
+
+@pytest.mark.parametrize("value", [None, pd.NA, np.ma.masked, np.float32("nan")], ids=repr)
+def test_an_axis_that_is_missing(value):
+    for place in (1, 4):
+        row = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
+        row[place] = np.nan
+        expected = CORRECTOR.copy().update(row)
+        row[place] = value
+        assert plain(CORRECTOR.copy().update(row)) == plain(expected)
 
 
 def test_every_function_of_samples_is_in_the_table():

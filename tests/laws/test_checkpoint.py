@@ -31,15 +31,16 @@ BY_KIND = pytest.mark.parametrize("kind", EXAMPLES)
 RECORD = np.random.default_rng(8).standard_normal((150, 3))
 
 
-def fed(f):
-    """A filter, after some samples."""
-    f.process(RECORD[:, 0] if f.channels is None else RECORD[:, : f.channels])
+def fed(f, width=1):
+    """A filter, after some samples of so many numbers."""
+    z = RECORD[:, 0] if f.channels is None else RECORD[:, : f.channels]
+    f.process(z if width == 1 else np.stack([z] * width, axis=-1))
     return f
 
 
 def used(kind, channels=None):
     """One of EXAMPLES, after some samples."""
-    return fed(example(kind, channels))
+    return fed(example(kind, channels), EXAMPLES[kind][0].width)
 
 
 @BY_KIND
@@ -108,7 +109,8 @@ def test_arbitrary_bytes(rest, start):
 @given(st.data())
 def test_arbitrary_content_under_a_right_checksum(data):
     """Refused, or a filter that works: never a panic."""
-    f = used(data.draw(st.sampled_from(list(EXAMPLES))))
+    kind = data.draw(st.sampled_from(list(EXAMPLES)))
+    f = used(kind)
     b = f.to_bytes()
     body = bytearray(b[:-CHECKSUM])
     for _ in range(data.draw(st.integers(1, 8))):
@@ -118,7 +120,7 @@ def test_arbitrary_content_under_a_right_checksum(data):
     except ValueError:
         return
     shape = (5,) if other.channels is None else (5, other.channels)
-    other.process(np.zeros(shape))
+    other.process(EXAMPLES[kind][0].wide(np.zeros(shape)))
     repr(other)
 
 

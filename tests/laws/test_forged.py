@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from support.checkpoints import CHECKSUM, CONTENT, refuses, sealed, sealed_anew
 from support.checks import named
-from support.classes import EXAMPLES, STREAMS, example
+from support.classes import EXAMPLES, STREAMS, example, process
 from support.records import hostile_records, mixed_record, moving_records, records
 
 BY_KIND = pytest.mark.parametrize("kind", EXAMPLES)
@@ -44,7 +44,8 @@ def forged(b, place, content):
 def assert_lawful(f, stream):
     """Finite answers and a sound state, on its own and after its next checkpoint."""
     z = AFTER if f.channels is None else np.stack([AFTER] * f.channels, axis=1)
-    answers = f.process(z)
+    z = stream.wide(z)
+    answers = process(f, z)
     stream.sound(f, z, answers)
 
 
@@ -63,10 +64,9 @@ def accepted(kind, b):
 @BY_KIND
 @pytest.mark.parametrize("n", [0, 40, 1000])
 def test_every_number_at_every_place(kind, n):
-    f = example(kind)
-    f.process(MIXED[:n])
+    f, (stream, _) = example(kind), EXAMPLES[kind]
+    f.process(stream.wide(MIXED[:n]))
     b = f.to_bytes()
-    stream, _ = EXAMPLES[kind]
     # Places of a ring of phases are alike: a few of them are enough.
     stride = max((len(b) - CONTENT) // 150, 1)
     for place in range(CONTENT, len(b) - CHECKSUM, stride):
@@ -84,7 +84,7 @@ def test_several_numbers_at_once(kind, data):
     channels = data.draw(st.sampled_from([None, 2]))
     f = example(kind, channels)
     z = data.draw(hostile_records())
-    f.process(z if channels is None else np.stack([z] * channels, axis=1))
+    f.process(stream.wide(z if channels is None else np.stack([z] * channels, axis=1)))
     b = f.to_bytes()
     for _ in range(data.draw(st.integers(1, 3))):
         place = data.draw(st.integers(CONTENT, len(b) - CHECKSUM - 8))
@@ -104,7 +104,7 @@ def test_what_was_saved_is_never_refused(name, data):
     z = data.draw(st.one_of(records(), hostile_records(), moving_records()))
     for first in range(0, len(z) + 1, 37):
         part = z[first : first + 37]
-        f.process(part if channels is None else np.stack([part, part[::-1]], axis=1))
+        f.process(stream.wide(part if channels is None else np.stack([part, part[::-1]], axis=1)))
         b = f.to_bytes()
         assert stream.kind.from_bytes(b).to_bytes() == b
 
@@ -129,6 +129,9 @@ def test_channels_that_differ_in_their_parameters_or_counts(kind):
     one, other = example(kind), example(kind)
     if isinstance(one, STREAMS["allan-noise"].kind):
         other = type(one)(fading=0.5)
+    elif isinstance(one, STREAMS["corrector-3"].kind):
+        stream, arguments = EXAMPLES[kind]
+        other = stream.make({**arguments, "gyro_bias": np.ones(3)})
     else:
         other.process(MIXED[:3])
     if isinstance(one, STREAMS["rest-detector"].kind):

@@ -15,7 +15,7 @@ from support.checks import (
     assert_symmetric,
     named,
 )
-from support.classes import EXAMPLES, STREAMS, example, sound_trace, state
+from support.classes import EXAMPLES, STREAMS, example, process, sound_trace, state
 from support.records import hostile_records, records
 from support.settings import (
     METHODS,
@@ -185,8 +185,8 @@ def test_every_class(name):
     stream, _ = EXAMPLES[name]
     for record, z in HOSTILE.items():
         with named("the record", record):
-            f = example(name)
-            stream.sound(f, z, f.process(z))
+            f, wide = example(name), stream.wide(z)
+            stream.sound(f, wide, process(f, wide))
 
 
 @BY_ORDER

@@ -15,6 +15,8 @@ ROADS = {
     "noise": "zr.AllanNoise(channels=8).process(wide, threads=2)",
     "rest": "zr.RestDetector(rate=100.0, channels=8).process(wide, threads=2)",
     "trace": "zr.DriftFilter(rate=100.0, method='fading', channels=8).trace(wide).bias",
+    "corrector": "zr.ImuCorrector(np.eye(3), np.zeros(3), channels=8)"
+    ".process(np.stack([wide] * 3, axis=-1), threads=2)",
     "streaming": "streamed(zr.StreamingAllan(rate=100.0, octaves=4, channels=8))",
     "allan": "zr.allan(z, 100.0).deviation",
     "allan-of-columns": "zr.allan(wide, 100.0, 'mdev', threads=3).deviation",

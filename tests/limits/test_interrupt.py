@@ -16,6 +16,7 @@ FILTERS = {
     "rest": "zr.RestDetector(rate=100.0)",
     "streaming": "zr.StreamingAllan(rate=100.0, octaves=6)",
     "wavelet": "zr.WaveletDenoiser(rate=100.0, wavelet='db4', level=5)",
+    "corrector": "zr.ImuCorrector(np.eye(3), np.zeros(3), g_sensitivity=np.eye(3))",
 }
 PROGRAM = """
 import os, signal, sys, threading, time
@@ -49,6 +50,7 @@ print("done")
 FILTER = """
 f = {make}
 z = z if f.channels is None else np.stack([z] * f.channels, axis=1)
+z = np.stack([z] * 6, axis=-1) if isinstance(f, zr.ImuCorrector) else z
 f.process(z[:1000])
 before = f.to_bytes()
 f.{method}(z)

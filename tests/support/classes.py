@@ -1,7 +1,9 @@
 """Every streaming class in one table: what joins it is held to all laws of tests/laws.
 
 A class comes as one or more streams, where its settings make it different things. A stream takes
-records whose first axis is time; with channels the second axis is theirs.
+records whose first axis is time; with channels the second axis is theirs, and where a sample is
+several numbers the last one is these. Several arrays that are returned at once are joined along
+their last axis.
 """
 
 from collections.abc import Callable
@@ -18,12 +20,14 @@ from support.checks import (
     assert_same_bits,
     assert_semidefinite,
 )
-from support.records import moving_records, ordinary_records, records
+from support.records import moving_records, ordinary_records, records, wide_records
 from support.settings import (
     METHODS,
     RATE,
     allan_settings,
     auto_settings,
+    corrector_settings,
+    curve_in_unit,
     drift,
     model_settings,
     noise_settings,
@@ -31,6 +35,7 @@ from support.settings import (
     rest_settings,
     robust_as_published_settings,
     robust_settings,
+    some_correction,
     start_of,
     started_settings,
     wavelet_settings,
@@ -93,6 +98,16 @@ def sound_allan(f, z, answers):
         assert np.all(np.isnan(known[name][~seen])), name
 
 
+def sound_corrector(f, z, answers):
+    """Finite where no axis of a sensor misses, and missing as a whole where one does."""
+    assert_finite(state(f))
+    for first in range(0, answers.shape[-1], 3):
+        axes = np.isfinite(z[..., first : first + 3])
+        seen = np.broadcast_to(axes.all(axis=-1, keepdims=True), axes.shape)
+        np.testing.assert_array_equal(np.isfinite(answers[..., first : first + 3]), seen)
+        np.testing.assert_array_equal(np.isnan(answers[..., first : first + 3]), ~seen)
+
+
 def sound_wavelet(f, z, answers):
     """Finite from the first sample on; what came before this record is not known here."""
     begun = np.logical_or.accumulate(np.isfinite(z))
@@ -116,8 +131,9 @@ class Stream:
     # Raises if samples, finite or missing, must not lead to these answers and this state.
     sound: Callable
     make: Callable
-    # Names of the arguments that have the samples' unit, with their powers.
-    units: dict[str, int]
+    # Names of the arguments that have the samples' unit, with their powers, or with what becomes
+    # of them in another one.
+    units: dict[str, int | Callable]
     # Anything that it may be fed with, and what a sensor gives.
     records: Callable = records
     ordinary: Callable = ordinary_records
@@ -125,6 +141,14 @@ class Stream:
     powers: int = 60
     # Where the channels are in its properties.
     channel_axis: int = 0
+    # Numbers in a sample.
+    width: int = 1
+
+    def wide(self, z):
+        """Records of as many numbers as a sample has, made of one."""
+        if self.width == 1:
+            return z
+        return np.stack([np.roll(z, 7 * i, axis=0) for i in range(self.width)], axis=-1)
 
     def one_of(self, arguments, channel):
         """The arguments that make one channel alone."""
@@ -137,8 +161,11 @@ class Stream:
         """The arguments for samples multiplied by ``a``."""
         scaled = dict(arguments)
         for name in scaled.keys() & self.units.keys():
+            power = self.units[name]
             if scaled[name] is not None:
-                scaled[name] = scaled[name] * a ** self.units[name]
+                scaled[name] = (
+                    power(scaled[name], a) if callable(power) else scaled[name] * a**power
+                )
         if "start" in scaled:
             start = scaled["start"]
             scaled["start"] = {name: in_unit(start[name], START[name], a) for name in start}
@@ -204,6 +231,17 @@ ALLAN = {
     "terms": 0,
     "hadamard_terms": 0,
     "samples_seen": 0,
+}
+
+CORRECTOR = {
+    "gyro_matrix": 0,
+    "gyro_bias": 1,
+    "accel_matrix": 0,
+    "accel_bias": 1,
+    "g_sensitivity": 0,
+    "bias": 1,
+    "force": 1,
+    "inputs": 0,
 }
 
 LIMITS = {"rest_limit": 1, "bias_limit": 1}
@@ -327,6 +365,24 @@ STREAMS = {
         sound=sound_wavelet,
         units={},
     ),
+    **{
+        f"corrector-{width}": Stream(
+            kind=zr.ImuCorrector,
+            make=lambda arguments: zr.ImuCorrector(**arguments),
+            settings=partial(corrector_settings, width),
+            examples={f"corrector-{width}": some_correction(np.random.default_rng(3), width)},
+            properties=CORRECTOR,
+            answer=1,
+            sound=sound_corrector,
+            units={"gyro_bias": 1, "accel_bias": 1, "temperature": curve_in_unit},
+            records=lambda width=width: wide_records(records(), width),
+            ordinary=lambda width=width: wide_records(ordinary_records(), width),
+            # Temperatures are held within 1e6.
+            powers=60 if width < 7 else 6,
+            width=width,
+        )
+        for width in (3, 6, 7)
+    },
 }
 PROPERTIES = {stream.kind: list(stream.properties) for stream in STREAMS.values()}
 EXAMPLES = {
@@ -348,6 +404,15 @@ def example(name, channels=None):
     return stream.make({**arguments, "channels": channels})
 
 
+def process(f, z, **how):
+    """What `process` returns, as one array or None."""
+    return flat(f.process(z, **how))
+
+
+def flat(answers):
+    return np.concatenate(answers, axis=-1) if isinstance(answers, tuple) else answers
+
+
 def joined(parts):
     """What several calls returned, as one; of StreamingAllan, which returns nothing, None."""
     if all(part is None for part in parts):
@@ -357,7 +422,7 @@ def joined(parts):
 
 def one_by_one(f, z):
     """What `update` returns for each sample."""
-    answers = [f.update(sample) for sample in z.tolist()]
+    answers = [flat(f.update(sample)) for sample in z.tolist()]
     if all(answer is None for answer in answers):
         return None
     return np.array(answers)

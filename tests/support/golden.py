@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from support.classes import EXAMPLES, example, state
+from support.classes import EXAMPLES, example, process, state
 from support.records import mixed_record
 
 GOLDEN = Path(__file__).parents[1] / "golden"
@@ -26,6 +26,8 @@ def record(name):
     """Return what that filter has seen, and what it sees after being loaded."""
     z = mixed_record()
     z = np.stack([z, z[::-1]], axis=1) if channels(name) else z
+    stream, _ = EXAMPLES[name.removesuffix("-2")]
+    z = stream.wide(z)
     return z[:SEEN], z[SEEN:]
 
 
@@ -49,7 +51,7 @@ def recorded(path):
 
 def goes_on(f, z):
     """What is recorded of a filter that goes on with ``z``."""
-    answers = f.process(z)
+    answers = process(f, z)
     told = {} if answers is None else {"answers": answers}
     return told | {f"property_{name}": value for name, value in state(f).items()}
 

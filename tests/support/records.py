@@ -141,6 +141,12 @@ def records():
     return st.one_of(ordinary_records(), hostile_records())
 
 
+def wide_records(records, width):
+    """Several such records as columns, as long as the shortest."""
+    columns = st.lists(records, min_size=width, max_size=width)
+    return columns.map(lambda z: np.stack([c[: min(map(len, z))] for c in z], axis=1))
+
+
 def mixed_record():
     """One record of all that a filter treats differently: start-up, gaps, motion and the rest."""
     rng = np.random.default_rng(5)

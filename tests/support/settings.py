@@ -229,6 +229,48 @@ def wavelet_settings(channels=None):
     )
 
 
+@st.composite
+def corrector_settings(draw, inputs, channels=None):
+    """Arguments of an ImuCorrector of so many inputs, some of them left out."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    arguments = some_correction(rng, inputs)
+    optional = arguments.keys() - {"gyro_matrix", "gyro_bias"}
+    for name in draw(st.sets(st.sampled_from(sorted(optional)))) if optional else ():
+        del arguments[name]
+    return {**arguments, "inputs": inputs, "channels": channels}
+
+
+def some_correction(rng, inputs):
+    """All arguments of an ImuCorrector that samples of so many numbers have a use for."""
+
+    def matrix():
+        return np.eye(3) + 0.1 * rng.standard_normal((3, 3))
+
+    arguments = {"gyro_matrix": matrix(), "gyro_bias": rng.standard_normal(3)}
+    if inputs >= 6:
+        arguments |= {"accel_matrix": matrix(), "accel_bias": rng.standard_normal(3)}
+        arguments["g_sensitivity"] = 0.1 * rng.standard_normal((3, 3))
+    if inputs == 7:
+        coefficients = rng.standard_normal((3, rng.integers(1, 5)))
+        low, high = np.sort(rng.uniform(-2.0, 2.0, 2)).tolist()
+        arguments["temperature"] = {
+            "reference": rng.uniform(-3.0, 3.0),
+            "range": (low, high),
+            "coefficients": coefficients,
+        }
+    return arguments
+
+
+def curve_in_unit(curve, a):
+    """A bias over temperature where both are multiplied by ``a``."""
+    coefficients = curve["coefficients"]
+    return {
+        "reference": curve["reference"] * a,
+        "range": tuple(bound * a for bound in curve["range"]),
+        "coefficients": coefficients * a ** (1.0 - np.arange(coefficients.shape[1])),
+    }
+
+
 def traced(f, z):
     """A trace as arrays by name."""
     trace = f.trace(z)

@@ -2,5 +2,6 @@
 
 pub mod arrays;
 pub mod errors;
+pub mod outputs;
 pub mod streaming;
 pub mod work;

@@ -16,6 +16,7 @@ use zerorate_core::{Bank, Error, Stream, memory};
 
 use super::arrays::{self, Samples};
 use super::errors::{NativeError, in_use};
+use super::outputs::Outputs;
 use super::work::in_pieces;
 
 /// A bank whose streams only the box knows.
@@ -101,6 +102,8 @@ pub struct Shared<B: ?Sized> {
     output: Kind,
     /// Axes of one row of samples.
     axes: Vec<usize>,
+    /// Those that an output of one part adds to its channels.
+    part: Vec<usize>,
     /// Places for the outputs of one row.
     numbers: Vec<f64>,
     flags: Vec<bool>,
@@ -118,6 +121,7 @@ impl<B: ?Sized> fmt::Debug for Shared<B> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Nothing,
+    /// One number, or an array of them.
     Number,
     Flag,
     Several,
@@ -158,16 +162,20 @@ impl<B: AnyBank + ?Sized> Shared<B> {
     pub fn new(channels: Option<usize>, bank: Box<B>) -> Result<Self, Error> {
         let output = match bank.fields() {
             [] => Kind::Nothing,
-            [Field { shape: Shape::Number, .. }] => Kind::Number,
             [Field { shape: Shape::Flag, .. }] => Kind::Flag,
+            [_] => Kind::Number,
             _ => Kind::Several,
+        };
+        let part = match bank.fields() {
+            [one] => axes_of(one.shape),
+            _ => vec![],
         };
         let vector = (bank.width() > 1).then_some(bank.width());
         let axes = channels.into_iter().chain(vector).collect();
         let (count, sizes) = (channels.unwrap_or(1), sizes(bank.fields()));
         let numbers = memory::filled(0.0, count.saturating_mul(sizes.0))?;
         let flags = memory::filled(false, count.saturating_mul(sizes.1))?;
-        Ok(Self { channels, output, axes, numbers, flags, bank })
+        Ok(Self { channels, output, axes, part, numbers, flags, bank })
     }
 
     #[inline]
@@ -180,8 +188,11 @@ impl<B: AnyBank + ?Sized> Shared<B> {
             self.bank.update(&arrays::row(z, &self.axes)?, numbers, flags);
         }
         match (self.output, self.channels) {
-            (Kind::Number, None) => self.numbers[0].into_bound_py_any(py),
-            (Kind::Number, Some(_)) => Ok(arrays::small(py, &self.numbers)),
+            (Kind::Number, None) if self.part.is_empty() => self.numbers[0].into_bound_py_any(py),
+            (Kind::Number, Some(_)) if !self.part.is_empty() => {
+                arrays::array(py, self.numbers.clone(), &self.row_axes())
+            }
+            (Kind::Number, _) => Ok(arrays::small(py, &self.numbers)),
             (Kind::Flag, None) => self.flags[0].into_bound_py_any(py),
             (Kind::Flag, Some(_)) => Ok(arrays::small(py, &self.flags)),
             (Kind::Nothing, _) => py.None().into_bound_py_any(py),
@@ -204,7 +215,6 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         let py = z.py();
         let threads = self::threads(threads)?;
         let samples = arrays::samples(z, &self.axes)?;
-        // A row is as long as each part of an output.
         let row = self.axes.iter().product();
         match self.output {
             Kind::Nothing => {
@@ -227,22 +237,14 @@ impl<B: AnyBank + ?Sized> Shared<B> {
                 };
                 self.fill(py, samples, out, threads, run)
             }
+            Kind::Several if out.is_some() => Err(PyValueError::new_err(
+                "out= is for what returns one array: this returns several, as a tuple",
+            )),
             Kind::Several => {
-                let (bank, rows) = (&mut *self.bank, samples.values()?);
-                let channels = self.channels.unwrap_or(1);
-                let n = samples.shape()[0];
-                let mut parts =
-                    Parts::new(bank.fields(), n * channels).map_err(NativeError::from)?;
-                in_pieces(py, bank, n, threads, |bank, piece| {
-                    let mut done = Ok(());
-                    let rows = &rows[places(piece, row)];
-                    parts.add_rows(channels, rows, row, |rows, numbers, flags| {
-                        done = done.clone().and(bank.process(rows, numbers, flags, threads));
-                    })?;
-                    done
-                })?;
-                let axes = self.batch_axes(n);
-                PyTuple::new(py, arrays_of(py, parts, &axes)?)?.into_bound_py_any(py)
+                let axes = self.batch_axes(samples.shape()[0]);
+                let mut outputs = Outputs::new(py, self.bank.fields(), &axes)?;
+                outputs.fill(py, &mut *self.bank, samples.values()?, threads)?;
+                PyTuple::new(py, outputs.into_arrays())?.into_bound_py_any(py)
             }
         }
     }
@@ -256,12 +258,12 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         threads: usize,
         run: impl Fn(&mut B, &[f64], &mut [T]) -> Result<(), Error> + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (bank, row) = (&mut *self.bank, self.axes.iter().product());
-        let shape = samples.shape().to_vec();
+        let (width, row) = (self.axes.iter().product(), self.row_axes());
+        let shape: Vec<usize> = std::iter::once(samples.shape()[0]).chain(row).collect();
+        let (bank, row) = (&mut *self.bank, shape[1..].iter().product());
         let mut work = |rows: &[f64], out: &mut [T]| {
             in_pieces(py, bank, shape[0], threads, |bank, piece| {
-                let own = places(piece, row);
-                run(bank, &rows[own.clone()], &mut out[own])
+                run(bank, &rows[places(piece.clone(), width)], &mut out[places(piece, row)])
             })
         };
         let Some(out) = out else {
@@ -287,6 +289,11 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         let mut writable = array.try_readwrite()?;
         work(samples.values()?, writable.as_slice_mut()?)?;
         Ok(out.clone())
+    }
+
+    /// Axes of what is returned for one row, if it is one part.
+    fn row_axes(&self) -> Vec<usize> {
+        self.channels.into_iter().chain(self.part.iter().copied()).collect()
     }
 
     /// Axes of what is returned for `n` rows, before those of a field.

@@ -1,4 +1,4 @@
-//! Calibration for Python: turns between rests, orientation by integration.
+//! What calibration does with a record, for Python: turns between rests, orientation.
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;

@@ -1,0 +1,278 @@
+//! The correction of what a calibration has found, sample by sample.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, require};
+use crate::math::sound::{is_sample, is_within};
+use crate::math::{Real, choose};
+use crate::stream::checkpoint::Checkpoint;
+use crate::stream::{Field, Output, Shape, Stream};
+
+type Vector = [f64; 3];
+type Matrix = [Vector; 3];
+
+/// Largest number of a correction, raw sample and temperature: what is computed of them is finite.
+const NUMBER_MAX: f64 = 1e50;
+const SAMPLE_MAX: f64 = 1e150;
+const TEMPERATURE_MAX: f64 = 1e6;
+/// No force is larger.
+const FORCE_MAX: f64 = 1e201;
+
+/// What is done to raw samples: `force = accel_matrix (accel - accel_bias)` and
+/// `rate = gyro_matrix (gyro - bias - g_sensitivity force)`. Matrices hold their rows.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Correction {
+    /// The inverse of what the gyro makes of its input.
+    pub gyro_matrix: Matrix,
+    /// Its output without input, where no temperature is known.
+    pub gyro_bias: Vector,
+    /// The inverse of what the accelerometer makes of its input.
+    pub accel_matrix: Matrix,
+    /// Its output without input.
+    pub accel_bias: Vector,
+    /// What a corrected force adds to the raw gyro.
+    pub g_sensitivity: Matrix,
+    /// The gyro's bias where the temperature is known.
+    pub temperature: Option<TemperatureCurve>,
+}
+
+impl Default for Correction {
+    /// Changes nothing.
+    fn default() -> Self {
+        let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        Self {
+            gyro_matrix: identity,
+            gyro_bias: [0.0; 3],
+            accel_matrix: identity,
+            accel_bias: [0.0; 3],
+            g_sensitivity: [[0.0; 3]; 3],
+            temperature: None,
+        }
+    }
+}
+
+impl Correction {
+    /// The correction, if all its numbers are some that samples cannot make infinite.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first that is not.
+    pub fn checked(self) -> Result<Self, Error> {
+        check("gyro_matrix", self.gyro_matrix.as_flattened())?;
+        check("gyro_bias", &self.gyro_bias)?;
+        check("accel_matrix", self.accel_matrix.as_flattened())?;
+        check("accel_bias", &self.accel_bias)?;
+        check("g_sensitivity", self.g_sensitivity.as_flattened())?;
+        self.temperature.map_or(Ok(()), |curve| curve.check())?;
+        Ok(self)
+    }
+
+    /// The gyro without bias and what the force adds.
+    #[inline(always)]
+    fn rate(&self, gyro: Vector, bias: &Vector, force: &Vector) -> Vector {
+        let felt = product(&self.g_sensitivity, force);
+        let driven = [0, 1, 2].map(|i| gyro[i].within(SAMPLE_MAX) - bias[i] - felt[i]);
+        shown(gyro, product(&self.gyro_matrix, &driven))
+    }
+
+    /// The accelerometer, whether or not it is missing.
+    #[inline(always)]
+    fn force(&self, accel: Vector) -> Vector {
+        let driven = [0, 1, 2].map(|i| accel[i].within(SAMPLE_MAX) - self.accel_bias[i]);
+        product(&self.accel_matrix, &driven)
+    }
+}
+
+/// The gyro's bias over temperature T, degC: of each axis the sum of `c_k ((T - reference) / 10)^k`
+/// within the range that it was learned in. Beyond it goes on along its tangent, by as much as the
+/// range is long, and stays.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TemperatureCurve {
+    /// Where the bias is `c_0`, degC.
+    pub reference: f64,
+    /// The least and the highest temperature that it was learned at, degC.
+    pub range: [f64; 2],
+    /// `c_0` to `c_3` of each axis, raw unit.
+    pub coefficients: [[f64; 4]; 3],
+}
+
+impl TemperatureCurve {
+    fn check(&self) -> Result<(), Error> {
+        check("coefficients", self.coefficients.as_flattened())?;
+        let expected = "a temperature within 1e6 degC";
+        let [low, high] = self.range;
+        for (name, value) in [("reference", self.reference), ("range", low), ("range", high)] {
+            require(is_within(value, TEMPERATURE_MAX), name, expected, value)?;
+        }
+        require(low <= high, "range", "least and highest temperature", low)
+    }
+
+    /// The bias of each axis.
+    #[inline(always)]
+    pub fn bias(&self, temperature: f64) -> Vector {
+        let [low, high] = self.range;
+        let (temperature, span) = (temperature.within(TEMPERATURE_MAX), high - low);
+        let inside = temperature.at_least(low).at_most(high);
+        let beyond = temperature.at_least(low - span).at_most(high + span) - inside;
+        let (x, dx) = ((inside - self.reference) * 0.1, beyond * 0.1);
+        self.coefficients.map(|c| {
+            let value = ((c[3] * x + c[2]) * x + c[1]) * x + c[0];
+            let slope = (3.0 * c[3] * x + 2.0 * c[2]) * x + c[1];
+            value + slope * dx
+        })
+    }
+}
+
+fn check(name: &'static str, numbers: &[f64]) -> Result<(), Error> {
+    let expected = "of finite numbers, at most 1e50 in size";
+    let wrong = numbers.iter().find(|x| !is_within(**x, NUMBER_MAX));
+    wrong.map_or(Ok(()), |x| require(false, name, expected, *x))
+}
+
+#[inline(always)]
+fn product(matrix: &Matrix, v: &Vector) -> Vector {
+    [0, 1, 2].map(|i| matrix[i][0] * v[0] + matrix[i][1] * v[1] + matrix[i][2] * v[2])
+}
+
+/// Whether no axis is missing.
+#[inline(always)]
+fn present(sample: Vector) -> bool {
+    sample[0].is_finite() & sample[1].is_finite() & sample[2].is_finite()
+}
+
+/// What was made of a sample, NaN if an axis of it is missing.
+#[inline(always)]
+fn shown(sample: Vector, corrected: Vector) -> Vector {
+    let present = present(sample);
+    corrected.map(|x| choose(present, x, f64::NAN))
+}
+
+/// Gyro and accelerometer, corrected; NaN where an axis is missing.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Imu {
+    /// The rate.
+    pub gyro: [f64; 3],
+    /// The specific force.
+    pub accel: [f64; 3],
+}
+
+impl Output for Imu {
+    const FIELDS: &'static [Field] = &[
+        Field { name: "gyro", shape: Shape::Vector(3) },
+        Field { name: "accel", shape: Shape::Vector(3) },
+    ];
+
+    #[inline(always)]
+    fn write(self, numbers: &mut [f64], _: &mut [bool]) {
+        numbers[..3].copy_from_slice(&self.gyro);
+        numbers[3..6].copy_from_slice(&self.accel);
+    }
+}
+
+/// A corrector of samples of `N` numbers: 3 of the gyro, then 3 of the accelerometer, then the
+/// temperature in degC.
+///
+/// Where an axis misses, its sensor is NaN. The gyro is then corrected with the last force and
+/// temperature that were known, before them with none and with the bias of any temperature.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ImuCorrector<const N: usize> {
+    correction: Correction,
+    /// The last one known, zero before it.
+    force: Vector,
+    /// The last one known, NaN before it.
+    temperature: f64,
+}
+
+impl<const N: usize> ImuCorrector<N> {
+    /// A corrector that has seen nothing.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if a number of the correction is not finite, or beyond any sensor.
+    pub fn new(correction: Correction) -> Result<Self, Error> {
+        let correction = correction.checked()?;
+        Ok(Self { correction, force: [0.0; 3], temperature: f64::NAN })
+    }
+
+    /// What it does.
+    pub fn correction(&self) -> &Correction {
+        &self.correction
+    }
+
+    /// The last specific force known, zero before it.
+    pub fn force(&self) -> [f64; 3] {
+        self.force
+    }
+
+    /// The bias of the raw gyro, as it is taken to be now.
+    #[inline(always)]
+    pub fn bias(&self) -> [f64; 3] {
+        match &self.correction.temperature {
+            Some(curve) if !self.temperature.is_nan() => curve.bias(self.temperature),
+            _ => self.correction.gyro_bias,
+        }
+    }
+
+    /// Takes a force, or keeps the last one if an axis of it misses.
+    #[inline(always)]
+    fn feel(&mut self, accel: Vector) -> Vector {
+        let (present, force) = (present(accel), self.correction.force(accel));
+        self.force = [0, 1, 2].map(|i| choose(present, force[i], self.force[i]));
+        force.map(|x| choose(present, x, f64::NAN))
+    }
+
+    /// Both sensors.
+    #[inline(always)]
+    fn both(&mut self, gyro: Vector, accel: Vector) -> Imu {
+        let accel = self.feel(accel);
+        Imu { gyro: self.correction.rate(gyro, &self.bias(), &self.force), accel }
+    }
+
+    fn is_sound_after(&self, forces: bool, temperatures: bool) -> bool {
+        let most = if forces { FORCE_MAX } else { 0.0 };
+        Self::new(self.correction).is_ok()
+            && self.force.iter().all(|x| is_within(*x, most))
+            && is_sample(self.temperature, TEMPERATURE_MAX)
+            && (temperatures || self.temperature.is_nan())
+    }
+}
+
+macro_rules! corrector {
+    ($n:literal, $tag:literal, $output:ty, |$this:ident, $z:ident| $update:expr) => {
+        impl Stream for ImuCorrector<$n> {
+            type Input = [f64; $n];
+            type Output = $output;
+
+            #[inline(always)]
+            fn update(&mut self, $z: [f64; $n]) -> $output {
+                let $this = self;
+                $update
+            }
+
+            fn reset(&mut self) {
+                (self.force, self.temperature) = ([0.0; 3], f64::NAN);
+            }
+        }
+
+        impl Checkpoint for ImuCorrector<$n> {
+            const TAG: &'static str = $tag;
+            const VERSION: u16 = 1;
+
+            fn is_sound(&self) -> bool {
+                self.is_sound_after($n > 3, $n > 6)
+            }
+
+            fn is_like(&self, other: &Self) -> bool {
+                self.correction == other.correction
+            }
+        }
+    };
+}
+
+corrector!(3, "corrector-3", [f64; 3], |this, z| {
+    this.correction.rate(z, &this.correction.gyro_bias, &[0.0; 3])
+});
+corrector!(6, "corrector-6", Imu, |this, z| this.both([z[0], z[1], z[2]], [z[3], z[4], z[5]]));
+corrector!(7, "corrector-7", Imu, |this, z| {
+    let temperature = z[6].within(TEMPERATURE_MAX);
+    this.temperature = choose(z[6].is_finite(), temperature, this.temperature);
+    this.both([z[0], z[1], z[2]], [z[3], z[4], z[5]])
+});

@@ -1,0 +1,351 @@
+//! The correction of an IMU for Python.
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use zerorate_core::calibrate::{self as core, Correction, TemperatureCurve};
+use zerorate_core::checkpoint::{self, Checkpoint, Label};
+use zerorate_core::{Bank, Error, Stream};
+
+use crate::common::arrays::{self, named};
+use crate::common::errors::NativeError;
+use crate::common::streaming::{self, AnyBank, Shared, call, reading, streaming, text};
+
+/// Correctors of one number of inputs.
+trait CorrectorBank: AnyBank {
+    fn correction(&self) -> &Correction;
+    fn biases(&self) -> Vec<f64>;
+    fn forces(&self) -> Vec<f64>;
+}
+
+impl<const N: usize> CorrectorBank for Bank<core::ImuCorrector<N>>
+where
+    core::ImuCorrector<N>: Stream + Checkpoint,
+{
+    fn correction(&self) -> &Correction {
+        self.streams()[0].correction()
+    }
+
+    fn biases(&self) -> Vec<f64> {
+        self.streams().iter().flat_map(core::ImuCorrector::bias).collect()
+    }
+
+    fn forces(&self) -> Vec<f64> {
+        self.streams().iter().flat_map(core::ImuCorrector::force).collect()
+    }
+}
+
+/// Gyro and accelerometer without scale error, misalignment, bias and g-sensitivity, while samples
+/// arrive or at once.
+///
+/// ``force = accel_matrix @ (accel - accel_bias)`` and ``rate = gyro_matrix @ (gyro - gyro_bias -
+/// g_sensitivity @ force)``: the matrices are the inverses of what the sensors make of their input.
+/// ``Calibration.corrector()`` makes one. Nothing here has a unit but what is given.
+///
+/// A sample has three numbers (the gyro), six (and the accelerometer) or seven (and the temperature,
+/// degC). Where an axis of the gyro is missing its three rates are NaN, where one of the
+/// accelerometer is its three forces are; the gyro is then corrected with the last force known, zero
+/// before the first. With the temperature missing the last one holds; before the first the bias is
+/// ``gyro_bias``. One object serves one thread at a time.
+///
+/// Parameters
+/// ----------
+/// gyro_matrix : array_like, shape (3, 3)
+///     From the raw gyro, less its bias, to the rate.
+/// gyro_bias : array_like, shape (3,)
+///     Output of the gyro without input, raw unit, where no temperature is known.
+/// accel_matrix, accel_bias : array_like, shape (3, 3) and (3,), optional
+///     Likewise of the accelerometer; by default it is left as it is.
+/// g_sensitivity : array_like, shape (3, 3), optional
+///     What a force adds to the gyro, raw unit of the gyro per unit of the corrected force; by
+///     default nothing.
+/// temperature : dict, optional
+///     The gyro's bias over temperature: ``"coefficients"``, shape (3, 1) to (3, 4), are c_0, c_1, …
+///     of each axis in ``sum(c_k * ((T - reference) / 10)**k)``; ``"reference"`` is a temperature,
+///     ``"range"`` the least and the highest that the curve was learned at. Beyond them it goes on
+///     along its tangent for as much as the range is long, and stays.
+/// inputs : {3, 6, 7}, optional
+///     Numbers in a sample; by default what the other arguments need. With 7 and without
+///     ``temperature`` the last one is not used.
+/// channels : int, optional
+///     Sensors side by side, all corrected alike; ``None`` is a single one.
+///
+/// Raises
+/// ------
+/// ValueError
+///     An array of another shape, a number that is not finite or beyond 1e50, or an argument that
+///     samples of so many numbers have no use for.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, zerorate as zr
+/// >>> corrector = zr.ImuCorrector(np.eye(3) / 1.02, [0.1, 0.0, -0.1])
+/// >>> corrector.update([1.12, 0.0, -0.1]).round(6).tolist()
+/// [1.0, 0.0, 0.0]
+/// >>> both = zr.ImuCorrector(np.eye(3), np.zeros(3), g_sensitivity=0.1 * np.eye(3))
+/// >>> gyro, accel = both.process([[0.0, 0.0, 0.1, 0.0, 0.0, 1.0]])
+/// >>> gyro.tolist(), accel.tolist()
+/// ([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]])
+#[pyclass(generic, module = "zerorate")]
+#[derive(Debug)]
+pub struct ImuCorrector {
+    shared: Shared<dyn CorrectorBank>,
+}
+
+streaming!(
+    ImuCorrector,
+    update: "Takes one sample, returns the corrected one: (3,) to the rate (3,), (6,) and (7,) to rate
+    and force, (3,) each; with channels all have a first axis (k,).",
+    process: "What ``update`` returns for each sample of a batch: (n, 3) to (n, 3), (n, 6) and (n, 7) to
+    two arrays (n, 3), with channels (n, k, 3) and so on; the interpreter lock is released. ``out``
+    is for 3 inputs.",
+    out
+);
+
+#[pymethods]
+impl ImuCorrector {
+    #[new]
+    #[pyo3(signature = (
+        gyro_matrix, gyro_bias, *, accel_matrix=None, accel_bias=None, g_sensitivity=None,
+        temperature=None, inputs=None, channels=None
+    ))]
+    // The arguments are those of the class in Python.
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        gyro_matrix: &Bound<'_, PyAny>,
+        gyro_bias: &Bound<'_, PyAny>,
+        accel_matrix: Option<&Bound<'_, PyAny>>,
+        accel_bias: Option<&Bound<'_, PyAny>>,
+        g_sensitivity: Option<&Bound<'_, PyAny>>,
+        temperature: Option<&Bound<'_, PyAny>>,
+        inputs: Option<i128>,
+        channels: Option<i128>,
+    ) -> PyResult<Self> {
+        let channels = streaming::channels(channels)?;
+        let given = [
+            ("accel_matrix", accel_matrix.is_some(), 6),
+            ("accel_bias", accel_bias.is_some(), 6),
+            ("g_sensitivity", g_sensitivity.is_some(), 6),
+            ("temperature", temperature.is_some(), 7),
+        ];
+        let inputs = checked_inputs(inputs, &given)?;
+        let usual = Correction::default();
+        let matrix_or =
+            |name, given: Option<_>, usual| given.map_or(Ok(usual), |z| matrix(name, z));
+        let correction = Correction {
+            gyro_matrix: matrix("gyro_matrix", gyro_matrix)?,
+            gyro_bias: vector("gyro_bias", gyro_bias)?,
+            accel_matrix: matrix_or("accel_matrix", accel_matrix, usual.accel_matrix)?,
+            accel_bias: accel_bias.map_or(Ok(usual.accel_bias), |z| vector("accel_bias", z))?,
+            g_sensitivity: matrix_or("g_sensitivity", g_sensitivity, usual.g_sensitivity)?,
+            temperature: temperature.map(curve).transpose()?,
+        };
+        let bank = match inputs {
+            3 => new_bank::<3>(correction, channels),
+            6 => new_bank::<6>(correction, channels),
+            _ => new_bank::<7>(correction, channels),
+        };
+        let shared = bank.and_then(|bank| Shared::new(channels, bank));
+        Ok(Self { shared: shared.map_err(NativeError::from)? })
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let (correction, usual) = (this.shared.bank.correction(), Correction::default());
+        let accel = (correction.accel_matrix, correction.accel_bias, correction.g_sensitivity);
+        let least = match (correction.temperature, accel) {
+            (Some(_), _) => "7",
+            (None, accel)
+                if accel == (usual.accel_matrix, usual.accel_bias, usual.g_sensitivity) =>
+            {
+                "3"
+            }
+            _ => "6",
+        };
+        let arguments = [
+            ("gyro_matrix", rows(&correction.gyro_matrix), ""),
+            ("gyro_bias", row(&correction.gyro_bias), ""),
+            ("accel_matrix", rows(&correction.accel_matrix), &rows(&usual.accel_matrix)),
+            ("accel_bias", row(&correction.accel_bias), &row(&usual.accel_bias)),
+            ("g_sensitivity", rows(&correction.g_sensitivity), &rows(&usual.g_sensitivity)),
+            ("temperature", correction.temperature.map_or("None".to_owned(), curve_text), "None"),
+            ("inputs", this.shared.bank.width().to_string(), least),
+        ];
+        Ok(call("ImuCorrector", &arguments, this.shared.channels))
+    }
+
+    /// From the raw gyro, less its bias, to the rate: (3, 3).
+    #[getter]
+    fn gyro_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        square(slf, |correction| &correction.gyro_matrix)
+    }
+
+    /// Bias of the raw gyro where no temperature is known: (3,).
+    #[getter]
+    fn gyro_bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(arrays::small(slf.py(), &reading(slf)?.shared.bank.correction().gyro_bias))
+    }
+
+    /// From the raw accelerometer, less its bias, to the force: (3, 3).
+    #[getter]
+    fn accel_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        square(slf, |correction| &correction.accel_matrix)
+    }
+
+    /// Bias of the raw accelerometer: (3,).
+    #[getter]
+    fn accel_bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(arrays::small(slf.py(), &reading(slf)?.shared.bank.correction().accel_bias))
+    }
+
+    /// What a force adds to the raw gyro: (3, 3).
+    #[getter]
+    fn g_sensitivity<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        square(slf, |correction| &correction.g_sensitivity)
+    }
+
+    /// The gyro's bias over temperature, as it was given; None without.
+    #[getter]
+    fn temperature<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        let Some(curve) = this.shared.bank.correction().temperature else { return Ok(None) };
+        let found = PyDict::new(py);
+        found.set_item("reference", curve.reference)?;
+        found.set_item("range", (curve.range[0], curve.range[1]))?;
+        let coefficients = curve.coefficients.as_flattened().to_vec();
+        found.set_item("coefficients", arrays::array(py, coefficients, &[3, 4])?)?;
+        Ok(Some(found))
+    }
+
+    /// The bias of the raw gyro, as it is taken to be now: (3,), with channels (k, 3).
+    #[getter]
+    fn bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        this.shared.arrays(slf.py(), this.shared.bank.biases(), &[3])
+    }
+
+    /// The last force known, zero before it: (3,), with channels (k, 3).
+    #[getter]
+    fn force<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        this.shared.arrays(slf.py(), this.shared.bank.forces(), &[3])
+    }
+
+    /// Numbers in a sample: 3, 6 or 7.
+    #[getter]
+    fn inputs(slf: &Bound<'_, Self>) -> PyResult<usize> {
+        Ok(reading(slf)?.shared.bank.width())
+    }
+}
+
+impl ImuCorrector {
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        let is =
+            |label: Label| checkpoint::label(bytes).is_ok_and(|found| found.tag() == label.tag());
+        if is(Label::of::<core::ImuCorrector<6>>()) {
+            restored::<6>(bytes)
+        } else if is(Label::of::<core::ImuCorrector<7>>()) {
+            restored::<7>(bytes)
+        } else {
+            // Refuses any other type.
+            restored::<3>(bytes)
+        }
+    }
+}
+
+fn new_bank<const N: usize>(
+    correction: Correction,
+    channels: Option<usize>,
+) -> Result<Box<dyn CorrectorBank>, Error>
+where
+    core::ImuCorrector<N>: Stream + Checkpoint,
+{
+    let corrector = core::ImuCorrector::<N>::new(correction)?;
+    Ok(Box::new(Bank::new(&corrector, channels.unwrap_or(1))?))
+}
+
+fn restored<const N: usize>(bytes: &[u8]) -> Result<ImuCorrector, Error>
+where
+    core::ImuCorrector<N>: Stream + Checkpoint,
+{
+    let (channels, bank) = checkpoint::restore::<core::ImuCorrector<N>>(bytes)?;
+    Ok(ImuCorrector { shared: Shared::new(channels, Box::new(bank) as Box<dyn CorrectorBank>)? })
+}
+
+/// How many numbers a sample has, if they can do with the arguments given; each needs so many.
+fn checked_inputs(inputs: Option<i128>, given: &[(&str, bool, i128)]) -> PyResult<i128> {
+    let needed = given.iter().filter(|(_, given, _)| *given).map(|(_, _, needs)| *needs).max();
+    let inputs = inputs.unwrap_or(needed.unwrap_or(3));
+    if ![3, 6, 7].contains(&inputs) {
+        return Err(PyValueError::new_err(format!("inputs must be 3, 6 or 7, got {inputs}")));
+    }
+    match given.iter().find(|(_, given, needs)| *given && *needs > inputs) {
+        None => Ok(inputs),
+        Some((name, _, needs)) => Err(PyValueError::new_err(format!(
+            "{name} is for samples of {needs} numbers or more, got inputs={inputs}"
+        ))),
+    }
+}
+
+fn vector(name: &str, z: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
+    let found = named(name, z, "(3,)", |shape| shape == [3])?;
+    Ok(std::array::from_fn(|i| found.values[i]))
+}
+
+fn matrix(name: &str, z: &Bound<'_, PyAny>) -> PyResult<[[f64; 3]; 3]> {
+    let found = named(name, z, "(3, 3)", |shape| shape == [3, 3])?;
+    Ok(std::array::from_fn(|i| std::array::from_fn(|j| found.values[3 * i + j])))
+}
+
+/// A curve over temperature from its dict.
+fn curve(given: &Bound<'_, PyAny>) -> PyResult<TemperatureCurve> {
+    const KEYS: [&str; 3] = ["reference", "range", "coefficients"];
+    let wrong = || {
+        let keys = KEYS.map(|key| format!("'{key}'")).join(", ");
+        PyTypeError::new_err(format!("temperature must be a dict of {keys}, got {given}"))
+    };
+    let dict = given.cast::<PyDict>().map_err(|_| wrong())?;
+    let value = |key: &str| dict.get_item(key)?.ok_or_else(wrong);
+    if dict.len() != KEYS.len() {
+        return Err(wrong());
+    }
+    let number = |x: &Bound<'_, PyAny>| x.extract::<f64>().map_err(|_| wrong());
+    let range = named("range", &value("range")?, "(2,)", |shape| shape == [2])?.values;
+    let fits = |shape: &[usize]| matches!(shape, [3, 1..=4]);
+    let expected = "(3, 1) to (3, 4)";
+    let found = named("coefficients", &value("coefficients")?, expected, fits)?;
+    let terms = found.shape[1];
+    let mut coefficients = [[0.0; 4]; 3];
+    for (axis, given) in coefficients.iter_mut().zip(found.values.chunks_exact(terms)) {
+        axis[..terms].copy_from_slice(given);
+    }
+    let reference = number(&value("reference")?)?;
+    Ok(TemperatureCurve { reference, range: [range[0], range[1]], coefficients })
+}
+
+fn square<'py>(
+    corrector: &Bound<'py, ImuCorrector>,
+    of: fn(&Correction) -> &[[f64; 3]; 3],
+) -> PyResult<Bound<'py, PyAny>> {
+    let this = reading(corrector)?;
+    let values = of(this.shared.bank.correction()).as_flattened().to_vec();
+    arrays::array(corrector.py(), values, &[3, 3])
+}
+
+fn row(numbers: &[f64]) -> String {
+    let texts: Vec<String> = numbers.iter().map(|x| text(*x)).collect();
+    format!("[{}]", texts.join(", "))
+}
+
+fn rows<const N: usize>(matrix: &[[f64; N]; 3]) -> String {
+    format!("[{}]", matrix.each_ref().map(|numbers| row(numbers)).join(", "))
+}
+
+fn curve_text(curve: TemperatureCurve) -> String {
+    let TemperatureCurve { reference, range: [low, high], coefficients } = curve;
+    let (reference, low, high) = (text(reference), text(low), text(high));
+    let coefficients = rows(&coefficients);
+    format!(
+        "{{'reference': {reference}, 'range': ({low}, {high}), 'coefficients': {coefficients}}}"
+    )
+}
