@@ -52,14 +52,14 @@ from zerorate.simulate.devices import DEVICES, Device, device
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
     from zerorate.calibrate import Calibration, find_rests
-    from zerorate.calibrate.angle import Integrated, integrate
     from zerorate.calibrate.comparison import (
         CalibrationComparison,
         MovedParameter,
         compare_calibrations,
     )
-    from zerorate.calibrate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
-    from zerorate.calibrate.reference import FittedRate, fit_rate
+    from zerorate.calibrate.rate.angle import Integrated, integrate
+    from zerorate.calibrate.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
+    from zerorate.calibrate.rate.reference import FittedRate, fit_rate
     from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
     from zerorate.simulate.session import (
         AccelErrors,
@@ -140,20 +140,20 @@ _LATER = {
     "AccelErrors": "simulate.session",
     "Calibration": "calibrate.calibration",
     "CalibrationComparison": "calibrate.comparison",
-    "FittedRate": "calibrate.reference",
+    "FittedRate": "calibrate.rate.reference",
     "GyroErrors": "simulate.session",
-    "Integrated": "calibrate.angle",
+    "Integrated": "calibrate.rate.angle",
     "MovedParameter": "calibrate.comparison",
-    "RateTable": "calibrate.rate_table",
-    "RateTableAxis": "calibrate.rate_table",
+    "RateTable": "calibrate.rate.rate_table",
+    "RateTableAxis": "calibrate.rate.rate_table",
     "SimulatedSession": "simulate.session",
     "TemperatureBias": "calibrate.temperature",
     "TemperatureModel": "calibrate.temperature",
-    "calibrate_rate_table": "calibrate.rate_table",
-    "find_rests": "calibrate.rests",
+    "calibrate_rate_table": "calibrate.rate.rate_table",
+    "find_rests": "calibrate.fit.rests",
     "compare_calibrations": "calibrate.comparison",
-    "fit_rate": "calibrate.reference",
-    "integrate": "calibrate.angle",
+    "fit_rate": "calibrate.rate.reference",
+    "integrate": "calibrate.rate.angle",
     "simulate_session": "simulate.session",
 }
 """Modules that are imported when they, or a name in them, are first asked for."""

@@ -9,7 +9,7 @@ import zerorate as zr
 from oracle.turns import exponential
 from oracle.turns import turn as slow_turn
 from support.calibrated import calibration, deviations, session, sigmas, with_data
-from zerorate.calibrate.turns import rotation_vectors
+from zerorate.calibrate.fit.turns import rotation_vectors
 
 DEG = np.pi / 180.0
 SEEDS = range(1, 7)

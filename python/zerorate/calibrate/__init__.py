@@ -7,7 +7,7 @@ from zerorate.calibrate.calibrate import CalibrationError, calibrate
 
 if TYPE_CHECKING:
     from zerorate.calibrate.calibration import Calibration, Rest, SensorCalibration, Turn
-    from zerorate.calibrate.rests import find_rests
+    from zerorate.calibrate.fit.rests import find_rests
 
 __all__ = [
     "Calibration",
@@ -24,7 +24,7 @@ _LATER = {
     "Rest": "calibration",
     "SensorCalibration": "calibration",
     "Turn": "calibration",
-    "find_rests": "rests",
+    "find_rests": "fit.rests",
 }
 """Modules that are imported when a name in them is first asked for."""
 

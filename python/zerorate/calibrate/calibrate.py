@@ -9,10 +9,10 @@ from zerorate.io.log import LogError, Recording
 
 if TYPE_CHECKING:
     from zerorate.calibrate.calibration import Calibration, Rest
+    from zerorate.calibrate.fit.sensors import Source
+    from zerorate.calibrate.fit.solution import GSensitivity
+    from zerorate.calibrate.fit.starts import PriorName
     from zerorate.calibrate.parameters import Frame
-    from zerorate.calibrate.sensors import Source
-    from zerorate.calibrate.solution import GSensitivity
-    from zerorate.calibrate.starts import PriorName
 
 __all__ = ["CalibrationError", "calibrate"]
 
@@ -110,7 +110,7 @@ def calibrate(
     (True, True, ())
     """
     # All that it takes is imported when it is first asked for: its name is that of the package.
-    from zerorate.calibrate.steps import Choices, calibrated
+    from zerorate.calibrate.fit.steps import Choices, calibrated
 
     choices = Choices(gravity, g_sensitivity, frame, prior, saturation)
     return calibrated(choices, recording, gyro=gyro, accel=accel, rate=rate, rests=rests)

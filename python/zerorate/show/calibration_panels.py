@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.calibrate.joint_fit import DATASHEET
+from zerorate.calibrate.fit.joint_fit import DATASHEET
 from zerorate.calibrate.parameters import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
 from zerorate.show.scales import limits, outline
 from zerorate.show.style import (

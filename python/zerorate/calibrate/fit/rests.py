@@ -11,7 +11,7 @@ import numpy as np
 
 from zerorate import units
 from zerorate.calibrate.calibration import Rest
-from zerorate.calibrate.sensors import STANDARD_GRAVITY, Sensor, sensor
+from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY, Sensor, sensor
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.types import Booleans, Floats, Integers
 

@@ -9,8 +9,8 @@ from typing import Final, Literal
 import numpy as np
 
 from zerorate.calibrate.calibration import Rest, Turn
-from zerorate.calibrate.g_sensitivity import AtRest, at_rest
-from zerorate.calibrate.joint_fit import (
+from zerorate.calibrate.fit.g_sensitivity import AtRest, at_rest
+from zerorate.calibrate.fit.joint_fit import (
     DETERMINED,
     Fit,
     Observations,
@@ -20,9 +20,9 @@ from zerorate.calibrate.joint_fit import (
     joint_fit,
     sizes,
 )
-from zerorate.calibrate.rests import Stillness, mean_variances
-from zerorate.calibrate.sensors import Sensor
-from zerorate.calibrate.turns import Carried, carried, misses, turn_biases
+from zerorate.calibrate.fit.rests import Stillness, mean_variances
+from zerorate.calibrate.fit.sensors import Sensor
+from zerorate.calibrate.fit.turns import Carried, carried, misses, turn_biases
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["Record", "Solution", "errors_of", "held_out_errors", "solve"]

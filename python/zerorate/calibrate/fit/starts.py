@@ -7,10 +7,10 @@ from typing import Final, Literal
 
 import numpy as np
 
-from zerorate.calibrate.joint_fit import DATASHEET, WIDE, Prior, forces, sizes
-from zerorate.calibrate.sensors import STANDARD_GRAVITY
-from zerorate.calibrate.solution import Record, Sensors, errors_of
-from zerorate.calibrate.turns import cross_matrices
+from zerorate.calibrate.fit.joint_fit import DATASHEET, WIDE, Prior, forces, sizes
+from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY
+from zerorate.calibrate.fit.solution import Record, Sensors, errors_of
+from zerorate.calibrate.fit.turns import cross_matrices
 from zerorate.io.log import LogError
 from zerorate.types import Floats
 

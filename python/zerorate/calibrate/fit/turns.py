@@ -11,7 +11,7 @@ import numpy as np
 
 from zerorate._native import carry_turns
 from zerorate.calibrate.calibration import Rest, Turn
-from zerorate.calibrate.sensors import Sensor
+from zerorate.calibrate.fit.sensors import Sensor
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = [

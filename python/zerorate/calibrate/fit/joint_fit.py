@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.calibrate.turns import Carried, cross_matrices
+from zerorate.calibrate.fit.turns import Carried, cross_matrices
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = [

@@ -9,9 +9,9 @@ from typing import Final
 import numpy as np
 
 from zerorate.calibrate.calibration import Rest, Turn
-from zerorate.calibrate.joint_fit import LOWER, Fit, Prior
+from zerorate.calibrate.fit.joint_fit import LOWER, Fit, Prior
+from zerorate.calibrate.fit.turns import GAP, LONG, SATURATED
 from zerorate.calibrate.parameters import PARAMETERS
-from zerorate.calibrate.turns import GAP, LONG, SATURATED
 from zerorate.types import Booleans, Floats
 
 __all__ = ["advice_on", "handedness", "problems_of"]

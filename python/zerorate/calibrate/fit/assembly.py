@@ -9,8 +9,13 @@ from typing import Final
 import numpy as np
 
 from zerorate.calibrate.calibration import Calibration, Rest, Turn
-from zerorate.calibrate.joint_fit import LOWER, Prior, forces
-from zerorate.calibrate.judgement import advice_on, problems_of
+from zerorate.calibrate.fit.joint_fit import LOWER, Prior, forces
+from zerorate.calibrate.fit.judgement import advice_on, problems_of
+from zerorate.calibrate.fit.rests import in_raw_units
+from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY
+from zerorate.calibrate.fit.solution import Record, Solution, errors_of, held_out_errors
+from zerorate.calibrate.fit.starts import nominal_sensors
+from zerorate.calibrate.fit.turns import rotation_vectors
 from zerorate.calibrate.parameters import (
     ACCEL_BIAS,
     ACCEL_MATRIX,
@@ -18,11 +23,6 @@ from zerorate.calibrate.parameters import (
     GYRO_BIAS,
     GYRO_MATRIX,
 )
-from zerorate.calibrate.rests import in_raw_units
-from zerorate.calibrate.sensors import STANDARD_GRAVITY
-from zerorate.calibrate.solution import Record, Solution, errors_of, held_out_errors
-from zerorate.calibrate.starts import nominal_sensors
-from zerorate.calibrate.turns import rotation_vectors
 from zerorate.types import Booleans, Floats
 
 __all__ = ["Case", "assembled"]

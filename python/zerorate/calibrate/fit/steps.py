@@ -8,17 +8,17 @@ from typing import Final, get_args
 
 import numpy as np
 
-from zerorate.calibrate.assembly import Case, assembled
 from zerorate.calibrate.calibrate import CalibrationError
 from zerorate.calibrate.calibration import Calibration, Rest
-from zerorate.calibrate.joint_fit import Prior
-from zerorate.calibrate.judgement import handedness
+from zerorate.calibrate.fit.assembly import Case, assembled
+from zerorate.calibrate.fit.joint_fit import Prior
+from zerorate.calibrate.fit.judgement import handedness
+from zerorate.calibrate.fit.rests import FLOORS, given_rests, rests_of
+from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY, Sensor, Source, chosen, sensor
+from zerorate.calibrate.fit.solution import GSensitivity, Record, Solution, solve
+from zerorate.calibrate.fit.starts import PriorName, check_gravity, start_of
+from zerorate.calibrate.fit.turns import saturated, turns_between
 from zerorate.calibrate.parameters import Frame
-from zerorate.calibrate.rests import FLOORS, given_rests, rests_of
-from zerorate.calibrate.sensors import STANDARD_GRAVITY, Sensor, Source, chosen, sensor
-from zerorate.calibrate.solution import GSensitivity, Record, Solution, solve
-from zerorate.calibrate.starts import PriorName, check_gravity, start_of
-from zerorate.calibrate.turns import saturated, turns_between
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.noise.coefficient import positive
 
