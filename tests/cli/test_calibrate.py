@@ -141,6 +141,21 @@ class TestReplay:
         expected = zr.DriftFilter(100.0, channels=3, rest_limit=3.0).process(corrected.data)
         np.testing.assert_array_equal(found.data, expected)
 
+    def test_of_several_accelerometers_the_first_is_taken(self, call, cal, tmp_path, out):
+        recording = recorded(calibration())[0]
+        columns = {
+            f"imu{k}_{name}_{axis}_{'dps' if name == 'gyro' else 'g'}": log.data[:, i]
+            for k in (1, 2)
+            for name, log in recording.items()
+            for i, axis in enumerate("xyz")
+        }
+        log = write_table(tmp_path / "two.csv", columns)
+        code, text, _ = call(
+            "replay", "--calibration", cal, log, "-o", out, "--only", "--no-figure"
+        )
+        assert code == 0
+        assert "- of 2 accelerometers the first is taken for the force on the gyro" in text
+
     def test_what_does_not_fit(self, call, cal, tmp_path, out):
         log = write_table(tmp_path / "run.csv", {"gyro_x_dps": np.ones(400)})
         code, _, errors = call("replay", "--calibration", cal, log, "-o", out, "--no-figure")

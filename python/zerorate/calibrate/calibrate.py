@@ -53,7 +53,7 @@ def calibrate(
         With a gyro and an accelerometer, each on its own clock; NaN marks missing samples.
     gravity : float, optional
         Local gravity, m/s^2. Default 9.80665, from which it differs by up to 0.3 %: the scale of
-        the accelerometer moves by as much, and nothing else.
+        the accelerometer moves by as much.
     accel, gyro : str, Log or array_like, shape (n, 3), optional
         Which logs of the recording, if it has several; or the samples themselves. An array has no
         unit: gravity and the turns find it, and corrected samples are in rad/s and m/s^2.

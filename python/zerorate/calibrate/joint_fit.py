@@ -52,7 +52,7 @@ _LINEAR: Final = 1e-3
 misses is the square of it."""
 
 _PINNED: Final = 1e-6
-_PER_ANGLE: Final = 1e-3
+_PER_ANGLE: Final = 5e-4
 """First guess at what a turn errs by beyond noise, parts of its angle."""
 
 

@@ -85,7 +85,8 @@ def problems_of(
     errors
         |f|/g - 1 and misses of carried gravity, rad, held out if there are enough.
     """
-    found = _on_scale(fit, known_units) + _on_size(*errors, turns, fit.weights)
+    still = errors[0][[not rest.reason for rest in rests]]
+    found = _on_scale(fit, known_units) + _on_size(still, errors[1], turns, fit.weights)
     lost = [name for name, known in zip(PARAMETERS, identifiable, strict=True) if not known]
     lost = [name for name in lost if "g_sensitivity" not in name]
     if lost:
@@ -112,21 +113,22 @@ def _on_scale(fit: Fit, known_units: tuple[bool, bool]) -> list[str]:
 
 def _on_size(norms: Floats, misses: Floats, turns: Sequence[Turn], weights: Floats) -> list[str]:
     found = []
-    norm = float(np.sqrt(np.mean(norms**2)))
+    norm = float(np.sqrt(np.mean(norms**2))) if len(norms) else 0.0
     if norm > _MOST_NORM:
         found.append(
             f"|f| at rest misses gravity by {1e3 * norm:.0f} mg RMS: rests were not still, or "
             "samples are wrong"
         )
     if len(misses):
-        miss = float(np.sqrt(np.mean(misses**2)))
-        angle = float(np.sqrt(np.mean([turn.angle**2 for turn in turns])))
-        if miss > _MOST_MISS * angle:
+        # A knock makes one turn bad, and not the others.
+        miss = float(np.median(misses))
+        if miss > _MOST_MISS * float(np.median([turn.angle for turn in turns])):
             found.append(
-                f"gravity carried through the turns by the gyro misses by {miss / _DEG:.1f} deg RMS"
+                "gravity carried through the turns by the gyro misses by "
+                f"{miss / _DEG:.1f} deg at the median"
             )
     outliers = int((weights < 0.5).sum())
-    if outliers > _MOST_OUTLIERS * len(weights):
+    if outliers > _MOST_OUTLIERS * max(len(weights), 1):
         found.append(f"{outliers} of {len(weights)} turns disagree with the others")
     return found
 

@@ -343,7 +343,7 @@ def find_rests(recording: Recording | Log) -> tuple[Rest, ...]:
     >>> rate[400:600] += 20 * np.hanning(200)[:, np.newaxis]
     >>> log = Log(np.arange(1000) / 100, 100.0, rate, ["gyro_x", "gyro_y", "gyro_z"], "deg/s")
     >>> [(round(rest.start, 1), round(rest.stop, 1)) for rest in find_rests(log)]
-    [(0.1, 3.7), (6.2, 9.9)]
+    [(0.1, 3.8), (6.2, 9.9)]
     """
     gyro, accel = _sensors_in(recording)
     both = [one for one in (gyro, accel) if one is not None]

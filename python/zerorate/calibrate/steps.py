@@ -107,7 +107,7 @@ def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]
     if gravity is None:
         notes.append(
             "gravity was not given: 9.80665 m/s^2 was taken, from which it differs by up to 0.3 % "
-            "over the Earth; the scale of the accelerometer moves by as much, and nothing else"
+            "over the Earth; the scale of the accelerometer moves by as much"
         )
     for log, one in zip(logs, sensors, strict=True):
         if not one.known:

@@ -55,7 +55,11 @@ def corrected_gyro(reading: Reading, source: LogSource, calibration: Calibration
         gyro = calibration.apply(recording).gyro
         if gyro is None:
             raise LogError("there is no gyro")
-        return gyro
+        count = len(recording.of_kind("accel"))
+        if count < 2:
+            return gyro
+        first = f"of {count} accelerometers the first is taken for the force on the gyro"
+        return replace(gyro, meta={**gyro.meta, "notes": (*gyro.meta["notes"], first)})
 
 
 @contextmanager
