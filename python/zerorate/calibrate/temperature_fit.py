@@ -27,9 +27,6 @@ _MOVES: Final = 0.02
 """Part of the span by which it then changes."""
 
 _LEAST_FREEDOM: Final = 3
-_BETTER: Final = 2.0
-"""By how much the criterion must fall for a higher degree."""
-
 _WALKS: Final = 10.0 ** np.arange(-6.0, 3.1, 0.25)
 """Variances that a walk adds in one block, over the white variance of a block's mean."""
 
@@ -243,10 +240,7 @@ class _Regression(NamedTuple):
 
 def _axis(whitened: _Whitened, both: _Whitened | None, column: int, allowed: int) -> Fit:
     found = list(_regressions(whitened, column, allowed))
-    degree = 0
-    for higher in range(1, len(found)):
-        if found[higher].criterion < found[degree].criterion - _BETTER:
-            degree = higher
+    degree = int(np.argmin([one.criterion for one in found]))
     mean, covariance = found[degree].average()
     coefficients, spread = np.zeros(DEGREES + 1), np.zeros((DEGREES + 1, DEGREES + 1))
     coefficients[: degree + 1], spread[: degree + 1, : degree + 1] = mean, covariance
