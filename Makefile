@@ -10,7 +10,7 @@ SOURCES := $(shell find rust python -name '*.rs' -o -name '*.toml' -o -name 'pyp
 
 RECORDINGS ?= ../shared/data
 
-.PHONY: help demo test test-core test-package fuzz lint docs bench results compare clean check-python check-cargo
+.PHONY: help demo test test-core test-package fuzz lint lint-core lint-package docs bench results compare clean check-python check-cargo
 
 help: ## Show this help
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -33,10 +33,14 @@ fuzz: $(TOOLS) ## Search for faults for MINUTES (60), with a seed of its own
 	FUZZ_SEED=$${FUZZ_SEED:-$$(date +%s)} FUZZ_MINUTES=$(MINUTES) \
 		$(BIN)/python -m pytest tests/fuzz --numprocesses=logical
 
-lint: $(TOOLS) ## Check format, lints, types and stubs
+lint: lint-core lint-package ## Check format, lints, types and stubs
+
+lint-core: | check-cargo
 	cargo fmt --all --check
 	cargo clippy --all-targets -- -D warnings
 	cargo clippy --package zerorate-bare --profile bare -- -D warnings
+
+lint-package: $(TOOLS)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy

@@ -21,6 +21,7 @@ from zerorate._native import (
     WaveletDenoiser,
     __version__,
 )
+from zerorate.calibrate import Calibration, CalibrationError, calibrate, find_rests
 from zerorate.denoise import Denoised, denoise
 from zerorate.io import (
     Log,
@@ -50,11 +51,22 @@ from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
+    from zerorate.calibrate.angle import Integrated, integrate
+    from zerorate.calibrate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
+    from zerorate.simulate.session import (
+        AccelErrors,
+        GyroErrors,
+        SimulatedSession,
+        simulate_session,
+    )
 
 __all__ = [
     "DEVICES",
+    "AccelErrors",
     "AllanNoise",
     "AllanResult",
+    "Calibration",
+    "CalibrationError",
     "Coefficient",
     "Contamination",
     "Denoised",
@@ -62,31 +74,41 @@ __all__ = [
     "DriftFilter",
     "DynamicAllan",
     "FittedModel",
+    "GyroErrors",
     "ImuCorrector",
+    "Integrated",
     "Log",
     "LogError",
     "Markov",
     "NoiseModel",
+    "RateTable",
+    "RateTableAxis",
     "Recording",
     "RecursiveLeastSquares",
     "RestDetector",
+    "SimulatedSession",
     "Sinusoid",
     "StreamingAllan",
     "Trace",
     "WaveletDenoiser",
     "__version__",
     "allan",
+    "calibrate",
+    "calibrate_rate_table",
     "compare",
     "denoise",
     "device",
     "dynamic_allan",
+    "find_rests",
     "identify",
+    "integrate",
     "live",
     "metrics",
     "raw_counts",
     "read_log",
     "read_recording",
     "simulate",
+    "simulate_session",
     "split_log",
     "units",
     "whittle",
@@ -95,11 +117,30 @@ __all__ = [
 ]
 
 
+_LATER = {
+    "compare": "compare",
+    "identify": "identify",
+    "live": "live",
+    "metrics": "metrics",
+    "AccelErrors": "simulate.session",
+    "GyroErrors": "simulate.session",
+    "Integrated": "calibrate.angle",
+    "RateTable": "calibrate.rate_table",
+    "RateTableAxis": "calibrate.rate_table",
+    "SimulatedSession": "simulate.session",
+    "calibrate_rate_table": "calibrate.rate_table",
+    "integrate": "calibrate.angle",
+    "simulate_session": "simulate.session",
+}
+"""Modules that are imported when they, or a name in them, are first asked for."""
+
+
 def __getattr__(name: str) -> Any:  # noqa: ANN401
     """Import the large parts when they are first asked for."""
-    if name in ("compare", "identify", "live", "metrics"):
-        return import_module(f"zerorate.{name}")
-    raise AttributeError(f"module 'zerorate' has no attribute {name!r}")
+    if name not in _LATER:
+        raise AttributeError(f"module 'zerorate' has no attribute {name!r}")
+    module = import_module(f"zerorate.{_LATER[name]}")
+    return module if _LATER[name] == name else getattr(module, name)
 
 
 def __dir__() -> list[str]:

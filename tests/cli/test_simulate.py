@@ -1,10 +1,12 @@
 """``zerorate simulate`` and ``zerorate demo``: logs and truths of simulated gyros."""
 
+import json
+
 import numpy as np
 import pytest
 
 from support.commands import names
-from zerorate import DEVICES, read_log
+from zerorate import DEVICES, GyroErrors, read_log, read_recording, simulate_session
 
 
 class TestSimulate:
@@ -55,6 +57,45 @@ class TestSimulate:
         (out / "sim-truth.csv").write_text("old")
         assert call("simulate", "mpu6050", "-o", out / "sim.csv", "--duration", "1")[0] == 2
         assert names(out) == ["sim-truth.csv"]
+
+
+class TestSession:
+    @pytest.mark.parametrize("kind", ["csv", "tsv", "parquet"])
+    def test_log_and_truth(self, call, out, kind):
+        file = out / f"session.{kind}"
+        options = ("--poses", "3", "--temperature", "20,30")
+        assert call("simulate", "-o", file, *options)[0] == 0
+        recording = read_recording(file)
+        expected = simulate_session(
+            3,
+            temperature=(20.0, 30.0),
+            gyro=GyroErrors(temperature=np.radians(((0.2, -0.1, 0.15), (0.02, 0.01, -0.01)))),
+        )
+        assert set(recording) == {"gyro", "accel", "temperature"}
+        for name, log in expected.recording.items():
+            np.testing.assert_array_equal(recording[name].data, log.data)
+            assert (recording[name].unit, recording[name].rate) == (log.unit, log.rate)
+        truth = json.loads((out / "session-truth.json").read_text())
+        assert list(truth["parameters"]) == list(expected.truth.parameters)
+        assert list(truth["parameters"].values()) == expected.truth.values.tolist()
+
+    @pytest.mark.parametrize(
+        ("options", "message"),
+        [
+            (("--poses", "3"), "needs a file"),
+            (("--poses", "3", "-o", "a.npz"), "cannot write a log as '.npz'"),
+            (("--poses", "3", "-o", "a.csv", "--axes", "2"), "--axes has no meaning with --poses"),
+            (("--poses", "0", "-o", "a.csv"), "poses must be a whole number from 1"),
+            (("--poses", "3", "-o", "a.csv", "--temperature", "20"), "takes two numbers"),
+            (("mpu6050", "-o", "a.csv", "--temperature", "1,2"), "--temperature needs --poses"),
+        ],
+    )
+    def test_usage(self, call, out, monkeypatch, options, message):
+        monkeypatch.chdir(out)
+        code, _, errors = call("simulate", *options)
+        assert code == 2
+        assert message in errors
+        assert names(out) == []
 
 
 class TestDemo:

@@ -16,15 +16,15 @@ COMMANDS = {
     "allan": ("allan", "{log}", "-o", "new/a.csv"),
     "identify": ("identify", "{log}", "-o", "new"),
     "compare": ("compare", "{log}", "--json", "new/a.json"),
-    "simulate": ("simulate", "MPU-6050", "-o", "new/a.csv", "--duration", "3000"),
-    "demo": ("demo", "-o", "new", "--duration", "2000"),
+    "simulate": ("simulate", "MPU-6050", "-o", "new/a.csv", "--duration", "1000"),
+    "demo": ("demo", "-o", "new", "--duration", "600"),
 }
 TOLD = {signal.SIGINT: "zerorate: interrupted\n", signal.SIGTERM: "zerorate: terminated\n"}
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
-    return write_gyros(tmp_path_factory.mktemp("logs") / "run.parquet", n=30_000, axes=1)
+    return write_gyros(tmp_path_factory.mktemp("logs") / "run.parquet", n=15_000, axes=1)
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -43,9 +43,7 @@ def test_at_any_moment(command, log, tmp_path):
     usual = time.monotonic() - begin
     assert (process.returncode, errors) == (0, "")
     whole = sorted(path.name for path in (tmp_path / "whole" / "new").iterdir())
-    for i, (share, number) in enumerate(
-        [(0.5, signal.SIGINT), (0.7, signal.SIGTERM), (0.9, signal.SIGINT)]
-    ):
+    for i, (share, number) in enumerate([(0.6, signal.SIGINT), (0.85, signal.SIGTERM)]):
         with started(tmp_path / str(i)) as process:
             time.sleep(share * usual)
             process.send_signal(number)

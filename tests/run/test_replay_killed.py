@@ -68,10 +68,8 @@ def hidden(folder):
 @pytest.mark.parametrize(
     ("number", "share", "old"),
     [
-        (signal.SIGINT, 0.5, False),
         (signal.SIGTERM, 0.6, True),
         (signal.SIGKILL, 0.7, False),
-        (signal.SIGKILL, 0.8, True),
         (signal.SIGINT, 0.85, True),
         (signal.SIGTERM, 0.9, False),
         (signal.SIGKILL, 0.95, True),

@@ -2,14 +2,44 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import os
+from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from zerorate.calibrate.exports import to_ardupilot, to_imu_tk, to_kalibr, to_px4
+from zerorate.calibrate.frames import gyro_to_accel, in_frame
+from zerorate.calibrate.json_text import from_json, to_json
+from zerorate.calibrate.parameters import (
+    ACCEL_BIAS,
+    ACCEL_MATRIX,
+    G_SENSITIVITY,
+    GYRO_BIAS,
+    GYRO_MATRIX,
+    PARAMETERS,
+    Frame,
+    Matrix,
+    Vector,
+    estimated,
+)
+from zerorate.calibrate.removal import (
+    apply,
+    apply_accel,
+    apply_gyro,
+    checked,
+    corrector,
+    in_units,
+)
 from zerorate.noise.coefficient import Coefficient
 from zerorate.types import Booleans, Floats
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from zerorate.calibrate.temperature import TemperatureModel
+    from zerorate.io import Recording
 
 __all__ = [
     "ACCEL_BIAS",
@@ -26,29 +56,6 @@ __all__ = [
     "Turn",
     "Vector",
 ]
-
-Frame = Literal["x", "z", "symmetric"]
-Vector = tuple[Coefficient, Coefficient, Coefficient]
-Matrix = tuple[Vector, Vector, Vector]
-
-_AXES: Final = "xyz"
-_VECTOR: Final = tuple(_AXES)
-_MATRIX: Final = tuple(map("".join, product(_AXES, _AXES)))
-
-PARAMETERS: Final = (
-    *(f"accel.matrix.{axes}" for axes in _MATRIX),
-    *(f"accel.bias.{axis}" for axis in _VECTOR),
-    *(f"gyro.matrix.{axes}" for axes in _MATRIX),
-    *(f"gyro.bias.{axis}" for axis in _VECTOR),
-    *(f"gyro.g_sensitivity.{axes}" for axes in _MATRIX),
-)
-"""Names of all parameters, in the order of `Calibration.values`; matrices row by row."""
-
-ACCEL_MATRIX: Final = slice(0, 9)
-ACCEL_BIAS: Final = slice(9, 12)
-GYRO_MATRIX: Final = slice(12, 21)
-GYRO_BIAS: Final = slice(21, 24)
-G_SENSITIVITY: Final = slice(24, 33)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +117,8 @@ class Turn:
         Whether the fit used it.
     reason
         Why it was not, or what is odd about it.
+    residual_raw
+        The same angle before calibration, NaN where it was not computed.
     """
 
     start: float
@@ -122,6 +131,7 @@ class Turn:
     residual: float
     used: bool = True
     reason: str = ""
+    residual_raw: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -201,6 +211,23 @@ class Calibration:
         Samples a second of the gyro.
     temperature
         Mean temperature of the record, degC, or None.
+    temperature_model
+        Bias of the gyro by temperature, in its raw unit, or None: `with_temperature` adds one.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.calibrate import Calibration
+    >>> values = np.zeros(33)
+    >>> values[[0, 4, 8, 12, 16, 20]] = 1.0, 1.0, 1.0, 1.02, 1.0, 1.0
+    >>> values[21:24] = 0.5, -0.2, 0.1
+    >>> units = {"accel_units": ("g", "g"), "gyro_units": ("deg/s", "deg/s")}
+    >>> known = {"covariance": np.zeros((33, 33)), "identifiable": np.ones(33, dtype=bool)}
+    >>> calibration = Calibration(values, **known, **units, gravity=9.81, rate=100.0)
+    >>> calibration.gyro.scale[0], calibration.valid
+    (Coefficient(1.02), True)
+    >>> calibration.apply_gyro([102.5, -0.2, 0.1]).round(6).tolist()
+    [100.0, 0.0, 0.0]
     """
 
     values: Floats
@@ -222,6 +249,126 @@ class Calibration:
     advice: tuple[str, ...] = ()
     notes: tuple[str, ...] = field(default=(), kw_only=True)
     temperature: float | None = field(default=None, kw_only=True)
+    temperature_model: TemperatureModel | None = field(default=None, kw_only=True)
+
+    apply = apply
+    apply_accel = apply_accel
+    apply_gyro = apply_gyro
+    corrector = corrector
+    to_ardupilot = to_ardupilot
+    to_imu_tk = to_imu_tk
+    to_json = to_json
+    to_kalibr = to_kalibr
+    to_px4 = to_px4
+
+    @classmethod
+    def from_json(cls, source: str | os.PathLike[str]) -> Self:
+        """Read a calibration that `to_json` wrote, equal to the last bit.
+
+        Parameters
+        ----------
+        source : str or path
+            The text, beginning with ``{``, or the path of a file.
+
+        Raises
+        ------
+        ValueError
+            If it is not such a text, or of an unknown version.
+        OSError
+            If the file cannot be read.
+        """
+        return from_json(source, cls)
+
+    def to_frame(self, frame: Frame) -> Calibration:
+        """Return the same calibration in other axes of the body, errors and all.
+
+        Parameters
+        ----------
+        frame : {"x", "z", "symmetric"}
+            Which axes of the body are those of the accelerometer: x, and y in its x-y plane, as
+            Kalibr has it; z, and y in its y-z plane, as imu_tk; or as near to all as can be, with
+            a symmetric matrix.
+
+        Returns
+        -------
+        Calibration
+            Values, covariance, directions of rests and axes of turns in these axes.
+
+        Raises
+        ------
+        ValueError
+            If there is no such frame, or the accelerometer's axes are left-handed.
+        """
+        return in_frame(self, frame)
+
+    def in_units(self, *, gyro: str | None = None, accel: str | None = None) -> Calibration:
+        """Return the same calibration for samples in other units, which correction keeps.
+
+        Parameters
+        ----------
+        gyro, accel : str, optional
+            Units of `zerorate.units`; by default as they are.
+
+        Raises
+        ------
+        ValueError
+            If a unit is not of its sensor, or that of the raw samples is not known.
+        """
+        return in_units(self, gyro or self.gyro_units[0], accel or self.accel_units[0])
+
+    def with_temperature(self, model: TemperatureModel | None) -> Calibration:
+        """Return the same calibration with the gyro's bias by temperature.
+
+        Parameters
+        ----------
+        model : TemperatureModel or None
+            Of three axes, in the gyro's raw unit. Where the temperature is known its prediction
+            takes the place of ``gyro.bias``; None for no model.
+
+        Raises
+        ------
+        ValueError
+            If the model has another number of axes, or another unit.
+        """
+        return replace(self, temperature_model=None if model is None else checked(self, model))
+
+    def plot(self, recording: Recording | None = None) -> Figure:
+        """Return the figure of the calibration, 180 mm wide; needs matplotlib.
+
+        Parameters
+        ----------
+        recording : Recording, optional
+            What it was made of: adds a panel of the raw log with the rests that were found.
+
+        Raises
+        ------
+        ImportError
+            Without matplotlib, of the extra ``plot``.
+        """
+        from zerorate.show import plot_calibration
+
+        return plot_calibration(self, recording)
+
+    def __str__(self) -> str:
+        """Return a table of all that was found, and whether it is valid."""
+        from zerorate.show import format_calibration
+
+        return format_calibration(self)
+
+    def __repr__(self) -> str:
+        """Return in one line whether it is valid, and what it was made of."""
+        rests, turns = (sum(one.used for one in many) for many in (self.rests, self.turns))
+        state = "valid" if self.valid else "not valid"
+        return f"Calibration({state}; {rests} rests and {turns} turns; frame {self.frame!r})"
+
+    @property
+    def gyro_to_accel(self) -> Vector:
+        """Rotation vector of C in v_accel = C v_gyro, rad: how the sensors are turned.
+
+        The axes of a sensor are those in which its matrix is lower triangular: its own x axis, and
+        y in its x-y plane. They are the same in every frame.
+        """
+        return gyro_to_accel(self)
 
     @property
     def valid(self) -> bool:
@@ -264,7 +411,7 @@ class Calibration:
     def _coefficients(self, places: slice) -> tuple[Coefficient, ...]:
         sigmas = np.sqrt(np.diagonal(self.covariance)[places])
         known = zip(self.values[places], sigmas, self.identifiable[places], strict=True)
-        return tuple(_coefficient(v, s, bool(i)) for v, s, i in known)
+        return tuple(estimated(v, s, bool(i)) for v, s, i in known)
 
     def _misalignment(self, places: slice) -> tuple[Coefficient, ...]:
         """Return each element over the diagonal of its row, and its error to first order."""
@@ -279,13 +426,8 @@ class Calibration:
             gradient = np.zeros(9)
             gradient[element], gradient[scale] = 1.0 / matrix[scale], -ratio / matrix[scale]
             sigma = float(np.sqrt(gradient @ covariance @ gradient))
-            found.append(_coefficient(ratio, sigma, bool(self.identifiable[places][element])))
+            found.append(estimated(ratio, sigma, bool(self.identifiable[places][element])))
         return tuple(found)
-
-
-def _coefficient(value: float, sigma: float, identifiable: bool) -> Coefficient:
-    known = Coefficient(value, sigma)
-    return known if identifiable else Coefficient(value, sigma, False, known.upper_bound)
 
 
 def _three(known: tuple[Coefficient, ...]) -> Vector:

@@ -39,14 +39,20 @@ _COMMANDS: Final = {
         "Find ARMA models of the drift from a log at rest, and test them.",
         "zerorate identify static.csv --unit deg/s -o out",
     ),
+    "calibrate": (
+        "Calibrate an IMU from a log of hand turns: scale, misalignment, bias, with errors.",
+        "zerorate calibrate turns.csv --unit deg/s,g --export kalibr -o out",
+    ),
     "simulate": (
-        "Write a log of a simulated gyro, and its true drift.",
+        "Write a log of a simulated gyro and its true drift, or of an IMU to calibrate.",
         "zerorate simulate MPU-6050 -o gyro.csv --duration 600",
     ),
 }
 """What help says of each command, and an example of it; first comes what a newcomer needs."""
 
-_ABOUT: Final = "Removes the bias of MEMS gyros, live or from a log, and measures their noise."
+_ABOUT: Final = (
+    "Removes the bias of MEMS gyros, live or from a log, measures their noise, and calibrates them."
+)
 _EPILOG: Final = "Begin with: zerorate demo. Options of a command: zerorate replay --help."
 
 

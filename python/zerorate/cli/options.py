@@ -19,6 +19,8 @@ from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, Option, check_used
 
 __all__ = [
     "OUTPUT",
+    "PANEL",
+    "READING",
     "RECORDING",
     "FigureFormat",
     "FigureFormatOption",
@@ -198,7 +200,9 @@ class Reading:
             return reader(source, **self.arguments, **further)
 
 
-_PANEL: Final = "Reading the log"
+PANEL: Final = "Reading the log"
+"""The panel of help with how a log is read."""
+
 _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
     "columns": (
         str,
@@ -249,6 +253,9 @@ _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
 }
 """Type, metavar and help of the options of reading a log."""
 
+READING: Final = tuple(_READING)
+"""Names of those options."""
+
 
 def with_reading_options(
     *, without: Sequence[str] = (), help: Mapping[str, str] | None = None
@@ -271,7 +278,7 @@ def with_reading_options(
         about = typer.Option(
             metavar=metavar,
             help=texts.get(name, text),
-            rich_help_panel=_PANEL,
+            rich_help_panel=PANEL,
             show_default=False,
         )
         return _keyword(name, Annotated[kind | None, about], None)

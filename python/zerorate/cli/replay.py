@@ -9,6 +9,8 @@ from typing import Annotated, Any, Final
 
 import typer
 
+from zerorate.calibrate.calibration import Calibration
+from zerorate.cli.calibrations import corrected_gyro, read_calibration
 from zerorate.cli.errors import (
     DataFault,
     UsageFault,
@@ -20,6 +22,7 @@ from zerorate.cli.errors import (
 )
 from zerorate.cli.options import (
     OUTPUT,
+    PANEL,
     FigureFormat,
     FigureFormatOption,
     Force,
@@ -44,6 +47,7 @@ from zerorate.cli.outputs import (
 )
 from zerorate.cli.records import print_title, records
 from zerorate.io import Log, LogError, LogFile, open_log, write_log
+from zerorate.io.formats import LogSource
 from zerorate.io.log import Header
 from zerorate.options import used_by, with_limits
 from zerorate.progress import Progress
@@ -76,6 +80,15 @@ def replay(
         ),
     ] = False,
     force: Force = False,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CAL",
+            help="Correct the gyro by this calibration first (JSON of zerorate calibrate), and by "
+            "the log's accelerometer, if it has one.",
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
     options: Mapping[str, Any],
 ) -> None:
     """Remove the bias from every axis of a log.
@@ -87,13 +100,14 @@ def replay(
     methods = (method,) if only else (*baselines(method), method)
     check_filter_options(options, methods)
     given = {name: value for name, value in options.items() if name != "method"}
+    known = None if calibration is None else read_calibration(calibration)
     place = Outputs.place(output, log.stem, not no_figure)
     shape = (format, figure_format, not no_figure, force, log)
     found = records(log, reading.group_by)
     outputs = [Outputs.of(place.of_part(one.ending), *shape) for one in found]
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
-            recording = reading.read(open_log, one.source)
+            recording = _opened(reading, one.source, known)
             asked = {"methods": methods, **with_limits(given, methods, recording.header.unit)}
             result = _replayed(recording, files, not no_figure, progress, asked)
         print_title(one, first=one is found[0])
@@ -105,6 +119,13 @@ def replay(
             f"{', '.join(others)} {verb} no effect on {method}, only on the methods that the table "
             "compares it with"
         )
+
+
+def _opened(reading: Reading, source: LogSource, known: Calibration | None) -> LogFile:
+    """Return a log block by block; one that is to be corrected first, in memory."""
+    if known is None:
+        return reading.read(open_log, source)
+    return LogFile.of(corrected_gyro(reading, source, known))
 
 
 def baselines(method: str) -> tuple[str, ...]:

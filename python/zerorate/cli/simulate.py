@@ -1,5 +1,6 @@
-"""``zerorate simulate``: a gyro of the table as a log."""
+"""``zerorate simulate``: a gyro of the table as a log at rest, or an IMU that is calibrated."""
 
+import json
 import textwrap
 from pathlib import Path
 from typing import Annotated, Final, TypeAlias
@@ -7,6 +8,7 @@ from typing import Annotated, Final, TypeAlias
 import numpy as np
 import typer
 
+from zerorate.calibrate import Calibration
 from zerorate.cli.errors import UsageFault, as_usage, require, writing
 from zerorate.cli.options import OUTPUT, Force
 from zerorate.cli.outputs import check_outputs, progress_bar, together
@@ -27,6 +29,11 @@ Seed: TypeAlias = Annotated[
     int, typer.Option(help="Any whole number; the same one gives the same signal.")
 ]
 _SUFFIXES: Final = (".csv", ".tsv", ".npz", ".parquet")
+_DURATION: Final = 600.0
+_OF_SESSIONS: Final = (".csv", ".tsv", ".parquet")
+"""Formats that hold a gyro with other sensors beside it."""
+_BY_TEMPERATURE: Final = ((0.2, -0.1, 0.15), (0.02, 0.01, -0.01))
+"""Bias of each axis in deg/s by 10 K from 25 degC and by their square."""
 
 
 def simulate(
@@ -43,12 +50,29 @@ def simulate(
             rich_help_panel=OUTPUT,
         ),
     ] = None,
-    duration: Duration = 600.0,
+    duration: Annotated[
+        float | None, typer.Option(help=f"Length in seconds; {_DURATION:g} if not given.")
+    ] = None,
     rate: SimulatedRate = 100.0,
     seed: Seed = 1,
     axes: Annotated[
-        int, typer.Option(help="Number of axes, with a different bias and drift each.")
-    ] = 3,
+        int | None,
+        typer.Option(help="Number of axes, with a different bias and drift each; 3 if not given."),
+    ] = None,
+    poses: Annotated[
+        int | None,
+        typer.Option(
+            help="Simulate an IMU instead, held still in so many poses and turned by hand between "
+            "them, for zerorate calibrate; its gyro is an MPU-6050 if none is named.",
+        ),
+    ] = None,
+    temperature: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FIRST,LAST",
+            help="With --poses: temperatures in degC at the start and the end.",
+        ),
+    ] = None,
     list_: Annotated[
         bool,
         typer.Option(
@@ -57,10 +81,18 @@ def simulate(
     ] = False,
     force: Force = False,
 ) -> None:
-    """Write a log of a simulated gyro at rest, and its true bias to a second file, NAME-truth."""
+    """Write a log of a simulated gyro at rest, and its true bias to a second file, NAME-truth.
+
+    With --poses: a log of an IMU, and its true parameters in NAME-truth.json.
+    """
     if list_:
         print(_listed())
         return
+    if poses is not None:
+        _check_unused("has no meaning with --poses", duration=duration, axes=axes)
+        _simulate_session(device or "MPU-6050", output, poses, rate, seed, temperature, force)
+        return
+    _check_unused("needs --poses", temperature=temperature)
     if device is None or output is None:
         raise UsageFault(
             "simulate needs a gyro and a file, such as simulate MPU-6050 -o gyro.csv; "
@@ -71,11 +103,48 @@ def simulate(
     paths = _checked_paths(output, force)
     with progress_bar() as progress:
         progress("simulating", 0.0)
-        data = simulated(gyro, rate, duration, seed, axes)
+        length = _DURATION if duration is None else duration
+        data = simulated(gyro, rate, length, seed, len(AXES) if axes is None else axes)
         progress("writing", 0.5)
         with writing(), together(paths, force) as temporary:
             for values, stem, path in zip(data, ("gyro", "drift"), temporary, strict=True):
                 write_log(_log(values, stem, rate, gyro), path)
+    print("\n".join(f"wrote {path}" for path in paths))
+
+
+def _check_unused(why: str, **options: object) -> None:
+    given = [name for name, value in options.items() if value is not None]
+    if given:
+        raise UsageFault(f"--{given[0]} {why}")
+
+
+def _simulate_session(
+    device: str,
+    output: Path | None,
+    poses: int,
+    rate: float,
+    seed: int,
+    temperature: str | None,
+    force: bool,
+) -> None:
+    from zerorate.simulate.session import GyroErrors, simulate_session
+
+    if output is None:
+        raise UsageFault("simulate --poses needs a file, such as -o session.csv")
+    course = None if temperature is None else _two_numbers("--temperature", temperature)
+    paths = _checked_paths(output, force, _OF_SESSIONS, ".json")
+    with progress_bar() as progress:
+        progress("simulating", 0.0)
+        with as_usage():
+            by_temperature = () if course is None else np.radians(_BY_TEMPERATURE)
+            errors = GyroErrors(noise=find_device(device), temperature=by_temperature)
+            session = simulate_session(poses, seed=seed, rate=rate, gyro=errors, temperature=course)
+        progress("writing", 0.5)
+        with writing(), together(paths, force) as (log_path, truth_path):
+            gyro, *others = session.recording.values()
+            beside = {n: x for log in others for n, x in zip(log.names, log.data.T, strict=True)}
+            write_log(gyro, log_path, beside=beside)
+            truth_path.write_text(_truth(session.truth), encoding="utf-8")
     print("\n".join(f"wrote {path}" for path in paths))
 
 
@@ -87,12 +156,33 @@ def simulated(
         return run_simulation(gyro, rate, duration, seed, axes=axes)
 
 
-def _checked_paths(output: Path, force: bool) -> list[Path]:
-    if output.suffix.lower() not in _SUFFIXES:
-        raise UsageFault(f"cannot write a log as '{output.suffix}'; known: {', '.join(_SUFFIXES)}")
+def _two_numbers(option: str, text: str) -> tuple[float, float]:
+    try:
+        first, last = map(float, text.split(","))
+    except ValueError:
+        raise UsageFault(f"{option} takes two numbers, such as 20,35, got {text!r}") from None
+    return first, last
+
+
+def _truth(truth: Calibration) -> str:
+    """Return the true parameters as JSON."""
+    told = {
+        "accel_units": truth.accel_units,
+        "gyro_units": truth.gyro_units,
+        "gravity": truth.gravity,
+        "parameters": dict(zip(truth.parameters, truth.values.tolist(), strict=True)),
+    }
+    return json.dumps(told, indent=2) + "\n"
+
+
+def _checked_paths(
+    output: Path, force: bool, known: tuple[str, ...] = _SUFFIXES, of_truth: str | None = None
+) -> list[Path]:
+    if output.suffix.lower() not in known:
+        raise UsageFault(f"cannot write a log as '{output.suffix}'; known: {', '.join(known)}")
     if output.suffix.lower() == ".parquet":
         require("pyarrow", "io")
-    paths = [output, output.with_name(f"{output.stem}-truth{output.suffix}")]
+    paths = [output, output.with_name(f"{output.stem}-truth{of_truth or output.suffix}")]
     check_outputs(paths, force)
     return paths
 

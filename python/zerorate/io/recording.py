@@ -325,22 +325,27 @@ def _meanings(table: Table) -> dict[int, Meaning]:
 def _sensor(table: Table, kind: str, places: list[int], request: _Request) -> _Sensor:
     names = [table.label(index) for index in places]
     given = request.unit.get(kind)
+    stated_units = _stated_units(table)
     if kind in ("gyro", "accel"):
         given = request.scaling.unit(kind, given)
         factor = request.scaling.of_kind(kind, first=kind == "gyro")
-        accelerations = table.meta.unit in _ACCELERATIONS
-        stated = table.meta.unit if accelerations == (kind == "accel") else None
+        stated = _of_one(kind, {stated_units.get(i, table.meta.unit) for i in places})
         return _Sensor(kind, tuple(places), common_unit(names, given, stated), factor)
     if all(map(is_quaternion, names)):
         # Components may stand in any order, w last for instance.
         order = sorted(range(len(names)), key=lambda i: names[i][-1].lower())
         return _Sensor(kind, tuple(places[i] for i in order), given or _ONE)
-    stated_units = _stated_units(table)
     units = [
         _unit_of(name) or given or stated_units.get(index, UNKNOWN)
         for index, name in zip(places, names, strict=True)
     ]
     return _Sensor(kind, tuple(places), units[0] if len(set(units)) == 1 else ", ".join(units))
+
+
+def _of_one(kind: str, units: set[str | None]) -> str | None:
+    """Return the one unit that a file states for a gyro or an accelerometer, if it is of that."""
+    unit = units.pop() if len(units) == 1 else None
+    return unit if (unit in _ACCELERATIONS) == (kind == "accel") else None
 
 
 def _stated_units(table: Table) -> dict[int, str]:

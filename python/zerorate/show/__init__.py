@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from zerorate.show.allan_figure import plot_allan, plot_characterisation
     from zerorate.show.allan_table import format_allan, format_allan_notes
+    from zerorate.show.calibration_figure import plot_calibration
+    from zerorate.show.calibration_table import format_calibration
     from zerorate.show.compare_simulated import format_regret
     from zerorate.show.compare_tables import format_compare
     from zerorate.show.dynamic_figure import plot_dynamic
@@ -24,6 +26,7 @@ __all__ = [
     "WIDTH",
     "format_allan",
     "format_allan_notes",
+    "format_calibration",
     "format_compare",
     "format_identify",
     "format_learned",
@@ -32,6 +35,7 @@ __all__ = [
     "format_table",
     "identification_page",
     "plot_allan",
+    "plot_calibration",
     "plot_characterisation",
     "plot_dynamic",
     "plot_identification",
@@ -42,6 +46,8 @@ __all__ = [
 _PLACES: Final = {
     "allan_figure": ("plot_allan", "plot_characterisation"),
     "allan_table": ("format_allan", "format_allan_notes"),
+    "calibration_figure": ("plot_calibration",),
+    "calibration_table": ("format_calibration",),
     "compare_simulated": ("format_regret",),
     "compare_tables": ("format_compare",),
     "dynamic_figure": ("plot_dynamic",),

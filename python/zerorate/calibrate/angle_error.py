@@ -1,0 +1,124 @@
+"""How far an integrated rate may be off: noise, bias and gaps, carried through the orientation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from zerorate.types import Floats
+
+__all__ = ["RateErrors", "angle_sigma"]
+
+_BLOCK: Final = 1 << 16
+"""Samples at once: a day at 1 kHz must not fill the memory with matrices."""
+
+
+@dataclass(frozen=True, eq=False)
+class RateErrors:
+    """Errors of a rate about each axis of the body, shape (k,), SI units.
+
+    Parameters
+    ----------
+    white
+        Angle random walk N.
+    bias
+        Standard deviation of a constant bias.
+    walk
+        Rate random walk K, from zero at the first sample.
+    """
+
+    white: Floats
+    bias: Floats
+    walk: Floats
+
+
+def angle_sigma(
+    orientation: Floats | None, steps: Floats, errors: RateErrors, gaps: Floats
+) -> Floats:
+    """Return the standard deviation of the angle about each axis of the first sample.
+
+    An error w of the rate in the body turns the result by the integral of R w, R the orientation.
+    With C the integral of R, a constant bias b counts C b, and a random walk K that starts at time
+    s counts C(t) - C(s) from there on. Without turning that is N sqrt(t), b t and K sqrt(t^3/3).
+
+    Parameters
+    ----------
+    orientation
+        Quaternions, shape (n, 4), or None for a single axis.
+    steps
+        Seconds from each sample to the next, shape (n - 1,).
+    errors
+        Those of k axes.
+    gaps
+        Variance of the angle that a gap adds at each sample, shape (n, k), rad^2.
+
+    Returns
+    -------
+    ndarray, shape (n, k)
+        rad.
+    """
+    n, k = gaps.shape
+    variance = np.empty((n, k))
+    state = _Integrals(k)
+    for first in range(0, n, _BLOCK):
+        part = slice(first, min(first + _BLOCK, n))
+        before = steps[max(first - 1, 0) : part.stop - 1]
+        dt = before if first else np.concatenate(([0.0], before))
+        R = np.ones((len(dt), 1, 1)) if orientation is None else _matrices(orientation[part])
+        variance[part] = state.advanced(R, dt, errors, gaps[part])
+    return np.sqrt(np.maximum(variance, 0.0))
+
+
+class _Integrals:
+    """Integrals up to a sample of R, C, the squares of both elements by elements, and gaps."""
+
+    def __init__(self, k: int) -> None:
+        zeros = np.zeros((k, k))
+        self._R: Floats | None = None
+        self._C = self._R2 = self._C1 = self._C2 = zeros
+        self._gaps, self._time = np.zeros(k), 0.0
+
+    def advanced(self, R: Floats, dt: Floats, errors: RateErrors, gaps: Floats) -> Floats:
+        """Return variances at the next samples, shape (m, k)."""
+        before = R[:1] if self._R is None else self._R
+        after_R = np.concatenate((before, R))
+        C = _integral(after_R, dt, self._C)
+        after_C = np.concatenate((self._C[None], C))
+        R2 = _integral(after_R**2, dt, self._R2)
+        C1, C2 = _integral(after_C, dt, self._C1), _integral(after_C**2, dt, self._C2)
+        time = self._time + np.cumsum(dt)
+        of_gaps = self._gaps + np.cumsum(_each(R**2, gaps), axis=0)
+        self._R, self._C, self._R2, self._C1, self._C2 = R[-1:], C[-1], R2[-1], C1[-1], C2[-1]
+        self._time, self._gaps = float(time[-1]), of_gaps[-1]
+        walk = C**2 * time[:, None, None] - 2.0 * C * C1 + C2
+        total: Floats = R2 @ errors.white**2 + C**2 @ errors.bias**2 + walk @ errors.walk**2
+        return total + of_gaps
+
+
+def _each(squares: Floats, variances: Floats) -> Floats:
+    """Return squares @ variances sample by sample, infinite also where a square is zero."""
+    if np.isfinite(variances).all():
+        turned: Floats = np.einsum("nij,nj->ni", squares, variances)
+        return turned
+    known = _each(squares, np.where(np.isfinite(variances), variances, 0.0))
+    known[~np.isfinite(variances).all(axis=1)] = np.inf
+    return known
+
+
+def _integral(values: Floats, dt: Floats, start: Floats) -> Floats:
+    means = 0.5 * (values[1:] + values[:-1]) * dt[:, None, None]
+    return start + np.cumsum(means, axis=0)
+
+
+def _matrices(q: Floats) -> Floats:
+    """Return the rotation matrices of unit quaternions, shape (n, 3, 3)."""
+    w, v = q[:, 0, None, None], q[:, 1:]
+    x, y, z = v.T
+    zero = np.zeros(len(q))
+    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
+    outer = v[:, :, None] * v[:, None, :]
+    squares = np.sum(v**2, axis=1)[:, None, None]
+    matrices: Floats = (w**2 - squares) * np.eye(3) + 2.0 * (outer + w * cross)
+    return matrices

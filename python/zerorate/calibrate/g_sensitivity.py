@@ -1,0 +1,142 @@
+"""Bias of the gyro and its sensitivity to acceleration, from the means at rests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from zerorate.types import Booleans, Floats
+
+__all__ = ["G_PRIOR", "AtRest", "at_rest"]
+
+G_PRIOR: Final = 0.2 * np.pi / 180.0
+"""Standard deviation of an element before the record, rad/s per gravity: MEMS gyros are given up to
+0.1 deg/s/g, and some go beyond."""
+
+_DETERMINED: Final = 0.3
+_PINNED: Final = 1e-6
+_WALKS: Final = np.concatenate(([0.0], np.geomspace(0.01, 1e4, 13)))
+"""Walk within the mean time between rests, variance over that of the mean at a rest."""
+
+
+@dataclass(frozen=True, eq=False)
+class AtRest:
+    """What the gyro shows without turning.
+
+    Parameters
+    ----------
+    bias, sensitivity
+        Mean bias of the record, unit of the gyro, shape (3,), and G, the same per gravity, (3, 3).
+    covariance
+        Of each axis's bias and its row of G, shape (3, 4, 4).
+    spread
+        Standard deviation of the bias about its mean over the record, shape (3,).
+    identifiable
+        Whether the record determines each element of G, shape (3, 3).
+    sigmas
+        Standard errors of G, those of the prior where nothing is known, shape (3, 3).
+    """
+
+    bias: Floats
+    sensitivity: Floats
+    covariance: Floats
+    spread: Floats
+    identifiable: Booleans
+    sigmas: Floats
+
+    @property
+    def bias_sigma(self) -> Floats:
+        """Return the standard error of the bias at any time of the record, shape (3,)."""
+        return np.sqrt(self.covariance[:, 0, 0] + self.spread**2)
+
+    def covariance_of(self, axis: int) -> Floats:
+        """Return the covariance of an axis's bias at any time and its row of G, shape (4, 4)."""
+        covariance = self.covariance[axis].copy()
+        covariance[0, 0] += self.spread[axis] ** 2
+        pinned = np.append(False, covariance[1:, 1:].diagonal() < self.sigmas[axis] ** 2 / 4.0)
+        fixed = np.append(False, self.sigmas[axis] == 0.0)
+        covariance[pinned | fixed] = 0.0
+        covariance[:, pinned | fixed] = 0.0
+        covariance[pinned, pinned] = self.sigmas[axis][pinned[1:]] ** 2
+        return covariance
+
+
+def at_rest(
+    means: Floats, variances: Floats, times: Floats, directions: Floats, size: float, with_g: bool
+) -> AtRest:
+    """Return bias and G that explain the means at rests best.
+
+    Parameters
+    ----------
+    means, variances
+        Of the gyro at rests and their white noise, shape (n, 3).
+    times
+        Of the middles of the rests, s, shape (n,).
+    directions
+        Of the reaction to gravity, shape (n, 3).
+    size
+        Unit of the gyro per rad/s.
+    with_g
+        Whether G is estimated; else it is zero.
+
+    Notes
+    -----
+    Generalised least squares of ``mean = b + G u + random walk + white noise``. The strength of the
+    walk is integrated over its restricted likelihood: ten rests tell it hardly within a decade.
+    """
+    walk = _centred_walk(times)
+    free = np.full((3, 3), with_g)
+    prior = np.where(free, G_PRIOR * size, _PINNED * G_PRIOR * size)
+    found = [_axis(means[:, k], variances[:, k], directions, walk, prior[k]) for k in range(3)]
+    sigmas = np.sqrt([np.diagonal(covariance)[1:] for _, covariance, _ in found])
+    known = sigmas <= _DETERMINED * G_PRIOR * size
+    if with_g and not known.all():
+        # The rest of what is known is of a sensor without those elements.
+        pinned = np.where(known, prior, _PINNED * prior)
+        found = [_axis(means[:, k], variances[:, k], directions, walk, pinned[k]) for k in range(3)]
+    values = np.array([value for value, _, _ in found])
+    return AtRest(
+        bias=values[:, 0],
+        sensitivity=np.where(known & free, values[:, 1:], 0.0),
+        covariance=np.array([covariance for _, covariance, _ in found]),
+        spread=np.sqrt([spread for _, _, spread in found]),
+        identifiable=known | ~free,
+        sigmas=np.where(free, sigmas, 0.0),
+    )
+
+
+def _centred_walk(times: Floats) -> Floats:
+    """Return the covariance of a random walk about its mean, one a mean step, shape (n, n)."""
+    since = times - times[0]
+    step = max(float(since[-1]) / max(len(times) - 1, 1), 1e-300)
+    covariance = np.minimum.outer(since, since) / step
+    row = covariance.mean(axis=0)
+    return np.asarray(covariance - row - row[:, np.newaxis] + row.mean())
+
+
+def _axis(
+    mean: Floats, variance: Floats, directions: Floats, walk: Floats, prior: Floats
+) -> tuple[Floats, Floats, float]:
+    """Return bias and row of G, their covariance, and the variance of the bias about its mean."""
+    n, level = len(mean), float(np.median(mean))
+    white = max(float(variance.mean()), 1e-300)
+    design = np.column_stack((np.ones(n), directions))
+    known = np.diag(np.append(0.0, prior**-2.0))
+    noise = np.diag(variance) + _WALKS[:, np.newaxis, np.newaxis] * white * walk
+    weighted = np.linalg.solve(noise, np.column_stack((design, mean - level))[np.newaxis])
+    normal = design.T @ weighted[:, :, :4] + known
+    right = np.einsum("ij,kil->kjl", design, weighted[:, :, 4:])
+    values = np.linalg.solve(normal, right)[:, :, 0]
+    squares = np.einsum("i,ki->k", mean - level, weighted[:, :, 4])
+    squares -= np.einsum("kj,kj->k", values, right[:, :, 0])
+    logarithm = np.linalg.slogdet(noise)[1] + np.linalg.slogdet(normal)[1] + squares
+    chance = np.exp(-0.5 * (logarithm - logarithm.min()))
+    chance /= chance.sum()
+    middle = chance @ values
+    apart = values - middle
+    covariance = np.einsum("k,kij->ij", chance, np.linalg.inv(normal))
+    covariance = covariance + np.einsum("k,ki,kj->ij", chance, apart, apart)
+    spread = float(chance @ _WALKS) * white * float(np.trace(walk)) / n
+    return middle + np.array([level, 0.0, 0.0, 0.0]), covariance, spread

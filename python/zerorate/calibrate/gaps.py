@@ -1,0 +1,107 @@
+"""Missing samples of a rate that is integrated: bridged by a line, and what that may cost."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from zerorate.types import Booleans, Floats, Integers
+
+__all__ = ["Bridged", "bridge"]
+
+_EXACT: Final = 16
+"""Samples up to which each length of a gap is tried by itself, beyond in steps of a fifth."""
+_LEAST: Final = 10
+"""Windows, beyond one for each sample of the gap, that an error is taken from."""
+
+
+class Bridged(NamedTuple):
+    """Rates without gaps, shape (n, k), and the variance of the angle that each gap adds."""
+
+    rates: Floats
+    missing: Booleans
+    variances: Floats
+
+
+def bridge(rates: Floats, dt: float) -> Bridged:
+    """Return rates in which lines join the samples at both sides of a gap.
+
+    At the ends of the record the nearest sample is held.
+
+    What that costs is tried on the record itself: wherever as many samples are present, the same
+    line takes their place, and its error in the angle is seen. Where no stretch of the record is
+    long enough, any rate of the record may have been the one of the gap.
+
+    Parameters
+    ----------
+    rates
+        Shape (n, k), NaN or infinite where missing; each axis has a sample.
+    dt
+        Seconds from one sample to the next.
+
+    Returns
+    -------
+    Bridged
+        With the variances at the first sample of each gap, zero elsewhere, shape (n, k), in the
+        square of the rates' unit times seconds.
+    """
+    present = np.isfinite(rates)
+    filled, variances = rates.copy(), np.zeros(rates.shape)
+    index = np.arange(len(rates))
+    for axis in np.flatnonzero(~present.all(axis=0)):
+        there = present[:, axis]
+        filled[~there, axis] = np.interp(index[~there], index[there], rates[there, axis])
+        trial = _Trial(np.where(there, rates[:, axis], 0.0), there)
+        for first, stop in _runs(~there):
+            inside = first > 0 and stop < len(rates)
+            variances[first, axis] = trial.variance(_rounded_up(stop - first), inside) * dt**2
+    return Bridged(filled, np.any(~present, axis=1), variances)
+
+
+def _runs(flags: Booleans) -> Integers:
+    """Return where runs of True begin, and where they have ended, shape (m, 2)."""
+    edges = np.diff(np.concatenate(([False], flags, [False])).astype(np.int8))
+    return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)))
+
+
+def _rounded_up(length: int) -> int:
+    if length <= _EXACT:
+        return int(length)
+    return math.ceil(_EXACT * 1.2 ** math.ceil(math.log(length / _EXACT) / math.log(1.2) - 1e-9))
+
+
+class _Trial:
+    """Gaps tried on one axis where it has samples."""
+
+    def __init__(self, rates: Floats, there: Booleans) -> None:
+        self._rates = rates
+        self._there = there
+        self._sums = np.concatenate(([0.0], np.cumsum(rates)))
+        self._counts = np.concatenate(([0], np.cumsum(there)))
+        self._known: dict[tuple[int, bool], float] = {}
+
+    def variance(self, length: int, inside: bool) -> float:
+        """Return the mean square of the sum's error of a gap of so many samples."""
+        if (length, inside) not in self._known:
+            self._known[length, inside] = self._tried(length, inside)
+        return self._known[length, inside]
+
+    def _tried(self, length: int, inside: bool) -> float:
+        width = length + 1 + inside
+        whole = self._counts[width:] - self._counts[:-width] == width
+        if np.count_nonzero(whole) < length + _LEAST:
+            return self._any_rate(length)
+        first = np.flatnonzero(whole)
+        total = self._sums[first + length + 1] - self._sums[first + 1]
+        if inside:
+            held = 0.5 * (self._rates[first] + self._rates[first + length + 1])
+        else:
+            held = self._rates[first]
+        return float(np.mean((total - length * held) ** 2))
+
+    def _any_rate(self, length: int) -> float:
+        rates = self._rates[self._there]
+        # One sample tells nothing of how fast it may have turned.
+        return length**2 * float(np.var(rates)) if rates.size > 1 else math.inf

@@ -1,0 +1,328 @@
+"""Calibrations as JSON, and back without loss."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeVar, get_args
+
+import numpy as np
+
+from zerorate.calibrate.parameters import PARAMETERS, Frame
+from zerorate.noise.exports import written
+from zerorate.types import Booleans, Floats
+
+if TYPE_CHECKING:
+    from zerorate.calibrate.calibration import Calibration
+
+Built = TypeVar("Built", bound="Calibration")
+
+__all__ = ["from_json", "to_json"]
+
+_FORMAT: Final = "zerorate calibration"
+_VERSION: Final = 1
+_NAMES: Final = {
+    bool: "true or false",
+    dict: "an object",
+    float: "a number",
+    int: "a whole number",
+    list: "a list",
+    str: "a string",
+}
+_ERRORS: Final = ("norm_error", "norm_error_raw", "carry_error", "carry_error_raw")
+_SENTENCES: Final = ("problems", "advice", "notes")
+_ROUNDING: Final = 1e-9
+"""Part of the larger variance by which a covariance may differ from a sound one."""
+
+
+def to_json(
+    calibration: Calibration, path: str | os.PathLike[str] | None = None, *, force: bool = False
+) -> str:
+    """Return the calibration as JSON, for `Calibration.from_json` and for any other program.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well. Default: none.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        Every parameter with value, standard error and whether the record determines it, their
+        covariance, rests, turns, errors, problems and advice, exact to the last bit; null where a
+        number is not known. ``model`` says in words how to apply them.
+
+    Raises
+    ------
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+    """
+    model = calibration.temperature_model
+    content = {
+        "format": _FORMAT,
+        "version": _VERSION,
+        "model": _MODEL,
+        "valid": calibration.valid,
+        "problems": calibration.problems,
+        "advice": calibration.advice,
+        "notes": calibration.notes,
+        "units": {
+            "accel": dict(zip(("raw", "corrected"), calibration.accel_units, strict=True)),
+            "gyro": dict(zip(("raw", "corrected"), calibration.gyro_units, strict=True)),
+        },
+        "frame": calibration.frame,
+        "gravity": calibration.gravity,
+        "rate": calibration.rate,
+        "temperature": calibration.temperature,
+        "errors": {
+            **{name: getattr(calibration, name) for name in _ERRORS},
+            "held_out": calibration.held_out,
+        },
+        "parameters": _parameters(calibration),
+        "covariance": calibration.covariance,
+        "rests": [_named(rest) for rest in calibration.rests],
+        "turns": [_named(turn) for turn in calibration.turns],
+        "temperature_model": None if model is None else json.loads(model.to_json()),
+    }
+    return written(_text(_plain(content)), path, force)
+
+
+_MODEL: Final = (
+    "raw_accel = A f + b_a; raw_gyro = W w + b_g + G f, in the last term with f in g (9.80665 "
+    "m/s^2). A: accel.matrix, W: gyro.matrix, G: gyro.g_sensitivity, element ij in row i."
+)
+
+
+def _parameters(calibration: Calibration) -> dict[str, dict[str, Any]]:
+    sigmas = np.sqrt(np.diagonal(calibration.covariance))
+    known = zip(PARAMETERS, calibration.values, sigmas, calibration.identifiable, strict=True)
+    return {
+        name: {"value": value, "sigma": sigma, "identifiable": bool(identifiable)}
+        for name, value, sigma, identifiable in known
+    }
+
+
+def _named(record: Any) -> dict[str, Any]:  # noqa: ANN401
+    return {field.name: getattr(record, field.name) for field in fields(record)}
+
+
+def _text(content: dict[str, Any]) -> str:
+    """Return an object as JSON, what is deep in it on one line each."""
+    parts = []
+    for key, value in content.items():
+        lines = _lines(value)
+        parts.append(f"{json.dumps(key)}: {lines}")
+    return "{\n  " + ",\n  ".join(parts) + "\n}\n"
+
+
+def _lines(value: Any) -> str:  # noqa: ANN401
+    if isinstance(value, list) and value:
+        return "[\n    " + ",\n    ".join(_line(one) for one in value) + "\n  ]"
+    if isinstance(value, dict) and value:
+        listed = (f"{json.dumps(key)}: {_line(one)}" for key, one in value.items())
+        return "{\n    " + ",\n    ".join(listed) + "\n  }"
+    return _line(value)
+
+
+def _line(value: Any) -> str:  # noqa: ANN401
+    return json.dumps(value, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401
+    """Return a value with lists for arrays and None for what JSON has no number for."""
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def from_json(source: str | os.PathLike[str], build: type[Built]) -> Built:
+    """Return the calibration that a text or a file holds, as one of a class."""
+    is_text = isinstance(source, str) and source.lstrip().startswith("{")
+    try:
+        text = str(source) if is_text else Path(source).read_text(encoding="utf-8")
+        return build(**_arguments(json.loads(text)))
+    except ValueError as error:
+        where = "the text" if is_text else os.fspath(source)
+        raise ValueError(f"{where} is not a zerorate calibration in JSON: {error}") from None
+    except RecursionError:
+        raise ValueError("the text is not a zerorate calibration in JSON: too deep") from None
+
+
+def _arguments(content: object) -> dict[str, Any]:
+    from zerorate.calibrate.calibration import Rest, Turn
+
+    found = (_part(content, "format", str), _part(content, "version", int))
+    if found != (_FORMAT, _VERSION):
+        raise ValueError(f"format and version are {found}, expected {(_FORMAT, _VERSION)}")
+    frame = _part(content, "frame", str)
+    if frame not in get_args(Frame):
+        raise ValueError(f"frame is {frame!r}, expected one of {', '.join(get_args(Frame))}")
+    units, errors = (_part(content, name, dict) for name in ("units", "errors"))
+    values, identifiable = _estimates(_part(content, "parameters", dict))
+    rests = tuple(_record(one, Rest, _REST) for one in _part(content, "rests", list))
+    turns = tuple(_record(one, Turn, _TURN) for one in _part(content, "turns", list))
+    for turn in turns:
+        if not all(0 <= place < len(rests) for place in turn.rests):
+            raise ValueError(f"a turn lies between rests {turn.rests}, of which not both are there")
+    return {
+        "values": values,
+        "covariance": _covariance(_part(content, "covariance", list)),
+        "identifiable": identifiable,
+        "accel_units": _units(units, "accel"),
+        "gyro_units": _units(units, "gyro"),
+        "gravity": _positive(content, "gravity"),
+        "rate": _positive(content, "rate"),
+        "frame": frame,
+        "rests": rests,
+        "turns": turns,
+        **{name: _number(errors, name) for name in _ERRORS},
+        "held_out": _part(errors, "held_out", bool),
+        **{name: _sentences(content, name) for name in _SENTENCES},
+        "temperature": None
+        if _none(content, "temperature")
+        else _part(content, "temperature", float),
+        "temperature_model": _temperature_model(content),
+    }
+
+
+def _temperature_model(content: object) -> Any:  # noqa: ANN401
+    if _none(content, "temperature_model"):
+        return None
+    from zerorate.calibrate.temperature import TemperatureModel
+
+    return TemperatureModel.from_json(json.dumps(_part(content, "temperature_model", dict)))
+
+
+def _estimates(parameters: dict[str, Any]) -> tuple[Floats, Booleans]:
+    parts = [_part(parameters, name, dict) for name in PARAMETERS]
+    values = np.array([_part(part, "value", float) for part in parts], dtype=np.float64)
+    if not np.isfinite(values).all():
+        raise ValueError("a value is not finite")
+    return values, np.array([_part(part, "identifiable", bool) for part in parts])
+
+
+def _covariance(rows: list[Any]) -> Floats:
+    size = len(PARAMETERS)
+    covariance = _floats("covariance", rows, (size, size))
+    most = np.sqrt(np.outer(np.diagonal(covariance), np.diagonal(covariance)).clip(min=0.0))
+    if (
+        (np.diagonal(covariance) < 0.0).any()
+        or (np.abs(covariance) > most * (1.0 + _ROUNDING)).any()
+        or not np.allclose(covariance, covariance.T, rtol=_ROUNDING, atol=0.0)
+    ):
+        raise ValueError("'covariance' is not that of any numbers")
+    return covariance
+
+
+def _floats(name: str, listed: object, shape: tuple[int, ...]) -> Floats:
+    try:
+        found = np.array(listed, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.shape != shape or not np.isfinite(found).all():
+        raise ValueError(f"{name!r} must hold finite numbers of shape {shape}")
+    return found
+
+
+def _vector(record: object, name: str) -> Floats:
+    listed = _part(record, name, list)
+    if len(listed) != 3:
+        raise ValueError(f"{name!r} must have three numbers, got {listed!r}")
+    return np.array([np.nan if one is None else _checked(name, one, float) for one in listed])
+
+
+def _record(entry: object, build: Callable[..., Any], readers: _Readers) -> Any:  # noqa: ANN401
+    return build(**{name: read(entry, name) for name, read in readers.items()})
+
+
+def _units(units: object, sensor: str) -> tuple[str, str]:
+    part = _part(units, sensor, dict)
+    return _part(part, "raw", str), _part(part, "corrected", str)
+
+
+def _positive(content: object, name: str) -> float:
+    found = float(_part(content, name, float))
+    if not 0.0 < found < math.inf:
+        raise ValueError(f"{name!r} must be a positive number, got {found}")
+    return found
+
+
+def _number(content: object, name: str) -> float:
+    return math.nan if _none(content, name) else float(_part(content, name, float))
+
+
+def _whole(content: object, name: str) -> int:
+    return int(_part(content, name, int))
+
+
+def _flag(content: object, name: str) -> bool:
+    return bool(_part(content, name, bool))
+
+
+def _word(content: object, name: str) -> str:
+    return str(_part(content, name, str))
+
+
+def _pair(content: object, name: str) -> tuple[int, int]:
+    listed = _part(content, name, list)
+    if len(listed) != 2:
+        raise ValueError(f"{name!r} must be two whole numbers, got {listed!r}")
+    first, second = (int(_checked(name, one, int)) for one in listed)
+    return first, second
+
+
+def _sentences(content: object, name: str) -> tuple[str, ...]:
+    return tuple(str(_checked(name, one, str)) for one in _part(content, name, list))
+
+
+def _none(content: object, key: str) -> bool:
+    return isinstance(content, dict) and key in content and content[key] is None
+
+
+def _part(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
+    return _checked(key, content.get(key) if isinstance(content, dict) else None, kind)
+
+
+def _checked(key: str, found: object, kind: type) -> Any:  # noqa: ANN401
+    # JSON may write a whole number without a point, and true is a number to Python alone.
+    of_kind = isinstance(found, (int, float) if kind is float else kind)
+    if not of_kind or (isinstance(found, bool) and kind is not bool):
+        raise ValueError(f"{key!r} must be {_NAMES[kind]}, got {found!r}")
+    return found
+
+
+_Readers = Mapping[str, Callable[[object, str], Any]]
+_COMMON: Final[_Readers] = {
+    "start": _number,
+    "stop": _number,
+    "first": _whole,
+    "last": _whole,
+    "used": _flag,
+    "reason": _word,
+}
+_REST: Final[_Readers] = {
+    **_COMMON,
+    "accel": _vector,
+    "gyro": _vector,
+    "accel_sigma": _vector,
+    "direction": _vector,
+    "norm_error": _number,
+}
+_TURN: Final[_Readers] = {
+    **_COMMON,
+    "rests": _pair,
+    "angle": _number,
+    "axis": _vector,
+    "residual": _number,
+    "residual_raw": _number,
+}

@@ -1,0 +1,50 @@
+"""The parameters of a calibration: their names, their places in its arrays, and one as a number."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Final, Literal
+
+from zerorate.noise.coefficient import Coefficient
+
+__all__ = [
+    "ACCEL_BIAS",
+    "ACCEL_MATRIX",
+    "GYRO_BIAS",
+    "GYRO_MATRIX",
+    "G_SENSITIVITY",
+    "PARAMETERS",
+    "Frame",
+    "Matrix",
+    "Vector",
+    "estimated",
+]
+
+Frame = Literal["x", "z", "symmetric"]
+Vector = tuple[Coefficient, Coefficient, Coefficient]
+Matrix = tuple[Vector, Vector, Vector]
+
+_AXES: Final = "xyz"
+_VECTOR: Final = tuple(_AXES)
+_MATRIX: Final = tuple(map("".join, product(_AXES, _AXES)))
+
+PARAMETERS: Final = (
+    *(f"accel.matrix.{axes}" for axes in _MATRIX),
+    *(f"accel.bias.{axis}" for axis in _VECTOR),
+    *(f"gyro.matrix.{axes}" for axes in _MATRIX),
+    *(f"gyro.bias.{axis}" for axis in _VECTOR),
+    *(f"gyro.g_sensitivity.{axes}" for axes in _MATRIX),
+)
+"""Names of all parameters, in the order of `Calibration.values`; matrices row by row."""
+
+ACCEL_MATRIX: Final = slice(0, 9)
+ACCEL_BIAS: Final = slice(9, 12)
+GYRO_MATRIX: Final = slice(12, 21)
+GYRO_BIAS: Final = slice(21, 24)
+G_SENSITIVITY: Final = slice(24, 33)
+
+
+def estimated(value: float, sigma: float, identifiable: bool) -> Coefficient:
+    """Return an estimate; of one that is not identifiable the bound is that of its error."""
+    known = Coefficient(value, sigma)
+    return known if identifiable else Coefficient(value, sigma, False, known.upper_bound)

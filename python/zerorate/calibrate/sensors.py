@@ -1,0 +1,211 @@
+"""The two sensors that are calibrated: their samples, units and clocks, as the fit takes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate import units
+from zerorate.io.log import Log, LogError, Recording, checked_rate, present_axes
+from zerorate.io.missing import floats
+from zerorate.types import Booleans, Floats
+
+__all__ = ["STANDARD_GRAVITY", "Sensor", "Source", "chosen", "sensor"]
+
+Kind = Literal["gyro", "accel"]
+Source = str | Log | npt.ArrayLike | None
+
+STANDARD_GRAVITY: Final = 9.80665
+"""What is meant by g, m/s^2."""
+
+_MEASURES: Final = {"gyro": "rate", "accel": "acceleration"}
+_CORRECTED: Final = {"gyro": "rad/s", "accel": "m/s^2"}
+_EXAMPLE: Final = {"gyro": "'deg/s'", "accel": "'g'"}
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor:
+    """Samples of three axes on a uniform clock, in the unit of the fit.
+
+    That is rad/s of a gyro and the local gravity of an accelerometer, or the raw unit where that
+    is unknown.
+
+    Parameters
+    ----------
+    kind
+        ``"gyro"`` or ``"accel"``.
+    data
+        Shape (n, 3), NaN where missing.
+    rate, start
+        Samples a second, Hz, and time of the first one, s.
+    unit
+        Of the raw samples.
+    factor
+        What raw samples were multiplied by; 1 if the unit is unknown.
+    known
+        Whether the unit is.
+    """
+
+    kind: Kind
+    data: Floats
+    rate: float
+    start: float
+    unit: str
+    factor: float
+    known: bool
+
+    @property
+    def n(self) -> int:
+        """Number of samples."""
+        return len(self.data)
+
+    @property
+    def units(self) -> tuple[str, str]:
+        """Unit of the raw and of the corrected samples."""
+        return self.unit, self.unit if self.known else _CORRECTED[self.kind]
+
+    @cached_property
+    def missing(self) -> Booleans | None:
+        """Which samples lack an axis, shape (n,); None if none does."""
+        # A sum is finite only if all its terms are, and costs a tenth of asking each.
+        if np.isfinite(self.data.sum()):
+            return None
+        return ~np.isfinite(self.data).all(axis=1)
+
+    def place(self, time: float) -> int:
+        """Return the first sample at or after a time, at most n."""
+        # Times of a grid are whole periods but for rounding.
+        return int(np.clip(np.ceil((time - self.start) * self.rate - 1e-6), 0, self.n))
+
+    def mean(self, first: int, last: int) -> Floats:
+        """Return the mean of what is there, shape (3,); NaN if nothing is."""
+        part = self.data[first:last]
+        if self.missing is not None:
+            part = part[~self.missing[first:last]]
+        return part.mean(axis=0) if len(part) else np.full(3, np.nan)
+
+    def on(self, other: Sensor, first: int, last: int) -> Floats:
+        """Return the samples at the times of another's samples, interpolated, shape (k, 3)."""
+        if (self.rate, self.start, self.n) == (other.rate, other.start, other.n):
+            return self.data[first:last]
+        times = other.start + np.arange(first, last) / other.rate
+        places = (times - self.start) * self.rate
+        grid = np.arange(self.n)
+        return np.stack([np.interp(places, grid, axis) for axis in self.data.T], axis=1)
+
+
+def sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
+    """Return a log as the fit takes it.
+
+    Raises
+    ------
+    LogError
+        If it has not three axes, or its unit is that of something else.
+    """
+    log = present_axes(log)
+    if log.channels != 3:
+        raise LogError(
+            f"the {kind} must have three axes that hold samples, got {log.channels}: "
+            f"{', '.join(log.names)}"
+        )
+    factor = _factor(kind, log.unit, gravity)
+    data = np.array(log.data) if factor is None else log.data * factor
+    if not np.isfinite(data.sum()):
+        data[~np.isfinite(data).all(axis=1)] = np.nan
+    return Sensor(
+        kind=kind,
+        data=data,
+        rate=log.rate,
+        start=float(log.time[0]),
+        unit=log.unit,
+        factor=1.0 if factor is None else factor,
+        known=factor is not None,
+    )
+
+
+def _factor(kind: Kind, unit: str, gravity: float) -> float | None:
+    """Return what makes of raw samples those of the fit, None if the unit is not known."""
+    try:
+        found = units.kind(unit)
+    except ValueError:
+        return None
+    if found != _MEASURES[kind]:
+        raise LogError(
+            f"the {kind} has the unit {unit}, which is of {found}; expected one of "
+            f"{_MEASURES[kind]} such as {_EXAMPLE[kind]}, or 'unit' for one that is not known"
+        )
+    si = units.convert(1.0, unit, _CORRECTED[kind])
+    return si if kind == "gyro" else si / gravity
+
+
+def chosen(
+    recording: Recording | None, gyro: Source, accel: Source, rate: float | None
+) -> tuple[Log, Log]:
+    """Return the logs of both sensors, as a user has named or given them.
+
+    Raises
+    ------
+    LogError
+        If the recording lacks one, or has several and none was chosen.
+    TypeError, ValueError
+        If an argument is not as described in `calibrate`.
+    """
+    if recording is not None and not isinstance(recording, Recording):
+        raise TypeError(
+            "recording must be a Recording as read_recording gives it, got "
+            f"{type(recording).__name__}; arrays and logs are given as gyro= and accel="
+        )
+    if isinstance(gyro, str) and accel is None:
+        accel = _partner(gyro, "gyro", "accel", recording)
+    elif isinstance(accel, str) and gyro is None:
+        gyro = _partner(accel, "accel", "gyro", recording)
+    clock = rate
+    return _log("gyro", gyro, recording, clock), _log("accel", accel, recording, clock)
+
+
+def _partner(name: str, own: str, other: str, recording: Recording | None) -> str | None:
+    """Return the name of the other sensor of the same device, None if there is none."""
+    partner = other + name.removeprefix(own)
+    return partner if recording is not None and partner in recording else None
+
+
+def _log(kind: Kind, source: Source, recording: Recording | None, rate: float | None) -> Log:
+    if isinstance(source, Log):
+        return source
+    if source is None or isinstance(source, str):
+        if recording is None:
+            raise LogError(f"there is no {kind}: give a recording, or {kind}= as a Log or an array")
+        return _named(kind, source, recording)
+    if rate is None:
+        raise ValueError(f"{kind}= is an array, which needs rate= in Hz")
+    return _from_array(kind, source, checked_rate(rate))
+
+
+def _named(kind: Kind, name: str | None, recording: Recording) -> Log:
+    if name is not None:
+        if name not in recording:
+            raise LogError(f"there is no '{name}'; the recording has: {', '.join(recording)}")
+        return recording[name]
+    known = [one for one in recording if one == kind or one.rpartition("_")[0] == kind]
+    known = [one for one in known if one == kind or one.rpartition("_")[2].isdigit()]
+    if len(known) == 1:
+        return recording[known[0]]
+    listed = ", ".join(recording)
+    if not known:
+        raise LogError(f"a calibration needs a gyro and an accel; the recording has: {listed}")
+    raise LogError(
+        f"the recording has {len(known)} logs of {kind}: {', '.join(known)}; "
+        f"choose one, such as {kind}='{known[0]}'"
+    )
+
+
+def _from_array(kind: Kind, samples: npt.ArrayLike, rate: float) -> Log:
+    data = floats(samples, kind)
+    if data.ndim != 2 or data.shape[1] != 3 or len(data) == 0:
+        raise ValueError(f"{kind} must have shape (n, 3), got {data.shape}")
+    names = tuple(f"{kind}_{axis}" for axis in "xyz")
+    return Log(np.arange(len(data)) / rate, rate, data, names, "unit")

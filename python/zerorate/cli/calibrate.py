@@ -1,0 +1,429 @@
+"""``zerorate calibrate``: scale, misalignment and bias of an IMU from a log of hand turns."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Final, NamedTuple
+
+import numpy as np
+import typer
+
+from zerorate.calibrate import Calibration, CalibrationError
+from zerorate.calibrate import calibrate as calibrate_imu
+from zerorate.cli.calibrations import naming, read_calibration, read_imu
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, require, writing
+from zerorate.cli.options import (
+    READING,
+    FigureFormat,
+    FigureFormatOption,
+    Force,
+    LogArgument,
+    LogFormat,
+    LogFormatOption,
+    NoFigure,
+    Output,
+    Reading,
+    parse_choices,
+    with_reading_options,
+)
+from zerorate.cli.outputs import (
+    Destination,
+    check_outputs,
+    preloaded,
+    print_written,
+    progress_bar,
+    together,
+)
+from zerorate.cli.records import print_title, records
+from zerorate.io import Log, Recording, write_log
+from zerorate.io.log import notes_of
+from zerorate.progress import Progress
+from zerorate.run.interrupts import in_background
+from zerorate.show.calibration_table import verdict
+from zerorate.show.tables import bulleted
+
+__all__ = ["calibrate"]
+
+
+class Export(StrEnum):
+    """Programs whose files can be written."""
+
+    kalibr = "kalibr"
+    imu_tk = "imu_tk"
+    px4 = "px4"
+    ardupilot = "ardupilot"
+    json = "json"
+
+
+class FrameName(StrEnum):
+    """Axes of the body."""
+
+    x = "x"
+    z = "z"
+    symmetric = "symmetric"
+
+
+class Sensitivity(StrEnum):
+    """Whether g-sensitivity is a part of the fit."""
+
+    auto = "auto"
+    on = "on"
+    off = "off"
+
+
+_SUFFIXES: Final = {
+    Export.kalibr: ("-kalibr.yaml",),
+    Export.imu_tk: ("-imu_tk_acc.calib", "-imu_tk_gyro.calib"),
+    Export.px4: ("-px4.params",),
+    Export.ardupilot: ("-ardupilot.param",),
+    Export.json: (),
+}
+_SENSITIVITY: Final[Mapping[Sensitivity, str | bool]] = {
+    Sensitivity.auto: "auto",
+    Sensitivity.on: True,
+    Sensitivity.off: False,
+}
+_FIT: Final = "Calibration"
+_EXPORTS: Final = "Exports for other programs"
+_APPLY: Final = "Instead of a calibration"
+"""Panels of help."""
+
+
+@with_reading_options(
+    help={
+        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; with a "
+        "comma between that of the accelerometer, g or m/s^2: deg/s,g. Values are not converted.",
+        "scale": "What the values of the gyro are multiplied by, e.g. 1/131 for raw counts, and "
+        "with a comma between those of the accelerometer: 1/131,1/16384. --unit says what they "
+        "are then.",
+        "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, "
+        "e.g. MPU-6050; with --range.",
+        "range": "Range that the gyro of --device was set to, deg/s, and that of the "
+        "accelerometer, g, e.g. 250,2.",
+    }
+)
+def calibrate(
+    *,
+    log: LogArgument,
+    reading: Reading,
+    output: Output = ".",
+    gravity: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M/S^2",
+            help="Local gravity; by default 9.80665, which may be wrong by 0.3 %: that moves the "
+            "scale of the accelerometer alone.",
+            rich_help_panel=_FIT,
+        ),
+    ] = None,
+    frame: Annotated[
+        FrameName,
+        typer.Option(
+            help="Axes of the body: x is that of the accelerometer and y in its x-y plane (x, as "
+            "Kalibr has it), z is and y in its y-z plane (z, as imu_tk), or as near to all three "
+            "as can be (symmetric).",
+            rich_help_panel=_FIT,
+        ),
+    ] = FrameName.x,
+    g_sensitivity: Annotated[
+        Sensitivity,
+        typer.Option(
+            help="Whether turns are freed of what gravity makes the gyro read: where that is "
+            "clear (auto), always or never.",
+            rich_help_panel=_FIT,
+        ),
+    ] = Sensitivity.auto,
+    saturation: Annotated[
+        float | None,
+        typer.Option(
+            metavar="LIMIT",
+            help="End of the gyro's range, in the unit of the log; by default what it reaches "
+            "again and again. A turn that reaches it is not used.",
+            rich_help_panel=_FIT,
+        ),
+    ] = None,
+    temperature: Annotated[
+        bool,
+        typer.Option(
+            "--temperature",
+            help="Add a model of the gyro's bias by temperature, from the rests of the same log.",
+            rich_help_panel=_FIT,
+        ),
+    ] = False,
+    gyro: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Which gyro, where the log has several: gyro, gyro_1 and so on, in the order of "
+            "the file.",
+            rich_help_panel=_FIT,
+        ),
+    ] = None,
+    accel: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Which accelerometer; by default the one of the gyro.",
+            rich_help_panel=_FIT,
+        ),
+    ] = None,
+    compare: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="OLD",
+            help="An earlier calibration (JSON): how far each parameter has moved.",
+            rich_help_panel=_FIT,
+        ),
+    ] = None,
+    export: Annotated[
+        str | None,
+        typer.Option(
+            help="Files for other programs: some of kalibr,imu_tk,px4,ardupilot. The JSON is "
+            "always written.",
+            rich_help_panel=_EXPORTS,
+        ),
+    ] = None,
+    apply: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CAL",
+            help="Correct the log by this calibration (JSON), and write it.",
+            rich_help_panel=_APPLY,
+        ),
+    ] = None,
+    format: LogFormatOption = None,
+    figure_format: FigureFormatOption = None,
+    no_figure: NoFigure = False,
+    force: Force = False,
+    context: typer.Context,
+) -> None:
+    """Calibrate an IMU from one log of hand turns: rests in a dozen poses, and turns between them.
+
+    Prints every number with its error, and whether the calibration is valid (exit 1 if not); writes
+    it as JSON, a figure, and what is exported. With --apply, corrects a log instead.
+    """
+    if apply is not None:
+        _check_alone(context)
+        _correct(log, reading, _Names(gyro, accel), read_calibration(apply), output, format, force)
+        return
+    if format is not None:
+        raise UsageFault("--format is that of a corrected log: it acts with --apply")
+    exports = parse_choices("--export", export, Export)
+    old = None if compare is None else read_calibration(compare)
+    asked: dict[str, Any] = {"frame": str(frame), "g_sensitivity": _SENSITIVITY[g_sensitivity]}
+    given = {"gravity": gravity, "saturation": saturation, "gyro": gyro, "accel": accel}
+    asked |= {name: value for name, value in given.items() if value is not None}
+    suffixes = ["json", *(() if no_figure else FigureFormat)]
+    place = Destination.of(output, f"{log.stem}-zerorate-calibration", suffixes)
+    figure = None
+    if not no_figure:
+        require("matplotlib", "plot")
+        figure = place.choose("--figure-format", figure_format, FigureFormat.png)
+        preloaded(_load_plotting)
+    found = records(log, reading.group_by)
+    outputs = [_Outputs.of(place.of_part(one.ending), figure, exports, force) for one in found]
+    check_outputs([path for files in outputs for path in files.paths], force, log)
+    invalid = []
+    for one, files in zip(found, outputs, strict=True):
+        with progress_bar() as progress:
+            recording = read_imu(reading, one.source)
+            calibration = _found(recording, asked, temperature, progress)
+            files.write(calibration, recording, progress)
+        print_title(one, first=one is found[0])
+        _print(calibration, recording, old)
+        print_written(files.paths)
+        if not calibration.valid:
+            invalid.append(f"{one.title or log}: {verdict(calibration)}")
+    if invalid:
+        raise DataFault("; ".join(invalid))
+
+
+_OF_APPLY: Final = ("log", "apply", "output", "format", "force", "gyro", "accel", *READING)
+
+
+def _check_alone(context: typer.Context) -> None:
+    """Raise a usage fault for an option that means nothing where a log is corrected."""
+    for parameter in context.command.params:
+        name = str(parameter.name)
+        source = context.get_parameter_source(name)
+        if name not in _OF_APPLY and source is not None and source.name == "COMMANDLINE":
+            raise UsageFault(f"{parameter.opts[0]} has no effect with --apply")
+
+
+class _Names(NamedTuple):
+    """The sensors of a recording that are meant, by their names; None for the usual ones."""
+
+    gyro: str | None
+    accel: str | None
+
+    @property
+    def both(self) -> dict[str, str]:
+        """Return the names of both: the accelerometer is that of the same device."""
+        gyro = self.gyro or "gyro"
+        return {"gyro": gyro, "accel": self.accel or gyro.replace("gyro", "accel", 1)}
+
+
+def _found(
+    recording: Recording, asked: Mapping[str, Any], temperature: bool, progress: Progress
+) -> Calibration:
+    """Return the calibration, also one of so little that the fit refuses it, or raise a fault."""
+    progress("fitting", 0.3)
+    with naming(recording):
+        try:
+            calibration = in_background(partial(calibrate_imu, recording, **asked))
+        except CalibrationError as error:
+            if error.calibration is None:
+                raise
+            calibration = error.calibration
+        return _with_temperature(calibration, recording) if temperature else calibration
+
+
+def _with_temperature(calibration: Calibration, recording: Recording) -> Calibration:
+    raise NotImplementedError
+
+
+def _print(calibration: Calibration, recording: Recording, old: Calibration | None) -> None:
+    print(calibration)
+    notes = bulleted(_notes(recording))
+    if notes:
+        print(f"\nLog\n{notes}")
+    if old is not None:
+        from zerorate.calibrate import compare_calibrations
+
+        print(f"\n{compare_calibrations(old, calibration)}")
+
+
+def _notes(recording: Recording) -> tuple[str, ...]:
+    """Return the sentences on a recording and on its logs, none of them twice."""
+    of_logs = (note for log in recording.values() for note in notes_of(log))
+    return tuple(dict.fromkeys((*recording.notes, *of_logs)))
+
+
+def _load_plotting() -> None:
+    import matplotlib.backends.backend_agg
+    import matplotlib.figure  # noqa: F401
+
+    import zerorate.show.calibration_figure  # noqa: F401
+
+
+@dataclass(frozen=True)
+class _Outputs:
+    """The files of a calibration, all whole or none; `figure` is None for none."""
+
+    numbers: Path
+    figure: Path | None
+    exports: Mapping[Path, Export]
+    force: bool
+
+    @classmethod
+    def of(
+        cls,
+        place: Destination,
+        figure: FigureFormat | None,
+        exports: Sequence[Export],
+        force: bool,
+    ) -> "_Outputs":
+        """Return where the files lie."""
+        drawn = None if figure is None else place.file(f".{figure}")
+        listed = {place.file(end): export for export in exports for end in _SUFFIXES[export]}
+        return cls(place.file(".json"), drawn, listed, force)
+
+    @property
+    def paths(self) -> list[Path]:
+        """The files to write."""
+        figure = [] if self.figure is None else [self.figure]
+        return [self.numbers, *figure, *self.exports]
+
+    def write(self, calibration: Calibration, recording: Recording, progress: Progress) -> None:
+        """Write all files under other names; rename them when all are whole."""
+        texts = [calibration.to_json(), *self._exported(calibration)]
+        progress("drawing", 0.7)
+        with writing(), together(self.paths, self.force) as temporary:
+            if self.figure is not None:
+                _draw(calibration, recording, temporary[1])
+            written = [temporary[0], *temporary[len(temporary) - len(self.exports) :]]
+            for path, text in zip(written, texts, strict=True):
+                path.write_text(text, encoding="utf-8", newline="\n")
+
+    def _exported(self, calibration: Calibration) -> Iterator[str]:
+        with as_usage():
+            for export in dict.fromkeys(self.exports.values()):
+                yield from _texts(calibration, export)
+
+
+def _texts(calibration: Calibration, export: Export) -> Sequence[str]:
+    """Return the texts of an export's files."""
+    if export is Export.imu_tk:
+        return calibration.to_imu_tk()
+    one = {
+        Export.kalibr: calibration.to_kalibr,
+        Export.px4: calibration.to_px4,
+        Export.ardupilot: calibration.to_ardupilot,
+    }
+    return (one[export](),)
+
+
+def _draw(calibration: Calibration, recording: Recording, path: Path) -> None:
+    from zerorate.show import save_figure
+
+    save_figure(calibration.plot(recording), path)
+
+
+def _correct(
+    log: Path,
+    reading: Reading,
+    names: _Names,
+    calibration: Calibration,
+    output: str,
+    format: LogFormat | None,
+    force: bool,
+) -> None:
+    """Write a log without what a calibration has found."""
+    place = Destination.of(output, f"{log.stem}-zerorate-calibrated", [*LogFormat])
+    suffix = place.choose("--format", format, LogFormat.parquet)
+    if suffix is LogFormat.parquet:
+        require("pyarrow", "io")
+    for i, one in enumerate(records(log, reading.group_by)):
+        with progress_bar() as progress:
+            recording = read_imu(reading, one.source)
+            progress("correcting", 0.5)
+            with naming(recording):
+                corrected = calibration.apply(recording, **names.both)
+                tables = _tables(corrected)
+            part = place.of_part(one.ending)
+            paths = [part.file(f"{ending}.{suffix}") for ending in tables]
+            check_outputs(paths, force, log)
+            with writing(), together(paths, force) as temporary:
+                for path, table in zip(temporary, tables.values(), strict=True):
+                    write_log(table, path)
+        print_title(one, first=i == 0)
+        print(bulleted(_notes(corrected)))
+        print_written(paths)
+
+
+def _tables(recording: Recording) -> dict[str, Log]:
+    """Return what is written of a recording, by the endings of names: logs of a clock together."""
+    groups: dict[str, list[Log]] = {}
+    for name, log in recording.items():
+        fits = (group for group in groups.values() if _share(group, log))
+        group = next(fits, None)
+        if group is None:
+            groups[f"-{name}" if groups else ""] = [log]
+        else:
+            group.append(log)
+    return {ending: _joined(group) for ending, group in groups.items()}
+
+
+def _share(group: Sequence[Log], log: Log) -> bool:
+    first, taken = group[0], {name for one in group for name in one.names}
+    return np.array_equal(first.time, log.time) and taken.isdisjoint(log.names)
+
+
+def _joined(group: Sequence[Log]) -> Log:
+    first = group[0]
+    data = np.hstack([log.data for log in group])
+    names = tuple(name for log in group for name in log.names)
+    units = tuple(unit for log in group for unit in log.units)
+    return Log(first.time, first.rate, data, names, units, first.meta)  # type: ignore[arg-type]

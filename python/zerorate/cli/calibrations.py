@@ -1,0 +1,64 @@
+"""Calibrations that commands read, and recordings of an IMU that they are applied to."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from zerorate.calibrate.calibration import Calibration
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, of_a_file
+from zerorate.cli.options import Reading, parse_words
+from zerorate.io import Log, LogError, Recording, read_recording
+from zerorate.io.formats import LogSource
+from zerorate.io.names import canonical_unit
+
+__all__ = ["corrected_gyro", "naming", "read_calibration", "read_imu"]
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Return the calibration in a file, or raise a fault that says what is wrong with it."""
+    try:
+        return Calibration.from_json(path)
+    except OSError as error:
+        raise DataFault(of_a_file(error)) from None
+    except ValueError as error:
+        raise DataFault(str(error)) from None
+
+
+def read_imu(reading: Reading, source: LogSource) -> Recording:
+    """Return a recording of all sensors; the unit may be one of the gyro, or of both sensors."""
+    unit = reading.arguments["unit"]
+    if unit is not None:
+        reading = replace(reading, arguments={**reading.arguments, "unit": _units(unit)})
+    return reading.read(read_recording, source)
+
+
+def _units(text: str) -> dict[str, str]:
+    """Return the units of a list with commas by the sensors that they are of."""
+    words = parse_words("--unit", text, "units")
+    with as_usage():
+        sensors = ["accel" if canonical_unit(one) in ("g", "m/s^2") else "gyro" for one in words]
+    if len(set(sensors)) < len(sensors):
+        raise UsageFault(f"--unit takes one unit of each kind, such as deg/s,g, got '{text}'")
+    return dict(zip(sensors, words, strict=True))
+
+
+def corrected_gyro(reading: Reading, source: LogSource, calibration: Calibration) -> Log:
+    """Return the gyro of a recording, corrected, whose notes say so; faults as of `naming`."""
+    recording = read_imu(reading, source)
+    with naming(recording):
+        gyro = calibration.apply(recording).gyro
+        if gyro is None:
+            raise LogError("there is no gyro")
+        return gyro
+
+
+@contextmanager
+def naming(recording: Recording) -> Iterator[None]:
+    """Say which log is at fault."""
+    try:
+        with as_usage():
+            yield
+    except LogError as error:
+        said, source = in_options(error), recording.source
+        raise DataFault(said if said.startswith(source) else f"{source}: {said}") from None

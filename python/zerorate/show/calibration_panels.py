@@ -1,0 +1,312 @@
+"""The panels of a calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from zerorate.calibrate.joint_fit import DATASHEET
+from zerorate.calibrate.parameters import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
+from zerorate.show.scales import limits, outline
+from zerorate.show.style import (
+    BLACK,
+    BLUE,
+    FONT,
+    GREEN,
+    GREY,
+    GREY_TEXT,
+    ORANGE,
+    ROSE,
+    SKY,
+    VERMILION,
+    time_unit,
+    write_in_middle,
+    write_legend,
+)
+from zerorate.types import Booleans, Floats
+from zerorate.units import UNITS, convert
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from zerorate.calibrate.calibration import Calibration
+    from zerorate.io import Log
+
+__all__ = [
+    "draw_carry",
+    "draw_deviations",
+    "draw_known",
+    "draw_log",
+    "draw_norm",
+    "draw_poses",
+    "name_elements",
+    "name_groups",
+    "style_sizes",
+]
+
+_AXIS_COLOURS: Final = (BLUE, VERMILION, GREEN)
+_GAP: Final = np.radians(40.0)
+"""Angle from the nearest pose beyond which there is a gap."""
+
+_STRETCHES: Final = 6
+"""Parts of a log that are drawn apart: it goes across the page and turns last a second."""
+
+_PIXELS: Final = 121
+"""Of the side of a half sphere."""
+
+_LEAST: Final = 0.3
+"""Part of the error that a data sheet states above which a parameter is not identifiable."""
+
+_RIM: Final = {"+x": (1, 0), "−x": (-1, 0), "+y": (0, 1), "−y": (0, -1)}
+_DIAGONAL: Final = (0, 4, 8)
+_GROUPS: Final = ("scale", "cross", "bias", "scale", "cross")
+_GROUP_COLOURS: Final = (BLUE, BLUE, BLUE, VERMILION, VERMILION)
+_NAMES: Final = tuple(f"{i}{j}" for i in "xyz" for j in "xyz")
+
+
+def draw_log(axes: Axes, calibration: Calibration, log: Log, last: bool) -> None:
+    """Draw the raw samples of a sensor, and behind them the rests that were found."""
+    unit, seconds = time_unit(log.duration)
+    for name, colour, values in zip("xyz", _AXIS_COLOURS, log.data.T, strict=False):
+        times, shown = _line(log, values)
+        axes.plot(times / seconds, shown, color=colour, lw=0.6, label=name)
+    for rest in calibration.rests:
+        colour = SKY if rest.used else ROSE
+        place = (rest.start / seconds, rest.stop / seconds)
+        axes.axvspan(*place, color=colour, alpha=0.35 if rest.used else 0.9, lw=0.0, zorder=0)
+    axes.set_xlim(log.time[0] / seconds, (log.time[0] + log.duration) / seconds)
+    axes.set_ylim(*limits(log.data[np.isfinite(log.data)], 0.08, 0.35))
+    axes.set_ylabel(f"raw [{log.unit}]")
+    if last:
+        axes.set_xlabel(f"time [{unit}]")
+    else:
+        axes.tick_params(labelbottom=False)
+    write_legend(axes, "upper right", 3)
+
+
+def _line(log: Log, values: Floats) -> tuple[Floats, Floats]:
+    """Return times and values of a line of some thousand points, peaks included."""
+    first, parts = 0, []
+    for part in np.array_split(values, _STRETCHES):
+        if part.size:
+            times, shown = outline(np.ascontiguousarray(part), log.rate)
+            parts.append((log.time[0] + first / log.rate + times, shown))
+            first += part.size
+    times, shown = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return times, shown
+
+
+def draw_poses(axes: Axes, calibration: Calibration) -> None:
+    """Draw poses on two half spheres of equal area, and shade where there is none."""
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    used = np.array([rest.used for rest in calibration.rests], dtype=bool)
+    up = np.array([rest.direction for rest in calibration.rests]).reshape(-1, 3)
+    for sign, centre in ((1.0, -1.8), (-1.0, 1.8)):
+        _draw_half(axes, up, used, sign, centre)
+    axes.set_xlim(-3.5, 3.5)
+    axes.set_ylim(-1.75, 2.15)
+
+
+def _draw_half(axes: Axes, up: Floats, used: Booleans, sign: float, centre: float) -> None:
+    from matplotlib.patches import Circle
+
+    edge = np.sqrt(2.0)
+    _shade_gaps(axes, up[used], sign, centre)
+    axes.add_patch(Circle((centre, 0.0), edge, fill=False, lw=0.5, ec=BLACK))
+    for axis, (right, top) in _RIM.items():
+        at = (centre + 1.12 * edge * right, 1.1 * edge * top)
+        axes.text(*at, axis, ha="center", va="center", size=FONT - 0.5, color=GREY_TEXT)
+    axes.plot(centre, 0.0, marker="+", ms=4.0, mew=0.5, color=GREY_TEXT)
+    name = f"poses with {'+' if sign > 0 else '−'}z up"
+    axes.text(centre, 1.9, name, ha="center", va="bottom", size=FONT + 0.5)
+    half = sign * up[:, 2] >= 0.0
+    for chosen, face in ((half & used, BLUE), (half & ~used, "none")):
+        x, y = _projected(up[chosen], sign)
+        axes.plot(centre + x, y, ls="none", marker="o", ms=3.0, mew=0.6, mec=BLUE, mfc=face)
+
+
+def _shade_gaps(axes: Axes, up: Floats, sign: float, centre: float) -> None:
+    side = np.sqrt(2.0) * (2.0 * np.arange(_PIXELS) + 1.0 - _PIXELS) / _PIXELS
+    x, y = np.meshgrid(side, side)
+    squared = x**2 + y**2
+    inside = squared <= 2.0
+    width = np.sqrt(np.clip(1.0 - squared / 4.0, 0.0, None))
+    points = np.stack((x * width, y * width, sign * (1.0 - squared / 2.0)), axis=-1)
+    nearest = (points @ up.T).max(axis=-1) if up.size else np.full(x.shape, -1.0)
+    gap = np.where(inside & (nearest < np.cos(_GAP)), 1.0, np.nan)
+    from matplotlib.colors import ListedColormap
+
+    place = (centre - np.sqrt(2.0), centre + np.sqrt(2.0), -np.sqrt(2.0), np.sqrt(2.0))
+    axes.imshow(
+        gap, extent=place, origin="lower", cmap=ListedColormap([ROSE]), zorder=0, aspect="equal"
+    )
+
+
+def _projected(up: Floats, sign: float) -> tuple[Floats, Floats]:
+    """Return Lambert's projection of directions about the end of z."""
+    stretch = np.sqrt(2.0 / (1.0 + sign * up[:, 2]))
+    return up[:, 0] * stretch, up[:, 1] * stretch
+
+
+def draw_norm(axes: Axes, calibration: Calibration) -> None:
+    """Draw the error of the norm of gravity at every rest, before and after."""
+    axes.set_title("norm of gravity at rest [mg]")
+    before = 1e3 * np.abs(_raw_norms(calibration))
+    after = 1e3 * np.abs([rest.norm_error for rest in calibration.rests])
+    _draw_sizes(axes, before, after, [rest.used for rest in calibration.rests])
+    axes.set_xlabel("rest")
+
+
+def draw_carry(axes: Axes, calibration: Calibration) -> None:
+    """Draw the error of gravity carried through every turn, before and after."""
+    axes.set_title("gravity carried through a turn [deg]")
+    before = np.degrees([turn.residual_raw for turn in calibration.turns])
+    after = np.degrees([turn.residual for turn in calibration.turns])
+    _draw_sizes(axes, before, after, [turn.used for turn in calibration.turns])
+    axes.set_xlabel("turn")
+
+
+def _draw_sizes(axes: Axes, before: Floats, after: Floats, used: Sequence[bool]) -> None:
+    numbers, taken = 1 + np.arange(after.size), np.array(used, dtype=bool)
+    seen = np.concatenate((before, after))
+    if not np.isfinite(seen).any():
+        axes.set_xticks([])
+        axes.set_yticks([])
+        write_in_middle(axes, "there is none")
+        return
+    for values, colour, label in ((before, ORANGE, "before"), (after, BLUE, "after")):
+        for chosen, face in ((taken, colour), (~taken, "none")):
+            axes.plot(
+                numbers[chosen],
+                values[chosen],
+                ls="none",
+                marker="o",
+                ms=2.4,
+                mew=0.6,
+                mec=colour,
+                mfc=face,
+                label=label if chosen is taken and np.isfinite(values).any() else "_",
+            )
+    axes.set_xlim(0.0, after.size + 1.0)
+    axes.set_yscale("log")
+    positive = seen[np.isfinite(seen) & (seen > 0.0)]
+    if positive.size:
+        low, high = np.log10(positive.min()), np.log10(positive.max())
+        axes.set_ylim(10.0 ** (low - 0.2), 10.0 ** (high + 0.3 + 0.3 * (high - low)))
+    write_legend(axes, "upper right", 2)
+
+
+def _raw_norms(calibration: Calibration) -> Floats:
+    """Return |raw|/g - 1 of every rest; of an unknown unit, with one scale for all axes."""
+    norms = np.array([np.linalg.norm(rest.accel) for rest in calibration.rests])
+    unit = calibration.accel_units[0]
+    if unit in UNITS:
+        return norms * convert(1.0, unit, "m/s^2") / calibration.gravity - 1.0
+    scale = abs(np.linalg.det(calibration.values[ACCEL_MATRIX].reshape(3, 3))) ** (1.0 / 3.0)
+    return np.asarray(norms / (scale * calibration.gravity) - 1.0)
+
+
+def draw_deviations(axes: Axes, calibration: Calibration) -> None:
+    """Draw scale error and misalignment of both sensors with their errors."""
+    axes.set_title("what the sensors make of their input, less identity [10⁻³]")
+    places = [*range(ACCEL_MATRIX.start, ACCEL_MATRIX.stop)]
+    places += range(GYRO_MATRIX.start, GYRO_MATRIX.stop)
+    at = np.array([*range(9), *range(10, 19)], dtype=np.float64)
+    values, sigmas = (1e3 * one for one in _relative(calibration))
+    known = calibration.identifiable[places]
+    # What the frame fixes at zero says nothing.
+    free = ~known | (sigmas > 0.0) | (values != 0.0)
+    for chosen, sensor, colour in (
+        (at < 9.0, "accelerometer", BLUE),
+        (at > 9.0, "gyro", VERMILION),
+    ):
+        there = chosen & known & free
+        axes.errorbar(
+            at[there],
+            values[there],
+            2.0 * sigmas[there],
+            ls="none",
+            marker="o",
+            ms=2.6,
+            mew=0.0,
+            elinewidth=0.8,
+            capsize=1.6,
+            capthick=0.6,
+            color=colour,
+            label=sensor,
+        )
+        missing = chosen & ~known
+        axes.plot(
+            at[missing], values[missing], ls="none", marker="o", ms=2.6, mec=colour, mfc="none"
+        )
+    axes.axhline(0.0, color=BLACK, lw=0.4)
+    axes.axvline(9.0, color=GREY, lw=0.6)
+    shown = np.concatenate(
+        (values - 2.0 * sigmas * known, values + 2.0 * sigmas * known, [-1.0, 1.0])
+    )
+    axes.set_ylim(*limits(shown, 0.08, 0.3))
+    axes.set_xlim(-1.0, 19.0)
+    write_legend(axes, "upper right", 2)
+
+
+def _relative(calibration: Calibration) -> tuple[Floats, Floats]:
+    """Return both matrices over the scale of their rows, less identity, and their errors."""
+    values, sigmas = [], []
+    for sensor in (calibration.accel, calibration.gyro):
+        nominal = 1.0
+        if sensor.raw_unit not in UNITS:
+            nominal = float(np.mean(np.abs(sensor.scale)))
+        for i, row in enumerate(sensor.misalignment):
+            for j, one in enumerate(row):
+                scale = sensor.scale[i]
+                values.append(scale / nominal - 1.0 if i == j else one.value)
+                sigmas.append(scale.sigma / nominal if i == j else one.sigma)
+    return np.array(values), np.array(sigmas)
+
+
+def draw_known(axes: Axes, calibration: Calibration) -> None:
+    """Draw the error of each parameter over what a data sheet states."""
+    axes.set_title("error over that of a data sheet")
+    groups = [parts[parts > 0.0] for parts in _over_prior(calibration)]
+    for i, (parts, colour) in enumerate(zip(groups, _GROUP_COLOURS, strict=True)):
+        at = i + np.linspace(-0.25, 0.25, max(parts.size, 2))[: parts.size]
+        axes.plot(at, parts, ls="none", marker="o", ms=2.4, mew=0.0, color=colour)
+    axes.axhline(_LEAST, color=BLACK, lw=0.6, ls=(0, (4, 2)))
+    axes.set_yscale("log")
+    axes.set_ylim(0.5 * min([*np.concatenate(groups), 0.1]), 3.0)
+    axes.set_xlim(-0.6, len(groups) - 0.4)
+
+
+def _over_prior(calibration: Calibration) -> Iterator[Floats]:
+    """Yield the errors over those that data sheets state, group by group."""
+    scale, cross, offset = DATASHEET
+    _, sigmas = _relative(calibration)
+    scales = np.abs(calibration.accel.scale)
+    bias = np.sqrt(np.diagonal(calibration.covariance)[ACCEL_BIAS]) / scales
+    for sensor, own in ((calibration.accel, sigmas[:9]), (calibration.gyro, sigmas[9:])):
+        yield own[list(_DIAGONAL)] / scale
+        yield np.delete(own, _DIAGONAL) / cross
+        if sensor.unit == calibration.accel.unit:
+            yield convert(bias, sensor.unit, "g") / offset
+
+
+def name_elements(axes: Axes) -> None:
+    """Write the elements of both matrices under their points."""
+    axes.set_xticks([*range(9), *range(10, 19)], [*_NAMES, *_NAMES])
+
+
+def name_groups(axes: Axes) -> None:
+    """Write which parameters the points are of."""
+    axes.set_xticks(range(len(_GROUPS)), _GROUPS)
+
+
+def style_sizes(panels: Sequence[Axes]) -> None:
+    """Write decades as plain numbers."""
+    from matplotlib.ticker import FuncFormatter
+
+    for axes in panels:
+        if axes.get_yscale() == "log":
+            axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

@@ -1,0 +1,90 @@
+"""The non-linearity of a gyro on a rate table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from zerorate.show.style import (
+    BLUE,
+    ORANGE,
+    VERMILION,
+    new_figure,
+    style_panels,
+    write_caption,
+    write_legend,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from zerorate.calibrate.rate_table import RateTable
+
+__all__ = ["plot_rate_table"]
+
+# Millimetres.
+_WIDTH, _PANEL, _LEFT, _BELOW, _ABOVE = 90.0, 38.0, 16.0, 13.0, 6.0
+_COLOURS: Final = (BLUE, VERMILION, ORANGE)
+
+
+def plot_rate_table(table: RateTable) -> Figure:
+    """Return how far output is from the line of bias and scale, a panel an axis.
+
+    Parameters
+    ----------
+    table : RateTable
+        Its means with two standard errors, and the fitted curve.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Differences in the unit of the rates: over the scale.
+
+    Raises
+    ------
+    ImportError
+        Without matplotlib, of the extra ``plot``.
+    """
+    count = len(table.axes)
+    height = _BELOW + count * (_PANEL + _ABOVE)
+    figure = new_figure(_WIDTH, height)
+    panels = []
+    for i in range(count):
+        bottom = _BELOW + (count - 1 - i) * (_PANEL + _ABOVE)
+        width = (_WIDTH - _LEFT - 4.0) / _WIDTH
+        panels.append(figure.add_axes((_LEFT / _WIDTH, bottom / height, width, _PANEL / height)))
+        _draw(panels[-1], table, i)
+    panels[-1].set_xlabel("rate")
+    style_panels(panels)
+    for panel in panels:
+        write_legend(panel, "upper right", 2)
+    write_caption(figure, height, "Less the line of bias and scale. Bars: ± 2σ.")
+    return figure
+
+
+def _draw(axes: Axes, table: RateTable, i: int) -> None:
+    known, w = table.axes[i], table.rates[:, i]
+    fitted = table.means - table.residuals
+    # What bends the line is the prediction at rates about this axis alone, less the line.
+    alone = np.zeros((401, len(table.axes)))
+    alone[:, i] = np.linspace(w.min(), w.max(), len(alone))
+    line = known.bias + known.scale * alone[:, i]
+    curve = (table.predict(alone)[:, i] - line) / known.scale
+    at = np.zeros(table.rates.shape)
+    at[:, i] = w
+    bend = table.predict(at)[:, i] - known.bias - known.scale * w
+    off = (table.means[:, i] - fitted[:, i] + bend) / known.scale
+    bars = 2.0 * table.sigma[:, i] / abs(known.scale)
+    name = "" if len(table.axes) == 1 else f"{'xyz'[i]}: "
+    axes.axhline(0.0, color="0.6", lw=0.5)
+    axes.plot(alone[:, i], curve, color=_COLOURS[i], lw=1.0, label=f"{name}{_terms(known.terms)}")
+    axes.errorbar(w, off, bars, fmt="o", ms=2.0, lw=0.6, color="black", label="means")
+    axes.set_ylabel("difference from the line")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.2 * (high - low))
+
+
+def _terms(terms: tuple[str, ...]) -> str:
+    return "line" if not terms else f"line, {', '.join(terms)}"

@@ -1,0 +1,274 @@
+"""``zerorate calibrate`` and what applies its result: tables, files, and a line for every fault."""
+
+import json
+from functools import partial
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from support.calibrations import COUNTS, INVALID, calibration, recorded, write_imu
+from support.commands import check_line, names, one_line
+from support.logs import write_table
+from zerorate import read_recording
+
+EXACT = {"rtol": 1e-10, "atol": 1e-10}
+
+
+@pytest.fixture
+def cli(call):
+    """Run ``zerorate calibrate``; return its code, stdout and stderr."""
+    return partial(call, "calibrate")
+
+
+@pytest.fixture
+def cal(tmp_path):
+    path = tmp_path / "cal.json"
+    calibration(rests=5).to_json(path)
+    return path
+
+
+@pytest.fixture
+def log(tmp_path):
+    return write_imu(tmp_path / "run.csv", recorded(calibration())[0])
+
+
+class TestApply:
+    def test_it_writes_the_corrected_log(self, cli, cal, log, out):
+        code, text, errors = cli("--apply", cal, log, "-o", out)
+        assert (code, errors) == (0, "")
+        assert names(out) == ["run-zerorate-calibrated.parquet"]
+        found = read_recording(out / "run-zerorate-calibrated.parquet")
+        _, rate, force = recorded(calibration())
+        np.testing.assert_allclose(found.gyro.data, rate, **EXACT)
+        np.testing.assert_allclose(found.accel.data, force, **EXACT)
+        assert (found.gyro.unit, found.accel.unit) == ("deg/s", "g")
+        assert "gyro: corrected by a calibration of 4 rests and 3 turns" in text
+        assert f"wrote {out}" in text
+
+    @pytest.mark.parametrize("suffix", ["csv", "npz", "parquet"])
+    def test_it_is_what_the_library_gives(self, cli, cal, log, out, suffix):
+        assert cli("--apply", cal, log, "-o", out / f"a.{suffix}")[0] == 0
+        found = read_recording(out / f"a.{suffix}")
+        expected = zr.Calibration.from_json(cal).apply(read_recording(log))
+        np.testing.assert_array_equal(found.gyro.data, expected.gyro.data)
+        np.testing.assert_array_equal(found.accel.data, expected.accel.data)
+
+    def test_counts_become_si(self, cli, tmp_path, out):
+        made = calibration(units=COUNTS, scales=(1670.0, 7509.0))
+        made.to_json(tmp_path / "cal.json")
+        recording, rate, _ = recorded(made)
+        log = write_imu(tmp_path / "run.csv", recording)
+        assert cli("--apply", tmp_path / "cal.json", log, "-o", out)[0] == 0
+        found = read_recording(out / "run-zerorate-calibrated.parquet")
+        assert (found.gyro.unit, found.accel.unit) == ("rad/s", "m/s^2")
+        np.testing.assert_allclose(found.gyro.data, rate, **EXACT)
+
+    def test_sensors_on_clocks_of_their_own_are_files_of_their_own(self, cli, cal, tmp_path, out):
+        n = 400
+        columns = {f"gyro_{x}_dps": np.random.default_rng(1).normal(size=n) for x in "xyz"}
+        slow = np.full((n, 3), np.nan)
+        slow[::4] = [0.1, 0.2, 1.0]
+        columns |= {f"accel_{x}_g": slow[:, i] for i, x in enumerate("xyz")}
+        log = write_table(tmp_path / "run.csv", columns)
+        assert cli("--apply", cal, log, "-o", out)[0] == 0
+        assert names(out) == [
+            "run-zerorate-calibrated-accel.parquet",
+            "run-zerorate-calibrated.parquet",
+        ]
+        assert read_recording(out / "run-zerorate-calibrated-accel.parquet").accel.rate == 25.0
+
+    def test_one_that_is_not_valid_says_so(self, cli, log, tmp_path, out):
+        calibration(**INVALID).to_json(tmp_path / "bad.json")
+        code, text, errors = cli("--apply", tmp_path / "bad.json", log, "-o", out)
+        assert (code, errors) == (0, "")
+        assert "that was applied is not valid: the scale of the gyro's x axis" in one_line(text)
+
+    @pytest.mark.parametrize(
+        ("options", "code", "match"),
+        [
+            (("--frame", "z"), 2, "--frame has no effect with --apply"),
+            (("--gravity", "9.8"), 2, "--gravity has no effect with --apply"),
+            (("--no-figure",), 2, "--no-figure has no effect with --apply"),
+            (("--unit", "deg/s,rad/s"), 2, "--unit takes one unit of each kind, such as deg/s,g"),
+            (("--unit", "furlongs"), 2, "unknown unit 'furlongs'"),
+            (("-o", "a.png"), 2, "-o takes a folder, or a file as parquet, csv, npz"),
+            (("--gyro", "gyro_7"), 1, "run.csv: there is no gyro_7 and no accel_7; the recording"),
+        ],
+    )
+    def test_refusals(self, cli, cal, log, out, options, code, match):
+        found, text, errors = cli("--apply", cal, log, *(("-o", out) + options))
+        assert (found, text) == (code, "")
+        check_line(errors, match)
+        assert names(out) == []
+
+    def test_units_that_do_not_fit(self, cli, cal, tmp_path, out):
+        log = write_table(tmp_path / "run.csv", {f"gyro_{x}": np.ones(40) for x in "xyz"})
+        code, _, errors = cli("--apply", cal, log, "-o", out)
+        assert code == 2
+        check_line(
+            errors, "the calibration is of a gyro in deg/s, and these samples are of unknown"
+        )
+        assert cli("--apply", cal, log, "-o", out, "--unit", "deg/s")[0] == 0
+
+    def test_what_is_no_calibration(self, cli, cal, log, tmp_path, out):
+        for path, match in (
+            (tmp_path / "none.json", "none.json: No such file"),
+            (log, "run.csv is not a zerorate calibration in JSON"),
+        ):
+            code, _, errors = cli("--apply", path, log, "-o", out)
+            assert code == 1
+            check_line(errors, match)
+        content = json.loads(cal.read_text())
+        cal.write_text(json.dumps({**content, "version": 99}))
+        code, _, errors = cli("--apply", cal, log, "-o", out)
+        check_line(errors, "format and version are ('zerorate calibration', 99), expected")
+
+
+class TestReplay:
+    """``zerorate replay --calibration``."""
+
+    def test_the_gyro_is_corrected_before_it_is_filtered(self, call, cal, log, out):
+        options = ("-o", out, "--only", "--no-figure", "--format", "csv")
+        code, text, errors = call("replay", "--calibration", cal, log, *options)
+        assert (code, errors) == (0, "")
+        assert "gyro: corrected by a calibration of 4 rests and 3 turns" in one_line(text)
+        found = zr.read_log(out / "run-zerorate.csv")
+        _, rate, _ = recorded(calibration())
+        corrected = zr.Calibration.from_json(cal).apply(read_recording(log)).gyro
+        np.testing.assert_allclose(corrected.data, rate, **EXACT)
+        expected = zr.DriftFilter(100.0, channels=3, rest_limit=3.0).process(corrected.data)
+        np.testing.assert_array_equal(found.data, expected)
+
+    def test_what_does_not_fit(self, call, cal, tmp_path, out):
+        log = write_table(tmp_path / "run.csv", {"gyro_x_dps": np.ones(400)})
+        code, _, errors = call("replay", "--calibration", cal, log, "-o", out, "--no-figure")
+        assert code == 1
+        check_line(errors, "run.csv: a calibration needs the three axes of the gyro, got 1")
+        code, _, errors = call("replay", "--calibration", log, log, "-o", out, "--no-figure")
+        assert code == 1
+        check_line(errors, "run.csv is not a zerorate calibration in JSON")
+
+
+STEM = "turns-zerorate-calibration"
+
+
+@pytest.fixture(scope="module")
+def session():
+    return zr.simulate_session(14, seed=3, rest=4.0)
+
+
+@pytest.fixture(scope="module")
+def turns(session, tmp_path_factory):
+    return write_imu(tmp_path_factory.mktemp("session") / "turns.csv", session.recording)
+
+
+@pytest.fixture(scope="module")
+def few(tmp_path_factory):
+    """Too few poses to calibrate anything by."""
+    recording = zr.simulate_session(5, seed=3, rest=4.0).recording
+    return write_imu(tmp_path_factory.mktemp("few") / "few.csv", recording)
+
+
+class TestCalibrate:
+    def test_table_files_and_exports(self, cli, turns, out):
+        exports = "kalibr,imu_tk,px4,ardupilot"
+        options = ("--export", exports, "--gravity", "9.81", "--frame", "z")
+        code, text, errors = cli(turns, "-o", out, *options)
+        assert (code, errors) == (0, "")
+        assert text.startswith("Calibration: valid\n\nAccelerometer, raw in g\n")
+        assert names(out) == sorted(
+            [
+                f"{STEM}-ardupilot.param",
+                f"{STEM}-imu_tk_acc.calib",
+                f"{STEM}-imu_tk_gyro.calib",
+                f"{STEM}-kalibr.yaml",
+                f"{STEM}-px4.params",
+                f"{STEM}.json",
+                f"{STEM}.png",
+            ]
+        )
+        assert all(f"wrote {out / name}" in text for name in names(out))
+        found = zr.Calibration.from_json(out / f"{STEM}.json")
+        expected = zr.calibrate(read_recording(turns), gravity=9.81, frame="z")
+        assert found.to_json() == expected.to_json()
+        assert text.startswith(str(expected))
+        assert (out / f"{STEM}-kalibr.yaml").read_text() == expected.to_kalibr()
+        assert (out / f"{STEM}-imu_tk_gyro.calib").read_text() == expected.to_imu_tk().gyro
+        assert (out / f"{STEM}-px4.params").read_text() == expected.to_px4()
+        assert (out / f"{STEM}-ardupilot.param").read_text() == expected.to_ardupilot()
+
+    def test_options_reach_the_fit(self, cli, turns, out):
+        options = ("--g-sensitivity", "off", "--saturation", "100", "--no-figure")
+        code, text, _ = cli(turns, "-o", out / "a.json", *options)
+        assert names(out) == ["a.json"]
+        expected = zr.calibrate(read_recording(turns), g_sensitivity=False, saturation=100.0)
+        assert (out / "a.json").read_text() == expected.to_json()
+        assert code == (0 if expected.valid else 1)
+        assert "end of the gyro's range" in text
+
+    def test_its_result_corrects_the_log(self, cli, turns, out, session):
+        assert cli(turns, "-o", out, "--no-figure")[0] == 0
+        assert cli("--apply", out / f"{STEM}.json", turns, "-o", out)[0] == 0
+        found = read_recording(out / "turns-zerorate-calibrated.parquet")
+        before, after = (
+            np.linalg.norm(one.accel.data[50:350], axis=1).mean() - 1.0
+            for one in (session.recording, found)
+        )
+        assert abs(after) < 0.1 * abs(before)
+
+    def test_one_that_is_not_valid_ends_with_1_and_is_written(self, cli, few, out):
+        code, text, errors = cli(few, "-o", out)
+        assert code == 1
+        assert text.startswith("Calibration: NOT VALID\n")
+        assert "Advice\n- hold " in text
+        check_line(errors, "few.csv: the calibration is not valid: ")
+        assert names(out) == [f"few-zerorate-calibration.{end}" for end in ("json", "png")]
+        assert not zr.Calibration.from_json(out / "few-zerorate-calibration.json").valid
+
+    def test_no_rest_at_all(self, cli, tmp_path, out):
+        rng = np.random.default_rng(1)
+        columns = {f"gyro_{x}_dps": 50 * rng.standard_normal(900).cumsum() for x in "xyz"}
+        columns |= {f"accel_{x}_g": rng.standard_normal(900) for x in "xyz"}
+        code, text, errors = cli(write_table(tmp_path / "run.csv", columns), "-o", out)
+        assert (code, text) == (1, "")
+        check_line(errors, "run.csv: ")
+        assert names(out) == []
+
+    @pytest.mark.parametrize(
+        ("options", "code", "match"),
+        [
+            (("--gravity", "-1"), 2, "gravity must be"),
+            (("--saturation", "0"), 2, "saturation must be"),
+            (("--gyro", "gyro_3"), 1, "turns.csv: there is no 'gyro_3'; the recording has: gyro"),
+            (("--export", "kalibr,vins"), 2, "--export takes some of kalibr, imu_tk, px4, ardu"),
+            (("--format", "csv"), 2, "--format is that of a corrected log: it acts with --apply"),
+            (("--frame", "q"), 2, "--frame takes x, z or symmetric, got 'q'"),
+            (("-o", "a.csv"), 2, "-o takes a folder, or a file as json, got 'a.csv'"),
+            (("--columns", "gyro_x_dps"), 1, "turns.csv: the gyro must have three axes"),
+            (("--compare", "none.json"), 1, "none.json: No such file"),
+        ],
+    )
+    def test_refusals(self, cli, turns, out, options, code, match):
+        found, text, errors = cli(turns, "--no-figure", *(("-o", out) + options))
+        assert (found, text) == (code, "")
+        check_line(errors, match)
+        assert names(out) == []
+
+    def test_counts_cannot_become_kalibrs_file(self, cli, session, tmp_path, out):
+        recording = session.recording
+        columns = {f"gyro_{x}": 131 * recording.gyro.data[:, i] for i, x in enumerate("xyz")}
+        columns |= {f"accel_{x}": 16384 * recording.accel.data[:, i] for i, x in enumerate("xyz")}
+        log = write_table(tmp_path / "raw.csv", columns)
+        code, text, _ = cli(log, "-o", out, "--no-figure")
+        assert code == 0
+        assert "Gyro, raw unit not known" in text
+        code, _, errors = cli(log, "-o", out, "--no-figure", "--force", "--export", "kalibr")
+        assert code == 2
+        check_line(errors, "Kalibr takes samples in rad/s and m/s^2, and the unit of the acceler")
+        code, text, _ = cli(
+            *(log, "-o", out, "--no-figure", "--force", "--export", "kalibr"),
+            *("--scale", "1/131,1/16384", "--unit", "deg/s,g"),
+        )
+        assert code == 0
+        assert "Gyro, raw in deg/s" in text
