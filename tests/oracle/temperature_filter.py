@@ -1,4 +1,4 @@
-"""Bias and its temperature slope, learned at rest: Kalman filters that differ in the bias's walk."""
+"""Bias and its temperature slope, learned at rest: Kalman filters that differ in their walk."""
 
 import math
 
@@ -7,14 +7,16 @@ import numpy as np
 from oracle.ticks import Ticks
 
 # Variance that the walk adds in one tick, over the white variance of one full tick.
-RATIOS = np.array([0.0, *10.0 ** np.arange(-6.0, 0.5)])
-PRIOR = np.array([0.05, *np.full(RATIOS.size - 1, 0.95 / (RATIOS.size - 1))])
+RATIOS = 10.0 ** np.arange(-7.0, 0.5)
+# Half-Cauchy in the walk's deviation, about a walk as strong as the noise of five seconds.
+MIDDLE = 2.5e-3
+PRIOR = np.sqrt(RATIOS / MIDDLE) / (1.0 + RATIOS / MIDDLE)
 # Ticks after which evidence counts for 1/e, and what the noise is believed to be worth at first.
 KEPT = 1.0 - 1.0 / 4000.0
 DEGREES = 2.0
 # Standard deviation of the slope before any sample: that of one sample of noise per kelvin.
 SLOPE_SIGMA = 1.0
-# Bounds of what is counted in deviations of the noise; kelvins beyond which there is no temperature.
+# Bounds of what is counted in deviations of the noise, and of kelvins from the reference.
 LEVEL_MAX, VARIANCE_MAX, SLOPE_MAX, KELVIN_MAX = 1e12, 1e24, 1e8, 1e4
 # Of answers, in units of the samples.
 RAW_MAX, SIGMA_MAX = 1e300, 1e150

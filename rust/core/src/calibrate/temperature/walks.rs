@@ -19,14 +19,15 @@ pub const LEVEL_MAX: f64 = 1e12;
 pub const SLOPE_MAX: f64 = 1e8;
 const VARIANCE_MAX: f64 = 1e24;
 
-/// Filters: no walk, then one a decade.
+/// Filters: one a decade.
 const WALKS: usize = 8;
 
 /// Variance that a walk adds in one tick, over the white variance of one full tick.
-const RATIOS: Each = [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
+const RATIOS: Each = [1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 
-/// Weight of no walk before any tick; the others share the rest.
-const NO_WALK: f64 = 0.05;
+/// Before any tick the walk's deviation is believed to be half-Cauchy, with this ratio in the middle:
+/// a walk as strong as the noise of five seconds.
+const MIDDLE: f64 = 2.5e-3;
 
 /// What a tick leaves of the evidence, and what the noise is believed to be worth before the first.
 const KEPT: f64 = 1.0 - 1.0 / 4000.0;
@@ -155,10 +156,11 @@ impl Walks {
 
     fn weights(&self) -> Each {
         let best = self.evidence.iter().fold(f64::NEG_INFINITY, |best, e| best.max(*e));
-        let others = (1.0 - NO_WALK) / (WALKS - 1) as f64;
-        let prior = |m| if m == 0 { NO_WALK } else { others };
-        let weights: Each =
-            core::array::from_fn(|m| prior(m) * ComplexField::exp(self.evidence[m] - best));
+        let weights: Each = core::array::from_fn(|m| {
+            let ratio = RATIOS[m] / MIDDLE;
+            let prior = ratio.simd_sqrt() / (1.0 + ratio);
+            prior * ComplexField::exp(self.evidence[m] - best)
+        });
         let sum: f64 = weights.iter().sum();
         weights.map(|weight| weight / sum)
     }
