@@ -61,6 +61,7 @@ __all__ = [
     "ReplayScores",
     "RestDetector",
     "StreamingAllan",
+    "TemperatureFilter",
     "Trace",
     "WaveletDenoiser",
     "__version__",
@@ -1159,6 +1160,142 @@ class ImuCorrector(Generic[_Corrected]):
     @property
     def inputs(self) -> int:
         """Numbers in a sample: 3, 6 or 7."""
+    @property
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
+
+@final
+class TemperatureFilter(Generic[_Number, _Flag]):
+    """The bias of a gyro and its change with temperature, learned at rest while samples arrive.
+
+    What `update` returns is the bias at the temperature now. It is learned from ticks of a quarter of a
+    second at rest, which is found as `RestDetector` finds it, and held in motion, where it goes on
+    with the temperature. Kalman filters with the states bias and slope and ``H = [1, T - reference]``
+    differ in the random walk of the bias and are weighed by their likelihoods; none need be tuned.
+
+    A thermometer of whole degrees is averaged over as many ticks as lie between two of its steps. A
+    rate or a temperature that is not finite is missing: the bias is then held, or learned at the last
+    temperature. Before the first rest the bias is zero. One object serves one thread at a time.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    reference : float, default 25.0
+        Temperature that the bias state belongs to, degC; of no consequence once the slope is known.
+    slope : float, optional
+        What is believed of the slope before any sample, the gyro's unit per kelvin; by default zero,
+        with a deviation of one sample's noise per kelvin.
+    slope_sigma : float, optional
+        Its deviation; by default a slope that is given holds for certain.
+    walk : float, optional
+        Random walk of the bias, unit per root second; by default it is learned.
+    rest_limit, bias_limit : float, optional
+        As of `RestDetector`.
+    channels : int, optional
+        Number of signals side by side; ``None`` is a single one.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> t = np.arange(60_000) / 100.0
+    >>> temperature = 20.0 + 10.0 * (1.0 - np.exp(-t / 200.0))
+    >>> z = 0.5 + 0.03 * (temperature - 25.0)
+    >>> z += 0.1 * np.random.default_rng(1).standard_normal(t.size)
+    >>> f = zr.TemperatureFilter(100.0)
+    >>> bias = f.process(z, temperature)
+    >>> round(float(bias[-1]), 2), round(f.slope, 3)
+    (0.63, 0.03)
+    """
+
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        reference: float = 25.0,
+        slope: float | None = None,
+        slope_sigma: float | None = None,
+        walk: float | None = None,
+        rest_limit: float | None = None,
+        bias_limit: float | None = None,
+        channels: None = None,
+    ) -> TemperatureFilter[float, bool]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        reference: float = 25.0,
+        slope: float | None = None,
+        slope_sigma: float | None = None,
+        walk: float | None = None,
+        rest_limit: float | None = None,
+        bias_limit: float | None = None,
+        channels: int,
+    ) -> TemperatureFilter[_Floats, _Flags]: ...
+    def update(self, z: _Sample, temperature: _Sample = None) -> _Number:
+        """Takes one sample and its temperature, degC or None, returns the bias: floats to float, with
+        channels (k,) and one temperature or (k,) to (k,).
+        """
+    def process(
+        self,
+        z: npt.ArrayLike,
+        temperature: npt.ArrayLike,
+        out: _Floats | None = None,
+        threads: int | None = None,
+    ) -> _Floats:
+        """What ``update`` returns for each sample of a batch: (n,) and (n,) to (n,), with channels (n, k)
+        and one temperature for all, (n,), or (n, k) to (n, k); the interpreter lock is released.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
+    @staticmethod
+    def from_bytes(b: bytes) -> TemperatureFilter:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+    @property
+    def bias(self) -> _Number:
+        """The bias at the last temperature, zero before the first rest: float, with channels (k,)."""
+    @property
+    def bias_sigma(self) -> _Number:
+        """Standard deviation of ``bias``; before the first rest the largest sample so far, and as long as
+        what is taken for rest may be motion no less than the bias: float, with channels (k,).
+        """
+    @property
+    def slope(self) -> _Number:
+        """Change of the bias per kelvin: float, with channels (k,)."""
+    @property
+    def slope_sigma(self) -> _Number:
+        """Standard deviation of ``slope``, zero where nothing is known of it yet: float, with channels
+        (k,).
+        """
+    @property
+    def at_rest(self) -> _Flag:
+        """Whether the gyro rests, and the bias is being learned: bool, with channels (k,)."""
+    @property
+    def samples_seen(self) -> int:
+        """Samples given so far, missing ones included."""
+    @property
+    def rate(self) -> float:
+        """Samples a second."""
+    @property
+    def reference(self) -> float:
+        """Temperature that the bias state belongs to, degC."""
     @property
     def channels(self) -> int | None:
         """Number of signals, None for a single one."""

@@ -29,7 +29,7 @@ def test_forged_checkpoints(search, name):
 
     def case(rng):
         f = example(name)
-        f.process(wide(samples(rng, int(rng.integers(1, 1500)))))
+        process(f, wide(samples(rng, int(rng.integers(1, 1500)))))
         saved = f.to_bytes()
         assert type(f).from_bytes(saved).to_bytes() == saved
         for _ in range(40):

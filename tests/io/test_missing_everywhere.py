@@ -102,6 +102,7 @@ LOGS = {
     ),
 }
 PROCESS = {name: (lambda z, made=made: made().process(z)) for name, made in STREAMS.items()}
+PROCESS["TemperatureFilter"] = lambda z: zr.TemperatureFilter(RATE).process(z, z)
 PROCESS["ImuCorrector"] = lambda z: CORRECTOR.copy().process(rows(z, 6))
 CALLS = METRICS | IDENTIFY | LOGS | PROCESS
 

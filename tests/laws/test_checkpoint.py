@@ -24,7 +24,7 @@ from support.checkpoints import (
     sealed_anew,
 )
 from support.checks import assert_same_bits, named
-from support.classes import EXAMPLES, STREAMS, assert_same_state, example
+from support.classes import EXAMPLES, STREAMS, assert_same_state, example, process
 from support.settings import METHODS, MOTIONS, ORDERS, OUTPUTS, RATE, start_of
 
 BY_KIND = pytest.mark.parametrize("kind", EXAMPLES)
@@ -34,7 +34,7 @@ RECORD = np.random.default_rng(8).standard_normal((150, 3))
 def fed(f, width=1):
     """A filter, after some samples of so many numbers."""
     z = RECORD[:, 0] if f.channels is None else RECORD[:, : f.channels]
-    f.process(z if width == 1 else np.stack([z] * width, axis=-1))
+    process(f, z if width == 1 else np.stack([z] * width, axis=-1))
     return f
 
 
@@ -120,7 +120,7 @@ def test_arbitrary_content_under_a_right_checksum(data):
     except ValueError:
         return
     shape = (5,) if other.channels is None else (5, other.channels)
-    other.process(EXAMPLES[kind][0].wide(np.zeros(shape)))
+    process(other, EXAMPLES[kind][0].wide(np.zeros(shape)))
     repr(other)
 
 

@@ -65,7 +65,7 @@ def accepted(kind, b):
 @pytest.mark.parametrize("n", [0, 40, 1000])
 def test_every_number_at_every_place(kind, n):
     f, (stream, _) = example(kind), EXAMPLES[kind]
-    f.process(stream.wide(MIXED[:n]))
+    process(f, stream.wide(MIXED[:n]))
     b = f.to_bytes()
     # Places of a ring of phases are alike: a few of them are enough.
     stride = max((len(b) - CONTENT) // 150, 1)
@@ -84,7 +84,7 @@ def test_several_numbers_at_once(kind, data):
     channels = data.draw(st.sampled_from([None, 2]))
     f = example(kind, channels)
     z = data.draw(hostile_records())
-    f.process(stream.wide(z if channels is None else np.stack([z] * channels, axis=1)))
+    process(f, stream.wide(z if channels is None else np.stack([z] * channels, axis=1)))
     b = f.to_bytes()
     for _ in range(data.draw(st.integers(1, 3))):
         place = data.draw(st.integers(CONTENT, len(b) - CHECKSUM - 8))
@@ -104,7 +104,7 @@ def test_what_was_saved_is_never_refused(name, data):
     z = data.draw(st.one_of(records(), hostile_records(), moving_records()))
     for first in range(0, len(z) + 1, 37):
         part = z[first : first + 37]
-        f.process(stream.wide(part if channels is None else np.stack([part, part[::-1]], axis=1)))
+        process(f, stream.wide(part if channels is None else np.stack([part, part[::-1]], axis=1)))
         b = f.to_bytes()
         assert stream.kind.from_bytes(b).to_bytes() == b
 
@@ -133,7 +133,7 @@ def test_channels_that_differ_in_their_parameters_or_counts(kind):
         stream, arguments = EXAMPLES[kind]
         other = stream.make({**arguments, "gyro_bias": np.ones(3)})
     else:
-        other.process(MIXED[:3])
+        process(other, EXAMPLES[kind][0].wide(MIXED[:3]))
     if isinstance(one, STREAMS["rest-detector"].kind):
         other = type(one)(rate=17.0)
     contents = [f.to_bytes()[CONTENT + 2 : -CHECKSUM] for f in (one, other)]

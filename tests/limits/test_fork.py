@@ -17,6 +17,7 @@ ROADS = {
     "trace": "zr.DriftFilter(rate=100.0, method='fading', channels=8).trace(wide).bias",
     "corrector": "zr.ImuCorrector(np.eye(3), np.zeros(3), channels=8)"
     ".process(np.stack([wide] * 3, axis=-1), threads=2)",
+    "temperature": "zr.TemperatureFilter(100.0, channels=8).process(wide, z, threads=2)",
     "streaming": "streamed(zr.StreamingAllan(rate=100.0, octaves=4, channels=8))",
     "allan": "zr.allan(z, 100.0).deviation",
     "allan-of-columns": "zr.allan(wide, 100.0, 'mdev', threads=3).deviation",

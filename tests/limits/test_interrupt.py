@@ -16,6 +16,7 @@ FILTERS = {
     "rest": "zr.RestDetector(rate=100.0)",
     "streaming": "zr.StreamingAllan(rate=100.0, octaves=6)",
     "wavelet": "zr.WaveletDenoiser(rate=100.0, wavelet='db4', level=5)",
+    "temperature": "zr.TemperatureFilter(rate=100.0)",
     "corrector": "zr.ImuCorrector(np.eye(3), np.zeros(3), g_sensitivity=np.eye(3))",
 }
 PROGRAM = """
@@ -51,15 +52,16 @@ FILTER = """
 f = {make}
 z = z if f.channels is None else np.stack([z] * f.channels, axis=1)
 z = np.stack([z] * 6, axis=-1) if isinstance(f, zr.ImuCorrector) else z
-f.process(z[:1000])
+z = (z, z) if isinstance(f, zr.TemperatureFilter) else (z,)
+f.process(*(part[:1000] for part in z))
 before = f.to_bytes()
-f.{method}(z)
+f.{method}(*z)
 after = f.to_bytes()
 
 def work():
     global f
     f = kind.from_bytes(before)
-    f.{method}(z)
+    f.{method}(*z)
 
 kind, left = type(f), []
 for _ in range(4):
@@ -68,7 +70,7 @@ for _ in range(4):
 # A signal may come once the call is over, while its answer is put away.
 assert before in left and set(left) <= {{before, after}}
 # And works on.
-f.{method}(z[:100])
+f.{method}(*(part[:100] for part in z))
 """
 
 

@@ -17,6 +17,7 @@ CLASSES = {
     "rest": lambda k: zr.RestDetector(rate=100.0, channels=k),
     "streaming": lambda k: zr.StreamingAllan(rate=100.0, octaves=24, channels=k),
     "corrector": lambda k: zr.ImuCorrector(np.eye(3), np.zeros(3), channels=k),
+    "temperature": lambda k: zr.TemperatureFilter(100.0, channels=k),
     "wavelet": lambda k: zr.WaveletDenoiser(rate=100.0, level=10, channels=k),
 }
 

@@ -2,8 +2,8 @@
 
 A class comes as one or more streams, where its settings make it different things. A stream takes
 records whose first axis is time; with channels the second axis is theirs, and where a sample is
-several numbers the last one is these. Several arrays that are returned at once are joined along
-their last axis.
+several numbers the last one is these, for a class that takes them as several arguments too.
+Several arrays that are returned at once are joined along their last axis.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,13 @@ from support.checks import (
     assert_same_bits,
     assert_semidefinite,
 )
-from support.records import moving_records, ordinary_records, records, wide_records
+from support.records import (
+    moving_records,
+    ordinary_records,
+    records,
+    warm_records,
+    wide_records,
+)
 from support.settings import (
     METHODS,
     RATE,
@@ -38,6 +44,7 @@ from support.settings import (
     some_correction,
     start_of,
     started_settings,
+    temperature_settings,
     wavelet_settings,
     within_range,
 )
@@ -108,6 +115,13 @@ def sound_corrector(f, z, answers):
         np.testing.assert_array_equal(np.isnan(answers[..., first : first + 3]), ~seen)
 
 
+def sound_temperature(f, z, answers):
+    known = state(f)
+    assert_finite({"answers": answers, **known})
+    assert np.all(known["bias_sigma"] >= 0.0)
+    assert np.all(known["slope_sigma"] >= 0.0)
+
+
 def sound_wavelet(f, z, answers):
     """Finite from the first sample on; what came before this record is not known here."""
     begun = np.logical_or.accumulate(np.isfinite(z))
@@ -141,14 +155,19 @@ class Stream:
     powers: int = 60
     # Where the channels are in its properties.
     channel_axis: int = 0
-    # Numbers in a sample.
+    # Numbers in a sample, and how many of the last ones have a unit of their own.
     width: int = 1
+    foreign: int = 0
 
     def wide(self, z):
         """Records of as many numbers as a sample has, made of one."""
         if self.width == 1:
             return z
         return np.stack([np.roll(z, 7 * i, axis=0) for i in range(self.width)], axis=-1)
+
+    def times(self, z, a):
+        """Records in another unit."""
+        return z * np.append(np.full(self.width - self.foreign, a), np.ones(self.foreign))
 
     def one_of(self, arguments, channel):
         """The arguments that make one channel alone."""
@@ -375,14 +394,34 @@ STREAMS = {
             answer=1,
             sound=sound_corrector,
             units={"gyro_bias": 1, "accel_bias": 1, "temperature": curve_in_unit},
+            foreign=max(width - 6, 0),
             records=lambda width=width: wide_records(records(), width),
             ordinary=lambda width=width: wide_records(ordinary_records(), width),
-            # Temperatures are held within 1e6.
-            powers=60 if width < 7 else 6,
             width=width,
         )
         for width in (3, 6, 7)
     },
+    "temperature": Stream(
+        kind=zr.TemperatureFilter,
+        make=lambda arguments: zr.TemperatureFilter(**arguments),
+        settings=temperature_settings,
+        examples={
+            "temperature": {"rate": RATE},
+            "temperature-sloping": {"rate": RATE, "reference": 0.0, "slope": 0.1, "walk": 0.01},
+        },
+        properties=dict.fromkeys(("bias", "bias_sigma", "slope", "slope_sigma"), 1)
+        | {"at_rest": 0, "samples_seen": 0},
+        answer=1,
+        sound=sound_temperature,
+        units={"slope": 1, "slope_sigma": 1, "walk": 1, **LIMITS},
+        records=lambda: st.one_of(
+            wide_records(moving_records(), 2), warm_records(), wide_records(records(), 2)
+        ),
+        ordinary=warm_records,
+        powers=100,
+        width=2,
+        foreign=1,
+    ),
 }
 PROPERTIES = {stream.kind: list(stream.properties) for stream in STREAMS.values()}
 EXAMPLES = {
@@ -404,9 +443,16 @@ def example(name, channels=None):
     return stream.make({**arguments, "channels": channels})
 
 
+def arguments_of(kind, z):
+    """What a class takes a sample by, or a record."""
+    if kind is zr.TemperatureFilter:
+        return tuple(np.moveaxis(np.asarray(z), -1, 0))
+    return (z,)
+
+
 def process(f, z, **how):
     """What `process` returns, as one array or None."""
-    return flat(f.process(z, **how))
+    return flat(f.process(*arguments_of(type(f), z), **how))
 
 
 def flat(answers):
@@ -422,7 +468,8 @@ def joined(parts):
 
 def one_by_one(f, z):
     """What `update` returns for each sample."""
-    answers = [flat(f.update(sample)) for sample in z.tolist()]
+    arguments = partial(arguments_of, type(f))
+    answers = [flat(f.update(*arguments(sample))) for sample in z.tolist()]
     if all(answer is None for answer in answers):
         return None
     return np.array(answers)

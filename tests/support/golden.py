@@ -59,7 +59,7 @@ def goes_on(f, z):
 def write(name):
     f = new(name)
     before, after = record(name)
-    f.process(before)
+    process(f, before)
     saved(name).write_bytes(f.to_bytes())
     np.savez_compressed(saved(name).with_suffix(".npz"), z=after, **goes_on(f, after))
 

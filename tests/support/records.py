@@ -147,6 +147,19 @@ def wide_records(records, width):
     return columns.map(lambda z: np.stack([c[: min(map(len, z))] for c in z], axis=1))
 
 
+@st.composite
+def warm_records(draw):
+    """A gyro that warms up, with its temperature, fine, coarse or now and then missing."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    z = draw(moving_records())
+    temperature = 25.0 + 10.0 * (1.0 - np.exp(-np.arange(z.size) / 500.0))
+    temperature += 0.02 * rng.standard_normal(z.size)
+    step = draw(st.sampled_from([0.0, 0.1, 1.0]))
+    temperature = np.round(temperature / step) * step if step else temperature
+    temperature[rng.random(z.size) < draw(st.sampled_from([0.0, 0.2, 1.0]))] = np.nan
+    return np.stack([z + draw(st.sampled_from([0.0, 0.3])) * temperature, temperature], axis=1)
+
+
 def mixed_record():
     """One record of all that a filter treats differently: start-up, gaps, motion and the rest."""
     rng = np.random.default_rng(5)

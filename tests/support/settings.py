@@ -240,6 +240,20 @@ def corrector_settings(draw, inputs, channels=None):
     return {**arguments, "inputs": inputs, "channels": channels}
 
 
+def temperature_settings(channels=None):
+    """Arguments of a TemperatureFilter; ticks from four samples on."""
+    return st.fixed_dictionaries(
+        {"rate": st.sampled_from([1.0, 20.0, 62.5]), "channels": st.just(channels)},
+        optional={
+            "reference": st.sampled_from([0.0, 25.0, -1e5]),
+            "slope": st.sampled_from([None, 0.0, 0.1, -1e6]),
+            "slope_sigma": st.sampled_from([None, 0.0, 0.1, 1e6]),
+            "walk": st.sampled_from([None, 0.0, 0.01, 1e6]),
+            **REST_LIMITS,
+        },
+    )
+
+
 def some_correction(rng, inputs):
     """All arguments of an ImuCorrector that samples of so many numbers have a use for."""
 
@@ -262,13 +276,8 @@ def some_correction(rng, inputs):
 
 
 def curve_in_unit(curve, a):
-    """A bias over temperature where both are multiplied by ``a``."""
-    coefficients = curve["coefficients"]
-    return {
-        "reference": curve["reference"] * a,
-        "range": tuple(bound * a for bound in curve["range"]),
-        "coefficients": coefficients * a ** (1.0 - np.arange(coefficients.shape[1])),
-    }
+    """A bias over temperature, multiplied by ``a``."""
+    return {**curve, "coefficients": curve["coefficients"] * a}
 
 
 def traced(f, z):

@@ -20,7 +20,7 @@ mod _native {
     #[pymodule_export]
     use crate::allan::{AllanNoise, StreamingAllan};
     #[pymodule_export]
-    use crate::calibrate::{ImuCorrector, carry_turns, integrate_rates};
+    use crate::calibrate::{ImuCorrector, TemperatureFilter, carry_turns, integrate_rates};
     #[pymodule_export]
     use crate::denoise::{WaveletDenoiser, denoise, wavelet_decomposition};
     #[pymodule_export]

@@ -68,7 +68,7 @@ pub fn integrate(
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "std"))]
 mod tests {
     use super::{Integration, integrate};
     use nalgebra::{Quaternion, UnitQuaternion};

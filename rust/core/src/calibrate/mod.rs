@@ -2,17 +2,20 @@
 //!
 //! The fit of the errors of a sensor is done elsewhere, once a record; it asks here for the turn
 //! between two rests with its sensitivities, [`carry_turn`]. [`ImuCorrector`] removes what the fit has
-//! found. [`integrate`] makes an orientation of rates.
+//! found, [`TemperatureFilter`] learns bias and temperature slope while samples arrive. [`integrate`]
+//! makes an orientation of rates.
 //!
 //! The model is `z = W ω + b + G f`: `z` a raw sample of the gyro, ω the rate, f the specific force;
 //! corrected is `ω = M (z - b - G f)`.
 
 mod angle;
 mod corrector;
+mod temperature;
 mod turn;
 
 pub use angle::{Integration, integrate};
 pub use corrector::{Correction, Imu, ImuCorrector, TemperatureCurve};
+pub use temperature::{TemperatureFilter, TemperatureParams};
 pub use turn::{Turn, carry_turn};
 
 use nalgebra::Vector3;

@@ -83,7 +83,7 @@ impl Turn {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "std"))]
 mod tests {
     use super::{Turn, carry_turn};
     use nalgebra::{Matrix3, Rotation3, Vector3};

@@ -4,8 +4,11 @@
 use crate::common::{any_params, any_sample, saved, some_start};
 use proptest::prelude::*;
 use zerorate_core::allan::{AllanKind, AllanNoise};
+use zerorate_core::calibrate::{
+    Correction, ImuCorrector, TemperatureCurve, TemperatureFilter, TemperatureParams,
+};
 use zerorate_core::checkpoint::{self, Checkpoint};
-use zerorate_core::stream::{Number, Output};
+use zerorate_core::stream::{Input, Number, Output};
 use zerorate_core::{
     AutoFilter, AutoParams, Behaviour, DriftFilter, Params, RecursiveLeastSquares, RestDetector,
     RestGated, RestLimits, RlsParams, RobustFilter, RobustParams, Stream, Traced, Zones,
@@ -77,15 +80,22 @@ fn returned<S: Stream>(_: &S, output: S::Output) -> Vec<f64> {
     numbers(output)
 }
 
-fn check<T: Number, S: Stream<Input = T> + Checkpoint>(
+/// As many numbers as a sample has, from the `k`th on.
+fn input<S: Stream>(samples: &[f64], k: usize) -> (S::Input, bool) {
+    let place = |i: usize| samples[(k + 7 * i) % samples.len()];
+    let row: Vec<f64> = (0..S::Input::NUMBERS).map(place).collect();
+    (S::Input::read(&row), row.iter().all(|z| z.is_finite()))
+}
+
+fn check<S: Stream + Checkpoint>(
     mut stream: S,
     told: Told<S>,
     samples: &[f64],
     after: &[f64],
     first: usize,
 ) -> Result<(), TestCaseError> {
-    for (k, z) in samples.iter().enumerate() {
-        stream.update(T::of(*z));
+    for k in 0..samples.len() {
+        stream.update(input::<S>(samples, k).0);
         if k % 7 == 0 {
             let restored = checkpoint::read::<S>(&saved(&stream));
             prop_assert!(restored.is_ok(), "a running state is refused after sample {}", k);
@@ -93,7 +103,7 @@ fn check<T: Number, S: Stream<Input = T> + Checkpoint>(
     }
     let bytes = saved(&stream);
     let words = WORDS.map(|word| {
-        if is_single::<T>() {
+        if is_single::<S>() {
             (word as f32).to_le_bytes().to_vec()
         } else {
             word.to_le_bytes().to_vec()
@@ -106,9 +116,10 @@ fn check<T: Number, S: Stream<Input = T> + Checkpoint>(
             let Ok(mut other) = checkpoint::read::<S>(&forged(&bytes, place, content)) else {
                 continue;
             };
-            for z in after {
-                let output = other.update(T::of(*z));
-                if z.is_finite() {
+            for k in 0..after.len() {
+                let (z, finite) = input::<S>(after, k);
+                let output = other.update(z);
+                if finite {
                     let told = told(&other, output);
                     prop_assert!(
                         told.iter().all(|x| x.is_finite()),
@@ -116,7 +127,7 @@ fn check<T: Number, S: Stream<Input = T> + Checkpoint>(
                         content,
                         place,
                         told,
-                        z
+                        after[k]
                     );
                 }
             }
@@ -125,8 +136,8 @@ fn check<T: Number, S: Stream<Input = T> + Checkpoint>(
     Ok(())
 }
 
-fn is_single<T: Number>() -> bool {
-    size_of::<T>() == size_of::<f32>()
+fn is_single<S: Stream>() -> bool {
+    size_of::<S::Input>() == size_of::<f32>()
 }
 
 fn published<T, const N: usize, const M: usize>(
@@ -227,6 +238,28 @@ proptest! {
         check(RestDetector::<f64>::new(16.0, RestLimits::default())?, returned, &samples, &after, first)?;
         check(RestDetector::<f64>::new(16.0, limits)?, returned, &samples, &after, first)?;
         check(RestDetector::<f32>::new(16.0, limits)?, returned, &samples, &after, first)?;
+    }
+
+    #[test]
+    fn correctors(samples in samples(), after in prop::collection::vec(any_sample(), 40), first in 0..STRIDE) {
+        let curve = TemperatureCurve { reference: 20.0, range: [-5.0, 5.0], coefficients: [[0.5; 4]; 3] };
+        let correction = Correction { g_sensitivity: [[0.1; 3]; 3], gyro_bias: [1.0; 3], ..Correction::default() };
+        check(ImuCorrector::<3>::new(correction)?, returned, &samples, &after, first)?;
+        check(ImuCorrector::<6>::new(correction)?, returned, &samples, &after, first)?;
+        let correction = Correction { temperature: Some(curve), ..correction };
+        check(ImuCorrector::<7>::new(correction)?, returned, &samples, &after, first)?;
+    }
+
+    #[test]
+    fn temperature_filters(
+        samples in samples(), after in prop::collection::vec(any_sample(), 80), first in 0..STRIDE,
+        slope in prop::option::of(-1.0..1.0), walk in prop::option::of(0.0..1.0),
+    ) {
+        let params = TemperatureParams { rate: 16.0, slope, walk, ..TemperatureParams::default() };
+        let told: Told<TemperatureFilter> = |filter, bias| {
+            vec![bias, filter.bias_sigma(), filter.slope(), filter.slope_sigma()]
+        };
+        check(TemperatureFilter::new(params)?, told, &samples, &after, first)?;
     }
 
     #[cfg(feature = "std")]

@@ -180,13 +180,17 @@ impl<B: AnyBank + ?Sized> Shared<B> {
 
     #[inline]
     pub fn update<'py>(&mut self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let py = z.py();
-        let (numbers, flags) = (&mut self.numbers, &mut self.flags);
         if self.axes.is_empty() {
-            self.bank.update(&[arrays::sample(z)?], numbers, flags);
+            self.update_row(z.py(), &[arrays::sample(z)?])
         } else {
-            self.bank.update(&arrays::row(z, &self.axes)?, numbers, flags);
+            self.update_row(z.py(), &arrays::row(z, &self.axes)?)
         }
+    }
+
+    /// Takes one row of samples.
+    #[inline]
+    pub fn update_row<'py>(&mut self, py: Python<'py>, row: &[f64]) -> PyResult<Bound<'py, PyAny>> {
+        self.bank.update(row, &mut self.numbers, &mut self.flags);
         match (self.output, self.channels) {
             (Kind::Number, None) if self.part.is_empty() => self.numbers[0].into_bound_py_any(py),
             (Kind::Number, Some(_)) if !self.part.is_empty() => {
@@ -212,9 +216,18 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         out: Option<&Bound<'py, PyAny>>,
         threads: Option<i128>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let py = z.py();
+        self.process_samples(z.py(), arrays::samples(z, &self.axes)?, out, threads)
+    }
+
+    /// The same with a batch that has been read.
+    pub fn process_samples<'py>(
+        &mut self,
+        py: Python<'py>,
+        samples: Samples<'py>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<i128>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let threads = self::threads(threads)?;
-        let samples = arrays::samples(z, &self.axes)?;
         let row = self.axes.iter().product();
         match self.output {
             Kind::Nothing => {
@@ -401,10 +414,11 @@ pub fn arrays_of<'py>(
 }
 
 /// The methods that all streaming classes share. `out` names those that have an output to put
-/// somewhere.
+/// somewhere. A class whose samples are several arguments has its own `update` and `process`.
 macro_rules! streaming {
     ($class:ident, update: $update:literal, process: $process:literal $(, $out:ident)?) => {
         streaming!(@process $class, $process $(, $out)?);
+        streaming!($class);
 
         #[pymethods]
         impl $class {
@@ -416,7 +430,11 @@ macro_rules! streaming {
             ) -> PyResult<Bound<'py, PyAny>> {
                 $crate::common::streaming::exclusive(slf)?.shared.update(z)
             }
-
+        }
+    };
+    ($class:ident) => {
+        #[pymethods]
+        impl $class {
             /// Back to before the first sample, with the same parameters.
             fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
                 $crate::common::streaming::exclusive(slf)?.shared.bank.reset();

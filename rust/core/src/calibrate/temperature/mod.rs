@@ -1,0 +1,302 @@
+//! A gyro's bias and its temperature slope, learned at rest and held in motion.
+//!
+//! Samples are gathered to ticks of a quarter second, in which a [`RestDetector`] sees motion. Each
+//! tick at rest corrects Kalman filters with the state [bias, slope] and H = [1, T - T0], one for
+//! each strength of the bias's random walk; they are weighed by their likelihoods.
+
+mod thermometer;
+mod walks;
+
+use serde::{Deserialize, Serialize};
+
+use self::thermometer::Thermometer;
+use self::walks::{LEVEL_MAX, Mixture, SLOPE_MAX, Walks};
+use crate::error::{Error, check_not_negative, require};
+use crate::math::sound::{is_count, is_size, is_within};
+use crate::math::{Limits, Real};
+use crate::rest::{Event, RestDetector, RestLimits, Tick};
+use crate::stream::Stream;
+use crate::stream::checkpoint::Checkpoint;
+
+/// Largest deviation of the samples.
+const SCALE_MAX: f64 = 1e150;
+
+/// Believed of the slope where nothing is given: one deviation of a sample per kelvin.
+const SLOPE_SIGMA: f64 = 1.0;
+
+/// What a person chooses; x is the unit of the samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TemperatureParams {
+    /// Samples a second.
+    pub rate: f64,
+    /// Temperature that the bias state belongs to, degC.
+    pub reference: f64,
+    /// What is believed of the slope before any sample, x/K.
+    pub slope: Option<f64>,
+    /// Its deviation, x/K; where only a slope is given it holds for certain.
+    pub slope_sigma: Option<f64>,
+    /// Random walk of the bias, x/√s; learned where it is not given.
+    pub walk: Option<f64>,
+    /// What rest can be.
+    pub limits: RestLimits,
+}
+
+impl Default for TemperatureParams {
+    fn default() -> Self {
+        Self {
+            rate: 100.0,
+            reference: 25.0,
+            slope: None,
+            slope_sigma: None,
+            walk: None,
+            limits: RestLimits::default(),
+        }
+    }
+}
+
+impl TemperatureParams {
+    fn checked(self) -> Result<Self, Error> {
+        let finite = |name, value: f64| require(value.is_finite(), name, "a finite number", value);
+        let size = |name, value| check_not_negative(name, "zero or a positive number", value);
+        finite("reference", self.reference)?;
+        self.slope.map_or(Ok(()), |slope| finite("slope", slope))?;
+        self.slope_sigma.map_or(Ok(()), |sigma| size("slope_sigma", sigma))?;
+        self.walk.map_or(Ok(()), |walk| size("walk", walk))?;
+        Ok(self)
+    }
+
+    /// Deviation of the slope before any sample, if it is known.
+    fn known_slope_sigma(&self) -> Option<f64> {
+        self.slope_sigma.or(self.slope.map(|_| 0.0))
+    }
+}
+
+/// Bias at the temperature now, and its slope, of one axis.
+///
+/// A sample is a rate and a temperature in degC, either NaN where it is missing; what is returned is
+/// the bias after the last tick, zero before the first rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TemperatureFilter {
+    params: TemperatureParams,
+    detector: RestDetector<f64>,
+    thermometer: Thermometer,
+    samples_seen: u64,
+    /// Largest sample so far: the bias is no larger as long as nothing else is known.
+    reach: f64,
+    at_rest: bool,
+    /// Rest has begun.
+    begun: bool,
+    /// Mean of the first tick at rest, and deviation of its samples: all else is counted in it.
+    offset: f64,
+    scale: f64,
+    walks: Walks,
+    bias: f64,
+}
+
+impl TemperatureFilter {
+    /// A filter before its first sample.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a parameter out of range.
+    pub fn new(params: TemperatureParams) -> Result<Self, Error> {
+        let params = params.checked()?;
+        let detector = RestDetector::new(params.rate, params.limits)?;
+        Ok(Self {
+            params,
+            detector,
+            thermometer: Thermometer::new(),
+            samples_seen: 0,
+            reach: 0.0,
+            at_rest: false,
+            begun: false,
+            offset: 0.0,
+            scale: 0.0,
+            walks: Walks::none(),
+            bias: 0.0,
+        })
+    }
+
+    /// What was chosen.
+    pub fn params(&self) -> &TemperatureParams {
+        &self.params
+    }
+
+    /// The bias at the last temperature; zero before the first rest.
+    pub fn bias(&self) -> f64 {
+        self.bias
+    }
+
+    /// Its standard deviation: before the first rest the largest sample, and as long as what is taken
+    /// for rest may be motion no less than the bias.
+    pub fn bias_sigma(&self) -> f64 {
+        if self.scale == 0.0 {
+            return if self.begun { 0.0 } else { self.reach };
+        }
+        let sigma = self.scale * self.level().sigma;
+        if self.detector.is_provisional() { sigma.max(self.bias.abs()) } else { sigma }
+    }
+
+    /// Change of the bias per kelvin.
+    pub fn slope(&self) -> f64 {
+        match self.scale == 0.0 {
+            true => self.params.slope.unwrap_or(0.0),
+            false => self.scale * self.walks.slope().mean,
+        }
+    }
+
+    /// Its standard deviation; zero where nothing is known of it.
+    pub fn slope_sigma(&self) -> f64 {
+        match self.scale == 0.0 {
+            true => self.params.known_slope_sigma().unwrap_or(0.0),
+            false => self.scale * self.walks.slope().sigma,
+        }
+    }
+
+    /// Whether the gyro rests, and the bias is being learned.
+    pub fn at_rest(&self) -> bool {
+        self.at_rest
+    }
+
+    /// Samples given so far, missing ones included.
+    pub fn samples_seen(&self) -> u64 {
+        self.samples_seen
+    }
+
+    fn level(&self) -> Mixture {
+        self.walks.level(self.kelvin())
+    }
+
+    /// From the reference; before the first temperature as if it were that.
+    fn kelvin(&self) -> f64 {
+        self.thermometer.kelvin().unwrap_or(0.0)
+    }
+
+    /// What was learned before the first temperature counts as learned at that.
+    fn feel(&mut self) {
+        let first = self.thermometer.kelvin().is_none();
+        self.thermometer.end_tick();
+        if first && self.scale > 0.0 {
+            self.walks.shift(self.kelvin());
+        }
+    }
+
+    fn take(&mut self, tick: &Tick<f64>) {
+        let restarts = tick.event == Some(Event::Restart);
+        match tick.event {
+            Some(Event::Restart) if !self.detector.at_rest() => self.forget(),
+            Some(event) => self.at_rest = event != Event::Motion,
+            None => {}
+        }
+        if self.scale > 0.0 {
+            self.walks.wait(self.params.walk.map(|walk| self.walked(walk)), self.tick_length());
+        }
+        if !self.at_rest || tick.count == 0 {
+            return;
+        }
+        let white = 1.0 / f64::from(tick.count);
+        if self.scale == 0.0 {
+            self.start(tick, white);
+        } else if restarts {
+            self.walks.begin(self.counted(tick.mean), white, self.kelvin());
+        } else {
+            self.walks.correct(self.counted(tick.mean), white, self.kelvin());
+        }
+    }
+
+    /// Nothing has been learned.
+    fn forget(&mut self) {
+        (self.at_rest, self.begun) = (false, false);
+        (self.offset, self.scale, self.walks) = (0.0, 0.0, Walks::none());
+    }
+
+    /// The first tick at rest, or the first whose samples differ, gives offset and scale.
+    fn start(&mut self, tick: &Tick<f64>, white: f64) {
+        (self.begun, self.offset) = (true, tick.mean);
+        self.scale = tick.deviation.min(SCALE_MAX);
+        if self.scale == 0.0 {
+            return;
+        }
+        let sigma = self.params.known_slope_sigma();
+        let spread = sigma.map_or(SLOPE_SIGMA, |sigma| (sigma / self.scale).min(SLOPE_MAX));
+        let slope = self.params.slope.unwrap_or(0.0) / self.scale;
+        self.walks = Walks::new(slope.within(SLOPE_MAX), spread);
+        self.walks.begin(0.0, white, self.kelvin());
+    }
+
+    /// From the first tick on, in deviations of its samples.
+    fn counted(&self, z: f64) -> f64 {
+        ((z - self.offset) / self.scale).within(LEVEL_MAX)
+    }
+
+    /// Variance that a known walk adds in a tick, in units of the scale.
+    fn walked(&self, walk: f64) -> f64 {
+        let seconds = (self.tick_length() / self.params.rate).min(f64::MAX);
+        let walk = (walk / self.scale).min(LEVEL_MAX);
+        walk * walk * seconds
+    }
+
+    fn tick_length(&self) -> f64 {
+        f64::from(self.detector.tick_length())
+    }
+
+    fn answer(&self) -> f64 {
+        match self.scale == 0.0 {
+            true => self.offset,
+            false => (self.offset + self.scale * self.level().mean).within(f64::RAW_MAX),
+        }
+    }
+}
+
+impl Stream for TemperatureFilter {
+    type Input = [f64; 2];
+    type Output = f64;
+
+    #[inline]
+    fn update(&mut self, [z, temperature]: [f64; 2]) -> f64 {
+        self.samples_seen += 1;
+        self.thermometer.observe(temperature - self.params.reference);
+        if z.is_finite() {
+            self.reach = self.reach.max(z.abs().min(f64::RAW_MAX));
+        }
+        if let Some(tick) = self.detector.observe(z) {
+            self.feel();
+            self.take(&tick);
+            self.bias = self.answer();
+        }
+        self.bias
+    }
+
+    fn reset(&mut self) {
+        if let Ok(new) = Self::new(self.params) {
+            *self = new;
+        }
+    }
+}
+
+impl Checkpoint for TemperatureFilter {
+    const TAG: &'static str = "temperature";
+    const VERSION: u16 = 1;
+
+    fn is_sound(&self) -> bool {
+        let most = f64::RAW_MAX * 32.0;
+        Self::new(self.params).is_ok_and(|fresh| {
+            self.detector.is_sound()
+                && self.detector.is_like(&fresh.detector)
+                && self.thermometer.is_sound(self.detector.tick_length())
+                && is_count(self.samples_seen)
+                && is_size(self.reach, f64::RAW_MAX)
+                && is_within(self.offset, most)
+                && is_size(self.scale, SCALE_MAX)
+                && is_within(self.bias, most)
+                && (self.begun || (self.offset, self.scale) == (0.0, 0.0))
+                && match self.scale == 0.0 {
+                    true => self.walks == Walks::none() && self.bias == self.offset,
+                    false => self.walks.is_sound(),
+                }
+        })
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.params, self.samples_seen) == (other.params, other.samples_seen)
+    }
+}

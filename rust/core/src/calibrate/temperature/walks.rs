@@ -1,0 +1,194 @@
+//! Kalman filters of bias and slope that differ in the random walk of the bias, weighed by their
+//! likelihoods (Magill 1965), each with a noise of its own that is learned: the likelihood is
+//! Student's (West & Harrison, *Bayesian Forecasting and Dynamic Models*, 2nd ed. 1997, 4.5, 12.2).
+//!
+//! Covariances are kept as P = U D Uᵀ with U = [1 u; 0 1] and D = diag(v, c), by Bierman's update
+//! (*Factorization Methods for Discrete Sequential Estimation*, 1977, V.3): v and c never grow by
+//! one, and P is definite whatever the rounding.
+#![allow(non_snake_case)]
+
+use nalgebra::ComplexField;
+use serde::{Deserialize, Serialize};
+
+use super::thermometer::KELVIN_MAX;
+use crate::math::Real;
+use crate::math::sound::{is_size, is_within};
+
+/// Of what is counted in deviations of the noise.
+pub const LEVEL_MAX: f64 = 1e12;
+pub const SLOPE_MAX: f64 = 1e8;
+const VARIANCE_MAX: f64 = 1e24;
+
+/// Filters: one a decade.
+const WALKS: usize = 8;
+
+/// Variance that a walk adds in one tick, over the white variance of one full tick.
+const RATIOS: Each = [1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
+
+/// Before any tick the walk's deviation is believed to be half-Cauchy, with this ratio in the middle:
+/// a walk as strong as the noise of five seconds.
+const MIDDLE: f64 = 2.5e-3;
+
+/// What a tick leaves of the evidence, and what the noise is believed to be worth before the first.
+const KEPT: f64 = 1.0 - 1.0 / 4000.0;
+const DEGREES: f64 = 2.0;
+
+/// Least noise, as a variance over that of the first tick.
+const NOISE_MIN: f64 = 1e-12;
+
+type Each = [f64; WALKS];
+
+/// Bias and slope of every walk, counted in deviations of the samples of the first tick.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Walks {
+    /// Bias at the reference, and slope.
+    x: Each,
+    k: Each,
+    /// The factors of their covariance, over the noise.
+    u: Each,
+    v: Each,
+    c: Each,
+    evidence: Each,
+    degrees: f64,
+    /// Sum of the normalised squared innovations.
+    squares: Each,
+}
+
+/// Mean and standard deviation over all walks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mixture {
+    pub mean: f64,
+    pub sigma: f64,
+}
+
+impl Walks {
+    /// Before the first rest.
+    pub fn none() -> Self {
+        let zero = [0.0; WALKS];
+        Self {
+            x: zero,
+            k: zero,
+            u: zero,
+            v: zero,
+            c: zero,
+            evidence: zero,
+            degrees: 0.0,
+            squares: zero,
+        }
+    }
+
+    /// With a slope of this mean and deviation; `begin` says where the bias is.
+    pub fn new(slope: f64, sigma: f64) -> Self {
+        let (k, c) = ([slope; WALKS], [sigma * sigma; WALKS]);
+        Self { k, c, degrees: DEGREES, squares: [DEGREES; WALKS], ..Self::none() }
+    }
+
+    /// The bias is that of a tick, of this white variance, whatever it was; the slope is what it was.
+    pub fn begin(&mut self, y: f64, R: f64, d: f64) {
+        for m in 0..WALKS {
+            self.x[m] = (y - self.k[m] * d).within(LEVEL_MAX);
+            (self.v[m], self.u[m]) = (R, -d);
+        }
+    }
+
+    /// What was learned was so at `d` kelvins from the reference.
+    pub fn shift(&mut self, d: f64) {
+        for m in 0..WALKS {
+            self.x[m] = (self.x[m] - self.k[m] * d).within(LEVEL_MAX);
+            self.u[m] -= d;
+        }
+    }
+
+    /// One tick of random walk, of this variance if it is known: of the bias alone.
+    pub fn wait(&mut self, known: Option<f64>, length: f64) {
+        for m in 0..WALKS {
+            let step = known.map_or(RATIOS[m] / length, |variance| variance / self.noise(m));
+            self.v[m] = (self.v[m] + step).min(VARIANCE_MAX);
+        }
+    }
+
+    /// Learns from a tick at rest, of white variance R, `d` kelvins from the reference.
+    pub fn correct(&mut self, y: f64, R: f64, d: f64) {
+        for m in 0..WALKS {
+            let (u, v, c) = (self.u[m], self.v[m], self.c[m]);
+            let h = u + d;
+            let e = y - (self.x[m] + self.k[m] * d);
+            let a = R + v;
+            let S = a + h * h * c;
+            self.weigh_in(m, e * e / S, S);
+            self.x[m] = (self.x[m] + (v + u * h * c) / S * e).within(LEVEL_MAX);
+            self.k[m] = (self.k[m] + h * c / S * e).within(LEVEL_MAX);
+            self.u[m] = u - h * v / a;
+            self.v[m] = v * R / a;
+            self.c[m] = c * a / S;
+        }
+        self.degrees = KEPT * self.degrees + 1.0;
+        for squares in &mut self.squares {
+            *squares = squares.max(NOISE_MIN * self.degrees);
+        }
+    }
+
+    /// The bias, `d` kelvins from the reference.
+    pub fn level(&self, d: f64) -> Mixture {
+        self.mixture(|m| {
+            let h = self.u[m] + d;
+            (self.x[m] + self.k[m] * d, self.v[m] + h * h * self.c[m])
+        })
+    }
+
+    /// The slope.
+    pub fn slope(&self) -> Mixture {
+        self.mixture(|m| (self.k[m], self.c[m]))
+    }
+
+    /// What variances are multiplied by: the noise, over that of the first tick.
+    fn noise(&self, m: usize) -> f64 {
+        self.squares[m] / self.degrees
+    }
+
+    /// Adds an innovation, squared and over its variance, to the evidence and the noise.
+    fn weigh_in(&mut self, m: usize, square: f64, S: f64) {
+        let tail = ComplexField::ln_1p(square / self.squares[m]) * (self.degrees + 1.0);
+        let spread = tail + ComplexField::ln(S * self.noise(m));
+        self.evidence[m] = KEPT * self.evidence[m] - 0.5 * spread;
+        self.squares[m] = KEPT * self.squares[m] + square;
+    }
+
+    fn weights(&self) -> Each {
+        let best = self.evidence.iter().fold(f64::NEG_INFINITY, |best, e| best.max(*e));
+        let weights: Each = core::array::from_fn(|m| {
+            let ratio = RATIOS[m] / MIDDLE;
+            let prior = ratio.simd_sqrt() / (1.0 + ratio);
+            prior * ComplexField::exp(self.evidence[m] - best)
+        });
+        let sum: f64 = weights.iter().sum();
+        weights.map(|weight| weight / sum)
+    }
+
+    fn mixture(&self, member: impl Fn(usize) -> (f64, f64)) -> Mixture {
+        let weights = self.weights();
+        let mean: f64 = (0..WALKS).map(|m| weights[m] * member(m).0).sum();
+        let variance = (0..WALKS).map(|m| {
+            let (value, variance) = member(m);
+            weights[m] * (variance * self.noise(m) + (value - mean) * (value - mean))
+        });
+        Mixture { mean, sigma: variance.sum::<f64>().simd_sqrt() }
+    }
+
+    /// Whether ticks can have made it.
+    pub fn is_sound(&self) -> bool {
+        let every = |values: &Each, holds: &dyn Fn(f64) -> bool| values.iter().all(|x| holds(*x));
+        let size = |bound: f64| move |x: f64| is_size(x, bound);
+        let level = |x: f64| is_within(x, LEVEL_MAX);
+        every(&self.x, &level)
+            && every(&self.k, &level)
+            // Two readings apart at most.
+            && every(&self.u, &|u| is_within(u, 3.0 * KELVIN_MAX))
+            && every(&self.v, &size(VARIANCE_MAX))
+            && every(&self.c, &size(SLOPE_MAX * SLOPE_MAX))
+            && every(&self.evidence, &|evidence| is_within(evidence, 1e12))
+            && self.degrees >= 1.0
+            && self.degrees <= 4001.0
+            && every(&self.squares, &|s| s >= NOISE_MIN * self.degrees && s <= 1e60)
+    }
+}

@@ -1,0 +1,255 @@
+//! Bias and temperature slope while samples arrive, for Python.
+
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use zerorate_core::calibrate::{TemperatureFilter as Core, TemperatureParams};
+use zerorate_core::{Bank, Error, RestLimits, checkpoint, memory};
+
+use crate::common::arrays::{self, Record, Samples};
+use crate::common::errors::NativeError;
+use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming, text};
+
+/// The bias of a gyro and its change with temperature, learned at rest while samples arrive.
+///
+/// What `update` returns is the bias at the temperature now. It is learned from ticks of a quarter of a
+/// second at rest, which is found as `RestDetector` finds it, and held in motion, where it goes on
+/// with the temperature. Kalman filters with the states bias and slope and ``H = [1, T - reference]``
+/// differ in the random walk of the bias and are weighed by their likelihoods; none need be tuned.
+///
+/// A thermometer of whole degrees is averaged over as many ticks as lie between two of its steps. A
+/// rate or a temperature that is not finite is missing: the bias is then held, or learned at the last
+/// temperature. Before the first rest the bias is zero. One object serves one thread at a time.
+///
+/// Parameters
+/// ----------
+/// rate : float
+///     Samples a second.
+/// reference : float, default 25.0
+///     Temperature that the bias state belongs to, degC; of no consequence once the slope is known.
+/// slope : float, optional
+///     What is believed of the slope before any sample, the gyro's unit per kelvin; by default zero,
+///     with a deviation of one sample's noise per kelvin.
+/// slope_sigma : float, optional
+///     Its deviation; by default a slope that is given holds for certain.
+/// walk : float, optional
+///     Random walk of the bias, unit per root second; by default it is learned.
+/// rest_limit, bias_limit : float, optional
+///     As of `RestDetector`.
+/// channels : int, optional
+///     Number of signals side by side; ``None`` is a single one.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of range.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, zerorate as zr
+/// >>> t = np.arange(60_000) / 100.0
+/// >>> temperature = 20.0 + 10.0 * (1.0 - np.exp(-t / 200.0))
+/// >>> z = 0.5 + 0.03 * (temperature - 25.0)
+/// >>> z += 0.1 * np.random.default_rng(1).standard_normal(t.size)
+/// >>> f = zr.TemperatureFilter(100.0)
+/// >>> bias = f.process(z, temperature)
+/// >>> round(float(bias[-1]), 2), round(f.slope, 3)
+/// (0.63, 0.03)
+#[pyclass(generic, module = "zerorate")]
+#[derive(Debug)]
+pub struct TemperatureFilter {
+    shared: Shared<Bank<Core>>,
+}
+
+streaming!(TemperatureFilter);
+
+#[pymethods]
+impl TemperatureFilter {
+    #[new]
+    #[pyo3(signature = (
+        rate, *, reference=25.0, slope=None, slope_sigma=None, walk=None, rest_limit=None,
+        bias_limit=None, channels=None
+    ))]
+    // The arguments are those of the class in Python.
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        rate: f64,
+        reference: f64,
+        slope: Option<f64>,
+        slope_sigma: Option<f64>,
+        walk: Option<f64>,
+        rest_limit: Option<f64>,
+        bias_limit: Option<f64>,
+        channels: Option<i128>,
+    ) -> PyResult<Self> {
+        let channels = streaming::channels(channels)?;
+        let limits = RestLimits { rest: rest_limit, bias: bias_limit };
+        let params = TemperatureParams { rate, reference, slope, slope_sigma, walk, limits };
+        let filter = Core::new(params).map_err(NativeError::from)?;
+        let bank = Bank::new(&filter, channels.unwrap_or(1)).map_err(NativeError::from)?;
+        Ok(Self::of(channels, bank).map_err(NativeError::from)?)
+    }
+
+    /// Takes one sample and its temperature, degC or None, returns the bias: floats to float, with
+    /// channels (k,) and one temperature or (k,) to (k,).
+    #[pyo3(signature = (z, temperature=None))]
+    fn update<'py>(
+        slf: &Bound<'py, Self>,
+        z: &Bound<'py, PyAny>,
+        temperature: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut this = exclusive(slf)?;
+        let missing = slf.py().None().into_bound(slf.py());
+        let temperature = temperature.unwrap_or(&missing);
+        let Some(channels) = this.shared.channels else {
+            let row = [arrays::sample(z)?, arrays::sample(temperature)?];
+            return this.shared.update_row(slf.py(), &row);
+        };
+        let rates = arrays::row(z, &[channels])?;
+        let temperatures = match arrays::sample(temperature) {
+            Ok(one) => vec![one; channels],
+            Err(_) => arrays::row(temperature, &[channels])?,
+        };
+        let row = [rates, temperatures];
+        let row: Vec<f64> = (0..2 * channels).map(|i| row[i % 2][i / 2]).collect();
+        this.shared.update_row(slf.py(), &row)
+    }
+
+    /// What ``update`` returns for each sample of a batch: (n,) and (n,) to (n,), with channels (n, k)
+    /// and one temperature for all, (n,), or (n, k) to (n, k); the interpreter lock is released.
+    #[pyo3(signature = (z, temperature, out=None, threads=None))]
+    fn process<'py>(
+        slf: &Bound<'py, Self>,
+        z: &Bound<'py, PyAny>,
+        temperature: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<i128>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut this = exclusive(slf)?;
+        let axes: Vec<usize> = this.shared.channels.into_iter().collect();
+        let rates = arrays::samples(z, &axes)?;
+        let shape = rates.shape().to_vec();
+        let temperatures = temperatures(temperature, &shape)?;
+        let values = beside(rates.values()?, &temperatures)?;
+        let record = Record { values, shape: [shape.as_slice(), &[2]].concat() };
+        drop(rates);
+        this.shared.process_samples(slf.py(), Samples::Copied(record), out, threads)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let params = this.first().params();
+        let TemperatureParams { rate, reference, slope, slope_sigma, walk, limits } = *params;
+        let arguments = [
+            ("rate", text(rate), ""),
+            ("reference", text(reference), "25.0"),
+            ("slope", text(slope), "None"),
+            ("slope_sigma", text(slope_sigma), "None"),
+            ("walk", text(walk), "None"),
+            ("rest_limit", text(limits.rest), "None"),
+            ("bias_limit", text(limits.bias), "None"),
+        ];
+        Ok(call("TemperatureFilter", &arguments, this.shared.channels))
+    }
+
+    /// The bias at the last temperature, zero before the first rest: float, with channels (k,).
+    #[getter]
+    fn bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, Core::bias)
+    }
+
+    /// Standard deviation of ``bias``; before the first rest the largest sample so far, and as long as
+    /// what is taken for rest may be motion no less than the bias: float, with channels (k,).
+    #[getter]
+    fn bias_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, Core::bias_sigma)
+    }
+
+    /// Change of the bias per kelvin: float, with channels (k,).
+    #[getter]
+    fn slope<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, Core::slope)
+    }
+
+    /// Standard deviation of ``slope``, zero where nothing is known of it yet: float, with channels
+    /// (k,).
+    #[getter]
+    fn slope_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, Core::slope_sigma)
+    }
+
+    /// Whether the gyro rests, and the bias is being learned: bool, with channels (k,).
+    #[getter]
+    fn at_rest<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, Core::at_rest)
+    }
+
+    /// Samples given so far, missing ones included.
+    #[getter]
+    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
+        Ok(reading(slf)?.first().samples_seen())
+    }
+
+    /// Samples a second.
+    #[getter]
+    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(reading(slf)?.first().params().rate)
+    }
+
+    /// Temperature that the bias state belongs to, degC.
+    #[getter]
+    fn reference(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(reading(slf)?.first().params().reference)
+    }
+}
+
+impl TemperatureFilter {
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        let (channels, bank) = checkpoint::restore(bytes)?;
+        Self::of(channels, bank)
+    }
+
+    fn of(channels: Option<usize>, bank: Bank<Core>) -> Result<Self, Error> {
+        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
+    }
+
+    fn first(&self) -> &Core {
+        &self.shared.bank.streams()[0]
+    }
+}
+
+/// One value a channel.
+fn each<'py, T>(
+    filter: &Bound<'py, TemperatureFilter>,
+    of: fn(&Core) -> T,
+) -> PyResult<Bound<'py, PyAny>>
+where
+    T: numpy::Element + pyo3::IntoPyObjectExt<'py> + Copy,
+{
+    let this = reading(filter)?;
+    let values = this.shared.bank.streams().iter().map(of).collect();
+    this.shared.numbers(filter.py(), values)
+}
+
+/// As many temperatures as there are rates, whose shape is given: one for each, or for each row.
+fn temperatures(z: &Bound<'_, PyAny>, shape: &[usize]) -> PyResult<Vec<f64>> {
+    let (whole, rows) = (arrays::tuple(shape), arrays::tuple(&shape[..1]));
+    let expected = if shape.len() == 1 { whole } else { format!("{whole} or {rows}") };
+    let fits = |found: &[usize]| found == shape || found == &shape[..1];
+    let found = arrays::named("temperature", z, &expected, fits)?;
+    if found.shape == shape {
+        return Ok(found.values);
+    }
+    let channels = shape[1];
+    let length = found.values.len().saturating_mul(channels);
+    let mut all = memory::room(length).map_err(NativeError::from)?;
+    found.values.iter().for_each(|one| all.extend(std::iter::repeat_n(*one, channels)));
+    Ok(all)
+}
+
+/// Pairs of a rate and a temperature.
+fn beside(rates: &[f64], temperatures: &[f64]) -> PyResult<Vec<f64>> {
+    let length = rates.len().saturating_mul(2);
+    let mut pairs = memory::room(length).map_err(NativeError::from)?;
+    rates.iter().zip(temperatures).for_each(|(z, one)| pairs.extend([*z, *one]));
+    Ok(pairs)
+}
