@@ -15,7 +15,8 @@ import numpy as np
 
 import zerorate as zr
 from tables import table
-from zerorate.calibrate import temperature, temperature_fit
+from zerorate.calibrate.temperature import fit as fitting
+from zerorate.calibrate.temperature import model as modelling
 
 RATE, DURATION, TIME_CONSTANT = 25.0, 1800.0, 400.0
 START, REFERENCE = 20.0, 25.0
@@ -113,8 +114,8 @@ def model(z, T, rest):
 def kalman(z, T, rest):
     """Return what zr.TemperatureFilter says while the samples are missing."""
     f = zr.TemperatureFilter(RATE)
-    f.process(np.column_stack([z, T]))
-    return f.process(np.column_stack([np.full(rest.size, np.nan), rest]))
+    f.process(z, T)
+    return f.process(np.full(rest.size, np.nan), rest)
 
 
 METHODS = {
@@ -163,14 +164,14 @@ def slope_errors(name, seeds):
 @contextmanager
 def flat_in_logarithm():
     """Take all walks for equally likely, however weak."""
-    with mock.patch.object(temperature_fit, "_PRIOR", np.ones_like(temperature_fit._PRIOR)):
+    with mock.patch.object(fitting, "_PRIOR", np.ones_like(fitting._PRIOR)):
         yield
 
 
 @contextmanager
 def as_shown():
     """Take whole degrees for the temperature."""
-    with mock.patch.object(temperature, "between_steps", lambda _, T: (T, 0.0)):
+    with mock.patch.object(modelling, "between_steps", lambda _, T: (T, 0.0)):
         yield
 
 
@@ -184,7 +185,7 @@ def through_the_middles():
         middles = (ends[:-1] + ends[1:] - 1) // 2
         return np.interp(t, t[middles], T[middles]), 1.0
 
-    with mock.patch.object(temperature, "between_steps", joined):
+    with mock.patch.object(modelling, "between_steps", joined):
         yield
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from zerorate.calibrate.thermometer import between_steps, held
+from zerorate.calibrate.temperature.thermometer import between_steps, held
 
 TIME = np.arange(7200) / 4.0
 WARMING = 20.0 + 20.0 * (1.0 - np.exp(-TIME / 400.0))

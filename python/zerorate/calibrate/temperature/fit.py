@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.calibrate.temperature_blocks import Blocks
+from zerorate.calibrate.temperature.blocks import Blocks
 from zerorate.types import Floats
 
 __all__ = ["DEGREES", "KELVINS", "SPANS", "Fit", "fitted", "powers"]

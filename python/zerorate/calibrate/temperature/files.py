@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-from zerorate.calibrate.temperature_fit import KELVINS
+from zerorate.calibrate.temperature.fit import KELVINS
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.noise.exports import written
 from zerorate.types import Floats

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.calibrate import temperature_files as files
-from zerorate.calibrate.temperature_blocks import Blocks, blocks_of
-from zerorate.calibrate.temperature_fit import DEGREES, KELVINS, SPANS, Fit, fitted, powers
-from zerorate.calibrate.thermometer import between_steps, held
+from zerorate.calibrate.temperature import files
+from zerorate.calibrate.temperature.blocks import Blocks, blocks_of
+from zerorate.calibrate.temperature.fit import DEGREES, KELVINS, SPANS, Fit, fitted, powers
+from zerorate.calibrate.temperature.thermometer import between_steps, held
 from zerorate.io.log import Log, LogError, checked_rate
 from zerorate.io.missing import floats
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
