@@ -233,8 +233,9 @@ def apply(
     Returns
     -------
     Recording, Log or ndarray
-        As `samples`, in their unit; of raw counts in rad/s and m/s^2. Notes say what was done,
-        and whether the calibration is valid: one that is not is applied with a warning.
+        As `samples`, in their unit; of raw counts in rad/s and m/s^2. Notes of logs say what was
+        done, if the calibration is not valid, and if it was made of other channels; arrays have no
+        notes, so that one which is not valid is a warning.
 
     Raises
     ------
@@ -242,6 +243,8 @@ def apply(
         If there is no sensor of three axes.
     ValueError
         If the units do not fit those of the calibration, or an array has another shape.
+    TypeError
+        If it is a data frame, whose columns have names and an order of their own.
     """
     if isinstance(samples, Recording):
         return _of_recording(calibration, samples, gyro, accel)
@@ -328,6 +331,12 @@ def _like(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
 
 
 def _of_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
+    if hasattr(samples, "columns"):
+        # Its columns have an order of their own: a time in front would be taken for a rate.
+        raise TypeError(
+            f"samples must be a Recording, a Log or an array, got {type(samples).__name__}; "
+            "zr.read_recording reads data frames"
+        )
     values = floats(samples, "samples")
     if values.ndim not in (1, 2) or values.shape[-1] not in _COLUMNS:
         raise ValueError(
@@ -457,9 +466,8 @@ def _on_channels(log: Log, sensor: Sensor, calibration: Calibration) -> Iterator
     """Yield a sentence if the channels are not those that the calibration was made of."""
     own = calibration.gyro_channels if sensor == "gyro" else calibration.accel_channels
     if own and own != log.names:
-        of = f" of {calibration.source}" if calibration.source else ""
         yield (
-            f"the calibration was made of {', '.join(own)}{of}, and is applied to "
+            f"the calibration was made of {', '.join(own)}, and is applied to "
             f"{', '.join(log.names)}: it holds only if that is the same sensor"
         )
 

@@ -12,6 +12,7 @@ import typer
 
 from zerorate.calibrate import Calibration, CalibrationError
 from zerorate.calibrate import calibrate as calibrate_imu
+from zerorate.calibrate.choice import own_sensors
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, require, writing
 from zerorate.cli.options import (
@@ -416,7 +417,8 @@ def _correct(
             recording = read_imu(reading, one.source)
             progress("correcting", 0.5)
             with naming(recording):
-                corrected = calibration.apply(recording, **names.both)
+                own = {} if any(names) else own_sensors(recording, calibration)
+                corrected = calibration.apply(recording, **{**names.both, **own})
                 tables = _tables(corrected)
             part = place.of_part(one.ending)
             paths = [part.file(f"{ending}.{suffix}") for ending in tables]

@@ -163,7 +163,8 @@ def chosen(
     if recording is not None and not isinstance(recording, Recording):
         raise TypeError(
             "recording must be a Recording as read_recording gives it, got "
-            f"{type(recording).__name__}; arrays and logs are given as gyro= and accel="
+            f"{type(recording).__name__}; zr.read_recording reads files and data frames, and "
+            "arrays and logs are given as gyro= and accel="
         )
     if isinstance(gyro, str) and accel is None:
         accel = _partner(gyro, "gyro", "accel", recording)
