@@ -13,7 +13,7 @@ def own_sensors(recording: Recording, calibration: Calibration) -> dict[str, str
 
     They are told by their channels; where none are so named it is the first of each kind.
     """
-    channels = {"gyro": calibration.gyro_channels, "accel": calibration.accel_channels}
+    channels = {"gyro": calibration.origin.gyro, "accel": calibration.origin.accel}
     found = {}
     for kind, own in channels.items():
         alike = (name for name, log in recording.items() if own and log.names == own)

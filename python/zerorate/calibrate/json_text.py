@@ -34,6 +34,7 @@ _NAMES: Final = {
     str: "a string",
 }
 _ERRORS: Final = ("norm_error", "norm_error_raw", "carry_error", "carry_error_raw")
+_SENSORS: Final = ("gyro", "accel")
 _SENTENCES: Final = ("problems", "advice", "notes")
 _ROUNDING: Final = 1e-9
 """Part of the larger variance by which a covariance may differ from a sound one."""
@@ -76,8 +77,7 @@ def to_json(
             "accel": dict(zip(("raw", "corrected"), calibration.accel_units, strict=True)),
             "gyro": dict(zip(("raw", "corrected"), calibration.gyro_units, strict=True)),
         },
-        "source": calibration.source,
-        "channels": {"accel": calibration.accel_channels, "gyro": calibration.gyro_channels},
+        "origin": vars(calibration.origin),
         "frame": calibration.frame,
         "gravity": calibration.gravity,
         "rate": calibration.rate,
@@ -174,9 +174,7 @@ def _arguments(content: object) -> dict[str, Any]:
     frame = _part(content, "frame", str)
     if frame not in get_args(Frame):
         raise ValueError(f"frame is {frame!r}, expected one of {', '.join(get_args(Frame))}")
-    units, errors, channels = (
-        _part(content, name, dict) for name in ("units", "errors", "channels")
-    )
+    units, errors = (_part(content, name, dict) for name in ("units", "errors"))
     values, identifiable = _estimates(_part(content, "parameters", dict))
     rests = tuple(_record(one, Rest, _REST) for one in _part(content, "rests", list))
     turns = tuple(_record(one, Turn, _TURN) for one in _part(content, "turns", list))
@@ -201,9 +199,14 @@ def _arguments(content: object) -> dict[str, Any]:
         if _none(content, "temperature")
         else _part(content, "temperature", float),
         "temperature_model": _temperature_model(content),
-        "source": _part(content, "source", str),
-        **{f"{name}_channels": _sentences(channels, name) for name in ("accel", "gyro")},
+        "origin": _origin(_part(content, "origin", dict)),
     }
+
+
+def _origin(part: dict[str, Any]) -> Any:  # noqa: ANN401
+    from zerorate.calibrate.calibration import Origin
+
+    return Origin(_part(part, "source", str), *(_sentences(part, name) for name in _SENSORS))
 
 
 def _temperature_model(content: object) -> Any:  # noqa: ANN401

@@ -464,7 +464,7 @@ def _three(log: Log, sensor: Sensor) -> Floats:
 
 def _on_channels(log: Log, sensor: Sensor, calibration: Calibration) -> Iterator[str]:
     """Yield a sentence if the channels are not those that the calibration was made of."""
-    own = calibration.gyro_channels if sensor == "gyro" else calibration.accel_channels
+    own = calibration.origin.gyro if sensor == "gyro" else calibration.origin.accel
     if own and own != log.names:
         yield (
             f"the calibration was made of {', '.join(own)}, and is applied to "

@@ -194,8 +194,8 @@ def _material(calibration: Calibration) -> str:
     more = len(remarked) - len(rows)
     note = f"and {more} more" if more > 0 else ""
     title = f"Made of {' and '.join(told)}"
-    if calibration.source:
-        title += f", {calibration.source}"
+    if calibration.origin.source:
+        title += f", {calibration.origin.source}"
     return as_text(Table(title, (), rows, words=4, note=note))
 
 

@@ -10,12 +10,12 @@ from typing import Final, get_args
 import numpy as np
 
 from zerorate.calibrate.calibrate import CalibrationError
-from zerorate.calibrate.calibration import Calibration, Rest, Turn
-from zerorate.calibrate.fit.assembly import Case, Origin, assembled
+from zerorate.calibrate.calibration import Calibration, Origin, Rest, Turn
+from zerorate.calibrate.fit.assembly import Case, assembled
 from zerorate.calibrate.fit.joint_fit import Prior
 from zerorate.calibrate.fit.judgement import handedness
 from zerorate.calibrate.fit.rests import FLOORS, given_rests, rests_of
-from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY, Sensor, Source, chosen, sensor
+from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY, UNNAMED, Sensor, Source, chosen, sensor
 from zerorate.calibrate.fit.solution import GSensitivity, Record, Solution, solve
 from zerorate.calibrate.fit.starts import PriorName, check_gravity, start_of
 from zerorate.calibrate.fit.turns import (
@@ -115,7 +115,7 @@ def calibrated(
     turns = turns_between(found, sensors[0], saturated(sensors[0], choices.saturation))
     record = Record.of(*sensors, found, turns, stillness)
     notes = _notes(choices.gravity, logs, sensors)
-    origin = Origin.of(recording, *logs)
+    origin = _origin(recording, logs)
     case = Case(record, found, turns, gravity, notes, _warmth(recording), origin)
     if record.rests:
         # A wrong unit explains a lack of rests better than their number does.
@@ -123,6 +123,12 @@ def calibrated(
     _check_enough(case, choices)
     calibration = _solved(case, choices)
     return calibration if choices.frame == "x" else calibration.to_frame(choices.frame)
+
+
+def _origin(recording: Recording | None, logs: Sequence[Log]) -> Origin:
+    """Return what a recording and its logs say; names that arrays were given say nothing."""
+    gyro, accel = (() if log.meta.get(UNNAMED) else log.names for log in logs)
+    return Origin("" if recording is None else recording.source, gyro, accel)
 
 
 def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]) -> list[str]:
