@@ -221,7 +221,7 @@ class TestInvalid:
 
     def test_other_channels_are_told(self):
         recording = recorded(calibration())[0]
-        gyro, accel = recording.gyro.names, recording.accel.names
+        gyro = recording.gyro.names
         made = replace(calibration(), origin=Origin("turns.csv", gyro, ("ax", "ay", "az")))
         found = made.apply(recording)
         told = "the calibration was made of ax, ay, az, and is applied to accel_"
