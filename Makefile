@@ -65,6 +65,8 @@ results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and
 	$(BIN)/python examples/self_tuning.py
 	$(BIN)/python examples/robust_figures.py
 	$(BIN)/python examples/wavelet_figures.py
+	$(BIN)/python examples/calibration_study.py
+	$(BIN)/python examples/temperature_study.py
 
 compare: $(STAMP) ## Compare all methods on simulated gyros and on the recordings in RECORDINGS
 	$(BIN)/zerorate compare --simulated --rate 100 $(RECORDINGS)/adis16405_static_100hz_run1.parquet

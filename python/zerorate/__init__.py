@@ -22,7 +22,7 @@ from zerorate._native import (
     WaveletDenoiser,
     __version__,
 )
-from zerorate.calibrate import Calibration, CalibrationError, calibrate, find_rests
+from zerorate.calibrate import CalibrationError, calibrate
 from zerorate.denoise import Denoised, denoise
 from zerorate.io import (
     Log,
@@ -52,8 +52,16 @@ from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
-    from zerorate.calibrate.angle import Integrated, integrate
-    from zerorate.calibrate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
+    from zerorate.calibrate import Calibration, find_rests
+    from zerorate.calibrate.comparison import (
+        CalibrationComparison,
+        MovedParameter,
+        compare_calibrations,
+    )
+    from zerorate.calibrate.rate.angle import Integrated, integrate
+    from zerorate.calibrate.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
+    from zerorate.calibrate.rate.reference import FittedRate, fit_rate
+    from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
     from zerorate.simulate.session import (
         AccelErrors,
         GyroErrors,
@@ -67,6 +75,7 @@ __all__ = [
     "AllanNoise",
     "AllanResult",
     "Calibration",
+    "CalibrationComparison",
     "CalibrationError",
     "Coefficient",
     "Contamination",
@@ -75,12 +84,14 @@ __all__ = [
     "DriftFilter",
     "DynamicAllan",
     "FittedModel",
+    "FittedRate",
     "GyroErrors",
     "ImuCorrector",
     "Integrated",
     "Log",
     "LogError",
     "Markov",
+    "MovedParameter",
     "NoiseModel",
     "RateTable",
     "RateTableAxis",
@@ -90,7 +101,9 @@ __all__ = [
     "SimulatedSession",
     "Sinusoid",
     "StreamingAllan",
+    "TemperatureBias",
     "TemperatureFilter",
+    "TemperatureModel",
     "Trace",
     "WaveletDenoiser",
     "__version__",
@@ -98,10 +111,12 @@ __all__ = [
     "calibrate",
     "calibrate_rate_table",
     "compare",
+    "compare_calibrations",
     "denoise",
     "device",
     "dynamic_allan",
     "find_rests",
+    "fit_rate",
     "identify",
     "integrate",
     "live",
@@ -125,13 +140,22 @@ _LATER = {
     "live": "live",
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
+    "Calibration": "calibrate.calibration",
+    "CalibrationComparison": "calibrate.comparison",
+    "FittedRate": "calibrate.rate.reference",
     "GyroErrors": "simulate.session",
-    "Integrated": "calibrate.angle",
-    "RateTable": "calibrate.rate_table",
-    "RateTableAxis": "calibrate.rate_table",
+    "Integrated": "calibrate.rate.angle",
+    "MovedParameter": "calibrate.comparison",
+    "RateTable": "calibrate.rate.rate_table",
+    "RateTableAxis": "calibrate.rate.rate_table",
     "SimulatedSession": "simulate.session",
-    "calibrate_rate_table": "calibrate.rate_table",
-    "integrate": "calibrate.angle",
+    "TemperatureBias": "calibrate.temperature",
+    "TemperatureModel": "calibrate.temperature",
+    "calibrate_rate_table": "calibrate.rate.rate_table",
+    "find_rests": "calibrate.fit.rests",
+    "compare_calibrations": "calibrate.comparison",
+    "fit_rate": "calibrate.rate.reference",
+    "integrate": "calibrate.rate.angle",
     "simulate_session": "simulate.session",
 }
 """Modules that are imported when they, or a name in them, are first asked for."""

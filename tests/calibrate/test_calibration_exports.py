@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from support.calibrations import COUNTS, INVALID, calibration, motion, raw_accel, raw_gyro
+from zerorate.calibrate.temperature import TemperatureModel
 from zerorate.units import convert
 
 EXACT = {"rtol": 1e-10, "atol": 1e-10}
@@ -201,6 +202,23 @@ class TestAutopilots:
         cross = np.abs(inverse - np.diag(np.diagonal(inverse))).sum(axis=1).max()
         assert off.max() <= cross * np.abs(in_si(raw_a, "g") - offset).max()
         assert f"up to {1e3 * np.abs(np.tril(inverse, -1)).max():.2g} mrad," in made.to_px4()
+
+    def test_with_a_temperature_the_bias_is_taken_off_once(self):
+        """PX4: (raw - thermal - offset); the model's own tests hold it to the thermal part."""
+        temperature = np.linspace(20.0, 40.0, 3000)
+        z = np.outer(temperature - 25.0, [0.03, -0.02, 0.01])
+        z += 0.01 * np.random.default_rng(1).standard_normal(z.shape)
+        model = TemperatureModel.fit(z, temperature, rate=10.0, unit="deg/s")
+        made = self.plain().with_temperature(model)
+        text = made.to_px4()
+        assert model.to_px4() in f"{text}\n"
+        assert [px4(text)[f"CAL_GYRO0_{axis}OFF"] for axis in "XYZ"] == [0.0] * 3
+        found = ardupilot(made.to_ardupilot())
+        alone = ardupilot(model.to_ardupilot())
+        assert {**found, **alone} == found
+        assert set(found) - set(alone) == {
+            f"INS_ACC{k}_{x}" for k in ("OFFS", "SCAL") for x in "XYZ"
+        }
 
     def test_other_instances(self):
         assert "CAL_GYRO2_XOFF" in calibration().to_px4(instance=2)

@@ -1,5 +1,6 @@
 """What a calibration removes: the sensor as it says gives the motion back, on every road."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,8 @@ import pytest
 
 from support.calibrations import COUNTS, INVALID, calibration, motion, raw_accel, raw_gyro, recorded
 from zerorate import Log, LogError, Recording
+from zerorate.calibrate import Calibration
+from zerorate.calibrate.temperature import TemperatureModel
 
 UNITS = {
     "g and deg/s": {},
@@ -183,7 +186,7 @@ class TestLogs:
             ),
             (
                 {"data": np.zeros((500, 2)), "names": ("a", "b")},
-                "three axes of the gyro, got 2: a, b",
+                "three axes of a gyro, got 2: a, b",
             ),
         ],
     )
@@ -215,3 +218,123 @@ class TestInvalid:
             with pytest.warns(UserWarning, match=self.SAYS) as caught:
                 call(np.zeros(3))
             assert caught[0].filename == __file__
+
+
+@pytest.fixture(scope="module")
+def model():
+    rng = np.random.default_rng(3)
+    temperature = np.linspace(20.0, 40.0, 6000)
+    slopes = np.array([0.03, -0.02, 0.01])
+    z = np.outer(temperature - 25.0, slopes) + 0.01 * rng.standard_normal((6000, 3))
+    return TemperatureModel.fit(z, temperature, rate=10.0, unit="deg/s")
+
+
+class TestTemperature:
+    """The bias by temperature takes the place of the one of the calibration."""
+
+    @staticmethod
+    def raw(made, model, temperature):
+        """Return raw samples of a gyro whose bias follows a temperature, and the motion."""
+        rate, force = motion(made, len(temperature))
+        bias = model.predict(temperature).value - made.values[21:24]
+        raw = raw_gyro(made, rate, force) + bias
+        return np.column_stack((raw, raw_accel(made, force), temperature)), rate, force
+
+    def test_the_motion_comes_back(self, model):
+        made = calibration().with_temperature(model)
+        raw, rate, force = self.raw(made, model, np.linspace(15.0, 45.0, 300))
+        expected = np.column_stack((rate, force, raw[:, 6]))
+        np.testing.assert_allclose(made.apply(raw), expected, **EXACT)
+        found = made.apply_gyro(raw[:, :3], raw[:, 3:6], raw[:, 6])
+        np.testing.assert_array_equal(found, made.apply(raw)[:, :3])
+        stream = made.corrector(inputs=7)
+        live = [np.hstack(stream.update(row)) for row in raw]
+        np.testing.assert_array_equal(live, made.apply(raw)[:, :6])
+
+    def test_without_a_temperature_it_is_the_bias_of_the_calibration(self, model):
+        plain = calibration()
+        made = plain.with_temperature(model)
+        raw = self.raw(made, model, np.full(50, 30.0))[0]
+        np.testing.assert_array_equal(made.apply(raw[:, :6]), plain.apply(raw[:, :6]))
+        missing = np.column_stack((raw[:, :6], np.full(50, np.nan)))
+        np.testing.assert_array_equal(made.apply(missing)[:, :6], plain.apply(raw[:, :6]))
+        assert made.with_temperature(None).temperature_model is None
+
+    def test_the_temperature_of_a_recording_is_brought_to_the_gyros_clock(self, model):
+        made = calibration().with_temperature(model)
+        time = np.arange(400) / 100.0
+        raw, rate, _ = self.raw(made, model, 22.0 + 2.0 * time)
+        logs = {
+            "gyro": Log(time, 100.0, np.radians(raw[:, :3]), list("abc"), "rad/s"),
+            "accel": Log(time, 100.0, raw[:, 3:6], list("def"), "g"),
+            "temperature": Log(
+                np.arange(41) / 10.0, 10.0, 22.0 + np.arange(41) / 5.0, ["t"], "degC"
+            ),
+        }
+        found = made.apply(Recording(logs))
+        np.testing.assert_allclose(found.gyro.data, np.radians(rate), rtol=1e-9, atol=1e-9)
+        assert found.gyro.meta["notes"][-1] == "the bias follows the temperature"
+        assert found.temperature is logs["temperature"]
+        del logs["temperature"]
+        assert "the log has no temperature" in made.apply(Recording(logs)).gyro.meta["notes"][-1]
+
+    def test_temperatures_that_the_model_has_not_seen_are_told(self, model):
+        recording, *_ = recorded(calibration())
+        warm = Log(recording.gyro.time, 100.0, np.full(500, 70.0), ["t"], "degC")
+        found = (
+            calibration()
+            .with_temperature(model)
+            .apply(Recording({**recording.logs, "temperature": warm}))
+        )
+        said = r"^100 % of the temperatures lie outside of the 20\.\d to 39\.9 degC that the model"
+        assert re.match(said, found.gyro.meta["notes"][-1])
+
+    def test_json_keeps_it(self, model):
+        made = calibration().with_temperature(model)
+        found = Calibration.from_json(made.to_json())
+        assert found.to_json() == made.to_json()
+        raw = self.raw(made, model, np.linspace(20.0, 40.0, 50))[0]
+        np.testing.assert_array_equal(found.apply(raw), made.apply(raw))
+
+    def test_it_is_made_of_the_rests_of_a_recording(self):
+        """Without what gravity makes the gyro read: poses differ by 0.1 deg/s here."""
+        made = calibration(rests=24)
+        n = made.rests[-1].last
+        temperature = np.linspace(20.0, 32.0, n)
+        force, moving = np.zeros((n, 3)), np.ones(n, dtype=bool)
+        for rest in made.rests:
+            force[rest.first : rest.last] = rest.direction
+            moving[rest.first : rest.last] = False
+        rate = 50.0 * moving[:, np.newaxis] * np.random.default_rng(1).standard_normal((n, 3))
+        drift = np.outer(temperature - 26.0, [0.02, 0.0, -0.05])
+        noise = 0.02 * np.random.default_rng(2).standard_normal((n, 3))
+        gyro, time = raw_gyro(made, rate, force) + drift + noise, np.arange(n) / 100.0
+        recording = Recording(
+            {
+                "gyro": Log(time, 100.0, gyro, list("abc"), "deg/s"),
+                "accel": Log(time, 100.0, raw_accel(made, force), list("def"), "g"),
+                "temperature": Log(time, 100.0, temperature, ["t"], "degC"),
+            }
+        )
+        found = made.with_temperature(recording).temperature_model
+        slopes = np.array([float(one) for one in found.slope])
+        np.testing.assert_allclose(slopes, [0.02, 0.0, -0.05], atol=2e-3)
+        bias = found.predict(26.0).value
+        np.testing.assert_allclose(bias, made.values[21:24], atol=0.02)
+
+    def test_refusals(self, model):
+        made = calibration()
+        one = TemperatureModel.fit(np.random.default_rng(1).standard_normal(900), None, rate=10.0)
+        with pytest.raises(
+            ValueError, match=r"^the temperature model must be of three axes, got 1$"
+        ):
+            made.with_temperature(one)
+        with pytest.raises(
+            ValueError, match="is of a gyro in deg/s, and these samples are of unkn"
+        ):
+            made.with_temperature(model.scaled(1.0, "unit"))
+        recording, *_ = recorded(made)
+        with pytest.raises(
+            LogError, match="there is no temperature to make a model of; the record"
+        ):
+            made.with_temperature(recording)

@@ -10,6 +10,7 @@ import zerorate as zr
 from support.calibrations import COUNTS, INVALID, calibration, recorded, write_imu
 from support.commands import check_line, names, one_line
 from support.logs import write_table
+from support.recordings import RECORDINGS, needs_recordings
 from zerorate import read_recording
 
 EXACT = {"rtol": 1e-10, "atol": 1e-10}
@@ -97,7 +98,7 @@ class TestApply:
         ],
     )
     def test_refusals(self, cli, cal, log, out, options, code, match):
-        found, text, errors = cli("--apply", cal, log, *(("-o", out) + options))
+        found, text, errors = cli("--apply", cal, log, "-o", out, *options)
         assert (found, text) == (code, "")
         check_line(errors, match)
         assert names(out) == []
@@ -140,11 +141,26 @@ class TestReplay:
         expected = zr.DriftFilter(100.0, channels=3, rest_limit=3.0).process(corrected.data)
         np.testing.assert_array_equal(found.data, expected)
 
+    def test_of_several_accelerometers_the_first_is_taken(self, call, cal, tmp_path, out):
+        recording = recorded(calibration())[0]
+        columns = {
+            f"imu{k}_{name}_{axis}_{'dps' if name == 'gyro' else 'g'}": log.data[:, i]
+            for k in (1, 2)
+            for name, log in recording.items()
+            for i, axis in enumerate("xyz")
+        }
+        log = write_table(tmp_path / "two.csv", columns)
+        code, text, _ = call(
+            "replay", "--calibration", cal, log, "-o", out, "--only", "--no-figure"
+        )
+        assert code == 0
+        assert "- of 2 accelerometers the first is taken for the force on the gyro" in text
+
     def test_what_does_not_fit(self, call, cal, tmp_path, out):
         log = write_table(tmp_path / "run.csv", {"gyro_x_dps": np.ones(400)})
         code, _, errors = call("replay", "--calibration", cal, log, "-o", out, "--no-figure")
         assert code == 1
-        check_line(errors, "run.csv: a calibration needs the three axes of the gyro, got 1")
+        check_line(errors, "run.csv: a calibration needs three axes of a gyro, got 1")
         code, _, errors = call("replay", "--calibration", log, log, "-o", out, "--no-figure")
         assert code == 1
         check_line(errors, "run.csv is not a zerorate calibration in JSON")
@@ -207,6 +223,37 @@ class TestCalibrate:
         assert code == (0 if expected.valid else 1)
         assert "end of the gyro's range" in text
 
+    def test_the_temperature_of_the_same_log(self, cli, tmp_path, out, turns):
+        session = zr.simulate_session(14, seed=3, rest=4.0, temperature=(20.0, 32.0))
+        log = write_imu(tmp_path / "warm.csv", session.recording)
+        code, text, _ = cli(log, "-o", out, "--temperature", "--export", "px4")
+        assert code == 0
+        assert names(out) == [
+            "warm-zerorate-calibration-px4.params",
+            "warm-zerorate-calibration-temperature.png",
+            "warm-zerorate-calibration.json",
+            "warm-zerorate-calibration.png",
+        ]
+        cal = out / "warm-zerorate-calibration.json"
+        found = zr.Calibration.from_json(cal)
+        assert found.temperature_model is not None
+        assert str(found.temperature_model).splitlines()[0] in text
+        assert "TC_G0_TREF" in (out / "warm-zerorate-calibration-px4.params").read_text()
+        code, text, _ = cli("--apply", cal, log, "-o", out)
+        assert "- the bias follows the temperature" in text
+        code, _, errors = cli(turns, "-o", out, "--temperature", "--no-figure")
+        assert code == 1
+        check_line(errors, "turns.csv: there is no temperature to make a model of; the recording")
+
+    def test_an_earlier_calibration(self, cli, turns, out):
+        assert cli(turns, "-o", out / "old.json", "--no-figure", "--frame", "z")[0] == 0
+        options = ("-o", out / "new.json", "--no-figure", "--compare", out / "old.json")
+        code, text, errors = cli(turns, *options)
+        assert (code, errors) == (0, "")
+        compared = text.partition("Compared with the earlier one, which is first\n")[2]
+        assert "gyro.matrix.xx [%]" in compared
+        assert "  moved" not in compared
+
     def test_its_result_corrects_the_log(self, cli, turns, out, session):
         assert cli(turns, "-o", out, "--no-figure")[0] == 0
         assert cli("--apply", out / f"{STEM}.json", turns, "-o", out)[0] == 0
@@ -217,6 +264,28 @@ class TestCalibrate:
         )
         assert abs(after) < 0.1 * abs(before)
 
+    def test_one_of_several_imus(self, cli, session, tmp_path, out):
+        logs = session.recording.logs
+        two = {f"imu{k}_{name}": log for k in (1, 2) for name, log in logs.items()}
+        columns = {
+            f"{name}_{axis}_{'dps' if 'gyro' in name else 'g'}": log.data[:, i]
+            for name, log in two.items()
+            for i, axis in enumerate("xyz")
+        }
+        log = write_table(tmp_path / "two.csv", columns)
+        code, _, errors = cli(log, "-o", out, "--no-figure")
+        assert code == 1
+        check_line(errors, "two.csv: the recording has 2 logs of gyro: gyro, gyro_1; choose one, ")
+        assert errors.endswith("such as --gyro gyro\n")
+        assert cli(log, "-o", out, "--no-figure", "--gyro", "gyro_1")[0] == 0
+        found = zr.Calibration.from_json(out / "two-zerorate-calibration.json")
+        np.testing.assert_allclose(found.values, zr.calibrate(session.recording).values, rtol=1e-6)
+        cal = out / "two-zerorate-calibration.json"
+        assert cli("--apply", cal, log, "-o", out, "--gyro", "gyro_1")[0] == 0
+        first, second = read_recording(out / "two-zerorate-calibrated.parquet").of_kind("gyro")
+        np.testing.assert_allclose(first.data, session.recording.gyro.data, rtol=1e-12)
+        assert np.abs(second.data - first.data).max() > 0.1
+
     def test_one_that_is_not_valid_ends_with_1_and_is_written(self, cli, few, out):
         code, text, errors = cli(few, "-o", out)
         assert code == 1
@@ -225,6 +294,16 @@ class TestCalibrate:
         check_line(errors, "few.csv: the calibration is not valid: ")
         assert names(out) == [f"few-zerorate-calibration.{end}" for end in ("json", "png")]
         assert not zr.Calibration.from_json(out / "few-zerorate-calibration.json").valid
+
+    @needs_recordings
+    def test_a_real_record_of_too_little_is_refused(self, cli, out):
+        """The rests of BROAD 05 are all in one pose."""
+        log = RECORDINGS / "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
+        code, text, errors = cli(log, "--rate", "285.714", "-o", out, "--no-figure")
+        assert code == 1
+        check_line(errors, "the calibration is not valid: ")
+        assert "17 of 18 parameters are not identifiable" in one_line(text)
+        assert text.index("NOT VALID") < text.index("Accelerometer")
 
     def test_no_rest_at_all(self, cli, tmp_path, out):
         rng = np.random.default_rng(1)
@@ -242,7 +321,7 @@ class TestCalibrate:
             (("--saturation", "0"), 2, "saturation must be"),
             (("--gyro", "gyro_3"), 1, "turns.csv: there is no 'gyro_3'; the recording has: gyro"),
             (("--export", "kalibr,vins"), 2, "--export takes some of kalibr, imu_tk, px4, ardu"),
-            (("--format", "csv"), 2, "--format is that of a corrected log: it acts with --apply"),
+            (("--format", "csv"), 2, "--format is that of the corrected log: it acts with --apply"),
             (("--frame", "q"), 2, "--frame takes x, z or symmetric, got 'q'"),
             (("-o", "a.csv"), 2, "-o takes a folder, or a file as json, got 'a.csv'"),
             (("--columns", "gyro_x_dps"), 1, "turns.csv: the gyro must have three axes"),
@@ -250,7 +329,7 @@ class TestCalibrate:
         ],
     )
     def test_refusals(self, cli, turns, out, options, code, match):
-        found, text, errors = cli(turns, "--no-figure", *(("-o", out) + options))
+        found, text, errors = cli(turns, "--no-figure", "-o", out, *options)
         assert (found, text) == (code, "")
         check_line(errors, match)
         assert names(out) == []

@@ -1,12 +1,17 @@
 """``zerorate simulate`` and ``zerorate demo``: logs and truths of simulated gyros."""
 
-import json
-
 import numpy as np
 import pytest
 
 from support.commands import names
-from zerorate import DEVICES, GyroErrors, read_log, read_recording, simulate_session
+from zerorate import (
+    DEVICES,
+    Calibration,
+    GyroErrors,
+    read_log,
+    read_recording,
+    simulate_session,
+)
 
 
 class TestSimulate:
@@ -75,9 +80,9 @@ class TestSession:
         for name, log in expected.recording.items():
             np.testing.assert_array_equal(recording[name].data, log.data)
             assert (recording[name].unit, recording[name].rate) == (log.unit, log.rate)
-        truth = json.loads((out / "session-truth.json").read_text())
-        assert list(truth["parameters"]) == list(expected.truth.parameters)
-        assert list(truth["parameters"].values()) == expected.truth.values.tolist()
+        truth = Calibration.from_json(out / "session-truth.json")
+        np.testing.assert_array_equal(truth.values, expected.truth.values)
+        assert (truth.accel_units, truth.gyro_units) == (("g", "g"), ("deg/s", "deg/s"))
 
     @pytest.mark.parametrize(
         ("options", "message"),

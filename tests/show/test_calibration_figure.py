@@ -110,8 +110,6 @@ def test_the_rests_stand_behind_the_log():
     assert figure.axes[1].get_xlabel() == "time [s]"
 
 
-@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
-def test_files(tmp_path, suffix):
-    path = tmp_path / f"a.{suffix}"
-    save_figure(plot_calibration(MADE["usual"]), path)
-    assert path.stat().st_size > 1000
+def test_a_file(tmp_path):
+    save_figure(plot_calibration(MADE["bare"]), tmp_path / "a.svg")
+    assert (tmp_path / "a.svg").stat().st_size > 1000

@@ -1,8 +1,13 @@
 """Calibration: what is deterministic in an inertial sensor, with its errors, and its removal."""
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from zerorate.calibrate.calibrate import CalibrationError, calibrate
-from zerorate.calibrate.calibration import Calibration, Rest, SensorCalibration, Turn
-from zerorate.calibrate.rests import find_rests
+
+if TYPE_CHECKING:
+    from zerorate.calibrate.calibration import Calibration, Rest, SensorCalibration, Turn
+    from zerorate.calibrate.fit.rests import find_rests
 
 __all__ = [
     "Calibration",
@@ -13,3 +18,24 @@ __all__ = [
     "calibrate",
     "find_rests",
 ]
+
+_LATER = {
+    "Calibration": "calibration",
+    "Rest": "calibration",
+    "SensorCalibration": "calibration",
+    "Turn": "calibration",
+    "find_rests": "fit.rests",
+}
+"""Modules that are imported when a name in them is first asked for."""
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401
+    """Import what takes time when it is first asked for."""
+    if name not in _LATER:
+        raise AttributeError(f"module 'zerorate.calibrate' has no attribute {name!r}")
+    return getattr(import_module(f"zerorate.calibrate.{_LATER[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING, Self
 
@@ -28,9 +28,9 @@ from zerorate.calibrate.removal import (
     apply,
     apply_accel,
     apply_gyro,
-    checked,
     corrector,
     in_units,
+    with_temperature,
 )
 from zerorate.noise.coefficient import Coefficient
 from zerorate.types import Booleans, Floats
@@ -75,7 +75,7 @@ class Rest:
     direction
         Unit vector of the reaction to gravity in the axes of the body, shape (3,), as estimated.
     norm_error
-        |f|/g - 1 after calibration.
+        ``|f| / g - 1`` after calibration.
     used
         Whether the fit used it.
     reason
@@ -195,8 +195,8 @@ class Calibration:
     rests, turns
         All that were found.
     norm_error, norm_error_raw
-        RMS of |f|/g - 1 over rests, after and before calibration; after it, over rests that the
-        fit had not seen if `held_out`.
+        RMS of ``|f| / g - 1`` over rests, after and before calibration; after it, over rests that
+        the fit had not seen if `held_out`.
     carry_error, carry_error_raw
         RMS angle between gravity carried through a turn and gravity after it, rad, likewise.
     held_out
@@ -260,6 +260,7 @@ class Calibration:
     to_json = to_json
     to_kalibr = to_kalibr
     to_px4 = to_px4
+    with_temperature = with_temperature
 
     @classmethod
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
@@ -315,22 +316,6 @@ class Calibration:
             If a unit is not of its sensor, or that of the raw samples is not known.
         """
         return in_units(self, gyro or self.gyro_units[0], accel or self.accel_units[0])
-
-    def with_temperature(self, model: TemperatureModel | None) -> Calibration:
-        """Return the same calibration with the gyro's bias by temperature.
-
-        Parameters
-        ----------
-        model : TemperatureModel or None
-            Of three axes, in the gyro's raw unit. Where the temperature is known its prediction
-            takes the place of ``gyro.bias``; None for no model.
-
-        Raises
-        ------
-        ValueError
-            If the model has another number of axes, or another unit.
-        """
-        return replace(self, temperature_model=None if model is None else checked(self, model))
 
     def plot(self, recording: Recording | None = None) -> Figure:
         """Return the figure of the calibration, 180 mm wide; needs matplotlib.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -207,7 +207,8 @@ def to_px4(
         ``CAL_ACC`` and ``CAL_GYRO``: PX4 corrects an accelerometer by (raw - offset) scale and a
         gyro by raw - offset, axis by axis in the sensor's own axes. It has no place for
         misalignment, for the scale of a gyro and for g-sensitivity; the text says how large what
-        is left is. Made of the frame "symmetric", which leaves the least.
+        is left is. Made of the frame "symmetric", which leaves the least. With a temperature
+        model, ``TC_G0`` hold the bias of the gyro, and its offsets are zero.
 
     Raises
     ------
@@ -216,19 +217,23 @@ def to_px4(
     OSError
         If the file exists (without `force`) or cannot be written. Nothing is left half-written.
     """
-    found = _in_si(calibration.to_frame("symmetric"), "PX4")
+    found, names = _in_si(calibration.to_frame("symmetric"), "PX4"), _PX4
     lines = [
         *_head(calibration, "PX4: offsets and scales of raw sensor_accel and sensor_gyro."),
         *_left_out(found),
         f"# PX4 uses them for the sensors in CAL_ACC{instance}_ID and CAL_GYRO{instance}_ID.",
         "# Vehicle-Id Component-Id Name Value Type",
         *(
-            f"1\t1\t{one.name.format(instance)}\t{_number(one.value)}\t9"
-            for one in _diagonal(
-                found, "CAL_ACC{{}}_{}OFF", "CAL_ACC{{}}_{}SCALE", "CAL_GYRO{{}}_{}OFF"
-            )
+            f"1\t1\t{name.format(instance)}\t{_number(value)}\t9"
+            for name, value in _diagonal(found, names)
         ),
     ]
+    model = calibration.temperature_model
+    if model is not None:
+        lines += [
+            "# The bias of the gyro is all in these:",
+            model.to_px4(instance=instance).rstrip(),
+        ]
     return written("\n".join(lines) + "\n", path, force)
 
 
@@ -254,7 +259,8 @@ def to_ardupilot(
     -------
     str
         ``INS_ACCOFFS``, ``INS_ACCSCAL`` and ``INS_GYROFFS``, used as PX4 uses its own: see
-        `to_px4` for what is left. ArduPilot takes new gyro offsets at every start by default.
+        `to_px4` for what is left; with a temperature model also ``INS_TCAL1``. ArduPilot takes new
+        gyro offsets at every start by default.
 
     Raises
     ------
@@ -263,30 +269,33 @@ def to_ardupilot(
     OSError
         If the file exists (without `force`) or cannot be written. Nothing is left half-written.
     """
-    found = _in_si(calibration.to_frame("symmetric"), "ArduPilot")
-    number = "" if instance == 1 else str(instance)
-    names = (f"INS_ACC{number}OFFS_{{}}", f"INS_ACC{number}SCAL_{{}}", f"INS_GYR{number}OFFS_{{}}")
+    found, names = _in_si(calibration.to_frame("symmetric"), "ArduPilot"), _ARDUPILOT
+    number = "" if instance == 1 else instance
+    model = calibration.temperature_model
     lines = [
         *_head(calibration, "ArduPilot: offsets and scales of accelerometer and gyro."),
         *_left_out(found),
-        *(f"{one.name},{_number(one.value)}" for one in _diagonal(found, *names)),
+        *(
+            f"{name.format(number)},{_number(value)}"
+            for name, value in _diagonal(found, names if model is None else names[:2])
+        ),
     ]
+    if model is not None:
+        lines.append(model.to_ardupilot(instance=instance).rstrip())
     return written("\n".join(lines) + "\n", path, force)
 
 
-class _Parameter(NamedTuple):
-    name: str
-    value: float
+_PX4: Final = ("CAL_ACC{{}}_{}OFF", "CAL_ACC{{}}_{}SCALE", "CAL_GYRO{{}}_{}OFF")
+_ARDUPILOT: Final = ("INS_ACC{{}}OFFS_{}", "INS_ACC{{}}SCAL_{}", "INS_GYR{{}}OFFS_{}")
+"""Names of the offset and the scale of the accelerometer, and of the offset of the gyro."""
 
 
-def _diagonal(calibration: Calibration, accel: str, scale: str, gyro: str) -> Iterator[_Parameter]:
+def _diagonal(calibration: Calibration, names: Sequence[str]) -> Iterator[tuple[str, float]]:
     """Yield offsets and scales: (raw - offset) scale is the best that axes alone can do."""
-    biases = zip(_AXES, calibration.values[ACCEL_BIAS], strict=True)
-    yield from (_Parameter(accel.format(axis), bias) for axis, bias in biases)
-    scales = zip(_AXES, np.diagonal(calibration.accel.correction), strict=True)
-    yield from (_Parameter(scale.format(axis), one) for axis, one in scales)
-    biases = zip(_AXES, calibration.values[GYRO_BIAS], strict=True)
-    yield from (_Parameter(gyro.format(axis), bias) for axis, bias in biases)
+    zero = calibration.values[GYRO_BIAS] * (calibration.temperature_model is None)
+    scale = np.diagonal(calibration.accel.correction)
+    for name, values in zip(names, (calibration.values[ACCEL_BIAS], scale, zero), strict=False):
+        yield from zip(map(name.format, _AXES), values.tolist(), strict=True)
 
 
 def _left_out(calibration: Calibration) -> Iterator[str]:

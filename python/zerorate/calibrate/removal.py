@@ -6,9 +6,9 @@ All roads go through `zerorate.ImuCorrector`, so that a record gives the same bi
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Literal, cast, overload
+from typing import TYPE_CHECKING, Any, Final, Literal, cast, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from zerorate.calibrate.calibration import Calibration
     from zerorate.calibrate.temperature import TemperatureModel
 
-__all__ = ["apply", "apply_accel", "apply_gyro", "checked", "corrector", "in_units"]
+__all__ = ["apply", "apply_accel", "apply_gyro", "corrector", "in_units", "with_temperature"]
 
 Sensor = Literal["gyro", "accel"]
 
@@ -83,20 +83,70 @@ def _described(unit: str) -> str:
     return f"in {unit}" if unit in UNITS else "of unknown unit"
 
 
-def checked(calibration: Calibration, model: TemperatureModel) -> TemperatureModel:
-    """Return a temperature model that fits the calibration's gyro; ValueError if it does not."""
-    if model.axes != 3:
-        raise ValueError(f"the temperature model must be of three axes, got {model.axes}")
-    _known(calibration.gyro_units[0], model.unit, "gyro")
-    return model
+def with_temperature(
+    calibration: Calibration, model: TemperatureModel | Recording | None
+) -> Calibration:
+    """Return the same calibration with the gyro's bias by temperature.
+
+    Parameters
+    ----------
+    model : TemperatureModel, Recording or None
+        Of three axes, in a unit of the gyro's kind. Where the temperature is known its prediction
+        takes the place of ``gyro.bias``. Of a recording with a gyro, an accelerometer and a
+        temperature, the model is that of the rests which the calibration has found in it, without
+        what gravity makes the gyro read there. None takes a model away.
+
+    Raises
+    ------
+    ValueError
+        If the model has another number of axes, or a unit that does not fit.
+    LogError
+        If the recording lacks a gyro or a temperature.
+    """
+    if isinstance(model, Recording):
+        model = _temperature_of(calibration, model)
+    if model is not None:
+        if model.axes != 3:
+            raise ValueError(f"the temperature model must be of three axes, got {model.axes}")
+        _known(calibration.gyro_units[0], model.unit, "gyro")
+    return replace(calibration, temperature_model=model)
 
 
+def _temperature_of(calibration: Calibration, recording: Recording) -> TemperatureModel:
+    from zerorate.calibrate.temperature import TemperatureModel
+
+    gyro, accel, temperature = recording.gyro, recording.accel, recording.temperature
+    if gyro is None or temperature is None:
+        missing = "gyro" if gyro is None else "temperature"
+        listed = ", ".join(recording)
+        raise LogError(f"there is no {missing} to make a model of; the recording has: {listed}")
+    found = in_units(calibration, gyro.unit, calibration.accel_units[0])
+    data = _three(gyro, "gyro")
+    if accel is not None:
+        found = in_units(found, gyro.unit, accel.unit)
+        force = _at(gyro, accel, _forces(found, _three(accel, "accel")))
+        sensitivity = found.values[G_SENSITIVITY].reshape(3, 3)
+        data = data - convert(np.nan_to_num(force), found.accel.unit, "g") @ sensitivity.T
+    rests = np.zeros(gyro.n, dtype=np.bool_)
+    for rest in calibration.rests:
+        rests[rest.first : rest.last] |= rest.used
+    return TemperatureModel.fit(gyro.with_data(data), temperature, rests=rests)
+
+
+@overload
+def corrector(
+    calibration: Calibration, *, inputs: Literal[3], channels: int | None = ...
+) -> ImuCorrector[Floats]: ...
+@overload
+def corrector(
+    calibration: Calibration, *, inputs: Literal[6, 7] = ..., channels: int | None = ...
+) -> ImuCorrector[tuple[Floats, Floats]]: ...
 def corrector(
     calibration: Calibration,
     *,
     inputs: Literal[3, 6, 7] = 6,
     channels: int | None = None,
-) -> ImuCorrector:
+) -> ImuCorrector[Floats] | ImuCorrector[tuple[Floats, Floats]]:
     """Return the stream that corrects samples one by one or at once.
 
     Parameters
@@ -118,35 +168,32 @@ def corrector(
     ValueError
         If `inputs` is none of these.
     """
+    gyro = (calibration.gyro.correction, calibration.values[GYRO_BIAS])
+    if inputs == 3:
+        return ImuCorrector(*gyro, inputs=3, channels=channels)
     if inputs not in _COLUMNS:
         raise ValueError(f"inputs must be 3, 6 or 7, got {inputs!r}")
     accel = calibration.accel
     per_g = convert(1.0, "g", accel.unit)
-    both = inputs > 3
     return ImuCorrector(
-        calibration.gyro.correction,
-        calibration.values[GYRO_BIAS],
-        accel_matrix=accel.correction if both else None,
-        accel_bias=calibration.values[ACCEL_BIAS] if both else None,
-        g_sensitivity=calibration.values[G_SENSITIVITY].reshape(3, 3) / per_g if both else None,
+        *gyro,
+        accel_matrix=accel.correction,
+        accel_bias=calibration.values[ACCEL_BIAS],
+        g_sensitivity=calibration.values[G_SENSITIVITY].reshape(3, 3) / per_g,
         temperature=_curve(calibration) if inputs == 7 else None,
         inputs=inputs,
         channels=channels,
     )
 
 
-def _curve(calibration: Calibration) -> dict[str, object] | None:
+def _curve(calibration: Calibration) -> Any:  # noqa: ANN401
     """Return the bias by temperature as the stream takes it, in the raw unit of the gyro."""
     model = calibration.temperature_model
-    if model is None:
-        return None
-    own = calibration.gyro_units[0]
-    factor = 1.0 if model.unit == own else convert(1.0, model.unit, own)
-    return {
-        "reference": model.reference,
-        "range": model.range,
-        "coefficients": factor * model.coefficients,
-    }
+    return None if model is None else _in_unit(model, calibration.gyro_units[0]).curve
+
+
+def _in_unit(model: TemperatureModel, unit: str) -> TemperatureModel:
+    return model if model.unit == unit else model.scaled(convert(1.0, model.unit, unit), unit)
 
 
 @overload
@@ -283,27 +330,29 @@ def _of_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
             f"with the temperature behind, got {values.shape}"
         )
     rows = np.atleast_2d(values)
-    found = _corrected(calibration, rows)
-    parts = (*found, rows[:, 6:]) if isinstance(found, tuple) else (found,)
-    return (np.hstack(parts) if len(parts) > 1 else parts[0]).reshape(values.shape)
-
-
-def _corrected(calibration: Calibration, rows: Floats) -> Floats | tuple[Floats, Floats]:
-    """Return the gyro, or gyro and accelerometer, of rows of 3, 6 or 7 numbers."""
-    inputs = cast(Literal[3, 6, 7], rows.shape[1])
-    return corrector(calibration, inputs=inputs).process(rows)
+    if rows.shape[1] == 3:
+        return _rates(calibration, rows).reshape(values.shape)
+    both = _both(calibration, rows)
+    return np.hstack((*both, rows[:, 6:])).reshape(values.shape)
 
 
 def _rates(calibration: Calibration, rows: Floats) -> Floats:
-    """Return the corrected gyro alone."""
-    found = _corrected(calibration, rows)
-    return found[0] if isinstance(found, tuple) else found
+    """Return the corrected gyro of rows of 3, 6 or 7 numbers."""
+    if rows.shape[1] == 3:
+        return corrector(calibration, inputs=3).process(rows)
+    return _both(calibration, rows)[0]
+
+
+def _both(calibration: Calibration, rows: Floats) -> tuple[Floats, Floats]:
+    """Return the corrected gyro and accelerometer of rows of 6 or 7 numbers."""
+    inputs: Literal[6, 7] = 6 if rows.shape[1] == 6 else 7
+    return corrector(calibration, inputs=inputs).process(rows)
 
 
 def _forces(calibration: Calibration, rows: Floats) -> Floats:
     """Return the corrected accelerometer alone, by the arithmetic that corrects a gyro."""
-    stream = ImuCorrector(calibration.accel.correction, calibration.values[ACCEL_BIAS], inputs=3)
-    return cast(Floats, stream.process(rows))
+    accel = calibration.accel.correction
+    return ImuCorrector(accel, calibration.values[ACCEL_BIAS], inputs=3).process(rows)
 
 
 def _of_log(calibration: Calibration, log: Log) -> Log:
@@ -346,7 +395,8 @@ def _of_recording(
     logs = dict(recording.logs)
     if gyro is not None:
         rates = _rates(found, _together(gyro, accel, recording.temperature, found))
-        logs[gyro_name] = _noted(gyro, rates, "gyro", found, alone=accel is None)
+        corrected = _noted(gyro, rates, "gyro", found, alone=accel is None)
+        logs[gyro_name] = _told(corrected, _on_temperature(found, recording.temperature))
     if accel is not None:
         logs[accel_name] = _noted(accel, _forces(found, _three(accel, "accel")), "accel", found)
     return replace(recording, logs=logs)
@@ -392,7 +442,7 @@ def _nearest(times: Floats, known: Floats) -> Floats:
 def _three(log: Log, sensor: Sensor) -> Floats:
     if log.channels != 3:
         raise LogError(
-            f"a calibration needs the three axes of the {_SENSORS[sensor].split()[1]}, got {log.channels}: "
+            f"a calibration needs three axes of {_SENSORS[sensor]}, got {log.channels}: "
             f"{', '.join(log.names)}"
         )
     return log.data
@@ -403,10 +453,35 @@ def _noted(
 ) -> Log:
     """Return a log with corrected samples, whose notes say what was done."""
     unit = calibration.gyro_units[1] if sensor == "gyro" else calibration.accel_units[1]
-    told = (*log.meta.get("notes", ()), *_notes(calibration, sensor))
+    corrected = _told(replace(log, data=data, unit=unit), _notes(calibration, sensor))
     if alone and calibration.values[G_SENSITIVITY].any():
-        told += ("the log has no accelerometer, so the g-sensitivity of the gyro stays",)
-    return replace(log, data=data, unit=unit, meta={**log.meta, "notes": told})
+        said = "the log has no accelerometer, so the g-sensitivity of the gyro stays"
+        return _told(corrected, [said])
+    return corrected
+
+
+def _told(log: Log, sentences: Iterable[str]) -> Log:
+    """Return a log with further notes."""
+    return replace(log, meta={**log.meta, "notes": (*log.meta.get("notes", ()), *sentences)})
+
+
+def _on_temperature(calibration: Calibration, temperature: Log | None) -> Iterator[str]:
+    """Yield which bias was taken off, and whether the model knows such temperatures."""
+    model = calibration.temperature_model
+    if model is None:
+        return
+    if temperature is None:
+        yield "the log has no temperature, so the bias is the one of the calibration"
+        return
+    low, high = model.range
+    known = temperature.data[np.isfinite(temperature.data[:, 0]), 0]
+    beyond = float(np.mean((known < low) | (known > high))) if known.size else 0.0
+    yield "the bias follows the temperature"
+    if beyond > 0.0:
+        yield (
+            f"{100.0 * beyond:.0f} % of the temperatures lie outside of the {low:.1f} to "
+            f"{high:.1f} degC that the model has seen: the bias there is extrapolated"
+        )
 
 
 def _notes(calibration: Calibration, sensor: Sensor) -> Iterator[str]:

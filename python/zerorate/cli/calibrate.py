@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Final, NamedTuple
 
 import numpy as np
 import typer
@@ -21,7 +21,6 @@ from zerorate.cli.options import (
     Force,
     LogArgument,
     LogFormat,
-    LogFormatOption,
     NoFigure,
     Output,
     Reading,
@@ -43,6 +42,9 @@ from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
 from zerorate.show.calibration_table import verdict
 from zerorate.show.tables import bulleted
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["calibrate"]
 
@@ -121,17 +123,17 @@ def calibrate(
     frame: Annotated[
         FrameName,
         typer.Option(
-            help="Axes of the body: x is that of the accelerometer and y in its x-y plane (x, as "
-            "Kalibr has it), z is and y in its y-z plane (z, as imu_tk), or as near to all three "
-            "as can be (symmetric).",
+            help="Axes of the body. x: its x is that of the accelerometer, its y in the x-y plane "
+            "of that, as Kalibr has it; z: its z, and y in the y-z plane, as imu_tk; symmetric: as "
+            "near to all three as can be.",
             rich_help_panel=_FIT,
         ),
     ] = FrameName.x,
     g_sensitivity: Annotated[
         Sensitivity,
         typer.Option(
-            help="Whether turns are freed of what gravity makes the gyro read: where that is "
-            "clear (auto), always or never.",
+            help="Whether what gravity makes the gyro read is taken off in turns, too: where it "
+            "is clear (auto), always, or never.",
             rich_help_panel=_FIT,
         ),
     ] = Sensitivity.auto,
@@ -193,7 +195,14 @@ def calibrate(
             rich_help_panel=_APPLY,
         ),
     ] = None,
-    format: LogFormatOption = None,
+    format: Annotated[
+        LogFormat | None,
+        typer.Option(
+            help="File format of the corrected log; else the suffix of -o, or parquet.",
+            show_default=False,
+            rich_help_panel=_APPLY,
+        ),
+    ] = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
     force: Force = False,
@@ -204,12 +213,13 @@ def calibrate(
     Prints every number with its error, and whether the calibration is valid (exit 1 if not); writes
     it as JSON, a figure, and what is exported. With --apply, corrects a log instead.
     """
+    sensors = _Names(gyro, accel)
     if apply is not None:
         _check_alone(context)
-        _correct(log, reading, _Names(gyro, accel), read_calibration(apply), output, format, force)
+        _correct(log, reading, sensors, read_calibration(apply), output, format, force)
         return
     if format is not None:
-        raise UsageFault("--format is that of a corrected log: it acts with --apply")
+        raise UsageFault("--format is that of the corrected log: it acts with --apply")
     exports = parse_choices("--export", export, Export)
     old = None if compare is None else read_calibration(compare)
     asked: dict[str, Any] = {"frame": str(frame), "g_sensitivity": _SENSITIVITY[g_sensitivity]}
@@ -217,22 +227,23 @@ def calibrate(
     asked |= {name: value for name, value in given.items() if value is not None}
     suffixes = ["json", *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-calibration", suffixes)
-    figure = None
+    figures = []
     if not no_figure:
         require("matplotlib", "plot")
-        figure = place.choose("--figure-format", figure_format, FigureFormat.png)
+        suffix = place.choose("--figure-format", figure_format, FigureFormat.png)
+        figures = [f".{suffix}", *([f"-temperature.{suffix}"] if temperature else [])]
         preloaded(_load_plotting)
     found = records(log, reading.group_by)
-    outputs = [_Outputs.of(place.of_part(one.ending), figure, exports, force) for one in found]
+    outputs = [_Outputs.of(place.of_part(one.ending), figures, exports, force) for one in found]
     check_outputs([path for files in outputs for path in files.paths], force, log)
     invalid = []
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
             recording = read_imu(reading, one.source)
-            calibration = _found(recording, asked, temperature, progress)
-            files.write(calibration, recording, progress)
+            calibration = _found(recording, sensors, asked, temperature, progress)
+            files.write(calibration, sensors.of(recording), progress)
         print_title(one, first=one is found[0])
-        _print(calibration, recording, old)
+        _print(calibration, sensors.of(recording), old)
         print_written(files.paths)
         if not calibration.valid:
             invalid.append(f"{one.title or log}: {verdict(calibration)}")
@@ -264,24 +275,30 @@ class _Names(NamedTuple):
         gyro = self.gyro or "gyro"
         return {"gyro": gyro, "accel": self.accel or gyro.replace("gyro", "accel", 1)}
 
+    def of(self, recording: Recording) -> Recording:
+        """Return a recording of these sensors and the temperature alone."""
+        own = {**self.both, "temperature": "temperature"}
+        chosen = {name: recording[one] for name, one in own.items() if one in recording}
+        return Recording(chosen, recording.source)
+
 
 def _found(
-    recording: Recording, asked: Mapping[str, Any], temperature: bool, progress: Progress
+    recording: Recording,
+    names: _Names,
+    asked: Mapping[str, Any],
+    temperature: bool,
+    progress: Progress,
 ) -> Calibration:
     """Return the calibration, also one of so little that the fit refuses it, or raise a fault."""
     progress("fitting", 0.3)
     with naming(recording):
         try:
-            calibration = in_background(partial(calibrate_imu, recording, **asked))
+            found = in_background(partial(calibrate_imu, recording, **asked))
         except CalibrationError as error:
             if error.calibration is None:
                 raise
-            calibration = error.calibration
-        return _with_temperature(calibration, recording) if temperature else calibration
-
-
-def _with_temperature(calibration: Calibration, recording: Recording) -> Calibration:
-    raise NotImplementedError
+            found = error.calibration
+        return found.with_temperature(names.of(recording)) if temperature else found
 
 
 def _print(calibration: Calibration, recording: Recording, old: Calibration | None) -> None:
@@ -290,9 +307,14 @@ def _print(calibration: Calibration, recording: Recording, old: Calibration | No
     if notes:
         print(f"\nLog\n{notes}")
     if old is not None:
-        from zerorate.calibrate import compare_calibrations
+        from zerorate.calibrate.comparison import compare_calibrations
 
-        print(f"\n{compare_calibrations(old, calibration)}")
+        with as_usage():
+            alike = old.to_frame(calibration.frame).in_units(
+                gyro=calibration.gyro_units[0], accel=calibration.accel_units[0]
+            )
+            compared = compare_calibrations(alike, calibration)
+        print(f"\nCompared with the earlier one, which is first\n{compared}")
 
 
 def _notes(recording: Recording) -> tuple[str, ...]:
@@ -310,10 +332,10 @@ def _load_plotting() -> None:
 
 @dataclass(frozen=True)
 class _Outputs:
-    """The files of a calibration, all whole or none; `figure` is None for none."""
+    """The files of a calibration, all whole or none: the second figure is of the temperature."""
 
     numbers: Path
-    figure: Path | None
+    figures: Sequence[Path]
     exports: Mapping[Path, Export]
     force: bool
 
@@ -321,28 +343,27 @@ class _Outputs:
     def of(
         cls,
         place: Destination,
-        figure: FigureFormat | None,
+        figures: Sequence[str],
         exports: Sequence[Export],
         force: bool,
     ) -> "_Outputs":
-        """Return where the files lie."""
-        drawn = None if figure is None else place.file(f".{figure}")
+        """Return where the files lie; figures are given by the endings of their names."""
         listed = {place.file(end): export for export in exports for end in _SUFFIXES[export]}
-        return cls(place.file(".json"), drawn, listed, force)
+        return cls(place.file(".json"), [place.file(end) for end in figures], listed, force)
 
     @property
     def paths(self) -> list[Path]:
         """The files to write."""
-        figure = [] if self.figure is None else [self.figure]
-        return [self.numbers, *figure, *self.exports]
+        return [self.numbers, *self.figures, *self.exports]
 
     def write(self, calibration: Calibration, recording: Recording, progress: Progress) -> None:
         """Write all files under other names; rename them when all are whole."""
         texts = [calibration.to_json(), *self._exported(calibration)]
         progress("drawing", 0.7)
         with writing(), together(self.paths, self.force) as temporary:
-            if self.figure is not None:
-                _draw(calibration, recording, temporary[1])
+            drawings = (partial(calibration.plot, recording), partial(_thermal, calibration))
+            for draw, path in zip(drawings, temporary[1 : 1 + len(self.figures)], strict=False):
+                _save(draw(), path)
             written = [temporary[0], *temporary[len(temporary) - len(self.exports) :]]
             for path, text in zip(written, texts, strict=True):
                 path.write_text(text, encoding="utf-8", newline="\n")
@@ -365,10 +386,15 @@ def _texts(calibration: Calibration, export: Export) -> Sequence[str]:
     return (one[export](),)
 
 
-def _draw(calibration: Calibration, recording: Recording, path: Path) -> None:
+def _thermal(calibration: Calibration) -> "Figure":
+    assert calibration.temperature_model is not None
+    return calibration.temperature_model.plot()
+
+
+def _save(figure: "Figure", path: Path) -> None:
     from zerorate.show import save_figure
 
-    save_figure(calibration.plot(recording), path)
+    save_figure(figure, path)
 
 
 def _correct(

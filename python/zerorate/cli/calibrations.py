@@ -1,9 +1,11 @@
 """Calibrations that commands read, and recordings of an IMU that they are applied to."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 from zerorate.calibrate.calibration import Calibration
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, of_a_file
@@ -11,6 +13,9 @@ from zerorate.cli.options import Reading, parse_words
 from zerorate.io import Log, LogError, Recording, read_recording
 from zerorate.io.formats import LogSource
 from zerorate.io.names import canonical_unit
+
+_NAME: Final = re.compile(r"\b(gyro|accel)='([^']+)'")
+"""A sensor that is chosen by an argument."""
 
 __all__ = ["corrected_gyro", "naming", "read_calibration", "read_imu"]
 
@@ -50,7 +55,11 @@ def corrected_gyro(reading: Reading, source: LogSource, calibration: Calibration
         gyro = calibration.apply(recording).gyro
         if gyro is None:
             raise LogError("there is no gyro")
-        return gyro
+        count = len(recording.of_kind("accel"))
+        if count < 2:
+            return gyro
+        first = f"of {count} accelerometers the first is taken for the force on the gyro"
+        return replace(gyro, meta={**gyro.meta, "notes": (*gyro.meta["notes"], first)})
 
 
 @contextmanager
@@ -60,5 +69,5 @@ def naming(recording: Recording) -> Iterator[None]:
         with as_usage():
             yield
     except LogError as error:
-        said, source = in_options(error), recording.source
+        said, source = _NAME.sub(r"--\1 \2", in_options(error)), recording.source
         raise DataFault(said if said.startswith(source) else f"{source}: {said}") from None

@@ -1,6 +1,5 @@
 """``zerorate simulate``: a gyro of the table as a log at rest, or an IMU that is calibrated."""
 
-import json
 import textwrap
 from pathlib import Path
 from typing import Annotated, Final, TypeAlias
@@ -8,7 +7,6 @@ from typing import Annotated, Final, TypeAlias
 import numpy as np
 import typer
 
-from zerorate.calibrate import Calibration
 from zerorate.cli.errors import UsageFault, as_usage, require, writing
 from zerorate.cli.options import OUTPUT, Force
 from zerorate.cli.outputs import check_outputs, progress_bar, together
@@ -144,7 +142,7 @@ def _simulate_session(
             gyro, *others = session.recording.values()
             beside = {n: x for log in others for n, x in zip(log.names, log.data.T, strict=True)}
             write_log(gyro, log_path, beside=beside)
-            truth_path.write_text(_truth(session.truth), encoding="utf-8")
+            truth_path.write_text(session.truth.to_json() + "\n", encoding="utf-8")
     print("\n".join(f"wrote {path}" for path in paths))
 
 
@@ -162,17 +160,6 @@ def _two_numbers(option: str, text: str) -> tuple[float, float]:
     except ValueError:
         raise UsageFault(f"{option} takes two numbers, such as 20,35, got {text!r}") from None
     return first, last
-
-
-def _truth(truth: Calibration) -> str:
-    """Return the true parameters as JSON."""
-    told = {
-        "accel_units": truth.accel_units,
-        "gyro_units": truth.gyro_units,
-        "gravity": truth.gravity,
-        "parameters": dict(zip(truth.parameters, truth.values.tolist(), strict=True)),
-    }
-    return json.dumps(told, indent=2) + "\n"
 
 
 def _checked_paths(

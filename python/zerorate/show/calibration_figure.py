@@ -14,7 +14,6 @@ from zerorate.show.calibration_panels import (
     draw_poses,
     name_elements,
     name_groups,
-    style_sizes,
 )
 from zerorate.show.calibration_table import verdict
 from zerorate.show.style import (
@@ -22,6 +21,7 @@ from zerorate.show.style import (
     FONT,
     VERMILION_TEXT,
     new_figure,
+    style_decades,
     style_panels,
     write_caption,
     write_title,
@@ -88,7 +88,9 @@ def plot_calibration(calibration: Calibration, recording: Recording | None = Non
     known = _axes(figure, height, top, _PANEL, 2)
     draw_known(known, calibration)
     style_panels([axes for axes in figure.axes if axes.axison])
-    style_sizes([*sizes, known])
+    for axes in (*sizes, known):
+        if axes.get_yscale() == "log":
+            style_decades(axes)
     name_elements(deviations)
     name_groups(known)
     colour = BLACK if calibration.valid else VERMILION_TEXT
@@ -113,8 +115,7 @@ def _axes(
 def _caption(shown: list[str]) -> str:
     said = (
         "Poses: which direction of the body was up; shaded: more than 40° from any that was used. "
-        "Hollow: not used. Bars: two standard errors; empty circles: not identifiable, the value "
-        "is the one before the record. Beyond the dashed line a parameter counts as not "
-        "identifiable."
+        "Hollow: not used, or not identifiable. Bars: two standard errors. Above the dashed line a "
+        "parameter is not identifiable."
     )
-    return f"Shaded in the log: rests; rose: not used. {said}" if shown else said
+    return f"Blue in the log: rests; rose: not used. {said}" if shown else said

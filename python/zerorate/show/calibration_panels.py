@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.calibrate.joint_fit import DATASHEET
+from zerorate.calibrate.fit.joint_fit import DATASHEET
 from zerorate.calibrate.parameters import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
 from zerorate.show.scales import limits, outline
 from zerorate.show.style import (
@@ -43,7 +43,6 @@ __all__ = [
     "draw_poses",
     "name_elements",
     "name_groups",
-    "style_sizes",
 ]
 
 _AXIS_COLOURS: Final = (BLUE, VERMILION, GREEN)
@@ -301,12 +300,3 @@ def name_elements(axes: Axes) -> None:
 def name_groups(axes: Axes) -> None:
     """Write which parameters the points are of."""
     axes.set_xticks(range(len(_GROUPS)), _GROUPS)
-
-
-def style_sizes(panels: Sequence[Axes]) -> None:
-    """Write decades as plain numbers."""
-    from matplotlib.ticker import FuncFormatter
-
-    for axes in panels:
-        if axes.get_yscale() == "log":
-            axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

@@ -61,6 +61,8 @@ def _parts(calibration: Calibration) -> Iterator[str]:
     yield bulleted(calibration.problems)
     for table in (_accel, _gyro, _rotation, _errors):
         yield as_text(table(calibration))
+    if calibration.temperature_model is not None:
+        yield str(calibration.temperature_model)
     yield _material(calibration)
     for title, sentences in (("Advice", calibration.advice), ("Notes", calibration.notes)):
         if sentences:

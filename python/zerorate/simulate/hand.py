@@ -17,8 +17,6 @@ __all__ = ["Hand", "Poses", "fixed", "hand", "turned"]
 
 Poses: TypeAlias = int | Literal["six"] | npt.ArrayLike
 
-_ASIDE: Final = 0.06
-"""Deviation of how far a hand leaves the axis of a turn, rad about each axis."""
 _TREMOR: Final = (1.0, 8.0)
 """Hz between which a hand trembles."""
 _LINES: Final = 8
@@ -115,6 +113,7 @@ def hand(
     angles: tuple[float, float],
     axis: npt.ArrayLike | None,
     turns: npt.ArrayLike | None,
+    wobble: float,
     tremor: float,
     random: np.random.Generator,
     trembling: np.random.Generator,
@@ -129,7 +128,7 @@ def hand(
     else:
         starts = _given_poses(poses)
         vectors = _rotation_vectors(product(inverse(starts[:-1]), starts[1:]))
-    asides = _ASIDE * random.standard_normal((len(starts), 2, 3))
+    asides = not_negative("wobble", wobble) * random.standard_normal((len(starts), 2, 3))
     # A given axis is kept, and the last pose is not left.
     asides[slice(-1, None) if axis is None else slice(None)] = 0.0
     vectors = np.concatenate((vectors, np.zeros((1, 3))))

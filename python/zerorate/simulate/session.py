@@ -179,6 +179,7 @@ def simulate_session(
     angles: tuple[float, float] = (60.0 * _DEG, 170.0 * _DEG),
     axis: npt.ArrayLike | None = None,
     turns: npt.ArrayLike | None = None,
+    wobble: float = 0.06,
     tremor: float = 0.0,
     gyro: GyroErrors | None = None,
     accel: AccelErrors | None = None,
@@ -209,6 +210,9 @@ def simulate_session(
     turns : array_like, shape (m, 3), optional
         Rotation vectors of the turns, in the axes of the body, rad, instead of `poses`: a turn
         may be longer than half a revolution then.
+    wobble : float
+        How far the hand leaves the axis of a turn on the way, rad: a standard deviation about each
+        axis, default 0.06. Not where the axis is given.
     tremor : float
         RMS of the angular rate with which the hand trembles, also at rest, rad/s: 1 to 8 Hz.
         Default 0, a sensor that is put down.
@@ -234,8 +238,7 @@ def simulate_session(
     -----
     A turn goes along its rotation vector with the profile of least jerk, 10 s^3 - 15 s^4 + 6 s^5
     (T. Flash and N. Hogan, "The coordination of arm movements", J. Neurosci. 5(7), 1985, equation
-    4). Unless the axis is given, the hand leaves it by some 6 deg on the way, so that the axis
-    moves. The accelerometer is 0.1 m from the centre of the turns.
+    4); with the wobble its axis moves. The accelerometer is 0.1 m from the centre of the turns.
 
     Orientation is a closed form of time and the rate its derivative, evaluated at the samples, as
     a gyro of large bandwidth gives it. Both are known to rounding; what an integral of the samples
@@ -262,6 +265,7 @@ def simulate_session(
         angles=angles,
         axis=axis,
         turns=turns,
+        wobble=wobble,
         tremor=tremor,
         random=random["motion"],
         trembling=random["tremor"],

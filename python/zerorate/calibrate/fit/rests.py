@@ -11,7 +11,7 @@ import numpy as np
 
 from zerorate import units
 from zerorate.calibrate.calibration import Rest
-from zerorate.calibrate.sensors import STANDARD_GRAVITY, Sensor, sensor
+from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY, Sensor, sensor
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.types import Booleans, Floats, Integers
 
@@ -194,7 +194,7 @@ def rests_of(gyro: Sensor, accel: Sensor) -> tuple[list[Rest], Stillness]:
     spans, stillness = _spans((gyro, accel))
     rests = [_rest(gyro, gyro, accel, int(first), int(last)) for first, last in spans]
     found = [rest for rest in rests if np.isfinite([rest.gyro, rest.accel]).all()]
-    return _with_sigmas(found, accel, stillness), stillness
+    return _with_sigmas(found, accel, gyro, stillness), stillness
 
 
 def given_rests(
@@ -218,7 +218,7 @@ def given_rests(
             raise ValueError(f"at the rest {start:g} s to {stop:g} s a sensor has no samples")
         rests.append(rest)
     _, stillness = _spans((gyro, accel))
-    return _with_sigmas(rests, accel, stillness), stillness
+    return _with_sigmas(rests, accel, gyro, stillness), stillness
 
 
 def _rest(clock: Sensor, gyro: Sensor | None, accel: Sensor | None, first: int, last: int) -> Rest:
@@ -242,46 +242,58 @@ def _rest(clock: Sensor, gyro: Sensor | None, accel: Sensor | None, first: int, 
     )
 
 
-def _half_differences(one: Sensor, rests: Sequence[Rest]) -> Floats:
-    """Return half the difference between the means of both halves: what a mean may err by."""
-    halves = []
+def _own_errors(one: Sensor, rests: Sequence[Rest]) -> tuple[Floats, Floats]:
+    """Return what the mean of each rest may err by: by its halves, and by its quarters too."""
+    parts = []
     for rest in rests:
-        first, last = one.place(rest.start), one.place(rest.stop)
-        middle = (first + last) // 2
-        halves.append((one.mean(middle, last) - one.mean(first, middle)) / 2.0)
-    return np.nan_to_num(np.abs(halves))
+        ends = np.linspace(one.place(rest.start), one.place(rest.stop), 5).astype(int)
+        parts.append([one.mean(first, last) for first, last in pairwise(ends)])
+    quarters = np.nan_to_num(parts)
+    halves = np.abs(quarters[:, :2].sum(axis=1) - quarters[:, 2:].sum(axis=1)) / 4.0
+    return halves, np.maximum(halves, quarters.std(axis=1, ddof=1) / 2.0)
 
 
 def mean_variances(
     one: Sensor, rests: Sequence[Rest], stillness: Stillness
 ) -> tuple[Floats, Floats]:
-    """Return variances of the means at rests, the usual ones and half differences squared.
+    """Return variances of the means at rests: the usual ones, and those of each rest by itself.
 
-    The usual one is that of white noise, or what the halves of all rests come to if that is more.
+    The usual one is that of white noise, or what the halves of all rests come to if that is more;
+    its own is by its halves or quarters, whichever differ more: there and back is motion, too.
     """
-    own = _half_differences(one, rests)
-    pooled = np.median(own**2, axis=0) / _MEDIAN_OF_SQUARE
+    if not rests:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    halves, own = _own_errors(one, rests)
+    pooled = np.median(halves**2, axis=0) / _MEDIAN_OF_SQUARE
     count = np.array([[(rest.stop - rest.start) * one.rate] for rest in rests])
     white = np.nan_to_num(stillness.floor[one.kind]) / np.maximum(count, 1.0)
     return np.maximum(white, pooled), own**2
 
 
-def _with_sigmas(rests: list[Rest], accel: Sensor, stillness: Stillness) -> list[Rest]:
+def _with_sigmas(
+    rests: list[Rest], accel: Sensor, gyro: Sensor | None, stillness: Stillness
+) -> list[Rest]:
     """Return the rests with standard errors of their means, and a word on those with motion."""
     if not rests:
         return rests
     usual, own = mean_variances(accel, rests, stillness)
     pose = (_POSE_ERROR * np.median([np.linalg.norm(rest.accel) for rest in rests])) ** 2
-    excess = np.sqrt((own / (usual + pose)).max(axis=1))
-    sigmas = np.sqrt(np.maximum(usual, own) + pose)
+    excess = (own / (usual + pose)).max(axis=1)
+    if gyro is not None:
+        of_gyro = mean_variances(gyro, rests, stillness)
+        excess = np.maximum(excess, (of_gyro[1] / np.maximum(of_gyro[0], 1e-300)).max(axis=1))
+    ratio = np.sqrt(excess)
+    # Motion does not average out as noise does: four parts are no better than one.
+    parts = np.where(ratio > _MOVED, 4.0, 1.0)[:, np.newaxis]
+    sigmas = np.sqrt(np.maximum(usual, parts * own) + pose)
     return [
-        replace(rest, accel_sigma=sigma, reason=_on_motion(float(ratio)))
-        for rest, sigma, ratio in zip(rests, sigmas, excess, strict=True)
+        replace(rest, accel_sigma=sigma, reason=_on_motion(float(times)))
+        for rest, sigma, times in zip(rests, sigmas, ratio, strict=True)
     ]
 
 
 def _on_motion(ratio: float) -> str:
-    return f"moved: its halves differ by {ratio:.0f} times the usual" if ratio > _MOVED else ""
+    return f"moving: its parts differ by {ratio:.0f} times the usual" if ratio > _MOVED else ""
 
 
 def in_raw_units(rest: Rest, gyro: Sensor | None, accel: Sensor | None) -> Rest:
@@ -331,14 +343,14 @@ def find_rests(recording: Recording | Log) -> tuple[Rest, ...]:
     >>> rate[400:600] += 20 * np.hanning(200)[:, np.newaxis]
     >>> log = Log(np.arange(1000) / 100, 100.0, rate, ["gyro_x", "gyro_y", "gyro_z"], "deg/s")
     >>> [(round(rest.start, 1), round(rest.stop, 1)) for rest in find_rests(log)]
-    [(0.1, 3.7), (6.2, 9.9)]
+    [(0.1, 3.8), (6.2, 9.9)]
     """
     gyro, accel = _sensors_in(recording)
     both = [one for one in (gyro, accel) if one is not None]
     spans, stillness = _spans(both)
     rests = [_rest(both[0], gyro, accel, int(first), int(last)) for first, last in spans]
     if accel is not None:
-        rests = _with_sigmas(rests, accel, stillness)
+        rests = _with_sigmas(rests, accel, gyro, stillness)
     return tuple(in_raw_units(rest, gyro, accel) for rest in rests)
 
 

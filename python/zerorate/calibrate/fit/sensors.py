@@ -74,7 +74,7 @@ class Sensor:
         # A sum is finite only if all its terms are, and costs a tenth of asking each.
         if np.isfinite(self.data.sum()):
             return None
-        return ~np.isfinite(self.data).all(axis=1)
+        return np.asarray(~np.isfinite(self.data).all(axis=1))
 
     def place(self, time: float) -> int:
         """Return the first sample at or after a time, at most n."""
@@ -89,13 +89,14 @@ class Sensor:
         return part.mean(axis=0) if len(part) else np.full(3, np.nan)
 
     def on(self, other: Sensor, first: int, last: int) -> Floats:
-        """Return the samples at the times of another's samples, interpolated, shape (k, 3)."""
-        if (self.rate, self.start, self.n) == (other.rate, other.start, other.n):
+        """Return the samples at the times of another's, missing ones interpolated, shape (k, 3)."""
+        same = (self.rate, self.start, self.n) == (other.rate, other.start, other.n)
+        if same and (self.missing is None or not self.missing[first:last].any()):
             return self.data[first:last]
         times = other.start + np.arange(first, last) / other.rate
-        places = (times - self.start) * self.rate
-        grid = np.arange(self.n)
-        return np.stack([np.interp(places, grid, axis) for axis in self.data.T], axis=1)
+        there = slice(None) if self.missing is None else np.flatnonzero(~self.missing)
+        clock = self.start + np.arange(self.n)[there] / self.rate
+        return np.stack([np.interp(times, clock, axis[there]) for axis in self.data.T], axis=1)
 
 
 def sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
@@ -115,7 +116,10 @@ def sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
     factor = _factor(kind, log.unit, gravity)
     data = np.array(log.data) if factor is None else log.data * factor
     if not np.isfinite(data.sum()):
-        data[~np.isfinite(data).all(axis=1)] = np.nan
+        there = np.isfinite(data).all(axis=1)
+        if not there.any():
+            raise LogError(f"the {kind} has no sample of all three axes")
+        data[~there] = np.nan
     return Sensor(
         kind=kind,
         data=data,

@@ -9,8 +9,8 @@ from typing import Final, Literal
 import numpy as np
 
 from zerorate.calibrate.calibration import Rest, Turn
-from zerorate.calibrate.g_sensitivity import AtRest, at_rest
-from zerorate.calibrate.joint_fit import (
+from zerorate.calibrate.fit.g_sensitivity import AtRest, at_rest
+from zerorate.calibrate.fit.joint_fit import (
     DETERMINED,
     Fit,
     Observations,
@@ -18,10 +18,11 @@ from zerorate.calibrate.joint_fit import (
     directions,
     forces,
     joint_fit,
+    sizes,
 )
-from zerorate.calibrate.rests import Stillness, mean_variances
-from zerorate.calibrate.sensors import Sensor
-from zerorate.calibrate.turns import Carried, carried, misses, turn_biases
+from zerorate.calibrate.fit.rests import Stillness, mean_variances
+from zerorate.calibrate.fit.sensors import Sensor
+from zerorate.calibrate.fit.turns import Carried, carried, misses, turn_biases
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["Record", "Solution", "errors_of", "held_out_errors", "solve"]
@@ -81,9 +82,9 @@ class Record:
             rests=tuple(still),
             turns=tuple(replace(t, rests=p) for t, p in zip(used, places, strict=True)),
             stillness=stillness,
-            accel_means=np.array([rest.accel for rest in still]),
-            accel_sigmas=np.array([rest.accel_sigma for rest in still]),
-            gyro_means=np.array([rest.gyro for rest in still]),
+            accel_means=np.array([rest.accel for rest in still]).reshape(-1, 3),
+            accel_sigmas=np.array([rest.accel_sigma for rest in still]).reshape(-1, 3),
+            gyro_means=np.array([rest.gyro for rest in still]).reshape(-1, 3),
             gyro_variances=np.maximum(usual, own),
         )
 
@@ -96,7 +97,7 @@ class Record:
     def spans(self) -> Integers:
         """First and last (exclusive) sample of each turn among those of all, shape (m, 2)."""
         ends = np.cumsum([0, *(turn.last - turn.first for turn in self.turns)])
-        return np.stack([ends[:-1], ends[1:]], axis=1)
+        return np.stack([ends[:-1], ends[1:]], axis=1).astype(np.int64)
 
     @property
     def middles(self) -> Floats:
@@ -227,7 +228,7 @@ def _observed(record: Record, sensors: Sensors, prior: Prior) -> Observations:
         means=record.accel_means,
         sigmas=record.accel_sigmas,
         pairs=pairs,
-        seconds=(spans[:, 1] - spans[:, 0] - 1) * period,
+        seconds=np.asarray((spans[:, 1] - spans[:, 0] - 1) * period, dtype=np.float64),
         averaged=record.lengths[pairs].sum(axis=1),
         carry=carry,
         white=size * float(np.sqrt(record.stillness.floor["gyro"].mean() * period)),
@@ -244,7 +245,7 @@ def _at_rest(record: Record, fit: Fit, prior: Prior, with_g: bool) -> AtRest:
 def errors_of(record: Record, sensors: Sensors) -> tuple[Floats, Floats, Carried]:
     """Return |f|/g - 1 at the rests of a record, the misses of its turns, rad, and the turns."""
     force = forces(record.accel_means, sensors.accel, sensors.bias)
-    size = np.linalg.norm(force, axis=1)
+    size = sizes(force)
     up = force / size[:, np.newaxis]
     turns = carried(
         record.rates(sensors),

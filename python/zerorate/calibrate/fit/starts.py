@@ -7,9 +7,10 @@ from typing import Final, Literal
 
 import numpy as np
 
-from zerorate.calibrate.joint_fit import DATASHEET, WIDE, Prior, forces
-from zerorate.calibrate.sensors import STANDARD_GRAVITY
-from zerorate.calibrate.solution import Record, Sensors, errors_of
+from zerorate.calibrate.fit.joint_fit import DATASHEET, WIDE, Prior, forces, sizes
+from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY
+from zerorate.calibrate.fit.solution import Record, Sensors, errors_of
+from zerorate.calibrate.fit.turns import cross_matrices
 from zerorate.io.log import LogError
 from zerorate.types import Floats
 
@@ -46,11 +47,11 @@ def start_of(record: Record, name: PriorName) -> Prior:
         gyro = _linear_gyro(record, accel, bias)
     elif record.accel.known:
         gyro = _axes(record)
-    spreads = (
+    of_accel, of_gyro = (
         DATASHEET if one.known and name == "datasheet" else WIDE
         for one in (record.accel, record.gyro)
     )
-    return Prior(accel, bias, gyro, *spreads)
+    return Prior(accel, bias, gyro, of_accel, of_gyro)
 
 
 def nominal_sensors(record: Record, prior: Prior) -> Sensors:
@@ -112,11 +113,11 @@ def _linear_gyro(record: Record, accel: Floats, bias: Floats) -> Floats:
     for turn, raw in zip(record.turns, record.forces, strict=True):
         first, last = turn.first, turn.last
         force = forces(raw, accel, bias)
-        size = np.linalg.norm(force, axis=1)
+        size = sizes(force)
         up = force / size[:, np.newaxis]
         # u x M z = [u]x M z, linear in the elements of M.
         z = (gyro.data[first:last] - level)[:, np.newaxis, np.newaxis] / gyro.rate
-        each = (_cross_matrices(up)[:, :, :, np.newaxis] * z).reshape(-1, 3, 9)
+        each = (cross_matrices(up)[:, :, :, np.newaxis] * z).reshape(-1, 3, 9)
         for start in range(0, last - first - width, width):
             part = slice(start, start + width)
             if (np.abs(size[start : start + width + 1] - 1.0) < _NEAR_GRAVITY).all():
@@ -131,7 +132,8 @@ def _linear_gyro(record: Record, accel: Floats, bias: Floats) -> Floats:
     found, _, rank, values = np.linalg.lstsq(
         np.concatenate(rows), np.concatenate(moved), rcond=None
     )
-    if rank < 9 or values[-1] < 1e-3 * values[0]:
+    singular = np.linalg.svd(found.reshape(3, 3), compute_uv=False)
+    if rank < 9 or values[-1] < 1e-3 * values[0] or not singular[-1] > 1e-3 * singular[0]:
         raise LogError(
             "the unit of the gyro is not known, and the turns are about too few axes to find it; "
             "give the unit, or turn about x, y and z"
@@ -139,17 +141,12 @@ def _linear_gyro(record: Record, accel: Floats, bias: Floats) -> Floats:
     return np.asarray(found.reshape(3, 3))
 
 
-def _cross_matrices(u: Floats) -> Floats:
-    x, y, z = u.T
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
-
-
 def _typical_miss(record: Record, matrix: Floats) -> float:
     """Return the usual miss of carried gravity, parts of the angle, before calibration."""
+    # A wrong unit makes of a turn many: what they miss is bounded, and their angle must be.
     nominal = Sensors(np.eye(3), np.zeros(3), matrix, np.zeros((3, 3)))
     _, miss, turns = errors_of(record, nominal)
-    return float(np.median(miss / np.maximum(turns.angles, 0.1)))
+    return float(np.median(miss / turns.angles.clip(0.1, 2.0)))
 
 
 def _axes(record: Record) -> Floats:

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
 from zerorate._native import carry_turns
 from zerorate.calibrate.calibration import Rest, Turn
-from zerorate.calibrate.sensors import Sensor
+from zerorate.calibrate.fit.sensors import Sensor
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = [
+    "GAP",
+    "LONG",
+    "SATURATED",
     "Carried",
     "carried",
+    "cross_matrices",
     "misses",
     "rotation_vectors",
     "saturated",
@@ -23,10 +28,16 @@ __all__ = [
     "turns_between",
 ]
 
+LONG: Final = "long"
+GAP: Final = "gap"
+SATURATED: Final = "saturated"
+
 _LONGEST: Final = 30.0
 _HITS: Final = 10
 _WEIGHED: Final = 10.0
 """Rest, s, beyond which the mean rate of a longer one tells the bias of a turn no better."""
+
+_IN_MOTION: Final = 1e-3
 
 
 def saturated(gyro: Sensor, limit: float | None) -> Booleans:
@@ -56,10 +67,7 @@ def saturated(gyro: Sensor, limit: float | None) -> Booleans:
 def turns_between(rests: Sequence[Rest], gyro: Sensor, full: Booleans) -> list[Turn]:
     """Return the turns from each rest that is used to the next, and why some cannot be used."""
     used = [place for place, rest in enumerate(rests) if rest.used]
-    return [
-        _turn(rests, before, after, gyro, full)
-        for before, after in zip(used[:-1], used[1:], strict=True)
-    ]
+    return [_turn(rests, before, after, gyro, full) for before, after in pairwise(used)]
 
 
 def _turn(rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Booleans) -> Turn:
@@ -80,22 +88,24 @@ def _turn(rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Bo
 
 
 def _reason(gyro: Sensor, full: Booleans, first: int, last: int) -> str:
-    seconds = (last - first) / gyro.rate
+    seconds, count = (last - first) / gyro.rate, last - first
     if seconds > _LONGEST:
-        return f"{seconds:.0f} s long, more than {_LONGEST:.0f} s"
+        return f"{LONG}: {seconds:.0f} s, more than {_LONGEST:.0f} s"
     if gyro.missing is not None and (lost := int(gyro.missing[first:last].sum())):
-        return f"{lost} of {last - first} samples of the gyro are missing"
+        return f"{GAP}: {lost} of {count} samples of the gyro are missing"
     if hits := int(full[first:last].sum()):
-        return f"{hits} samples at the end of the gyro's range"
+        return f"{SATURATED}: {hits} of {count} samples are at the end of the gyro's range"
     return ""
 
 
 def turn_biases(turns: Sequence[Turn], rests: Sequence[Rest], at_rest: Floats) -> Floats:
     """Return the gyro's bias in each turn from that at all rests, shape (m, 3).
 
-    It is the mean of the rests before and after, weighted by their length up to ten seconds.
+    It is the mean of the rests before and after, weighted by their length up to ten seconds; one
+    with motion in it counts only next to another.
     """
     length = np.array([min(rest.stop - rest.start, _WEIGHED) for rest in rests])
+    length *= np.where([bool(rest.reason) for rest in rests], _IN_MOTION, 1.0)
     pair = np.array([turn.rests for turn in turns], dtype=np.int64).reshape(-1, 2)
     weight = length[pair] / length[pair].sum(axis=1, keepdims=True)
     return np.asarray(np.einsum("ij,ijk->ik", weight, at_rest[pair]))
@@ -148,6 +158,13 @@ def misses(rotations: Floats, before: Floats, after: Floats) -> Floats:
     ends = np.einsum("mba,mb->ma", rotations, before)
     apart = np.linalg.norm(np.cross(ends, after), axis=1)
     return np.asarray(np.arctan2(apart, (ends * after).sum(axis=1)))
+
+
+def cross_matrices(vectors: Floats) -> Floats:
+    """Return the matrices of the cross products with vectors, shape (m, 3, 3)."""
+    x, y, z = vectors.T
+    zero = np.zeros_like(x)
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
 
 
 def rotation_vectors(rotations: Floats) -> Floats:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.calibrate.turns import Carried
+from zerorate.calibrate.fit.turns import Carried, cross_matrices
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "directions",
     "forces",
     "joint_fit",
+    "sizes",
 ]
 
 LOWER: Final = np.array([(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)])
@@ -40,9 +41,18 @@ _LARGEST_FACTOR: Final = 1.0
 
 _HUBER: Final = 2.5
 _LARGEST_STEP: Final = 0.5
-_CONVERGED: Final = 1e-3
+_CONVERGED: Final = 0.01
+"""Step, in standard errors, after which there is nothing to be gained."""
+
+_LEAST_ERROR: Final = 1e-6
+"""Of a turn, rad, in records that have no noise."""
+
+_LINEAR: Final = 1e-3
+"""Change of M, parts of its largest element, up to which a turn follows its derivative: what that
+misses is the square of it."""
+
 _PINNED: Final = 1e-6
-_PER_ANGLE: Final = 1e-3
+_PER_ANGLE: Final = 5e-4
 """First guess at what a turn errs by beyond noise, parts of its angle."""
 
 
@@ -187,7 +197,7 @@ class Fit:
     @property
     def sigmas(self) -> Floats:
         """Return the standard errors of the 18 parameters."""
-        return np.sqrt(np.diagonal(self.covariance))
+        return np.asarray(np.sqrt(np.diagonal(self.covariance).clip(0.0)))
 
 
 def _packed(accel: Floats, bias: Floats, gyro: Floats) -> Floats:
@@ -208,7 +218,12 @@ def forces(means: Floats, accel: Floats, bias: Floats) -> Floats:
 def directions(means: Floats, accel: Floats, bias: Floats) -> Floats:
     """Return unit vectors along the specific force at rests, shape (n, 3)."""
     force = forces(means, accel, bias)
-    return np.asarray(force / np.linalg.norm(force, axis=1, keepdims=True))
+    return np.asarray(force / sizes(force)[:, np.newaxis])
+
+
+def sizes(vectors: Floats) -> Floats:
+    """Return the lengths of vectors, never zero, shape (n,)."""
+    return np.asarray(np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny))
 
 
 def _tangents(u: Floats) -> Floats:
@@ -251,19 +266,20 @@ def joint_fit(seen: Observations, prior: Prior, start: Fit | None = None) -> Fit
     it from wandering. Turns have Huber's weights.
     """
     state = _started(seen, prior, start)
-    carried = seen.carry(_unpacked(state.values)[2])
+    anchor = _Anchor.at(seen, _unpacked(state.values)[2])
+    carried = anchor.carried
     # The angles hardly change from step to step, and must not: they are weights.
     noise = _turn_variances(seen, carried)
-    inverse = np.zeros((_OWN, _OWN))
+    inverse: Floats = np.zeros((_OWN, _OWN))
     for step in range(_STEPS):
         system = _system(seen, prior, state, carried, noise)
-        inverse = np.linalg.inv(system.normal)
+        inverse = _inverse(system.normal)
         moved = inverse @ system.right
         if step < _FROZEN:
-            state.squares = _rescaled(system, inverse, state.squares)
-        sigmas = np.sqrt(np.diagonal(inverse))
+            state.squares = _rescaled(system, inverse, moved, state.squares)
+        sigmas = np.sqrt(np.diagonal(inverse).clip(0.0))
         _move(state, moved * min(1.0, _LARGEST_STEP / max(np.abs(moved).max(), 1e-300)))
-        carried = seen.carry(_unpacked(state.values)[2])
+        anchor, carried = anchor.moved(seen, _unpacked(state.values)[2])
         if step >= 2 and (np.abs(moved) <= _CONVERGED * sigmas).all():
             break
     accel, bias, gyro = _unpacked(state.values)
@@ -279,6 +295,29 @@ def joint_fit(seen: Observations, prior: Prior, start: Fit | None = None) -> Fit
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Anchor:
+    """The turns for one matrix M, from which those for others near it follow."""
+
+    matrix: Floats
+    carried: Carried
+
+    @classmethod
+    def at(cls, seen: Observations, matrix: Floats) -> _Anchor:
+        return cls(matrix, seen.carry(matrix))
+
+    def moved(self, seen: Observations, matrix: Floats) -> tuple[_Anchor, Carried]:
+        """Return the turns for another matrix, and what to start from next time."""
+        change = matrix - self.matrix
+        if np.abs(change).max() > _LINEAR * np.abs(matrix).max():
+            fresh = _Anchor.at(seen, matrix)
+            return fresh, fresh.carried
+        psi = np.einsum("mabc,bc->ma", self.carried.by_matrix, change)
+        cross = cross_matrices(psi)
+        rotations = self.carried.rotations @ (np.eye(3) + cross + 0.5 * cross @ cross)
+        return self, replace(self.carried, rotations=rotations)
+
+
 def _started(seen: Observations, prior: Prior, start: Fit | None) -> _State:
     weights = np.ones(len(seen.pairs))
     if start is None:
@@ -291,7 +330,7 @@ def _started(seen: Observations, prior: Prior, start: Fit | None) -> _State:
 
 def _turn_variances(seen: Observations, carried: Carried) -> Floats:
     """Return the variance of each turn by white noise and by its angle, shape (m, 2)."""
-    white = seen.white**2 * seen.seconds * (1.0 + seen.seconds / seen.averaged)
+    white = seen.white**2 * seen.seconds * (1.0 + seen.seconds / seen.averaged) + _LEAST_ERROR**2
     return np.stack([white, (_PER_ANGLE * carried.angles) ** 2], axis=1)
 
 
@@ -357,7 +396,7 @@ def _rest_rows(seen: Observations, state: _State, tangents: Floats) -> tuple[Flo
 def _turn_rows(
     seen: Observations, state: _State, tangents: Floats, carried: Carried, sigmas: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the derivatives of carried gravity, across gravity after it, and what is left of it."""
+    """Return the derivatives of gravity carried through turns, and what is left of it."""
     m, before, after = len(seen.pairs), seen.pairs[:, 0], seen.pairs[:, 1]
     back = carried.rotations.transpose(0, 2, 1)
     ends = np.einsum("mab,mb->ma", back, state.directions[before])
@@ -374,10 +413,17 @@ def _turn_rows(
         rows[turn, :, _OWN + 2 * after + k] -= from_after[:, :, k]
     left = np.einsum("mka,ma->mk", across, state.directions[after] - ends)
     rows /= sigmas[:, np.newaxis, np.newaxis]
-    return rows.reshape(2 * m, -1), (left / sigmas[:, np.newaxis]).ravel()
+    return rows.reshape(2 * m, rows.shape[2]), (left / sigmas[:, np.newaxis]).ravel()
 
 
-def _rescaled(system: _System, inverse: Floats, squares: Floats) -> Floats:
+def _inverse(normal: Floats) -> Floats:
+    """Return the inverse of a positive definite matrix whose parameters differ in unit."""
+    size = np.sqrt(np.diagonal(normal))
+    inverse = np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size)
+    return np.asarray((inverse + inverse.T) / 2.0)
+
+
+def _rescaled(system: _System, inverse: Floats, moved: Floats, squares: Floats) -> Floats:
     """Return the scale of both variances after a step of Fisher scoring on their logarithms."""
     score, information = np.zeros(2), np.zeros((2, 2))
     hats = []
@@ -385,15 +431,16 @@ def _rescaled(system: _System, inverse: Floats, squares: Floats) -> Floats:
         shared = rows * share[:, np.newaxis]
         hat = inverse @ (rows.T @ shared)
         hats.append(hat)
+        left = left - rows @ moved
         score[k] = (share * left) @ left - share.sum() + np.trace(hat)
         score[k] += _DAMPING[k] * (1.0 / squares[k] - 1.0)
         twice = np.trace(inverse @ (shared.T @ shared))
-        information[k, k] = share @ share - 2.0 * twice + _DAMPING[k]
+        information[k, k] = share @ share - 2.0 * twice + _DAMPING[k] * max(1.0, 1.0 / squares[k])
     for k in range(2):
         for other in range(2):
             information[k, other] += (hats[k] * hats[other].T).sum()
     step = np.linalg.solve(information, score)
-    return squares * np.exp(step.clip(-_LARGEST_FACTOR, _LARGEST_FACTOR))
+    return np.asarray(squares * np.exp(step.clip(-_LARGEST_FACTOR, _LARGEST_FACTOR)))
 
 
 def _move(state: _State, step: Floats) -> None:

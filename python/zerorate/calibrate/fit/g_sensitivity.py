@@ -16,6 +16,7 @@ G_PRIOR: Final = 0.2 * np.pi / 180.0
 0.1 deg/s/g, and some go beyond."""
 
 _DETERMINED: Final = 0.3
+_LEAST_NOISE: Final = 1e-9
 _PINNED: Final = 1e-6
 _WALKS: Final = np.concatenate(([0.0], np.geomspace(0.01, 1e4, 13)))
 """Walk within the mean time between rests, variance over that of the mean at a rest."""
@@ -49,7 +50,7 @@ class AtRest:
     @property
     def bias_sigma(self) -> Floats:
         """Return the standard error of the bias at any time of the record, shape (3,)."""
-        return np.sqrt(self.covariance[:, 0, 0] + self.spread**2)
+        return np.asarray(np.sqrt(self.covariance[:, 0, 0] + self.spread**2))
 
     def covariance_of(self, axis: int) -> Floats:
         """Return the covariance of an axis's bias at any time and its row of G, shape (4, 4)."""
@@ -60,7 +61,7 @@ class AtRest:
         covariance[pinned | fixed] = 0.0
         covariance[:, pinned | fixed] = 0.0
         covariance[pinned, pinned] = self.sigmas[axis][pinned[1:]] ** 2
-        return covariance
+        return np.asarray(covariance)
 
 
 def at_rest(
@@ -87,6 +88,8 @@ def at_rest(
     walk is integrated over its restricted likelihood: ten rests tell it hardly within a decade.
     """
     walk = _centred_walk(times)
+    # A constant has no noise, and would have no bounds.
+    variances = np.maximum(variances, (_LEAST_NOISE * size) ** 2)
     free = np.full((3, 3), with_g)
     prior = np.where(free, G_PRIOR * size, _PINNED * G_PRIOR * size)
     found = [_axis(means[:, k], variances[:, k], directions, walk, prior[k]) for k in range(3)]
@@ -121,7 +124,7 @@ def _axis(
 ) -> tuple[Floats, Floats, float]:
     """Return bias and row of G, their covariance, and the variance of the bias about its mean."""
     n, level = len(mean), float(np.median(mean))
-    white = max(float(variance.mean()), 1e-300)
+    white = float(variance.mean())
     design = np.column_stack((np.ones(n), directions))
     known = np.diag(np.append(0.0, prior**-2.0))
     noise = np.diag(variance) + _WALKS[:, np.newaxis, np.newaxis] * white * walk

@@ -32,6 +32,8 @@ _FLOOR: Final = 0.1
 """Part of the best model's mean square below which an error is chance."""
 _ROUNDING: Final = 1e-12
 """Part of the largest mean below which an error is rounding."""
+_SEEN: Final = 2.0
+"""Standard errors above which a term may be more than chance."""
 _STEEPEST: Final = 0.5
 """Most that the terms may add to the slope, over the scale: twice as much has two inverses."""
 _ROUNDS: Final = 60
@@ -241,7 +243,7 @@ def calibrate_rate_table(
 
     Terms are chosen by prediction. Each size of rate, both signs of it at once, is left out and
     predicted from the others; the smallest model counts whose error is within a standard error of
-    the best one's.
+    the best one's. Each of its terms is larger than two of its own standard errors.
 
     Rates of one sign cannot tell the asymmetry from the scale. The Earth's rate is in the bias.
 
@@ -415,7 +417,8 @@ def _chosen(table: _Table, largest: float) -> tuple[Term, ...]:
     predict badly must not decide.
     """
     models = [m for count in range(len(_TERMS) + 1) for m in combinations(_TERMS, count)]
-    errors = {m: e for m in models if (e := _left_out(table, m, largest)) is not None}
+    seen = [m for m in models if _all_seen(table, m, largest)]
+    errors = {m: e for m in seen if (e := _left_out(table, m, largest)) is not None}
     if () not in errors:
         return ()
     means = {model: float(np.mean(e)) for model, e in errors.items()}
@@ -427,6 +430,16 @@ def _chosen(table: _Table, largest: float) -> tuple[Term, ...]:
         if np.mean(worse) <= np.std(worse, ddof=1) / math.sqrt(worse.size):
             return model
     return best
+
+
+def _all_seen(table: _Table, terms: Sequence[Term], largest: float) -> bool:
+    """Whether each term is larger than two standard errors."""
+    fit = _fitted(table, terms, largest)
+    if fit is None:
+        return False
+    bends = slice(len(fit.values) - len(terms), None)
+    sigmas = np.sqrt(np.diagonal(fit.covariance)[bends] * fit.chi_squared)
+    return bool((np.abs(fit.values[bends]) > _SEEN * sigmas).all())
 
 
 def _left_out(table: _Table, terms: Sequence[Term], largest: float) -> Floats | None:

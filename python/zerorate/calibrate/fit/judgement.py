@@ -9,7 +9,8 @@ from typing import Final
 import numpy as np
 
 from zerorate.calibrate.calibration import Rest, Turn
-from zerorate.calibrate.joint_fit import LOWER, Fit, Prior
+from zerorate.calibrate.fit.joint_fit import LOWER, Fit, Prior
+from zerorate.calibrate.fit.turns import GAP, LONG, SATURATED
 from zerorate.calibrate.parameters import PARAMETERS
 from zerorate.types import Booleans, Floats
 
@@ -26,13 +27,18 @@ _MOST_OUTLIERS: Final = 1 / 3
 _WEAK_NORM: Final = 5e-3
 """Standard error of |f|/g in a pose beyond which that pose is asked for."""
 
-_WEAK_TURN: Final = 5e-3
+_WEAK_TURN: Final = 10e-3
 """Standard error of a turn by a right angle, rad, likewise."""
 
 _SHORT_REST: Final = 3.0
 _FEW_POSES: Final = 12
 _LONG_TURN: Final = 170 * _DEG
 _ADDED_SIGMA: Final = 1e-3
+_ON_UNUSED: Final = {
+    SATURATED: "turn more slowly: the gyro reached the end of its range",
+    GAP: "record without gaps: turns with missing samples were left out",
+    LONG: "turn within a few seconds: longer turns were left out",
+}
 _ALIKE: Final = 60 * _DEG
 _ALONG: Final = 0.95
 
@@ -42,8 +48,8 @@ def handedness(axes: Floats) -> str:
     named = ", ".join(_signed(row) for row in axes)
     if np.linalg.det(axes) < 0:
         return (
-            "the gyro's axes are left-handed; one sign is wrong: it follows gravity if "
-            f"({named}) is taken for its (x, y, z)"
+            "the gyro's axes are left-handed; one sign is wrong, or two axes are exchanged: it "
+            f"follows gravity if ({named}) is taken for its (x, y, z)"
         )
     return (
         "the gyro's axes are not those of the accelerometer: it follows gravity if "
@@ -79,7 +85,8 @@ def problems_of(
     errors
         |f|/g - 1 and misses of carried gravity, rad, held out if there are enough.
     """
-    found = _on_scale(fit, known_units) + _on_size(*errors, turns, fit.weights)
+    still = errors[0][[not rest.reason for rest in rests]]
+    found = _on_scale(fit, known_units) + _on_size(still, errors[1], turns, fit.weights)
     lost = [name for name, known in zip(PARAMETERS, identifiable, strict=True) if not known]
     lost = [name for name in lost if "g_sensitivity" not in name]
     if lost:
@@ -106,21 +113,22 @@ def _on_scale(fit: Fit, known_units: tuple[bool, bool]) -> list[str]:
 
 def _on_size(norms: Floats, misses: Floats, turns: Sequence[Turn], weights: Floats) -> list[str]:
     found = []
-    norm = float(np.sqrt(np.mean(norms**2)))
+    norm = float(np.sqrt(np.mean(norms**2))) if len(norms) else 0.0
     if norm > _MOST_NORM:
         found.append(
             f"|f| at rest misses gravity by {1e3 * norm:.0f} mg RMS: rests were not still, or "
             "samples are wrong"
         )
     if len(misses):
-        miss = float(np.sqrt(np.mean(misses**2)))
-        angle = float(np.sqrt(np.mean([turn.angle**2 for turn in turns])))
-        if miss > _MOST_MISS * angle:
+        # A knock makes one turn bad, and not the others.
+        miss = float(np.median(misses))
+        if miss > _MOST_MISS * float(np.median([turn.angle for turn in turns])):
             found.append(
-                f"gravity carried through the turns by the gyro misses by {miss / _DEG:.1f} deg RMS"
+                "gravity carried through the turns by the gyro misses by "
+                f"{miss / _DEG:.1f} deg at the median"
             )
     outliers = int((weights < 0.5).sum())
-    if outliers > _MOST_OUTLIERS * len(weights):
+    if outliers > _MOST_OUTLIERS * max(len(weights), 1):
         found.append(f"{outliers} of {len(weights)} turns disagree with the others")
     return found
 
@@ -155,7 +163,7 @@ def advice_on(
     rests, turns
         All of them.
     unused
-        Why turns were not used.
+        Why turns were not used: kinds of reasons.
     """
     used = [rest for rest in rests if rest.used]
     found = [f"hold {pose} up for five seconds" for pose in _poses(fit)]
@@ -165,12 +173,7 @@ def advice_on(
     ]
     if len(used) < _FEW_POSES:
         found.append(f"rest in {_FEW_POSES} poses or more, each of another direction")
-    if any("end of the gyro's range" in reason for reason in unused):
-        found.append("turn more slowly: the gyro reached the end of its range")
-    if any("missing" in reason for reason in unused):
-        found.append("record without gaps: turns with missing samples were left out")
-    if any(" s long" in reason for reason in unused):
-        found.append("turn within a few seconds: longer turns were left out")
+    found += [text for kind, text in _ON_UNUSED.items() if kind in unused]
     if any(rest.reason for rest in rests):
         found.append("lay the sensor down at rests: it moved in some")
     if np.median([rest.stop - rest.start for rest in used]) < _SHORT_REST:

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
-from zerorate.calibrate.angle_error import RateErrors, angle_sigma
-from zerorate.calibrate.gaps import bridge
+from zerorate.calibrate.rate.angle_error import RateErrors, angle_sigma
+from zerorate.calibrate.rate.gaps import bridge
 from zerorate.io import Log, LogError
 from zerorate.io.log import checked_rate
 from zerorate.io.missing import floats

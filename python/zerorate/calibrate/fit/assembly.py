@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
 from zerorate.calibrate.calibration import Calibration, Rest, Turn
-from zerorate.calibrate.joint_fit import LOWER, Prior, forces
-from zerorate.calibrate.judgement import advice_on, problems_of
+from zerorate.calibrate.fit.joint_fit import LOWER, Prior, forces
+from zerorate.calibrate.fit.judgement import advice_on, problems_of
+from zerorate.calibrate.fit.rests import in_raw_units
+from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY
+from zerorate.calibrate.fit.solution import Record, Solution, errors_of, held_out_errors
+from zerorate.calibrate.fit.starts import nominal_sensors
+from zerorate.calibrate.fit.turns import rotation_vectors
 from zerorate.calibrate.parameters import (
     ACCEL_BIAS,
     ACCEL_MATRIX,
@@ -17,14 +23,11 @@ from zerorate.calibrate.parameters import (
     GYRO_BIAS,
     GYRO_MATRIX,
 )
-from zerorate.calibrate.rests import in_raw_units
-from zerorate.calibrate.sensors import STANDARD_GRAVITY
-from zerorate.calibrate.solution import Record, Solution, errors_of, held_out_errors
-from zerorate.calibrate.starts import nominal_sensors
-from zerorate.calibrate.turns import rotation_vectors
 from zerorate.types import Booleans, Floats
 
 __all__ = ["Case", "assembled"]
+
+_OUTLIER: Final = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +72,7 @@ def assembled(case: Case, prior: Prior, solution: Solution, problems: Sequence[s
     """Return the calibration of a solution; `problems` are those known before the fit."""
     record = case.record
     errors = _errors(record, prior, solution)
-    rests, turns = _rests(case, solution, errors), _turns(case, errors)
+    rests, turns = _rests(case, solution, errors), _turns(case, solution, errors)
     identifiable = _identifiable(solution)
     used = [turn for turn in turns if turn.used]
     found = problems_of(
@@ -80,7 +83,7 @@ def assembled(case: Case, prior: Prior, solution: Solution, problems: Sequence[s
         used,
         (errors.norms, errors.misses),
     )
-    unused = [turn.reason for turn in turns if not turn.used]
+    unused = [turn.reason.partition(":")[0] for turn in turns if not turn.used]
     notes = (*case.notes, *_on_g(solution))
     return Calibration(
         values=_values(case, solution),
@@ -137,15 +140,14 @@ def _rests(case: Case, solution: Solution, errors: _Errors) -> list[Rest]:
     return rests
 
 
-def _turns(case: Case, errors: _Errors) -> list[Turn]:
+def _turns(case: Case, solution: Solution, errors: _Errors) -> list[Turn]:
     """Return all turns; those that were used with angle, axis and what is left."""
-    seen = iter(
-        zip(rotation_vectors(errors.rotations), errors.misses, errors.raw_misses, strict=True)
-    )
+    vectors = rotation_vectors(errors.rotations)
+    seen = iter(zip(vectors, errors.misses, errors.raw_misses, solution.fit.weights, strict=True))
     turns = []
     for turn in case.turns:
         if turn.used:
-            vector, miss, raw_miss = next(seen)
+            vector, miss, raw_miss, weight = next(seen)
             angle = float(np.linalg.norm(vector))
             turn = replace(
                 turn,
@@ -153,6 +155,7 @@ def _turns(case: Case, errors: _Errors) -> list[Turn]:
                 axis=vector / max(angle, 1e-300),
                 residual=float(miss),
                 residual_raw=float(raw_miss),
+                reason="" if weight > _OUTLIER else f"outlier: counts as {weight:.1g} of a turn",
             )
         turns.append(turn)
     return turns

@@ -1,0 +1,263 @@
+"""From two logs to a calibration, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, get_args
+
+import numpy as np
+
+from zerorate.calibrate.calibrate import CalibrationError
+from zerorate.calibrate.calibration import Calibration, Rest
+from zerorate.calibrate.fit.assembly import Case, assembled
+from zerorate.calibrate.fit.joint_fit import Prior
+from zerorate.calibrate.fit.judgement import handedness
+from zerorate.calibrate.fit.rests import FLOORS, given_rests, rests_of
+from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY, Sensor, Source, chosen, sensor
+from zerorate.calibrate.fit.solution import GSensitivity, Record, Solution, solve
+from zerorate.calibrate.fit.starts import PriorName, check_gravity, start_of
+from zerorate.calibrate.fit.turns import saturated, turns_between
+from zerorate.calibrate.parameters import Frame
+from zerorate.io.log import Log, LogError, Recording
+from zerorate.noise.coefficient import positive
+
+__all__ = ["Choices", "calibrated"]
+
+_FEWEST_RESTS: Final = 4
+_FEWEST_TURNS: Final = 6
+_JITTER: Final = 0.05
+_LEAST_GRAVITY: Final = 9.7
+_MOST_GRAVITY: Final = 9.9
+
+_RUNAWAY: Final = 1e6
+_MORE: Final = 1.1
+_CONTRADICTION: Final = (
+    "rests and turns contradict each other: no gyro and accelerometer fit them; check axes, units "
+    "and clocks"
+)
+
+_TURNING: Final = 3.0 * np.pi / 180.0
+"""Rate, rad/s, beyond the usual one at rest by which a steady turn differs from a rest."""
+
+
+@dataclass(frozen=True)
+class Choices:
+    """Arguments of `zerorate.calibrate` that are not data; ValueError if one is not allowed."""
+
+    gravity: float | None
+    g_sensitivity: GSensitivity
+    frame: Frame
+    prior: PriorName
+    saturation: float | None
+
+    def __post_init__(self) -> None:
+        """Check all of them."""
+        if self.g_sensitivity not in ("auto", True, False):
+            raise ValueError(
+                f"g_sensitivity must be 'auto', True or False, got {self.g_sensitivity!r}"
+            )
+        for name, value, allowed in (
+            ("frame", self.frame, get_args(Frame)),
+            ("prior", self.prior, get_args(PriorName)),
+        ):
+            if value not in allowed:
+                raise ValueError(f"{name} must be one of {', '.join(allowed)}, got {value!r}")
+        if self.saturation is not None:
+            positive("saturation", self.saturation)
+        if not _LEAST_GRAVITY <= positive("gravity", self.local_gravity) <= _MOST_GRAVITY:
+            raise ValueError(
+                f"gravity must be that of a place on Earth in m/s^2, {_LEAST_GRAVITY} to "
+                f"{_MOST_GRAVITY}, got {self.gravity}"
+            )
+
+    @property
+    def local_gravity(self) -> float:
+        """Gravity, m/s^2."""
+        return STANDARD_GRAVITY if self.gravity is None else self.gravity
+
+
+def calibrated(
+    choices: Choices,
+    recording: Recording | None,
+    *,
+    gyro: Source,
+    accel: Source,
+    rate: float | None,
+    rests: Iterable[Rest | tuple[float, float]] | None,
+) -> Calibration:
+    """Return the calibration of two logs; arguments and faults as of `zerorate.calibrate`."""
+    gravity = choices.local_gravity
+    logs = chosen(recording, gyro, accel, rate)
+    sensors = sensor("gyro", logs[0], gravity), sensor("accel", logs[1], gravity)
+    found, stillness = rests_of(*sensors) if rests is None else given_rests(*sensors, rests)
+    found = _without_force(_without_turning(found, sensors[0]), sensors[1])
+    turns = turns_between(found, sensors[0], saturated(sensors[0], choices.saturation))
+    record = Record.of(*sensors, found, turns, stillness)
+    notes = _notes(choices.gravity, logs, sensors)
+    case = Case(record, found, turns, gravity, notes, _warmth(recording))
+    _check_enough(case, choices)
+    calibration = _solved(case, choices)
+    return calibration if choices.frame == "x" else calibration.to_frame(choices.frame)
+
+
+def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]) -> list[str]:
+    """Return what was assumed of a recording, and what is odd about it."""
+    notes = []
+    if gravity is None:
+        notes.append(
+            "gravity was not given: 9.80665 m/s^2 was taken, from which it differs by up to 0.3 % "
+            "over the Earth; the scale of the accelerometer moves by as much"
+        )
+    for log, one in zip(logs, sensors, strict=True):
+        if not one.known:
+            notes.append(f"the {one.kind} has no known unit: gravity and the turns gave its scale")
+        clock = log.meta.get("clock")
+        if clock is not None and clock.jitter_rms * log.rate > _JITTER:
+            notes.append(
+                f"the stamps of the {one.kind} jitter by {100 * clock.jitter_rms * log.rate:.0f} % "
+                "of a period: turns may be worse for it"
+            )
+    notes.append(
+        "errors are those within this record: the bias of a MEMS accelerometer moves by about 1 mg "
+        "from one switching on to the next"
+    )
+    return notes
+
+
+def _warmth(recording: Recording | None) -> float | None:
+    """Return the mean temperature of the recording, degC, None without one."""
+    log = None if recording is None else recording.temperature
+    if log is None:
+        return None
+    there = log.data[np.isfinite(log.data)]
+    return float(there.mean()) if there.size else None
+
+
+def _without_turning(rests: list[Rest], gyro: Sensor) -> list[Rest]:
+    """Return the rests, those that are steady turns marked as not used."""
+    if not rests or not gyro.known:
+        return rests
+    usual = np.median([rest.gyro for rest in rests], axis=0)
+    return [_unless_turning(rest, float(np.abs(rest.gyro - usual).max())) for rest in rests]
+
+
+def _without_force(rests: list[Rest], accel: Sensor) -> list[Rest]:
+    """Return the rests, those at which the accelerometer shows no gravity marked as not used."""
+    if not rests:
+        return rests
+    sizes = np.linalg.norm([rest.accel for rest in rests], axis=1)
+    usual = float(np.median(sizes))
+    if not usual > 0.0:
+        raise LogError("the accel shows 0 at rest on all axes, expected gravity")
+    # Beside a scale, a sensor of unknown unit may have a bias as large as gravity.
+    least, most = (0.5, 1.5) if accel.known else (0.1, 10.0)
+    return [
+        rest
+        if least * usual < size < most * usual
+        else replace(rest, used=False, reason=f"force: {size / usual:.2g} of that at other rests")
+        for rest, size in zip(rests, sizes, strict=True)
+    ]
+
+
+def _unless_turning(rest: Rest, rate: float) -> Rest:
+    if rate <= _TURNING:
+        return rest
+    reason = f"turning: {np.degrees(rate):.0f} deg/s more than at other rests"
+    return replace(rest, used=False, reason=reason)
+
+
+def _solved(case: Case, choices: Choices, problems: Sequence[str] = ()) -> Calibration:
+    check_gravity(case.record, case.gravity)
+    prior = start_of(case.record, choices.prior)
+    axes = [handedness(prior.gyro)] if _permuted(case.record, prior) else []
+    try:
+        solution = solve(case.record, prior, choices.g_sensitivity)
+        _check_size(solution, prior)
+        return assembled(case, prior, solution, (*problems, *axes))
+    except np.linalg.LinAlgError:
+        raise LogError(_CONTRADICTION) from None
+
+
+def _check_size(solution: Solution, prior: Prior) -> None:
+    """Refuse sensors that have run away: their inverse, and its errors, would be noise."""
+    for matrix, start in (
+        (solution.fit.accel, prior.accel),
+        (solution.fit.gyro, prior.gyro),
+    ):
+        ratio = abs(np.linalg.det(matrix) / np.linalg.det(start))
+        if not 1.0 / _RUNAWAY < ratio < _RUNAWAY or np.linalg.cond(matrix) > _RUNAWAY:
+            raise LogError(_CONTRADICTION)
+    # A record cannot take knowledge away.
+    sigmas = np.diagonal(solution.fit.covariance) / prior.sigmas**2
+    if not ((sigmas > 0.0) & (sigmas < _MORE)).all():
+        raise LogError(_CONTRADICTION)
+
+
+def _permuted(record: Record, prior: Prior) -> bool:
+    return record.gyro.known and not np.array_equal(prior.gyro, np.eye(3))
+
+
+def _check_enough(case: Case, choices: Choices) -> None:
+    """Refuse a record of too few rests or turns, with what it tells all the same."""
+    record = case.record
+    if len(record.rests) >= _FEWEST_RESTS and len(record.turns) >= _FEWEST_TURNS:
+        return
+    text = (
+        f"{_counted(record.rests, case.rests, 'rest')} and "
+        f"{_counted(record.turns, case.turns, 'turn')} can be used, and a calibration needs "
+        f"{_FEWEST_RESTS} and {_FEWEST_TURNS}"
+    )
+    attempt = _attempt(case, choices, text)
+    lost = 0 if attempt is None else int((~attempt.identifiable[:24]).sum())
+    parts = [text]
+    if lost:
+        parts.append(f"{lost} of 18 parameters are not identifiable")
+    parts += _left_out(case)
+    raise CalibrationError("; ".join([*parts, _on_stillness(record), _on_bias(record)]), attempt)
+
+
+def _counted(used: Sequence[object], found: Sequence[object], name: str) -> str:
+    many = "" if len(found) == 1 else "s"
+    if len(used) == len(found):
+        return f"{len(used)} {name}{many}"
+    return f"{len(used)} of {len(found)} {name}{many}"
+
+
+def _left_out(case: Case) -> list[str]:
+    """Return how many rests and turns were left out, by reason."""
+    unused = [rest.reason for rest in case.rests if not rest.used]
+    unused += [turn.reason for turn in case.turns if not turn.used]
+    unused = [reason.partition(":")[0] for reason in unused]
+    counts = ", ".join(f"{unused.count(reason)} {reason}" for reason in dict.fromkeys(unused))
+    return [f"left out: {counts}"] if unused else []
+
+
+def _attempt(case: Case, choices: Choices, text: str) -> Calibration | None:
+    if len(case.record.rests) < 2 or not case.record.turns:
+        return None
+    try:
+        return _solved(case, choices, [text])
+    except LogError:
+        return None
+
+
+def _on_stillness(record: Record) -> str:
+    floors = (f"{_quietest(record, one):.2g} {one.unit}" for one in (record.gyro, record.accel))
+    return (
+        f"the longest still stretch is {record.stillness.longest:.1f} s, still being a variance "
+        f"below {FLOORS:g} times that of the quietest, {' and '.join(floors)} RMS"
+    )
+
+
+def _quietest(record: Record, one: Sensor) -> float:
+    """Return the RMS of a sensor where it is quietest, raw unit; 0 of a constant."""
+    floor = float(np.sqrt(record.stillness.floor[one.kind].mean())) / one.factor
+    return floor if floor > np.finfo(float).eps else 0.0
+
+
+def _on_bias(record: Record) -> str:
+    if not record.rests:
+        return "without a rest the gyro's bias is not known"
+    bias = np.average(record.gyro_means, axis=0, weights=record.lengths) / record.gyro.factor
+    return f"the gyro's bias is {', '.join(f'{b:.4g}' for b in bias)} {record.gyro.unit} (x, y, z)"

@@ -1,0 +1,504 @@
+"""A gyro against a reference, an encoder or another gyro: scale, bias and lag with their errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.io import Log, LogError
+from zerorate.io.log import checked_rate
+from zerorate.io.missing import floats
+from zerorate.io.names import UNKNOWN
+from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient, positive
+from zerorate.numerals import significant, with_error
+from zerorate.types import Booleans, Floats
+from zerorate.units import convert, kind
+
+__all__ = ["FittedRate", "fit_rate"]
+
+_PARTS: Final = 10
+_FAR: Final = 3.0
+"""Standard errors beyond which the model itself is wrong."""
+_UNSURE: Final = 0.3
+"""Standard error over the scale, or over the longest lag, above which nothing is known."""
+_FEWEST: Final = 0.1
+"""Share of the windows that a direction needs to be fitted alone."""
+_PIECES: Final = 8
+"""Of a window, within which nothing is seen of a turn to and fro."""
+_TURNS: Final = {"rad": 2.0 * math.pi, "deg": 360.0}
+"""A whole turn."""
+
+
+@dataclass(frozen=True)
+class FittedRate:
+    """What a gyro makes of the rate of a reference: ``z(t) = scale w(t - lag) + bias``.
+
+    Attributes
+    ----------
+    scale : Coefficient
+        Negative where the axes point opposite ways.
+    bias : Coefficient
+        In the unit of the gyro.
+    lag : Coefficient
+        Seconds by which the gyro is late.
+    positive, negative : Coefficient
+        The scale from the windows alone in which the reference turned one way, or the other, each
+        with a bias of its own.
+    asymmetry : Coefficient
+        Scale of positive rates less that of negative ones, with one bias.
+    residual : float
+        RMS of what is left of the angle over a window, in the unit of the gyro times seconds.
+    step : float
+        The smallest step between values of the reference angle; NaN of a reference rate.
+    window : float
+        Seconds.
+    notes : tuple of str
+        Where the model does not hold, and what is not known.
+    """
+
+    scale: Coefficient
+    bias: Coefficient
+    lag: Coefficient
+    positive: Coefficient
+    negative: Coefficient
+    asymmetry: Coefficient
+    residual: float
+    step: float
+    window: float
+    notes: tuple[str, ...]
+
+    def correct(self, z: npt.ArrayLike) -> Floats:
+        """Return rates without bias and scale; the lag stays. NaN if the scale is not known."""
+        scale = self.scale.value if self.scale.identifiable else math.nan
+        corrected: Floats = (floats(z, "z") - self.bias.value) / scale
+        return corrected
+
+    def __str__(self) -> str:
+        """Return a table of the numbers with their standard errors, and the notes."""
+        fields = ("scale", "bias", "lag", "positive", "negative", "asymmetry")
+        lines = [f"{name:<11}{_text(getattr(self, name))}" for name in fields]
+        lines.append(f"{'residual':<11}{significant(self.residual)}")
+        return "\n".join((*lines, *(f"- {note}" for note in self.notes)))
+
+
+def fit_rate(
+    z: npt.ArrayLike | Log,
+    rate: float | None = None,
+    angle: npt.ArrayLike | Log | None = None,
+    reference: npt.ArrayLike | Log | None = None,
+    *,
+    window: float = 1.0,
+    max_lag: float = 0.1,
+) -> FittedRate:
+    """Fit scale, bias and lag of one axis of a gyro to a reference angle or rate.
+
+    Parameters
+    ----------
+    z : array_like, shape (n,), or Log of one channel
+        Rate by the gyro, NaN where missing.
+    rate : float, optional
+        Samples per second of arrays, Hz; a log has its own.
+    angle : array_like, shape (n,), or Log of one channel, optional
+        True angle at the samples, of an encoder for instance, in the unit of `z` times seconds; a
+        log in deg or rad is converted, and its whole turns are put together.
+    reference : array_like, shape (n,), or Log of one channel, optional
+        True rate at the samples, instead of `angle`.
+    window : float
+        Seconds over which angles are compared, default 1. A longer one counts less of the
+        reference's steps and of jitter between the clocks, a shorter one more of fast motion.
+    max_lag : float
+        Longest lag that is tried, both ways, s; default 0.1.
+
+    Returns
+    -------
+    FittedRate
+        With `scale`, `bias`, `lag`, and `notes` where the model does not hold.
+
+    Raises
+    ------
+    ValueError
+        If there is not one reference, lengths differ, or the record is too short: it needs two
+        windows for each of its ten parts. LogError, a ValueError, if logs are in units of
+        something else.
+
+    Notes
+    -----
+    The integral of the gyro over every window of the record, by the trapezoid and the lag later,
+    is fitted to what the reference turned: windows that begin at each sample, for such that follow
+    each other may beat with a motion that repeats itself. The lag is that of the smallest residual.
+
+    Standard errors are those of ten parts of the record, each left out in turn (the jackknife): so
+    drift of the bias counts, and that neighbouring windows hold the same noise. They do not count
+    what is wrong in all parts alike, such as the steps of an encoder in a motion that repeats
+    itself exactly. So each direction is fitted alone, too, and a sentence says if its scale
+    differs by more than three standard errors.
+
+    Examples
+    --------
+    >>> t = np.arange(20_000) / 100.0
+    >>> true_angle = 90.0 * np.sin(t)
+    >>> z = 1.02 * 90.0 * np.cos(t - 0.013) + 0.4
+    >>> found = fit_rate(z, rate=100.0, angle=true_angle)
+    >>> round(found.scale.value, 4), round(found.bias.value, 3), round(found.lag.value, 4)
+    (1.02, 0.4, 0.013)
+    """
+    track = _track(z, rate, angle, reference)
+    width = max(round(positive("window", window) * track.rate), 1)
+    margin = math.ceil(positive("max_lag", max_lag) * track.rate) + 1
+    windows = _Windows.of(track, width, margin)
+    found = _fitted(windows, margin - 1)
+    step = math.nan if angle is None else _step(track.angle)
+    result = replace(found, step=step, window=width / track.rate)
+    return replace(result, notes=tuple(_notes(result, windows, found.notes)))
+
+
+class _Track(NamedTuple):
+    """Rates of the gyro, and the reference angle at its samples, shape (n,), NaN where missing."""
+
+    z: Floats
+    angle: Floats
+    rate: float
+
+
+def _track(
+    z: npt.ArrayLike | Log,
+    rate: float | None,
+    angle: npt.ArrayLike | Log | None,
+    reference: npt.ArrayLike | Log | None,
+) -> _Track:
+    if (angle is None) == (reference is None):
+        raise ValueError("give either angle or reference")
+    if isinstance(z, Log):
+        if rate is not None:
+            raise ValueError("a log has its own rate: give none")
+        hertz = z.rate
+    elif rate is None:
+        raise ValueError("an array needs its rate in Hz")
+    else:
+        hertz = checked_rate(rate)
+    values = _one_channel("z", z)
+    if angle is not None:
+        whole = _unwrapped(angle, _one_channel("angle", angle))
+        turned = _on_clock(z, angle, whole * _factor(z, angle, turned=True))
+    else:
+        assert reference is not None
+        rates = _one_channel("reference", reference) * _factor(z, reference, turned=False)
+        turned = _integral(_on_clock(z, reference, rates), hertz)
+    if turned.shape != values.shape:
+        raise ValueError(
+            f"the reference must have the gyro's shape {values.shape}, got {turned.shape}"
+        )
+    return _Track(_or_nan(values), _or_nan(turned), hertz)
+
+
+def _or_nan(values: Floats) -> Floats:
+    """Return samples with NaN for those that are infinite."""
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def _one_channel(name: str, given: npt.ArrayLike | Log) -> Floats:
+    values = given.data if isinstance(given, Log) else floats(given, name)
+    if values.ndim == 2 and values.shape[1] == 1:
+        values = values[:, 0]
+    if values.ndim != 1:
+        raise ValueError(f"{name} must be one axis, of shape (n,), got {values.shape}")
+    return values
+
+
+def _factor(z: npt.ArrayLike | Log, given: npt.ArrayLike | Log, *, turned: bool) -> float:
+    """Return what a reference is multiplied by to be in the unit of the gyro."""
+    if not isinstance(z, Log) or not isinstance(given, Log) or UNKNOWN in (z.unit, given.unit):
+        return 1.0
+    wanted = "angle" if turned else "rate"
+    try:
+        kinds = kind(z.unit), kind(given.unit)
+    except ValueError as error:
+        raise LogError(str(error)) from None
+    if kinds != ("rate", wanted):
+        raise LogError(
+            f"the gyro must be in a unit of rate and the reference in one of {wanted}, "
+            f"got {z.unit} and {given.unit}"
+        )
+    if not turned:
+        return convert(1.0, given.unit, z.unit)
+    return convert(1.0, given.unit, "rad") * convert(1.0, "rad/s", z.unit)
+
+
+def _unwrapped(angle: npt.ArrayLike | Log, values: Floats) -> Floats:
+    """Return the angle of a log without jumps by whole turns."""
+    turn = _TURNS.get(angle.unit) if isinstance(angle, Log) else None
+    if turn is None:
+        return values
+    there, whole = np.isfinite(values), values.copy()
+    whole[there] = np.unwrap(values[there], period=turn)
+    return whole
+
+
+def _on_clock(z: npt.ArrayLike | Log, given: npt.ArrayLike | Log, values: Floats) -> Floats:
+    """Return the reference at the samples of the gyro, by lines if its clock is another one."""
+    if not isinstance(z, Log) or not isinstance(given, Log):
+        return values
+    if z.n == given.n and np.allclose(z.time, given.time, rtol=0.0, atol=1e-3 / z.rate):
+        return values
+    return np.interp(z.time, given.time, values, left=np.nan, right=np.nan)
+
+
+def _integral(rates: Floats, rate: float) -> Floats:
+    """Return the angle by the trapezoid; NaN at missing samples, which count as the last ones."""
+    there = np.isfinite(rates)
+    if not there.any():
+        return np.full(rates.shape, np.nan)
+    index = np.arange(rates.size)
+    filled = np.interp(index, index[there], rates[there])
+    angle = np.concatenate(([0.0], np.cumsum(0.5 * (filled[1:] + filled[:-1])))) / rate
+    return np.where(there, angle, np.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class _Windows:
+    """Windows that begin at each sample: what the reference turned by, and the gyro's integral."""
+
+    first: npt.NDArray[np.int64]
+    turned: Floats
+    way: Floats
+    width: int
+    rate: float
+    rates: Floats
+    sums: Floats
+    part: npt.NDArray[np.int64]
+
+    @classmethod
+    def of(cls, track: _Track, width: int, margin: int) -> _Windows:
+        n = track.z.size
+        least = 2 * _PARTS * width + 2 * margin
+        if n < least:
+            raise ValueError(
+                f"{n} samples are too few for windows of {width}: {_PARTS} parts of two windows "
+                f"need {least}; a shorter window needs fewer"
+            )
+        there = np.isfinite(track.z)
+        rates = np.where(there, track.z, 0.0)
+        sums = np.concatenate(([0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]))))
+        counts = np.concatenate(([0], np.cumsum(~there)))
+        first = np.arange(margin, n - margin - width)
+        whole = counts[first + width + margin] == counts[first - margin]
+        turned = track.angle[first + width] - track.angle[first]
+        known = whole & np.isfinite(turned)
+        first, turned = first[known], turned[known]
+        part = ((first - margin) * _PARTS) // (n - 2 * margin - width)
+        if len(np.unique(part)) < _PARTS:
+            raise ValueError("too many samples are missing: a tenth of the record has no window")
+        way = _way(track.angle, width)[first]
+        return cls(first, turned, way, width, track.rate, rates, sums, part)
+
+    def integral(self, lag: float) -> Floats:
+        """Return the integral of the gyro over each window, so many samples later."""
+        return (
+            self._angle(self.first + self.width, lag) - self._angle(self.first, lag)
+        ) / self.rate
+
+    def _angle(self, index: npt.NDArray[np.int64], lag: float) -> Floats:
+        whole = math.floor(lag)
+        part, at = lag - whole, index + whole
+        before, after = self.rates[at], self.rates[at + 1]
+        angle: Floats = self.sums[at] + part * before + 0.5 * part**2 * (after - before)
+        return angle
+
+
+def _way(angle: Floats, width: int) -> Floats:
+    """Return what windows turn by in both directions together, as far as their pieces tell."""
+    there, index = np.isfinite(angle), np.arange(angle.size)
+    whole = np.interp(index, index[there], angle[there])
+    edges = np.unique(np.linspace(0, width, _PIECES + 1).round().astype(np.int64))
+    last = angle.size - width
+    way = np.zeros(last)
+    for begin, end in pairwise(edges):
+        way += np.abs(whole[end : end + last] - whole[begin : begin + last])
+    return way
+
+
+class _Moments(NamedTuple):
+    """Sums over the windows of each part: products of time, x, way and y, shape (parts, 4, 4).
+
+    x is what the reference turned by, the way what it turned by in both directions together.
+    """
+
+    sums: Floats
+
+    @classmethod
+    def of(
+        cls,
+        windows: _Windows,
+        lag: float,
+        chosen: Booleans | None = None,
+    ) -> _Moments:
+        rows = slice(None) if chosen is None else chosen
+        x, y = windows.turned[rows], windows.integral(lag)[rows]
+        length = windows.width / windows.rate
+        columns = np.stack((np.full(x.size, length), x, windows.way[rows], y))
+        part, sums = windows.part[rows], np.empty((_PARTS, 4, 4))
+        for i, one in enumerate(columns):
+            for j, other in enumerate(columns[: i + 1]):
+                both = np.bincount(part, one * other, _PARTS)
+                sums[:, i, j] = sums[:, j, i] = both
+        return cls(sums)
+
+    def left_out(self) -> Floats:
+        """Return the sums of all, then without each part, shape (parts + 1, 4, 4)."""
+        total = self.sums.sum(axis=0)
+        return np.concatenate((total[None], total - self.sums))
+
+
+def _solved(sums: Floats, columns: tuple[int, ...]) -> tuple[Floats, Floats]:
+    """Return coefficients of columns, shape (m, c), and sums of squares that are left, (m,)."""
+    places = list(columns)
+    A, b = sums[:, places][:, :, places], sums[:, places, 3]
+    size = np.sqrt(np.diagonal(A, axis1=1, axis2=2))
+    size = np.where(size > 0.0, size, 1.0)
+    scaled = A / size[:, :, None] / size[:, None, :]
+    with np.errstate(invalid="ignore"):
+        sound = np.linalg.cond(scaled) < 1e12
+    values = np.full(b.shape, np.nan)
+    solved = np.linalg.solve(scaled[sound], (b / size)[sound][..., None])[..., 0]
+    values[sound] = solved / size[sound]
+    left = sums[:, 3, 3] - np.einsum("mi,mi->m", values, b)
+    return values, left
+
+
+_LINE: Final = (0, 1)
+_BENT: Final = (0, 1, 2)
+
+
+def _fitted(windows: _Windows, longest: int) -> FittedRate:
+    """Return the fit; `longest` is the longest lag in samples."""
+    lags, notes = _lags(windows, longest)
+    at = _Moments.of(windows, float(lags[0]))
+    values, left = _solved(at.left_out(), _LINE)
+    alone = [
+        _alone(windows, float(lags[0]), chosen)
+        for chosen in (windows.turned > 0.0, windows.turned < 0.0)
+    ]
+    known = bool(np.isfinite(values).all())
+    scale = _known(values[:, 1], _UNSURE * abs(values[0, 1])) if known else NOTHING_KNOWN
+    # Without motion what is left is the bias.
+    bias = _known(values[:, 0] if known else _solved(at.left_out(), (0,))[0][:, 0])
+    if not scale.identifiable:
+        notes.append("the scale is not identifiable: the reference hardly turns")
+    lag = _known(lags / windows.rate, _UNSURE * longest / windows.rate)
+    asymmetry = NOTHING_KNOWN
+    if scale.identifiable and all(np.isfinite(one).all() for one in alone):
+        notes.extend(_on_directions(values[:, 1], *alone))
+        asymmetry = _known(2.0 * _solved(at.left_out(), _BENT)[0][:, 2])
+    return FittedRate(
+        scale=scale,
+        bias=bias,
+        lag=lag,
+        positive=_known(alone[0]),
+        negative=_known(alone[1]),
+        asymmetry=asymmetry,
+        residual=math.sqrt(max(float(left[0]), 0.0) / windows.first.size) if known else math.nan,
+        step=math.nan,
+        window=math.nan,
+        notes=tuple(notes),
+    )
+
+
+def _alone(windows: _Windows, lag: float, chosen: Booleans) -> Floats:
+    """Return the scale by some windows, then without each part; NaN if they are few."""
+    if np.mean(chosen) < _FEWEST:
+        return np.full(_PARTS + 1, np.nan)
+    scales: Floats = _solved(_Moments.of(windows, lag, chosen).left_out(), _LINE)[0][:, 1]
+    return scales
+
+
+def _lags(windows: _Windows, longest: int) -> tuple[Floats, list[str]]:
+    """Return the lag in samples of the smallest residual, then without each part, and notes.
+
+    A parabola through three lags a sample apart, then through three a quarter apart about its
+    lowest point.
+    """
+    tried = np.arange(-longest, longest + 1)
+    left = [_solved(_Moments.of(windows, float(lag)).left_out()[:1], _LINE)[1][0] for lag in tried]
+    unknown = np.full(_PARTS + 1, np.nan)
+    unknown[0] = 0.0
+    if not np.isfinite(left).all():
+        return unknown, []
+    best = int(np.argmin(left))
+    if best in (0, tried.size - 1):
+        farthest = significant(longest / windows.rate)
+        return unknown, [f"the lag is not identifiable: the residual falls as far as {farthest} s"]
+    lags = np.full(_PARTS + 1, float(tried[best]))
+    for step in (1.0, 0.25):
+        middle = min(max(float(lags[0]), 1.0 - longest), longest - 1.0)
+        at = [middle + step * k for k in (-1, 0, 1)]
+        low, mid, high = (_solved(_Moments.of(windows, t).left_out(), _LINE)[1] for t in at)
+        curvature = low - 2.0 * mid + high
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lags = middle + step * np.where(curvature > 0.0, 0.5 * (low - high) / curvature, np.nan)
+        if not np.isfinite(lags[0]):
+            break
+    sigma = _jackknifed(lags)
+    if not sigma <= _UNSURE * longest:
+        return unknown, ["the lag is not identifiable: the reference turns too evenly"]
+    return lags, []
+
+
+def _jackknifed(values: Floats) -> float:
+    """Return the standard error of the first value, by the others, each without a part."""
+    spread = float(np.mean((values[1:] - values[1:].mean()) ** 2))
+    return math.sqrt((_PARTS - 1) * spread)
+
+
+def _known(values: Floats, limit: float = math.inf) -> Coefficient:
+    """Return the first value with its error; not identifiable if that is above the limit."""
+    if not np.isfinite(values).all():
+        return NOTHING_KNOWN
+    found = Coefficient(float(values[0]), _jackknifed(values))
+    if found.sigma <= limit:
+        return found
+    return Coefficient(found.value, found.sigma, False, found.upper_bound)
+
+
+def _on_directions(both: Floats, positive_: Floats, negative: Floats) -> Iterator[str]:
+    """Yield a sentence if a direction alone gives another scale than both together."""
+    for name, alone in (("positive", positive_), ("negative", negative)):
+        off = _known(alone - both)
+        if not off.known or not abs(off) > _FAR * off.sigma:
+            continue
+        yield (
+            f"{name} rates alone give a scale of {alone[0]:.6g}, {abs(off) / off.sigma:.2g} "
+            f"standard errors from that of both, {both[0]:.6g}: the model misses something that "
+            "these errors do not count"
+        )
+
+
+def _notes(found: FittedRate, windows: _Windows, notes: tuple[str, ...]) -> Iterator[str]:
+    yield from notes
+    # Two ends of a window, each wrong by a uniform part of a step.
+    by_steps = found.step / math.sqrt(6.0)
+    if found.residual > _FAR * by_steps:
+        yield (
+            f"the residual is {found.residual / by_steps:.2g} times what the reference's steps of "
+            f"{significant(found.step)} make"
+        )
+    if found.asymmetry.known and abs(found.asymmetry) > _FAR * found.asymmetry.sigma:
+        number = with_error(found.asymmetry.value, found.asymmetry.sigma)
+        yield f"the scale differs by {number} between the directions"
+
+
+def _step(angle: Floats) -> float:
+    """Return the usual step between neighbouring values of an angle, NaN if there are none."""
+    values = np.unique(angle[np.isfinite(angle)])
+    return float(np.median(np.diff(values))) if values.size > 1 else math.nan
+
+
+def _text(known: Coefficient) -> str:
+    if known.identifiable:
+        return with_error(known.value, known.sigma)
+    return "not identifiable"

@@ -1,0 +1,174 @@
+"""Figure of a temperature model: bias against temperature, coloured by time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from zerorate.show.style import (
+    BLACK,
+    BLUE,
+    FONT,
+    GREY,
+    new_figure,
+    style_panels,
+    time_unit,
+    write_caption,
+)
+from zerorate.types import Floats
+from zerorate.units import UNITS, convert
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import PathCollection
+    from matplotlib.figure import Figure
+
+    from zerorate.calibrate.temperature import TemperatureModel
+
+__all__ = ["plot_temperature"]
+
+_ALONE: Final = (96.0, 54.0)
+_BESIDE: Final = (52.0, 50.0)
+_MOST_COLUMNS: Final = 3
+
+# Millimetres round the panels, between them, and of the colour bar.
+_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 15.0, 6.0, 15.0
+_BETWEEN, _ROWS_APART = 11.0, 14.0
+_BAR, _BAR_GAP = 2.5, 2.5
+
+_MARGIN: Final = 0.06
+_FEWEST_KELVINS: Final = 2.0
+_SIGMAS: Final = 2.0
+_POINTS: Final = 300
+
+
+def plot_temperature(model: TemperatureModel) -> Figure:
+    """Return the means of the record against their temperature, and the model through them.
+
+    Parameters
+    ----------
+    model : TemperatureModel
+        A panel an axis.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Points coloured by time, the curve with two standard errors, dashed on grey beyond the range
+        of the record. Angular rates in deg/s or deg/h. A model that was read from a file has no
+        points.
+
+    Raises
+    ------
+    ImportError
+        Without matplotlib, of the extra ``plot``.
+    """
+    shown = _shown(model)
+    columns = min(shown.axes, _MOST_COLUMNS)
+    rows = -(-shown.axes // columns)
+    width, height = _ALONE if shown.axes == 1 else _BESIDE
+    full_width = _LEFT + columns * width + (columns - 1) * _BETWEEN + _RIGHT
+    full_height = _BOTTOM + rows * height + (rows - 1) * _ROWS_APART + _TOP
+    figure = new_figure(full_width, full_height)
+    panels = []
+    for i in range(shown.axes):
+        left = _LEFT + (i % columns) * (width + _BETWEEN)
+        bottom = _BOTTOM + (rows - 1 - i // columns) * (height + _ROWS_APART)
+        place = left / full_width, bottom / full_height, width / full_width, height / full_height
+        panels.append(figure.add_axes(place))
+    points = [_draw(axes, shown, i) for i, axes in enumerate(panels)]
+    for i, axes in enumerate(panels):
+        axes.set_title(shown.names[i])
+        axes.set_xlabel("temperature [degC]")
+        if i % columns == 0:
+            axes.set_ylabel(f"bias [{shown.unit}]")
+    style_panels(panels)
+    if points[0] is not None:
+        x, y = full_width - _RIGHT + _BAR_GAP, _BOTTOM
+        sides = x / full_width, y / full_height, _BAR / full_width, height / full_height
+        bar = figure.add_axes(sides)
+        _write_times(figure, bar, points[0], shown)
+    write_caption(figure, full_height, _caption(shown))
+    return figure
+
+
+def _shown(model: TemperatureModel) -> TemperatureModel:
+    """Return the model in a unit that reads well."""
+    if model.unit not in UNITS or UNITS[model.unit].kind != "rate":
+        return model
+    most = convert(float(np.abs(model.coefficients).max()), model.unit, "deg/s")
+    unit = "deg/s" if most >= 0.01 else "deg/h"
+    return model.scaled(convert(1.0, model.unit, unit), unit)
+
+
+def _draw(axes: Axes, model: TemperatureModel, i: int) -> PathCollection | None:
+    low, high = model.range
+    reach = max(0.25 * model.span, 0.5 * _FEWEST_KELVINS)
+    T = np.unique(np.concatenate((np.linspace(low - reach, high + reach, _POINTS), [low, high])))
+    value, sigma = _predicted(model, T, i)
+    inside = (low <= T) & (high >= T)
+    axes.axvspan(T[0], low, color=GREY, lw=0, alpha=0.5)
+    axes.axvspan(high, T[-1], color=GREY, lw=0, alpha=0.5)
+    axes.fill_between(
+        T, value - _SIGMAS * sigma, value + _SIGMAS * sigma, color=BLUE, alpha=0.18, lw=0
+    )
+    axes.plot(T[inside], value[inside], color=BLACK, lw=0.9, zorder=3)
+    for beyond in (low >= T, high <= T):
+        axes.plot(T[beyond], value[beyond], color=BLACK, lw=0.9, ls=(0, (3, 2)), zorder=3)
+    points = _draw_means(axes, model, i)
+    axes.set_xlim(T[0], T[-1])
+    _set_height(axes, model, i, value)
+    return points
+
+
+def _predicted(model: TemperatureModel, T: Floats, i: int) -> tuple[Floats, Floats]:
+    found = model.predict(T)
+    values, sigmas = (part.reshape(T.size, -1)[:, i] for part in (found.value, found.sigma))
+    return values, sigmas
+
+
+def _draw_means(axes: Axes, model: TemperatureModel, i: int) -> PathCollection | None:
+    blocks = model.blocks
+    if blocks is None:
+        return None
+    temperature = np.where(np.isfinite(blocks.temperature), blocks.temperature, model.reference)
+    _, seconds = time_unit(float(blocks.time[-1]))
+    return axes.scatter(
+        temperature,
+        blocks.bias[:, i],
+        c=blocks.time / seconds,
+        cmap="viridis",
+        s=3.0,
+        linewidths=0,
+        rasterized=True,
+    )
+
+
+def _set_height(axes: Axes, model: TemperatureModel, i: int, curve: Floats) -> None:
+    """Show points and curve; the band may leave the frame."""
+    blocks = model.blocks
+    seen = curve if blocks is None else np.concatenate((curve, blocks.bias[:, i]))
+    low, high = float(seen.min()), float(seen.max())
+    margin = _MARGIN * (high - low) or 1e-3 * abs(high) or 1.0
+    axes.set_ylim(low - margin, high + margin)
+
+
+def _write_times(
+    figure: Figure, bar: Axes, points: PathCollection, model: TemperatureModel
+) -> None:
+    assert model.blocks is not None
+    unit, _ = time_unit(float(model.blocks.time[-1]))
+    scale = figure.colorbar(points, cax=bar)
+    scale.set_label(f"time [{unit}]")
+    bar.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
+    bar.yaxis.label.set_fontsize(FONT)
+    scale.outline.set_linewidth(0.5)
+
+
+def _caption(model: TemperatureModel) -> str:
+    parts = []
+    if model.blocks is not None:
+        parts.append(f"Means of {model.blocks.length:.3g} s at rest")
+    parts.append("curve, at the level of the end, with two standard errors")
+    parts.append("grey: beyond the record, along the tangent")
+    return "; ".join(parts).capitalize() + "."

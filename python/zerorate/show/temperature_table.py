@@ -1,0 +1,56 @@
+"""A temperature model as plain text: bias, slope and hysteresis of each axis, and the notes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from zerorate.numerals import NOTHING, significant, with_error
+from zerorate.show.tables import Table, as_text, bulleted
+
+if TYPE_CHECKING:
+    from zerorate.calibrate.temperature import TemperatureModel
+    from zerorate.noise.coefficient import Coefficient
+
+__all__ = ["format_temperature"]
+
+_BOUND: Final = 'A "<" is an upper bound at 95 %: the record does not determine the slope.'
+
+
+def format_temperature(model: TemperatureModel) -> str:
+    """Return a table with a row an axis, and the notes under it.
+
+    Parameters
+    ----------
+    model : TemperatureModel
+        What to show, in the unit of its samples.
+
+    Returns
+    -------
+    str
+        Lines without an end.
+    """
+    low, high = model.range
+    head = (
+        f"bias [{model.unit}]",
+        "degree",
+        f"at {model.reference:.1f} degC",
+        "per K",
+        "warming less cooling",
+    )
+    rows = tuple(_row(model, i) for i in range(model.axes))
+    title = f"Bias from {low:.1f} to {high:.1f} degC"
+    bounded = any("<" in row[3] for row in rows)
+    table = as_text(Table(title, head, rows, note=_BOUND if bounded else ""))
+    return "\n\n".join(filter(None, (table, bulleted(model.notes))))
+
+
+def _row(model: TemperatureModel, i: int) -> tuple[str, ...]:
+    level = with_error(model.coefficients[i, 0], model.covariance[i, 0, 0] ** 0.5)
+    cells = (model.names[i], str(model.degrees[i]), level)
+    return (*cells, _coefficient(model.slopes[i]), _coefficient(model.hystereses[i]))
+
+
+def _coefficient(one: Coefficient) -> str:
+    if not one.known:
+        return NOTHING
+    return with_error(one, one.sigma) if one.identifiable else f"< {significant(one.upper_bound)}"
