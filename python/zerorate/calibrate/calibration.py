@@ -211,6 +211,10 @@ class Calibration:
         Samples a second of the gyro.
     temperature
         Mean temperature of the record, degC, or None.
+    source
+        Where the recording came from; empty where it is not known.
+    gyro_channels, accel_channels
+        Names of the channels that it was made of; empty of arrays.
     temperature_model
         Bias of the gyro by temperature, in its raw unit, or None: `with_temperature` adds one.
 
@@ -250,6 +254,9 @@ class Calibration:
     notes: tuple[str, ...] = field(default=(), kw_only=True)
     temperature: float | None = field(default=None, kw_only=True)
     temperature_model: TemperatureModel | None = field(default=None, kw_only=True)
+    source: str = field(default="", kw_only=True)
+    gyro_channels: tuple[str, ...] = field(default=(), kw_only=True)
+    accel_channels: tuple[str, ...] = field(default=(), kw_only=True)
 
     apply = apply
     apply_accel = apply_accel

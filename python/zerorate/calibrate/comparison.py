@@ -92,6 +92,8 @@ class CalibrationComparison:
 
     def __str__(self) -> str:
         """Return a table of the parameters that both records determine, and the notes."""
+        from zerorate.show.tables import bulleted
+
         lines = [_ROW.format("parameter", "first", "second", "difference", "z", "").rstrip()]
         lines += [self._line(p) for p in self.parameters if not math.isnan(p.z)]
         others = sum(math.isnan(p.z) for p in self.parameters)
@@ -102,7 +104,7 @@ class CalibrationComparison:
                 f"all together: chi-squared {significant(self.chi_squared)}, "
                 f"{self.degrees_of_freedom} degrees of freedom, probability {self.probability:.2g}"
             )
-        return "\n".join((*lines, *(f"- {note}" for note in self.notes)))
+        return "\n".join((*lines, bulleted(self.notes)))
 
     def _line(self, p: MovedParameter) -> str:
         factor, offset, unit = _shown(p.name, self.gyro_unit, self.accel_unit)

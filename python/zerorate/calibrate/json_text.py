@@ -76,6 +76,8 @@ def to_json(
             "accel": dict(zip(("raw", "corrected"), calibration.accel_units, strict=True)),
             "gyro": dict(zip(("raw", "corrected"), calibration.gyro_units, strict=True)),
         },
+        "source": calibration.source,
+        "channels": {"accel": calibration.accel_channels, "gyro": calibration.gyro_channels},
         "frame": calibration.frame,
         "gravity": calibration.gravity,
         "rate": calibration.rate,
@@ -162,12 +164,19 @@ def _arguments(content: object) -> dict[str, Any]:
     from zerorate.calibrate.calibration import Rest, Turn
 
     found = (_part(content, "format", str), _part(content, "version", int))
-    if found != (_FORMAT, _VERSION):
-        raise ValueError(f"format and version are {found}, expected {(_FORMAT, _VERSION)}")
+    if found[0] != _FORMAT:
+        raise ValueError(f"its format is {found[0]!r}, expected {_FORMAT!r}")
+    if found[1] != _VERSION:
+        raise ValueError(
+            f"it is of version {found[1]}, and this zerorate reads version {_VERSION}: calibrate "
+            "again from the log"
+        )
     frame = _part(content, "frame", str)
     if frame not in get_args(Frame):
         raise ValueError(f"frame is {frame!r}, expected one of {', '.join(get_args(Frame))}")
-    units, errors = (_part(content, name, dict) for name in ("units", "errors"))
+    units, errors, channels = (
+        _part(content, name, dict) for name in ("units", "errors", "channels")
+    )
     values, identifiable = _estimates(_part(content, "parameters", dict))
     rests = tuple(_record(one, Rest, _REST) for one in _part(content, "rests", list))
     turns = tuple(_record(one, Turn, _TURN) for one in _part(content, "turns", list))
@@ -192,6 +201,8 @@ def _arguments(content: object) -> dict[str, Any]:
         if _none(content, "temperature")
         else _part(content, "temperature", float),
         "temperature_model": _temperature_model(content),
+        "source": _part(content, "source", str),
+        **{f"{name}_channels": _sentences(channels, name) for name in ("accel", "gyro")},
     }
 
 

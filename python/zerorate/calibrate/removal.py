@@ -72,9 +72,14 @@ def _known(own: str, given: str, sensor: Sensor) -> float:
     if own == given:
         return 1.0
     if given not in UNITS or own not in UNITS:
+        advice = (
+            "give their unit where they are read, as for the calibration"
+            if own in UNITS
+            else "read them as raw counts, as for the calibration, or calibrate with a unit"
+        )
         raise ValueError(
             f"the calibration is of {_SENSORS[sensor]} {_described(own)}, and these samples are "
-            f"{_described(given)}: give their unit where they are read"
+            f"{_described(given)}: {advice}"
         )
     return convert(1.0, own, given)
 
@@ -448,15 +453,27 @@ def _three(log: Log, sensor: Sensor) -> Floats:
     return log.data
 
 
+def _on_channels(log: Log, sensor: Sensor, calibration: Calibration) -> Iterator[str]:
+    """Yield a sentence if the channels are not those that the calibration was made of."""
+    own = calibration.gyro_channels if sensor == "gyro" else calibration.accel_channels
+    if own and own != log.names:
+        of = f" of {calibration.source}" if calibration.source else ""
+        yield (
+            f"the calibration was made of {', '.join(own)}{of}, and is applied to "
+            f"{', '.join(log.names)}: it holds only if that is the same sensor"
+        )
+
+
 def _noted(
     log: Log, data: Floats, sensor: Sensor, calibration: Calibration, alone: bool = False
 ) -> Log:
     """Return a log with corrected samples, whose notes say what was done."""
     unit = calibration.gyro_units[1] if sensor == "gyro" else calibration.accel_units[1]
-    corrected = _told(replace(log, data=data, unit=unit), _notes(calibration, sensor))
+    said = (*_notes(calibration, sensor), *_on_channels(log, sensor, calibration))
+    corrected = _told(replace(log, data=data, unit=unit), said)
     if alone and calibration.values[G_SENSITIVITY].any():
-        said = "the log has no accelerometer, so the g-sensitivity of the gyro stays"
-        return _told(corrected, [said])
+        alone_said = "the log has no accelerometer, so the g-sensitivity of the gyro stays"
+        return _told(corrected, [alone_said])
     return corrected
 
 

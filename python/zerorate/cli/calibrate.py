@@ -13,7 +13,7 @@ import typer
 from zerorate.calibrate import Calibration, CalibrationError
 from zerorate.calibrate import calibrate as calibrate_imu
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, require, writing
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, require, writing
 from zerorate.cli.options import (
     READING,
     FigureFormat,
@@ -320,7 +320,7 @@ def _print(calibration: Calibration, recording: Recording, old: Calibration | No
 def _notes(recording: Recording) -> tuple[str, ...]:
     """Return the sentences on a recording and on its logs, none of them twice."""
     of_logs = (note for log in recording.values() for note in notes_of(log))
-    return tuple(dict.fromkeys((*recording.notes, *of_logs)))
+    return tuple(dict.fromkeys(map(in_options, (*recording.notes, *of_logs))))
 
 
 def _load_plotting() -> None:

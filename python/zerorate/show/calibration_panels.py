@@ -76,13 +76,23 @@ def draw_log(axes: Axes, calibration: Calibration, log: Log, last: bool) -> None
         place = (rest.start / seconds, rest.stop / seconds)
         axes.axvspan(*place, color=colour, alpha=0.35 if rest.used else 0.9, lw=0.0, zorder=0)
     axes.set_xlim(log.time[0] / seconds, (log.time[0] + log.duration) / seconds)
-    axes.set_ylim(*limits(log.data[np.isfinite(log.data)], 0.08, 0.35))
+    axes.set_ylim(*limits(_extremes(log.data), 0.08, 0.35))
     axes.set_ylabel(f"raw [{log.unit}]")
     if last:
         axes.set_xlabel(f"time [{unit}]")
     else:
         axes.tick_params(labelbottom=False)
     write_legend(axes, "upper right", 3)
+
+
+def _extremes(data: Floats) -> Floats:
+    """Return the least and the greatest sample, spikes far beyond all others left out."""
+    there = data[np.isfinite(data)]
+    if not there.size:
+        return there
+    low, high = np.quantile(there, (0.005, 0.995))
+    within = there[np.abs(there - 0.5 * (low + high)) <= 2.5 * max(high - low, 1e-300)]
+    return np.array([within.min(), within.max()]) if within.size else there
 
 
 def _line(log: Log, values: Floats) -> tuple[Floats, Floats]:

@@ -193,7 +193,10 @@ def _material(calibration: Calibration) -> str:
     )
     more = len(remarked) - len(rows)
     note = f"and {more} more" if more > 0 else ""
-    return as_text(Table(f"Made of {' and '.join(told)}", (), rows, words=4, note=note))
+    title = f"Made of {' and '.join(told)}"
+    if calibration.source:
+        title += f", {calibration.source}"
+    return as_text(Table(title, (), rows, words=4, note=note))
 
 
 def _counted(name: str, many: Sequence[Rest] | Sequence[Turn]) -> str:

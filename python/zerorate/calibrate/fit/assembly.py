@@ -12,7 +12,7 @@ from zerorate.calibrate.calibration import Calibration, Rest, Turn
 from zerorate.calibrate.fit.joint_fit import LOWER, Prior, forces
 from zerorate.calibrate.fit.judgement import advice_on, problems_of
 from zerorate.calibrate.fit.rests import in_raw_units
-from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY
+from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY, UNNAMED
 from zerorate.calibrate.fit.solution import Record, Solution, errors_of, held_out_errors
 from zerorate.calibrate.fit.starts import nominal_sensors
 from zerorate.calibrate.fit.turns import rotation_vectors
@@ -23,11 +23,35 @@ from zerorate.calibrate.parameters import (
     GYRO_BIAS,
     GYRO_MATRIX,
 )
+from zerorate.io.log import Log, Recording
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Case", "assembled"]
+__all__ = ["Case", "Origin", "assembled"]
 
 _OUTLIER: Final = 0.5
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where the samples come from, as far as it is known.
+
+    Parameters
+    ----------
+    source
+        Of the recording.
+    gyro, accel
+        Names of the channels.
+    """
+
+    source: str
+    gyro: tuple[str, ...]
+    accel: tuple[str, ...]
+
+    @classmethod
+    def of(cls, recording: Recording | None, gyro: Log, accel: Log) -> Origin:
+        """Return what a recording and its logs say; names that arrays were given say nothing."""
+        named = [() if log.meta.get(UNNAMED) else log.names for log in (gyro, accel)]
+        return cls("" if recording is None else recording.source, *named)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +70,8 @@ class Case:
         What was assumed.
     temperature
         Mean of the recording, degC, or None.
+    origin
+        Where the samples come from.
     """
 
     record: Record
@@ -54,6 +80,7 @@ class Case:
     gravity: float
     notes: Sequence[str]
     temperature: float | None
+    origin: Origin
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +131,9 @@ def assembled(case: Case, prior: Prior, solution: Solution, problems: Sequence[s
         advice=tuple(advice_on(solution.fit, prior, rests, used, unused)),
         notes=notes,
         temperature=case.temperature,
+        source=case.origin.source,
+        gyro_channels=case.origin.gyro,
+        accel_channels=case.origin.accel,
     )
 
 

@@ -22,6 +22,8 @@ Source = str | Log | npt.ArrayLike | None
 STANDARD_GRAVITY: Final = 9.80665
 """What is meant by g, m/s^2."""
 
+UNNAMED: Final = "unnamed"
+"""Says in the meta of a log that its names are not those of a file."""
 _MEASURES: Final = {"gyro": "rate", "accel": "acceleration"}
 _CORRECTED: Final = {"gyro": "rad/s", "accel": "m/s^2"}
 _EXAMPLE: Final = {"gyro": "'deg/s'", "accel": "'g'"}
@@ -200,7 +202,13 @@ def _named(kind: Kind, name: str | None, recording: Recording) -> Log:
         return recording[known[0]]
     listed = ", ".join(recording)
     if not known:
-        raise LogError(f"a calibration needs a gyro and an accel; the recording has: {listed}")
+        told = f"a calibration needs a gyro and an accel; the recording has: {listed}"
+        if len(recording) == 1 and recording[listed].channels > 3:
+            told += (
+                f" of {recording[listed].channels} columns; a first line of names such as "
+                "time_s,gx,gy,gz,ax,ay,az tells sensors apart"
+            )
+        raise LogError(told)
     raise LogError(
         f"the recording has {len(known)} logs of {kind}: {', '.join(known)}; "
         f"choose one, such as {kind}='{known[0]}'"
@@ -212,4 +220,4 @@ def _from_array(kind: Kind, samples: npt.ArrayLike, rate: float) -> Log:
     if data.ndim != 2 or data.shape[1] != 3 or len(data) == 0:
         raise ValueError(f"{kind} must have shape (n, 3), got {data.shape}")
     names = tuple(f"{kind}_{axis}" for axis in "xyz")
-    return Log(np.arange(len(data)) / rate, rate, data, names, "unit")
+    return Log(np.arange(len(data)) / rate, rate, data, names, "unit", {UNNAMED: True})
