@@ -123,7 +123,9 @@ class TestApply:
         content = json.loads(cal.read_text())
         cal.write_text(json.dumps({**content, "version": 99}))
         code, _, errors = cli("--apply", cal, log, "-o", out)
-        check_line(errors, "it is of version 99, and this zerorate reads version 1: calibrate again")
+        check_line(
+            errors, "it is of version 99, and this zerorate reads version 1: calibrate again"
+        )
 
 
 class TestReplay:
