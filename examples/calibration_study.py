@@ -36,6 +36,8 @@ def main(recordings: Path = RECORDINGS) -> None:
     """Print the tables and draw the figures."""
     simulated()
     poses()
+    session()
+    warm_up()
     if recordings.is_dir():
         units(recordings)
         angles(recordings)
@@ -107,6 +109,24 @@ def poses() -> None:
         draw_poses(axes, zr.calibrate(session.recording, gravity=9.80665))
         axes.set_title(name, fontsize=FONT, loc="left")
     save_figure(figure, FOLDER / "calibration_poses.png")
+
+
+def session() -> None:
+    """Draw a session and all that is found of it."""
+    recording = zr.simulate_session(20, seed=4).recording
+    figure = zr.calibrate(recording, gravity=9.80665).plot(recording)
+    save_figure(figure, FOLDER / "calibration_session.png")
+
+
+def warm_up() -> None:
+    """Draw the temperature model of the first part of a warm-up."""
+    rng = np.random.default_rng(1)
+    t = np.arange(6000) / 10.0
+    temperature = 20.0 + 20.0 * (1.0 - np.exp(-t / 400.0))
+    z = 0.5 + 0.03 * (temperature - 25.0) + 3e-4 * (temperature - 25.0) ** 2
+    z += 0.015 * rng.standard_normal(t.size) + 8e-5 * np.cumsum(rng.standard_normal(t.size))
+    figure = zr.TemperatureModel.fit(z, temperature, rate=10.0, unit="deg/s").plot()
+    save_figure(figure, FOLDER / "temperature_model.png")
 
 
 def units(recordings: Path) -> None:
