@@ -129,7 +129,10 @@ def _times(known: Coefficient, factor: float, less: float = 0.0) -> Coefficient:
 
 def _misalignment(sensor: SensorCalibration) -> Iterator[Row]:
     for i, row in enumerate(sensor.misalignment):
-        cells = ["" if i == j else _cell(_times(one, 1e3)) for j, one in enumerate(row)]
+        # An axis that leans by more than half a right angle is another axis.
+        leans = max(map(abs, row)) > 1.0
+        cells = [NOTHING if leans else _cell(_times(one, 1e3)) for one in row]
+        cells[i] = ""
         yield f"misalignment of {_AXES[i]}", "mrad", *cells
 
 
