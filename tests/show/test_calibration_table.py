@@ -118,3 +118,11 @@ def test_a_mirrored_gyro_can_be_shown():
     values[12:15] *= -1.0
     text = str(replace(MADE["bare"], values=values))
     assert row(text, "gyro to accelerometer")[2:] == ["not identifiable"] * 3
+
+
+def test_an_axis_that_is_another_has_no_misalignment():
+    made = calibration()
+    values = made.values.copy()
+    values[12:21] = values[12:21].reshape(3, 3)[[1, 0, 2]].ravel()
+    text = format_calibration(replace(made, values=values)).partition("Gyro")[2]
+    assert [row(text, f"misalignment of {axis}").count("-") for axis in "xyz"] == [2, 2, 0]
