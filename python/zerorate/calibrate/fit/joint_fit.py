@@ -154,6 +154,8 @@ class Observations:
         Returns the turns for a matrix M.
     white
         Angle random walk of the corrected rate, rad/s/sqrt(Hz).
+    steady
+        What rounding at rests leaves in the bias of a turn, rad/s.
     """
 
     means: Floats
@@ -163,6 +165,7 @@ class Observations:
     averaged: Floats
     carry: Callable[[Floats], Carried]
     white: float
+    steady: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -331,6 +334,7 @@ def _started(seen: Observations, prior: Prior, start: Fit | None) -> _State:
 def _turn_variances(seen: Observations, carried: Carried) -> Floats:
     """Return the variance of each turn by white noise and by its angle, shape (m, 2)."""
     white = seen.white**2 * seen.seconds * (1.0 + seen.seconds / seen.averaged) + _LEAST_ERROR**2
+    white += (seen.steady * seen.seconds) ** 2
     return np.stack([white, (_PER_ANGLE * carried.angles) ** 2], axis=1)
 
 
