@@ -438,7 +438,8 @@ def _rescaled(system: _System, inverse: Floats, moved: Floats, squares: Floats) 
         left = left - rows @ moved
         score[k] = (share * left) @ left - share.sum() + np.trace(hat)
         score[k] += _DAMPING[k] * (1.0 / squares[k] - 1.0)
-        twice = np.trace(inverse @ (shared.T @ shared))
+        # The trace of a product of symmetric matrices, without the product.
+        twice = float((inverse * (shared.T @ shared)).sum())
         information[k, k] = share @ share - 2.0 * twice + _DAMPING[k] * max(1.0, 1.0 / squares[k])
     for k in range(2):
         for other in range(2):

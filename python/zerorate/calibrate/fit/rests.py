@@ -215,8 +215,12 @@ def _spans(sensors: Sequence[Sensor]) -> tuple[Integers, Stillness]:
     trim = round(_TRIM * rate)
     spans = runs + np.array([trim, -trim])
     long_enough = spans[:, 1] - spans[:, 0] >= _SHORTEST * rate
-    floor = {one.kind: each.floor for one, each in zip(sensors, windows, strict=True)}
-    step = {one.kind: each.step for one, each in zip(sensors, windows, strict=True)}
+    floor: dict[str, Floats] = {
+        one.kind: each.floor for one, each in zip(sensors, windows, strict=True)
+    }
+    step: dict[str, Floats] = {
+        one.kind: each.step for one, each in zip(sensors, windows, strict=True)
+    }
     return spans[long_enough], Stillness(floor, step, longest)
 
 
@@ -290,7 +294,8 @@ def mean_variances(
     """Return variances of the means at rests: the usual ones, and those of each rest by itself.
 
     The usual one is that of white noise, or what the halves of all rests come to if that is more,
-    and of rounding; its own is by its halves or quarters, whichever differ more: there and back is motion, too.
+    and of rounding; its own is by its halves or quarters, whichever differ more: there and back is
+    motion, too.
     """
     if not rests:
         return np.zeros((0, 3)), np.zeros((0, 3))
