@@ -98,3 +98,26 @@ def test_turns_that_do_not_turn_are_not_said_to_miss():
     found = zr.calibrate(rests.recording, rests=[(8.0 * k, 8.0 * k + 6.0) for k in range(12)])
     assert not found.valid
     assert not any("misses by" in text for text in found.problems)
+
+
+@pytest.mark.parametrize("factors", [(131.0, 16384.0), (1e-3, 1e-3)])
+def test_counts_of_any_size_are_the_same_sensor(factors):
+    """What is not known of a unit cannot matter."""
+    recording = zr.simulate_session(12, seed=2).recording
+    gyro, accel = recording.gyro.data, recording.accel.data
+    one = zr.calibrate(gyro=gyro, accel=accel, rate=100.0)
+    other = zr.calibrate(gyro=factors[0] * gyro, accel=factors[1] * accel, rate=100.0)
+    assert one.valid
+    assert other.valid
+    scale = np.repeat(factors, [21, 12])[::-1]
+    np.testing.assert_allclose(other.values / scale, one.values, rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(sigmas(other) / scale, sigmas(one), rtol=1e-2)
+
+
+def test_a_rest_that_is_given_has_two_times():
+    for rests in ("ab", [(1.0, 2.0, 3.0)], [5.0]):
+        with pytest.raises(TypeError, match=r"must be Rest or \(start, stop\) in seconds"):
+            zr.calibrate(session().recording, rests=rests)
+    for rests in ([(5.0, 1.0)], [(float("nan"), 1.0)]):
+        with pytest.raises(ValueError, match="a rest must stop after its start"):
+            zr.calibrate(session().recording, rests=rests)

@@ -41,6 +41,8 @@ _LARGEST_FACTOR: Final = 1.0
 
 _HUBER: Final = 2.5
 _LARGEST_STEP: Final = 0.5
+"""Of a tilt, rad, or of a matrix or bias, parts of the scale of its sensor."""
+
 _CONVERGED: Final = 0.01
 """Step, in standard errors, after which there is nothing to be gained."""
 
@@ -118,6 +120,12 @@ class Prior:
         """Return the scale of A and of M: what a part of one means in their units."""
         found = [abs(np.linalg.det(matrix)) ** (1 / 3) for matrix in (self.accel, self.gyro)]
         return float(found[0]), float(found[1])
+
+    @property
+    def units(self) -> Floats:
+        """Return the scale of the sensor that each parameter is of, shape (18,)."""
+        accel, gyro = self.sizes
+        return np.repeat([accel, gyro], [_BIAS.stop, _OWN - _BIAS.stop])
 
     @property
     def sigmas(self) -> Floats:
@@ -273,6 +281,7 @@ def joint_fit(seen: Observations, prior: Prior, start: Fit | None = None) -> Fit
     carried = anchor.carried
     # The angles hardly change from step to step, and must not: they are weights.
     noise = _turn_variances(seen, carried)
+    units = np.append(prior.units, np.ones(2 * len(seen.means)))
     inverse: Floats = np.zeros((_OWN, _OWN))
     for step in range(_STEPS):
         system = _system(seen, prior, state, carried, noise)
@@ -281,7 +290,8 @@ def joint_fit(seen: Observations, prior: Prior, start: Fit | None = None) -> Fit
         if step < _FROZEN:
             state.squares = _rescaled(system, inverse, moved, state.squares)
         sigmas = np.sqrt(np.diagonal(inverse).clip(0.0))
-        _move(state, moved * min(1.0, _LARGEST_STEP / max(np.abs(moved).max(), 1e-300)))
+        largest = float(np.abs(moved / units).max())
+        _move(state, moved * min(1.0, _LARGEST_STEP / max(largest, 1e-300)))
         anchor, carried = anchor.moved(seen, _unpacked(state.values)[2])
         if step >= 2 and (np.abs(moved) <= _CONVERGED * sigmas).all():
             break

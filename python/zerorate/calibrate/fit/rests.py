@@ -239,10 +239,11 @@ def given_rests(
 
     Raises
     ------
-    ValueError
-        If one has no samples of both sensors, or begins before another ends.
+    ValueError, TypeError
+        If one is not a start and a later stop, has no samples of both sensors, or begins before
+        another ends.
     """
-    times = sorted((r.start, r.stop) if isinstance(r, Rest) else (r[0], r[1]) for r in given)
+    times = sorted(_times(rest) for rest in given)
     for (_, stop), (start, _) in pairwise(times):
         if start < stop:
             raise ValueError(f"rests must not overlap: one ends at {stop:g} s, after {start:g} s")
@@ -254,6 +255,18 @@ def given_rests(
         rests.append(rest)
     _, stillness = _spans((gyro, accel))
     return _with_sigmas(rests, accel, gyro, stillness), stillness
+
+
+def _times(rest: Rest | tuple[float, float]) -> tuple[float, float]:
+    """Return start and stop of a rest as a user gives it, s."""
+    pair = (rest.start, rest.stop) if isinstance(rest, Rest) else rest
+    try:
+        start, stop = map(float, pair)
+    except (TypeError, ValueError):
+        raise TypeError(f"rests must be Rest or (start, stop) in seconds, got {rest!r}") from None
+    if not -np.inf < start < stop < np.inf:
+        raise ValueError(f"a rest must stop after its start, got {start:g} s to {stop:g} s")
+    return start, stop
 
 
 def _rest(clock: Sensor, gyro: Sensor | None, accel: Sensor | None, first: int, last: int) -> Rest:
