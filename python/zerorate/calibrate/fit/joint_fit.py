@@ -33,6 +33,8 @@ _OWN: Final = 18
 
 _STEPS: Final = 25
 _FROZEN: Final = 12
+"""Steps after which the variances stay, lest they and the weights of turns chase each other."""
+
 _DAMPING: Final = (10.0, 1.0)
 """Residuals assumed to agree with the first guess at both variances."""
 
@@ -40,6 +42,8 @@ _LARGEST_FACTOR: Final = 1.0
 """Change of the logarithm of a variance in a step."""
 
 _HUBER: Final = 2.5
+"""Standard errors of a turn beyond which it counts less: one good turn of twenty."""
+
 _LARGEST_STEP: Final = 0.5
 """Of a tilt, rad, or of a matrix or bias, parts of the scale of its sensor."""
 
@@ -54,6 +58,8 @@ _LINEAR: Final = 1e-3
 misses is the square of it."""
 
 _PINNED: Final = 1e-6
+"""Of its prior's error: that of a parameter that must not move."""
+
 _PER_ANGLE: Final = 5e-4
 """First guess at what a turn errs by beyond noise, parts of its angle."""
 

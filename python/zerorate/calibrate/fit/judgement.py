@@ -28,7 +28,11 @@ _DEG: Final = math.pi / 180.0
 _AXES: Final = "xyz"
 _LEAST_SCALE: Final = 0.8
 _MOST_SCALE: Final = 1.25
+"""Four standard deviations of a data sheet's: beyond them a unit or a range is mistaken."""
+
 _MOST_OUTLIERS: Final = 1 / 3
+"""Of the turns: a knock makes a few."""
+
 
 _LEAST_TURN: Final = 10 * _DEG
 """Smaller ones miss by noise more than by parts of their angle."""
@@ -38,9 +42,13 @@ _MOST_MOVING: Final = 1 / 3
 table that gives way, is taken for an error of the sensors."""
 
 _SHORT_REST: Final = 3.0
+"""s, below which longer rests are advised."""
+
 _FEW_POSES: Final = 12
 _LONG_TURN: Final = 170 * _DEG
 _ADDED_SIGMA: Final = 1e-3
+"""Of |f|/g in a pose that is advised: a modest sensor's in five seconds."""
+
 _ON_UNUSED: Final = {
     SATURATED: "turn more slowly: the gyro reached the end of its range",
     GAP: "record without gaps: turns with missing samples were left out",
@@ -48,6 +56,7 @@ _ON_UNUSED: Final = {
 }
 _ALIKE: Final = 60 * _DEG
 _ALONG: Final = 0.95
+"""Cosine to the vertical, 18 degrees: such turns move gravity by less than a third of themselves."""
 
 
 def handedness(axes: Floats) -> str:
