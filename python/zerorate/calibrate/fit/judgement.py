@@ -56,7 +56,7 @@ _ON_UNUSED: Final = {
 }
 _ALIKE: Final = 60 * _DEG
 _ALONG: Final = 0.95
-"""Cosine to the vertical, 18 degrees: such turns move gravity by less than a third of themselves."""
+"""Cosine to the vertical, 18 degrees: such turns move gravity by a third of themselves at most."""
 
 
 def handedness(axes: Floats) -> str:
