@@ -36,6 +36,8 @@ def main(recordings: Path = RECORDINGS) -> None:
     """Print the tables and draw the figures."""
     simulated()
     poses()
+    session()
+    warm_up()
     if recordings.is_dir():
         units(recordings)
         angles(recordings)
@@ -94,18 +96,37 @@ def _z(error: Floats, sigma: Floats, part: slice) -> Floats:
 
 def poses() -> None:
     """Draw the poses of a good session, and of one in which -z was never up."""
-    good = zr.simulate_session(20, seed=4)
+    good = zr.simulate_session(20, seed=32)
     up = good.orientation[good.rests[:, 0]]
     # The third row of the matrix of a quaternion: up in the axes of the body.
     below = 1.0 - 2.0 * (up[:, 1] ** 2 + up[:, 2] ** 2) < -0.2
-    gap = zr.simulate_session(up[~below], seed=4)
-    figure = new_figure(170.0, 52.0)
+    gap = zr.simulate_session(up[~below], seed=32)
+    figure = new_figure(170.0, 50.0)
     panels = figure.subplots(1, 2)
+    figure.subplots_adjust(left=0.01, right=0.99, bottom=0.0, top=0.9, wspace=0.04)
     named = {"twenty poses": good, "without the poses that have −z up": gap}
     for axes, (name, session) in zip(panels, named.items(), strict=True):
         draw_poses(axes, zr.calibrate(session.recording, gravity=9.80665))
         axes.set_title(name, fontsize=FONT, loc="left")
     save_figure(figure, FOLDER / "calibration_poses.png")
+
+
+def session() -> None:
+    """Draw a session and all that is found of it."""
+    recording = zr.simulate_session(20, seed=4).recording
+    figure = zr.calibrate(recording, gravity=9.80665).plot(recording)
+    save_figure(figure, FOLDER / "calibration_session.png")
+
+
+def warm_up() -> None:
+    """Draw the temperature model of the first part of a warm-up."""
+    rng = np.random.default_rng(1)
+    t = np.arange(6000) / 10.0
+    temperature = 20.0 + 20.0 * (1.0 - np.exp(-t / 400.0))
+    z = 0.5 + 0.03 * (temperature - 25.0) + 3e-4 * (temperature - 25.0) ** 2
+    z += 0.015 * rng.standard_normal(t.size) + 8e-5 * np.cumsum(rng.standard_normal(t.size))
+    figure = zr.TemperatureModel.fit(z, temperature, rate=10.0, unit="deg/s").plot()
+    save_figure(figure, FOLDER / "temperature_model.png")
 
 
 def units(recordings: Path) -> None:

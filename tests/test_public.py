@@ -10,7 +10,7 @@ import zerorate as zr
 MODULES = {"zerorate": zr} | {
     name: getattr(zr, name) for name in ("compare", "identify", "live", "metrics", "units")
 }
-LONGEST = 600
+LONGEST = 620
 
 
 @pytest.mark.parametrize("module", MODULES.values(), ids=MODULES)

@@ -136,9 +136,8 @@ class TestMotion:
         rng = np.random.default_rng(2)
         gyro = np.cumsum(rng.standard_normal((6000, 3)), axis=0)
         accel = 0.2 * rng.standard_normal((6000, 3)) + [0, 0, 1]
-        with pytest.raises(
-            zr.CalibrationError, match=r"1 of 3 rests and 0 turns .*; left out: 2 turning"
-        ):
+        told = r"1 of 3 rests and 0 turns .*: hold it still for .*; left out: 2 rests \(turning\)"
+        with pytest.raises(zr.CalibrationError, match=told):
             zr.calibrate(_recording(gyro, accel))
 
 
@@ -194,8 +193,10 @@ class TestSaturation:
 
     def test_a_slow_sensor_leaves_too_few_turns(self):
         one = zr.simulate_session(20, seed=5, gyro=zr.GyroErrors(range=40 * DEG))
-        with pytest.raises(zr.CalibrationError, match=r"left out: 1\d saturated"):
+        told = r"4 and 6: turn more slowly, or set a larger range .*: 1\d turns \(saturated\)"
+        with pytest.raises(zr.CalibrationError, match=told) as refusal:
             zr.calibrate(one.recording)
+        assert str(refusal.value).count("saturated") == 1
 
 
 class TestGaps:
@@ -295,13 +296,25 @@ class TestUnits:
             (1.0, "m/s^2", r"shows 0.999 m/s\^2 at rest, which is not gravity, .*; it fits 'g'"),
             (9.80665, "g", r"shows 9.796 g at rest, .*; it fits 'm/s\^2'"),
             (1000.0, "g", "it fits 'mg'"),
-            (16384.0, "g", "give 'unit' for counts of unknown scale"),
+            (16384.0, "g", "if these are raw counts, read them without a unit"),
         ],
     )
     def test_an_accelerometer_that_does_not_show_gravity(self, factor, unit, told):
         recording = session().recording
         with pytest.raises(zr.LogError, match=told):
             zr.calibrate(with_data(recording, accel=recording.accel.data * factor, accel_unit=unit))
+
+    def test_a_wrong_unit_explains_a_lack_of_rests(self):
+        """Counts taken for deg/s are steady turns, but the accelerometer's unit is the fault."""
+        recording = session().recording
+        both = (65.5 * recording.gyro.data, 8192.0 * recording.accel.data)
+        with pytest.raises(zr.LogError, match="which is not gravity, 1 g; if these are raw"):
+            zr.calibrate(with_data(recording, both[0], accel=both[1]))
+
+    def test_columns_without_names_cannot_be_told_apart(self):
+        log = zr.Log(np.arange(50) / 50.0, 50.0, np.zeros((50, 7)), list("0123456"), "unit")
+        with pytest.raises(zr.LogError, match="gyro of 7 columns; a first line of names such as"):
+            zr.calibrate(zr.Recording({"gyro": log}))
 
     @pytest.mark.parametrize(
         ("factor", "unit", "told"), [(1.0, "rad/s", "deg/s"), (DEG, "deg/s", "rad/s")]

@@ -222,8 +222,8 @@ class TestJson:
     @pytest.mark.parametrize(
         ("change", "match"),
         [
-            ({"version": 2}, r"format and version are \('zerorate calibration', 2\), expected"),
-            ({"format": "zerorate noise model"}, "format and version are"),
+            ({"version": 2}, "it is of version 2, and this zerorate reads version 1"),
+            ({"format": "zerorate noise model"}, "format is 'zerorate noise model', expected"),
             ({"frame": "y"}, "frame is 'y', expected one of x, z, symmetric"),
             ({"gravity": 0.0}, "'gravity' must be a positive number, got 0.0"),
             ({"gravity": "9.8"}, "'gravity' must be a number, got '9.8'"),

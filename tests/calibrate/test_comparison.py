@@ -66,7 +66,7 @@ def test_what_has_moved_is_named_farthest_first(made):
     assert [p.name for p in found.moved] == ["gyro.bias.x", "gyro.matrix.xx"]
     assert found.moved[0].z == pytest.approx(-20.0 / np.sqrt(2.0))
     assert found.probability < 1e-6
-    assert found.notes[0].endswith("gyro.matrix.xx, gyro.bias.x")
+    assert found.notes[0].endswith("gyro.bias.x, gyro.matrix.xx")
     assert any("moves with temperature" in note for note in found.notes)
 
 
@@ -118,16 +118,23 @@ def test_the_table(made):
     assert lines[0].split() == ["parameter", "first", "second", "difference", "z"]
     assert lines[1].startswith("accel.matrix.xx [%]")
     assert any(line.startswith("gyro.g_sensitivity.zz [deg/s/g]") for line in lines)
-    assert max(map(len, lines[:31])) <= 100
+    assert max(map(len, lines)) <= 100
     counts = calibration(units=(("unit", "m/s^2"), ("unit", "rad/s")), scales=(1670.0, 7500.0))
     assert "gyro.bias.x [unit]" in str(zr.compare_calibrations(counts, counts))
+
+
+def test_two_sensors_are_told_to_be_two(made):
+    text = str(zr.compare_calibrations(made, calibration(2)))
+    assert "- most parameters have moved: is it the same sensor" in text
+    assert text.partition("moved by more than")[2].partition("- most")[0].count(",") == 5
+    assert max(map(len, text.split("\n"))) <= 100
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"accel_units": ("m/s^2", "m/s^2")}, "units of the accelerometer must be the same"),
-        ({"gyro_units": ("unit", "rad/s")}, "got deg/s to deg/s and unit to rad/s"),
+        ({"gyro_units": ("unit", "rad/s")}, "got deg/s to deg/s and unit to rad/s: .* by in_units"),
         ({"frame": "z"}, "got 'x' and 'z': bring both into one by to_frame"),
     ],
 )

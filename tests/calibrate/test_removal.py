@@ -8,7 +8,8 @@ import pytest
 
 from support.calibrations import COUNTS, INVALID, calibration, motion, raw_accel, raw_gyro, recorded
 from zerorate import Log, LogError, Recording
-from zerorate.calibrate import Calibration
+from zerorate.calibrate import Calibration, Origin
+from zerorate.calibrate.choice import own_sensors
 from zerorate.calibrate.temperature import TemperatureModel
 
 UNITS = {
@@ -64,6 +65,12 @@ class TestArrays:
     def test_other_shapes_are_refused(self, shape):
         with pytest.raises(ValueError, match=r"samples must have shape \(n, 3\) of a gyro, \(n, 6"):
             calibration().apply(np.zeros(shape))
+
+    def test_a_data_frame_is_refused(self):
+        """Its first column may be the time, which is no rate."""
+        pandas = pytest.importorskip("pandas")
+        with pytest.raises(TypeError, match=r"got DataFrame; zr.read_recording reads data frames"):
+            calibration().apply(pandas.DataFrame(np.zeros((5, 7)), columns=list("tabcdef")))
 
     def test_refusals_of_sensors_given_apart(self):
         made = calibration()
@@ -211,6 +218,23 @@ class TestInvalid:
         found = made.apply(recorded(made)[0])
         for log in (found.gyro, found.accel):
             assert log.meta["notes"][-1].endswith(self.SAYS)
+
+    def test_other_channels_are_told(self):
+        recording = recorded(calibration())[0]
+        gyro = recording.gyro.names
+        made = replace(calibration(), origin=Origin("turns.csv", gyro, ("ax", "ay", "az")))
+        found = made.apply(recording)
+        told = "the calibration was made of ax, ay, az, and is applied to accel_"
+        assert any(note.startswith(told) for note in found.accel.meta["notes"])
+        assert not any("made of" in note for note in found.gyro.meta["notes"])
+
+    def test_its_own_sensors_are_found_among_several(self):
+        recording = recorded(calibration())[0]
+        other = replace(recording.gyro, names=("a", "b", "c"))
+        both = Recording({"gyro": other, "gyro_1": recording.gyro, "accel": recording.accel})
+        made = replace(calibration(), origin=Origin("", recording.gyro.names, ("x", "y", "z")))
+        assert own_sensors(both, made) == {"gyro": "gyro_1", "accel": "accel"}
+        assert own_sensors(both, calibration()) == {"gyro": "gyro", "accel": "accel"}
 
     def test_an_array_warns(self):
         made = calibration(**INVALID)

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import zerorate as zr
+from support.figures import check_contrast, check_layout
 from zerorate.noise.coefficient import Coefficient
 
 RATE = 4.0
@@ -339,7 +340,6 @@ def test_the_text_has_the_numbers():
 
 
 def test_the_figure_shows_every_axis():
-    pytest.importorskip("matplotlib")
     gyro, thermometer, _ = logs()
     model = zr.TemperatureModel.fit(gyro, thermometer)
     figure = model.plot()
@@ -351,6 +351,9 @@ def test_the_figure_shows_every_axis():
     assert len(points.get_offsets()) == model.blocks.count.size
     loaded = zr.TemperatureModel.from_json(model.to_json()).plot()
     assert len(loaded.axes) == 3
+    for drawn in (figure, loaded, usual().plot()):
+        check_layout(drawn)
+        check_contrast(drawn)
 
 
 def test_the_curve_is_what_the_corrector_takes():

@@ -123,7 +123,7 @@ def spoilt(model, change):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda c: c.update(version=2), "format and version"),
+        (lambda c: c.update(version=2), "of version 2, and this zerorate reads version 1"),
         (lambda c: c.update(axes=[]), "needs an axis"),
         (lambda c: c.update(range=[3.0, 1.0]), "from low to high"),
         (lambda c: c.update(single=True), "single"),

@@ -123,7 +123,9 @@ class TestApply:
         content = json.loads(cal.read_text())
         cal.write_text(json.dumps({**content, "version": 99}))
         code, _, errors = cli("--apply", cal, log, "-o", out)
-        check_line(errors, "format and version are ('zerorate calibration', 99), expected")
+        check_line(
+            errors, "it is of version 99, and this zerorate reads version 1: calibrate again"
+        )
 
 
 class TestReplay:
@@ -154,7 +156,7 @@ class TestReplay:
             "replay", "--calibration", cal, log, "-o", out, "--only", "--no-figure"
         )
         assert code == 0
-        assert "- of 2 accelerometers the first is taken for the force on the gyro" in text
+        assert "- of 2 accelerometers accel is taken for the force on the gyro" in text
 
     def test_what_does_not_fit(self, call, cal, tmp_path, out):
         log = write_table(tmp_path / "run.csv", {"gyro_x_dps": np.ones(400)})

@@ -301,8 +301,8 @@ def test_json_is_for_other_programs_too(tmp_path):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"format": "other"}, "format and version are"),
-        ({"version": 2}, "format and version are"),
+        ({"format": "other"}, "its format is 'other'"),
+        ({"version": 2}, "it is of version 2, and this zerorate reads version 1"),
         ({"phi": ["x"]}, "could not convert"),
         ({"sigma2": None}, "not supported|must be|real number"),
         ({"covariance": [[1.0]]}, "covariance must have shape"),

@@ -310,7 +310,7 @@ def changed(*path, to):
     [
         ("{", "Expecting property name"),
         ("{}", "'format' must be a string, got None"),
-        (changed("version", to=2), r"are \('zerorate noise model', 2\), expected"),
+        (changed("version", to=2), "it is of version 2, and this zerorate reads version 1"),
         (changed("coefficients", "rate_ramp", "upper_bound", to=1.0), "be a number, got None"),
         (changed("fit", to=7), "'method' must be a string, got None"),
         (changed("quantity", to="mass"), "quantity is 'mass', expected one of"),

@@ -11,6 +11,7 @@ import pytest
 import zerorate as zr
 from support.bags import write_recording
 from support.batch_work import make_logs
+from support.calibrations import calibration, recorded, write_imu
 from support.logs import write_table
 from zerorate.cli import run
 from zerorate.io import read_log
@@ -47,6 +48,24 @@ def test_each_log_is_what_a_replay_writes(logs, batch, tmp_path):
         name = f"{log.stem}-zerorate.parquet"
         mirrored = tmp_path / "out" / log.parent.name / name
         assert mirrored.read_bytes() == (alone / name).read_bytes()
+
+
+def test_a_calibration_is_applied_first(tmp_path):
+    made, other = calibration(), calibration(2)
+    made.to_json(tmp_path / "cal.json")
+    log = write_imu(tmp_path / "run.csv", recorded(made)[0])
+    alone = ["--calibration", str(tmp_path / "cal.json"), "-o", str(tmp_path), "--no-figure"]
+    assert run(["replay", str(log), *alone]) == 0
+    out = tmp_path / "out"
+    for one, status in [(made, "done"), (made, "skipped"), (other, "done")]:
+        result = run_batch(log, out, Settings(calibration=one, unit="deg/s,g"), workers=1)
+        assert statuses(result) == [status]
+        same = (out / "run-zerorate.parquet").read_bytes() == (
+            tmp_path / "run-zerorate.parquet"
+        ).read_bytes()
+        assert same == (one is made)
+    with pytest.raises(ValueError, match="calibration has no effect on command 'allan'"):
+        Settings(command="allan", calibration=made)
 
 
 def test_settings_reach_the_filter(logs, batch, tmp_path, capsys):

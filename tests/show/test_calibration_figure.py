@@ -113,3 +113,16 @@ def test_the_rests_stand_behind_the_log():
 def test_a_file(tmp_path):
     save_figure(plot_calibration(MADE["bare"]), tmp_path / "a.svg")
     assert (tmp_path / "a.svg").stat().st_size > 1000
+
+
+def test_the_peaks_of_turns_that_were_used_are_not_cut():
+    """Ten samples of a thousand, and beside them motion that is no part of the calibration."""
+    made = replace(calibration(rests=2), turns=calibration(rests=2).turns)
+    data = np.zeros((3000, 3))
+    turn = made.turns[0]
+    data[turn.first : turn.first + 10, 1] = 150.0
+    data[2000:] = 2000.0
+    log = Log(np.arange(3000) / 100.0, 100.0, data, ["x", "y", "z"], "deg/s")
+    low, high = made.plot(Recording({"gyro": log})).axes[0].get_ylim()
+    assert low < 0.0
+    assert 150.0 < high < 250.0

@@ -6,12 +6,19 @@ from typing import TYPE_CHECKING, Any
 from zerorate.calibrate.calibrate import CalibrationError, calibrate
 
 if TYPE_CHECKING:
-    from zerorate.calibrate.calibration import Calibration, Rest, SensorCalibration, Turn
+    from zerorate.calibrate.calibration import (
+        Calibration,
+        Origin,
+        Rest,
+        SensorCalibration,
+        Turn,
+    )
     from zerorate.calibrate.fit.rests import find_rests
 
 __all__ = [
     "Calibration",
     "CalibrationError",
+    "Origin",
     "Rest",
     "SensorCalibration",
     "Turn",
@@ -21,6 +28,7 @@ __all__ = [
 
 _LATER = {
     "Calibration": "calibration",
+    "Origin": "calibration",
     "Rest": "calibration",
     "SensorCalibration": "calibration",
     "Turn": "calibration",

@@ -51,11 +51,29 @@ __all__ = [
     "Calibration",
     "Frame",
     "Matrix",
+    "Origin",
     "Rest",
     "SensorCalibration",
     "Turn",
     "Vector",
 ]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a calibration was made of, as far as it is known.
+
+    Parameters
+    ----------
+    source
+        Where the recording came from; empty where it is not known.
+    gyro, accel
+        Names of the channels; empty of arrays.
+    """
+
+    source: str = ""
+    gyro: tuple[str, ...] = ()
+    accel: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,6 +230,8 @@ class Calibration:
         Samples a second of the gyro.
     temperature
         Mean temperature of the record, degC, or None.
+    origin
+        Recording and channels that it was made of.
     temperature_model
         Bias of the gyro by temperature, in its raw unit, or None: `with_temperature` adds one.
 
@@ -251,6 +271,7 @@ class Calibration:
     notes: tuple[str, ...] = field(default=(), kw_only=True)
     temperature: float | None = field(default=None, kw_only=True)
     temperature_model: TemperatureModel | None = field(default=None, kw_only=True)
+    origin: Origin = field(default_factory=Origin, kw_only=True)
 
     apply = apply
     apply_accel = apply_accel

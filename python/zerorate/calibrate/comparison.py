@@ -25,6 +25,8 @@ _BETWEEN_SESSIONS: Final = 3e-3
 """g by which the bias of an accelerometer may move from session to session: 1 mg is usual."""
 _WARMER: Final = 5.0
 """K between two records above which temperature may be what moved a parameter."""
+_FEW: Final = 6
+"""Parameters that a note names."""
 _ROW: Final = "{:31}{:>19}{:>19}{:>13}{:>7}  {}"
 
 
@@ -92,6 +94,8 @@ class CalibrationComparison:
 
     def __str__(self) -> str:
         """Return a table of the parameters that both records determine, and the notes."""
+        from zerorate.show.tables import bulleted
+
         lines = [_ROW.format("parameter", "first", "second", "difference", "z", "").rstrip()]
         lines += [self._line(p) for p in self.parameters if not math.isnan(p.z)]
         others = sum(math.isnan(p.z) for p in self.parameters)
@@ -102,7 +106,7 @@ class CalibrationComparison:
                 f"all together: chi-squared {significant(self.chi_squared)}, "
                 f"{self.degrees_of_freedom} degrees of freedom, probability {self.probability:.2g}"
             )
-        return "\n".join((*lines, *(f"- {note}" for note in self.notes)))
+        return "\n".join((*lines, bulleted(self.notes)))
 
     def _line(self, p: MovedParameter) -> str:
         factor, offset, unit = _shown(p.name, self.gyro_unit, self.accel_unit)
@@ -182,7 +186,7 @@ def _check_alike(first: Calibration, second: Calibration) -> None:
             told = " and ".join(
                 " to ".join(x) if isinstance(x, tuple) else repr(x) for x in (one, other)
             )
-            advice = ": bring both into one by to_frame" if name == "frame" else ""
+            advice = f": bring both into one by {'to_frame' if name == 'frame' else 'in_units'}"
             raise ValueError(f"the {name} must be the same in both, got {told}{advice}")
 
 
@@ -232,12 +236,15 @@ def _uncounted(first: bool, second: bool) -> str:
 def _notes(
     rows: tuple[MovedParameter, ...], first: Calibration, second: Calibration
 ) -> Iterator[str]:
-    moved = [row.name for row in rows if row.moved]
+    moved = [row.name for row in sorted(rows, key=lambda row: -abs(row.z)) if row.moved]
     usual = [row.name for row in rows if row.reason.startswith("as far")]
     if not any(not math.isnan(row.z) for row in rows):
         yield "no parameter counts: there is nothing to compare"
     elif moved:
-        yield f"moved by more than {_MOVED:g} standard errors: {', '.join(moved)}"
+        counted = sum(not math.isnan(row.z) for row in rows)
+        yield f"moved by more than {_MOVED:g} standard errors: {_listed(moved)}"
+        if len(moved) > max(0.5 * counted, _FEW):
+            yield "most parameters have moved: is it the same sensor, mounted and read as before?"
     else:
         yield f"no parameter has moved by more than {_MOVED:g} standard errors"
     if usual:
@@ -256,6 +263,12 @@ def _notes(
             f"gravity was taken as {first.gravity:.5f} and {second.gravity:.5f} m/s^2, which moves "
             "the scale of the accelerometer"
         )
+
+
+def _listed(names: list[str]) -> str:
+    """Return the first names, and how many more there are."""
+    more = len(names) - _FEW
+    return ", ".join(names[:_FEW]) + (f" and {more} more" if more > 0 else "")
 
 
 def _validity(first: Calibration, second: Calibration) -> Iterator[str]:

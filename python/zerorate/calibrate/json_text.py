@@ -7,12 +7,12 @@ import math
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import fields
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar, get_args
 
 import numpy as np
 
 from zerorate.calibrate.parameters import PARAMETERS, Frame
+from zerorate.io.saved import check_format, checked, finite_numbers, part, restored
 from zerorate.noise.exports import written
 from zerorate.types import Booleans, Floats
 
@@ -25,15 +25,8 @@ __all__ = ["from_json", "to_json"]
 
 _FORMAT: Final = "zerorate calibration"
 _VERSION: Final = 1
-_NAMES: Final = {
-    bool: "true or false",
-    dict: "an object",
-    float: "a number",
-    int: "a whole number",
-    list: "a list",
-    str: "a string",
-}
 _ERRORS: Final = ("norm_error", "norm_error_raw", "carry_error", "carry_error_raw")
+_SENSORS: Final = ("gyro", "accel")
 _SENTENCES: Final = ("problems", "advice", "notes")
 _ROUNDING: Final = 1e-9
 """Part of the larger variance by which a covariance may differ from a sound one."""
@@ -76,6 +69,7 @@ def to_json(
             "accel": dict(zip(("raw", "corrected"), calibration.accel_units, strict=True)),
             "gyro": dict(zip(("raw", "corrected"), calibration.gyro_units, strict=True)),
         },
+        "origin": vars(calibration.origin),
         "frame": calibration.frame,
         "gravity": calibration.gravity,
         "rate": calibration.rate,
@@ -147,36 +141,26 @@ def _plain(value: Any) -> Any:  # noqa: ANN401
 
 def from_json(source: str | os.PathLike[str], build: type[Built]) -> Built:
     """Return the calibration that a text or a file holds, as one of a class."""
-    is_text = isinstance(source, str) and source.lstrip().startswith("{")
-    try:
-        text = str(source) if is_text else Path(source).read_text(encoding="utf-8")
-        return build(**_arguments(json.loads(text)))
-    except ValueError as error:
-        where = "the text" if is_text else os.fspath(source)
-        raise ValueError(f"{where} is not a zerorate calibration in JSON: {error}") from None
-    except RecursionError:
-        raise ValueError("the text is not a zerorate calibration in JSON: too deep") from None
+    return restored(source, _FORMAT, lambda content: build(**_arguments(content)))
 
 
 def _arguments(content: object) -> dict[str, Any]:
     from zerorate.calibrate.calibration import Rest, Turn
 
-    found = (_part(content, "format", str), _part(content, "version", int))
-    if found != (_FORMAT, _VERSION):
-        raise ValueError(f"format and version are {found}, expected {(_FORMAT, _VERSION)}")
-    frame = _part(content, "frame", str)
+    check_format(content, _FORMAT, _VERSION, "calibrate again from the log")
+    frame = part(content, "frame", str)
     if frame not in get_args(Frame):
         raise ValueError(f"frame is {frame!r}, expected one of {', '.join(get_args(Frame))}")
-    units, errors = (_part(content, name, dict) for name in ("units", "errors"))
-    values, identifiable = _estimates(_part(content, "parameters", dict))
-    rests = tuple(_record(one, Rest, _REST) for one in _part(content, "rests", list))
-    turns = tuple(_record(one, Turn, _TURN) for one in _part(content, "turns", list))
+    units, errors = (part(content, name, dict) for name in ("units", "errors"))
+    values, identifiable = _estimates(part(content, "parameters", dict))
+    rests = tuple(_record(one, Rest, _REST) for one in part(content, "rests", list))
+    turns = tuple(_record(one, Turn, _TURN) for one in part(content, "turns", list))
     for turn in turns:
         if not all(0 <= place < len(rests) for place in turn.rests):
             raise ValueError(f"a turn lies between rests {turn.rests}, of which not both are there")
     return {
         "values": values,
-        "covariance": _covariance(_part(content, "covariance", list)),
+        "covariance": _covariance(part(content, "covariance", list)),
         "identifiable": identifiable,
         "accel_units": _units(units, "accel"),
         "gyro_units": _units(units, "gyro"),
@@ -186,13 +170,20 @@ def _arguments(content: object) -> dict[str, Any]:
         "rests": rests,
         "turns": turns,
         **{name: _number(errors, name) for name in _ERRORS},
-        "held_out": _part(errors, "held_out", bool),
+        "held_out": part(errors, "held_out", bool),
         **{name: _sentences(content, name) for name in _SENTENCES},
         "temperature": None
         if _none(content, "temperature")
-        else _part(content, "temperature", float),
+        else part(content, "temperature", float),
         "temperature_model": _temperature_model(content),
+        "origin": _origin(part(content, "origin", dict)),
     }
+
+
+def _origin(found: dict[str, Any]) -> Any:  # noqa: ANN401
+    from zerorate.calibrate.calibration import Origin
+
+    return Origin(part(found, "source", str), *(_sentences(found, name) for name in _SENSORS))
 
 
 def _temperature_model(content: object) -> Any:  # noqa: ANN401
@@ -200,20 +191,18 @@ def _temperature_model(content: object) -> Any:  # noqa: ANN401
         return None
     from zerorate.calibrate.temperature import TemperatureModel
 
-    return TemperatureModel.from_json(json.dumps(_part(content, "temperature_model", dict)))
+    return TemperatureModel.from_json(json.dumps(part(content, "temperature_model", dict)))
 
 
 def _estimates(parameters: dict[str, Any]) -> tuple[Floats, Booleans]:
-    parts = [_part(parameters, name, dict) for name in PARAMETERS]
-    values = np.array([_part(part, "value", float) for part in parts], dtype=np.float64)
-    if not np.isfinite(values).all():
-        raise ValueError("a value is not finite")
-    return values, np.array([_part(part, "identifiable", bool) for part in parts])
+    entries = [part(parameters, name, dict) for name in PARAMETERS]
+    values = np.array([part(entry, "value", float) for entry in entries], dtype=np.float64)
+    return values, np.array([part(entry, "identifiable", bool) for entry in entries])
 
 
 def _covariance(rows: list[Any]) -> Floats:
     size = len(PARAMETERS)
-    covariance = _floats("covariance", rows, (size, size))
+    covariance = finite_numbers("covariance", rows, (size, size))
     most = np.sqrt(np.outer(np.diagonal(covariance), np.diagonal(covariance)).clip(min=0.0))
     if (
         (np.diagonal(covariance) < 0.0).any()
@@ -224,21 +213,11 @@ def _covariance(rows: list[Any]) -> Floats:
     return covariance
 
 
-def _floats(name: str, listed: object, shape: tuple[int, ...]) -> Floats:
-    try:
-        found = np.array(listed, dtype=np.float64)
-    except (TypeError, ValueError):
-        found = np.empty(0)
-    if found.shape != shape or not np.isfinite(found).all():
-        raise ValueError(f"{name!r} must hold finite numbers of shape {shape}")
-    return found
-
-
 def _vector(record: object, name: str) -> Floats:
-    listed = _part(record, name, list)
+    listed = part(record, name, list)
     if len(listed) != 3:
         raise ValueError(f"{name!r} must have three numbers, got {listed!r}")
-    return np.array([np.nan if one is None else _checked(name, one, float) for one in listed])
+    return np.array([np.nan if one is None else checked(name, one, float) for one in listed])
 
 
 def _record(entry: object, build: Callable[..., Any], readers: _Readers) -> Any:  # noqa: ANN401
@@ -246,59 +225,47 @@ def _record(entry: object, build: Callable[..., Any], readers: _Readers) -> Any:
 
 
 def _units(units: object, sensor: str) -> tuple[str, str]:
-    part = _part(units, sensor, dict)
-    return _part(part, "raw", str), _part(part, "corrected", str)
+    pair = part(units, sensor, dict)
+    return part(pair, "raw", str), part(pair, "corrected", str)
 
 
 def _positive(content: object, name: str) -> float:
-    found = float(_part(content, name, float))
+    found = float(part(content, name, float))
     if not 0.0 < found < math.inf:
         raise ValueError(f"{name!r} must be a positive number, got {found}")
     return found
 
 
 def _number(content: object, name: str) -> float:
-    return math.nan if _none(content, name) else float(_part(content, name, float))
+    return math.nan if _none(content, name) else float(part(content, name, float))
 
 
 def _whole(content: object, name: str) -> int:
-    return int(_part(content, name, int))
+    return int(part(content, name, int))
 
 
 def _flag(content: object, name: str) -> bool:
-    return bool(_part(content, name, bool))
+    return bool(part(content, name, bool))
 
 
 def _word(content: object, name: str) -> str:
-    return str(_part(content, name, str))
+    return str(part(content, name, str))
 
 
 def _pair(content: object, name: str) -> tuple[int, int]:
-    listed = _part(content, name, list)
+    listed = part(content, name, list)
     if len(listed) != 2:
         raise ValueError(f"{name!r} must be two whole numbers, got {listed!r}")
-    first, second = (int(_checked(name, one, int)) for one in listed)
+    first, second = (int(checked(name, one, int)) for one in listed)
     return first, second
 
 
 def _sentences(content: object, name: str) -> tuple[str, ...]:
-    return tuple(str(_checked(name, one, str)) for one in _part(content, name, list))
+    return tuple(str(checked(name, one, str)) for one in part(content, name, list))
 
 
 def _none(content: object, key: str) -> bool:
     return isinstance(content, dict) and key in content and content[key] is None
-
-
-def _part(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
-    return _checked(key, content.get(key) if isinstance(content, dict) else None, kind)
-
-
-def _checked(key: str, found: object, kind: type) -> Any:  # noqa: ANN401
-    # JSON may write a whole number without a point, and true is a number to Python alone.
-    of_kind = isinstance(found, (int, float) if kind is float else kind)
-    if not of_kind or (isinstance(found, bool) and kind is not bool):
-        raise ValueError(f"{key!r} must be {_NAMES[kind]}, got {found!r}")
-    return found
 
 
 _Readers = Mapping[str, Callable[[object, str], Any]]

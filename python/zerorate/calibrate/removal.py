@@ -72,9 +72,14 @@ def _known(own: str, given: str, sensor: Sensor) -> float:
     if own == given:
         return 1.0
     if given not in UNITS or own not in UNITS:
+        advice = (
+            "give their unit where they are read, as for the calibration"
+            if own in UNITS
+            else "read them as raw counts, as for the calibration, or calibrate with a unit"
+        )
         raise ValueError(
             f"the calibration is of {_SENSORS[sensor]} {_described(own)}, and these samples are "
-            f"{_described(given)}: give their unit where they are read"
+            f"{_described(given)}: {advice}"
         )
     return convert(1.0, own, given)
 
@@ -228,8 +233,9 @@ def apply(
     Returns
     -------
     Recording, Log or ndarray
-        As `samples`, in their unit; of raw counts in rad/s and m/s^2. Notes say what was done,
-        and whether the calibration is valid: one that is not is applied with a warning.
+        As `samples`, in their unit; of raw counts in rad/s and m/s^2. Notes of logs say what was
+        done, if the calibration is not valid, and if it was made of other channels; arrays have no
+        notes, so that one which is not valid is a warning.
 
     Raises
     ------
@@ -237,6 +243,8 @@ def apply(
         If there is no sensor of three axes.
     ValueError
         If the units do not fit those of the calibration, or an array has another shape.
+    TypeError
+        If it is a data frame, whose columns have names and an order of their own.
     """
     if isinstance(samples, Recording):
         return _of_recording(calibration, samples, gyro, accel)
@@ -323,6 +331,12 @@ def _like(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
 
 
 def _of_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
+    if hasattr(samples, "columns"):
+        # Its columns have an order of their own: a time in front would be taken for a rate.
+        raise TypeError(
+            f"samples must be a Recording, a Log or an array, got {type(samples).__name__}; "
+            "zr.read_recording reads data frames"
+        )
     values = floats(samples, "samples")
     if values.ndim not in (1, 2) or values.shape[-1] not in _COLUMNS:
         raise ValueError(
@@ -448,15 +462,26 @@ def _three(log: Log, sensor: Sensor) -> Floats:
     return log.data
 
 
+def _on_channels(log: Log, sensor: Sensor, calibration: Calibration) -> Iterator[str]:
+    """Yield a sentence if the channels are not those that the calibration was made of."""
+    own = calibration.origin.gyro if sensor == "gyro" else calibration.origin.accel
+    if own and own != log.names:
+        yield (
+            f"the calibration was made of {', '.join(own)}, and is applied to "
+            f"{', '.join(log.names)}: it holds only if that is the same sensor"
+        )
+
+
 def _noted(
     log: Log, data: Floats, sensor: Sensor, calibration: Calibration, alone: bool = False
 ) -> Log:
     """Return a log with corrected samples, whose notes say what was done."""
     unit = calibration.gyro_units[1] if sensor == "gyro" else calibration.accel_units[1]
-    corrected = _told(replace(log, data=data, unit=unit), _notes(calibration, sensor))
+    said = (*_notes(calibration, sensor), *_on_channels(log, sensor, calibration))
+    corrected = _told(replace(log, data=data, unit=unit), said)
     if alone and calibration.values[G_SENSITIVITY].any():
-        said = "the log has no accelerometer, so the g-sensitivity of the gyro stays"
-        return _told(corrected, [said])
+        alone_said = "the log has no accelerometer, so the g-sensitivity of the gyro stays"
+        return _told(corrected, [alone_said])
     return corrected
 
 

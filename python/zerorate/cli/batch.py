@@ -8,6 +8,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
+from zerorate.cli.calibrations import read_calibration
 from zerorate.cli.errors import DataFault, UsageFault, in_options, of_a_file
 from zerorate.cli.options import (
     LogFormat,
@@ -42,7 +43,8 @@ class Command(StrEnum):
     without=["group_by"],
     help={
         "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; for "
-        "--command allan also of the accelerometers: deg/s,g. Values are not converted."
+        "--command allan and --calibration also of the accelerometers: deg/s,g. Values are not "
+        "converted."
     },
 )
 def batch(
@@ -81,11 +83,19 @@ def batch(
         LogFormat | None,
         typer.Option(help="Of the filtered logs; parquet if not said.", show_default=False),
     ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CAL",
+            help="Correct the gyro of each log by this calibration first (JSON of zerorate "
+            "calibrate), and by the log's accelerometer, if it has one.",
+        ),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Do finished logs again.")] = False,
 ) -> None:
     """Filter many logs, or find their noise, and compare them; what is finished is not redone."""
     if command is Command.allan:
-        _check_unused(options, format)
+        _check_unused(options, format=format, calibration=calibration)
         options = {}
     else:
         check_filter_options(options, [options["method"]])
@@ -94,6 +104,7 @@ def batch(
         settings = Settings(
             command=command.value,
             format=None if format is None else format.value,
+            calibration=None if calibration is None else read_calibration(calibration),
             data_scale=asked.pop("scale"),
             **asked,
             **options,
@@ -116,11 +127,11 @@ def batch(
     _print(result)
 
 
-def _check_unused(options: Mapping[str, Any], format: LogFormat | None) -> None:
+def _check_unused(options: Mapping[str, Any], **others: object) -> None:
     """Raise a usage fault for an option that only the filter has; a method may be the default."""
     usual = FILTER_OPTIONS["method"].default
     given = [flag(name) for name, value in options.items() if (name, value) != ("method", usual)]
-    for option in [*given, *(() if format is None else ("--format",))]:
+    for option in [*given, *(flag(name) for name, value in others.items() if value is not None)]:
         raise UsageFault(f"{option} has no effect with --command allan, only with replay")
 
 

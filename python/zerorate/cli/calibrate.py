@@ -12,8 +12,9 @@ import typer
 
 from zerorate.calibrate import Calibration, CalibrationError
 from zerorate.calibrate import calibrate as calibrate_imu
+from zerorate.calibrate.choice import own_sensors
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, require, writing
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, require, writing
 from zerorate.cli.options import (
     READING,
     FigureFormat,
@@ -320,7 +321,7 @@ def _print(calibration: Calibration, recording: Recording, old: Calibration | No
 def _notes(recording: Recording) -> tuple[str, ...]:
     """Return the sentences on a recording and on its logs, none of them twice."""
     of_logs = (note for log in recording.values() for note in notes_of(log))
-    return tuple(dict.fromkeys((*recording.notes, *of_logs)))
+    return tuple(dict.fromkeys(map(in_options, (*recording.notes, *of_logs))))
 
 
 def _load_plotting() -> None:
@@ -416,7 +417,8 @@ def _correct(
             recording = read_imu(reading, one.source)
             progress("correcting", 0.5)
             with naming(recording):
-                corrected = calibration.apply(recording, **names.both)
+                own = {} if any(names) else own_sensors(recording, calibration)
+                corrected = calibration.apply(recording, **{**names.both, **own})
                 tables = _tables(corrected)
             part = place.of_part(one.ending)
             paths = [part.file(f"{ending}.{suffix}") for ending in tables]

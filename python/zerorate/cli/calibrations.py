@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from zerorate.calibrate.calibration import Calibration
+from zerorate.calibrate.choice import corrected_gyro as gyro_of
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, of_a_file
 from zerorate.cli.options import Reading, parse_words
 from zerorate.io import Log, LogError, Recording, read_recording
@@ -52,14 +53,8 @@ def corrected_gyro(reading: Reading, source: LogSource, calibration: Calibration
     """Return the gyro of a recording, corrected, whose notes say so; faults as of `naming`."""
     recording = read_imu(reading, source)
     with naming(recording):
-        gyro = calibration.apply(recording).gyro
-        if gyro is None:
-            raise LogError("there is no gyro")
-        count = len(recording.of_kind("accel"))
-        if count < 2:
-            return gyro
-        first = f"of {count} accelerometers the first is taken for the force on the gyro"
-        return replace(gyro, meta={**gyro.meta, "notes": (*gyro.meta["notes"], first)})
+        asked = reading.arguments["columns"] is not None
+        return gyro_of(recording, calibration, asked=asked)
 
 
 @contextmanager

@@ -5,13 +5,13 @@ import math
 import os
 from collections.abc import Iterator
 from dataclasses import fields
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from zerorate.identify.polynomials import inverse_roots
+from zerorate.io.saved import check_format, restored
 from zerorate.noise.exports import written
 from zerorate.types import Floats
 
@@ -198,21 +198,11 @@ def to_json(
 
 def from_json(source: str | os.PathLike[str], build: type["ArmaModel"]) -> "ArmaModel":
     """Return the model that a text or a file holds."""
-    is_text = isinstance(source, str) and source.lstrip().startswith("{")
-    try:
-        text = str(source) if is_text else Path(source).read_text(encoding="utf-8")
-        return build(**_fields(json.loads(text), build))
-    except (TypeError, ValueError) as error:
-        where = "the text" if is_text else os.fspath(source)
-        raise ValueError(f"{where} is not a zerorate ARMA model in JSON: {error}") from None
+    return restored(source, _FORMAT, lambda content: build(**_fields(content, build)))
 
 
-def _fields(content: object, build: type["ArmaModel"]) -> dict[str, Any]:
-    if not isinstance(content, dict):
-        raise ValueError(f"expected an object, got {content!r:.40}")
-    found = (content.get("format"), content.get("version"))
-    if found != (_FORMAT, _VERSION):
-        raise ValueError(f"format and version are {found}, expected {(_FORMAT, _VERSION)}")
+def _fields(content: Any, build: type["ArmaModel"]) -> dict[str, Any]:  # noqa: ANN401
+    check_format(content, _FORMAT, _VERSION)
     names = [field.name for field in fields(build)]
     missing = [name for name in names if name not in content]
     if missing:

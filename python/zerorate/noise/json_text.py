@@ -3,9 +3,9 @@
 import dataclasses
 import json
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from zerorate.io.saved import check_format, part, restored
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.noise.exports import written
 from zerorate.noise.quantities import TERMS, Quantity, term_of
@@ -22,14 +22,6 @@ _FORMAT: Final = "zerorate noise model"
 _VERSION: Final = 1
 _FIT: Final = {"method": str, "chi_squared": float, "degrees_of_freedom": int, "misfit": float}
 """What a `FittedModel` has beside the coefficients."""
-_NAMES: Final = {
-    bool: "true or false",
-    dict: "an object",
-    float: "a number",
-    int: "a whole number",
-    list: "a list",
-    str: "a string",
-}
 
 
 def to_json(
@@ -82,26 +74,19 @@ def to_json(
 
 def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
     """Return the model that a text or a file holds, as one of a class."""
-    is_text = isinstance(source, str) and source.lstrip().startswith("{")
-    try:
-        text = str(source) if is_text else Path(source).read_text(encoding="utf-8")
-        content = json.loads(text)
-        return build(**_fields(content), **_fit(content, build))
-    except ValueError as error:
-        where = "the text" if is_text else os.fspath(source)
-        raise ValueError(f"{where} is not a zerorate noise model in JSON: {error}") from None
+    return restored(
+        source, _FORMAT, lambda content: build(**_fields(content), **_fit(content, build))
+    )
 
 
 def _fields(content: object) -> dict[str, Any]:
-    found = (_part(content, "format", str), _part(content, "version", int))
-    if found != (_FORMAT, _VERSION):
-        raise ValueError(f"format and version are {found}, expected {(_FORMAT, _VERSION)}")
-    quantity = _part(content, "quantity", str)
+    check_format(content, _FORMAT, _VERSION)
+    quantity = part(content, "quantity", str)
     if quantity not in TERMS:
         raise ValueError(f"quantity is {quantity!r}, expected one of {', '.join(TERMS)}")
-    coefficients = _part(content, "coefficients", dict)
+    coefficients = part(content, "coefficients", dict)
     fields = {term.field: _decoded(coefficients, term.field, term.unit) for term in TERMS[quantity]}
-    markov, sinusoid = (_part(content, name, list) for name in ("markov", "sinusoid"))
+    markov, sinusoid = (part(content, name, list) for name in ("markov", "sinusoid"))
     return fields | {
         "markov": [Markov(**_all_decoded(term, _markov_units(quantity))) for term in markov],
         "sinusoid": [
@@ -111,12 +96,13 @@ def _fields(content: object) -> dict[str, Any]:
     }
 
 
-def _fit(content: dict[str, Any], build: type[Model]) -> dict[str, Any]:
+def _fit(content: object, build: type[Model]) -> dict[str, Any]:
     """Return how well a model fitted, where the text says so and the class keeps it."""
-    fit, kept = content.get("fit"), {field.name for field in dataclasses.fields(build)}
+    fit = content.get("fit") if isinstance(content, dict) else None
+    kept = {field.name for field in dataclasses.fields(build)}
     if fit is None:
         return {}
-    return {name: _part(fit, name, kind) for name, kind in _FIT.items() if name in kept}
+    return {name: part(fit, name, kind) for name, kind in _FIT.items() if name in kept}
 
 
 def _markov_units(quantity: Quantity) -> dict[str, str]:
@@ -149,23 +135,15 @@ def _encoded(coefficient: Coefficient, unit: str) -> dict[str, Any]:
 
 
 def _decoded(content: object, name: str, unit: str) -> Coefficient:
-    entry = _part(content, name, dict)
-    found = _part(entry, "unit", str)
+    entry = part(content, name, dict)
+    found = part(entry, "unit", str)
     if found != unit:
         raise ValueError(f"the unit of {name!r} is {found!r}, expected {unit!r}")
     if entry.get("value", 0.0) is None and entry.get("upper_bound", 0.0) is None:
         return NOTHING_KNOWN
     return Coefficient(
-        _part(entry, "value", float),
-        _part(entry, "sigma", float),
-        _part(entry, "identifiable", bool),
-        _part(entry, "upper_bound", float),
+        part(entry, "value", float),
+        part(entry, "sigma", float),
+        part(entry, "identifiable", bool),
+        part(entry, "upper_bound", float),
     )
-
-
-def _part(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
-    found = content.get(key) if isinstance(content, dict) else None
-    # JSON may write a whole number without a point.
-    if not isinstance(found, (int, float) if kind is float else kind):
-        raise ValueError(f"{key!r} must be {_NAMES[kind]}, got {found!r}")
-    return found

@@ -76,13 +76,31 @@ def draw_log(axes: Axes, calibration: Calibration, log: Log, last: bool) -> None
         place = (rest.start / seconds, rest.stop / seconds)
         axes.axvspan(*place, color=colour, alpha=0.35 if rest.used else 0.9, lw=0.0, zorder=0)
     axes.set_xlim(log.time[0] / seconds, (log.time[0] + log.duration) / seconds)
-    axes.set_ylim(*limits(log.data[np.isfinite(log.data)], 0.08, 0.35))
+    axes.set_ylim(*limits(_extremes(_of_interest(calibration, log)), 0.08, 0.35))
     axes.set_ylabel(f"raw [{log.unit}]")
     if last:
         axes.set_xlabel(f"time [{unit}]")
     else:
         axes.tick_params(labelbottom=False)
     write_legend(axes, "upper right", 3)
+
+
+def _of_interest(calibration: Calibration, log: Log) -> Floats:
+    """Return the samples of rests and turns that were used, all if there are none."""
+    shown = np.zeros(log.n, dtype=bool)
+    spans = [(one.start, one.stop) for one in calibration.rests if one.used]
+    spans += [(one.start, one.stop) for one in calibration.turns if one.used]
+    for span in spans:
+        first, last = np.searchsorted(log.time, span)
+        shown[first:last] = True
+    chosen = log.data[shown]
+    return chosen if np.isfinite(chosen).any() else log.data
+
+
+def _extremes(data: Floats) -> Floats:
+    """Return the least and the greatest sample, shape (2,), or (0,) if there is none."""
+    there = data[np.isfinite(data)]
+    return np.array([there.min(), there.max()]) if there.size else there
 
 
 def _line(log: Log, values: Floats) -> tuple[Floats, Floats]:

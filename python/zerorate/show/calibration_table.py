@@ -129,7 +129,10 @@ def _times(known: Coefficient, factor: float, less: float = 0.0) -> Coefficient:
 
 def _misalignment(sensor: SensorCalibration) -> Iterator[Row]:
     for i, row in enumerate(sensor.misalignment):
-        cells = ["" if i == j else _cell(_times(one, 1e3)) for j, one in enumerate(row)]
+        # An axis that leans by more than half a right angle is another axis.
+        leans = max(map(abs, row)) > 1.0
+        cells = [NOTHING if leans else _cell(_times(one, 1e3)) for one in row]
+        cells[i] = ""
         yield f"misalignment of {_AXES[i]}", "mrad", *cells
 
 
@@ -193,7 +196,10 @@ def _material(calibration: Calibration) -> str:
     )
     more = len(remarked) - len(rows)
     note = f"and {more} more" if more > 0 else ""
-    return as_text(Table(f"Made of {' and '.join(told)}", (), rows, words=4, note=note))
+    title = f"Made of {' and '.join(told)}"
+    if calibration.origin.source:
+        title += f", {calibration.origin.source}"
+    return as_text(Table(title, (), rows, words=4, note=note))
 
 
 def _counted(name: str, many: Sequence[Rest] | Sequence[Turn]) -> str:

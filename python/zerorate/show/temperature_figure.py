@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -33,9 +34,11 @@ _BESIDE: Final = (52.0, 50.0)
 _MOST_COLUMNS: Final = 3
 
 # Millimetres round the panels, between them, and of the colour bar.
-_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 15.0, 6.0, 15.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 15.0, 6.0, 17.0
 _BETWEEN, _ROWS_APART = 11.0, 14.0
 _BAR, _BAR_GAP = 2.5, 2.5
+_LETTER: Final = 1.2
+"""Width of one in the caption, mm."""
 
 _MARGIN: Final = 0.06
 _FEWEST_KELVINS: Final = 2.0
@@ -88,7 +91,7 @@ def plot_temperature(model: TemperatureModel) -> Figure:
         sides = x / full_width, y / full_height, _BAR / full_width, height / full_height
         bar = figure.add_axes(sides)
         _write_times(figure, bar, points[0], shown)
-    write_caption(figure, full_height, _caption(shown))
+    write_caption(figure, full_height, fill(_caption(shown), int(full_width / _LETTER)))
     return figure
 
 

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate.calibrate.calibration import Calibration, Rest, Turn
+from zerorate.calibrate.calibration import Calibration, Origin, Rest, Turn
 from zerorate.calibrate.fit.joint_fit import LOWER, Prior, forces
 from zerorate.calibrate.fit.judgement import advice_on, problems_of
 from zerorate.calibrate.fit.rests import in_raw_units
@@ -46,6 +46,8 @@ class Case:
         What was assumed.
     temperature
         Mean of the recording, degC, or None.
+    origin
+        Where the samples come from.
     """
 
     record: Record
@@ -54,6 +56,7 @@ class Case:
     gravity: float
     notes: Sequence[str]
     temperature: float | None
+    origin: Origin
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +107,7 @@ def assembled(case: Case, prior: Prior, solution: Solution, problems: Sequence[s
         advice=tuple(advice_on(solution.fit, prior, rests, used, unused)),
         notes=notes,
         temperature=case.temperature,
+        origin=case.origin,
     )
 
 

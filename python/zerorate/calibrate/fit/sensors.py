@@ -22,6 +22,8 @@ Source = str | Log | npt.ArrayLike | None
 STANDARD_GRAVITY: Final = 9.80665
 """What is meant by g, m/s^2."""
 
+UNNAMED: Final = "unnamed"
+"""Says in the meta of a log that its names are not those of a file."""
 _MEASURES: Final = {"gyro": "rate", "accel": "acceleration"}
 _CORRECTED: Final = {"gyro": "rad/s", "accel": "m/s^2"}
 _EXAMPLE: Final = {"gyro": "'deg/s'", "accel": "'g'"}
@@ -161,7 +163,8 @@ def chosen(
     if recording is not None and not isinstance(recording, Recording):
         raise TypeError(
             "recording must be a Recording as read_recording gives it, got "
-            f"{type(recording).__name__}; arrays and logs are given as gyro= and accel="
+            f"{type(recording).__name__}; zr.read_recording reads files and data frames, and "
+            "arrays and logs are given as gyro= and accel="
         )
     if isinstance(gyro, str) and accel is None:
         accel = _partner(gyro, "gyro", "accel", recording)
@@ -200,7 +203,13 @@ def _named(kind: Kind, name: str | None, recording: Recording) -> Log:
         return recording[known[0]]
     listed = ", ".join(recording)
     if not known:
-        raise LogError(f"a calibration needs a gyro and an accel; the recording has: {listed}")
+        told = f"a calibration needs a gyro and an accel; the recording has: {listed}"
+        if len(recording) == 1 and recording[listed].channels > 3:
+            told += (
+                f" of {recording[listed].channels} columns; a first line of names such as "
+                "time_s,gx,gy,gz,ax,ay,az tells sensors apart"
+            )
+        raise LogError(told)
     raise LogError(
         f"the recording has {len(known)} logs of {kind}: {', '.join(known)}; "
         f"choose one, such as {kind}='{known[0]}'"
@@ -212,4 +221,4 @@ def _from_array(kind: Kind, samples: npt.ArrayLike, rate: float) -> Log:
     if data.ndim != 2 or data.shape[1] != 3 or len(data) == 0:
         raise ValueError(f"{kind} must have shape (n, 3), got {data.shape}")
     names = tuple(f"{kind}_{axis}" for axis in "xyz")
-    return Log(np.arange(len(data)) / rate, rate, data, names, "unit")
+    return Log(np.arange(len(data)) / rate, rate, data, names, "unit", {UNNAMED: True})

@@ -174,6 +174,11 @@ def _axes(record: Record) -> Floats:
     return found[best] if miss[best] < _WRONG else np.eye(3)
 
 
+_OF_COUNTS: Final = (
+    "if these are raw counts, read them without a unit, or with the scale of their device"
+)
+
+
 def check_gravity(record: Record, gravity: float) -> None:
     """Refuse an accelerometer that does not show gravity at rest.
 
@@ -187,7 +192,7 @@ def check_gravity(record: Record, gravity: float) -> None:
         return
     raw, unit = size / record.accel.factor, record.accel.unit
     fitting = [name for name, g in _units_of(gravity) if _SIZES[0] <= raw / g <= _SIZES[1]]
-    advice = f"it fits '{fitting[0]}'" if fitting else "give 'unit' for counts of unknown scale"
+    advice = f"it fits '{fitting[0]}'" if fitting else _OF_COUNTS
     raise LogError(
         f"the accel shows {raw:.4g} {unit} at rest, which is not gravity, "
         f"{1.0 / record.accel.factor:.4g} {unit}; {advice}"

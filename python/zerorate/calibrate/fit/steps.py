@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, get_args
@@ -9,15 +10,22 @@ from typing import Final, get_args
 import numpy as np
 
 from zerorate.calibrate.calibrate import CalibrationError
-from zerorate.calibrate.calibration import Calibration, Rest
+from zerorate.calibrate.calibration import Calibration, Origin, Rest, Turn
 from zerorate.calibrate.fit.assembly import Case, assembled
 from zerorate.calibrate.fit.joint_fit import Prior
 from zerorate.calibrate.fit.judgement import handedness
 from zerorate.calibrate.fit.rests import FLOORS, Stillness, clipped, given_rests, rests_of
-from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY, Sensor, Source, chosen, sensor
+from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY, UNNAMED, Sensor, Source, chosen, sensor
 from zerorate.calibrate.fit.solution import GSensitivity, Record, Solution, solve
 from zerorate.calibrate.fit.starts import PriorName, check_gravity, start_of
-from zerorate.calibrate.fit.turns import saturated, turns_between
+from zerorate.calibrate.fit.turns import (
+    GAP,
+    LONG,
+    LONGEST,
+    SATURATED,
+    saturated,
+    turns_between,
+)
 from zerorate.calibrate.parameters import Frame
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.noise.coefficient import positive
@@ -36,6 +44,19 @@ _CONTRADICTION: Final = (
     "rests and turns contradict each other: no gyro and accelerometer fit them; check axes, units "
     "and clocks"
 )
+
+_MORE_POSES: Final = (
+    "hold it still for five seconds in each of 12 poses or more, and turn it between them"
+)
+_REMEDIES: Final = {
+    SATURATED: "turn more slowly, or set a larger range of the gyro",
+    LONG: f"rest after each turn, within {LONGEST:.0f} s",
+    GAP: "turn again where samples of the gyro are missing",
+    "turning": "hold it still in each pose; if it was, check the unit of the gyro",
+    "force": "hold it still in each pose; if it was, check the accelerometer",
+    "clipped": "set a larger range of the accelerometer",
+}
+"""What to do first, by the reason for which most rests and turns were left out."""
 
 _TURNING: Final = 3.0 * np.pi / 180.0
 """Rate, rad/s, beyond the usual one at rest by which a steady turn differs from a rest."""
@@ -96,10 +117,20 @@ def calibrated(
     turns = turns_between(found, sensors[0], saturated(sensors[0], choices.saturation))
     record = Record.of(*sensors, found, turns, stillness)
     notes = _notes(choices.gravity, logs, sensors)
-    case = Case(record, found, turns, gravity, notes, _warmth(recording))
+    origin = _origin(recording, logs)
+    case = Case(record, found, turns, gravity, notes, _warmth(recording), origin)
+    if record.rests:
+        # A wrong unit explains a lack of rests better than their number does.
+        check_gravity(record, gravity)
     _check_enough(case, choices)
     calibration = _solved(case, choices)
     return calibration if choices.frame == "x" else calibration.to_frame(choices.frame)
+
+
+def _origin(recording: Recording | None, logs: Sequence[Log]) -> Origin:
+    """Return what a recording and its logs say; names that arrays were given say nothing."""
+    gyro, accel = (() if log.meta.get(UNNAMED) else log.names for log in logs)
+    return Origin("" if recording is None else recording.source, gyro, accel)
 
 
 def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]) -> list[str]:
@@ -221,7 +252,7 @@ def _check_enough(case: Case, choices: Choices) -> None:
     )
     attempt = _attempt(case, choices, text)
     lost = 0 if attempt is None else int((~attempt.identifiable[:24]).sum())
-    parts = [text]
+    parts = [f"{text}: {_first_of_all(case)}"]
     if lost:
         parts.append(f"{lost} of 18 parameters are not identifiable")
     parts += _left_out(case)
@@ -235,13 +266,33 @@ def _counted(used: Sequence[object], found: Sequence[object], name: str) -> str:
     return f"{len(used)} of {len(found)} {name}{many}"
 
 
+def _first_of_all(case: Case) -> str:
+    """Return what would help most: against the usual reason, or else more poses."""
+    counts = Counter(reason for _, reason in _unused(case))
+    if not counts or len(case.rests) <= _FEWEST_TURNS:
+        return _MORE_POSES
+    return _REMEDIES.get(counts.most_common(1)[0][0], _MORE_POSES)
+
+
+def _unused(case: Case) -> list[tuple[str, str]]:
+    """Return whether it is a rest or a turn, and the reason in a word, of each that is left out."""
+    kinds: tuple[tuple[str, Sequence[Rest | Turn]], ...] = (
+        ("rest", case.rests),
+        ("turn", case.turns),
+    )
+    return [
+        (kind, one.reason.partition(":")[0])
+        for kind, found in kinds
+        for one in found
+        if not one.used
+    ]
+
+
 def _left_out(case: Case) -> list[str]:
     """Return how many rests and turns were left out, by reason."""
-    unused = [rest.reason for rest in case.rests if not rest.used]
-    unused += [turn.reason for turn in case.turns if not turn.used]
-    unused = [reason.partition(":")[0] for reason in unused]
-    counts = ", ".join(f"{unused.count(reason)} {reason}" for reason in dict.fromkeys(unused))
-    return [f"left out: {counts}"] if unused else []
+    counts = Counter(_unused(case)).items()
+    told = [f"{n} {kind}{'' if n == 1 else 's'} ({reason})" for (kind, reason), n in counts]
+    return [f"left out: {', '.join(told)}"] if told else []
 
 
 def _attempt(case: Case, choices: Choices, text: str) -> Calibration | None:

@@ -17,6 +17,7 @@ from zerorate.types import Booleans, Floats, Integers
 __all__ = [
     "GAP",
     "LONG",
+    "LONGEST",
     "SATURATED",
     "Carried",
     "carried",
@@ -32,7 +33,7 @@ LONG: Final = "long"
 GAP: Final = "gap"
 SATURATED: Final = "saturated"
 
-_LONGEST: Final = 30.0
+LONGEST: Final = 30.0
 _HITS: Final = 10
 _WEIGHED: Final = 10.0
 """Rest, s, beyond which the mean rate of a longer one tells the bias of a turn no better."""
@@ -89,8 +90,8 @@ def _turn(rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Bo
 
 def _reason(gyro: Sensor, full: Booleans, first: int, last: int) -> str:
     seconds, count = (last - first) / gyro.rate, last - first
-    if seconds > _LONGEST:
-        return f"{LONG}: {seconds:.0f} s, more than {_LONGEST:.0f} s"
+    if seconds > LONGEST:
+        return f"{LONG}: {seconds:.0f} s, more than {LONGEST:.0f} s"
     if gyro.missing is not None and (lost := int(gyro.missing[first:last].sum())):
         return f"{GAP}: {lost} of {count} samples of the gyro are missing"
     if hits := int(full[first:last].sum()):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import math
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
 from zerorate.calibrate.temperature.fit import KELVINS
+from zerorate.io.saved import check_format, checked, finite_numbers, part, restored
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.noise.exports import written
 from zerorate.types import Floats
@@ -25,14 +25,6 @@ __all__ = ["from_json", "to_ardupilot", "to_json", "to_px4"]
 
 _FORMAT: Final = "zerorate temperature model"
 _VERSION: Final = 1
-_NAMES: Final = {
-    bool: "true or false",
-    dict: "an object",
-    float: "a number",
-    int: "a whole number",
-    list: "a list",
-    str: "a string",
-}
 _MODEL: Final = (
     "bias = sum of c_k ((T - reference) / 10)^k, T in degC inside the range; beyond it the "
     "tangent, one span further at most"
@@ -108,86 +100,52 @@ def _encoded(one: Coefficient) -> dict[str, Any] | None:
 
 def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
     """Return the model that a text or a file holds, as one of a class."""
-    is_text = isinstance(source, str) and source.lstrip().startswith("{")
-    try:
-        text = str(source) if is_text else Path(source).read_text(encoding="utf-8")
-        return build(**_arguments(json.loads(text)))
-    except ValueError as error:
-        where = "the text" if is_text else os.fspath(source)
-        raise ValueError(f"{where} is not a zerorate temperature model in JSON: {error}") from None
-    except RecursionError:
-        raise ValueError("the text is not a zerorate temperature model in JSON: too deep") from None
+    return restored(source, _FORMAT, lambda content: build(**_arguments(content)))
 
 
 def _arguments(content: object) -> dict[str, Any]:
-    found = (_part(content, "format", str), _part(content, "version", int))
-    if found != (_FORMAT, _VERSION):
-        raise ValueError(f"format and version are {found}, expected {(_FORMAT, _VERSION)}")
-    axes = _part(content, "axes", list)
-    low, high = _numbers("range", _part(content, "range", list), (2,)).tolist()
+    check_format(content, _FORMAT, _VERSION)
+    axes = part(content, "axes", list)
+    low, high = finite_numbers("range", part(content, "range", list), (2,)).tolist()
     if not axes or low > high:
         raise ValueError("it needs an axis, and a range from low to high")
-    single = _part(content, "single", bool)
+    single = part(content, "single", bool)
     if single and len(axes) > 1:
         raise ValueError(f"'single' is true of {len(axes)} axes")
-    degrees = tuple(_part(axis, "degree", int) for axis in axes)
+    degrees = tuple(part(axis, "degree", int) for axis in axes)
     if not all(0 <= degree <= 3 for degree in degrees):
         raise ValueError(f"degrees must be 0 to 3, got {degrees}")
     return {
         "coefficients": np.array([_listed(axis, "coefficients", (4,)) for axis in axes]),
         "covariance": np.array([_listed(axis, "covariance", (4, 4)) for axis in axes]),
         "degrees": degrees,
-        "reference": float(_part(content, "reference", float)),
+        "reference": float(part(content, "reference", float)),
         "range": (low, high),
         "slopes": tuple(_decoded(axis, "slope") for axis in axes),
         "hystereses": tuple(_decoded(axis, "hysteresis") for axis in axes),
-        "time_correlation": float(_part(content, "time_correlation", float)),
-        "step": float(_part(content, "step", float)),
-        "names": tuple(_part(axis, "name", str) for axis in axes),
-        "unit": _part(content, "unit", str),
-        "notes": tuple(str(_checked("notes", one, str)) for one in _part(content, "notes", list)),
+        "time_correlation": float(part(content, "time_correlation", float)),
+        "step": float(part(content, "step", float)),
+        "names": tuple(part(axis, "name", str) for axis in axes),
+        "unit": part(content, "unit", str),
+        "notes": tuple(str(checked("notes", one, str)) for one in part(content, "notes", list)),
         "single": single,
     }
 
 
 def _listed(axis: object, key: str, shape: tuple[int, ...]) -> Floats:
-    return _numbers(key, _part(axis, key, list), shape)
-
-
-def _numbers(key: str, listed: list[Any], shape: tuple[int, ...]) -> Floats:
-    try:
-        found = np.array(listed, dtype=np.float64)
-    except (TypeError, ValueError):
-        found = np.empty(0)
-    if found.shape != shape or not np.isfinite(found).all():
-        raise ValueError(f"{key!r} must hold finite numbers of shape {shape}")
-    return found
+    return finite_numbers(key, part(axis, key, list), shape)
 
 
 def _decoded(axis: object, key: str) -> Coefficient:
     if isinstance(axis, dict) and key in axis and axis[key] is None:
         return NOTHING_KNOWN
-    entry = _part(axis, key, dict)
+    entry = part(axis, key, dict)
     return Coefficient(
-        _part(entry, "value", float),
-        _part(entry, "sigma", float),
-        _part(entry, "identifiable", bool),
-        _part(entry, "upper_bound", float),
+        part(entry, "value", float),
+        part(entry, "sigma", float),
+        part(entry, "identifiable", bool),
+        part(entry, "upper_bound", float),
     )
-
-
-def _part(content: object, key: str, kind: type) -> Any:  # noqa: ANN401
-    return _checked(key, content.get(key) if isinstance(content, dict) else None, kind)
-
-
-def _checked(key: str, found: object, kind: type) -> Any:  # noqa: ANN401
-    # JSON may write a whole number without a point, and true is a number to Python alone.
-    of_kind = isinstance(found, (int, float) if kind is float else kind)
-    if not of_kind or (isinstance(found, bool) and kind is not bool):
-        raise ValueError(f"{key!r} must be {_NAMES[kind]}, got {found!r}")
-    if isinstance(found, float) and not math.isfinite(found):
-        raise ValueError(f"{key!r} must be finite, got {found}")
-    return found
 
 
 def to_px4(

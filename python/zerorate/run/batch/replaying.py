@@ -4,13 +4,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from zerorate.io import open_log
+from zerorate.calibrate.calibration import Calibration
+from zerorate.calibrate.choice import corrected_gyro
+from zerorate.io import LogFile, open_log, read_recording
 from zerorate.io.log import notes_of
+from zerorate.io.names import canonical_unit
 from zerorate.options import with_limits
 from zerorate.run.batch.command import Command, Made, Quantity, Row, number
 from zerorate.run.replay import Score, Summary, replay_to_file
 from zerorate.run.replay.history import last_known
 from zerorate.run.replay.result import unlearned
+from zerorate.units import kind
 
 if TYPE_CHECKING:
     from zerorate.run.batch.task import Settings
@@ -39,12 +43,27 @@ _NUMBERS: Final = (
 
 def _filtered(settings: "Settings", source: Path, output: Path) -> Made:
     """Filter a log into a file."""
-    recording = open_log(source, **settings.reading)
+    recording = _opened(settings, source)
     options = dict(settings.options)
     method = options.pop("method")
     options = with_limits(options, [method], recording.header.unit)
     result = replay_to_file(recording, output, methods=[method], force=True, **options)
     return Made(_rows(result), (*notes_of(result.header), *unlearned(result)))
+
+
+def _opened(settings: "Settings", source: Path) -> LogFile:
+    """Return a log block by block; one that is to be corrected first, in memory."""
+    if settings.calibration is None:
+        return open_log(source, **settings.reading)
+    reading = dict(settings.reading)
+    if reading["unit"] is not None:
+        listed = map(canonical_unit, reading["unit"].split(","))
+        reading["unit"] = {
+            "accel" if kind(one) == "acceleration" else "gyro": one for one in listed
+        }
+    calibration = Calibration.from_json(settings.calibration)
+    asked = reading["columns"] is not None
+    return LogFile.of(corrected_gyro(read_recording(source, **reading), calibration, asked=asked))
 
 
 def _rows(result: Summary) -> tuple[Row, ...]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, Self, Unpack
 
 from zerorate._native import __version__
+from zerorate.calibrate.calibration import Calibration
 from zerorate.io import LogError, atomic_path
 from zerorate.io.counts import Scale, Scaling
 from zerorate.io.formats import label_of
@@ -54,6 +55,9 @@ class Settings:
         the seconds between which each log is read.
     format : {"parquet", "csv", "npz"}, optional
         Of the filtered logs, for "replay" alone; default Parquet.
+    calibration : Calibration, optional
+        What the gyro of each log is corrected by before it is filtered, for "replay" alone. Each
+        log is then read as a whole, with its accelerometer.
     **options
         Arguments of `zerorate.DriftFilter`, for "replay" alone, with its defaults: method "auto",
         output "compensated". Of a log whose unit is known `rest_limit` is 3 deg/s and `bias_limit`
@@ -63,6 +67,8 @@ class Settings:
     ----------
     command, format
         As given, or the defaults.
+    calibration : str or None
+        As JSON, so that workers need no file, and so that another calibration is another result.
     reading : mapping
         Arguments of `zerorate.read_log`.
     options : mapping
@@ -78,6 +84,7 @@ class Settings:
     reading: Mapping[str, Any]
     format: str
     options: Mapping[str, Any]
+    calibration: str | None
 
     def __init__(
         self,
@@ -91,6 +98,7 @@ class Settings:
         start: float | None = None,
         stop: float | None = None,
         format: str | None = None,
+        calibration: Calibration | None = None,
         **options: Unpack[StreamOptions],
     ) -> None:
         # Refused here is what would otherwise fail in every log.
@@ -98,7 +106,8 @@ class Settings:
             raise ValueError(f"command must be {_either(COMMANDS)}, got '{command}'")
         if rate is not None:
             checked_rate(rate)
-        units = () if unit is None else unit.split(",") if command == "allan" else (unit,)
+        several = command == "allan" or calibration is not None
+        units = () if unit is None else unit.split(",") if several else (unit,)
         for one in units:
             canonical_unit(one)
         Scaling.of(data_scale)
@@ -108,7 +117,7 @@ class Settings:
             chosen = checked_options(options)
             if format not in (None, *_FORMATS):
                 raise ValueError(f"format must be one of {', '.join(_FORMATS)}, got '{format}'")
-        elif given := [*options, *(() if format is None else ("format",))]:
+        elif given := [*options, *_named(format=format, calibration=calibration)]:
             raise ValueError(f"{given[0]} has no effect on command '{command}', only on 'replay'")
         reading = {
             "rate": rate,
@@ -120,7 +129,13 @@ class Settings:
             "stop": stop,
         }
         form = format or _FORMATS[0]
-        vars(self).update(command=command, reading=reading, format=form, options=chosen)
+        vars(self).update(
+            command=command,
+            reading=reading,
+            format=form,
+            options=chosen,
+            calibration=None if calibration is None else calibration.to_json(),
+        )
 
     @property
     def does(self) -> Command:
@@ -253,6 +268,11 @@ def _told(error: Exception, source: Path) -> str:
     """Return one line without the log's path, with the kind of an error that needs it."""
     line = " ".join(str(error).split()).removeprefix(f"{label_of(source)}: ")
     return line if isinstance(error, LogError | OSError) else f"{type(error).__name__}: {line}"
+
+
+def _named(**given: object) -> list[str]:
+    """Return the names of what is not None."""
+    return [name for name, value in given.items() if value is not None]
 
 
 def _either(words: Iterable[str]) -> str:

@@ -331,6 +331,9 @@ pub fn small<'py, T: Element>(py: Python<'py>, row: &[T]) -> Bound<'py, PyAny> {
     PyArray1::from_slice(py, row).into_any()
 }
 
+/// Elements of an array that is copied rather than handed over.
+const FEW: usize = 16;
+
 /// Elements of an array that NumPy's C interface makes; it fails where there is no memory.
 const SMALL: usize = 1 << 12;
 
@@ -353,7 +356,11 @@ pub fn array<'py, T: Element>(
     values: Vec<T>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyAny>> {
-    Ok(PyArray1::from_vec(py, values).reshape(shape)?.into_any())
+    // One of few numbers is made sooner than its memory is handed over and its shape changed.
+    match shape {
+        [n] if *n <= FEW => Ok(small(py, &values)),
+        _ => Ok(PyArray1::from_vec(py, values).reshape(shape)?.into_any()),
+    }
 }
 
 /// The rows of a block (k, n), a row an axis, each without gaps between its samples.

@@ -121,8 +121,9 @@ impl<B: ?Sized> fmt::Debug for Shared<B> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Nothing,
-    /// One number, or an array of them.
     Number,
+    /// One vector or matrix.
+    Array,
     Flag,
     Several,
 }
@@ -163,7 +164,8 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         let output = match bank.fields() {
             [] => Kind::Nothing,
             [Field { shape: Shape::Flag, .. }] => Kind::Flag,
-            [_] => Kind::Number,
+            [Field { shape: Shape::Number, .. }] => Kind::Number,
+            [_] => Kind::Array,
             _ => Kind::Several,
         };
         let part = match bank.fields() {
@@ -192,11 +194,9 @@ impl<B: AnyBank + ?Sized> Shared<B> {
     pub fn update_row<'py>(&mut self, py: Python<'py>, row: &[f64]) -> PyResult<Bound<'py, PyAny>> {
         self.bank.update(row, &mut self.numbers, &mut self.flags);
         match (self.output, self.channels) {
-            (Kind::Number, None) if self.part.is_empty() => self.numbers[0].into_bound_py_any(py),
-            (Kind::Number, Some(_)) if !self.part.is_empty() => {
-                arrays::array(py, self.numbers.clone(), &self.row_axes())
-            }
-            (Kind::Number, _) => Ok(arrays::small(py, &self.numbers)),
+            (Kind::Number, None) => self.numbers[0].into_bound_py_any(py),
+            (Kind::Number, Some(_)) => Ok(arrays::small(py, &self.numbers)),
+            (Kind::Array, _) => arrays::array(py, self.numbers.clone(), &self.row_axes()),
             (Kind::Flag, None) => self.flags[0].into_bound_py_any(py),
             (Kind::Flag, Some(_)) => Ok(arrays::small(py, &self.flags)),
             (Kind::Nothing, _) => py.None().into_bound_py_any(py),
@@ -238,7 +238,7 @@ impl<B: AnyBank + ?Sized> Shared<B> {
                 })?;
                 py.None().into_bound_py_any(py)
             }
-            Kind::Number => {
+            Kind::Number | Kind::Array => {
                 let run = |bank: &mut B, rows: &[f64], out: &mut [f64]| {
                     bank.process(rows, out, &mut [], threads)
                 };
