@@ -218,7 +218,8 @@ class Calibration:
     carry_error, carry_error_raw
         RMS angle between gravity carried through a turn and gravity after it, rad, likewise.
     held_out
-        Whether these errors are of rests and turns that the fit had not seen.
+        Whether these errors are of rests and turns that the fit had not seen: not if three quarters
+        of them alone determine the sensors too badly.
     problems
         Why the calibration is not valid; empty if it is.
     advice

@@ -65,7 +65,13 @@ class AtRest:
 
 
 def at_rest(
-    means: Floats, variances: Floats, times: Floats, directions: Floats, size: float, with_g: bool
+    means: Floats,
+    variances: Floats,
+    rounding: Floats,
+    times: Floats,
+    directions: Floats,
+    size: float,
+    with_g: bool,
 ) -> AtRest:
     """Return bias and G that explain the means at rests best.
 
@@ -73,6 +79,9 @@ def at_rest(
     ----------
     means, variances
         Of the gyro at rests and their white noise, shape (n, 3).
+    rounding
+        Variance that rounding leaves in each mean, shape (3,). At one rate all round alike: it is
+        that of the bias, too, whatever the number of rests.
     times
         Of the middles of the rests, s, shape (n,).
     directions
@@ -104,7 +113,7 @@ def at_rest(
         bias=values[:, 0],
         sensitivity=np.where(known & free, values[:, 1:], 0.0),
         covariance=np.array([covariance for _, covariance, _ in found]),
-        spread=np.sqrt([spread for _, _, spread in found]),
+        spread=np.sqrt(np.array([spread for _, _, spread in found]) + rounding),
         identifiable=known | ~free,
         sigmas=np.where(free, sigmas, 0.0),
     )

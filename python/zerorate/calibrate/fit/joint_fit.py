@@ -33,6 +33,8 @@ _OWN: Final = 18
 
 _STEPS: Final = 25
 _FROZEN: Final = 12
+"""Steps after which the variances stay, lest they and the weights of turns chase each other."""
+
 _DAMPING: Final = (10.0, 1.0)
 """Residuals assumed to agree with the first guess at both variances."""
 
@@ -40,7 +42,11 @@ _LARGEST_FACTOR: Final = 1.0
 """Change of the logarithm of a variance in a step."""
 
 _HUBER: Final = 2.5
+"""Standard errors of a turn beyond which it counts less: one good turn of twenty."""
+
 _LARGEST_STEP: Final = 0.5
+"""Of a tilt, rad, or of a matrix or bias, parts of the scale of its sensor."""
+
 _CONVERGED: Final = 0.01
 """Step, in standard errors, after which there is nothing to be gained."""
 
@@ -52,6 +58,8 @@ _LINEAR: Final = 1e-3
 misses is the square of it."""
 
 _PINNED: Final = 1e-6
+"""Of its prior's error: that of a parameter that must not move."""
+
 _PER_ANGLE: Final = 5e-4
 """First guess at what a turn errs by beyond noise, parts of its angle."""
 
@@ -120,6 +128,12 @@ class Prior:
         return float(found[0]), float(found[1])
 
     @property
+    def units(self) -> Floats:
+        """Return the scale of the sensor that each parameter is of, shape (18,)."""
+        accel, gyro = self.sizes
+        return np.repeat([accel, gyro], [_BIAS.stop, _OWN - _BIAS.stop])
+
+    @property
     def sigmas(self) -> Floats:
         """Return the standard deviations of the parameters, shape (18,)."""
         found = self._spreads(self.accel_spread, self.gyro_spread)
@@ -154,6 +168,8 @@ class Observations:
         Returns the turns for a matrix M.
     white
         Angle random walk of the corrected rate, rad/s/sqrt(Hz).
+    steady
+        What rounding at rests leaves in the bias of a turn, rad/s.
     """
 
     means: Floats
@@ -163,6 +179,7 @@ class Observations:
     averaged: Floats
     carry: Callable[[Floats], Carried]
     white: float
+    steady: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,6 +287,7 @@ def joint_fit(seen: Observations, prior: Prior, start: Fit | None = None) -> Fit
     carried = anchor.carried
     # The angles hardly change from step to step, and must not: they are weights.
     noise = _turn_variances(seen, carried)
+    units = np.append(prior.units, np.ones(2 * len(seen.means)))
     inverse: Floats = np.zeros((_OWN, _OWN))
     for step in range(_STEPS):
         system = _system(seen, prior, state, carried, noise)
@@ -278,7 +296,8 @@ def joint_fit(seen: Observations, prior: Prior, start: Fit | None = None) -> Fit
         if step < _FROZEN:
             state.squares = _rescaled(system, inverse, moved, state.squares)
         sigmas = np.sqrt(np.diagonal(inverse).clip(0.0))
-        _move(state, moved * min(1.0, _LARGEST_STEP / max(np.abs(moved).max(), 1e-300)))
+        largest = float(np.abs(moved / units).max())
+        _move(state, moved * min(1.0, _LARGEST_STEP / max(largest, 1e-300)))
         anchor, carried = anchor.moved(seen, _unpacked(state.values)[2])
         if step >= 2 and (np.abs(moved) <= _CONVERGED * sigmas).all():
             break
@@ -331,6 +350,7 @@ def _started(seen: Observations, prior: Prior, start: Fit | None) -> _State:
 def _turn_variances(seen: Observations, carried: Carried) -> Floats:
     """Return the variance of each turn by white noise and by its angle, shape (m, 2)."""
     white = seen.white**2 * seen.seconds * (1.0 + seen.seconds / seen.averaged) + _LEAST_ERROR**2
+    white += (seen.steady * seen.seconds) ** 2
     return np.stack([white, (_PER_ANGLE * carried.angles) ** 2], axis=1)
 
 
@@ -434,7 +454,8 @@ def _rescaled(system: _System, inverse: Floats, moved: Floats, squares: Floats) 
         left = left - rows @ moved
         score[k] = (share * left) @ left - share.sum() + np.trace(hat)
         score[k] += _DAMPING[k] * (1.0 / squares[k] - 1.0)
-        twice = np.trace(inverse @ (shared.T @ shared))
+        # The trace of a product of symmetric matrices, without the product.
+        twice = float((inverse * (shared.T @ shared)).sum())
         information[k, k] = share @ share - 2.0 * twice + _DAMPING[k] * max(1.0, 1.0 / squares[k])
     for k in range(2):
         for other in range(2):

@@ -9,7 +9,15 @@ from typing import Final
 import numpy as np
 
 from zerorate.calibrate.calibration import Rest, Turn
-from zerorate.calibrate.fit.joint_fit import LOWER, Fit, Prior
+from zerorate.calibrate.fit.expected import (
+    MOST_MISS,
+    MOST_NORM,
+    WEAK_NORM,
+    WEAK_TURN,
+    norm_rows,
+    turn_sigmas,
+)
+from zerorate.calibrate.fit.joint_fit import Fit, Prior
 from zerorate.calibrate.fit.turns import GAP, LONG, SATURATED
 from zerorate.calibrate.parameters import PARAMETERS
 from zerorate.types import Booleans, Floats
@@ -20,20 +28,27 @@ _DEG: Final = math.pi / 180.0
 _AXES: Final = "xyz"
 _LEAST_SCALE: Final = 0.8
 _MOST_SCALE: Final = 1.25
-_MOST_NORM: Final = 10e-3
-_MOST_MISS: Final = 0.03
+"""Four standard deviations of a data sheet's: beyond them a unit or a range is mistaken."""
+
 _MOST_OUTLIERS: Final = 1 / 3
+"""Of the turns: a knock makes a few."""
 
-_WEAK_NORM: Final = 5e-3
-"""Standard error of |f|/g in a pose beyond which that pose is asked for."""
 
-_WEAK_TURN: Final = 10e-3
-"""Standard error of a turn by a right angle, rad, likewise."""
+_LEAST_TURN: Final = 10 * _DEG
+"""Smaller ones miss by noise more than by parts of their angle."""
+
+_MOST_MOVING: Final = 1 / 3
+"""Of the rests. Motion in a few of them is an error of each; one that most have in common, as by a
+table that gives way, is taken for an error of the sensors."""
 
 _SHORT_REST: Final = 3.0
+"""s, below which longer rests are advised."""
+
 _FEW_POSES: Final = 12
 _LONG_TURN: Final = 170 * _DEG
 _ADDED_SIGMA: Final = 1e-3
+"""Of |f|/g in a pose that is advised: a modest sensor's in five seconds."""
+
 _ON_UNUSED: Final = {
     SATURATED: "turn more slowly: the gyro reached the end of its range",
     GAP: "record without gaps: turns with missing samples were left out",
@@ -41,6 +56,7 @@ _ON_UNUSED: Final = {
 }
 _ALIKE: Final = 60 * _DEG
 _ALONG: Final = 0.95
+"""Cosine to the vertical, 18 degrees: such turns move gravity by a third of themselves at most."""
 
 
 def handedness(axes: Floats) -> str:
@@ -86,7 +102,12 @@ def problems_of(
         |f|/g - 1 and misses of carried gravity, rad, held out if there are enough.
     """
     still = errors[0][[not rest.reason for rest in rests]]
-    found = _on_scale(fit, known_units) + _on_size(still, errors[1], turns, fit.weights)
+    # What is not known stays where it was, and |f| is wrong by that.
+    norms = still if identifiable[:12].all() else np.zeros(0)
+    found = _on_scale(fit, known_units) + _on_size(norms, errors[1], turns, fit.weights)
+    moving = len(rests) - len(still)
+    if moving > _MOST_MOVING * len(rests):
+        found.append(f"the sensor moved in {moving} of {len(rests)} rests")
     lost = [name for name, known in zip(PARAMETERS, identifiable, strict=True) if not known]
     lost = [name for name in lost if "g_sensitivity" not in name]
     if lost:
@@ -114,7 +135,7 @@ def _on_scale(fit: Fit, known_units: tuple[bool, bool]) -> list[str]:
 def _on_size(norms: Floats, misses: Floats, turns: Sequence[Turn], weights: Floats) -> list[str]:
     found = []
     norm = float(np.sqrt(np.mean(norms**2))) if len(norms) else 0.0
-    if norm > _MOST_NORM:
+    if norm > MOST_NORM:
         found.append(
             f"|f| at rest misses gravity by {1e3 * norm:.0f} mg RMS: rests were not still, or "
             "samples are wrong"
@@ -122,7 +143,7 @@ def _on_size(norms: Floats, misses: Floats, turns: Sequence[Turn], weights: Floa
     if len(misses):
         # A knock makes one turn bad, and not the others.
         miss = float(np.median(misses))
-        if miss > _MOST_MISS * float(np.median([turn.angle for turn in turns])):
+        if miss > MOST_MISS * max(float(np.median([turn.angle for turn in turns])), _LEAST_TURN):
             found.append(
                 "gravity carried through the turns by the gyro misses by "
                 f"{miss / _DEG:.1f} deg at the median"
@@ -190,14 +211,12 @@ def _poses(fit: Fit) -> list[str]:
     """
     covariance = fit.covariance[:9, :9].copy()
     ups = np.concatenate((np.eye(3), -np.eye(3)))
-    inverse = np.linalg.inv(fit.accel)
-    levers = ups @ inverse
-    rows = np.concatenate((levers[:, LOWER[:, 0]] * ups[:, LOWER[:, 1]], levers), axis=1)
+    rows = norm_rows(fit.accel, ups)
     asked = []
     for _ in range(len(ups)):
         sigmas = np.sqrt(np.einsum("ij,jk,ik->i", rows, covariance, rows).clip(0.0))
         worst = int(sigmas.argmax())
-        if sigmas[worst] < _WEAK_NORM:
+        if sigmas[worst] < WEAK_NORM:
             break
         asked.append(("+" if worst < 3 else "-") + _AXES[worst % 3])
         gain = covariance @ rows[worst] / (sigmas[worst] ** 2 + _ADDED_SIGMA**2)
@@ -208,7 +227,6 @@ def _poses(fit: Fit) -> list[str]:
 def _turns(fit: Fit, prior: Prior) -> list[str]:
     """Return the axes about which turns are known too badly, worst first."""
     _, size = prior.sizes
-    sigmas = np.sqrt(np.diagonal(fit.covariance)[9:].reshape(3, 3)).max(axis=0) / size
-    sigmas = 0.5 * np.pi * sigmas
+    sigmas = turn_sigmas(fit, size)
     order = np.argsort(-sigmas)
-    return [_AXES[axis] for axis in order if sigmas[axis] > _WEAK_TURN]
+    return [_AXES[axis] for axis in order if sigmas[axis] > WEAK_TURN]

@@ -18,6 +18,7 @@ from zerorate.types import Booleans, Floats, Integers
 __all__ = [
     "FLOORS",
     "Stillness",
+    "clipped",
     "find_rests",
     "given_rests",
     "in_raw_units",
@@ -38,6 +39,12 @@ _POSE_ERROR: Final = 0.3e-3
 """How well two rests in one pose agree, parts of gravity: no sensor is as stable as the mean of
 seconds of white noise."""
 
+_HARMONICS: Final = np.arange(1, 33)
+"""Of the sawtooth that rounding is of its input; the rest of them is 2 % of its variance."""
+
+_CLIPPED: Final = 0.25
+"""Of the samples of a rest: of noise of two steps a fifth is at one value, at most."""
+
 _MOVED: Final = 5.0
 _MEDIAN_OF_SQUARE: Final = 0.4549364
 """Of a standard normal deviate."""
@@ -54,6 +61,8 @@ class _Windows:
         samples are missing.
     floor
         Variance of each axis at its quietest, shape (3,), unit of the samples squared.
+    step
+        Between neighbouring values of each axis, shape (3,).
     block
         Samples by which one window is later than that before.
     blocks
@@ -62,6 +71,7 @@ class _Windows:
 
     ratio: Floats
     floor: Floats
+    step: Floats
     block: int
     blocks: int
 
@@ -79,12 +89,30 @@ class Stillness:
     ----------
     floor
         By kind of sensor: variance of each axis, shape (3,), in the unit of the fit squared.
+    step
+        By kind of sensor: step between neighbouring values of each axis, shape (3,).
     longest
         Longest still stretch, s, whether or not it is long enough for a rest.
     """
 
     floor: dict[str, Floats]
+    step: dict[str, Floats]
     longest: float
+
+    def rounding(self, kind: str) -> Floats:
+        """Return the variance that rounding leaves in a mean, however long, shape (3,).
+
+        Of noise that is large beside the step nothing is left, of none a uniform error: the
+        harmonics of rounding's sawtooth, each damped by the noise (B. Widrow and I. Kollar,
+        "Quantization Noise", 2008, chapter 4).
+        """
+        square = self.step[kind] ** 2
+        # Between two values a sensor varies by a quarter of that, with hardly any noise.
+        noise = np.maximum(np.nan_to_num(self.floor[kind]) - square / 4.0, 0.0)
+        ratio = noise / np.maximum(square, np.finfo(float).tiny)
+        damped = np.exp(-((2.0 * np.pi * _HARMONICS[:, np.newaxis]) ** 2) * ratio)
+        left = (damped / _HARMONICS[:, np.newaxis] ** 2).sum(axis=0)
+        return np.asarray(square * left / (2.0 * np.pi**2))
 
 
 def _resolution(data: Floats) -> Floats:
@@ -104,13 +132,14 @@ def _windows(one: Sensor) -> _Windows:
     blocks = max(round(_WINDOW * one.rate / block), -(-4 // block))
     count = one.n // block
     if count < blocks:
-        return _Windows(np.full(1, np.inf), np.full(3, np.nan), block, blocks)
+        return _Windows(np.full(1, np.inf), np.full(3, np.nan), np.zeros(3), block, blocks)
     variance, there = _variances(one, block, blocks, count)
-    least = np.maximum(_resolution(one.data) ** 2 / 12.0, np.finfo(float).tiny)
+    step = _resolution(one.data)
+    least = np.maximum(step**2 / 12.0, np.finfo(float).tiny)
     full = there >= 0.5 * block * blocks
     floor = _floors(np.maximum(variance[full], least)) if full.any() else np.full(3, np.nan)
     ratio = (np.maximum(variance, least) / floor).max(axis=1)
-    return _Windows(np.where(full, ratio, np.inf), floor, block, blocks)
+    return _Windows(np.where(full, ratio, np.inf), floor, step, block, blocks)
 
 
 def _variances(one: Sensor, block: int, blocks: int, count: int) -> tuple[Floats, Floats]:
@@ -150,8 +179,8 @@ def _floors(variance: Floats) -> Floats:
     return np.asarray(floor)
 
 
-def _still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, int, dict[str, Floats]]:
-    """Return which blocks of the first sensor are still for all, and the samples of a block."""
+def _still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, list[_Windows]]:
+    """Return which blocks of the first sensor are still for all, and the windows of each."""
     found = [_windows(one) for one in sensors]
     first, block = sensors[0], found[0].block
     count = first.n // block
@@ -162,7 +191,7 @@ def _still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, int, dict[str, F
         place = np.floor((times - one.start) * one.rate / windows.block).astype(int)
         inside = (place >= 0) & (place < len(own))
         still &= inside & (own[place.clip(0, len(own) - 1)] < FLOORS)
-    return still, block, {one.kind: w.floor for one, w in zip(sensors, found, strict=True)}
+    return still, found
 
 
 def _runs(still: Booleans, joined: int) -> Integers:
@@ -179,14 +208,20 @@ def _runs(still: Booleans, joined: int) -> Integers:
 
 def _spans(sensors: Sequence[Sensor]) -> tuple[Integers, Stillness]:
     """Return the samples of the rests of the first sensor, and what told them."""
-    still, block, floor = _still_blocks(sensors)
-    rate = sensors[0].rate
+    still, windows = _still_blocks(sensors)
+    rate, block = sensors[0].rate, windows[0].block
     runs = _runs(still, max(1, round(_JOIN * rate / block))) * block
     longest = float((runs[:, 1] - runs[:, 0]).max(initial=0)) / rate
     trim = round(_TRIM * rate)
     spans = runs + np.array([trim, -trim])
     long_enough = spans[:, 1] - spans[:, 0] >= _SHORTEST * rate
-    return spans[long_enough], Stillness(floor, longest)
+    floor: dict[str, Floats] = {
+        one.kind: each.floor for one, each in zip(sensors, windows, strict=True)
+    }
+    step: dict[str, Floats] = {
+        one.kind: each.step for one, each in zip(sensors, windows, strict=True)
+    }
+    return spans[long_enough], Stillness(floor, step, longest)
 
 
 def rests_of(gyro: Sensor, accel: Sensor) -> tuple[list[Rest], Stillness]:
@@ -204,10 +239,11 @@ def given_rests(
 
     Raises
     ------
-    ValueError
-        If one has no samples of both sensors, or begins before another ends.
+    ValueError, TypeError
+        If one is not a start and a later stop, has no samples of both sensors, or begins before
+        another ends.
     """
-    times = sorted((r.start, r.stop) if isinstance(r, Rest) else (r[0], r[1]) for r in given)
+    times = sorted(_times(rest) for rest in given)
     for (_, stop), (start, _) in pairwise(times):
         if start < stop:
             raise ValueError(f"rests must not overlap: one ends at {stop:g} s, after {start:g} s")
@@ -219,6 +255,18 @@ def given_rests(
         rests.append(rest)
     _, stillness = _spans((gyro, accel))
     return _with_sigmas(rests, accel, gyro, stillness), stillness
+
+
+def _times(rest: Rest | tuple[float, float]) -> tuple[float, float]:
+    """Return start and stop of a rest as a user gives it, s."""
+    pair = (rest.start, rest.stop) if isinstance(rest, Rest) else rest
+    try:
+        start, stop = map(float, pair)
+    except (TypeError, ValueError):
+        raise TypeError(f"rests must be Rest or (start, stop) in seconds, got {rest!r}") from None
+    if not -np.inf < start < stop < np.inf:
+        raise ValueError(f"a rest must stop after its start, got {start:g} s to {stop:g} s")
+    return start, stop
 
 
 def _rest(clock: Sensor, gyro: Sensor | None, accel: Sensor | None, first: int, last: int) -> Rest:
@@ -258,8 +306,9 @@ def mean_variances(
 ) -> tuple[Floats, Floats]:
     """Return variances of the means at rests: the usual ones, and those of each rest by itself.
 
-    The usual one is that of white noise, or what the halves of all rests come to if that is more;
-    its own is by its halves or quarters, whichever differ more: there and back is motion, too.
+    The usual one is that of white noise, or what the halves of all rests come to if that is more,
+    and of rounding; its own is by its halves or quarters, whichever differ more: there and back is
+    motion, too.
     """
     if not rests:
         return np.zeros((0, 3)), np.zeros((0, 3))
@@ -267,7 +316,7 @@ def mean_variances(
     pooled = np.median(halves**2, axis=0) / _MEDIAN_OF_SQUARE
     count = np.array([[(rest.stop - rest.start) * one.rate] for rest in rests])
     white = np.nan_to_num(stillness.floor[one.kind]) / np.maximum(count, 1.0)
-    return np.maximum(white, pooled), own**2
+    return np.maximum(white, pooled) + stillness.rounding(one.kind), own**2
 
 
 def _with_sigmas(
@@ -290,6 +339,24 @@ def _with_sigmas(
         replace(rest, accel_sigma=sigma, reason=_on_motion(float(times)))
         for rest, sigma, times in zip(rests, sigmas, ratio, strict=True)
     ]
+
+
+def clipped(accel: Sensor, rests: Sequence[Rest], stillness: Stillness) -> list[str]:
+    """Return the axis of which each rest is at the end of the accelerometer's range, or "".
+
+    Its samples are at one value, the largest or smallest of the record, though its noise is larger
+    than the step between values.
+    """
+    ends = np.nanmin(accel.data, axis=0), np.nanmax(accel.data, axis=0)
+    step = stillness.step["accel"]
+    noisy = (step > 0.0) & (stillness.floor["accel"] > (2.0 * step) ** 2)
+    found = []
+    for rest in rests:
+        part = accel.data[accel.place(rest.start) : accel.place(rest.stop)]
+        share = np.maximum(*((part == end).mean(axis=0) for end in ends))
+        full = np.flatnonzero(noisy & (share > _CLIPPED))
+        found.append("xyz"[full[0]] if full.size else "")
+    return found
 
 
 def _on_motion(ratio: float) -> str:

@@ -9,6 +9,7 @@ from typing import Final, Literal
 import numpy as np
 
 from zerorate.calibrate.calibration import Rest, Turn
+from zerorate.calibrate.fit.expected import foretells
 from zerorate.calibrate.fit.g_sensitivity import AtRest, at_rest
 from zerorate.calibrate.fit.joint_fit import (
     DETERMINED,
@@ -232,13 +233,20 @@ def _observed(record: Record, sensors: Sensors, prior: Prior) -> Observations:
         averaged=record.lengths[pairs].sum(axis=1),
         carry=carry,
         white=size * float(np.sqrt(record.stillness.floor["gyro"].mean() * period)),
+        steady=size * float(np.sqrt(record.stillness.rounding("gyro").mean())),
     )
 
 
 def _at_rest(record: Record, fit: Fit, prior: Prior, with_g: bool) -> AtRest:
     up = directions(record.accel_means, fit.accel, fit.bias)
     return at_rest(
-        record.gyro_means, record.gyro_variances, record.middles, up, 1.0 / prior.sizes[1], with_g
+        record.gyro_means,
+        record.gyro_variances,
+        record.stillness.rounding("gyro"),
+        record.middles,
+        up,
+        1.0 / prior.sizes[1],
+        with_g,
     )
 
 
@@ -264,7 +272,8 @@ def held_out_errors(
     """Return the errors of `errors_of` at rests and turns that the fit had not seen.
 
     Each quarter of the rests, in the order of time, is left out in turn, with the turns that begin
-    or end in it. None if there are too few rests for that.
+    or end in it. None if there are too few rests for that, or if those of three quarters alone do
+    not determine the sensors well enough: its errors would be those of the parts, not of the whole.
     """
     count = len(record.rests)
     if count * (_FOLDS - 1) // _FOLDS < _FEWEST_OF_A_FOLD:
@@ -278,6 +287,8 @@ def held_out_errors(
         rest = _at_rest(part, solution.fit, prior, solution.with_g)
         sensitivity = rest.sensitivity if solution.in_turns else np.zeros((3, 3))
         fit = _fitted(part, prior, solution.fit, sensitivity)
+        if not foretells(fit, solution.fit.directions[fold == k], prior.sizes[1]):
+            return None
         sensors = Sensors(fit.accel, fit.bias, fit.gyro, sensitivity)
         norm, carry, _ = errors_of(record, sensors)
         norms[fold == k], carries[own == k] = norm[fold == k], carry[own == k]

@@ -24,7 +24,13 @@ _FEWEST_POSES: Final = 9
 _MOST_UNLIKE: Final = 1.5
 """Largest ratio between the scales of an accelerometer's axes."""
 
+_LEAST_SPREAD: Final = 0.02
+"""Of poses, parts of what they show; and in the direction in which they differ least, parts of that
+in which they differ most."""
+
 _SIZES: Final = (0.8, 1.2)
+"""Of the accelerometer at rest, parts of gravity, in its right unit."""
+
 _SIGNS: Final = tuple(product((1.0, -1.0), repeat=3))
 
 _WRONG: Final = 0.15
@@ -91,17 +97,20 @@ def _ellipsoid(means: Floats) -> tuple[Floats, Floats]:
 
 
 def _sphere(means: Floats) -> tuple[Floats, float]:
+    """Return centre and radius of the sphere through the means at rests."""
     level = means.mean(axis=0)
-    design = np.column_stack((2.0 * (means - level), np.ones(len(means))))
-    squares = ((means - level) ** 2).sum(axis=1)
-    found, _, rank, values = np.linalg.lstsq(design, squares, rcond=None)
+    spread = max(float(np.linalg.norm(means - level, axis=1).max()), np.finfo(float).tiny)
+    places = (means - level) / spread
+    design = np.column_stack((2.0 * places, np.ones(len(means))))
+    found, _, rank, values = np.linalg.lstsq(design, (places**2).sum(axis=1), rcond=None)
     square = found[3] + found[:3] @ found[:3]
-    if rank < 4 or values[-1] < 0.02 * values[0] / max(np.sqrt(squares.max()), 1.0) or square <= 0:
+    alike = spread < _LEAST_SPREAD * float(np.linalg.norm(means, axis=1).max())
+    if alike or rank < 4 or values[-1] < _LEAST_SPREAD * values[0] or square <= 0:
         raise LogError(
             "the unit of the accel is not known, and the poses are too alike to find it; give the "
             "unit, or hold each axis up and down"
         )
-    return level + found[:3], float(np.sqrt(square))
+    return level + spread * found[:3], spread * float(np.sqrt(square))
 
 
 def _linear_gyro(record: Record, accel: Floats, bias: Floats) -> Floats:

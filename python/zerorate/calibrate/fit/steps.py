@@ -14,7 +14,7 @@ from zerorate.calibrate.calibration import Calibration, Origin, Rest, Turn
 from zerorate.calibrate.fit.assembly import Case, assembled
 from zerorate.calibrate.fit.joint_fit import Prior
 from zerorate.calibrate.fit.judgement import handedness
-from zerorate.calibrate.fit.rests import FLOORS, given_rests, rests_of
+from zerorate.calibrate.fit.rests import FLOORS, Stillness, clipped, given_rests, rests_of
 from zerorate.calibrate.fit.sensors import STANDARD_GRAVITY, UNNAMED, Sensor, Source, chosen, sensor
 from zerorate.calibrate.fit.solution import GSensitivity, Record, Solution, solve
 from zerorate.calibrate.fit.starts import PriorName, check_gravity, start_of
@@ -54,6 +54,7 @@ _REMEDIES: Final = {
     GAP: "turn again where samples of the gyro are missing",
     "turning": "hold it still in each pose; if it was, check the unit of the gyro",
     "force": "hold it still in each pose; if it was, check the accelerometer",
+    "clipped": "set a larger range of the accelerometer",
 }
 """What to do first, by the reason for which most rests and turns were left out."""
 
@@ -112,6 +113,7 @@ def calibrated(
     sensors = sensor("gyro", logs[0], gravity), sensor("accel", logs[1], gravity)
     found, stillness = rests_of(*sensors) if rests is None else given_rests(*sensors, rests)
     found = _without_force(_without_turning(found, sensors[0]), sensors[1])
+    found = _without_clipping(found, sensors[1], stillness)
     turns = turns_between(found, sensors[0], saturated(sensors[0], choices.saturation))
     record = Record.of(*sensors, found, turns, stillness)
     notes = _notes(choices.gravity, logs, sensors)
@@ -187,6 +189,16 @@ def _without_force(rests: list[Rest], accel: Sensor) -> list[Rest]:
         if least * usual < size < most * usual
         else replace(rest, used=False, reason=f"force: {size / usual:.2g} of that at other rests")
         for rest, size in zip(rests, sizes, strict=True)
+    ]
+
+
+def _without_clipping(rests: list[Rest], accel: Sensor, stillness: Stillness) -> list[Rest]:
+    """Return the rests, those at the end of the accelerometer's range marked as not used."""
+    return [
+        replace(rest, used=False, reason=f"clipped: {axis} is at the end of the accel's range")
+        if axis and rest.used
+        else rest
+        for rest, axis in zip(rests, clipped(accel, rests, stillness), strict=True)
     ]
 
 
