@@ -49,6 +49,9 @@ _LONG_TURN: Final = 170 * _DEG
 _ADDED_SIGMA: Final = 1e-3
 """Of |f|/g in a pose that is advised: a modest sensor's in five seconds."""
 
+_SELDOM: Final = 0.1
+"""Part of the turns that may be left out for one reason without advice on it."""
+
 _ON_UNUSED: Final = {
     SATURATED: "turn more slowly: the gyro reached the end of its range",
     GAP: "record without gaps: turns with missing samples were left out",
@@ -194,7 +197,8 @@ def advice_on(
     ]
     if len(used) < _FEW_POSES:
         found.append(f"rest in {_FEW_POSES} poses or more, each of another direction")
-    found += [text for kind, text in _ON_UNUSED.items() if kind in unused]
+    few = _SELDOM * (len(turns) + len(unused))
+    found += [text for kind, text in _ON_UNUSED.items() if unused.count(kind) > few]
     if any(rest.reason for rest in rests):
         found.append("lay the sensor down at rests: it moved in some")
     if np.median([rest.stop - rest.start for rest in used]) < _SHORT_REST:
