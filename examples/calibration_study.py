@@ -27,7 +27,7 @@ ARRAY = "mimu4444_array8_62hz_exp1.parquet"
 BROAD = "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
 UNITS = range(1, 9)
 POSES = (9, 12, 20, 40)
-SEEDS = range(1, 11)
+SEEDS = range(1, 41)
 LEARNED = 300.0
 """Seconds of the array's record that its units are calibrated on, before the turns compared."""
 
@@ -74,7 +74,7 @@ def simulated() -> None:
         )
     head = ("poses", "accel scale %, bias mg", "gyro scale %, cross mrad")
     head = (*head, "z < 2: accel, gyro", "valid", "seconds")
-    print(table("errors of simulated sessions, RMS of ten runs", head, rows, markdown=True))
+    print(table("errors of simulated sessions, RMS of forty runs", head, rows, markdown=True))
 
 
 def _sigmas(found: zr.Calibration) -> Floats:
