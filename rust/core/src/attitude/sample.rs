@@ -45,10 +45,12 @@ impl Input for Sample {
 /// A sample as an estimator takes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inertial {
-    /// Angular rate, rad/s; the last one known, or zero, where none is.
+    /// Mean angular rate since the sample before, rad/s; the last one known where it is missing.
     pub gyro: Vector3<f64>,
     /// Whether the rate is known, or was less than 50 ms ago.
     pub known: bool,
+    /// Seconds since the sample before for which nothing is known of the rate.
+    pub unknown: f64,
     /// Specific force, m/s², unless it is missing.
     pub accel: Option<Vector3<f64>>,
     /// Magnetic field, in any unit, unless it is missing.

@@ -13,6 +13,8 @@ use crate::stream::{Field, Output, Shape, Stream, Traced};
 
 /// Seconds for which the last rate stands for missing ones.
 const HELD: f64 = 0.05;
+/// Periods after the last sample that are more than jitter.
+const LONG: f64 = 1.5;
 /// More seconds between two samples are a gap.
 const GAP: f64 = 1.0;
 /// No gap is longer, s.
@@ -175,26 +177,39 @@ impl<E: Estimator> Attitude<E> {
         (self.force, self.samples) = (Vector3::repeat(f64::NAN), 0);
     }
 
-    /// A sample in the units of an estimator, and how long it took.
+    /// A sample in the units of an estimator.
     #[inline(always)]
     fn measured(&mut self, sample: &Sample) -> Inertial {
         let dt = if sample.dt >= 0.0 { sample.dt } else { self.period };
-        match sample::rate(sample.gyro, self.params.gyro_unit) {
-            Some(rate) => (self.rate, self.unknown) = (rate, 0.0),
-            None => self.lose(dt),
-        }
+        let (before, given) = (self.rate, sample::rate(sample.gyro, self.params.gyro_unit));
         let accel = sample::force(sample.accel, self.params.accel_unit);
+        let mag = sample::field(sample.mag);
         self.force = accel.unwrap_or(Vector3::repeat(f64::NAN));
-        let (mag, known) = (sample::field(sample.mag), self.unknown <= HELD);
-        Inertial { gyro: self.rate, known, accel, mag, dt }
+        let known = given.is_some();
+        self.rate = given.unwrap_or(before);
+        let mut measured = Inertial { gyro: self.rate, known, unknown: 0.0, accel, mag, dt };
+        if !known | (dt > LONG * self.period) {
+            self.stretch(&mut measured, &before);
+        } else {
+            self.unknown = 0.0;
+        }
+        measured
     }
 
+    /// A rate that is missing, or that stands for more than one sample.
+    /// A rate that is missing, or that stands for more than its own period: between two that are
+    /// known it is their mean, and after the last one itself, for a while.
     #[cold]
-    fn lose(&mut self, dt: f64) {
-        self.unknown += dt;
-        if self.unknown > HELD {
-            self.rate = Vector3::zeros();
+    fn stretch(&mut self, measured: &mut Inertial, before: &Vector3<f64>) {
+        let dt = measured.dt;
+        if measured.known {
+            measured.gyro = (measured.gyro + before) * 0.5;
+            (measured.unknown, self.unknown) = ((dt - HELD).max(0.0), 0.0);
+            return;
         }
+        measured.unknown = (self.unknown + dt - HELD).clamp(0.0, dt);
+        self.unknown += dt;
+        measured.known = self.unknown <= HELD;
     }
 }
 
@@ -263,11 +278,13 @@ impl<E: Estimator> Stream for Attitude<E> {
     fn update(&mut self, sample: Sample) -> [f64; 4] {
         let measured = self.measured(&sample);
         self.samples += 1;
-        if measured.dt > GAP && self.samples > 1 {
-            self.estimator.gap(measured.dt.min(GAP_MAX));
-            self.estimator.step(&Inertial { dt: 0.0, ..measured });
+        if measured.dt > GAP {
+            if self.samples > 1 {
+                self.estimator.gap(measured.dt.min(GAP_MAX));
+            }
+            self.estimator.step(&Inertial { dt: 0.0, unknown: 0.0, gyro: self.rate, ..measured });
         } else {
-            self.estimator.step(&Inertial { dt: measured.dt.min(GAP), ..measured });
+            self.estimator.step(&measured);
         }
         self.quaternion()
     }

@@ -8,6 +8,8 @@ use nalgebra::{ComplexField, SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 use wide::f64x4;
 
+use crate::math::Symmetric;
+
 /// Tilt about the two level axes, bias, matrix row by row, velocity along the two level axes.
 pub const STATES: usize = 16;
 pub const BIAS: usize = 2;
@@ -37,7 +39,7 @@ fn numbers(lanes: &[f64x4; LANES]) -> [f64; STATES] {
 /// Variances that no tilt, heading and velocity passes, rad² and (m/s)².
 const TILT_MAX: f64 = 0.5;
 const HEADING_MAX: f64 = 10.0;
-const VELOCITY_MAX: f64 = 1e6;
+const VELOCITY_MAX: f64 = 1e2;
 
 /// What a tick does to errors, and the noise that it adds to each.
 #[derive(Debug, Clone, Copy)]
@@ -314,6 +316,15 @@ impl Errors {
 }
 
 impl Errors {
+    pub fn is_sound(&self) -> bool {
+        let all = Symmetric::<f64, { STATES + 1 }>::from_upper(|i, j| match (i, j) {
+            (STATES, STATES) => self.heading,
+            (i, STATES) => self.with_heading[i],
+            place => self.covariance[place],
+        });
+        self.covariance == self.covariance.transpose() && all.is_covariance(1e3)
+    }
+
     /// Takes over what is known of the matrix alone.
     pub fn keep_matrix(&mut self, other: &Self) {
         for i in MATRIX..VELOCITY {

@@ -28,6 +28,7 @@ use super::sample::Inertial;
 use super::stream::Tagged;
 use super::{Estimator, Knowledge};
 use crate::error::{Error, require};
+use crate::math::sound::is_size;
 
 /// Seconds of a tick.
 const TICK: f64 = 0.1;
@@ -49,6 +50,8 @@ const REST_RATE: f64 = 0.04 * DEGREE;
 /// Direction of the magnetic field, rad √s, and how it changes on the way, rad/√s.
 const FIELD: f64 = 25.0 * DEGREE;
 const FIELD_WALK: f64 = 0.02 * DEGREE;
+/// Ticks at rest over which the strength of gravity is averaged.
+const WEIGHED: f64 = 100.0;
 /// Longest time that a field stands for, s.
 const FIELD_HOLDS: f64 = 1.0;
 /// Variances of the heading at the start, rad²: to be found by a magnetometer, and chosen.
@@ -56,10 +59,12 @@ const HEADING_FREE: f64 = 10.0;
 const HEADING_CHOSEN: f64 = 1e-6;
 /// Variance per second of an angle while no rate is known, rad²/s.
 const UNKNOWN: f64 = 1.0;
+/// Rate of a sensor that seemed to rest before a gap, rad/s.
+const STILL: f64 = 0.01;
 /// Largest bias, rad/s, and element of the matrix' error that are believed.
 const BIAS_MAX: f64 = 10.0;
 const MATRIX_MAX: f64 = 0.2;
-const VELOCITY_MAX: f64 = 1e6;
+const VELOCITY_MAX: f64 = 1e4;
 
 /// What a person may say of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -92,8 +97,8 @@ impl AutoOptions {
     fn checked(self) -> Result<Self, Error> {
         for (x, sigma) in self.bias.into_iter().zip(self.bias_sigma) {
             require(x.abs() <= BIAS_MAX, "bias", "a rate of at most 10 rad/s", x)?;
-            let expected = "a positive rate of at most 1 rad/s";
-            require(sigma > 0.0 && sigma <= 1.0, "bias_sigma", expected, sigma)?;
+            let expected = "a positive rate of at most 0.2 rad/s";
+            require(sigma > 0.0 && sigma <= 0.2, "bias_sigma", expected, sigma)?;
         }
         for (i, x) in self.matrix.as_flattened().iter().enumerate() {
             let error = x - if i % 4 == 0 { 1.0 } else { 0.0 };
@@ -131,6 +136,8 @@ pub struct Auto {
     /// Mean strength of the force in rests, and how many ticks it is of.
     gravity: [f64; 2],
     at_rest: bool,
+    /// Mean square of the rate in the last tick, (rad/s)².
+    speed_squared: f64,
 }
 
 impl Auto {
@@ -164,6 +171,7 @@ impl Auto {
             field_age: 0.0,
             gravity: [0.0; 2],
             at_rest: false,
+            speed_squared: 0.0,
         }
     }
 
@@ -172,12 +180,18 @@ impl Auto {
         &self.options
     }
 
-    /// The first second levels the frame sample by sample.
+    /// The first second levels the frame sample by sample; the first field says where north is.
     #[cold]
     #[inline(never)]
-    fn level(&mut self, force: &Vector3<f64>) {
-        if let Some(up) = self.start.add(force) {
+    fn begin(&mut self, accel: &Vector3<f64>, mag: Option<&Vector3<f64>>) {
+        if let Some(up) = self.start.add(&(self.strapdown.rotation * accel)) {
             self.strapdown.set((up * self.strapdown.orientation).normalize());
+        }
+        if let Some(mag) = mag
+            && self.options.mag
+            && self.start.is_first_field()
+        {
+            self.turn_heading(self.east_of_north(&(self.strapdown.rotation * mag)));
         }
     }
 
@@ -190,7 +204,8 @@ impl Auto {
         if state == State::FarRest {
             self.restart_gyro();
         }
-        let rate = self.speed(&sums);
+        self.speed_squared = sums.spread(&self.bias, &Vector3::zeros()).0.max(0.0);
+        let rate = self.speed_squared.sqrt();
         let moving = self.predict(&sums, rate);
         if self.start.observe(sums.elapsed, &mut self.errors) || !moving {
             self.velocity = [0.0; 2];
@@ -201,11 +216,6 @@ impl Auto {
             self.see_field(&sums, rate);
         }
         self.strapdown.settle();
-    }
-
-    /// Root mean square of the rate, rad/s.
-    fn speed(&self, sums: &Sums) -> f64 {
-        sums.spread(&self.bias, &Vector3::zeros()).0.max(0.0).sqrt()
     }
 
     /// Carries velocity and errors through a tick; false where no force was known in it.
@@ -334,7 +344,7 @@ impl Auto {
 
     fn weigh(&mut self, sums: &Sums) {
         let force = (sums.accel / sums.forces).norm();
-        self.gravity[1] = (self.gravity[1] + 1.0).min(100.0);
+        self.gravity[1] = (self.gravity[1] + 1.0).min(WEIGHED);
         self.gravity[0] += (force - self.gravity[0]) / self.gravity[1];
     }
 }
@@ -358,7 +368,7 @@ impl Estimator for Auto {
         if !self.start.over
             && let Some(accel) = &sample.accel
         {
-            self.level(&(self.strapdown.rotation * accel));
+            self.begin(accel, sample.mag.as_ref());
         }
         self.sums.add(sample, &driven, &self.strapdown.rotation, TICK);
         if self.sums.elapsed + 0.5 * sample.dt >= TICK {
@@ -371,9 +381,14 @@ impl Estimator for Auto {
         self.rest = Rest::default();
         self.at_rest = false;
         self.velocity = [0.0; 2];
+        // It may have turned as it did, another way every second.
+        let turned = (self.speed_squared + STILL * STILL) * seconds;
         self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
-        self.errors.blur(UNKNOWN * seconds, UNKNOWN * seconds);
+        self.errors.blur(turned, turned);
         self.strapdown.restart(self.strapdown.orientation);
+        if self.errors.variance(0) > TILT * TILT {
+            self.start.again();
+        }
     }
 
     #[inline(always)]
@@ -420,7 +435,28 @@ impl Estimator for Auto {
     }
 
     fn is_sound(&self) -> bool {
-        true
+        let sizes = [
+            (self.bias.amax(), BIAS_MAX),
+            ((self.matrix - Matrix3::identity()).amax(), MATRIX_MAX + 1e-12),
+            (self.velocity[0].abs(), VELOCITY_MAX),
+            (self.velocity[1].abs(), VELOCITY_MAX),
+            (self.field_age, FIELD_HOLDS),
+            (self.gravity[0], 2e3),
+            (self.gravity[1], WEIGHED),
+            (self.speed_squared, 1e7),
+        ];
+        let [c, s] = self.turn;
+        self.options.checked().is_ok()
+            && sizes.iter().all(|(x, most)| is_size(*x, *most))
+            && (c * c + s * s - 1.0).abs() < 1e-9
+            && self.strapdown.is_sound()
+            && self.sums.is_sound()
+            && self.errors.is_sound()
+            && self.start.is_sound()
+            && self.rest.is_sound()
+            && self.accelerations.is_sound()
+            && self.scale_noise.is_sound()
+            && self.magnet.is_sound()
     }
 
     fn is_like(&self, other: &Self) -> bool {

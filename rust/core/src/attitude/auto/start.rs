@@ -26,6 +26,8 @@ pub struct Start {
     /// Seconds since the first force.
     elapsed: f64,
     pub over: bool,
+    /// Whether a field was seen.
+    northed: bool,
 }
 
 impl Start {
@@ -45,6 +47,16 @@ impl Start {
         }
         let scale = 0.5 / (half * length);
         Some(Quaternion::new(half, sum.y * scale, -sum.x * scale, 0.0).normalize())
+    }
+
+    /// Begins once more, with what is known of the heading.
+    pub fn again(&mut self) {
+        *self = Self { northed: self.northed, ..Self::default() };
+    }
+
+    /// Whether no field was seen before.
+    pub fn is_first_field(&mut self) -> bool {
+        !core::mem::replace(&mut self.northed, true)
     }
 
     /// Whether a tick belongs to the start; then the errors are those of a mean force over the time.

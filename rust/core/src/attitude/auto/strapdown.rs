@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::errors::Drivers;
 use crate::attitude::sample::Inertial;
 use crate::math::rotation::exponential;
+use crate::math::sound::is_size;
 
 /// Square of the angle of a step, rad², up to which its sine and cosine are series.
 const SERIES: f64 = 0.25;
@@ -58,6 +59,36 @@ impl Strapdown {
     pub fn set(&mut self, orientation: Quaternion<f64>) {
         self.orientation = orientation;
         self.rotation = matrix(&orientation);
+    }
+}
+
+impl Strapdown {
+    pub fn is_sound(&self) -> bool {
+        (self.orientation.norm_squared() - 1.0).abs() < 1e-6
+            && self.rotation == matrix(&self.orientation)
+            && self.before.amax() <= 1e4
+    }
+}
+
+impl Sums {
+    pub fn is_sound(&self) -> bool {
+        let sizes = [
+            (self.elapsed, 10.0),
+            (self.unknown, 10.0),
+            (self.samples, 1e12),
+            (self.forces, self.samples),
+            (self.fields, self.samples),
+            (self.looks, self.samples),
+            (self.next_look, 10.0),
+            (self.gyro_squared, 1e20),
+            (self.accel_squared, 1e20),
+            (self.rotation.amax(), 1e3),
+        ];
+        let vectors = [&self.gyro, &self.accel, &self.force];
+        sizes.iter().all(|(x, most)| is_size(*x, *most))
+            && vectors.iter().all(|v| v.amax() <= 1e16)
+            && self.field.amax() <= 1e22
+            && self.products.iter().all(|product| product.amax() <= 1e7)
     }
 }
 
@@ -165,9 +196,7 @@ impl Sums {
             self.fields += 1.0;
             self.field += rotation * mag;
         }
-        if !sample.known {
-            self.unknown += sample.dt;
-        }
+        self.unknown += sample.unknown;
         if self.elapsed >= self.next_look {
             self.look(rate, rotation, tick);
         }
