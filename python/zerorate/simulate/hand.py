@@ -13,7 +13,7 @@ from zerorate.metrics.rotations import inverse, of_rotation_vectors, product, un
 from zerorate.simulate.gyro import not_negative, whole
 from zerorate.types import Floats, Integers
 
-__all__ = ["Hand", "Poses", "fixed", "hand", "turned"]
+__all__ = ["Hand", "Poses", "fixed", "given_or_drawn", "hand", "turned"]
 
 Poses: TypeAlias = int | Literal["six"] | npt.ArrayLike
 
@@ -152,6 +152,17 @@ def fixed(name: str, values: npt.ArrayLike, shape: tuple[int | None, ...]) -> Fl
         text = ", ".join("m" if length is None else str(length) for length in shape)
         raise ValueError(f"{name} must be finite, of shape ({text}), got {numbers.shape}")
     return numbers
+
+
+def given_or_drawn(
+    name: str, given: npt.ArrayLike, shape: tuple[int, ...], random: np.random.Generator
+) -> Floats:
+    """Return the numbers given, or one number times what is drawn from a normal distribution."""
+    drawn = random.standard_normal(shape)
+    if np.ndim(given) > 0:
+        return fixed(name, given, shape)
+    scaled: Floats = not_negative(name, float(given)) * drawn  # type: ignore[arg-type]
+    return scaled
 
 
 def _least_jerk(part: Floats) -> tuple[Floats, Floats]:
