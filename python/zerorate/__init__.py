@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from zerorate import units
 from zerorate._native import (
     AllanNoise,
+    Attitude,
     DriftFilter,
     ImuCorrector,
     RecursiveLeastSquares,
@@ -75,6 +76,7 @@ __all__ = [
     "AccelErrors",
     "AllanNoise",
     "AllanResult",
+    "Attitude",
     "Calibration",
     "CalibrationComparison",
     "CalibrationError",

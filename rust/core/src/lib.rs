@@ -17,6 +17,7 @@
 #![deny(unsafe_code)]
 
 pub mod allan;
+pub mod attitude;
 pub mod calibrate;
 #[cfg(feature = "std")]
 pub mod denoise;

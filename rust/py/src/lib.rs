@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod allan;
+mod attitude;
 mod calibrate;
 mod common;
 mod denoise;
@@ -19,6 +20,8 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use crate::allan::{AllanNoise, StreamingAllan};
+    #[pymodule_export]
+    use crate::attitude::Attitude;
     #[pymodule_export]
     use crate::calibrate::{ImuCorrector, TemperatureFilter, carry_turns, integrate_rates};
     #[pymodule_export]

@@ -1,0 +1,275 @@
+//! Errors of the estimate: their covariance from tick to tick, and corrections, one number at a
+//! time.
+//!
+//! The heading stands apart. Nothing but itself depends on it: a magnetometer can correct it, and
+//! the covariances that lead to it, and leave everything else as it is to the last bit.
+
+use nalgebra::{ComplexField, SMatrix, SVector};
+use serde::{Deserialize, Serialize};
+
+/// Tilt about the two level axes, bias, matrix row by row, velocity along the two level axes.
+pub const STATES: usize = 16;
+pub const BIAS: usize = 2;
+pub const MATRIX: usize = 5;
+pub const VELOCITY: usize = 14;
+/// Bias and matrix.
+const CAUSES: usize = 12;
+
+/// How errors of bias and matrix turn the orientation about one axis within a tick.
+pub type Drivers = SVector<f64, CAUSES>;
+pub type States = SVector<f64, STATES>;
+
+/// Variances that no tilt, heading and velocity passes, rad² and (m/s)².
+const TILT_MAX: f64 = 0.5;
+const HEADING_MAX: f64 = 10.0;
+const VELOCITY_MAX: f64 = 1e6;
+
+/// What a tick does to errors, and the noise that it adds to each.
+#[derive(Debug, Clone, Copy)]
+pub struct Transition {
+    /// About east, north and up.
+    pub drivers: [Drivers; 3],
+    /// Velocity by tilt: seconds times the force along up.
+    pub lift: f64,
+    pub tilt_noise: f64,
+    pub heading_noise: f64,
+    pub bias_noise: f64,
+    pub matrix_noise: f64,
+    pub velocity_noise: f64,
+    /// Variances that the noise does not carry bias and matrix beyond: elements of the matrix on
+    /// the diagonal and off it.
+    pub bias_cap: f64,
+    pub matrix_caps: [f64; 2],
+}
+
+/// Corrections found in a tick.
+#[derive(Debug, Clone, Copy)]
+pub struct Found {
+    pub states: States,
+    pub heading: f64,
+}
+
+/// Covariance of the errors.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// Kept symmetric.
+    covariance: SMatrix<f64, STATES, STATES>,
+    /// Covariances of the heading with the states, and its variance.
+    with_heading: States,
+    heading: f64,
+}
+
+impl Errors {
+    /// Errors that do not depend on each other.
+    pub fn new(variances: &States, heading: f64) -> Self {
+        let covariance = SMatrix::from_diagonal(variances);
+        Self { covariance, with_heading: States::zeros(), heading }
+    }
+
+    pub fn variance(&self, i: usize) -> f64 {
+        self.covariance[(i, i)]
+    }
+
+    pub fn heading(&self) -> f64 {
+        self.heading
+    }
+
+    pub fn covariance(&self) -> &SMatrix<f64, STATES, STATES> {
+        &self.covariance
+    }
+
+    /// Carries the errors through a tick.
+    #[inline]
+    pub fn predict(&mut self, by: &Transition) {
+        self.predict_heading(by);
+        self.turn_rows(by);
+        self.turn_columns(by);
+        self.add_noise(by);
+        self.bound();
+    }
+
+    /// The heading's own turning: it needs the covariance before the tick.
+    #[inline]
+    fn predict_heading(&mut self, by: &Transition) {
+        let (p, drivers) = (&self.covariance.data.0, &by.drivers[2]);
+        let mut moved = self.with_heading;
+        for c in 0..CAUSES {
+            for i in 0..STATES {
+                moved[i] += p[BIAS + c][i] * drivers[c];
+            }
+        }
+        for c in 0..CAUSES {
+            self.heading += drivers[c] * (self.with_heading[BIAS + c] + moved[BIAS + c]);
+        }
+        for c in 0..CAUSES {
+            moved[0] += by.drivers[0][c] * moved[BIAS + c];
+            moved[1] += by.drivers[1][c] * moved[BIAS + c];
+        }
+        moved[VELOCITY] += by.lift * moved[1];
+        moved[VELOCITY + 1] -= by.lift * moved[0];
+        self.with_heading = moved;
+        self.heading += by.heading_noise;
+    }
+
+    /// F P, in the columns of P, which is symmetric: `F P` has as row what it has as column.
+    #[inline]
+    fn turn_rows(&mut self, by: &Transition) {
+        let p = &mut self.covariance.data.0;
+        for c in 0..CAUSES {
+            let (east, north) = (by.drivers[0][c], by.drivers[1][c]);
+            for i in 0..STATES {
+                let cause = p[BIAS + c][i];
+                p[0][i] += cause * east;
+                p[1][i] += cause * north;
+            }
+        }
+        for i in 0..STATES {
+            p[VELOCITY][i] += by.lift * p[1][i];
+            p[VELOCITY + 1][i] -= by.lift * p[0][i];
+        }
+    }
+
+    /// (F P) Fᵀ: elements of bias and matrix stay, those between them and the rest are mirrored,
+    /// those of the rest among themselves are turned.
+    #[inline]
+    fn turn_columns(&mut self, by: &Transition) {
+        const REST: [usize; 4] = [0, 1, VELOCITY, VELOCITY + 1];
+        let p = &mut self.covariance.data.0;
+        for r in REST {
+            let row = &mut p[r];
+            for c in 0..CAUSES {
+                row[0] += by.drivers[0][c] * row[BIAS + c];
+                row[1] += by.drivers[1][c] * row[BIAS + c];
+            }
+            row[VELOCITY] += by.lift * row[1];
+            row[VELOCITY + 1] -= by.lift * row[0];
+        }
+        for r in REST {
+            for i in BIAS..VELOCITY {
+                p[i][r] = p[r][i];
+            }
+        }
+        for (n, r) in REST.into_iter().enumerate() {
+            for s in REST.into_iter().skip(n + 1) {
+                p[s][r] = p[r][s];
+            }
+        }
+    }
+
+    #[inline]
+    fn add_noise(&mut self, by: &Transition) {
+        let p = &mut self.covariance.data.0;
+        let mut add = |i: usize, noise: f64, cap: f64| {
+            p[i][i] += noise.min((cap - p[i][i]).max(0.0));
+        };
+        for i in 0..2 {
+            add(i, by.tilt_noise, f64::INFINITY);
+            add(VELOCITY + i, by.velocity_noise, f64::INFINITY);
+        }
+        for i in 0..3 {
+            add(BIAS + i, by.bias_noise, by.bias_cap);
+        }
+        for i in 0..9 {
+            add(MATRIX + i, by.matrix_noise, by.matrix_caps[usize::from(i % 4 != 0)]);
+        }
+    }
+
+    /// Shrinks what has grown beyond any meaning, as a whole row and column.
+    #[inline]
+    fn bound(&mut self) {
+        let bounds = [TILT_MAX, TILT_MAX, VELOCITY_MAX, VELOCITY_MAX];
+        for (i, bound) in [0, 1, VELOCITY, VELOCITY + 1].into_iter().zip(bounds) {
+            if self.variance(i) > bound {
+                self.shrink(i, (bound / self.variance(i)).sqrt());
+            }
+        }
+        if self.heading > HEADING_MAX {
+            let factor = (HEADING_MAX / self.heading).sqrt();
+            self.with_heading *= factor;
+            self.heading = HEADING_MAX;
+        }
+    }
+
+    #[cold]
+    fn shrink(&mut self, i: usize, factor: f64) {
+        for j in 0..STATES {
+            self.covariance[(i, j)] *= factor;
+            self.covariance[(j, i)] *= factor;
+        }
+        self.with_heading[i] *= factor;
+    }
+
+    /// Corrects by a measurement of state `i`, of which `found` has already some correction.
+    #[inline]
+    pub fn correct(&mut self, i: usize, innovation: f64, noise: f64, found: &mut Found) {
+        let scale = 1.0 / (self.variance(i) + noise);
+        let (column, root) = (self.covariance.data.0[i], scale.sqrt());
+        let weight = (innovation - found.states[i]) * scale;
+        let along = self.with_heading[i];
+        let mut gain = [0.0; STATES];
+        for j in 0..STATES {
+            found.states[j] += column[j] * weight;
+            // A root of the scale on both sides keeps it symmetric to the last bit.
+            gain[j] = column[j] * root;
+            self.with_heading[j] -= column[j] * (along * scale);
+        }
+        found.heading += along * weight;
+        self.heading -= along * along * scale;
+        for (j, column) in self.covariance.data.0.iter_mut().enumerate() {
+            for k in 0..STATES {
+                column[k] -= gain[k] * gain[j];
+            }
+        }
+    }
+
+    /// Corrects the heading alone, with a gain of its own choice and this noise: nothing else
+    /// learns from it.
+    pub fn correct_heading(&mut self, gain: f64, noise: f64) {
+        let rest = 1.0 - gain;
+        self.with_heading *= rest;
+        self.heading = rest * rest * self.heading + gain * gain * noise;
+    }
+
+    /// Makes the states `i` independent of all others, with this variance.
+    pub fn restart(&mut self, states: &[usize], variance: f64) {
+        for i in states {
+            for j in 0..STATES {
+                self.covariance[(*i, j)] = 0.0;
+                self.covariance[(j, *i)] = 0.0;
+            }
+            self.with_heading[*i] = 0.0;
+            self.covariance[(*i, *i)] = variance;
+        }
+    }
+
+    /// Sets the covariance of two states.
+    pub fn couple(&mut self, i: usize, j: usize, covariance: f64) {
+        self.covariance[(i, j)] = covariance;
+        self.covariance[(j, i)] = covariance;
+    }
+
+    /// Adds to the variances of tilt and heading.
+    pub fn blur(&mut self, tilt: f64, heading: f64) {
+        self.covariance[(0, 0)] += tilt;
+        self.covariance[(1, 1)] += tilt;
+        self.heading += heading;
+        self.bound();
+    }
+
+    /// Makes the heading independent of all others, with this variance.
+    pub fn restart_heading(&mut self, variance: f64) {
+        self.with_heading = States::zeros();
+        self.heading = variance;
+    }
+}
+
+impl Errors {
+    /// Takes over what is known of the matrix alone.
+    pub fn keep_matrix(&mut self, other: &Self) {
+        for i in MATRIX..VELOCITY {
+            for j in MATRIX..VELOCITY {
+                self.covariance[(i, j)] = other.covariance[(i, j)];
+            }
+        }
+    }
+}

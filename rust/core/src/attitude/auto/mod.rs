@@ -1,0 +1,408 @@
+//! The default filter: a Kalman filter that also learns the gyro's scale and misalignment from
+//! gravity, and lets a magnetometer touch the heading only.
+//!
+//! Each sample is integrated. Ticks of a tenth of a second correct: the velocity that the force makes
+//! in a frame that the gyro holds level stays near zero, or the tilt is wrong, or bias and matrix of
+//! the gyro that have turned it. After D. Laidig and T. Seel (VQF, *Information Fusion* 91, 2023)
+//! in what a frame of the gyro's own is good for; the errors of the gyro as states are our own.
+
+mod errors;
+mod magnet;
+mod rest;
+mod start;
+mod strapdown;
+mod trust;
+
+use nalgebra::{ComplexField, Matrix3, Quaternion, RealField, Vector3};
+use serde::{Deserialize, Serialize};
+
+use self::errors::{BIAS, Errors, Found, MATRIX, States, Transition, VELOCITY};
+use self::magnet::Magnet;
+use self::rest::{Rest, State};
+use self::start::{SPEED, Start, TILT};
+use self::strapdown::{Strapdown, Sums};
+use self::trust::{Accelerations, ScaleNoise};
+use super::sample::Inertial;
+use super::stream::Tagged;
+use super::{Estimator, Knowledge};
+use crate::error::{Error, require};
+
+/// Seconds of a tick.
+const TICK: f64 = 0.1;
+const DEGREE: f64 = core::f64::consts::PI / 180.0;
+/// Noise of the angle, rad/√s, and what of every turn accelerometer and mounting leave, rad/√rad.
+const ANGLE_NOISE: f64 = 0.01 * DEGREE;
+const TURN_NOISE: f64 = 0.003;
+/// Random walk of the bias, rad/s/√s, and its spread at the start, rad/s.
+const BIAS_WALK: f64 = 0.01 * DEGREE;
+const BIAS_SIGMA: f64 = 0.5 * DEGREE;
+/// Random walk of the matrix' elements, 1/√s, and their spread on the diagonal and off it.
+const MATRIX_WALK: f64 = 1e-5;
+const MATRIX_SIGMAS: [f64; 2] = [0.008, 0.005];
+/// Noise of the velocity, m/s/√s.
+const VELOCITY_NOISE: f64 = 0.01;
+/// Velocity at rest, m/s √s, and the rate's mean there, rad/s √s.
+const REST_VELOCITY: f64 = 1e-2;
+const REST_RATE: f64 = 0.04 * DEGREE;
+/// Direction of the magnetic field, rad √s, and how it changes on the way, rad/√s.
+const FIELD: f64 = 25.0 * DEGREE;
+const FIELD_WALK: f64 = 0.02 * DEGREE;
+/// Longest time that a field stands for, s.
+const FIELD_HOLDS: f64 = 1.0;
+/// Variances of the heading at the start, rad²: to be found by a magnetometer, and chosen.
+const HEADING_FREE: f64 = 10.0;
+const HEADING_CHOSEN: f64 = 1e-6;
+/// Variance per second of an angle while no rate is known, rad²/s.
+const UNKNOWN: f64 = 1.0;
+/// Largest bias, rad/s, and element of the matrix' error that are believed.
+const BIAS_MAX: f64 = 10.0;
+const MATRIX_MAX: f64 = 0.2;
+const VELOCITY_MAX: f64 = 1e6;
+
+/// What a person may say of the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AutoOptions {
+    /// Whether there is a magnetometer; without one the heading at the start is chosen.
+    pub mag: bool,
+    /// The gyro's output without rotation, rad/s, and its standard deviation.
+    pub bias: [f64; 3],
+    pub bias_sigma: [f64; 3],
+}
+
+impl Default for AutoOptions {
+    fn default() -> Self {
+        Self { mag: true, bias: [0.0; 3], bias_sigma: [BIAS_SIGMA; 3] }
+    }
+}
+
+impl AutoOptions {
+    fn checked(self) -> Result<Self, Error> {
+        for (x, sigma) in self.bias.into_iter().zip(self.bias_sigma) {
+            require(x.abs() <= BIAS_MAX, "bias", "a rate of at most 10 rad/s", x)?;
+            let expected = "a positive rate of at most 1 rad/s";
+            require(sigma > 0.0 && sigma <= 1.0, "bias_sigma", expected, sigma)?;
+        }
+        Ok(self)
+    }
+}
+
+/// The filter.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Auto {
+    options: AutoOptions,
+    strapdown: Strapdown,
+    sums: Sums,
+    errors: Errors,
+    bias: Vector3<f64>,
+    /// I + S.
+    matrix: Matrix3<f64>,
+    /// In the frame of the orientation, m/s.
+    velocity: [f64; 2],
+    /// By how much that frame's heading is turned against the earth, rad; its half's cosine, sine.
+    offset: f64,
+    turn: [f64; 2],
+    start: Start,
+    rest: Rest,
+    accelerations: Accelerations,
+    scale_noise: ScaleNoise,
+    magnet: Magnet,
+    /// Seconds since the field was last used.
+    field_age: f64,
+    /// Mean strength of the force in rests, and how many ticks it is of.
+    gravity: [f64; 2],
+    at_rest: bool,
+}
+
+impl Auto {
+    /// A filter that has seen nothing.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if an option is out of its range.
+    pub fn new(options: AutoOptions) -> Result<Self, Error> {
+        Ok(Self::with(options.checked()?))
+    }
+
+    fn with(options: AutoOptions) -> Self {
+        let heading = if options.mag { HEADING_FREE } else { HEADING_CHOSEN };
+        Self {
+            options,
+            strapdown: Strapdown::default(),
+            sums: Sums::new(TICK),
+            errors: Errors::new(&start_variances(&options.bias_sigma), heading),
+            bias: Vector3::from(options.bias),
+            matrix: Matrix3::identity(),
+            velocity: [0.0; 2],
+            offset: 0.0,
+            turn: [1.0, 0.0],
+            start: Start::default(),
+            rest: Rest::default(),
+            accelerations: Accelerations::default(),
+            scale_noise: ScaleNoise::default(),
+            magnet: Magnet::default(),
+            field_age: 0.0,
+            gravity: [0.0; 2],
+            at_rest: false,
+        }
+    }
+
+    /// The first second levels the frame sample by sample.
+    #[cold]
+    #[inline(never)]
+    fn level(&mut self, force: &Vector3<f64>) {
+        if let Some(up) = self.start.add(force) {
+            self.strapdown.set((up * self.strapdown.orientation).normalize());
+        }
+    }
+
+    #[inline(never)]
+    fn tick(&mut self) {
+        let sums = self.sums;
+        self.sums = Sums::new(TICK);
+        let state = self.rest.observe(&sums, &self.bias);
+        self.at_rest = state == State::Rest;
+        if state == State::FarRest {
+            self.restart_gyro();
+        }
+        let rate = self.speed(&sums);
+        let moving = self.predict(&sums, rate);
+        if self.start.observe(sums.elapsed, &mut self.errors) || !moving {
+            self.velocity = [0.0; 2];
+        } else {
+            self.correct(&sums);
+        }
+        if self.options.mag {
+            self.see_field(&sums, rate);
+        }
+        self.settle();
+    }
+
+    /// Root mean square of the rate, rad/s.
+    fn speed(&self, sums: &Sums) -> f64 {
+        sums.spread(&self.bias, &Vector3::zeros()).0.max(0.0).sqrt()
+    }
+
+    /// Carries velocity and errors through a tick; false where no force was known in it.
+    fn predict(&mut self, sums: &Sums, rate: f64) -> bool {
+        let span = sums.elapsed;
+        let force = sums.force / sums.forces.max(1.0);
+        let scale = self.scale_noise.variance() * rate * rate;
+        let unknown = UNKNOWN * sums.unknown;
+        let angle = span * (ANGLE_NOISE.powi(2) + scale + TURN_NOISE.powi(2) * rate) + unknown;
+        let walk = if self.options.mag { span * FIELD_WALK.powi(2) } else { 0.0 };
+        self.errors.predict(&Transition {
+            drivers: [0, 1, 2].map(|i| sums.drivers(i)),
+            lift: span * force.z,
+            tilt_noise: angle,
+            heading_noise: angle + walk,
+            bias_noise: span * BIAS_WALK.powi(2),
+            matrix_noise: span * MATRIX_WALK.powi(2),
+            velocity_noise: span * VELOCITY_NOISE.powi(2),
+            bias_cap: BIAS_SIGMA.powi(2),
+            matrix_caps: MATRIX_SIGMAS.map(|sigma| sigma * sigma),
+        });
+        let known = sums.forces > 0.0;
+        if known {
+            self.velocity[0] += span * force.x;
+            self.velocity[1] += span * force.y;
+        } else {
+            self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
+        }
+        known
+    }
+
+    /// The velocity stays near zero; at rest it is zero, and the rate is the bias.
+    fn correct(&mut self, sums: &Sums) {
+        let (span, velocity) = (sums.elapsed, self.velocity);
+        let noise = match self.at_rest {
+            true => REST_VELOCITY.powi(2) / span,
+            false => self.accelerations.observe(&velocity, span) / span,
+        };
+        let mut found = Found { states: States::zeros(), heading: 0.0 };
+        let expected = [0, 1].map(|j| self.expected(j, noise));
+        for j in 0..2 {
+            self.errors.correct(VELOCITY + j, -velocity[j], noise, &mut found);
+        }
+        if self.at_rest {
+            let level = sums.gyro / sums.samples - self.bias;
+            for j in 0..3 {
+                self.errors.correct(BIAS + j, level[j], REST_RATE.powi(2) / span, &mut found);
+            }
+            self.weigh(sums);
+        } else {
+            let tilt = [found.states[0], found.states[1]];
+            self.scale_noise.observe(&tilt, expected[0] + expected[1], span);
+        }
+        self.apply(&found);
+    }
+
+    /// Variance of the tilt's correction by one component of the velocity.
+    fn expected(&self, j: usize, noise: f64) -> f64 {
+        let p = self.errors.covariance();
+        let i = VELOCITY + j;
+        (p[(0, i)].powi(2) + p[(1, i)].powi(2)) / (p[(i, i)] + noise)
+    }
+
+    fn apply(&mut self, found: &Found) {
+        let states = &found.states;
+        self.strapdown.correct(&Vector3::new(states[0], states[1], 0.0));
+        for i in 0..3 {
+            self.bias[i] = (self.bias[i] + states[BIAS + i]).clamp(-BIAS_MAX, BIAS_MAX);
+            for j in 0..3 {
+                let usual = if i == j { 1.0 } else { 0.0 };
+                let element = self.matrix[(i, j)] + states[MATRIX + 3 * i + j] - usual;
+                self.matrix[(i, j)] = usual + element.clamp(-MATRIX_MAX, MATRIX_MAX);
+            }
+        }
+        for j in 0..2 {
+            let velocity = self.velocity[j] + states[VELOCITY + j];
+            self.velocity[j] = velocity.clamp(-VELOCITY_MAX, VELOCITY_MAX);
+        }
+        self.turn_heading(found.heading);
+    }
+
+    /// The mean direction of the field corrects the heading, and nothing else.
+    fn see_field(&mut self, sums: &Sums, rate: f64) {
+        self.field_age = (self.field_age + sums.elapsed).min(FIELD_HOLDS);
+        if sums.fields == 0.0 {
+            return;
+        }
+        let field = sums.field / sums.fields;
+        let seconds = core::mem::take(&mut self.field_age);
+        let Some(doubt) = self.magnet.observe(&field, seconds, rate) else { return };
+        if seconds <= 0.0 || (field.x == 0.0 && field.y == 0.0) {
+            return;
+        }
+        let noise = FIELD.powi(2) / seconds * doubt;
+        let gain = self.errors.heading() / (self.errors.heading() + noise);
+        let east = RealField::atan2(field.x, field.y) - self.offset;
+        self.errors.correct_heading(gain, noise);
+        self.turn_heading(gain * wrapped(east));
+    }
+
+    fn turn_heading(&mut self, angle: f64) {
+        self.offset = wrapped(self.offset + angle);
+        let (sine, cosine) = ComplexField::sin_cos(0.5 * self.offset);
+        self.turn = [cosine, sine];
+    }
+
+    /// A rest far from the bias: nothing that was learned of the gyro holds.
+    #[cold]
+    fn restart_gyro(&mut self) {
+        self.bias = self.rest.level().map(|x| x.clamp(-BIAS_MAX, BIAS_MAX));
+        self.matrix = Matrix3::identity();
+        let heading = self.errors.heading().max(if self.options.mag { HEADING_FREE } else { 0.0 });
+        self.errors = Errors::new(&start_variances(&[BIAS_SIGMA; 3]), heading);
+        (self.velocity, self.scale_noise) = ([0.0; 2], ScaleNoise::default());
+        self.at_rest = true;
+    }
+
+    fn weigh(&mut self, sums: &Sums) {
+        let force = (sums.accel / sums.forces).norm();
+        self.gravity[1] = (self.gravity[1] + 1.0).min(100.0);
+        self.gravity[0] += (force - self.gravity[0]) / self.gravity[1];
+    }
+
+    /// Rounding does not lead the orientation away from a rotation.
+    fn settle(&mut self) {
+        self.strapdown.set(self.strapdown.orientation.normalize());
+    }
+}
+
+/// Variances of all states at the start.
+fn start_variances(bias_sigma: &[f64; 3]) -> States {
+    States::from_fn(|i, _| match i {
+        0..BIAS => TILT * TILT,
+        BIAS..MATRIX => bias_sigma[i - BIAS].powi(2),
+        MATRIX..VELOCITY => MATRIX_SIGMAS[usize::from((i - MATRIX) % 4 != 0)].powi(2),
+        _ => SPEED * SPEED,
+    })
+}
+
+/// The angle from -π to π.
+fn wrapped(angle: f64) -> f64 {
+    use core::f64::consts::{PI, TAU};
+    let turns = ((angle + PI) / TAU).floor();
+    angle - turns * TAU
+}
+
+impl Estimator for Auto {
+    #[inline]
+    fn step(&mut self, sample: &Inertial) {
+        let driven = sample.gyro - self.bias;
+        let driven = if sample.known { driven } else { Vector3::zeros() };
+        self.strapdown.turn(self.matrix * driven * sample.dt);
+        if !self.start.over
+            && let Some(accel) = &sample.accel
+        {
+            self.level(&(self.strapdown.rotation * accel));
+        }
+        self.sums.add(sample, &driven, &self.strapdown.rotation, TICK);
+        if self.sums.elapsed + 0.5 * sample.dt >= TICK {
+            self.tick();
+        }
+    }
+
+    fn gap(&mut self, seconds: f64) {
+        self.sums = Sums::new(TICK);
+        self.rest = Rest::default();
+        self.at_rest = false;
+        self.velocity = [0.0; 2];
+        self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
+        self.errors.blur(UNKNOWN * seconds, UNKNOWN * seconds);
+        self.strapdown.restart(self.strapdown.orientation);
+    }
+
+    #[inline(always)]
+    fn orientation(&self) -> Quaternion<f64> {
+        let ([c, s], q) = (self.turn, &self.strapdown.orientation);
+        Quaternion::new(c * q.w - s * q.k, c * q.i - s * q.j, c * q.j + s * q.i, c * q.k + s * q.w)
+    }
+
+    fn knowledge(&self) -> Knowledge {
+        let sigma = |i: usize| self.errors.variance(i).max(0.0).sqrt();
+        Knowledge {
+            bias: self.bias,
+            bias_sigma: Vector3::from_fn(|i, _| sigma(BIAS + i)),
+            gyro_matrix: self.matrix,
+            tilt_sigma: (self.errors.variance(0) + self.errors.variance(1)).max(0.0).sqrt(),
+            heading_sigma: self.errors.heading().max(0.0).sqrt(),
+            gravity: if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN },
+            at_rest: self.at_rest,
+            disturbed: self.magnet.is_disturbed(),
+            started: self.start.over,
+        }
+    }
+
+    fn align(&mut self, orientation: Quaternion<f64>, tilt_sigma: f64, heading_sigma: f64) {
+        self.strapdown.restart(orientation);
+        self.turn_heading(-self.offset);
+        self.velocity = [0.0; 2];
+        self.errors.restart(&[0, 1], tilt_sigma.powi(2));
+        self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
+        self.errors.restart_heading(heading_sigma.powi(2));
+        self.start.over = true;
+    }
+
+    fn reset(&mut self) {
+        *self = Self::with(self.options);
+    }
+
+    fn power_on(&mut self) {
+        let (matrix, errors) = (self.matrix, self.errors);
+        self.reset();
+        self.matrix = matrix;
+        self.errors.keep_matrix(&errors);
+    }
+
+    fn is_sound(&self) -> bool {
+        true
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        self.options == other.options
+    }
+}
+
+impl Tagged for Auto {
+    const TAG: &'static str = "attitude";
+}

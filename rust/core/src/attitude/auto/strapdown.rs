@@ -1,0 +1,202 @@
+//! Integration of the rate, sample by sample, and what a tick needs to know of its samples.
+
+use nalgebra::{Matrix3, Quaternion, SVector, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::errors::Drivers;
+use crate::attitude::sample::Inertial;
+use crate::math::rotation::exponential;
+
+/// Square of the angle of a step, rad², up to which its sine and cosine are series.
+const SERIES: f64 = 0.25;
+/// Looks a tick at how the rotation couples errors of the gyro into the orientation.
+const LOOKS: f64 = 4.0;
+
+/// The orientation in a frame whose z axis is up and whose heading nothing but the gyro turns.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Strapdown {
+    pub orientation: Quaternion<f64>,
+    /// Of the orientation.
+    pub rotation: Matrix3<f64>,
+    /// The step before.
+    before: Vector3<f64>,
+}
+
+impl Default for Strapdown {
+    fn default() -> Self {
+        let (orientation, rotation) = (Quaternion::identity(), Matrix3::identity());
+        Self { orientation, rotation, before: Vector3::zeros() }
+    }
+}
+
+impl Strapdown {
+    /// Turns by a step about the sensor's axes, and by what coning adds to it.
+    #[inline(always)]
+    pub fn turn(&mut self, step: Vector3<f64>) {
+        let angle = step + self.before.cross(&step) * (1.0 / 12.0);
+        self.before = step;
+        self.set(self.orientation * small_rotation(&angle));
+    }
+
+    /// Turns by a rotation vector in the axes of the frame.
+    pub fn correct(&mut self, angle: &Vector3<f64>) {
+        let corrected = exponential(angle).into_inner() * self.orientation;
+        self.set(corrected.normalize());
+    }
+
+    /// Takes an orientation over, without memory of steps.
+    pub fn restart(&mut self, orientation: Quaternion<f64>) {
+        self.before = Vector3::zeros();
+        self.set(orientation);
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, orientation: Quaternion<f64>) {
+        self.orientation = orientation;
+        self.rotation = matrix(&orientation);
+    }
+}
+
+/// The rotation by a rotation vector: cosine and sine by their series, to the sixth order, where a
+/// sensor of a body can be in one sample.
+#[inline(always)]
+fn small_rotation(angle: &Vector3<f64>) -> Quaternion<f64> {
+    let square = angle.norm_squared();
+    if square > SERIES {
+        return exponential(angle).into_inner();
+    }
+    let scalar = 1.0 + square * (-1.0 / 8.0 + square * (1.0 / 384.0 - square * (1.0 / 46_080.0)));
+    let sine = 0.5 + square * (-1.0 / 48.0 + square * (1.0 / 3_840.0 - square * (1.0 / 645_120.0)));
+    Quaternion::from_parts(scalar, angle * sine)
+}
+
+/// The matrix of a rotation.
+#[inline(always)]
+fn matrix(q: &Quaternion<f64>) -> Matrix3<f64> {
+    let (w, x, y, z) = (q.w, q.i + q.i, q.j + q.j, q.k + q.k);
+    let (wx, wy, wz) = (w * x, w * y, w * z);
+    let (xx, xy, xz) = (q.i * x, q.i * y, q.i * z);
+    let (yy, yz, zz) = (q.j * y, q.j * z, q.k * z);
+    Matrix3::new(
+        1.0 - (yy + zz),
+        xy - wz,
+        xz + wy,
+        xy + wz,
+        1.0 - (xx + zz),
+        yz - wx,
+        xz - wy,
+        yz + wx,
+        1.0 - (xx + yy),
+    )
+}
+
+/// Sums over the samples of a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Sums {
+    /// Seconds, and how many of them without a known rate.
+    pub elapsed: f64,
+    pub unknown: f64,
+    /// Samples, and those with a force and a field.
+    pub samples: f64,
+    pub forces: f64,
+    pub fields: f64,
+    /// Rate and force in the sensor's axes, and their squared lengths.
+    pub gyro: Vector3<f64>,
+    pub gyro_squared: f64,
+    pub accel: Vector3<f64>,
+    pub accel_squared: f64,
+    /// Force and field in the axes of the frame.
+    pub force: Vector3<f64>,
+    pub field: Vector3<f64>,
+    looks: f64,
+    next_look: f64,
+    rotation: Matrix3<f64>,
+    /// Of element k: the rotation times component k of the rate without bias.
+    products: [Matrix3<f64>; 3],
+}
+
+impl Sums {
+    /// Of no sample, in a tick of so many seconds.
+    pub fn new(tick: f64) -> Self {
+        let (zero, none) = (Vector3::zeros(), Matrix3::zeros());
+        Self {
+            elapsed: 0.0,
+            unknown: 0.0,
+            samples: 0.0,
+            forces: 0.0,
+            fields: 0.0,
+            gyro: zero,
+            gyro_squared: 0.0,
+            accel: zero,
+            accel_squared: 0.0,
+            force: zero,
+            field: zero,
+            looks: 0.0,
+            next_look: 0.5 * tick / LOOKS,
+            rotation: none,
+            products: [none; 3],
+        }
+    }
+
+    /// Adds a sample; `rate` is without bias, `rotation` the one after it.
+    #[inline(always)]
+    pub fn add(
+        &mut self,
+        sample: &Inertial,
+        rate: &Vector3<f64>,
+        rotation: &Matrix3<f64>,
+        tick: f64,
+    ) {
+        self.elapsed += sample.dt;
+        self.samples += 1.0;
+        self.gyro += sample.gyro;
+        self.gyro_squared += sample.gyro.norm_squared();
+        if let Some(accel) = &sample.accel {
+            self.forces += 1.0;
+            self.accel += accel;
+            self.accel_squared += accel.norm_squared();
+            self.force += rotation * accel;
+        }
+        if let Some(mag) = &sample.mag {
+            self.fields += 1.0;
+            self.field += rotation * mag;
+        }
+        if !sample.known {
+            self.unknown += sample.dt;
+        }
+        if self.elapsed >= self.next_look {
+            self.look(rate, rotation, tick);
+        }
+    }
+
+    #[inline]
+    fn look(&mut self, rate: &Vector3<f64>, rotation: &Matrix3<f64>, tick: f64) {
+        self.looks += 1.0;
+        self.next_look += tick / LOOKS;
+        self.rotation += rotation;
+        for k in 0..3 {
+            self.products[k] += rotation * rate[k];
+        }
+    }
+
+    /// How errors of bias and matrix turn the orientation in the tick, about axis `i` of the frame.
+    pub fn drivers(&self, i: usize) -> Drivers {
+        let scale = if self.looks > 0.0 { self.elapsed / self.looks } else { 0.0 };
+        SVector::from_fn(|n, _| match n {
+            0..3 => -scale * self.rotation[(i, n)],
+            _ => scale * self.products[(n - 3) % 3][(i, (n - 3) / 3)],
+        })
+    }
+
+    /// Means of the rate and of the force in the sensor's axes, and the mean squared distances of
+    /// the samples from places given; zero of the force if there is none.
+    pub fn spread(&self, gyro: &Vector3<f64>, accel: &Vector3<f64>) -> (f64, f64) {
+        let about = |count: f64, sum: &Vector3<f64>, squared: f64, place: &Vector3<f64>| match count
+        {
+            0.0 => 0.0,
+            n => (squared - 2.0 * sum.dot(place)) / n + place.norm_squared(),
+        };
+        let of_gyro = about(self.samples, &self.gyro, self.gyro_squared, gyro);
+        (of_gyro, about(self.forces, &self.accel, self.accel_squared, accel))
+    }
+}

@@ -1,0 +1,88 @@
+//! How far velocity and gyro are trusted, learned from the corrections themselves.
+
+use serde::{Deserialize, Serialize};
+
+/// Velocity that a body is expected to have, m/s √s.
+const SPEED: f64 = 0.25;
+/// Seconds over which its accelerations are averaged, and their mean at the start, (m/s)².
+const MEMORY: f64 = 5.0;
+const FIRST: f64 = 0.25;
+
+/// Half the mean square of the velocity found: how much the body's own accelerations make.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Accelerations {
+    square: f64,
+}
+
+impl Default for Accelerations {
+    fn default() -> Self {
+        Self { square: FIRST }
+    }
+}
+
+impl Accelerations {
+    /// Takes the velocity found in a tick; returns the variance of "it is zero" over a second.
+    pub fn observe(&mut self, velocity: &[f64; 2], span: f64) -> f64 {
+        let square = 0.5 * (velocity[0] * velocity[0] + velocity[1] * velocity[1]);
+        self.square += (span / MEMORY).min(1.0) * (square - self.square);
+        SPEED * SPEED + self.square
+    }
+
+    pub fn is_sound(&self) -> bool {
+        (0.0..=1e18).contains(&self.square)
+    }
+}
+
+/// What a gyro errs by in a turn, √s, at the least, and by how much more it may.
+const LEAST: f64 = 0.0015;
+const MOST: f64 = 150.0;
+/// Seconds over which corrections are added up, and within which the noise follows.
+const SUMMED: f64 = 2.0;
+const FOLLOWS: f64 = 3.0;
+/// Share of what is expected that the sum's square has if the noise is right, and the largest.
+const USUAL: f64 = 0.3;
+const LARGEST: f64 = 6.0;
+const TINY: f64 = 1e-12;
+
+/// Noise of the gyro's scale, raised while the corrections of the tilt keep pointing one way, as
+/// they do where samples were lost: accelerations of the body cancel in their sum.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ScaleNoise {
+    square: f64,
+    sum: [f64; 2],
+    expected: f64,
+}
+
+impl Default for ScaleNoise {
+    fn default() -> Self {
+        Self { square: LEAST * LEAST, sum: [0.0; 2], expected: 0.0 }
+    }
+}
+
+impl ScaleNoise {
+    /// Its square, s.
+    pub fn variance(&self) -> f64 {
+        self.square
+    }
+
+    /// Takes the correction of the tilt in a tick, and the variance that it was expected to have.
+    pub fn observe(&mut self, correction: &[f64; 2], expected: f64, span: f64) {
+        let kept = (1.0 - span / SUMMED).max(0.0);
+        for (sum, correction) in self.sum.iter_mut().zip(correction) {
+            *sum = kept * *sum + correction;
+        }
+        let kept = (1.0 - 2.0 * span / SUMMED).max(0.0);
+        self.expected = kept * self.expected + expected;
+        let square = self.sum[0] * self.sum[0] + self.sum[1] * self.sum[1];
+        let ratio = (square / (self.expected + TINY)).min(LARGEST);
+        let grown = self.square * (1.0 + (span / FOLLOWS).min(1.0) * (ratio - USUAL));
+        self.square = grown.clamp(LEAST * LEAST, MOST * LEAST * LEAST);
+    }
+
+    pub fn is_sound(&self) -> bool {
+        let range = LEAST * LEAST..=MOST * LEAST * LEAST;
+        range.contains(&self.square)
+            && self.sum.iter().all(|x| x.abs() <= 1e9)
+            && (0.0..=1e9).contains(&self.expected)
+    }
+}

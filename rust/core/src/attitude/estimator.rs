@@ -1,0 +1,78 @@
+//! What every method of estimating an attitude has.
+
+use nalgebra::{Matrix3, Quaternion, Vector3};
+
+use super::sample::Inertial;
+
+/// A method of estimating the attitude, in rad, s, m/s² and the frame east, north, up.
+pub trait Estimator {
+    /// Takes one sample: constant work, no allocation, no panic.
+    fn step(&mut self, sample: &Inertial);
+
+    /// So many seconds passed, more than one, in which nothing is known.
+    fn gap(&mut self, seconds: f64);
+
+    /// From the axes of the sensor to those of the earth, of length one to rounding.
+    fn orientation(&self) -> Quaternion<f64>;
+
+    /// What else is known.
+    fn knowledge(&self) -> Knowledge {
+        Knowledge::default()
+    }
+
+    /// Goes on from this orientation, of length one, of which tilt and heading are known so well.
+    fn align(&mut self, orientation: Quaternion<f64>, tilt_sigma: f64, heading_sigma: f64);
+
+    /// Back to before the first sample.
+    fn reset(&mut self);
+
+    /// The same, but for what the sensor keeps while it is off.
+    fn power_on(&mut self) {
+        self.reset();
+    }
+
+    /// Whether all numbers of a state that was read can be those of a running one.
+    fn is_sound(&self) -> bool;
+
+    /// Whether another one has the same parameters.
+    fn is_like(&self, other: &Self) -> bool;
+}
+
+/// What an estimator knows next to the orientation, NaN where it does not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Knowledge {
+    /// The gyro's output without rotation, rad/s.
+    pub bias: Vector3<f64>,
+    /// Its standard deviation.
+    pub bias_sigma: Vector3<f64>,
+    /// M in `rate = M (gyro - bias)`.
+    pub gyro_matrix: Matrix3<f64>,
+    /// Standard deviation of the angle between true and estimated up, rad.
+    pub tilt_sigma: f64,
+    /// That of the heading, rad.
+    pub heading_sigma: f64,
+    /// Mean strength of the specific force in rests, m/s².
+    pub gravity: f64,
+    /// Whether the sensor rests.
+    pub at_rest: bool,
+    /// Whether the magnetic field is not the one known.
+    pub disturbed: bool,
+    /// Whether the first seconds are over.
+    pub started: bool,
+}
+
+impl Default for Knowledge {
+    fn default() -> Self {
+        Self {
+            bias: Vector3::repeat(f64::NAN),
+            bias_sigma: Vector3::repeat(f64::NAN),
+            gyro_matrix: Matrix3::identity(),
+            tilt_sigma: f64::NAN,
+            heading_sigma: f64::NAN,
+            gravity: f64::NAN,
+            at_rest: false,
+            disturbed: false,
+            started: true,
+        }
+    }
+}

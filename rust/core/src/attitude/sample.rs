@@ -1,0 +1,85 @@
+//! Samples of an IMU: as they are given, and as an estimator takes them.
+
+use nalgebra::Vector3;
+
+use crate::stream::Input;
+
+/// Largest rate, rad/s, and specific force, m/s², that a sensor of a body can have felt.
+pub(super) const RATE_MAX: f64 = 1e3;
+pub(super) const FORCE_MAX: f64 = 1e3;
+/// Largest and least strength of a magnetic field, in whatever unit.
+const FIELD_MAX: f64 = 1e9;
+const FIELD_MIN: f64 = 1e-9;
+/// Less than this is no specific force: a sensor that is not there, or free fall.
+const FORCE_MIN: f64 = 1e-9;
+
+/// A sample as it is given: three axes of gyro, accelerometer and magnetometer in their units, and
+/// the seconds since the sample before it. NaN where something is missing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Angular rate.
+    pub gyro: [f64; 3],
+    /// Specific force: up at rest.
+    pub accel: [f64; 3],
+    /// Magnetic field, in any unit.
+    pub mag: [f64; 3],
+    /// Seconds since the sample before; NaN for one period of the rate.
+    pub dt: f64,
+}
+
+impl Input for Sample {
+    const NUMBERS: usize = 10;
+
+    #[inline(always)]
+    fn read(z: &[f64]) -> Self {
+        let z: &[f64; 10] = z.first_chunk().expect("as many numbers as a sample has");
+        Self {
+            gyro: [z[0], z[1], z[2]],
+            accel: [z[3], z[4], z[5]],
+            mag: [z[6], z[7], z[8]],
+            dt: z[9],
+        }
+    }
+}
+
+/// A sample as an estimator takes it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inertial {
+    /// Angular rate, rad/s; the last one known, or zero, where none is.
+    pub gyro: Vector3<f64>,
+    /// Whether the rate is known, or was less than 50 ms ago.
+    pub known: bool,
+    /// Specific force, m/s², unless it is missing.
+    pub accel: Option<Vector3<f64>>,
+    /// Magnetic field, in any unit, unless it is missing.
+    pub mag: Option<Vector3<f64>>,
+    /// Seconds since the sample before, not negative.
+    pub dt: f64,
+}
+
+/// The rate in rad/s, if no axis is missing or beyond any body's.
+#[inline(always)]
+pub(super) fn rate(gyro: [f64; 3], unit: f64) -> Option<Vector3<f64>> {
+    let rate = Vector3::from(gyro) * unit;
+    within(&rate, RATE_MAX).then_some(rate)
+}
+
+/// The specific force in m/s², likewise; none is not one.
+#[inline(always)]
+pub(super) fn force(accel: [f64; 3], unit: f64) -> Option<Vector3<f64>> {
+    let force = Vector3::from(accel) * unit;
+    (within(&force, FORCE_MAX) & !within(&force, FORCE_MIN)).then_some(force)
+}
+
+/// The magnetic field, likewise.
+#[inline(always)]
+pub(super) fn field(mag: [f64; 3]) -> Option<Vector3<f64>> {
+    let field = Vector3::from(mag);
+    (within(&field, FIELD_MAX) & !within(&field, FIELD_MIN)).then_some(field)
+}
+
+/// Not so for NaN.
+#[inline(always)]
+fn within(v: &Vector3<f64>, bound: f64) -> bool {
+    (v.x.abs() <= bound) & (v.y.abs() <= bound) & (v.z.abs() <= bound)
+}

@@ -1,0 +1,319 @@
+//! The stream of attitudes: units, frame, time and missing samples around an estimator.
+
+use nalgebra::{Quaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::frame::{self, Frame};
+use super::sample::{self, FORCE_MAX, Inertial, RATE_MAX, Sample};
+use super::{Estimator, GRAVITY, Knowledge};
+use crate::error::{Error, check_positive, check_rate};
+use crate::math::sound::{is_count, is_sample, is_within};
+use crate::stream::checkpoint::Checkpoint;
+use crate::stream::{Field, Output, Shape, Stream, Traced};
+
+/// Seconds for which the last rate stands for missing ones.
+const HELD: f64 = 0.05;
+/// More seconds between two samples are a gap.
+const GAP: f64 = 1.0;
+/// No gap is longer, s.
+const GAP_MAX: f64 = 1e9;
+/// What a sensor at rest may take gravity for, m/s²: beyond, its unit is not the one said.
+const GRAVITY_RANGE: [f64; 2] = [9.3, 10.3];
+
+/// What a person chooses, whatever the estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AttitudeParams {
+    /// Samples a second.
+    pub rate: f64,
+    /// Axes of the earth.
+    pub frame: Frame,
+    /// rad/s in a unit of the gyro.
+    pub gyro_unit: f64,
+    /// m/s² in a unit of the accelerometer.
+    pub accel_unit: f64,
+}
+
+impl AttitudeParams {
+    /// The parameters, if they are within their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first that is not.
+    pub fn checked(self) -> Result<Self, Error> {
+        check_rate(self.rate)?;
+        check_positive("gyro_unit", "a positive number of rad/s", self.gyro_unit)?;
+        check_positive("accel_unit", "a positive number of m/s^2", self.accel_unit)?;
+        Ok(self)
+    }
+}
+
+/// An attitude, sample by sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Attitude<E> {
+    params: AttitudeParams,
+    period: f64,
+    estimator: E,
+    /// The last rate known, rad/s, and the seconds since it.
+    rate: Vector3<f64>,
+    unknown: f64,
+    /// The last specific force, m/s², NaN if the last sample had none.
+    force: Vector3<f64>,
+    samples: u64,
+}
+
+impl<E: Estimator> Attitude<E> {
+    /// A stream around an estimator that has seen nothing.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if a parameter is out of its range.
+    pub fn new(params: AttitudeParams, estimator: E) -> Result<Self, Error> {
+        let params = params.checked()?;
+        let mut this = Self {
+            params,
+            period: 1.0 / params.rate,
+            estimator,
+            rate: Vector3::zeros(),
+            unknown: 0.0,
+            force: Vector3::repeat(f64::NAN),
+            samples: 0,
+        };
+        this.forget();
+        Ok(this)
+    }
+
+    /// What was chosen.
+    pub fn params(&self) -> &AttitudeParams {
+        &self.params
+    }
+
+    /// What estimates.
+    pub fn estimator(&self) -> &E {
+        &self.estimator
+    }
+
+    /// Samples given so far, missing ones included.
+    pub fn samples_seen(&self) -> u64 {
+        self.samples
+    }
+
+    /// From the axes of the sensor to those of the earth, the scalar first.
+    #[inline(always)]
+    pub fn quaternion(&self) -> [f64; 4] {
+        let q = self.estimator.orientation();
+        let [w, x, y, z] = [q.w, q.i, q.j, q.k];
+        let half = core::f64::consts::FRAC_1_SQRT_2;
+        match self.params.frame {
+            Frame::Enu => [w, x, y, z],
+            Frame::Ned => [-half * (x + y), half * (w + z), half * (w - z), half * (y - x)],
+            Frame::Nwu => [half * (w + z), half * (x + y), half * (y - x), half * (z - w)],
+        }
+    }
+
+    /// What a person may read.
+    pub fn reading(&self) -> Reading {
+        let (snapshot, enu) = (self.snapshot(), self.estimator.orientation());
+        let [w, x, y, z] = snapshot.quaternion;
+        let up = frame::up(&enu);
+        Reading {
+            snapshot,
+            euler: frame::euler(&Quaternion::new(w, x, y, z)),
+            heading: frame::heading(&enu),
+            up: up.into(),
+            gravity: (up * (GRAVITY / self.params.accel_unit)).into(),
+            status: self.status(&snapshot.knowledge),
+        }
+    }
+
+    fn status(&self, known: &Knowledge) -> &'static str {
+        match known {
+            _ if self.samples == 0 || !known.started => "starting",
+            _ if self.unknown > HELD => "rate missing",
+            _ if self.wrong_gravity().is_some() => "wrong unit",
+            Knowledge { disturbed: true, .. } => "disturbed",
+            Knowledge { at_rest: true, .. } => "at rest",
+            _ => "moving",
+        }
+    }
+
+    /// Specific force without gravity, in the axes of the sensor and its unit; NaN where the last
+    /// sample had none.
+    fn linear_acceleration(&self) -> [f64; 3] {
+        let up = frame::up(&self.estimator.orientation());
+        ((self.force - up * GRAVITY) / self.params.accel_unit).into()
+    }
+
+    /// What is known next to the orientation, bias in the unit of the gyro.
+    fn knowledge(&self) -> Knowledge {
+        let knowledge = self.estimator.knowledge();
+        Knowledge {
+            bias: knowledge.bias / self.params.gyro_unit,
+            bias_sigma: knowledge.bias_sigma / self.params.gyro_unit,
+            ..knowledge
+        }
+    }
+
+    /// Strength of the force in rests, in m/s², if it is none that gravity can be: the unit of the
+    /// accelerometer is then not the one said.
+    pub fn wrong_gravity(&self) -> Option<f64> {
+        let [least, most] = GRAVITY_RANGE;
+        let gravity = self.estimator.knowledge().gravity;
+        (gravity < least || gravity > most).then_some(gravity)
+    }
+
+    /// Goes on from this orientation in the frame, the scalar first, of any length but zero.
+    pub fn align(&mut self, orientation: [f64; 4], tilt_sigma: f64, heading_sigma: f64) {
+        let [w, x, y, z] = orientation;
+        let given = Quaternion::new(w, x, y, z).normalize();
+        let enu = self.params.frame.from_enu().conjugate() * given;
+        self.estimator.align(enu, tilt_sigma, heading_sigma);
+    }
+
+    /// Back to before the first sample, but for what the sensor keeps while it is off.
+    pub fn power_on(&mut self) {
+        self.estimator.power_on();
+        self.forget();
+    }
+
+    fn forget(&mut self) {
+        (self.rate, self.unknown) = (Vector3::zeros(), f64::INFINITY);
+        (self.force, self.samples) = (Vector3::repeat(f64::NAN), 0);
+    }
+
+    /// A sample in the units of an estimator, and how long it took.
+    #[inline(always)]
+    fn measured(&mut self, sample: &Sample) -> Inertial {
+        let dt = if sample.dt >= 0.0 { sample.dt } else { self.period };
+        match sample::rate(sample.gyro, self.params.gyro_unit) {
+            Some(rate) => (self.rate, self.unknown) = (rate, 0.0),
+            None => self.lose(dt),
+        }
+        let accel = sample::force(sample.accel, self.params.accel_unit);
+        self.force = accel.unwrap_or(Vector3::repeat(f64::NAN));
+        let (mag, known) = (sample::field(sample.mag), self.unknown <= HELD);
+        Inertial { gyro: self.rate, known, accel, mag, dt }
+    }
+
+    #[cold]
+    fn lose(&mut self, dt: f64) {
+        self.unknown += dt;
+        if self.unknown > HELD {
+            self.rate = Vector3::zeros();
+        }
+    }
+}
+
+/// What a person may read of a body after a sample, in its frame and units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// Everything known after the sample.
+    pub snapshot: Snapshot,
+    /// Roll, pitch, yaw, rad.
+    pub euler: [f64; 3],
+    /// Direction of the sensor's x axis over ground, clockwise from north, rad.
+    pub heading: f64,
+    /// Up, in the axes of the sensor.
+    pub up: [f64; 3],
+    /// What gravity alone makes the accelerometer show.
+    pub gravity: [f64; 3],
+    /// What is to be known first of all.
+    pub status: &'static str,
+}
+
+/// Everything known after a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Snapshot {
+    /// From the axes of the sensor to those of the earth, the scalar first.
+    pub quaternion: [f64; 4],
+    /// What is known next to it, bias in the unit of the gyro.
+    pub knowledge: Knowledge,
+    /// Specific force without gravity, in the axes of the sensor and its unit.
+    pub linear_acceleration: [f64; 3],
+}
+
+impl Output for Snapshot {
+    const FIELDS: &'static [Field] = &[
+        Field { name: "quaternion", shape: Shape::Vector(4) },
+        Field { name: "bias", shape: Shape::Vector(3) },
+        Field { name: "bias_sigma", shape: Shape::Vector(3) },
+        Field { name: "gyro_matrix", shape: Shape::Matrix(3) },
+        Field { name: "tilt_sigma", shape: Shape::Number },
+        Field { name: "heading_sigma", shape: Shape::Number },
+        Field { name: "linear_acceleration", shape: Shape::Vector(3) },
+        Field { name: "at_rest", shape: Shape::Flag },
+        Field { name: "disturbed", shape: Shape::Flag },
+    ];
+
+    #[inline(always)]
+    fn write(self, numbers: &mut [f64], flags: &mut [bool]) {
+        let known = &self.knowledge;
+        numbers[..4].copy_from_slice(&self.quaternion);
+        numbers[4..7].copy_from_slice(known.bias.as_slice());
+        numbers[7..10].copy_from_slice(known.bias_sigma.as_slice());
+        // Row after row.
+        numbers[10..19].copy_from_slice(known.gyro_matrix.transpose().as_slice());
+        (numbers[19], numbers[20]) = (known.tilt_sigma, known.heading_sigma);
+        numbers[21..24].copy_from_slice(&self.linear_acceleration);
+        (flags[0], flags[1]) = (known.at_rest, known.disturbed);
+    }
+}
+
+impl<E: Estimator> Stream for Attitude<E> {
+    type Input = Sample;
+    type Output = [f64; 4];
+
+    #[inline]
+    fn update(&mut self, sample: Sample) -> [f64; 4] {
+        let measured = self.measured(&sample);
+        self.samples += 1;
+        if measured.dt > GAP && self.samples > 1 {
+            self.estimator.gap(measured.dt.min(GAP_MAX));
+            self.estimator.step(&Inertial { dt: 0.0, ..measured });
+        } else {
+            self.estimator.step(&Inertial { dt: measured.dt.min(GAP), ..measured });
+        }
+        self.quaternion()
+    }
+
+    fn reset(&mut self) {
+        self.estimator.reset();
+        self.forget();
+    }
+}
+
+impl<E: Estimator> Traced for Attitude<E> {
+    type Snapshot = Snapshot;
+
+    fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            quaternion: self.quaternion(),
+            knowledge: self.knowledge(),
+            linear_acceleration: self.linear_acceleration(),
+        }
+    }
+}
+
+/// Names the type of an estimator in a checkpoint.
+pub trait Tagged: Estimator + Serialize + serde::de::DeserializeOwned {
+    /// As of [`Checkpoint::TAG`].
+    const TAG: &'static str;
+    /// As of [`Checkpoint::VERSION`].
+    const VERSION: u16 = 1;
+}
+
+impl<E: Tagged> Checkpoint for Attitude<E> {
+    const TAG: &'static str = E::TAG;
+    const VERSION: u16 = E::VERSION;
+
+    fn is_sound(&self) -> bool {
+        self.params.checked().is_ok()
+            && self.period == 1.0 / self.params.rate
+            && self.rate.iter().all(|x| is_within(*x, RATE_MAX))
+            && self.unknown >= 0.0
+            && self.force.iter().all(|x| is_sample(*x, FORCE_MAX))
+            && is_count(self.samples)
+            && self.estimator.is_sound()
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        self.params == other.params && self.estimator.is_like(&other.estimator)
+    }
+}

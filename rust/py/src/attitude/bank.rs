@@ -1,0 +1,106 @@
+//! Attitudes of every method behind one trait: a type in the core, a value here.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use zerorate_core::attitude::{
+    Attitude, AttitudeParams, Auto, AutoOptions, Reading, Snapshot, Tagged,
+};
+use zerorate_core::checkpoint::{self, Label};
+use zerorate_core::stream::{Output, Parts};
+use zerorate_core::{Bank, Error};
+
+use crate::common::errors::NativeError;
+use crate::common::streaming::AnyBank;
+
+/// A bank of attitudes by one method.
+pub trait AttitudeBank: AnyBank {
+    fn params(&self) -> &AttitudeParams;
+    fn readings(&self) -> Vec<Reading>;
+    fn samples_seen(&self) -> u64;
+    fn wrong_gravity(&self) -> Option<f64>;
+    /// Puts down what is known after each sample.
+    fn trace(&mut self, rows: &[f64], parts: &mut Parts) -> Result<(), Error>;
+    fn power_on(&mut self);
+    fn align(&mut self, orientations: &[[f64; 4]], tilt_sigma: f64, heading_sigma: f64);
+}
+
+impl<E> AttitudeBank for Bank<Attitude<E>>
+where
+    E: Tagged + Clone + Send + Sync + 'static,
+{
+    fn params(&self) -> &AttitudeParams {
+        self.streams()[0].params()
+    }
+
+    fn readings(&self) -> Vec<Reading> {
+        self.streams().iter().map(Attitude::reading).collect()
+    }
+
+    fn samples_seen(&self) -> u64 {
+        self.streams()[0].samples_seen()
+    }
+
+    fn wrong_gravity(&self) -> Option<f64> {
+        self.streams().iter().find_map(Attitude::wrong_gravity)
+    }
+
+    fn trace(&mut self, rows: &[f64], parts: &mut Parts) -> Result<(), Error> {
+        let (channels, width) = (self.channels(), self.width() * self.channels());
+        parts.add_rows(channels, rows, width, |rows, numbers, flags| {
+            Bank::trace(self, rows, numbers, flags);
+        })
+    }
+
+    fn power_on(&mut self) {
+        self.streams_mut().iter_mut().for_each(Attitude::power_on);
+    }
+
+    fn align(&mut self, orientations: &[[f64; 4]], tilt_sigma: f64, heading_sigma: f64) {
+        for (body, orientation) in self.streams_mut().iter_mut().zip(orientations) {
+            body.align(*orientation, tilt_sigma, heading_sigma);
+        }
+    }
+}
+
+/// The parts of what is known after a sample.
+pub fn fields() -> &'static [zerorate_core::stream::Field] {
+    Snapshot::FIELDS
+}
+
+/// A bank of new attitudes.
+pub fn new(
+    method: &str,
+    params: AttitudeParams,
+    auto: AutoOptions,
+    channels: usize,
+) -> PyResult<Box<dyn AttitudeBank>> {
+    match method {
+        "auto" => of(Auto::new(auto).map_err(NativeError::from)?, params, channels),
+        _ => Err(PyValueError::new_err(format!("method must be 'auto', got '{method}'"))),
+    }
+}
+
+fn of<E: Tagged + Clone + Send + Sync + 'static>(
+    estimator: E,
+    params: AttitudeParams,
+    channels: usize,
+) -> PyResult<Box<dyn AttitudeBank>> {
+    let attitude = Attitude::new(params, estimator).map_err(NativeError::from)?;
+    Ok(Box::new(Bank::new(&attitude, channels).map_err(NativeError::from)?))
+}
+
+type Restored = (Option<usize>, Box<dyn AttitudeBank>);
+
+/// The bank that a checkpoint holds.
+pub fn restored(bytes: &[u8]) -> Result<Restored, Error> {
+    let _found: Label = checkpoint::label(bytes)?;
+    bank::<Auto>(bytes)
+}
+
+fn bank<E>(bytes: &[u8]) -> Result<Restored, Error>
+where
+    E: Tagged + Clone + Send + Sync + 'static,
+{
+    let (channels, bank) = checkpoint::restore::<Attitude<E>>(bytes)?;
+    Ok((channels, Box::new(bank)))
+}

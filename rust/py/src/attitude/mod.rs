@@ -1,0 +1,338 @@
+//! Attitude for Python.
+
+mod bank;
+mod samples;
+
+use pyo3::exceptions::{PyUserWarning, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyTuple};
+use zerorate_core::Error;
+use zerorate_core::attitude::{AttitudeParams, AutoOptions, Frame, Reading};
+use zerorate_core::stream::{Parts, Values};
+
+use self::bank::AttitudeBank;
+use self::samples::Given;
+use crate::common::arrays;
+use crate::common::errors::NativeError;
+use crate::common::streaming::{self, Shared, axes_of, call, exclusive, reading, streaming, text};
+use crate::common::work::in_pieces;
+
+/// Which way a body points, from its gyro, accelerometer and magnetometer.
+#[pyclass(generic, module = "zerorate")]
+#[derive(Debug)]
+pub struct Attitude {
+    options: Options,
+    shared: Shared<dyn AttitudeBank>,
+}
+
+/// What a person chose.
+#[derive(Debug, Clone)]
+struct Options {
+    method: String,
+    mag: bool,
+}
+
+streaming!(Attitude);
+
+#[pymethods]
+impl Attitude {
+    #[new]
+    #[pyo3(signature = (
+        rate, *, mag=true, frame="enu", method="auto", gyro_unit="rad/s", accel_unit="m/s^2",
+        channels=None
+    ))]
+    // The arguments are those of the class in Python.
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        py: Python<'_>,
+        rate: f64,
+        mag: bool,
+        frame: &str,
+        method: &str,
+        gyro_unit: &str,
+        accel_unit: &str,
+        channels: Option<i128>,
+    ) -> PyResult<Self> {
+        let channels = streaming::channels(channels)?;
+        let params = AttitudeParams {
+            rate,
+            frame: frame_of(frame)?,
+            gyro_unit: factor(py, gyro_unit, "rad/s", "gyro_unit")?,
+            accel_unit: factor(py, accel_unit, "m/s^2", "accel_unit")?,
+        };
+        let auto = AutoOptions { mag, ..AutoOptions::default() };
+        let bank = bank::new(method, params, auto, channels.unwrap_or(1))?;
+        let shared = Shared::new(channels, bank).map_err(NativeError::from)?;
+        Ok(Self { options: Options { method: method.to_owned(), mag }, shared })
+    }
+
+    /// Takes one sample of each sensor, returns the orientation.
+    #[pyo3(signature = (gyro, accel, mag=None, *floats, dt=None))]
+    fn update<'py>(
+        slf: &Bound<'py, Self>,
+        gyro: &Bound<'py, PyAny>,
+        accel: &Bound<'py, PyAny>,
+        mag: Option<&Bound<'py, PyAny>>,
+        floats: &Bound<'py, PyTuple>,
+        dt: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut this = exclusive(slf)?;
+        let row = match floats.is_empty() {
+            true => Given { gyro, accel, mag, dt }.row(this.shared.channels)?,
+            false => samples::of_floats([gyro, accel], mag, floats, dt)?,
+        };
+        this.check_mag(mag.is_some())?;
+        this.shared.update_row(slf.py(), &row)
+    }
+
+    /// What ``update`` returns for each sample of a batch.
+    #[pyo3(signature = (gyro, accel, mag=None, dt=None, threads=None))]
+    fn process<'py>(
+        slf: &Bound<'py, Self>,
+        gyro: &Bound<'py, PyAny>,
+        accel: &Bound<'py, PyAny>,
+        mag: Option<&Bound<'py, PyAny>>,
+        dt: Option<&Bound<'py, PyAny>>,
+        threads: Option<i128>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut this = exclusive(slf)?;
+        this.check_mag(mag.is_some())?;
+        let rows = Given { gyro, accel, mag, dt }.rows(this.shared.channels)?;
+        let found = this.shared.process_samples(slf.py(), rows, None, threads)?;
+        this.warn(slf.py())?;
+        Ok(found)
+    }
+
+    /// Like ``process``, but returns all that was known after each sample, as arrays by name.
+    #[pyo3(signature = (gyro, accel, mag=None, dt=None))]
+    fn trace<'py>(
+        slf: &Bound<'py, Self>,
+        gyro: &Bound<'py, PyAny>,
+        accel: &Bound<'py, PyAny>,
+        mag: Option<&Bound<'py, PyAny>>,
+        dt: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (py, mut this) = (slf.py(), exclusive(slf)?);
+        this.check_mag(mag.is_some())?;
+        let samples = Given { gyro, accel, mag, dt }.rows(this.shared.channels)?;
+        let (rows, bank) = (samples.values()?, &mut *this.shared.bank);
+        let (n, channels) = (samples.shape()[0], bank.channels());
+        let mut parts = Parts::new(bank::fields(), n * channels).map_err(NativeError::from)?;
+        let width = samples::WIDTH * channels;
+        in_pieces(py, bank, n, 1, |bank, piece| {
+            bank.trace(&rows[streaming::places(piece, width)], &mut parts)
+        })?;
+        let axes = this.shared.batch_axes(n);
+        let found = PyDict::new(py);
+        for (field, values) in parts.into_fields() {
+            let array = match values {
+                Values::Numbers(values) => {
+                    arrays::array(py, values, &[&axes[..], &axes_of(field.shape)].concat())?
+                }
+                Values::Flags(values) => arrays::array(py, values, &axes)?,
+            };
+            found.set_item(field.name, array)?;
+        }
+        this.warn(py)?;
+        Ok(found)
+    }
+
+    /// Back to before the first sample, but for scale and misalignment of the gyro.
+    fn power_on(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.shared.bank.power_on();
+        Ok(())
+    }
+
+    /// From the axes of the sensor to those of the earth, w first: (4,), with channels (k, 4).
+    #[getter]
+    fn quaternion<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &[4], |body| body.snapshot.quaternion.to_vec())
+    }
+
+    /// The same as a ``scipy.spatial.transform.Rotation``.
+    #[getter]
+    fn rotation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let scalar_first = PyDict::new(py);
+        scalar_first.set_item("scalar_first", true)?;
+        py.import("scipy.spatial.transform")?.getattr("Rotation")?.call_method(
+            "from_quat",
+            (Self::quaternion(slf)?,),
+            Some(&scalar_first),
+        )
+    }
+
+    /// Roll, pitch and yaw, rad: (3,), with channels (k, 3).
+    #[getter]
+    fn euler<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &[3], |body| body.euler.to_vec())
+    }
+
+    /// Direction of the sensor's x axis over ground, clockwise from north, 0 to 2 pi: float, with
+    /// channels (k,).
+    #[getter]
+    fn heading<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &[], |body| vec![body.heading])
+    }
+
+    /// Up, in the axes of the sensor, of length 1: (3,), with channels (k, 3).
+    #[getter]
+    fn up<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &[3], |body| body.up.to_vec())
+    }
+
+    /// What gravity alone makes the accelerometer show, in its unit: (3,), with channels (k, 3).
+    #[getter]
+    fn gravity<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &[3], |body| body.gravity.to_vec())
+    }
+
+    /// The last specific force without gravity, in the accelerometer's axes and unit, NaN if it was
+    /// missing: (3,), with channels (k, 3).
+    #[getter]
+    fn linear_acceleration<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &[3], |body| body.snapshot.linear_acceleration.to_vec())
+    }
+
+    /// The gyro's output without rotation, in its unit: (3,), with channels (k, 3).
+    #[getter]
+    fn bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &[3], |body| body.snapshot.knowledge.bias.as_slice().to_vec())
+    }
+
+    /// Standard deviation of ``bias``: (3,), with channels (k, 3).
+    #[getter]
+    fn bias_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &[3], |body| body.snapshot.knowledge.bias_sigma.as_slice().to_vec())
+    }
+
+    /// M in ``rate = M (gyro - bias)``: (3, 3), with channels (k, 3, 3).
+    #[getter]
+    fn gyro_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &[3, 3], |body| {
+            body.snapshot.knowledge.gyro_matrix.transpose().as_slice().to_vec()
+        })
+    }
+
+    /// Standard deviation of the angle between the true and the estimated vertical, rad: float, with
+    /// channels (k,).
+    #[getter]
+    fn tilt_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &[], |body| vec![body.snapshot.knowledge.tilt_sigma])
+    }
+
+    /// Standard deviation of the heading, rad; without magnetometer that against the start: float,
+    /// with channels (k,).
+    #[getter]
+    fn heading_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &[], |body| vec![body.snapshot.knowledge.heading_sigma])
+    }
+
+    /// Whether the body rests: bool, with channels (k,).
+    #[getter]
+    fn at_rest<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        flags(slf, |body| body.snapshot.knowledge.at_rest)
+    }
+
+    /// Whether the magnetic field is another than the one known, by its strength or its dip: bool,
+    /// with channels (k,).
+    #[getter]
+    fn disturbed<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        flags(slf, |body| body.snapshot.knowledge.disturbed)
+    }
+
+    /// What is to be known first of all: "starting" (first second), "rate missing", "wrong unit",
+    /// "disturbed", "at rest" or "moving"; with channels a list.
+    #[getter]
+    fn status<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        let status: Vec<&str> = this.shared.bank.readings().iter().map(|b| b.status).collect();
+        match this.shared.channels {
+            None => Ok(status[0].into_pyobject(slf.py())?.into_any()),
+            Some(_) => Ok(status.into_pyobject(slf.py())?.into_any()),
+        }
+    }
+
+    /// Samples given so far, missing ones included.
+    #[getter]
+    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
+        Ok(reading(slf)?.shared.bank.samples_seen())
+    }
+
+    /// Samples a second.
+    #[getter]
+    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(reading(slf)?.shared.bank.params().rate)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let params = this.shared.bank.params();
+        let arguments = [("rate", text(params.rate), "")];
+        Ok(call("Attitude", &arguments, this.shared.channels))
+    }
+}
+
+impl Attitude {
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        let (channels, bank) = bank::restored(bytes)?;
+        let options = Options { method: "auto".to_owned(), mag: true };
+        Ok(Self { options, shared: Shared::new(channels, bank)? })
+    }
+
+    fn check_mag(&self, given: bool) -> PyResult<()> {
+        match given && !self.options.mag {
+            false => Ok(()),
+            true => Err(PyValueError::new_err("mag is given, but this Attitude has mag=False")),
+        }
+    }
+
+    /// Says once that the unit of the accelerometer is wrong.
+    fn warn(&self, py: Python<'_>) -> PyResult<()> {
+        let Some(gravity) = self.shared.bank.wrong_gravity() else { return Ok(()) };
+        let text = format!(
+            "the accelerometer shows {gravity:.3} m/s^2 at rest, gravity is 9.81: is accel_unit right?"
+        );
+        let text = std::ffi::CString::new(text).unwrap_or_default();
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+    }
+}
+
+fn vectors<'py>(
+    slf: &Bound<'py, Attitude>,
+    shape: &[usize],
+    of: impl Fn(&Reading) -> Vec<f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let this = reading(slf)?;
+    let values = this.shared.bank.readings().iter().flat_map(of).collect();
+    this.shared.arrays(slf.py(), values, shape)
+}
+
+fn flags<'py>(
+    slf: &Bound<'py, Attitude>,
+    of: impl Fn(&Reading) -> bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let this = reading(slf)?;
+    let values = this.shared.bank.readings().iter().map(of).collect();
+    this.shared.numbers(slf.py(), values)
+}
+
+fn frame_of(name: &str) -> PyResult<Frame> {
+    match name {
+        "enu" => Ok(Frame::Enu),
+        "ned" => Ok(Frame::Ned),
+        "nwu" => Ok(Frame::Nwu),
+        _ => {
+            Err(PyValueError::new_err(format!("frame must be 'enu', 'ned' or 'nwu', got '{name}'")))
+        }
+    }
+}
+
+/// What one unit of a sensor is in SI.
+fn factor(py: Python<'_>, unit: &str, si: &str, name: &str) -> PyResult<f64> {
+    let convert = py.import("zerorate.units")?.getattr("convert")?;
+    let found = convert.call1((1.0, unit, si)).map_err(|_| {
+        PyValueError::new_err(format!("{name} must be a unit such as '{si}', got '{unit}'"))
+    })?;
+    found.extract()
+}
