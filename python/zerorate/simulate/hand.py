@@ -9,7 +9,7 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.metrics.rotations import inverse, of_rotation_vectors, product, unit
+from zerorate.metrics.rotations import inverse, of_matrices, of_rotation_vectors, product, unit
 from zerorate.simulate.gyro import not_negative, whole
 from zerorate.types import Floats, Integers
 
@@ -233,21 +233,14 @@ def _given_poses(poses: npt.ArrayLike) -> Floats:
 
 
 def _of_matrices(matrices: Floats) -> Floats:
-    """Return the quaternions of rotation matrices, from the column of q q' that is largest."""
+    """Return the quaternions of rotation matrices; ValueError if they are none."""
     across = matrices.transpose(0, 2, 1)
     proper = np.linalg.det(matrices) > 0.0
     if not len(matrices) or not (
         proper.all() and np.allclose(matrices @ across, np.eye(3), atol=1e-6)
     ):
         raise ValueError("poses must be rotation matrices: orthogonal, of determinant 1")
-    trace = np.trace(matrices, axis1=1, axis2=2)[:, None, None]
-    outer = np.zeros((len(matrices), 4, 4))
-    outer[:, 1:, 1:] = matrices + across + (1.0 - trace) * np.eye(3)
-    outer[:, :1, :1] = 1.0 + trace
-    outer[:, 0, 1:] = (matrices - across)[:, (2, 0, 1), (1, 2, 0)]
-    outer[:, 1:, 0] = outer[:, 0, 1:]
-    largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
-    return unit(outer[np.arange(len(matrices)), largest])
+    return of_matrices(matrices)
 
 
 def _rotation_vectors(q: Floats) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -116,6 +116,8 @@ class SimulatedMotion:
         m/s^2, shape (3,).
     at_rest, disturbed
         Whether the sensor stood still, and whether a magnet was near, shape (n,).
+    source
+        Kind and seed, in words.
     """
 
     time: Floats
@@ -132,7 +134,7 @@ class SimulatedMotion:
     accel_bias: Floats
     at_rest: Booleans
     disturbed: Booleans
-    source: str = field(default="a simulated motion", repr=False)
+    source: str = "a simulated motion"
 
     @property
     def dt(self) -> Floats:
@@ -223,8 +225,8 @@ def simulate_motion(
     >>> motion.gyro.shape, bool(motion.at_rest.any())
     ((2000, 3), False)
     >>> motion.recording()
-    Recording(a simulated motion; gyro: 3 at 100 Hz, rad/s; accel: 3 at 100 Hz, m/s^2; mag: 3 at \
-100 Hz, uT; reference: 4 at 100 Hz, 1)
+    Recording(simulated pendulum, seed 3; gyro: 3 at 100 Hz, rad/s; accel: 3 at 100 Hz, m/s^2; \
+mag: 3 at 100 Hz, uT; reference: 4 at 100 Hz, 1)
     """
     if kind not in TRAJECTORIES:
         raise ValueError(f"kind must be one of {', '.join(TRAJECTORIES)}, got {kind!r}")
@@ -236,15 +238,9 @@ def simulate_motion(
     random = _streams(seed)
     motion = _Begun(TRAJECTORIES[kind](random["motion"], duration), start == "rest")
     seconds = np.arange(round(duration * hertz)) / hertz
-    return _simulated(
-        motion,
-        seconds,
-        hertz,
-        errors or MotionErrors(),
-        of_earth(field, dip),
-        spans(magnet),
-        random,
-    )
+    earth, times = of_earth(field, dip), spans(magnet)
+    found = _simulated(motion, seconds, hertz, errors or MotionErrors(), earth, times, random)
+    return replace(found, source=f"simulated {kind}, seed {seed}")
 
 
 @dataclass(frozen=True, eq=False)
