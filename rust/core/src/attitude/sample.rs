@@ -57,29 +57,28 @@ pub struct Inertial {
     pub dt: f64,
 }
 
-/// The rate in rad/s, if no axis is missing or beyond any body's.
+/// The rate in rad/s, unless it is missing or beyond any body's.
 #[inline(always)]
 pub(super) fn rate(gyro: [f64; 3], unit: f64) -> Option<Vector3<f64>> {
     let rate = Vector3::from(gyro) * unit;
-    within(&rate, RATE_MAX).then_some(rate)
+    (rate.norm_squared() <= RATE_MAX * RATE_MAX).then_some(rate)
 }
 
 /// The specific force in m/s², likewise; none is not one.
 #[inline(always)]
 pub(super) fn force(accel: [f64; 3], unit: f64) -> Option<Vector3<f64>> {
-    let force = Vector3::from(accel) * unit;
-    (within(&force, FORCE_MAX) & !within(&force, FORCE_MIN)).then_some(force)
+    measured(Vector3::from(accel) * unit, FORCE_MIN, FORCE_MAX)
 }
 
 /// The magnetic field, likewise.
 #[inline(always)]
 pub(super) fn field(mag: [f64; 3]) -> Option<Vector3<f64>> {
-    let field = Vector3::from(mag);
-    (within(&field, FIELD_MAX) & !within(&field, FIELD_MIN)).then_some(field)
+    measured(Vector3::from(mag), FIELD_MIN, FIELD_MAX)
 }
 
-/// Not so for NaN.
+/// Not so for NaN, nor where a square is no number any more.
 #[inline(always)]
-fn within(v: &Vector3<f64>, bound: f64) -> bool {
-    (v.x.abs() <= bound) & (v.y.abs() <= bound) & (v.z.abs() <= bound)
+fn measured(v: Vector3<f64>, least: f64, most: f64) -> Option<Vector3<f64>> {
+    let square = v.norm_squared();
+    ((square >= least * least) & (square <= most * most)).then_some(v)
 }

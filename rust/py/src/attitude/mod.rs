@@ -3,19 +3,26 @@
 mod bank;
 mod samples;
 
+use std::ops::Range;
+
+use numpy::PyArrayMethods;
 use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
-use zerorate_core::Error;
+use zerorate_core::{Error, memory};
 use zerorate_core::attitude::{AttitudeParams, AutoOptions, Frame, Reading};
 use zerorate_core::stream::{Parts, Values};
 
 use self::bank::AttitudeBank;
-use self::samples::Given;
+use self::samples::{Batch, Given};
 use crate::common::arrays;
 use crate::common::errors::NativeError;
 use crate::common::streaming::{self, Shared, axes_of, call, exclusive, reading, streaming, text};
 use crate::common::work::in_pieces;
+
+/// Samples that are put side by side before the next ones; with threads.
+const ROWS: usize = 1 << 8;
+const ROWS_OF_THREADS: usize = 1 << 14;
 
 /// Which way a body points, from its gyro, accelerometer and magnetometer.
 #[pyclass(generic, module = "zerorate")]
@@ -97,10 +104,19 @@ impl Attitude {
     ) -> PyResult<Bound<'py, PyAny>> {
         let mut this = exclusive(slf)?;
         this.check_mag(mag.is_some())?;
-        let rows = Given { gyro, accel, mag, dt }.rows(this.shared.channels)?;
-        let found = this.shared.process_samples(slf.py(), rows, None, threads)?;
+        let batch = Given { gyro, accel, mag, dt }.batch(this.shared.channels)?;
+        let shape = [this.shared.batch_axes(batch.n), vec![4]].concat();
+        let array = arrays::zeros::<f64>(slf.py(), &shape)?;
+        let mut places = array.try_readwrite()?;
+        let (out, threads) = (places.as_slice_mut()?, streaming::threads(threads)?);
+        let width = 4 * this.shared.bank.channels();
+        this.in_blocks(slf.py(), &batch, threads, |bank, rows, instants| {
+            let out = &mut out[streaming::places(instants, width)];
+            bank.process(rows, out, &mut [], threads)
+        })?;
+        drop(places);
         this.warn(slf.py())?;
-        Ok(found)
+        Ok(array.into_any())
     }
 
     /// Like ``process``, but returns all that was known after each sample, as arrays by name.
@@ -114,14 +130,10 @@ impl Attitude {
     ) -> PyResult<Bound<'py, PyDict>> {
         let (py, mut this) = (slf.py(), exclusive(slf)?);
         this.check_mag(mag.is_some())?;
-        let samples = Given { gyro, accel, mag, dt }.rows(this.shared.channels)?;
-        let (rows, bank) = (samples.values()?, &mut *this.shared.bank);
-        let (n, channels) = (samples.shape()[0], bank.channels());
+        let batch = Given { gyro, accel, mag, dt }.batch(this.shared.channels)?;
+        let (n, channels) = (batch.n, this.shared.bank.channels());
         let mut parts = Parts::new(bank::fields(), n * channels).map_err(NativeError::from)?;
-        let width = samples::WIDTH * channels;
-        in_pieces(py, bank, n, 1, |bank, piece| {
-            bank.trace(&rows[streaming::places(piece, width)], &mut parts)
-        })?;
+        this.in_blocks(py, &batch, 1, |bank, rows, _| bank.trace(rows, &mut parts))?;
         let axes = this.shared.batch_axes(n);
         let found = PyDict::new(py);
         for (field, values) in parts.into_fields() {
@@ -285,6 +297,32 @@ impl Attitude {
             false => Ok(()),
             true => Err(PyValueError::new_err("mag is given, but this Attitude has mag=False")),
         }
+    }
+
+    /// Works on blocks of samples that stay in the cache; threads pay for larger ones only.
+    fn in_blocks(
+        &mut self,
+        py: Python<'_>,
+        batch: &Batch<'_>,
+        threads: usize,
+        mut work: impl FnMut(&mut dyn AttitudeBank, &[f64], Range<usize>) -> Result<(), Error> + Send,
+    ) -> PyResult<()> {
+        let columns = batch.columns()?;
+        let bank = &mut *self.shared.bank;
+        let width = samples::WIDTH * bank.channels();
+        let most = if threads > 1 { ROWS_OF_THREADS } else { ROWS };
+        let length = most.min(batch.n).max(1);
+        let rows = memory::filled(0.0, length.saturating_mul(width));
+        let mut rows = rows.map_err(NativeError::from)?;
+        in_pieces(py, bank, batch.n, threads, |bank, piece| {
+            for first in piece.clone().step_by(length) {
+                let instants = first..piece.end.min(first + length);
+                let rows = &mut rows[..instants.len() * width];
+                columns.fill(instants.clone(), rows);
+                work(bank, rows, instants)?;
+            }
+            Ok(())
+        })
     }
 
     /// Says once that the unit of the accelerometer is wrong.

@@ -1,11 +1,13 @@
 //! Samples of gyro, accelerometer and magnetometer from Python, put side by side.
 
+use std::ops::Range;
+
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use zerorate_core::memory;
 
-use crate::common::arrays::{self, Record, Samples};
+use crate::common::arrays::{self, Samples};
 use crate::common::errors::NativeError;
 
 /// Numbers in a sample: three of each sensor, and the time since the sample before.
@@ -20,7 +22,7 @@ pub struct Given<'a, 'py> {
     pub dt: Option<&'a Bound<'py, PyAny>>,
 }
 
-impl Given<'_, '_> {
+impl<'a, 'py> Given<'a, 'py> {
     /// One sample of each body.
     pub fn row(&self, channels: Option<usize>) -> PyResult<Vec<f64>> {
         let count = channels.unwrap_or(1);
@@ -44,50 +46,84 @@ impl Given<'_, '_> {
     }
 
     /// The samples of a batch.
-    pub fn rows(&self, channels: Option<usize>) -> PyResult<Samples<'static>> {
-        let count = channels.unwrap_or(1);
+    pub fn batch(&self, channels: Option<usize>) -> PyResult<Batch<'py>> {
         let axes: Vec<usize> = channels.into_iter().chain([3]).collect();
-        let mut rows: Option<(usize, Vec<f64>)> = None;
-        for (first, name, given) in self.sensors() {
+        let read = |name, given: &Bound<'py, PyAny>| {
+            arrays::samples(given, &axes).map_err(|error| named(name, error, given))
+        };
+        let gyro = read("gyro", self.gyro)?;
+        let n = gyro.shape()[0];
+        let mut sensors = vec![(0, gyro)];
+        for (first, name, given) in self.sensors().into_iter().skip(1) {
             let Some(given) = given else { continue };
-            let samples = arrays::samples(given, &axes).map_err(|e| named(name, e, given))?;
-            let n = samples.shape()[0];
-            if rows.is_none() {
-                let filled = memory::filled(f64::NAN, n.saturating_mul(WIDTH * count));
-                rows = Some((n, filled.map_err(NativeError::from)?));
-            }
-            if let Some((length, rows)) = &mut rows {
-                check_length(name, n, *length)?;
-                let places = rows.as_chunks_mut::<WIDTH>().0.iter_mut();
-                for (place, axes) in places.zip(samples.values()?.as_chunks::<3>().0) {
-                    place[first..first + 3].copy_from_slice(axes);
-                }
-            }
+            let samples = read(name, given)?;
+            check_length(name, samples.shape()[0], n)?;
+            sensors.push((first, samples));
         }
-        let (n, mut rows) = rows.unwrap_or_default();
-        if let Some(dt) = self.dt {
-            put_times(dt, n, count, &mut rows)?;
-        }
-        let shape = [&[n], channels.as_slice(), &[WIDTH]].concat();
-        Ok(Samples::Copied(Record { values: rows, shape }))
+        let dt = self.dt.map(|dt| times(dt, n)).transpose()?;
+        Ok(Batch { n, channels: channels.unwrap_or(1), sensors, dt })
     }
 
-    fn sensors(&self) -> [(usize, &'static str, Option<&Bound<'_, PyAny>>); 3] {
+    fn sensors(&self) -> [(usize, &'static str, Option<&'a Bound<'py, PyAny>>); 3] {
         [(0, "gyro", Some(self.gyro)), (3, "accel", Some(self.accel)), (6, "mag", self.mag)]
     }
 }
 
+/// Arrays of a batch: read where they stand, with the first number of a sample that each is for.
+#[derive(Debug)]
+pub struct Batch<'py> {
+    pub n: usize,
+    channels: usize,
+    sensors: Vec<(usize, Samples<'py>)>,
+    dt: Option<Vec<f64>>,
+}
+
+impl Batch<'_> {
+    /// What of them the work needs.
+    pub fn columns(&self) -> PyResult<Columns<'_>> {
+        let mut sensors = Vec::with_capacity(self.sensors.len());
+        for (first, samples) in &self.sensors {
+            sensors.push((*first, samples.values()?.as_chunks::<3>().0));
+        }
+        Ok(Columns { channels: self.channels, sensors, dt: self.dt.as_deref() })
+    }
+}
+
+/// The samples of each sensor, three axes each.
+#[derive(Debug)]
+pub struct Columns<'a> {
+    channels: usize,
+    sensors: Vec<(usize, &'a [[f64; 3]])>,
+    dt: Option<&'a [f64]>,
+}
+
+impl Columns<'_> {
+    /// Puts the sensors' samples of these instants side by side, with NaN for what is not there.
+    pub fn fill(&self, instants: Range<usize>, rows: &mut [f64]) {
+        let samples = instants.start * self.channels..instants.end * self.channels;
+        let rows = rows.as_chunks_mut::<WIDTH>().0;
+        rows.fill([f64::NAN; WIDTH]);
+        for (first, sensor) in &self.sensors {
+            for (row, axes) in rows.iter_mut().zip(&sensor[samples.clone()]) {
+                row[*first..][..3].copy_from_slice(axes);
+            }
+        }
+        if let Some(dt) = self.dt {
+            for (rows, dt) in rows.chunks_exact_mut(self.channels).zip(&dt[instants]) {
+                rows.iter_mut().for_each(|row| row[WIDTH - 1] = *dt);
+            }
+        }
+    }
+}
+
 /// One time for all samples, or one for each.
-fn put_times(dt: &Bound<'_, PyAny>, n: usize, count: usize, rows: &mut [f64]) -> PyResult<()> {
+fn times(dt: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<f64>> {
     let times = match arrays::sample(dt) {
         Ok(one) => memory::filled(one, n).map_err(NativeError::from)?,
         Err(_) => arrays::named("dt", dt, &format!("({n},)"), |shape| shape == [n])?.values,
     };
-    for (row, dt) in rows.chunks_exact_mut(WIDTH * count).zip(times) {
-        let dt = checked(dt)?;
-        row.iter_mut().skip(WIDTH - 1).step_by(WIDTH).for_each(|place| *place = dt);
-    }
-    Ok(())
+    times.iter().try_for_each(|dt| checked(*dt).map(|_| ()))?;
+    Ok(times)
 }
 
 /// Six or nine floats in place of two or three arrays.

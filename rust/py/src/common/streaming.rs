@@ -155,7 +155,7 @@ pub fn channels(given: Option<i128>) -> PyResult<Option<usize>> {
 }
 
 /// The number of threads that Python gave, one if it gave none; more than channels are no harm.
-fn threads(given: Option<i128>) -> PyResult<usize> {
+pub fn threads(given: Option<i128>) -> PyResult<usize> {
     given.map_or(Ok(1), |value| positive("threads", value.min(i128::from(u16::MAX))))
 }
 

@@ -6,6 +6,7 @@
 
 use nalgebra::{ComplexField, SMatrix, SVector};
 use serde::{Deserialize, Serialize};
+use wide::f64x4;
 
 /// Tilt about the two level axes, bias, matrix row by row, velocity along the two level axes.
 pub const STATES: usize = 16;
@@ -18,6 +19,20 @@ const CAUSES: usize = 12;
 /// How errors of bias and matrix turn the orientation about one axis within a tick.
 pub type Drivers = SVector<f64, CAUSES>;
 pub type States = SVector<f64, STATES>;
+
+/// Registers that hold a column. The compiler's own packing is off for this library.
+const LANES: usize = STATES / 4;
+
+#[inline(always)]
+fn lanes(column: &[f64; STATES]) -> [f64x4; LANES] {
+    core::array::from_fn(|k| f64x4::from([0, 1, 2, 3].map(|i| column[4 * k + i])))
+}
+
+#[inline(always)]
+fn numbers(lanes: &[f64x4; LANES]) -> [f64; STATES] {
+    let parts = lanes.map(f64x4::to_array);
+    core::array::from_fn(|i| parts[i / 4][i % 4])
+}
 
 /// Variances that no tilt, heading and velocity passes, rad² and (m/s)².
 const TILT_MAX: f64 = 0.5;
@@ -81,23 +96,35 @@ impl Errors {
     /// Carries the errors through a tick.
     #[inline]
     pub fn predict(&mut self, by: &Transition) {
-        self.predict_heading(by);
-        self.turn_rows(by);
+        let driven = self.driven(&by.drivers);
+        self.predict_heading(by, &driven[2]);
+        self.turn_rows(by, &driven);
         self.turn_columns(by);
         self.add_noise(by);
         self.bound();
     }
 
-    /// The heading's own turning: it needs the covariance before the tick.
+    /// Covariances of all states with what bias and matrix turn about each axis.
     #[inline]
-    fn predict_heading(&mut self, by: &Transition) {
-        let (p, drivers) = (&self.covariance.data.0, &by.drivers[2]);
-        let mut moved = self.with_heading;
+    fn driven(&self, drivers: &[Drivers; 3]) -> [States; 3] {
+        let mut sums = [[f64x4::ZERO; LANES]; 3];
         for c in 0..CAUSES {
-            for i in 0..STATES {
-                moved[i] += p[BIAS + c][i] * drivers[c];
+            let column = lanes(&self.covariance.data.0[BIAS + c]);
+            for (sum, drivers) in sums.iter_mut().zip(drivers) {
+                let driver = f64x4::splat(drivers[c]);
+                for (sum, element) in sum.iter_mut().zip(column) {
+                    *sum += element * driver;
+                }
             }
         }
+        sums.map(|sum| States::from(numbers(&sum)))
+    }
+
+    /// The heading's own turning: it needs the covariance before the tick.
+    #[inline]
+    fn predict_heading(&mut self, by: &Transition, driven: &States) {
+        let drivers = &by.drivers[2];
+        let mut moved = self.with_heading + driven;
         for c in 0..CAUSES {
             self.heading += drivers[c] * (self.with_heading[BIAS + c] + moved[BIAS + c]);
         }
@@ -113,15 +140,11 @@ impl Errors {
 
     /// F P, in the columns of P, which is symmetric: `F P` has as row what it has as column.
     #[inline]
-    fn turn_rows(&mut self, by: &Transition) {
+    fn turn_rows(&mut self, by: &Transition, [east, north, _]: &[States; 3]) {
         let p = &mut self.covariance.data.0;
-        for c in 0..CAUSES {
-            let (east, north) = (by.drivers[0][c], by.drivers[1][c]);
-            for i in 0..STATES {
-                let cause = p[BIAS + c][i];
-                p[0][i] += cause * east;
-                p[1][i] += cause * north;
-            }
+        for i in 0..STATES {
+            p[0][i] += east[i];
+            p[1][i] += north[i];
         }
         for i in 0..STATES {
             p[VELOCITY][i] += by.lift * p[1][i];
@@ -199,26 +222,53 @@ impl Errors {
         self.with_heading[i] *= factor;
     }
 
-    /// Corrects by a measurement of state `i`, of which `found` has already some correction.
+    /// Corrects by measurements of one state after the other: each is its first, what was measured
+    /// less what was expected, and the variance of the noise.
     #[inline]
-    pub fn correct(&mut self, i: usize, innovation: f64, noise: f64, found: &mut Found) {
-        let scale = 1.0 / (self.variance(i) + noise);
-        let (column, root) = (self.covariance.data.0[i], scale.sqrt());
-        let weight = (innovation - found.states[i]) * scale;
-        let along = self.with_heading[i];
-        let mut gain = [0.0; STATES];
-        for j in 0..STATES {
-            found.states[j] += column[j] * weight;
-            // A root of the scale on both sides keeps it symmetric to the last bit.
-            gain[j] = column[j] * root;
-            self.with_heading[j] -= column[j] * (along * scale);
-        }
-        found.heading += along * weight;
-        self.heading -= along * along * scale;
-        for (j, column) in self.covariance.data.0.iter_mut().enumerate() {
-            for k in 0..STATES {
-                column[k] -= gain[k] * gain[j];
+    pub fn correct<const N: usize>(
+        &mut self,
+        first: usize,
+        innovations: [f64; N],
+        noise: f64,
+        found: &mut Found,
+    ) {
+        let mut gains = [[0.0; STATES]; N];
+        for n in 0..N {
+            let mut column = self.covariance.data.0[first + n];
+            for gain in &gains[..n] {
+                for i in 0..STATES {
+                    column[i] -= gain[i] * gain[first + n];
+                }
             }
+            let scale = 1.0 / (column[first + n] + noise);
+            let weight = (innovations[n] - found.states[first + n]) * scale;
+            let along = self.with_heading[first + n];
+            // A root of the scale on both sides keeps the covariance symmetric to the last bit.
+            let root = scale.sqrt();
+            for i in 0..STATES {
+                found.states[i] += column[i] * weight;
+                self.with_heading[i] -= column[i] * (along * scale);
+                gains[n][i] = column[i] * root;
+            }
+            found.heading += along * weight;
+            self.heading -= along * along * scale;
+        }
+        self.reduce(&gains);
+    }
+
+    /// Takes off the covariance what each of the gains is with itself.
+    #[inline]
+    fn reduce<const N: usize>(&mut self, gains: &[[f64; STATES]; N]) {
+        let packed = gains.each_ref().map(lanes);
+        for (j, column) in self.covariance.data.0.iter_mut().enumerate() {
+            let mut rest = lanes(column);
+            for (packed, gain) in packed.iter().zip(gains) {
+                let gain = f64x4::splat(gain[j]);
+                for (rest, packed) in rest.iter_mut().zip(packed) {
+                    *rest -= *packed * gain;
+                }
+            }
+            *column = numbers(&rest);
         }
     }
 

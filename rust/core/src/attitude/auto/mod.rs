@@ -98,8 +98,7 @@ pub struct Auto {
     matrix: Matrix3<f64>,
     /// In the frame of the orientation, m/s.
     velocity: [f64; 2],
-    /// By how much that frame's heading is turned against the earth, rad; its half's cosine, sine.
-    offset: f64,
+    /// Cosine and sine of half the angle by which that frame is turned against the earth.
     turn: [f64; 2],
     start: Start,
     rest: Rest,
@@ -132,7 +131,6 @@ impl Auto {
             bias: Vector3::from(options.bias),
             matrix: Matrix3::identity(),
             velocity: [0.0; 2],
-            offset: 0.0,
             turn: [1.0, 0.0],
             start: Start::default(),
             rest: Rest::default(),
@@ -173,7 +171,7 @@ impl Auto {
         if self.options.mag {
             self.see_field(&sums, rate);
         }
-        self.settle();
+        self.strapdown.settle();
     }
 
     /// Root mean square of the rate, rad/s.
@@ -219,14 +217,10 @@ impl Auto {
         };
         let mut found = Found { states: States::zeros(), heading: 0.0 };
         let expected = [0, 1].map(|j| self.expected(j, noise));
-        for j in 0..2 {
-            self.errors.correct(VELOCITY + j, -velocity[j], noise, &mut found);
-        }
+        self.errors.correct(VELOCITY, velocity.map(|x| -x), noise, &mut found);
         if self.at_rest {
             let level = sums.gyro / sums.samples - self.bias;
-            for j in 0..3 {
-                self.errors.correct(BIAS + j, level[j], REST_RATE.powi(2) / span, &mut found);
-            }
+            self.errors.correct(BIAS, level.into(), REST_RATE.powi(2) / span, &mut found);
             self.weigh(sums);
         } else {
             let tilt = [found.states[0], found.states[1]];
@@ -274,15 +268,25 @@ impl Auto {
         }
         let noise = FIELD.powi(2) / seconds * doubt;
         let gain = self.errors.heading() / (self.errors.heading() + noise);
-        let east = RealField::atan2(field.x, field.y) - self.offset;
         self.errors.correct_heading(gain, noise);
-        self.turn_heading(gain * wrapped(east));
+        self.turn_heading(gain * self.east_of_north(&field));
+    }
+
+    /// The angle from north to a direction, clockwise, rad.
+    fn east_of_north(&self, direction: &Vector3<f64>) -> f64 {
+        let [c, s] = self.turn;
+        let (cosine, sine) = (c * c - s * s, 2.0 * c * s);
+        let east = cosine * direction.x - sine * direction.y;
+        let north = sine * direction.x + cosine * direction.y;
+        RealField::atan2(east, north)
     }
 
     fn turn_heading(&mut self, angle: f64) {
-        self.offset = wrapped(self.offset + angle);
-        let (sine, cosine) = ComplexField::sin_cos(0.5 * self.offset);
-        self.turn = [cosine, sine];
+        let step = strapdown::small_rotation(&Vector3::new(0.0, 0.0, angle));
+        let ([c, s], [w, z]) = (self.turn, [step.w, step.k]);
+        let (c, s) = (c * w - s * z, s * w + c * z);
+        let scale = 1.0 / (c * c + s * s).sqrt();
+        self.turn = [c * scale, s * scale];
     }
 
     /// A rest far from the bias: nothing that was learned of the gyro holds.
@@ -301,11 +305,6 @@ impl Auto {
         self.gravity[1] = (self.gravity[1] + 1.0).min(100.0);
         self.gravity[0] += (force - self.gravity[0]) / self.gravity[1];
     }
-
-    /// Rounding does not lead the orientation away from a rotation.
-    fn settle(&mut self) {
-        self.strapdown.set(self.strapdown.orientation.normalize());
-    }
 }
 
 /// Variances of all states at the start.
@@ -318,15 +317,8 @@ fn start_variances(bias_sigma: &[f64; 3]) -> States {
     })
 }
 
-/// The angle from -π to π.
-fn wrapped(angle: f64) -> f64 {
-    use core::f64::consts::{PI, TAU};
-    let turns = ((angle + PI) / TAU).floor();
-    angle - turns * TAU
-}
-
 impl Estimator for Auto {
-    #[inline]
+    #[inline(always)]
     fn step(&mut self, sample: &Inertial) {
         let driven = sample.gyro - self.bias;
         let driven = if sample.known { driven } else { Vector3::zeros() };
@@ -375,7 +367,7 @@ impl Estimator for Auto {
 
     fn align(&mut self, orientation: Quaternion<f64>, tilt_sigma: f64, heading_sigma: f64) {
         self.strapdown.restart(orientation);
-        self.turn_heading(-self.offset);
+        self.turn = [1.0, 0.0];
         self.velocity = [0.0; 2];
         self.errors.restart(&[0, 1], tilt_sigma.powi(2));
         self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);

@@ -38,16 +38,20 @@ impl Strapdown {
         self.set(self.orientation * small_rotation(&angle));
     }
 
-    /// Turns by a rotation vector in the axes of the frame.
+    /// Turns by a rotation vector in the axes of the frame; to be settled.
     pub fn correct(&mut self, angle: &Vector3<f64>) {
-        let corrected = exponential(angle).into_inner() * self.orientation;
-        self.set(corrected.normalize());
+        self.orientation = small_rotation(angle) * self.orientation;
     }
 
     /// Takes an orientation over, without memory of steps.
     pub fn restart(&mut self, orientation: Quaternion<f64>) {
         self.before = Vector3::zeros();
         self.set(orientation);
+    }
+
+    /// Rounding does not lead it away from a rotation.
+    pub fn settle(&mut self) {
+        self.set(self.orientation.normalize());
     }
 
     #[inline(always)]
@@ -60,7 +64,7 @@ impl Strapdown {
 /// The rotation by a rotation vector: cosine and sine by their series, to the sixth order, where a
 /// sensor of a body can be in one sample.
 #[inline(always)]
-fn small_rotation(angle: &Vector3<f64>) -> Quaternion<f64> {
+pub fn small_rotation(angle: &Vector3<f64>) -> Quaternion<f64> {
     let square = angle.norm_squared();
     if square > SERIES {
         return exponential(angle).into_inner();
@@ -169,7 +173,7 @@ impl Sums {
         }
     }
 
-    #[inline]
+    #[inline(never)]
     fn look(&mut self, rate: &Vector3<f64>, rotation: &Matrix3<f64>, tick: f64) {
         self.looks += 1.0;
         self.next_look += tick / LOOKS;
