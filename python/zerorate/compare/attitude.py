@@ -23,6 +23,8 @@ from zerorate.types import Booleans, Floats
 __all__ = ["ATTITUDE_METHODS", "check_attitude", "compare_attitude"]
 
 _ERRORS: Final = ("total", "heading", "inclination")
+_SPEED_OVER: Final = 0.5
+"""Seconds over which the reference's speed is taken: so long that jitter of markers is none."""
 _OWN: Final = ("auto",)
 ATTITUDE_METHODS: Final = (*_OWN, *PEERS)
 """Methods of `zerorate.Attitude`, and filters of other packages."""
@@ -116,7 +118,7 @@ def _rows(
     trial: Trial, imu: Imu, truth: Orientation, methods: Sequence[str], frame: Frame
 ) -> Iterator[Row]:
     true = in_enu(truth.quaternions, frame)
-    moving = turning_speed(true, imu.rate) > MOVING
+    moving = turning_speed(true, imu.rate, _SPEED_OVER) > MOVING
     for method in methods:
         values: dict[str, float] = {}
         if imu.mag is not None:

@@ -59,7 +59,7 @@ def orientation_rows(
             "choose with columns="
         )
     # Where the reference is missing it is taken to turn.
-    turns = ~(turning_speed(truth.quaternions, log.rate) <= MOVING)
+    turns = ~(turning_speed(truth.quaternions, log.rate, _SPEED_OVER) <= MOVING)
     known = [method for method in methods if method != HINDSIGHT]
     for method in (*known[:1], _FIRST_REST, *known[1:]):
         found = [_on_axis(method, np.ascontiguousarray(z), log) for z in seen.T]
@@ -102,9 +102,12 @@ def _consistency(found: list[AxisResult], moving: Booleans) -> dict[str, float]:
     }
 
 
-def turning_speed(quaternions: Floats, rate: float) -> Floats:
-    """Return how fast the reference turns, rad/s; NaN at the ends and where it is missing."""
-    span = max(1, round(_SPEED_OVER * rate))
+def turning_speed(quaternions: Floats, rate: float, over: float) -> Floats:
+    """Return how fast a reference turns, taken over so many seconds, rad/s.
+
+    NaN at the ends and where it is missing.
+    """
+    span = max(1, round(over * rate))
     q = rotations.unit(quaternions)
     turned = rotations.angle(rotations.product(rotations.inverse(q[:-span]), q[span:]))
     speed = np.full(len(q), math.nan)
