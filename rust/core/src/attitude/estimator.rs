@@ -47,6 +47,8 @@ pub struct Knowledge {
     pub bias_sigma: Vector3<f64>,
     /// M in `rate = M (gyro - bias)`.
     pub gyro_matrix: Matrix3<f64>,
+    /// Standard deviations of its elements.
+    pub gyro_matrix_sigma: Matrix3<f64>,
     /// Standard deviation of the angle between true and estimated up, rad.
     pub tilt_sigma: f64,
     /// That of the heading, rad.
@@ -66,7 +68,8 @@ impl Default for Knowledge {
         Self {
             bias: Vector3::repeat(f64::NAN),
             bias_sigma: Vector3::repeat(f64::NAN),
-            gyro_matrix: Matrix3::identity(),
+            gyro_matrix: Matrix3::repeat(f64::NAN),
+            gyro_matrix_sigma: Matrix3::repeat(f64::NAN),
             tilt_sigma: f64::NAN,
             heading_sigma: f64::NAN,
             gravity: f64::NAN,

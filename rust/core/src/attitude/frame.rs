@@ -31,6 +31,19 @@ impl Frame {
     }
 }
 
+impl Frame {
+    /// An orientation in east, north, up, seen from these axes, the scalar first.
+    #[inline(always)]
+    pub(super) fn components(self, enu: &Quaternion<f64>) -> [f64; 4] {
+        let (w, x, y, z, half) = (enu.w, enu.i, enu.j, enu.k, FRAC_1_SQRT_2);
+        match self {
+            Self::Enu => [w, x, y, z],
+            Self::Ned => [-half * (x + y), half * (w + z), half * (w - z), half * (y - x)],
+            Self::Nwu => [half * (w + z), half * (x + y), half * (y - x), half * (z - w)],
+        }
+    }
+}
+
 /// Roll, pitch and yaw of an orientation: turned by yaw about z, then by pitch about the new y,
 /// then by roll about the new x. At a pitch of a right angle roll is zero.
 pub(super) fn euler(q: &Quaternion<f64>) -> [f64; 3] {

@@ -98,14 +98,7 @@ impl<E: Estimator> Attitude<E> {
     /// From the axes of the sensor to those of the earth, the scalar first.
     #[inline(always)]
     pub fn quaternion(&self) -> [f64; 4] {
-        let q = self.estimator.orientation();
-        let [w, x, y, z] = [q.w, q.i, q.j, q.k];
-        let half = core::f64::consts::FRAC_1_SQRT_2;
-        match self.params.frame {
-            Frame::Enu => [w, x, y, z],
-            Frame::Ned => [-half * (x + y), half * (w + z), half * (w - z), half * (y - x)],
-            Frame::Nwu => [half * (w + z), half * (x + y), half * (y - x), half * (z - w)],
-        }
+        self.params.frame.components(&self.estimator.orientation())
     }
 
     /// What a person may read.
@@ -134,20 +127,24 @@ impl<E: Estimator> Attitude<E> {
         }
     }
 
-    /// Specific force without gravity, in the axes of the sensor and its unit; NaN where the last
-    /// sample had none.
-    fn linear_acceleration(&self) -> [f64; 3] {
-        let up = frame::up(&self.estimator.orientation());
-        ((self.force - up * GRAVITY) / self.params.accel_unit).into()
-    }
-
-    /// What is known next to the orientation, bias in the unit of the gyro.
-    fn knowledge(&self) -> Knowledge {
-        let knowledge = self.estimator.knowledge();
-        Knowledge {
-            bias: knowledge.bias / self.params.gyro_unit,
-            bias_sigma: knowledge.bias_sigma / self.params.gyro_unit,
-            ..knowledge
+    /// What is known, in the frame and in the units of the sensors; NaN where a force is missing.
+    pub(super) fn shown(
+        &self,
+        enu: &Quaternion<f64>,
+        knowledge: &Knowledge,
+        force: &Vector3<f64>,
+    ) -> Snapshot {
+        let AttitudeParams { frame, gyro_unit, accel_unit, .. } = self.params;
+        let knowledge = Knowledge {
+            bias: knowledge.bias / gyro_unit,
+            bias_sigma: knowledge.bias_sigma / gyro_unit,
+            ..*knowledge
+        };
+        let linear_acceleration = (force - frame::up(enu) * GRAVITY) / accel_unit;
+        Snapshot {
+            quaternion: frame.components(enu),
+            knowledge,
+            linear_acceleration: linear_acceleration.into(),
         }
     }
 
@@ -235,6 +232,7 @@ impl Output for Snapshot {
         Field { name: "bias", shape: Shape::Vector(3) },
         Field { name: "bias_sigma", shape: Shape::Vector(3) },
         Field { name: "gyro_matrix", shape: Shape::Matrix(3) },
+        Field { name: "gyro_matrix_sigma", shape: Shape::Matrix(3) },
         Field { name: "tilt_sigma", shape: Shape::Number },
         Field { name: "heading_sigma", shape: Shape::Number },
         Field { name: "linear_acceleration", shape: Shape::Vector(3) },
@@ -250,8 +248,9 @@ impl Output for Snapshot {
         numbers[7..10].copy_from_slice(known.bias_sigma.as_slice());
         // Row after row.
         numbers[10..19].copy_from_slice(known.gyro_matrix.transpose().as_slice());
-        (numbers[19], numbers[20]) = (known.tilt_sigma, known.heading_sigma);
-        numbers[21..24].copy_from_slice(&self.linear_acceleration);
+        numbers[19..28].copy_from_slice(known.gyro_matrix_sigma.transpose().as_slice());
+        (numbers[28], numbers[29]) = (known.tilt_sigma, known.heading_sigma);
+        numbers[30..33].copy_from_slice(&self.linear_acceleration);
         (flags[0], flags[1]) = (known.at_rest, known.disturbed);
     }
 }
@@ -283,11 +282,8 @@ impl<E: Estimator> Traced for Attitude<E> {
     type Snapshot = Snapshot;
 
     fn snapshot(&self) -> Snapshot {
-        Snapshot {
-            quaternion: self.quaternion(),
-            knowledge: self.knowledge(),
-            linear_acceleration: self.linear_acceleration(),
-        }
+        let estimator = &self.estimator;
+        self.shown(&estimator.orientation(), &estimator.knowledge(), &self.force)
     }
 }
 

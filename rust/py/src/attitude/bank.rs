@@ -1,13 +1,17 @@
 //! Attitudes of every method behind one trait: a type in the core, a value here.
 
+use std::any::Any;
+
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use zerorate_core::attitude::{
     Attitude, AttitudeParams, Auto, AutoOptions, Reading, Snapshot, Tagged,
 };
 use zerorate_core::checkpoint::{self, Label};
-use zerorate_core::stream::{Output, Parts};
-use zerorate_core::{Bank, Error};
+use zerorate_core::stream::{Output, Parts, sizes};
+use zerorate_core::{Bank, Error, memory};
+
+use super::samples::Columns;
 
 use crate::common::errors::NativeError;
 use crate::common::streaming::AnyBank;
@@ -20,6 +24,10 @@ pub trait AttitudeBank: AnyBank {
     fn wrong_gravity(&self) -> Option<f64>;
     /// Puts down what is known after each sample.
     fn trace(&mut self, rows: &[f64], parts: &mut Parts) -> Result<(), Error>;
+    /// What all of a record tells of each sample.
+    fn smooth(&self, columns: &Columns<'_>, n: usize) -> Result<Parts, Error>;
+    /// Whether there is such a thing by this method.
+    fn smooths(&self) -> bool;
     fn power_on(&mut self);
     fn align(&mut self, orientations: &[[f64; 4]], tilt_sigma: f64, heading_sigma: f64);
 }
@@ -49,6 +57,30 @@ where
         parts.add_rows(channels, rows, width, |rows, numbers, flags| {
             Bank::trace(self, rows, numbers, flags);
         })
+    }
+
+    fn smooth(&self, columns: &Columns<'_>, n: usize) -> Result<Parts, Error> {
+        let any: &dyn Any = self;
+        let Some(bank) = any.downcast_ref::<Bank<Attitude<Auto>>>() else {
+            return Parts::new(fields(), 0);
+        };
+        let smooth = |(k, body): (usize, &Attitude<Auto>)| body.smooth(&columns.samples(k, n)?);
+        let bodies: Vec<Vec<Snapshot>> =
+            bank.streams().iter().enumerate().map(smooth).collect::<Result<_, _>>()?;
+        let (numbers, flags) = sizes(fields());
+        let (mut numbers, mut flags) = (memory::filled(0.0, numbers)?, vec![false; flags]);
+        let mut parts = Parts::new(fields(), n * bodies.len())?;
+        for k in 0..n {
+            for body in &bodies {
+                body[k].write(&mut numbers, &mut flags);
+                parts.add(&numbers, &flags);
+            }
+        }
+        Ok(parts)
+    }
+
+    fn smooths(&self) -> bool {
+        (self as &dyn Any).is::<Bank<Attitude<Auto>>>()
     }
 
     fn power_on(&mut self) {

@@ -9,16 +9,18 @@ use numpy::PyArrayMethods;
 use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
-use zerorate_core::{Error, memory};
 use zerorate_core::attitude::{AttitudeParams, AutoOptions, Frame, Reading};
-use zerorate_core::stream::{Parts, Values};
+use zerorate_core::stream::Parts;
+use zerorate_core::{Error, memory};
 
 use self::bank::AttitudeBank;
 use self::samples::{Batch, Given};
 use crate::common::arrays;
 use crate::common::errors::NativeError;
-use crate::common::streaming::{self, Shared, axes_of, call, exclusive, reading, streaming, text};
-use crate::common::work::in_pieces;
+use crate::common::streaming::{
+    self, Shared, arrays_of, call, exclusive, reading, streaming, text,
+};
+use crate::common::work::{in_pieces, interruptible};
 
 /// Samples that are put side by side before the next ones; with threads.
 const ROWS: usize = 1 << 8;
@@ -134,19 +136,32 @@ impl Attitude {
         let (n, channels) = (batch.n, this.shared.bank.channels());
         let mut parts = Parts::new(bank::fields(), n * channels).map_err(NativeError::from)?;
         this.in_blocks(py, &batch, 1, |bank, rows, _| bank.trace(rows, &mut parts))?;
-        let axes = this.shared.batch_axes(n);
-        let found = PyDict::new(py);
-        for (field, values) in parts.into_fields() {
-            let array = match values {
-                Values::Numbers(values) => {
-                    arrays::array(py, values, &[&axes[..], &axes_of(field.shape)].concat())?
-                }
-                Values::Flags(values) => arrays::array(py, values, &axes)?,
-            };
-            found.set_item(field.name, array)?;
-        }
+        let found = named_arrays(py, parts, &this.shared.batch_axes(n))?;
         this.warn(py)?;
         Ok(found)
+    }
+
+    /// What is known of each sample of a record by all of it: as ``trace``, but offline.
+    #[pyo3(signature = (gyro, accel, mag=None, dt=None))]
+    fn smooth<'py>(
+        slf: &Bound<'py, Self>,
+        gyro: &Bound<'py, PyAny>,
+        accel: &Bound<'py, PyAny>,
+        mag: Option<&Bound<'py, PyAny>>,
+        dt: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (py, this) = (slf.py(), reading(slf)?);
+        this.check_mag(mag.is_some())?;
+        let batch = Given { gyro, accel, mag, dt }.batch(this.shared.channels)?;
+        let (columns, bank) = (batch.columns()?, &*this.shared.bank);
+        if !bank.smooths() {
+            let method = &this.options.method;
+            return Err(PyValueError::new_err(format!(
+                "smooth is for method 'auto', this Attitude has '{method}'"
+            )));
+        }
+        let parts = interruptible(py, batch.n, || bank.smooth(&columns, batch.n));
+        named_arrays(py, parts?.map_err(NativeError::from)?, &this.shared.batch_axes(batch.n))
     }
 
     /// Back to before the first sample, but for scale and misalignment of the gyro.
@@ -223,6 +238,14 @@ impl Attitude {
     fn gyro_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         vectors(slf, &[3, 3], |body| {
             body.snapshot.knowledge.gyro_matrix.transpose().as_slice().to_vec()
+        })
+    }
+
+    /// Standard deviations of the elements of ``gyro_matrix``: (3, 3), with channels (k, 3, 3).
+    #[getter]
+    fn gyro_matrix_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &[3, 3], |body| {
+            body.snapshot.knowledge.gyro_matrix_sigma.transpose().as_slice().to_vec()
         })
     }
 
@@ -334,6 +357,20 @@ impl Attitude {
         let text = std::ffi::CString::new(text).unwrap_or_default();
         PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
     }
+}
+
+/// One array a field by its name.
+fn named_arrays<'py>(
+    py: Python<'py>,
+    parts: Parts,
+    axes: &[usize],
+) -> PyResult<Bound<'py, PyDict>> {
+    let names: Vec<&str> = bank::fields().iter().map(|field| field.name).collect();
+    let found = PyDict::new(py);
+    for (name, array) in names.into_iter().zip(arrays_of(py, parts, axes)?) {
+        found.set_item(name, array)?;
+    }
+    Ok(found)
 }
 
 fn vectors<'py>(

@@ -5,7 +5,9 @@ use std::ops::Range;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use zerorate_core::memory;
+use zerorate_core::attitude::Sample;
+use zerorate_core::stream::Input;
+use zerorate_core::{Error, memory};
 
 use crate::common::arrays::{self, Samples};
 use crate::common::errors::NativeError;
@@ -113,6 +115,19 @@ impl Columns<'_> {
                 rows.iter_mut().for_each(|row| row[WIDTH - 1] = *dt);
             }
         }
+    }
+}
+
+impl Columns<'_> {
+    /// The samples of one body.
+    pub fn samples(&self, body: usize, n: usize) -> Result<Vec<Sample>, Error> {
+        let mut samples = memory::room(n)?;
+        let mut rows = memory::filled(0.0, WIDTH * self.channels)?;
+        for k in 0..n {
+            self.fill(k..k + 1, &mut rows);
+            samples.push(Sample::read(&rows[WIDTH * body..][..WIDTH]));
+        }
+        Ok(samples)
     }
 }
 

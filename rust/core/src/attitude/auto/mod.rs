@@ -9,6 +9,8 @@
 mod errors;
 mod magnet;
 mod rest;
+#[cfg(feature = "std")]
+mod smooth;
 mod start;
 mod strapdown;
 mod trust;
@@ -64,14 +66,25 @@ const VELOCITY_MAX: f64 = 1e6;
 pub struct AutoOptions {
     /// Whether there is a magnetometer; without one the heading at the start is chosen.
     pub mag: bool,
-    /// The gyro's output without rotation, rad/s, and its standard deviation.
+    /// The gyro's output without rotation, rad/s.
     pub bias: [f64; 3],
+    /// Its standard deviation.
     pub bias_sigma: [f64; 3],
+    /// M in `rate = M (gyro - bias)`, its rows.
+    pub matrix: [[f64; 3]; 3],
+    /// Standard deviations of its elements.
+    pub matrix_sigma: [[f64; 3]; 3],
 }
 
 impl Default for AutoOptions {
     fn default() -> Self {
-        Self { mag: true, bias: [0.0; 3], bias_sigma: [BIAS_SIGMA; 3] }
+        Self {
+            mag: true,
+            bias: [0.0; 3],
+            bias_sigma: [BIAS_SIGMA; 3],
+            matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            matrix_sigma: [0, 1, 2].map(|i| [0, 1, 2].map(|j| MATRIX_SIGMAS[usize::from(i != j)])),
+        }
     }
 }
 
@@ -81,6 +94,14 @@ impl AutoOptions {
             require(x.abs() <= BIAS_MAX, "bias", "a rate of at most 10 rad/s", x)?;
             let expected = "a positive rate of at most 1 rad/s";
             require(sigma > 0.0 && sigma <= 1.0, "bias_sigma", expected, sigma)?;
+        }
+        for (i, x) in self.matrix.as_flattened().iter().enumerate() {
+            let error = x - if i % 4 == 0 { 1.0 } else { 0.0 };
+            require(error.abs() <= MATRIX_MAX, "gyro_matrix", "the identity within 0.2", *x)?;
+        }
+        for sigma in self.matrix_sigma.as_flattened() {
+            let expected = "a number from 0 to 0.1";
+            require((0.0..=0.1).contains(sigma), "gyro_matrix_sigma", expected, *sigma)?;
         }
         Ok(self)
     }
@@ -127,9 +148,12 @@ impl Auto {
             options,
             strapdown: Strapdown::default(),
             sums: Sums::new(TICK),
-            errors: Errors::new(&start_variances(&options.bias_sigma), heading),
+            errors: Errors::new(
+                &start_variances(&options.bias_sigma, &options.matrix_sigma),
+                heading,
+            ),
             bias: Vector3::from(options.bias),
-            matrix: Matrix3::identity(),
+            matrix: Matrix3::from(options.matrix).transpose(),
             velocity: [0.0; 2],
             turn: [1.0, 0.0],
             start: Start::default(),
@@ -141,6 +165,11 @@ impl Auto {
             gravity: [0.0; 2],
             at_rest: false,
         }
+    }
+
+    /// What was chosen.
+    pub fn options(&self) -> &AutoOptions {
+        &self.options
     }
 
     /// The first second levels the frame sample by sample.
@@ -295,7 +324,10 @@ impl Auto {
         self.bias = self.rest.level().map(|x| x.clamp(-BIAS_MAX, BIAS_MAX));
         self.matrix = Matrix3::identity();
         let heading = self.errors.heading().max(if self.options.mag { HEADING_FREE } else { 0.0 });
-        self.errors = Errors::new(&start_variances(&[BIAS_SIGMA; 3]), heading);
+        self.errors = Errors::new(
+            &start_variances(&[BIAS_SIGMA; 3], &AutoOptions::default().matrix_sigma),
+            heading,
+        );
         (self.velocity, self.scale_noise) = ([0.0; 2], ScaleNoise::default());
         self.at_rest = true;
     }
@@ -308,11 +340,11 @@ impl Auto {
 }
 
 /// Variances of all states at the start.
-fn start_variances(bias_sigma: &[f64; 3]) -> States {
+fn start_variances(bias_sigma: &[f64; 3], matrix_sigma: &[[f64; 3]; 3]) -> States {
     States::from_fn(|i, _| match i {
         0..BIAS => TILT * TILT,
         BIAS..MATRIX => bias_sigma[i - BIAS].powi(2),
-        MATRIX..VELOCITY => MATRIX_SIGMAS[usize::from((i - MATRIX) % 4 != 0)].powi(2),
+        MATRIX..VELOCITY => matrix_sigma.as_flattened()[i - MATRIX].powi(2),
         _ => SPEED * SPEED,
     })
 }
@@ -356,6 +388,7 @@ impl Estimator for Auto {
             bias: self.bias,
             bias_sigma: Vector3::from_fn(|i, _| sigma(BIAS + i)),
             gyro_matrix: self.matrix,
+            gyro_matrix_sigma: Matrix3::from_fn(|i, j| sigma(MATRIX + 3 * i + j)),
             tilt_sigma: (self.errors.variance(0) + self.errors.variance(1)).max(0.0).sqrt(),
             heading_sigma: self.errors.heading().max(0.0).sqrt(),
             gravity: if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN },
