@@ -20,7 +20,7 @@ from zerorate.show.tables import WIDTH
 from zerorate.simulate.hand import turned
 
 DEG = math.radians(1.0)
-OWN = [name for name in ATTITUDE_METHODS if name not in PEERS]
+OWN = [name for name in ATTITUDE_METHODS if name not in PEERS and "+" not in name]
 BROAD = "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
 
 
@@ -161,6 +161,26 @@ class TestCompare:
         # Errors of the first sample judged, which this one is relative to.
         assert values["heading_6"] == pytest.approx(relative.heading, abs=0.2 * DEG)
         assert 0.0 < values["time_6"] < 1.0
+
+    def test_smoothing_sees_the_whole_record(self, recording, motion):
+        found = compare_attitude([recording], ["auto", "auto+smooth"])
+        assert [row.causal for row in found.rows] == [True, False]
+        values = values_of(found)
+        assert values["auto+smooth"]["inclination"] < values["auto"]["inclination"]
+        text = format_compare([found])
+        assert "\n  auto+smooth‡  " in text
+        assert text.count("‡: uses samples that come later") == 1
+        # It was known, not found by trying.
+        assert "given the first half" not in text
+
+    def test_smoothing_peers_want_whole_records(self, recording):
+        gappy = recording.mag.data.copy()
+        gappy[100] = np.nan
+        holed = with_log(recording, mag=recording.mag.with_data(gappy))
+        for name in (name for name in PEERS if not PEERS[name].causal and not missing(name)):
+            (values,) = values_of(compare_attitude([holed], [name])).values()
+            assert math.isnan(values["total"])
+            assert values["inclination_6"] < 4.0 * DEG
 
     @pytest.mark.parametrize("frame", ["ned", "nwu"])
     def test_the_frame_of_the_reference(self, recording, frame):

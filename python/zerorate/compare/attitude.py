@@ -20,14 +20,17 @@ from zerorate.metrics import orientation_errors
 from zerorate.progress import Progress, silent
 from zerorate.types import Booleans, Floats
 
-__all__ = ["ATTITUDE_METHODS", "check_attitude", "compare_attitude"]
+__all__ = ["ATTITUDE_METHODS", "OFFLINE", "check_attitude", "compare_attitude"]
 
 _ERRORS: Final = ("total", "heading", "inclination")
 _SPEED_OVER: Final = 0.5
 """Seconds over which the reference's speed is taken: so long that jitter of markers is none."""
 _OWN: Final = ("auto",)
-ATTITUDE_METHODS: Final = (*_OWN, *PEERS)
+_SMOOTHED: Final = "auto+smooth"
+ATTITUDE_METHODS: Final = (*_OWN, *PEERS, _SMOOTHED)
 """Methods of `zerorate.Attitude`, and filters of other packages."""
+OFFLINE: Final = (_SMOOTHED, *(name for name, peer in PEERS.items() if not peer.causal))
+"""Those that see the whole record."""
 
 
 def compare_attitude(
@@ -48,7 +51,8 @@ def compare_attitude(
     methods : sequence of str
         Methods of `zerorate.Attitude`, and of other packages, with their own defaults:
         ``"vqf"``, ``"imufusion"``, ``"ahrs-madgwick"`` and ``"ahrs-mahony"``. One that is not
-        installed is left out, and a note says so.
+        installed is left out, and a note says so. Two see the whole record: ``"auto+smooth"``,
+        which is `zerorate.Attitude.smooth`, and ``"vqf-offline"``.
     progress : callable, optional
         Called with a step's name and the fraction of it that is done.
     frame : {"enu", "ned", "nwu"}
@@ -129,15 +133,19 @@ def _rows(
         drift = _errors(six.quaternions, true, moving, "relative")
         values |= {f"{name}_6": drift[name] for name in ("heading", "inclination")}
         values["time_6"] = six.seconds / len(true)
-        yield Row(trial.source, "all", method, "rad", values)
+        yield Row(trial.source, "all", method, "rad", values, causal=method not in OFFLINE)
 
 
 def _run(method: str, imu: Imu) -> Run:
     if method in PEERS:
         return PEERS[method].run(imu)
-    attitude = Attitude(imu.rate, mag=imu.mag is not None, method=cast(Any, method))
+    name = method.removesuffix("+smooth")
+    attitude: Any = Attitude(imu.rate, mag=imu.mag is not None, method=cast(Any, name))
     start = time.perf_counter()
-    quaternions = attitude.process(imu.gyro, imu.accel, imu.mag)
+    if method == _SMOOTHED:
+        quaternions = attitude.smooth(imu.gyro, imu.accel, imu.mag)["quaternion"]
+    else:
+        quaternions = attitude.process(imu.gyro, imu.accel, imu.mag)
     return Run(quaternions, time.perf_counter() - start)
 
 

@@ -30,10 +30,11 @@ class Run(NamedTuple):
 
 
 class Peer(NamedTuple):
-    """A filter of another package: how the package is imported, and what runs it."""
+    """A filter of another package: how that is imported, what runs it, and if it looks ahead."""
 
     package: str
     run: Callable[[Imu], Run]
+    causal: bool = True
 
 
 def missing(peer: str) -> bool:
@@ -49,6 +50,19 @@ def _vqf(imu: Imu) -> Run:
     vqf = VQF(1.0 / imu.rate, 1.0 / imu.accel_rate, 1.0 / imu.mag_rate)
     start = time.perf_counter()
     found = vqf.updateBatch(filled.gyro, filled.accel, filled.mag)
+    seconds = time.perf_counter() - start
+    return Run(found["quat6D" if imu.mag is None else "quat9D"], seconds)
+
+
+def _vqf_offline(imu: Imu) -> Run:
+    """Run vqf forward and backward; it knows no missing samples, so there is no result with any."""
+    from vqf import offlineVQF
+
+    sensors = [imu.gyro, imu.accel] if imu.mag is None else [imu.gyro, imu.accel, imu.mag]
+    if not all(np.isfinite(one).all() for one in sensors):
+        return Run(np.full((len(imu.gyro), 4), np.nan), math.nan)
+    start = time.perf_counter()
+    found = offlineVQF(imu.gyro, imu.accel, imu.mag, 1.0 / imu.rate)
     seconds = time.perf_counter() - start
     return Run(found["quat6D" if imu.mag is None else "quat9D"], seconds)
 
@@ -123,5 +137,6 @@ PEERS: Final = {
     "imufusion": Peer("imufusion", _imufusion),
     "ahrs-madgwick": Peer("ahrs", _ahrs_madgwick),
     "ahrs-mahony": Peer("ahrs", _ahrs_mahony),
+    "vqf-offline": Peer("vqf", _vqf_offline, causal=False),
 }
 """By the names under which they stand in a comparison."""

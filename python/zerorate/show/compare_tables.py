@@ -7,6 +7,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Final
 
+from zerorate.compare.attitude import OFFLINE
 from zerorate.compare.comparison import Comparison
 from zerorate.compare.measures import DEGRADATION, ERRORS, Row
 from zerorate.compare.methods import HINDSIGHT, WHOLE
@@ -239,7 +240,7 @@ def on_looking_ahead(causal: Mapping[str, bool]) -> Iterator[str]:
     if ahead:
         yield _DOUBLE_DAGGER
     for method in ahead:
-        if method not in WHOLE:
+        if method not in (*WHOLE, *OFFLINE):
             yield f"{method}: {_FOUND}"
 
 
