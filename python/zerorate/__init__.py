@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from zerorate.calibrate.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibrate.rate.reference import FittedRate, fit_rate
     from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
+    from zerorate.simulate.motion import MotionErrors, SimulatedMotion, simulate_motion
     from zerorate.simulate.session import (
         AccelErrors,
         GyroErrors,
@@ -93,6 +94,7 @@ __all__ = [
     "Log",
     "LogError",
     "Markov",
+    "MotionErrors",
     "MovedParameter",
     "NoiseModel",
     "RateTable",
@@ -100,6 +102,7 @@ __all__ = [
     "Recording",
     "RecursiveLeastSquares",
     "RestDetector",
+    "SimulatedMotion",
     "SimulatedSession",
     "Sinusoid",
     "StreamingAllan",
@@ -127,6 +130,7 @@ __all__ = [
     "read_log",
     "read_recording",
     "simulate",
+    "simulate_motion",
     "simulate_session",
     "split_log",
     "units",
@@ -147,9 +151,11 @@ _LATER = {
     "FittedRate": "calibrate.rate.reference",
     "GyroErrors": "simulate.session",
     "Integrated": "calibrate.rate.angle",
+    "MotionErrors": "simulate.motion",
     "MovedParameter": "calibrate.comparison",
     "RateTable": "calibrate.rate.rate_table",
     "RateTableAxis": "calibrate.rate.rate_table",
+    "SimulatedMotion": "simulate.motion",
     "SimulatedSession": "simulate.session",
     "TemperatureBias": "calibrate.temperature",
     "TemperatureModel": "calibrate.temperature",
@@ -158,6 +164,7 @@ _LATER = {
     "compare_calibrations": "calibrate.comparison",
     "fit_rate": "calibrate.rate.reference",
     "integrate": "calibrate.rate.angle",
+    "simulate_motion": "simulate.motion",
     "simulate_session": "simulate.session",
 }
 """Modules that are imported when they, or a name in them, are first asked for."""

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+import zerorate as zr
 from support.commands import check_line
 from support.compared import gyros, noise, oriented, resting, turning
 from support.logs import write_table
@@ -43,6 +44,41 @@ def test_one_table_a_kind(cli, log, tmp_path):
     assert text.count("At rest: mean and worst of 4 axes") == 1
     assert "Orientation, raw minus bias: moved.csv" in text
     assert "fading" not in text
+
+
+@pytest.fixture
+def moved(tmp_path):
+    """A log of nine axes with the true orientation."""
+    logs = zr.simulate_motion("hand", 50.0, 20.0, seed=2).recording().values()
+    columns = {name: z for log in logs for name, z in zip(log.names, log.data.T, strict=True)}
+    return write_table(tmp_path / "moved.csv", columns, rate=50.0)
+
+
+def test_filters_of_attitude(cli, moved, tmp_path):
+    out = tmp_path / "all.json"
+    code, text, errors = cli(moved, "--methods", "raw", "--attitude", "auto", "--json", out)
+    assert (code, errors) == (0, "")
+    assert "Orientation, raw minus bias: moved.csv\n" in text
+    assert "\n\nAttitude in motion, nine axes: moved.csv\n" in text
+    assert "\n\nAttitude in motion, six axes: moved.csv\n" in text
+    (row,) = json.loads(out.read_text())["kinds"]["attitude"]["rows"]
+    # A filter that is lost is off by more than a radian.
+    assert 0.0 < row["inclination"] < row["total"] < 0.1
+
+
+def test_attitude_only_where_it_can_be(cli, moved, tmp_path):
+    code, text, _ = cli(moved, "--methods", "raw", "--attitude", "none")
+    assert (code, "Attitude in motion" in text) == (0, False)
+    code, text, _ = cli(oriented(tmp_path / "gyros.csv"), "--methods", "raw")
+    assert (code, "attitude:" in text) == (0, False)
+    unknown = tmp_path / "unknown.csv"
+    unknown.write_text(moved.read_text().replace("_mps2", ""))
+    code, text, _ = cli(unknown, "--methods", "raw")
+    assert code == 0
+    assert "Orientation, raw minus bias: unknown.csv\n" in text
+    told = " ".join(text.split())
+    assert "- no attitude: " in told
+    assert "an accelerometer of a known unit, got 'unit'" in told
 
 
 def test_a_reference(cli, tmp_path):

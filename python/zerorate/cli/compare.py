@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
@@ -18,9 +18,20 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import check_outputs, progress_bar, together
 from zerorate.cli.records import records
-from zerorate.compare import METHODS, Comparison, MethodError, Trial, read_trial
+from zerorate.compare import (
+    ATTITUDE_METHODS,
+    METHODS,
+    Comparison,
+    MethodError,
+    Row,
+    Trial,
+    compare_attitude,
+    read_trial,
+)
 from zerorate.compare import compare as run_methods
 from zerorate.compare.as_json import as_json
+from zerorate.compare.attitude import check_attitude
+from zerorate.compare.imu import Frame
 from zerorate.compare.methods import Chosen, name_of, resolved
 from zerorate.compare.simulated import Regret, run_contaminated
 from zerorate.io import LogError
@@ -68,6 +79,15 @@ def compare(
             show_default=False,
         ),
     ] = None,
+    attitude: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES",
+            help="Filters of attitude, for logs with an accelerometer and the true orientation; "
+            "those of other packages where they are installed. none: no table of them.",
+        ),
+    ] = ",".join(ATTITUDE_METHODS),
+    frame: Annotated[str, typer.Option(help="Of the true orientation: enu, ned or nwu.")] = "enu",
     reading: Reading,
     per_axis: Annotated[bool, typer.Option("--per-axis", help="A table of every axis.")] = False,
     json: Annotated[
@@ -82,6 +102,8 @@ def compare(
     truth = None if quaternion is None else parse_words("--quaternion", quaternion)
     with as_usage():
         faults = [Contamination.parse(text) for text in contaminate or []]
+        filters = [] if attitude == "none" else parse_words("--attitude", attitude)
+        check_attitude(filters, frame)
     if json is not None:
         check_outputs([json], force)
     with progress_bar() as progress:
@@ -91,6 +113,7 @@ def compare(
             recordings.append(replace(trial, log=present_axes(trial.log)))
         try:
             found = _compared(recordings, chosen, faults, progress)
+            found += _attitudes(recordings, filters, frame, progress)
             regret = _simulated(chosen, faults, seeds, progress) if simulated else []
         except MethodError as error:
             raise DataFault(str(error)) from None
@@ -127,6 +150,27 @@ def _compared(
         raise DataFault(in_options(error)) from None
     except ValueError as error:
         raise UsageFault(in_options(error)) from None
+
+
+def _attitudes(
+    recordings: list[Trial], methods: Sequence[str], frame: str, progress: Progress
+) -> tuple[Comparison, ...]:
+    """Return the comparison of filters of attitude on the recordings that allow it."""
+    rows: list[Row] = []
+    notes: list[str] = []
+    for one in recordings if methods else ():
+        if one.orientation is None or one.accel is None:
+            continue
+        try:
+            found = compare_attitude([one], methods, progress, frame=cast(Frame, frame))
+        except LogError as error:
+            notes.append(f"no attitude: {in_options(error)}")
+        else:
+            rows.extend(found.rows)
+            notes.extend(found.notes)
+    if not rows and not notes:
+        return ()
+    return (Comparison("attitude", tuple(rows), tuple(dict.fromkeys(notes))),)
 
 
 def _simulated(

@@ -1,5 +1,6 @@
 """Many methods on the same recordings, each measured by what it costs its user."""
 
+from zerorate.compare.attitude import ATTITUDE_METHODS, compare_attitude
 from zerorate.compare.comparison import Comparison, compare
 from zerorate.compare.measures import Row
 from zerorate.compare.methods import METHODS
@@ -7,6 +8,7 @@ from zerorate.compare.own import MethodError, OwnMethod
 from zerorate.compare.trial import Kind, Trial, read_trial
 
 __all__ = [
+    "ATTITUDE_METHODS",
     "METHODS",
     "Comparison",
     "Kind",
@@ -15,6 +17,7 @@ __all__ = [
     "Row",
     "Trial",
     "compare",
+    "compare_attitude",
     "read_trial",
 ]
 

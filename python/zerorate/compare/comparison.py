@@ -40,7 +40,7 @@ class Comparison:
     Attributes
     ----------
     kind : str
-        ``"rest"``, ``"turning"`` or ``"orientation"``.
+        ``"rest"``, ``"turning"`` or ``"orientation"``; ``"attitude"`` of `compare_attitude`.
     rows : tuple of Row
         Recording by recording, axis by axis, method by method.
     notes : tuple of str

@@ -23,7 +23,7 @@ from zerorate.io import Log, LogError
 from zerorate.metrics import rotations
 from zerorate.types import Booleans, Floats
 
-__all__ = ["HORIZONS", "orientation_rows"]
+__all__ = ["HORIZONS", "orientation_rows", "turning_speed"]
 
 Growth = Callable[[str, Floats], dict[str, float]]
 
@@ -58,12 +58,13 @@ def orientation_rows(
             f"{recording.source}: orientation needs three gyros, got {', '.join(log.names)}; "
             "choose with columns="
         )
-    moving = _moving(truth.quaternions, log.rate)
+    # Where the reference is missing it is taken to turn.
+    turns = ~(turning_speed(truth.quaternions, log.rate, _SPEED_OVER) <= MOVING)
     known = [method for method in methods if method != HINDSIGHT]
     for method in (*known[:1], _FIRST_REST, *known[1:]):
         found = [_on_axis(method, np.ascontiguousarray(z), log) for z in seen.T]
         growth = partial(_growth, truth.quaternions, log.rate)
-        values = _measured(log.data, found, growth) | _consistency(found, moving)
+        values = _measured(log.data, found, growth) | _consistency(found, turns)
         causal = all(one.causal for one in found)
         yield Row(recording.source, "all", name_of(method), recording.angle, values, causal)
 
@@ -101,12 +102,14 @@ def _consistency(found: list[AxisResult], moving: Booleans) -> dict[str, float]:
     }
 
 
-def _moving(quaternions: Floats, rate: float) -> Booleans:
-    """Return when the reference turns; where it is missing it is taken to."""
-    span = max(1, round(_SPEED_OVER * rate))
+def turning_speed(quaternions: Floats, rate: float, over: float) -> Floats:
+    """Return how fast a reference turns, taken over so many seconds, rad/s.
+
+    NaN at the ends and where it is missing.
+    """
+    span = max(1, round(over * rate))
     q = rotations.unit(quaternions)
     turned = rotations.angle(rotations.product(rotations.inverse(q[:-span]), q[span:]))
-    speed = np.full(len(q), math.inf)
-    middle = slice(span // 2, span // 2 + turned.size)
-    speed[middle] = np.where(np.isfinite(turned), turned * rate / span, math.inf)
-    return speed > MOVING
+    speed = np.full(len(q), math.nan)
+    speed[span // 2 : span // 2 + turned.size] = turned * rate / span
+    return speed

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -12,14 +13,18 @@ from zerorate.compare.slope import slope
 from zerorate.io import Log, LogError, Recording
 from zerorate.io.counts import Scale
 from zerorate.io.formats import LogSource
-from zerorate.io.names import UNKNOWN, is_quaternion, looks_like_gyro, plain
+from zerorate.io.names import UNKNOWN, is_quaternion, looks_like_gyro, meaning_of, plain
 from zerorate.io.recording import read_topic
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
-__all__ = ["Kind", "Orientation", "Reference", "Trial", "read_trial"]
+__all__ = ["Kind", "Orientation", "Reference", "Trial", "read_trial", "spread"]
 
-Kind = Literal["rest", "turning", "orientation"]
+Kind = Literal["rest", "turning", "orientation", "attitude"]
+"""Of a comparison; a trial is of one of the first three."""
+
+_KIND: Final = re.compile(r"(gyr|acc|mag)[a-z]*")
+_KINDS: Final = ("gyro", "accel", "mag", "reference")
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +71,16 @@ class Trial:
         Rate about the axis of one of the gyros.
     orientation : Orientation or None
         Of the three gyros together.
+    accel, mag : Log or None
+        Accelerometer and magnetometer of the sensor that the gyros are of, on clocks of their own
+        and in their own units: those of the gyros' name, or the only ones.
     """
 
     log: Log
     reference: Reference | None = None
     orientation: Orientation | None = None
+    accel: Log | None = None
+    mag: Log | None = None
 
     @classmethod
     def of(cls, recording: Recording) -> Trial:
@@ -93,9 +103,10 @@ class Trial:
                 f"{recording.source}: motion needs gyros of a known unit, got '{log.unit}'; "
                 "give unit="
             )
-        values = _spread(truth, log)
+        values = spread(truth, log)
         if truth.channels == 4:
-            return cls(log, orientation=Orientation(truth.names, values))
+            others = (_of_one_sensor(recording, kind, log) for kind in ("accel", "mag"))
+            return cls(log, None, Orientation(truth.names, values), *others)
         return cls(log, Reference(truth.names[0], _reference_rate(recording, truth, log)))
 
     @property
@@ -174,7 +185,7 @@ def read_trial(
         reference=truth,
         unit=unit,
         topic=topic,
-        only=("gyro",) if truth is None and columns is not None else ("gyro", "reference"),
+        only=("gyro",) if truth is None and columns is not None else _KINDS,
         scale=scale,
         start=start,
         stop=stop,
@@ -228,7 +239,25 @@ def _same_clock(one: Log, other: Log) -> bool:
     return (one.n, one.rate, one.time[0]) == (other.n, other.rate, other.time[0])
 
 
-def _spread(log: Log, gyros: Log) -> Floats:
+def _of_one_sensor(recording: Recording, kind: str, gyros: Log) -> Log | None:
+    """Return the log of another kind that shares the name of the gyros' sensor, or the only one."""
+    logs = [log for log in recording.of_kind(kind) if log.channels == 3]
+    own = [log for log in logs if _sensor(log) == _sensor(gyros)]
+    if own:
+        return own[0]
+    return logs[0] if len(logs) == 1 else None
+
+
+def _sensor(log: Log) -> tuple[object, str]:
+    """Return what tells the sensor of a log: its topic, and the name without the word of its kind.
+
+    So ``left_gyro_x`` and ``left_accel_x`` are of one sensor.
+    """
+    meaning = meaning_of(log.names[0])
+    return log.meta.get("sensor"), "" if meaning is None else _KIND.sub("", meaning.sensor)
+
+
+def spread(log: Log, gyros: Log) -> Floats:
     """Return a log's samples at the nearest samples of the gyros, NaN between them."""
     if _same_clock(log, gyros):
         return log.data
@@ -249,11 +278,11 @@ def _reference_rate(recording: Recording, log: Log, gyros: Log) -> Floats:
     """Return a reference in rad/s where its unit is known; an angle without one is in deg."""
     rate = _in_si(log)
     if rate.unit == "rad/s" or (log.unit == UNKNOWN and looks_like_gyro(log.names[0])):
-        return _spread(rate, gyros)[:, 0]
+        return spread(rate, gyros)[:, 0]
     unit = "deg" if log.unit == UNKNOWN else log.unit
     if unit not in UNITS or UNITS[unit].kind != "angle":
         raise LogError(
             f"{recording.source}: column '{log.names[0]}' is in {unit}, expected an angle or a rate"
         )
-    turned = convert(_spread(log, gyros)[:, 0], unit, "rad")
+    turned = convert(spread(log, gyros)[:, 0], unit, "rad")
     return slope(turned, gyros.rate)

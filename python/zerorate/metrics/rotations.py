@@ -17,6 +17,19 @@ def of_rotation_vectors(vectors: Floats) -> Floats:
     return np.concatenate((np.cos(half), 0.5 * np.sinc(half / np.pi) * vectors), axis=-1)
 
 
+def of_matrices(matrices: Floats) -> Floats:
+    """Return the rotations of matrices of shape (m, 3, 3), from the largest column of 4 q q'."""
+    across = matrices.transpose(0, 2, 1)
+    trace = np.trace(matrices, axis1=1, axis2=2)[:, None, None]
+    outer = np.zeros((len(matrices), 4, 4))
+    outer[:, 1:, 1:] = matrices + across + (1.0 - trace) * np.eye(3)
+    outer[:, :1, :1] = 1.0 + trace
+    outer[:, 0, 1:] = (matrices - across)[:, (2, 0, 1), (1, 2, 0)]
+    outer[:, 1:, 0] = outer[:, 0, 1:]
+    largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
+    return unit(outer[np.arange(len(matrices)), largest])
+
+
 def product(p: Floats, q: Floats) -> Floats:
     """Return the rotation p after q, or seen as axes: first p, then q about the new axes."""
     a, u = p[..., :1], p[..., 1:]

@@ -7,6 +7,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Final
 
+from zerorate.compare.attitude import OFFLINE
 from zerorate.compare.comparison import Comparison
 from zerorate.compare.measures import DEGRADATION, ERRORS, Row
 from zerorate.compare.methods import HINDSIGHT, WHOLE
@@ -75,6 +76,7 @@ class _Section:
 
 _DEG: Final = math.degrees(1.0)
 _MS: Final = 1e3
+_NS: Final = 1e9
 _NIS: Final = (
     _Measure("nis_rest", "NIS at rest", ideal=1.0),
     _Measure("nis_motion", "moving", ideal=1.0),
@@ -124,6 +126,25 @@ _SECTIONS: Final[Mapping[Kind, tuple[_Section, ...]]] = {
         _growth("raw minus bias", "growth"),
         _growth("smoothed rate", "smooth_growth", *_NIS),
     ),
+    "attitude": (
+        _Section(
+            "Attitude in motion, nine axes",
+            (
+                _Measure("total", "total, deg", _DEG),
+                _Measure("heading", "heading", _DEG),
+                _Measure("inclination", "inclination", _DEG),
+                _Measure("time", "ns", _NS),
+            ),
+        ),
+        _Section(
+            "Attitude in motion, six axes",
+            (
+                _Measure("heading_6", "heading, deg", _DEG),
+                _Measure("inclination_6", "inclination", _DEG),
+                _Measure("time_6", "ns", _NS),
+            ),
+        ),
+    ),
 }
 """The tables of each kind in their order; a deviation at rest comes last, for it says least."""
 
@@ -159,6 +180,10 @@ _LEGENDS: Final[Mapping[Kind, tuple[str, ...]]] = {
         "mean angle between gyro and reference after so many seconds of integration; first rest: "
         "the mean of the first ten seconds is taken for the bias",
     ),
+    "attitude": (
+        "RMS angles between filter and reference while that turns; nine axes: with magnetometer; "
+        "six axes: without, so heading is drift since the motion began; ns: what a sample took",
+    ),
 }
 """What the columns mean."""
 
@@ -184,6 +209,9 @@ def format_compare(found: Sequence[Comparison], per_axis: bool = False) -> str:
 
 def _parts(found: Comparison, per_axis: bool) -> Iterator[str]:
     axes = [list(rows) for _, rows in groupby(found.rows, lambda row: (row.source, row.axis))]
+    if not axes:
+        yield bulleted(found.notes)
+        return
     for section in _SECTIONS[found.kind]:
         alone = per_axis or len(axes) == 1
         shown = section if found.contamination is None else _faulty(section, found.contamination)
@@ -212,7 +240,7 @@ def on_looking_ahead(causal: Mapping[str, bool]) -> Iterator[str]:
     if ahead:
         yield _DOUBLE_DAGGER
     for method in ahead:
-        if method not in WHOLE:
+        if method not in (*WHOLE, *OFFLINE):
             yield f"{method}: {_FOUND}"
 
 

@@ -9,11 +9,11 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.metrics.rotations import inverse, of_rotation_vectors, product, unit
+from zerorate.metrics.rotations import inverse, of_matrices, of_rotation_vectors, product, unit
 from zerorate.simulate.gyro import not_negative, whole
 from zerorate.types import Floats, Integers
 
-__all__ = ["Hand", "Poses", "fixed", "hand", "turned"]
+__all__ = ["Hand", "Poses", "fixed", "given_or_drawn", "hand", "turned"]
 
 Poses: TypeAlias = int | Literal["six"] | npt.ArrayLike
 
@@ -154,6 +154,17 @@ def fixed(name: str, values: npt.ArrayLike, shape: tuple[int | None, ...]) -> Fl
     return numbers
 
 
+def given_or_drawn(
+    name: str, given: npt.ArrayLike, shape: tuple[int, ...], random: np.random.Generator
+) -> Floats:
+    """Return the numbers given, or one number times what is drawn from a normal distribution."""
+    drawn = random.standard_normal(shape)
+    if np.ndim(given) > 0:
+        return fixed(name, given, shape)
+    scaled: Floats = not_negative(name, float(given)) * drawn  # type: ignore[arg-type]
+    return scaled
+
+
 def _least_jerk(part: Floats) -> tuple[Floats, Floats]:
     along = part**3 * (10.0 - part * (15.0 - 6.0 * part))
     return along, 30.0 * (part * (1.0 - part)) ** 2
@@ -222,21 +233,14 @@ def _given_poses(poses: npt.ArrayLike) -> Floats:
 
 
 def _of_matrices(matrices: Floats) -> Floats:
-    """Return the quaternions of rotation matrices, from the column of q q' that is largest."""
+    """Return the quaternions of rotation matrices; ValueError if they are none."""
     across = matrices.transpose(0, 2, 1)
     proper = np.linalg.det(matrices) > 0.0
     if not len(matrices) or not (
         proper.all() and np.allclose(matrices @ across, np.eye(3), atol=1e-6)
     ):
         raise ValueError("poses must be rotation matrices: orthogonal, of determinant 1")
-    trace = np.trace(matrices, axis1=1, axis2=2)[:, None, None]
-    outer = np.zeros((len(matrices), 4, 4))
-    outer[:, 1:, 1:] = matrices + across + (1.0 - trace) * np.eye(3)
-    outer[:, :1, :1] = 1.0 + trace
-    outer[:, 0, 1:] = (matrices - across)[:, (2, 0, 1), (1, 2, 0)]
-    outer[:, 1:, 0] = outer[:, 0, 1:]
-    largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
-    return unit(outer[np.arange(len(matrices)), largest])
+    return of_matrices(matrices)
 
 
 def _rotation_vectors(q: Floats) -> Floats:

@@ -27,7 +27,7 @@ from zerorate.noise import NoiseModel
 from zerorate.noise.coefficient import positive
 from zerorate.simulate.devices import Device, device
 from zerorate.simulate.gyro import not_negative, simulate, whole
-from zerorate.simulate.hand import Hand, Poses, fixed, hand, turned
+from zerorate.simulate.hand import Hand, Poses, fixed, given_or_drawn, hand, turned
 from zerorate.types import Floats, Integers
 from zerorate.units import UNITS
 
@@ -433,15 +433,15 @@ def _accel_parameters(errors: AccelErrors, random: np.random.Generator) -> tuple
         A = np.tril(A)
     if np.triu(A, 1).any():
         raise ValueError("the accelerometer's matrix must be lower triangular: zero above")
-    return A, _given_or_drawn("bias", errors.bias, (3,), random)
+    return A, given_or_drawn("bias", errors.bias, (3,), random)
 
 
 def _gyro_parameters(
     errors: GyroErrors, random: np.random.Generator
 ) -> tuple[Floats, Floats, Floats]:
     W = _matrix(errors, random)
-    bias = _given_or_drawn("bias", errors.bias, (3,), random)
-    return W, bias, _given_or_drawn("g_sensitivity", errors.g_sensitivity, (3, 3), random)
+    bias = given_or_drawn("bias", errors.bias, (3,), random)
+    return W, bias, given_or_drawn("g_sensitivity", errors.g_sensitivity, (3, 3), random)
 
 
 def _matrix(errors: AccelErrors | GyroErrors, random: np.random.Generator) -> Floats:
@@ -449,16 +449,6 @@ def _matrix(errors: AccelErrors | GyroErrors, random: np.random.Generator) -> Fl
     np.fill_diagonal(size, not_negative("scale", errors.scale))
     drawn: Floats = np.eye(3) + size * random.standard_normal((3, 3))
     return drawn if errors.matrix is None else fixed("matrix", errors.matrix, (3, 3))
-
-
-def _given_or_drawn(
-    name: str, given: npt.ArrayLike, shape: tuple[int, ...], random: np.random.Generator
-) -> Floats:
-    drawn = random.standard_normal(shape)
-    if np.ndim(given) > 0:
-        return fixed(name, given, shape)
-    scaled: Floats = not_negative(name, float(given)) * drawn  # type: ignore[arg-type]
-    return scaled
 
 
 def _course(temperature: Course, seconds: Floats) -> Floats:
