@@ -48,7 +48,7 @@ impl Attitude {
     #[new]
     #[pyo3(signature = (
         rate, *, mag=true, frame="enu", method="auto", gyro_unit="rad/s", accel_unit="m/s^2",
-        channels=None
+        bias=None, bias_sigma=None, channels=None
     ))]
     // The arguments are those of the class in Python.
     #[allow(clippy::too_many_arguments)]
@@ -60,6 +60,8 @@ impl Attitude {
         method: &str,
         gyro_unit: &str,
         accel_unit: &str,
+        bias: Option<&Bound<'_, PyAny>>,
+        bias_sigma: Option<&Bound<'_, PyAny>>,
         channels: Option<i128>,
     ) -> PyResult<Self> {
         let channels = streaming::channels(channels)?;
@@ -69,7 +71,8 @@ impl Attitude {
             gyro_unit: factor(py, gyro_unit, "rad/s", "gyro_unit")?,
             accel_unit: factor(py, accel_unit, "m/s^2", "accel_unit")?,
         };
-        let auto = AutoOptions { mag, ..AutoOptions::default() };
+        let mut auto = AutoOptions { mag, ..AutoOptions::default() };
+        prior(py, bias, bias_sigma, (gyro_unit, params.gyro_unit), &mut auto)?;
         let bank = bank::new(method, params, auto, channels.unwrap_or(1))?;
         let shared = Shared::new(channels, bank).map_err(NativeError::from)?;
         Ok(Self { options: Options { method: method.to_owned(), mag }, shared })
@@ -162,6 +165,36 @@ impl Attitude {
         }
         let parts = interruptible(py, batch.n, || bank.smooth(&columns, batch.n));
         named_arrays(py, parts?.map_err(NativeError::from)?, &this.shared.batch_axes(batch.n))
+    }
+
+    /// Goes on from an orientation that is known, at the start or later: a quaternion, w first, or a
+    /// ``scipy`` rotation, of the sensor in the frame; the deviations of its tilt and heading in rad.
+    #[pyo3(signature = (orientation, tilt_sigma=0.01, heading_sigma=0.01))]
+    fn align(
+        slf: &Bound<'_, Self>,
+        orientation: &Bound<'_, PyAny>,
+        tilt_sigma: f64,
+        heading_sigma: f64,
+    ) -> PyResult<()> {
+        let mut this = exclusive(slf)?;
+        let given = quaternions(orientation)?;
+        let axes = [this.shared.channels.as_slice(), &[4]].concat();
+        let expected = arrays::tuple(&axes);
+        let found = arrays::named("orientation", &given, &expected, |shape| shape == axes)?;
+        for (name, sigma) in [("tilt_sigma", tilt_sigma), ("heading_sigma", heading_sigma)] {
+            if !(sigma > 0.0 && sigma <= std::f64::consts::PI) {
+                return Err(PyValueError::new_err(format!(
+                    "{name} must be an angle above 0 and up to pi, got {sigma:?}"
+                )));
+            }
+        }
+        let orientations = found.values.as_chunks::<4>().0;
+        let is_one = |q: &[f64; 4]| (0.5..2.0).contains(&q.iter().map(|x| x * x).sum::<f64>());
+        if !orientations.iter().all(is_one) {
+            return Err(PyValueError::new_err("orientation must be a quaternion of length 1"));
+        }
+        this.shared.bank.align(orientations, tilt_sigma, heading_sigma);
+        Ok(())
     }
 
     /// Back to before the first sample, but for scale and misalignment of the gyro.
@@ -390,6 +423,59 @@ fn flags<'py>(
     let this = reading(slf)?;
     let values = this.shared.bank.readings().iter().map(of).collect();
     this.shared.numbers(slf.py(), values)
+}
+
+/// The components of a rotation, w first, or what was given.
+fn quaternions<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    if !given.hasattr("as_quat")? {
+        return Ok(given.clone());
+    }
+    let scalar_first = PyDict::new(given.py());
+    scalar_first.set_item("scalar_first", true)?;
+    given.call_method("as_quat", (), Some(&scalar_first))
+}
+
+/// What is known of the gyro before its first sample.
+fn prior(
+    py: Python<'_>,
+    bias: Option<&Bound<'_, PyAny>>,
+    sigma: Option<&Bound<'_, PyAny>>,
+    (unit, factor): (&str, f64),
+    options: &mut AutoOptions,
+) -> PyResult<()> {
+    let zero = vec![0.0; 3].into_pyobject(py)?;
+    let given = match (bias, sigma) {
+        (None, None) => return Ok(()),
+        (bias, _) => bias.unwrap_or(&zero),
+    };
+    type Prior<'py> = (
+        Bound<'py, PyAny>,
+        Option<Bound<'py, PyAny>>,
+        Option<Bound<'py, PyAny>>,
+        Option<Bound<'py, PyAny>>,
+    );
+    let known = py.import("zerorate.attitude.prior")?.getattr("gyro_prior")?;
+    let (bias, sigma, matrix, matrix_sigma): Prior<'_> =
+        known.call1((given, sigma, unit))?.extract()?;
+    options.bias = axes("bias", &bias)?.map(|x| x * factor);
+    if let Some(sigma) = sigma {
+        options.bias_sigma = axes("bias_sigma", &sigma)?.map(|x| x * factor);
+    }
+    if let (Some(matrix), Some(sigma)) = (matrix, matrix_sigma) {
+        options.matrix = square("gyro_matrix", &matrix)?;
+        options.matrix_sigma = square("gyro_matrix_sigma", &sigma)?;
+    }
+    Ok(())
+}
+
+fn axes(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
+    let found = arrays::named(name, given, "(3,)", |shape| shape == [3])?;
+    Ok(std::array::from_fn(|i| found.values[i]))
+}
+
+fn square(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[[f64; 3]; 3]> {
+    let found = arrays::named(name, given, "(3, 3)", |shape| shape == [3, 3])?;
+    Ok(std::array::from_fn(|i| std::array::from_fn(|j| found.values[3 * i + j])))
 }
 
 fn frame_of(name: &str) -> PyResult<Frame> {

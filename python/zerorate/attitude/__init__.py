@@ -1,0 +1,1 @@
+"""Attitude of recordings, and what is known of a gyro before."""
