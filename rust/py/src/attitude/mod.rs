@@ -89,11 +89,20 @@ impl Attitude {
         dt: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let mut this = exclusive(slf)?;
+        this.check_mag(mag.is_some())?;
+        let given = Given { gyro, accel, mag, dt };
+        if this.shared.channels.is_none()
+            && floats.is_empty()
+            && let Some(row) = given.usual()
+        {
+            let mut orientation = [0.0; 4];
+            this.shared.bank.update(&row, &mut orientation, &mut []);
+            return Ok(arrays::small(slf.py(), &orientation));
+        }
         let row = match floats.is_empty() {
-            true => Given { gyro, accel, mag, dt }.row(this.shared.channels)?,
+            true => given.row(this.shared.channels)?,
             false => samples::of_floats([gyro, accel], mag, floats, dt)?,
         };
-        this.check_mag(mag.is_some())?;
         this.shared.update_row(slf.py(), &row)
     }
 

@@ -25,6 +25,14 @@ pub struct Given<'a, 'py> {
 }
 
 impl<'a, 'py> Given<'a, 'py> {
+    /// One sample of a single body, if it comes as loops give it most often.
+    #[inline]
+    pub fn usual(&self) -> Option<[f64; WIDTH]> {
+        let ([gx, gy, gz], [ax, ay, az]) = (arrays::three(self.gyro)?, arrays::three(self.accel)?);
+        let [mx, my, mz] = self.mag.map_or(Some([f64::NAN; 3]), arrays::three)?;
+        self.dt.is_none().then_some([gx, gy, gz, ax, ay, az, mx, my, mz, f64::NAN])
+    }
+
     /// One sample of each body.
     pub fn row(&self, channels: Option<usize>) -> PyResult<Vec<f64>> {
         let count = channels.unwrap_or(1);
