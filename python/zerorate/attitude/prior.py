@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +20,18 @@ _CALIBRATED_MATRIX = 1e-3
 Prior = tuple[Floats, Floats | None, Floats | None, Floats | None]
 
 
-def gyro_prior(given: Any, sigma: npt.ArrayLike | None, gyro_unit: str) -> Prior:
+class _Knows(Protocol):
+    """A filter that has learned biases."""
+
+    @property
+    def bias(self) -> npt.ArrayLike: ...
+    @property
+    def bias_sigma(self) -> npt.ArrayLike: ...
+
+
+def gyro_prior(
+    given: Calibration | _Knows | npt.ArrayLike, sigma: npt.ArrayLike | None, gyro_unit: str
+) -> Prior:
     """Return bias, its deviation, the matrix of the gyro and the deviation of its elements.
 
     What is not known is None. The matrix is M in ``rate = M (gyro - bias)``.
@@ -66,7 +77,7 @@ def _calibrated(given: Calibration, sigma: npt.ArrayLike | None, gyro_unit: str)
     )
 
 
-def _known(given: Any, sigma: npt.ArrayLike | None) -> Floats | None:
+def _known(given: object, sigma: npt.ArrayLike | None) -> Floats | None:
     if sigma is not None:
         return _axes("bias_sigma", sigma)
     known = getattr(given, "bias_sigma", None)
