@@ -20,8 +20,8 @@ pub use auto::{Auto, AutoOptions};
 pub use estimator::{Estimator, Knowledge};
 pub use frame::Frame;
 pub use named::{
-    CONSTANTS, Complementary, Constant, Constants, Ekf, Kalman, Linearised, METHODS, Madgwick,
-    Mahony, Named, NamedOptions, Ukf, constant,
+    BIAS_METHODS, BIAS_SIGMA_METHODS, CONSTANTS, Complementary, Constant, Constants, Ekf, Kalman,
+    Linearised, METHODS, Madgwick, Mahony, Named, NamedOptions, Ukf,
 };
 pub use sample::{Inertial, Sample};
 pub use stream::{Attitude, AttitudeParams, Reading, Snapshot, Tagged};

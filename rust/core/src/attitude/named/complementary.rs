@@ -94,7 +94,7 @@ impl Tagged for Complementary {
 impl Named for Complementary {
     const METHOD: &'static str = "complementary";
 
-    fn options(&self) -> &NamedOptions {
-        &self.options
+    fn options(&self) -> NamedOptions {
+        self.options
     }
 }

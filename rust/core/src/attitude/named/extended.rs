@@ -2,13 +2,12 @@
 #![allow(non_snake_case)]
 
 use nalgebra::{SMatrix, SVector, Vector3};
-use serde::{Deserialize, Serialize};
 
 use super::kalman::{BIAS, Gauss, Linearised, Step};
 use crate::math::rotation::right_jacobian;
 
 /// By first derivatives. Corrections are scalar, in Joseph's form.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extended;
 
 impl Linearised for Extended {

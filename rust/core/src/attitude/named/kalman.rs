@@ -248,8 +248,8 @@ impl<L: Linearised> Tagged for Kalman<L> {
 impl<L: Linearised> Named for Kalman<L> {
     const METHOD: &'static str = L::METHOD;
 
-    fn options(&self) -> &NamedOptions {
-        &self.options
+    fn options(&self) -> NamedOptions {
+        self.options
     }
 }
 

@@ -132,7 +132,7 @@ impl Tagged for Madgwick {
 impl Named for Madgwick {
     const METHOD: &'static str = "madgwick";
 
-    fn options(&self) -> &NamedOptions {
-        &self.options
+    fn options(&self) -> NamedOptions {
+        self.options
     }
 }

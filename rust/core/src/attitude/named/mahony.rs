@@ -111,7 +111,7 @@ impl Tagged for Mahony {
 impl Named for Mahony {
     const METHOD: &'static str = "mahony";
 
-    fn options(&self) -> &NamedOptions {
-        &self.options
+    fn options(&self) -> NamedOptions {
+        self.options
     }
 }

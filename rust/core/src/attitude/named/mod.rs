@@ -17,8 +17,11 @@ pub use complementary::Complementary;
 pub use kalman::{Ekf, Kalman, Linearised, Ukf};
 pub use madgwick::Madgwick;
 pub use mahony::Mahony;
-pub use options::{CONSTANTS, Constant, Constants, METHODS, NamedOptions, constant};
+pub use options::{
+    BIAS_METHODS, BIAS_SIGMA_METHODS, CONSTANTS, Constant, Constants, METHODS, NamedOptions,
+};
 
+use super::auto::{Auto, AutoOptions};
 use super::stream::Tagged;
 
 /// A method that has a name and options that can be read.
@@ -27,5 +30,24 @@ pub trait Named: Tagged {
     const METHOD: &'static str;
 
     /// What was chosen.
-    fn options(&self) -> &NamedOptions;
+    fn options(&self) -> NamedOptions;
+
+    /// Whether scale and misalignment of the gyro were given too.
+    fn is_calibrated(&self) -> bool {
+        false
+    }
+}
+
+impl Named for Auto {
+    const METHOD: &'static str = METHODS[0];
+
+    fn options(&self) -> NamedOptions {
+        let AutoOptions { mag, bias, bias_sigma, .. } = *self.options();
+        NamedOptions { mag, bias, bias_sigma, constants: Constants::default() }
+    }
+
+    fn is_calibrated(&self) -> bool {
+        let (given, usual) = (self.options(), AutoOptions::default());
+        (given.matrix, given.matrix_sigma) != (usual.matrix, usual.matrix_sigma)
+    }
 }

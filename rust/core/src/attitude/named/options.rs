@@ -7,6 +7,11 @@ use crate::error::{Error, require};
 /// The names of all methods; the first is the default.
 pub const METHODS: [&str; 6] = ["auto", "complementary", "mahony", "madgwick", "ekf", "ukf"];
 
+/// The methods that start from a bias that is known, and from how well it is known.
+pub const BIAS_METHODS: &[&str] = &["auto", "mahony", "ekf", "ukf"];
+/// Likewise.
+pub const BIAS_SIGMA_METHODS: &[&str] = &["auto", "ekf", "ukf"];
+
 /// Largest bias that can be given or found, rad/s, and its largest deviation at the start.
 pub(super) const BIAS_MAX: f64 = 10.0;
 pub(super) const BIAS_SIGMA_MAX: f64 = 0.2;
@@ -174,11 +179,6 @@ pub const CONSTANTS: &[Constant] = &[
         set: |c, value| c.bias_walk = value,
     },
 ];
-
-/// The constant of a name.
-pub fn constant(name: &str) -> Option<&'static Constant> {
-    CONSTANTS.iter().find(|constant| constant.name == name)
-}
 
 /// What a person may say of the sensor and of the method.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -4,7 +4,6 @@
 use core::array::from_fn;
 
 use nalgebra::{Quaternion, RealField, SMatrix, SVector, Vector3};
-use serde::{Deserialize, Serialize};
 
 use super::kalman::{BIAS, Gauss, Linearised, Step};
 use crate::math::Real;
@@ -21,7 +20,7 @@ type States = SVector<f64, N>;
 
 /// By the points of J. L. Crassidis and F. L. Markley, *J. Guidance, Control, and Dynamics* 26(4),
 /// 2003, with λ = 1 as there, the error of the attitude as a rotation vector.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unscented;
 
 impl Linearised for Unscented {
