@@ -140,7 +140,7 @@ impl Columns<'_> {
 }
 
 /// One time for all samples, or one for each.
-fn times(dt: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<f64>> {
+pub fn times(dt: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<f64>> {
     let times = match arrays::sample(dt) {
         Ok(one) => memory::filled(one, n).map_err(NativeError::from)?,
         Err(_) => arrays::named("dt", dt, &format!("({n},)"), |shape| shape == [n])?.values,
@@ -175,7 +175,8 @@ pub fn of_floats(
     Ok(row)
 }
 
-fn checked(dt: f64) -> PyResult<f64> {
+/// A time, unless it is negative.
+pub fn checked(dt: f64) -> PyResult<f64> {
     match dt < 0.0 {
         false => Ok(dt),
         true => Err(PyValueError::new_err(format!("dt must not be negative, got {dt:?} s"))),
