@@ -154,12 +154,7 @@ class Attitude:
         u = np.array([0.0, 0.0, self.up]) + self.R @ accel
         size = np.linalg.norm(u)
         if size >= 1e-6:
-            w = math.sqrt(max(0.5 * (1.0 + u[2] / size), 0.0))
-            tilt = (w, u[1] / (2.0 * w * size), -u[0] / (2.0 * w * size), 0.0)
-            upside_down = (0.0, 1.0, 0.0, 0.0)
-            self.q = quaternions.unit(
-                quaternions.product(tilt if w >= 1e-6 else upside_down, self.q)
-            )
+            self.q = quaternions.unit(quaternions.product(upright(u / size), self.q))
             self.up = size
         if self.mag and not self.northed and not np.isnan(mag[0]):
             self.northed = True
@@ -324,3 +319,11 @@ class Attitude:
         self.bound()
         if self.P[PHI, PHI] > START_TILT**2:
             self.begun, self.begun_for, self.up = False, 0.0, 0.0
+
+
+def upright(u):
+    """The least rotation that turns a direction up; of straight down about x."""
+    w = math.sqrt(max(0.5 * (1.0 + u[2]), 0.0))
+    if w < 1e-6:
+        return (0.0, 1.0, 0.0, 0.0)
+    return (w, u[1] / (2.0 * w), -u[0] / (2.0 * w), 0.0)
