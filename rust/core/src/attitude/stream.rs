@@ -8,6 +8,8 @@ use super::sample::{self, FORCE_MAX, Inertial, RATE_MAX, Sample};
 use super::{Estimator, GRAVITY, Knowledge};
 use crate::error::{Error, check_positive, check_rate};
 use crate::math::sound::{is_count, is_sample, is_within};
+#[cfg(feature = "std")]
+use crate::stream::Block;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Output, Shape, Stream, Traced};
 
@@ -179,37 +181,44 @@ impl<E: Estimator> Attitude<E> {
 
     /// A sample in the units of an estimator.
     #[inline(always)]
-    fn measured(&mut self, sample: &Sample) -> Inertial {
-        let dt = if sample.dt >= 0.0 { sample.dt } else { self.period };
+    fn measured(&mut self, sample: &Sample, dt: f64) -> Inertial {
         let (before, given) = (self.rate, sample::rate(sample.gyro, self.params.gyro_unit));
         let accel = sample::force(sample.accel, self.params.accel_unit);
         let mag = sample::field(sample.mag);
         self.force = accel.unwrap_or(Vector3::repeat(f64::NAN));
-        let known = given.is_some();
-        self.rate = given.unwrap_or(before);
-        let mut measured = Inertial { gyro: self.rate, known, unknown: 0.0, accel, mag, dt };
+        let mut gyro = given.unwrap_or(before);
+        let (mut known, mut unknown) = (given.is_some(), 0.0);
+        self.rate = gyro;
         if !known | (dt > LONG * self.period) {
-            self.stretch(&mut measured, &before);
+            (known, unknown) = self.stretch(known, dt);
+            gyro = if known { (gyro + before) * 0.5 } else { gyro };
         } else {
             self.unknown = 0.0;
         }
-        measured
+        Inertial { gyro, known, unknown, accel, mag, dt }
     }
 
-    /// A rate that is missing, or that stands for more than one sample.
-    /// A rate that is missing, or that stands for more than its own period: between two that are
-    /// known it is their mean, and after the last one itself, for a while.
+    /// A rate that is missing stands for a while, one that is known for no more than that before
+    /// it. Returns whether it is still known, and for how many of these seconds nothing is.
     #[cold]
-    fn stretch(&mut self, measured: &mut Inertial, before: &Vector3<f64>) {
-        let dt = measured.dt;
-        if measured.known {
-            measured.gyro = (measured.gyro + before) * 0.5;
-            (measured.unknown, self.unknown) = ((dt - HELD).max(0.0), 0.0);
-            return;
+    #[inline(never)]
+    fn stretch(&mut self, known: bool, dt: f64) -> (bool, f64) {
+        if known {
+            self.unknown = 0.0;
+            return (true, (dt - HELD).max(0.0));
         }
-        measured.unknown = (self.unknown + dt - HELD).clamp(0.0, dt);
+        let unknown = (self.unknown + dt - HELD).clamp(0.0, dt);
         self.unknown += dt;
-        measured.known = self.unknown <= HELD;
+        (self.unknown <= HELD, unknown)
+    }
+
+    /// Seconds in which nothing is known.
+    #[cold]
+    #[inline(never)]
+    fn bridge(&mut self, seconds: f64) {
+        if self.samples > 1 {
+            self.estimator.gap(seconds.min(GAP_MAX));
+        }
     }
 }
 
@@ -274,24 +283,55 @@ impl<E: Estimator> Stream for Attitude<E> {
     type Input = Sample;
     type Output = [f64; 4];
 
-    #[inline]
+    #[inline(always)]
     fn update(&mut self, sample: Sample) -> [f64; 4] {
-        let measured = self.measured(&sample);
         self.samples += 1;
-        if measured.dt > GAP {
-            if self.samples > 1 {
-                self.estimator.gap(measured.dt.min(GAP_MAX));
-            }
-            self.estimator.step(&Inertial { dt: 0.0, unknown: 0.0, gyro: self.rate, ..measured });
-        } else {
-            self.estimator.step(&measured);
+        let mut dt = if sample.dt >= 0.0 { sample.dt } else { self.period };
+        if dt > GAP {
+            self.bridge(dt);
+            dt = 0.0;
         }
+        let measured = self.measured(&sample, dt);
+        self.estimator.step(&measured);
         self.quaternion()
     }
 
     fn reset(&mut self) {
         self.estimator.reset();
         self.forget();
+    }
+
+    /// As of any stream, but always with the instructions of whoever calls it.
+    #[inline(always)]
+    fn run(&mut self, inputs: impl Iterator<Item = Sample>, mut put: impl FnMut([f64; 4])) {
+        for input in inputs {
+            put(self.update(input));
+        }
+    }
+
+    /// With what the processor has beyond its family's first: the same operations in fewer
+    /// instructions, so equal to the last bit.
+    #[cfg(feature = "std")]
+    fn process_column(&mut self, channel: usize, block: &mut Block<'_>) {
+        pulp::Arch::new().dispatch(Column { attitude: self, channel, block });
+    }
+}
+
+/// One column of a block, for the processor at hand.
+#[cfg(feature = "std")]
+struct Column<'a, 'b, E> {
+    attitude: &'a mut Attitude<E>,
+    channel: usize,
+    block: &'a mut Block<'b>,
+}
+
+#[cfg(feature = "std")]
+impl<E: Estimator> pulp::NullaryFnOnce for Column<'_, '_, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.block.run(self.channel, self.attitude);
     }
 }
 

@@ -96,7 +96,7 @@ impl Errors {
     }
 
     /// Carries the errors through a tick.
-    #[inline]
+    #[inline(always)]
     pub fn predict(&mut self, by: &Transition) {
         let driven = self.driven(&by.drivers);
         self.predict_heading(by, &driven[2]);
@@ -107,7 +107,7 @@ impl Errors {
     }
 
     /// Covariances of all states with what bias and matrix turn about each axis.
-    #[inline]
+    #[inline(always)]
     fn driven(&self, drivers: &[Drivers; 3]) -> [States; 3] {
         let mut sums = [[f64x4::ZERO; LANES]; 3];
         for c in 0..CAUSES {
@@ -123,7 +123,7 @@ impl Errors {
     }
 
     /// The heading's own turning: it needs the covariance before the tick.
-    #[inline]
+    #[inline(always)]
     fn predict_heading(&mut self, by: &Transition, driven: &States) {
         let drivers = &by.drivers[2];
         let mut moved = self.with_heading + driven;
@@ -141,7 +141,7 @@ impl Errors {
     }
 
     /// F P, in the columns of P, which is symmetric: `F P` has as row what it has as column.
-    #[inline]
+    #[inline(always)]
     fn turn_rows(&mut self, by: &Transition, [east, north, _]: &[States; 3]) {
         let p = &mut self.covariance.data.0;
         for i in 0..STATES {
@@ -156,7 +156,7 @@ impl Errors {
 
     /// (F P) Fᵀ: elements of bias and matrix stay, those between them and the rest are mirrored,
     /// those of the rest among themselves are turned.
-    #[inline]
+    #[inline(always)]
     fn turn_columns(&mut self, by: &Transition) {
         const REST: [usize; 4] = [0, 1, VELOCITY, VELOCITY + 1];
         let p = &mut self.covariance.data.0;
@@ -181,7 +181,7 @@ impl Errors {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn add_noise(&mut self, by: &Transition) {
         let p = &mut self.covariance.data.0;
         let mut add = |i: usize, noise: f64, cap: f64| {
@@ -200,7 +200,7 @@ impl Errors {
     }
 
     /// Shrinks what has grown beyond any meaning, as a whole row and column.
-    #[inline]
+    #[inline(always)]
     fn bound(&mut self) {
         let bounds = [TILT_MAX, TILT_MAX, VELOCITY_MAX, VELOCITY_MAX];
         for (i, bound) in [0, 1, VELOCITY, VELOCITY + 1].into_iter().zip(bounds) {
@@ -226,7 +226,7 @@ impl Errors {
 
     /// Corrects by measurements of one state after the other: each is its first, what was measured
     /// less what was expected, and the variance of the noise.
-    #[inline]
+    #[inline(always)]
     pub fn correct<const N: usize>(
         &mut self,
         first: usize,
@@ -259,7 +259,7 @@ impl Errors {
     }
 
     /// Takes off the covariance what each of the gains is with itself.
-    #[inline]
+    #[inline(always)]
     fn reduce<const N: usize>(&mut self, gains: &[[f64; STATES]; N]) {
         let packed = gains.each_ref().map(lanes);
         for (j, column) in self.covariance.data.0.iter_mut().enumerate() {

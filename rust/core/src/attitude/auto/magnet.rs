@@ -1,12 +1,13 @@
 //! Whether the magnetic field is the one known: by its strength and its dip, as in the filter VQF
 //! (D. Laidig, T. Seel, *Information Fusion* 91, 2023).
 
-use nalgebra::{ComplexField, RealField, Vector3};
+use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// How far strength, as a share of it, and dip, rad, of the field may lie from those known.
+/// How far the strength of the field, as a share of it, and the dip may lie from those known: the
+/// cosine of ten degrees.
 const STRENGTH: f64 = 0.1;
-const DIP: f64 = core::f64::consts::PI / 18.0;
+const DIP: f64 = 0.984_807_753_012_208;
 /// Seconds over which the field known follows.
 const FOLLOWS: f64 = 20.0;
 /// Seconds within the limits after which the field is trusted again.
@@ -22,32 +23,36 @@ const DOUBTED: f64 = 4.0;
 /// Times faster that the rejection is forgotten in a good field than it lasts.
 const FORGOTTEN: f64 = 2.0;
 
-/// Strength and dip of a field.
+/// Strength and dip of a field: its level part, which is not negative, the one down, and both.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Shape {
+    level: f64,
+    down: f64,
     strength: f64,
-    dip: f64,
 }
 
 impl Shape {
     fn of(field: &Vector3<f64>) -> Self {
-        let strength = field.norm();
         let level = (field.x * field.x + field.y * field.y).sqrt();
-        Self { strength, dip: RealField::atan2(-field.z, level) }
+        Self { level, down: -field.z, strength: field.norm() }
     }
 
     fn is_near(&self, other: &Self) -> bool {
+        let along = self.level * other.level + self.down * other.down;
         (self.strength - other.strength).abs() < STRENGTH * other.strength
-            && (self.dip - other.dip).abs() < DIP
+            && along > DIP * self.strength * other.strength
     }
 
     fn follow(&mut self, other: &Self, weight: f64) {
+        self.level += weight * (other.level - self.level);
+        self.down += weight * (other.down - self.down);
         self.strength += weight * (other.strength - self.strength);
-        self.dip += weight * (other.dip - self.dip);
     }
 
     fn is_sound(&self) -> bool {
-        (0.0..=1e10).contains(&self.strength) && self.dip.abs() <= 2.0
+        (0.0..=1e10).contains(&self.strength)
+            && (0.0..=1e10).contains(&self.level)
+            && self.down.abs() <= 1e10
     }
 }
 

@@ -195,7 +195,7 @@ impl Auto {
         }
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn tick(&mut self) {
         let sums = self.sums;
         self.sums = Sums::new(TICK);
@@ -219,6 +219,7 @@ impl Auto {
     }
 
     /// Carries velocity and errors through a tick; false where no force was known in it.
+    #[inline(always)]
     fn predict(&mut self, sums: &Sums, rate: f64) -> bool {
         let span = sums.elapsed;
         let force = sums.force / sums.forces.max(1.0);
@@ -248,6 +249,7 @@ impl Auto {
     }
 
     /// The velocity stays near zero; at rest it is zero, and the rate is the bias.
+    #[inline(always)]
     fn correct(&mut self, sums: &Sums) {
         let (span, velocity) = (sums.elapsed, self.velocity);
         let noise = match self.at_rest {
@@ -275,6 +277,7 @@ impl Auto {
         (p[(0, i)].powi(2) + p[(1, i)].powi(2)) / (p[(i, i)] + noise)
     }
 
+    #[inline(always)]
     fn apply(&mut self, found: &Found) {
         let states = &found.states;
         self.strapdown.correct(&Vector3::new(states[0], states[1], 0.0));
@@ -324,8 +327,8 @@ impl Auto {
         let step = strapdown::small_rotation(&Vector3::new(0.0, 0.0, angle));
         let ([c, s], [w, z]) = (self.turn, [step.w, step.k]);
         let (c, s) = (c * w - s * z, s * w + c * z);
-        let scale = 1.0 / (c * c + s * s).sqrt();
-        self.turn = [c * scale, s * scale];
+        let near_one = 1.5 - 0.5 * (c * c + s * s);
+        self.turn = [c * near_one, s * near_one];
     }
 
     /// A rest far from the bias: nothing that was learned of the gyro holds.

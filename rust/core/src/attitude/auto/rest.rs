@@ -59,7 +59,7 @@ impl Rest {
             self.since = self.since.min(0.0);
             return State::Motion;
         }
-        let (gyro, accel) = (sums.gyro / sums.samples, sums.accel / sums.forces);
+        let (gyro, accel) = (sums.gyro * (1.0 / sums.samples), sums.accel * (1.0 / sums.forces));
         if self.since < 0.0 {
             (self.gyro, self.accel, self.first_accel, self.since) = (gyro, accel, accel, 0.0);
         }

@@ -19,7 +19,7 @@ pub struct Strapdown {
     pub orientation: Quaternion<f64>,
     /// Of the orientation.
     pub rotation: Matrix3<f64>,
-    /// The step before.
+    /// A twelfth of the step before: what coning adds is its cross product with the next.
     before: Vector3<f64>,
 }
 
@@ -34,9 +34,9 @@ impl Strapdown {
     /// Turns by a step about the sensor's axes, and by what coning adds to it.
     #[inline(always)]
     pub fn turn(&mut self, step: Vector3<f64>) {
-        let angle = step + self.before.cross(&step) * (1.0 / 12.0);
-        self.before = step;
-        self.set(self.orientation * small_rotation(&angle));
+        let angle = step + self.before.cross(&step);
+        self.before = step * (1.0 / 12.0);
+        self.set(product(&self.orientation, &small_rotation(&angle)));
     }
 
     /// Turns by a rotation vector in the axes of the frame; to be settled.
@@ -51,8 +51,10 @@ impl Strapdown {
     }
 
     /// Rounding does not lead it away from a rotation.
+    #[inline]
     pub fn settle(&mut self) {
-        self.set(self.orientation.normalize());
+        let near_one = 1.5 - 0.5 * self.orientation.norm_squared();
+        self.set(self.orientation * near_one);
     }
 
     #[inline(always)]
@@ -100,9 +102,23 @@ pub fn small_rotation(angle: &Vector3<f64>) -> Quaternion<f64> {
     if square > SERIES {
         return exponential(angle).into_inner();
     }
-    let scalar = 1.0 + square * (-1.0 / 8.0 + square * (1.0 / 384.0 - square * (1.0 / 46_080.0)));
-    let sine = 0.5 + square * (-1.0 / 48.0 + square * (1.0 / 3_840.0 - square * (1.0 / 645_120.0)));
+    // Both halves of each series at once: a sample is as long as its chain of operations.
+    let fourth = square * square;
+    let scalar = (1.0 - square * (1.0 / 8.0)) + fourth * (1.0 / 384.0 - square * (1.0 / 46_080.0));
+    let sine =
+        (0.5 - square * (1.0 / 48.0)) + fourth * (1.0 / 3_840.0 - square * (1.0 / 645_120.0));
     Quaternion::from_parts(scalar, angle * sine)
+}
+
+/// The rotation `p` after `q`, in sums of pairs.
+#[inline(always)]
+fn product(p: &Quaternion<f64>, q: &Quaternion<f64>) -> Quaternion<f64> {
+    Quaternion::new(
+        (p.w * q.w - p.i * q.i) - (p.j * q.j + p.k * q.k),
+        (p.w * q.i + p.i * q.w) + (p.j * q.k - p.k * q.j),
+        (p.w * q.j - p.i * q.k) + (p.j * q.w + p.k * q.i),
+        (p.w * q.k + p.i * q.j) - (p.j * q.i - p.k * q.w),
+    )
 }
 
 /// The matrix of a rotation.
@@ -213,6 +229,7 @@ impl Sums {
     }
 
     /// How errors of bias and matrix turn the orientation in the tick, about axis `i` of the frame.
+    #[inline(always)]
     pub fn drivers(&self, i: usize) -> Drivers {
         let scale = if self.looks > 0.0 { self.elapsed / self.looks } else { 0.0 };
         SVector::from_fn(|n, _| match n {
