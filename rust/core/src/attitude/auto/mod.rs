@@ -28,7 +28,7 @@ use super::sample::Inertial;
 use super::stream::Tagged;
 use super::{Estimator, Knowledge};
 use crate::error::{Error, require};
-use crate::math::sound::is_size;
+use crate::math::sound::{are_within, is_size};
 
 /// Seconds of a tick.
 const TICK: f64 = 0.1;
@@ -439,8 +439,6 @@ impl Estimator for Auto {
 
     fn is_sound(&self) -> bool {
         let sizes = [
-            (self.bias.amax(), BIAS_MAX),
-            ((self.matrix - Matrix3::identity()).amax(), MATRIX_MAX + 1e-12),
             (self.velocity[0].abs(), VELOCITY_MAX),
             (self.velocity[1].abs(), VELOCITY_MAX),
             (self.field_age, FIELD_HOLDS),
@@ -451,6 +449,8 @@ impl Estimator for Auto {
         let [c, s] = self.turn;
         self.options.checked().is_ok()
             && sizes.iter().all(|(x, most)| is_size(*x, *most))
+            && are_within(&self.bias, BIAS_MAX)
+            && are_within(&(self.matrix - Matrix3::identity()), MATRIX_MAX + 1e-12)
             && (c * c + s * s - 1.0).abs() < 1e-9
             && self.strapdown.is_sound()
             && self.sums.is_sound()
@@ -469,4 +469,49 @@ impl Estimator for Auto {
 
 impl Tagged for Auto {
     const TAG: &'static str = "attitude";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Auto, AutoOptions, Estimator, Inertial};
+    use nalgebra::Vector3;
+    use proptest::prelude::*;
+
+    /// A hand that turns and shakes, and whatever fields.
+    fn samples(fields: &[Option<[f64; 3]>]) -> impl Iterator<Item = Inertial> {
+        fields.iter().enumerate().map(|(k, field)| {
+            let t = 0.01 * k as f64;
+            Inertial {
+                gyro: Vector3::new(2.0 * t.sin(), (3.0 * t).cos(), 1.5 * (0.7 * t).sin()),
+                known: k % 50 != 7,
+                unknown: 0.0,
+                accel: (k % 9 != 4).then(|| Vector3::new((5.0 * t).sin(), 0.4, 9.5 + t.cos())),
+                mag: field.map(Vector3::from),
+                dt: 0.01,
+            }
+        })
+    }
+
+    fn followed(fields: &[Option<[f64; 3]>]) -> Auto {
+        let mut filter = Auto::with(AutoOptions::default());
+        samples(fields).for_each(|sample| filter.step(&sample));
+        filter
+    }
+
+    proptest! {
+        #[test]
+        fn a_field_turns_the_heading_and_nothing_else(
+            fields in prop::collection::vec(
+                prop::option::weighted(0.8, prop::array::uniform3(-1e3..1e3_f64)), 400..600),
+        ) {
+            let (with, without) = (followed(&fields), followed(&vec![None; fields.len()]));
+            prop_assert_eq!(with.strapdown, without.strapdown);
+            prop_assert_eq!((with.bias, with.matrix), (without.bias, without.matrix));
+            prop_assert_eq!(with.velocity, without.velocity);
+            prop_assert_eq!(with.errors.covariance(), without.errors.covariance());
+            prop_assert_eq!(with.scale_noise, without.scale_noise);
+            prop_assert!(with.is_sound());
+            prop_assert!(with.errors.heading() < without.errors.heading());
+        }
+    }
 }
