@@ -15,12 +15,14 @@ DOUBTED, FORGOTTEN = 4.0, 2.0
 
 
 def shape(field):
-    """Strength and dip, which is positive below the horizon."""
-    return np.array([np.linalg.norm(field), math.atan2(-field[2], math.hypot(*field[:2]))])
+    """Strength, and the parts that dip is the angle between: level, and down."""
+    return np.array([np.linalg.norm(field), math.hypot(*field[:2]), -field[2]])
 
 
 def near(seen, other):
-    return abs(seen[0] - other[0]) < STRENGTH * other[0] and abs(seen[1] - other[1]) < DIP
+    """The mean dip is that of the mean parts, whose length no strength of its own replaces."""
+    cosine = seen[1:] @ other[1:] / max(seen[0] * other[0], 1e-300)
+    return abs(seen[0] - other[0]) < STRENGTH * other[0] and cosine > math.cos(DIP)
 
 
 def followed(known, seen, seconds):
@@ -29,7 +31,7 @@ def followed(known, seen, seconds):
 
 class Field:
     def __init__(self):
-        self.known, self.candidate = None, np.zeros(2)
+        self.known, self.candidate = None, np.zeros(3)
         self.turned = self.undisturbed = 0.0
         self.rejected, self.trusted = REJECTED, False
 
