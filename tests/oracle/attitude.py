@@ -248,8 +248,8 @@ class Attitude:
             weight = min(tick.span / MEMORY, 1.0)
             self.accelerations += weight * (0.5 * self.v @ self.v - self.accelerations)
             R = (SPEED**2 + self.accelerations) / tick.span
-        by = np.diag(self.P)[V:] + R
-        expected = np.sum(self.P[PHI:UP, V:] ** 2 / by)
+        by, both = self.P[V:, V:] + R * np.eye(2), self.P[PHI:UP, V:]
+        expected = np.trace(both @ np.linalg.solve(by, both.T))
         x = np.zeros(17)
         for j in range(2):
             self.measure(V + j, -self.v[j], R, x)

@@ -257,7 +257,7 @@ impl Auto {
             false => self.accelerations.observe(&velocity, span) / span,
         };
         let mut found = Found { states: States::zeros(), heading: 0.0 };
-        let expected = [0, 1].map(|j| self.expected(j, noise));
+        let expected = self.expected(noise);
         self.errors.correct(VELOCITY, velocity.map(|x| -x), noise, &mut found);
         if self.at_rest {
             let level = sums.gyro / sums.samples - self.bias;
@@ -265,16 +265,22 @@ impl Auto {
             self.weigh(sums);
         } else {
             let tilt = [found.states[0], found.states[1]];
-            self.scale_noise.observe(&tilt, expected[0] + expected[1], span);
+            self.scale_noise.observe(&tilt, expected, span);
         }
         self.apply(&found);
     }
 
-    /// Variance of the tilt's correction by one component of the velocity.
-    fn expected(&self, j: usize, noise: f64) -> f64 {
+    /// Variance of the tilt's correction by both components of the velocity at once: the same along
+    /// whatever level axes.
+    fn expected(&self, noise: f64) -> f64 {
         let p = self.errors.covariance();
-        let i = VELOCITY + j;
-        (p[(0, i)].powi(2) + p[(1, i)].powi(2)) / (p[(i, i)] + noise)
+        let variance = |j: usize| p[(VELOCITY + j, VELOCITY + j)] + noise;
+        let (one, other, both) = (variance(0), variance(1), p[(VELOCITY, VELOCITY + 1)]);
+        let of_tilt = |i: usize| {
+            let (x, y) = (p[(i, VELOCITY)], p[(i, VELOCITY + 1)]);
+            x * x * other - 2.0 * x * y * both + y * y * one
+        };
+        ((of_tilt(0) + of_tilt(1)) / (one * other - both * both)).max(0.0)
     }
 
     #[inline(always)]
@@ -473,8 +479,8 @@ impl Tagged for Auto {
 
 #[cfg(test)]
 mod tests {
-    use super::{Auto, AutoOptions, Estimator, Inertial};
-    use nalgebra::Vector3;
+    use super::{Auto, AutoOptions, Estimator, Inertial, ScaleNoise};
+    use nalgebra::{UnitQuaternion, Vector3};
     use proptest::prelude::*;
 
     /// A hand that turns and shakes, and whatever fields.
@@ -512,6 +518,25 @@ mod tests {
             prop_assert_eq!(with.scale_noise, without.scale_noise);
             prop_assert!(with.is_sound());
             prop_assert!(with.errors.heading() < without.errors.heading());
+        }
+
+        #[test]
+        fn the_level_axes_may_lie_anyhow(angle in -3.0..3.0_f64) {
+            let begun = |heading: f64| {
+                let mut filter = Auto::with(AutoOptions::default());
+                let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading);
+                filter.align(turn.into_inner(), 0.1, 0.1);
+                samples(&[None; 1500]).for_each(|sample| filter.step(&sample));
+                filter
+            };
+            let (one, other) = (begun(0.0), begun(angle));
+            // Of corrections that persist: the noise that is learned from them is not the least.
+            prop_assert!(one.scale_noise != ScaleNoise::default());
+            prop_assert!((one.bias - other.bias).amax() < 1e-12);
+            prop_assert!((one.matrix - other.matrix).amax() < 1e-12);
+            let (one, other) = (one.knowledge(), other.knowledge());
+            prop_assert!((one.tilt_sigma - other.tilt_sigma).abs() < 1e-12);
+            prop_assert!((one.gyro_matrix_sigma - other.gyro_matrix_sigma).amax() < 1e-12);
         }
     }
 }
