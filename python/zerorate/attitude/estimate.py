@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
 
@@ -10,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import Attitude
+from zerorate.attitude.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.attitude.samples import Samples
 from zerorate.calibrate.calibration import Calibration
 from zerorate.io import Log, Recording
@@ -20,9 +22,7 @@ from zerorate.types import Booleans, Floats, Integers
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["ATTITUDE_METHODS", "AttitudeEstimate", "Frame", "estimate_attitude"]
-
-Frame: TypeAlias = Literal["enu", "ned", "nwu"]
+__all__ = ["ATTITUDE_METHODS", "AttitudeEstimate", "estimate_attitude"]
 
 ATTITUDE_METHODS: Final = ("auto",)
 """Methods of `zerorate.Attitude`."""
@@ -74,7 +74,7 @@ class AttitudeEstimate:
     offline, mag : bool
         Whether each sample was seen in the light of all, and whether a magnetometer took part.
     reference : ndarray, shape (n, 4), or None
-        The orientation that the recording has for a reference, NaN where it is missing.
+        The orientation that the recording has for a reference, in the frame; NaN where missing.
     source : str
         Name of the recording.
     notes : tuple of str
@@ -151,7 +151,9 @@ class AttitudeEstimate:
             If there is no reference, or no sample of it that counts.
         """
         if self.reference is None:
-            raise ValueError("there are no errors: the recording has no orientation to compare with")
+            raise ValueError(
+                "there are no errors: the recording has no orientation to compare with"
+            )
         heading: Literal["absolute", "relative"] = "absolute" if self.mag else "relative"
         return orientation_errors(self.quaternion, self.reference, where=where, heading=heading)
 
@@ -185,7 +187,7 @@ class AttitudeEstimate:
         for axis, values in zip("xyz", self.bias.T, strict=True):
             yield f"bias_{axis}_dps", np.degrees(values)
         for axis, values in zip("xyz", self.linear_acceleration.T, strict=True):
-            yield f"linear_acceleration_{axis}_mps2", values
+            yield f"linear_{axis}_mps2", values
 
     def table(self) -> str:
         """Return what was found as text, in deg."""
@@ -223,6 +225,7 @@ def estimate_attitude(
     gyro: str = "gyro",
     accel: str | None = None,
     calibration: Calibration | None = None,
+    reference_frame: Frame | None = None,
     progress: Progress | None = None,
     **constants: Any,  # noqa: ANN401
 ) -> AttitudeEstimate:
@@ -236,7 +239,7 @@ def estimate_attitude(
     recording : Recording
         With a gyro and an accelerometer of three axes and of known units, and maybe a magnetometer
         in any unit. A reference of four channels w, x, y, z is the true orientation, from sensor
-        to earth in the same frame; the estimate then tells its errors.
+        to earth; the estimate then tells its errors.
     frame : {"enu", "ned", "nwu"}
         Axes of the earth: east, north and up; north, east and down; north, west and up. North is
         the magnetic one. Default "enu".
@@ -252,6 +255,8 @@ def estimate_attitude(
         of its device.
     calibration : Calibration, optional
         Correct gyro and accelerometer by it first.
+    reference_frame : {"enu", "ned", "nwu"}, optional
+        Axes of the earth that the reference is to; default `frame`.
     progress : callable, optional
         Called with a step's name and the fraction of it that is done.
     **constants
@@ -279,16 +284,25 @@ def estimate_attitude(
     >>> bool(np.degrees(attitude.errors().inclination) < 1.0)
     True
     """
+    if reference_frame is not None and reference_frame not in FRAMES:
+        raise ValueError(
+            f"reference_frame must be one of {', '.join(FRAMES)}, got {reference_frame!r}"
+        )
     if calibration is not None:
         recording = calibration.apply(recording, gyro=gyro, **({"accel": accel} if accel else {}))
     samples = Samples.of(recording, gyro, accel, mag)
     uses_mag = samples.mag is not None
     # The filter refuses what it does not know.
     settings: Any = {"mag": uses_mag, "frame": frame, "method": method, **constants}
-    filter_ = Attitude(samples.log.rate, **settings)
+    filter_: Any = Attitude(samples.log.rate, **settings)
     report = silent if progress is None else progress
     run = _smoothed if offline else _traced
-    found, moments, matrices = run(filter_, samples, report)
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        found, moments, matrices = run(filter_, samples, report)
+    truth = _reference(recording, samples)
+    if truth is not None and reference_frame is not None:
+        truth = from_enu(in_enu(truth, reference_frame), frame)
     return AttitudeEstimate(
         time=samples.log.time,
         rate=samples.log.rate,
@@ -299,9 +313,9 @@ def estimate_attitude(
         method=method,
         offline=offline,
         mag=uses_mag,
-        reference=_reference(recording, samples),
+        reference=truth,
         source=recording.source,
-        notes=(*samples.notes, *_remarks(recording, mag, uses_mag)),
+        notes=(*_told(warned), *samples.notes, *_remarks(recording, mag, uses_mag)),
         **cast(dict[str, Any], found),
     )
 
@@ -314,7 +328,7 @@ def _moments(n: int) -> Integers:
     return np.unique(np.linspace(0, n - 1, min(n, _MOMENTS)).round().astype(np.int64))
 
 
-def _traced(filter_: Attitude, samples: Samples, progress: Progress) -> _Found:
+def _traced(filter_: Any, samples: Samples, progress: Progress) -> _Found:  # noqa: ANN401
     """Filter block by block: matrices of each sample would take most of the memory."""
     n = samples.log.n
     moments, found = _moments(n), {name: [] for name in (*_KEPT, *_THINNED)}  # type: ignore[var-annotated]
@@ -331,7 +345,7 @@ def _traced(filter_: Attitude, samples: Samples, progress: Progress) -> _Found:
     return {name: whole[name] for name in _KEPT}, moments, {name: whole[name] for name in _THINNED}
 
 
-def _smoothed(filter_: Attitude, samples: Samples, progress: Progress) -> _Found:
+def _smoothed(filter_: Any, samples: Samples, progress: Progress) -> _Found:  # noqa: ANN401
     # Forth and back: there is no half of it to report.
     progress("attitude", 0.1)
     traced: Mapping[str, npt.NDArray[Any]] = filter_.smooth(*_arguments(samples, slice(None)))
@@ -353,6 +367,12 @@ def _reference(recording: Recording, samples: Samples) -> Floats | None:
         return None
     values = samples.aligned(found[0])
     return values if np.isfinite(values).all(axis=1).any() else None
+
+
+def _told(warned: Iterable[warnings.WarningMessage]) -> Iterator[str]:
+    """Yield what the filter warned of: it knows no names of files."""
+    for one in warned:
+        yield str(one.message).replace("is accel_unit right", "is its unit right")
 
 
 def _remarks(recording: Recording, asked: bool, uses_mag: bool) -> Iterator[str]:

@@ -68,9 +68,8 @@ class Samples:
             a known unit.
         """
         rates = _sensor(recording, gyro, "rate", "rad/s")
-        partner = accel or gyro.replace("gyro", "accel", 1)
         forces = _sensor(
-            recording, partner if partner in recording else "accel", "acceleration", "m/s^2"
+            recording, accel or _partner(recording, gyro, "accel"), "acceleration", "m/s^2"
         )
         field = _magnetometer(recording, gyro) if mag else None
         logs = [forces] if field is None else [forces, field]
@@ -97,16 +96,24 @@ def _sensor(recording: Recording, name: str, kind: str, unit: str) -> Log:
     called = "a gyro" if kind == "rate" else "an accelerometer"
     if name not in recording:
         listed = ", ".join(recording) or "nothing"
-        raise LogError(f"an attitude needs {called}; there is no {name}, the recording has: {listed}")
+        raise LogError(
+            f"an attitude needs {called}; there is no {name}, the recording has: {listed}"
+        )
     log = recording[name]
     _check_axes(log, called)
     if log.unit not in UNITS or UNITS[log.unit].kind != kind:
         raise LogError(
-            f"{', '.join(log.names)}: an attitude needs the unit of {called}, got '{log.unit}'; "
-            "unit= says it"
+            f"{', '.join(log.names)}: an attitude needs {called} of a known unit, got '{log.unit}'; "
+            "give unit="
         )
     data = convert(log.data, log.unit, unit)
     return Log(log.time, log.rate, data, log.names, unit, log.meta)
+
+
+def _partner(recording: Recording, gyro: str, kind: str) -> str:
+    """Return the name of the sensor that has the number of the gyro, or of the first."""
+    own = gyro.replace("gyro", kind, 1)
+    return own if own in recording else kind
 
 
 def _check_axes(log: Log, called: str) -> None:
@@ -120,8 +127,7 @@ def _check_axes(log: Log, called: str) -> None:
 
 def _magnetometer(recording: Recording, gyro: str) -> Log | None:
     """Return the magnetometer of the gyro's device, or the first; None if there is none."""
-    own = gyro.replace("gyro", "mag", 1)
-    log = recording[own] if own in recording else recording.mag
+    log = recording.get(_partner(recording, gyro, "mag"))
     if log is not None:
         _check_axes(log, "a magnetometer")
     return log

@@ -1,4 +1,4 @@
-"""The figure of an attitude: angles with their bands, rest, disturbance, errors, what was learned."""
+"""The figure of an attitude: angles and their errors, rest, disturbance, what was learned."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from zerorate.show.attitude_table import attitude_title
 from zerorate.show.style import (
     BLACK,
     BLUE,
-    FONT,
     GREEN,
     GREY,
     ORANGE,
@@ -39,7 +38,7 @@ __all__ = ["draw_matrix", "heading_and_tilt_errors", "plot_attitude", "shade", "
 
 # Millimetres.
 _WIDTH: Final = 180.0
-_LEFT, _RIGHT, _TOP, _BOTTOM, _BETWEEN = 15.0, 4.0, 8.0, 17.0, 3.0
+_LEFT, _RIGHT, _TOP, _BOTTOM, _BETWEEN = 15.0, 4.0, 8.0, 14.0, 3.0
 _PANEL: Final = 26.0
 
 _MOST: Final = 4000
@@ -87,6 +86,7 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
         axes.tick_params(labelbottom=False)
     column[-1].set_xlabel(f"time [{shown}]")
     style_panels(column)
+    column[0].set_yticks([-180.0, -90.0, 0.0, 90.0, 180.0])
     figure.align_ylabels(column)
     write_title(figure, height, attitude_title(estimate))
     write_caption(figure, height, textwrap.fill(_caption(estimate), 165))
@@ -159,7 +159,6 @@ def _draw_angles(axes: Axes, estimate: AttitudeEstimate) -> None:
         axes.fill_between(x, y - band, y + band, color=colour, alpha=0.2, linewidth=0.0)
         axes.plot(x, y, color=colour, linewidth=0.6, label=name)
     axes.set_ylim(-190.0, 190.0)
-    axes.set_yticks([-180.0, -90.0, 0.0, 90.0, 180.0])
     axes.set_ylabel("angle [deg]")
     write_legend(axes, "upper right", 3)
 
@@ -201,7 +200,8 @@ def _draw_trust(axes: Axes, estimate: AttitudeEstimate) -> None:
         heading, tilt = heading_and_tilt_errors(
             estimate.quaternion, estimate.reference, relative=not estimate.mag
         )
-        for name, error, (_, _, colour) in zip(("heading", "inclination"), (heading, tilt), curves, strict=True):
+        errors = (("heading", heading, BLUE), ("inclination", tilt, VERMILION))
+        for name, error, colour in errors:
             values = np.degrees(error[few])
             axes.plot(times[few], values, color=colour, linewidth=0.6, label=f"error of {name}")
             largest = max(largest, float(np.nanpercentile(np.abs(values), 99.0)))
@@ -231,8 +231,9 @@ def draw_matrix(axes: Axes, estimate: AttitudeEstimate) -> None:
     for i, (name, _) in enumerate(_AXES):
         values, band = error[:, i, i], 2.0 * sigma[:, i, i]
         colour = _DIAGONAL[i]
-        axes.fill_between(times, values - band, values + band, color=colour, alpha=0.15, lw=0.0)
         axes.plot(times, values, color=colour, linewidth=0.8, label=f"scale {name}")
+        for edge in (values - band, values + band):
+            axes.plot(times, edge, "--", color=colour, linewidth=0.5)
     for i, (row, column) in enumerate(((0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2, 1))):
         name = f"{'xyz'[row]}{'xyz'[column]}"
         style = "-" if i < 3 else ":"

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 __all__ = ["attitude_title", "format_attitude"]
 
 _AXES: Final = ("x", "y", "z")
+_BEGUN: Final = 2.0
+_OTHER_FRAME: Final = math.radians(120.0)
 _FRAMES: Final = {
     "enu": "east, north, up",
     "ned": "north, east, down",
@@ -64,13 +66,15 @@ def _parts(estimate: AttitudeEstimate) -> Iterator[str]:
 
 
 def _angles(estimate: AttitudeEstimate) -> Table:
-    first, last = np.degrees(estimate.euler[[0, -1]])
+    # Before the mean force of the first second nothing is known of any angle.
+    begun = min(round(_BEGUN * estimate.rate), estimate.n - 1)
+    first, last = np.degrees(estimate.euler[[begun, -1]])
     ends = [(f"{a:.2f}", f"{b:.2f}") for a, b in zip(first, last, strict=True)]
     names = ("roll", "pitch", "yaw")
-    rows = [(name, *end) for name, end in zip(names, ends, strict=True)]
+    rows: list[tuple[str, ...]] = [(name, *end) for name, end in zip(names, ends, strict=True)]
     for name, sigma in (("tilt", estimate.tilt_sigma), ("heading", estimate.heading_sigma)):
-        rows.append((f"{name}, σ", *(_number(math.degrees(sigma[i])) for i in (0, -1))))
-    return Table("Angles, deg", ("", "at the start", "at the end"), tuple(rows))
+        rows.append((f"{name}, σ", *(_number(math.degrees(sigma[i])) for i in (begun, -1))))
+    return Table("Angles, deg", ("", f"after {_BEGUN:g} s", "at the end"), tuple(rows))
 
 
 def _states(estimate: AttitudeEstimate) -> Table:
@@ -97,7 +101,7 @@ def _gyro(estimate: AttitudeEstimate) -> Table:
             (f"correction of {axis}", "%", *_row(error[i], deviation[i]))
             for i, axis in enumerate(_AXES)
         ]
-        note = "Correction: M - 1 in rate = M (gyro - bias), row by row; in brackets: σ."
+        note = "Correction: M - 1 in rate = M (gyro - bias), row by row, with ± σ."
     return Table("Gyro at the end", ("", "", *_AXES), tuple(rows), words=2, note=note)
 
 
@@ -107,11 +111,14 @@ def _row(values: Floats, sigmas: Floats) -> tuple[str, ...]:
 
 def _errors(estimate: AttitudeEstimate) -> Table:
     rows = [_error("all", estimate, None), _error("in motion", estimate, ~estimate.at_rest)]
+    found = estimate.errors()
     note = (
         "Heading against the north of the reference, which is to be the magnetic one."
         if estimate.mag
         else "Heading against the first sample of each row: without a magnetometer it is any."
     )
+    if found.inclination > _OTHER_FRAME:
+        note += " So large an inclination is that of a reference to other axes of the earth."
     head = ("RMS over", "total", "heading", "inclination", "samples")
     return Table("Errors against the reference, deg", head, tuple(rows), note=note)
 
