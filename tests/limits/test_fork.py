@@ -18,6 +18,9 @@ ROADS = {
     "corrector": "zr.ImuCorrector(np.eye(3), np.zeros(3), channels=8)"
     ".process(np.stack([wide] * 3, axis=-1), threads=2)",
     "temperature": "zr.TemperatureFilter(100.0, channels=8).process(wide, z, threads=2)",
+    "attitude": "zr.Attitude(100.0, channels=8)"
+    ".process(*(np.stack([wide] * 3, axis=-1) for _ in range(3)), threads=2)",
+    "smoothed": "zr.Attitude(100.0).smooth(*(wide[:, :3] for _ in range(3)))['quaternion']",
     "streaming": "streamed(zr.StreamingAllan(rate=100.0, octaves=4, channels=8))",
     "allan": "zr.allan(z, 100.0).deviation",
     "allan-of-columns": "zr.allan(wide, 100.0, 'mdev', threads=3).deviation",

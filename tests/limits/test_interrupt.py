@@ -17,6 +17,7 @@ FILTERS = {
     "streaming": "zr.StreamingAllan(rate=100.0, octaves=6)",
     "wavelet": "zr.WaveletDenoiser(rate=100.0, wavelet='db4', level=5)",
     "temperature": "zr.TemperatureFilter(rate=100.0)",
+    "attitude": "zr.Attitude(rate=100.0, mag=False)",
     "corrector": "zr.ImuCorrector(np.eye(3), np.zeros(3), g_sensitivity=np.eye(3))",
 }
 PROGRAM = """
@@ -52,7 +53,8 @@ FILTER = """
 f = {make}
 z = z if f.channels is None else np.stack([z] * f.channels, axis=1)
 z = np.stack([z] * 6, axis=-1) if isinstance(f, zr.ImuCorrector) else z
-z = (z, z) if isinstance(f, zr.TemperatureFilter) else (z,)
+z = np.stack([z] * 3, axis=-1) if isinstance(f, zr.Attitude) else z
+z = (z, z) if isinstance(f, (zr.TemperatureFilter, zr.Attitude)) else (z,)
 f.process(*(part[:1000] for part in z))
 before = f.to_bytes()
 f.{method}(*z)
@@ -80,7 +82,7 @@ def test_a_filter_is_as_it_was_before(kind):
     assert run(PROGRAM.format(samples=4_000_000, then=then), 1) == "done\n"
 
 
-@pytest.mark.parametrize("kind", ["kf", "fading", "auto"])
+@pytest.mark.parametrize("kind", ["kf", "fading", "auto", "attitude"])
 def test_a_trace_too(kind):
     then = FILTER.format(make=FILTERS[kind], method="trace")
     assert run(PROGRAM.format(samples=1_500_000, then=then), 2) == "done\n"
@@ -103,6 +105,7 @@ RECORDS = {
     "reversals": "_native.reversals(z)",
     "turns": "_native.carry_turns(z[:999_999].reshape(-1, 3), z[:333_332], [(0, 333_333)] * 99,"
     " np.zeros((99, 3)), np.eye(3))",
+    "smoothed": "zr.Attitude(100.0, mag=False).smooth(*2 * [z[:999_999].reshape(-1, 3)])",
     "orientation": "_native.integrate_rates(np.zeros((10**7, 3)), np.zeros(10**7 - 1), 'coning')",
 }
 

@@ -18,6 +18,7 @@ CLASSES = {
     "streaming": lambda k: zr.StreamingAllan(rate=100.0, octaves=24, channels=k),
     "corrector": lambda k: zr.ImuCorrector(np.eye(3), np.zeros(3), channels=k),
     "temperature": lambda k: zr.TemperatureFilter(100.0, channels=k),
+    "attitude": lambda k: zr.Attitude(100.0, channels=k),
     "wavelet": lambda k: zr.WaveletDenoiser(rate=100.0, level=10, channels=k),
 }
 
@@ -116,6 +117,15 @@ WORK = {
     "trace": ("f = zr.DriftFilter(rate=100.0, method='fading')", "f.trace(z)"),
     "models": ("f = zr.RecursiveLeastSquares()", "f.process(z)"),
     "rest": ("f = zr.RestDetector(rate=100.0)", "f.process(z.astype('f4'))"),
+    "attitude": ("f = zr.Attitude(100.0)", "f.process(*3 * [z[: len(z) // 3 * 3].reshape(-1, 3)])"),
+    "attitude-trace": (
+        "f = zr.Attitude(100.0)",
+        "f.trace(*2 * [z[: len(z) // 30 * 3].reshape(-1, 3)])",
+    ),
+    "smoothed": (
+        "f = zr.Attitude(100.0)",
+        "f.smooth(*2 * [z[: len(z) // 150 * 3].reshape(-1, 3)])",
+    ),
     "many-channels": ("", "zr.DriftFilter(rate=100.0, method='fading', channels=len(z) // 10)"),
     "copy": (
         "f = {n: zr.StreamingAllan(rate=100.0, octaves=n) for n in (2, 20)}; f[20].process(z)",

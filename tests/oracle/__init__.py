@@ -1,6 +1,7 @@
 """A slow, literal NumPy twin of the core: the printed formulas, sample by sample."""
 
 from oracle.allan_noise import AllanNoise
+from oracle.attitude import Attitude
 from oracle.auto import AutoFilter
 from oracle.drift import DriftFilter
 from oracle.gated import GatedFilter
@@ -13,6 +14,7 @@ from oracle.wavelet import WaveletDenoiser
 
 __all__ = [
     "AllanNoise",
+    "Attitude",
     "AutoFilter",
     "DriftFilter",
     "GatedFilter",

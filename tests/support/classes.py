@@ -6,6 +6,7 @@ several numbers the last one is these, for a class that takes them as several ar
 Several arrays that are returned at once are joined along their last axis.
 """
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -21,6 +22,7 @@ from support.checks import (
     assert_semidefinite,
 )
 from support.records import (
+    imu_records,
     moving_records,
     ordinary_records,
     records,
@@ -31,6 +33,7 @@ from support.settings import (
     METHODS,
     RATE,
     allan_settings,
+    attitude_settings,
     auto_settings,
     corrector_settings,
     curve_in_unit,
@@ -120,6 +123,19 @@ def sound_temperature(f, z, answers):
     assert_finite({"answers": answers, **known})
     assert np.all(known["bias_sigma"] >= 0.0)
     assert np.all(known["slope_sigma"] >= 0.0)
+
+
+def sound_attitude(f, z, answers):
+    """Rotations, and finite but where a force is missing; sound is what a checkpoint takes back."""
+    np.testing.assert_allclose(np.sum(answers**2, axis=-1), 1.0, rtol=3e-6)
+    known = state(f)
+    linear = known.pop("linear_acceleration")
+    assert_finite(known)
+    np.testing.assert_array_equal(np.isnan(linear).any(axis=-1), np.isnan(linear).all(axis=-1))
+    for name in known:
+        assert not name.endswith("sigma") or np.all(known[name] >= 0.0), name
+    # Its covariance is symmetric and positive semidefinite, or it would be refused.
+    assert type(f).from_bytes(f.to_bytes()).to_bytes() == f.to_bytes()
 
 
 def sound_wavelet(f, z, answers):
@@ -263,6 +279,27 @@ CORRECTOR = {
     "inputs": 0,
 }
 
+ATTITUDE = dict.fromkeys(
+    (
+        "quaternion",
+        "euler",
+        "heading",
+        "up",
+        "gravity",
+        "linear_acceleration",
+        "bias",
+        "bias_sigma",
+        "gyro_matrix",
+        "gyro_matrix_sigma",
+        "tilt_sigma",
+        "heading_sigma",
+        "at_rest",
+        "disturbed",
+        "samples_seen",
+    ),
+    0,
+)
+
 LIMITS = {"rest_limit": 1, "bias_limit": 1}
 drift_stream = partial(
     Stream,
@@ -401,6 +438,31 @@ STREAMS = {
         )
         for width in (3, 6, 7)
     },
+    **{
+        name: Stream(
+            kind=zr.Attitude,
+            make=lambda arguments: zr.Attitude(**arguments),
+            settings=partial(attitude_settings, width),
+            examples={name: {"rate": RATE, **arguments}},
+            properties=ATTITUDE,
+            answer=0,
+            sound=sound_attitude,
+            units={},
+            records=lambda width=width: st.one_of(
+                imu_records(width), wide_records(records(), width)
+            ),
+            ordinary=lambda width=width: imu_records(width),
+            # The unit of gyro and accelerometer is known, that of the field is any: beyond this it
+            # is weaker or stronger than any field.
+            powers=20,
+            width=width,
+            foreign=6,
+        )
+        for name, width, arguments in (
+            ("attitude", 9, {}),
+            ("attitude-6", 6, {"mag": False, "frame": "ned"}),
+        )
+    },
     "temperature": Stream(
         kind=zr.TemperatureFilter,
         make=lambda arguments: zr.TemperatureFilter(**arguments),
@@ -447,12 +509,19 @@ def arguments_of(kind, z):
     """What a class takes a sample by, or a record."""
     if kind is zr.TemperatureFilter:
         return tuple(np.moveaxis(np.asarray(z), -1, 0))
+    if kind is zr.Attitude:
+        # The field comes first, for its unit alone is free; it is the last argument.
+        sensors = np.split(np.asarray(z), np.shape(z)[-1] // 3, axis=-1)
+        return (*sensors[-2:], *sensors[:-2])
     return (z,)
 
 
 def process(f, z, **how):
     """What `process` returns, as one array or None."""
-    return flat(f.process(*arguments_of(type(f), z), **how))
+    with warnings.catch_warnings():
+        # Of forces at rest that are not those of gravity.
+        warnings.filterwarnings("ignore", "the accelerometer shows")
+        return flat(f.process(*arguments_of(type(f), z), **how))
 
 
 def flat(answers):

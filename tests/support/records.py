@@ -1,7 +1,11 @@
 """Records for hypothesis: what a gyro gives, and what it should never give."""
 
+from functools import cache
+
 import numpy as np
 from hypothesis import strategies as st
+
+from zerorate.simulate.motion import simulate_motion
 
 
 def white(rng, n):
@@ -158,6 +162,25 @@ def warm_records(draw):
     temperature = np.round(temperature / step) * step if step else temperature
     temperature[rng.random(z.size) < draw(st.sampled_from([0.0, 0.2, 1.0]))] = np.nan
     return np.stack([z + draw(st.sampled_from([0.0, 0.3])) * temperature, temperature], axis=1)
+
+
+@cache
+def hand_and_magnet():
+    """Field, gyro and accelerometer of a hand, with a magnet near now and then: (n, 9)."""
+    motion = simulate_motion("hand", 100.0, 90.0, seed=5, magnet=[(20.0, 24.0), (50.0, 70.0)])
+    return np.hstack([motion.mag, motion.gyro, motion.accel])
+
+
+@st.composite
+def imu_records(draw, width):
+    """Stretches of a moved IMU, with samples of its sensors missing now and then."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    first, n = draw(st.integers(0, 6000)), draw(st.integers(1, 3000))
+    z = hand_and_magnet()[first : first + n, 9 - width :].copy()
+    for sensor in range(0, width, 3):
+        share = draw(st.sampled_from([0.0, 0.0, 0.1, 0.9]))
+        z[rng.random(len(z)) < share, sensor : sensor + 3] = np.nan
+    return z
 
 
 def mixed_record():

@@ -213,6 +213,24 @@ def allan_settings(channels=None):
     )
 
 
+def attitude_settings(width, channels=None):
+    """Arguments of an Attitude of six or nine axes."""
+    return st.fixed_dictionaries(
+        {
+            "rate": st.sampled_from([5.0, 62.5, RATE, 1000.0]),
+            "mag": st.just(width == 9),
+            "channels": st.just(channels),
+        },
+        optional={
+            "frame": st.sampled_from(["enu", "ned", "nwu"]),
+            "gyro_unit": st.sampled_from(["rad/s", "deg/s"]),
+            "accel_unit": st.sampled_from(["m/s^2", "g"]),
+            "bias": st.just((0.01, 0.0, -0.02)),
+            "bias_sigma": st.sampled_from([1e-4, 0.01]),
+        },
+    )
+
+
 def wavelet_settings(channels=None):
     """Arguments of a WaveletDenoiser."""
     return st.fixed_dictionaries(

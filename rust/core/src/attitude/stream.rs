@@ -216,6 +216,7 @@ impl<E: Estimator> Attitude<E> {
     #[cold]
     #[inline(never)]
     fn bridge(&mut self, seconds: f64) {
+        self.unknown += seconds;
         if self.samples > 1 {
             self.estimator.gap(seconds.min(GAP_MAX));
         }
@@ -367,6 +368,7 @@ impl<E: Tagged> Checkpoint for Attitude<E> {
     }
 
     fn is_like(&self, other: &Self) -> bool {
-        self.params == other.params && self.estimator.is_like(&other.estimator)
+        (self.params, self.samples) == (other.params, other.samples)
+            && self.estimator.is_like(&other.estimator)
     }
 }

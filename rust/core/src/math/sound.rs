@@ -1,6 +1,8 @@
 //! Whether numbers that were read can be those of a running filter: what a filter computes stays
 //! within bounds, and from numbers within them it computes no NaN.
 
+use nalgebra::SMatrix;
+
 use super::Limits;
 
 /// Samples that can be counted on from without an overflow.
@@ -11,6 +13,14 @@ pub(crate) fn is_count(samples: u64) -> bool {
 /// From `-bound` to `bound`; NaN is not.
 pub(crate) fn is_within<T: Limits>(x: T, bound: T) -> bool {
     -bound <= x && x <= bound
+}
+
+/// All of a vector or a matrix; a largest element would pass over NaN.
+pub(crate) fn are_within<const R: usize, const C: usize>(
+    numbers: &SMatrix<f64, R, C>,
+    bound: f64,
+) -> bool {
+    numbers.iter().all(|x| is_within(*x, bound))
 }
 
 /// From zero to `bound`; NaN is not.

@@ -205,11 +205,11 @@ impl Errors {
         let bounds = [TILT_MAX, TILT_MAX, VELOCITY_MAX, VELOCITY_MAX];
         for (i, bound) in [0, 1, VELOCITY, VELOCITY + 1].into_iter().zip(bounds) {
             if self.variance(i) > bound {
-                self.shrink(i, (bound / self.variance(i)).sqrt());
+                self.shrink(i, ComplexField::sqrt(bound / self.variance(i)));
             }
         }
         if self.heading > HEADING_MAX {
-            let factor = (HEADING_MAX / self.heading).sqrt();
+            let factor = ComplexField::sqrt(HEADING_MAX / self.heading);
             self.with_heading *= factor;
             self.heading = HEADING_MAX;
         }
@@ -246,7 +246,7 @@ impl Errors {
             let weight = (innovations[n] - found.states[first + n]) * scale;
             let along = self.with_heading[first + n];
             // A root of the scale on both sides keeps the covariance symmetric to the last bit.
-            let root = scale.sqrt();
+            let root = ComplexField::sqrt(scale);
             for i in 0..STATES {
                 found.states[i] += column[i] * weight;
                 self.with_heading[i] -= column[i] * (along * scale);
@@ -331,6 +331,180 @@ impl Errors {
             for j in MATRIX..VELOCITY {
                 self.covariance[(i, j)] = other.covariance[(i, j)];
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        BIAS, CAUSES, Drivers, Errors, Found, MATRIX, STATES, States, Transition, VELOCITY,
+    };
+    use nalgebra::{SMatrix, SVector};
+    use proptest::prelude::*;
+
+    /// The heading comes last.
+    const ALL: usize = STATES + 1;
+    type All = SMatrix<f64, ALL, ALL>;
+
+    fn whole(errors: &Errors) -> All {
+        All::from_fn(|i, j| match (i, j) {
+            (STATES, STATES) => errors.heading,
+            (STATES, k) | (k, STATES) => errors.with_heading[k],
+            place => errors.covariance[place],
+        })
+    }
+
+    fn parts(p: &All) -> Errors {
+        let with_heading = States::from_fn(|i, _| p[(i, STATES)]);
+        let covariance = p.fixed_view::<STATES, STATES>(0, 0).into_owned();
+        Errors { covariance, with_heading, heading: p[(STATES, STATES)] }
+    }
+
+    fn sizes() -> States {
+        States::from_fn(|i, _| match i {
+            0..BIAS => 0.05,
+            BIAS..MATRIX => 4e-3,
+            MATRIX..VELOCITY => 2e-3,
+            _ => 0.3,
+        })
+    }
+
+    prop_compose! {
+        /// Errors that all depend on each other, each of a usual size; below every bound.
+        fn covariances()(numbers in prop::collection::vec(-1.0..1.0_f64, ALL * ALL)) -> All {
+            let root = All::from_row_slice(&numbers) / (ALL as f64).sqrt();
+            let sizes = SVector::<f64, ALL>::from_fn(|i, _| sizes().get(i).copied().unwrap_or(0.2));
+            let product = root * root.transpose();
+            All::from_fn(|i, j| sizes[i] * sizes[j] * (product[(i, j)] + product[(j, i)]) / 2.0)
+        }
+    }
+
+    prop_compose! {
+        fn transitions()(
+            numbers in prop::collection::vec(-0.5..0.5_f64, 3 * CAUSES),
+            lift in -2.0..2.0_f64,
+            noise in prop::array::uniform5(0.0..1e-4_f64),
+        ) -> Transition {
+            Transition {
+                drivers: [0, 1, 2].map(|i| Drivers::from_column_slice(&numbers[CAUSES * i..][..CAUSES])),
+                lift,
+                tilt_noise: noise[0],
+                heading_noise: noise[1],
+                bias_noise: noise[2],
+                matrix_noise: noise[3],
+                velocity_noise: noise[4],
+                bias_cap: 1.0,
+                matrix_caps: [1.0; 2],
+            }
+        }
+    }
+
+    /// φ += A (b, S), then v += h (φ_y, -φ_x).
+    fn transition(by: &Transition) -> All {
+        let (mut turned, mut lifted) = (All::identity(), All::identity());
+        for (i, drivers) in [0, 1, STATES].into_iter().zip(&by.drivers) {
+            turned.fixed_view_mut::<1, CAUSES>(i, BIAS).copy_from(&drivers.transpose());
+        }
+        (lifted[(VELOCITY, 1)], lifted[(VELOCITY + 1, 0)]) = (by.lift, -by.lift);
+        lifted * turned
+    }
+
+    fn noise(by: &Transition) -> All {
+        All::from_diagonal(&SVector::from_fn(|i, _| match i {
+            0..BIAS => by.tilt_noise,
+            BIAS..MATRIX => by.bias_noise,
+            MATRIX..VELOCITY => by.matrix_noise,
+            VELOCITY..STATES => by.velocity_noise,
+            _ => by.heading_noise,
+        }))
+    }
+
+    /// Correction and covariance in Joseph's form, by one state that was measured.
+    fn measured(i: usize, innovation: f64, noise: f64, x: &mut SVector<f64, ALL>, p: &All) -> All {
+        let gain = p.column(i) / (p[(i, i)] + noise);
+        *x += gain * (innovation - x[i]);
+        let mut rest = All::identity();
+        for j in 0..ALL {
+            rest[(j, i)] -= gain[j];
+        }
+        rest * p * rest.transpose() + gain * gain.transpose() * noise
+    }
+
+    /// Where elements are sums of others of very different size, to what those may have lost.
+    fn assert_equal(got: &Errors, expected: &All) -> Result<(), TestCaseError> {
+        let got = whole(got);
+        for i in 0..ALL {
+            for j in 0..ALL {
+                let size = (expected[(i, i)] * expected[(j, j)]).sqrt();
+                prop_assert!((got[(i, j)] - expected[(i, j)]).abs() <= 1e-12 * size, "{i} {j}");
+            }
+        }
+        prop_assert_eq!(got, got.transpose());
+        Ok(())
+    }
+
+    proptest! {
+        #[test]
+        fn a_prediction_is_the_product_of_matrices(p in covariances(), by in transitions()) {
+            let (mut errors, f) = (parts(&p), transition(&by));
+            errors.predict(&by);
+            assert_equal(&errors, &(f * p * f.transpose() + noise(&by)))?;
+        }
+
+        #[test]
+        fn corrections_are_those_of_joseph(
+            p in covariances(),
+            innovations in prop::array::uniform3(-1.0..1.0_f64),
+            noise in 1e-3..1.0_f64,
+        ) {
+            // The noise is as that of the state: far less would lose digits in any form.
+            for (first, noise) in [(BIAS, noise * 1e-4), (VELOCITY - 1, noise)] {
+                let (mut errors, mut expected) = (parts(&p), p);
+                let mut found = Found { states: States::zeros(), heading: 0.0 };
+                let mut x = SVector::zeros();
+                errors.correct(first, innovations, noise, &mut found);
+                for (k, innovation) in innovations.into_iter().enumerate() {
+                    expected = measured(first + k, innovation, noise, &mut x, &expected);
+                }
+                assert_equal(&errors, &expected)?;
+                for i in 0..STATES {
+                    prop_assert!((found.states[i] - x[i]).abs() <= 1e-10 * x.amax());
+                }
+                prop_assert!((found.heading - x[STATES]).abs() <= 1e-10 * x.amax());
+            }
+        }
+
+        #[test]
+        fn the_heading_alone_learns_from_a_field(p in covariances(), noise in 1e-3..1.0_f64) {
+            let mut errors = parts(&p);
+            let gain = errors.heading() / (errors.heading() + noise);
+            errors.correct_heading(gain, noise);
+            let mut rest = All::identity();
+            rest[(STATES, STATES)] -= gain;
+            let mut expected = rest * p * rest.transpose();
+            expected[(STATES, STATES)] += gain * gain * noise;
+            assert_equal(&errors, &expected)?;
+            prop_assert_eq!(errors.covariance, parts(&p).covariance);
+        }
+
+        #[test]
+        fn bounds_and_caps_leave_a_covariance(p in covariances(), by in transitions()) {
+            let mut errors = parts(&(p * 1e2));
+            let by = Transition { bias_cap: 1e-4, matrix_caps: [1e-5; 2], ..by };
+            let before = errors;
+            errors.predict(&by);
+            prop_assert!(errors.is_sound());
+            // Noise raises a variance up to its cap; one above stays.
+            for i in BIAS..VELOCITY {
+                let cap = if i < MATRIX { by.bias_cap } else { by.matrix_caps[0] };
+                let most = before.variance(i).max(cap);
+                prop_assert!(errors.variance(i) <= most * (1.0 + 1e-12));
+            }
+            errors.blur(1.0, 20.0);
+            prop_assert!(errors.is_sound());
+            // To the rounding of a root and its square.
+            prop_assert!(errors.variance(0) <= 0.5 + 1e-15 && errors.heading() <= 10.0);
         }
     }
 }

@@ -33,7 +33,7 @@ struct Shape {
 
 impl Shape {
     fn of(field: &Vector3<f64>) -> Self {
-        let level = (field.x * field.x + field.y * field.y).sqrt();
+        let level = ComplexField::sqrt(field.x * field.x + field.y * field.y);
         Self { level, down: -field.z, strength: field.norm() }
     }
 
@@ -136,5 +136,80 @@ impl Magnet {
         self.known.is_none_or(|known| known.is_sound())
             && self.candidate.is_sound()
             && times.iter().all(|x| (0.0..1e18).contains(x))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DOUBTED, Magnet};
+    use nalgebra::Vector3;
+
+    const TICK: f64 = 0.1;
+    const TURNING: f64 = 1.0;
+
+    fn earth() -> Vector3<f64> {
+        Vector3::new(0.0, 20.0, -40.0)
+    }
+
+    /// What it says of a field for so many seconds, at the last.
+    fn seen(magnet: &mut Magnet, field: Vector3<f64>, seconds: f64, rate: f64) -> Option<f64> {
+        let ticks = (seconds / TICK).round() as usize;
+        (0..ticks).map(|_| magnet.observe(&field, TICK, rate)).last().expect("some ticks")
+    }
+
+    fn knowing() -> Magnet {
+        let mut magnet = Magnet::default();
+        assert_eq!(seen(&mut magnet, earth(), 6.0, TURNING), Some(1.0));
+        magnet
+    }
+
+    #[test]
+    fn the_first_field_is_doubted_until_the_sensor_has_turned() {
+        let mut magnet = Magnet::default();
+        assert_eq!(seen(&mut magnet, earth(), 30.0, 0.1), Some(DOUBTED));
+        assert_eq!(seen(&mut magnet, earth(), 4.8, TURNING), Some(DOUBTED));
+        assert!(!magnet.is_disturbed());
+        assert_eq!(seen(&mut magnet, earth(), 0.4, TURNING), Some(1.0));
+    }
+
+    #[test]
+    fn strength_and_dip_tell_a_magnet() {
+        let turned = |degrees: f64| {
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            let e = earth();
+            Vector3::new(0.0, cosine * e.y - sine * e.z, sine * e.y + cosine * e.z)
+        };
+        let north_elsewhere = Vector3::new(20.0, 0.0, -40.0);
+        for near in [earth() * 1.09, earth() * 0.91, turned(9.0), turned(-9.0), north_elsewhere] {
+            assert_eq!(knowing().observe(&near, TICK, 0.0), Some(1.0), "{near}");
+        }
+        for far in [earth() * 1.11, earth() * 0.89, turned(11.0), turned(-11.0), -earth()] {
+            let mut magnet = knowing();
+            assert_eq!(magnet.observe(&far, TICK, 0.0).is_some(), magnet.rejected >= 60.0, "{far}");
+            assert!(magnet.is_disturbed());
+        }
+    }
+
+    #[test]
+    fn a_magnet_is_rejected_for_a_minute_and_then_doubted() {
+        let mut magnet = knowing();
+        // What was used up before the first field was known comes back twice as fast.
+        assert_eq!(seen(&mut magnet, earth(), 40.0, 0.0), Some(1.0));
+        assert_eq!(seen(&mut magnet, earth() * 2.0, 59.5, 0.0), None);
+        assert_eq!(seen(&mut magnet, earth() * 2.0, 1.0, 0.0), Some(DOUBTED));
+        // The one known is trusted again after half a second.
+        assert_eq!(seen(&mut magnet, earth(), 0.4, 0.0), Some(DOUBTED));
+        assert_eq!(seen(&mut magnet, earth(), 0.3, 0.0), Some(1.0));
+        assert!(!magnet.is_disturbed());
+    }
+
+    #[test]
+    fn another_room_is_believed_after_twenty_seconds_of_turning() {
+        let mut magnet = knowing();
+        assert_eq!(seen(&mut magnet, earth(), 40.0, 0.0), Some(1.0));
+        assert_eq!(seen(&mut magnet, earth() * 2.0, 19.5, TURNING), None);
+        assert_eq!(seen(&mut magnet, earth() * 2.0, 1.0, TURNING), Some(1.0));
+        // The old one is now the foreign one.
+        assert_eq!(seen(&mut magnet, earth(), 0.1, TURNING), None);
     }
 }

@@ -17,6 +17,8 @@ pub const SPEED: f64 = 1.0;
 pub const TILT: f64 = 0.5;
 /// A mean force shorter than this, of all samples together, tells no direction, m/s².
 const LEAST: f64 = 1e-6;
+/// Samples may take no time: their sum is not longer than this, m/s².
+const SUM_MAX: f64 = 1e9;
 
 /// The sum of the forces so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -39,8 +41,8 @@ impl Start {
         if length < LEAST {
             return None;
         }
-        self.sum = length;
-        let half = ((1.0 + sum.z / length) * 0.5).max(0.0).sqrt();
+        self.sum = length.min(SUM_MAX);
+        let half = ComplexField::sqrt(((1.0 + sum.z / length) * 0.5).max(0.0));
         if half < 1e-6 {
             // Upside down: about any level axis.
             return Some(Quaternion::new(0.0, 1.0, 0.0, 0.0));
@@ -81,6 +83,78 @@ impl Start {
     }
 
     pub fn is_sound(&self) -> bool {
-        (0.0..=1e9).contains(&self.sum) && (0.0..=1e3).contains(&self.elapsed)
+        (0.0..=SUM_MAX).contains(&self.sum) && (0.0..=1e3).contains(&self.elapsed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Errors, SPEED, Start, VELOCITY};
+    use crate::attitude::GRAVITY;
+    use crate::attitude::auto::errors::States;
+    use nalgebra::{UnitQuaternion, Vector3};
+    use proptest::prelude::*;
+
+    fn errors() -> Errors {
+        Errors::new(&States::repeat(0.1), 1.0)
+    }
+
+    proptest! {
+        #[test]
+        fn the_sum_of_forces_points_up(
+            forces in prop::collection::vec(prop::array::uniform3(-20.0..20.0_f64), 1..20),
+        ) {
+            // The forces are given in a frame that stands still, of which `q` is seen.
+            let (mut start, mut q, mut sum) = (Start::default(), UnitQuaternion::identity(), Vector3::zeros());
+            for force in forces.into_iter().map(Vector3::from) {
+                sum += force;
+                if let Some(turn) = start.add(&(q * force)) {
+                    // Heading is not its own.
+                    prop_assert_eq!(turn.k, 0.0);
+                    q = UnitQuaternion::new_normalize(turn) * q;
+                }
+                let seen = q * sum;
+                let length = sum.norm();
+                prop_assert!((seen - Vector3::z() * length).amax() <= 1e-9 * (1.0 + length));
+            }
+        }
+    }
+
+    #[test]
+    fn straight_down_is_half_a_turn() {
+        let turn = Start::default().add(&Vector3::new(0.0, 0.0, -9.81)).expect("a direction");
+        assert_eq!((turn.w, turn.i, turn.j, turn.k), (0.0, 1.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn no_force_is_no_direction() {
+        assert_eq!(Start::default().add(&Vector3::zeros()), None);
+    }
+
+    #[test]
+    fn it_lasts_a_second_and_knows_the_better_the_longer() {
+        let (mut start, mut errors) = (Start::default(), errors());
+        assert!(start.observe(0.1, &mut errors), "it waits for a force");
+        assert!(start.add(&Vector3::new(0.0, 0.0, 9.81)).is_some());
+        for tick in 1..=10 {
+            assert!(start.observe(0.1, &mut errors));
+            let slope = SPEED / (GRAVITY * 0.1 * f64::from(tick));
+            let tilt = (2.0 * slope * slope).min(0.25);
+            assert!((errors.variance(0) / tilt - 1.0).abs() < 1e-12);
+            // A tilt is the velocity so far over the time: of north along x, of east along -y.
+            let coupled = errors.covariance()[(1, VELOCITY)];
+            assert_eq!(coupled, -errors.covariance()[(0, VELOCITY + 1)]);
+            assert!((coupled - if tilt < 0.25 { slope * SPEED } else { 0.0 }).abs() < 1e-15);
+            assert!(errors.is_sound());
+        }
+        assert!(!start.over && !start.observe(0.1, &mut errors) && start.over);
+    }
+
+    #[test]
+    fn a_tick_longer_than_a_second_is_a_start_too() {
+        let (mut start, mut errors) = (Start::default(), errors());
+        assert!(start.add(&Vector3::new(0.0, 0.0, 9.81)).is_some());
+        assert!(start.observe(2.0, &mut errors));
+        assert!(!start.observe(2.0, &mut errors));
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::errors::Drivers;
 use crate::attitude::sample::Inertial;
 use crate::math::rotation::exponential;
-use crate::math::sound::is_size;
+use crate::math::sound::{are_within, is_size};
 
 /// Square of the angle of a step, rad², up to which its sine and cosine are series.
 const SERIES: f64 = 0.25;
@@ -68,7 +68,7 @@ impl Strapdown {
     pub fn is_sound(&self) -> bool {
         (self.orientation.norm_squared() - 1.0).abs() < 1e-6
             && self.rotation == matrix(&self.orientation)
-            && self.before.amax() <= 1e4
+            && are_within(&self.before, 1e4)
     }
 }
 
@@ -84,13 +84,13 @@ impl Sums {
             (self.next_look, 10.0),
             (self.gyro_squared, 1e20),
             (self.accel_squared, 1e20),
-            (self.rotation.amax(), 1e3),
         ];
         let vectors = [&self.gyro, &self.accel, &self.force];
         sizes.iter().all(|(x, most)| is_size(*x, *most))
-            && vectors.iter().all(|v| v.amax() <= 1e16)
-            && self.field.amax() <= 1e22
-            && self.products.iter().all(|product| product.amax() <= 1e7)
+            && vectors.iter().all(|v| are_within(*v, 1e16))
+            && are_within(&self.field, 1e22)
+            && are_within(&self.rotation, 1e3)
+            && self.products.iter().all(|product| are_within(product, 1e7))
     }
 }
 

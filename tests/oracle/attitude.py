@@ -1,0 +1,329 @@
+"""The default attitude filter: plain matrices of all 17 errors, and the textbook's formulas.
+
+Errors in this order: rotation about the frame's x, y and up (PHI), bias (B), the gyro's matrix row
+by row (S), velocity along x and y (V). The frame is level and turned by nothing but the gyro; the
+heading is the angle from it to east, north, up.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from oracle import quaternions
+from oracle.body_rest import BodyRest
+from oracle.field import Field
+from oracle.inertial import Samples, prepared
+
+PHI, B, S, V = 0, 3, 6, 15
+UP = 2
+DEG = math.radians(1.0)
+G = 9.81
+TICK, LOOKS = 0.1, 4
+# Noise of the rotation: white, of what the gyro's matrix does not hold, and of every turn.
+N, SCALE, TURN = 0.01 * DEG, 0.0015, 0.003
+BIAS_WALK, BIAS_SIGMA = 0.01 * DEG, 0.5 * DEG
+MATRIX_WALK, MATRIX_SIGMA = 1e-5, np.where(np.eye(3), 0.008, 0.005).ravel()
+VELOCITY_WALK, SPEED, MEMORY = 0.01, 0.25, 5.0
+REST_VELOCITY, REST_RATE = 1e-4, (0.04 * DEG) ** 2
+FIELD, FIELD_WALK, FIELD_HOLDS = (25.0 * DEG) ** 2, (0.02 * DEG) ** 2, 1.0
+# The start: seconds, speed and tilt.
+START, START_SPEED, START_TILT = 1.0, 1.0, 0.5
+# The gyro's scale: seconds of the sums and of following, usual and largest ratio, largest growth.
+SUMMED, FOLLOWS, USUAL, LARGEST, MOST = 2.0, 3.0, 0.3, 6.0, 150.0
+UNKNOWN, STILL = 1.0, 0.01
+BOUNDS = {PHI: 0.5, PHI + 1: 0.5, UP: 10.0, V: 100.0, V + 1: 100.0}
+
+
+@dataclass
+class Tick:
+    """Samples of a tick, in the frame after each of them."""
+
+    samples: Samples
+    R: np.ndarray
+    # Rate without bias; zero where it is unknown.
+    rate: np.ndarray
+
+    def __post_init__(self):
+        self.span, self.unknown = self.samples.dt.sum(), self.samples.unknown.sum()
+        forces, fields = (~np.isnan(v[:, 0]) for v in (self.samples.accel, self.samples.mag))
+        self.forces, self.fields = forces.sum(), fields.sum()
+        self.gyro = self.samples.gyro.mean(axis=0)
+        self.accel = self.samples.accel[forces].sum(axis=0) / max(self.forces, 1)
+        self.force = self.in_frame(self.samples.accel, forces)
+        self.field = self.in_frame(self.samples.mag, fields)
+
+    def in_frame(self, vectors, present):
+        turned = np.einsum("nij,nj->ni", self.R[present], vectors[present])
+        return turned.sum(axis=0) / max(present.sum(), 1)
+
+    def turned_by(self):
+        """A (3, 12): how errors of bias and matrix turn the frame within the tick."""
+        places, next_look, elapsed = [], 0.5 * TICK / LOOKS, 0.0
+        for k, dt in enumerate(self.samples.dt):
+            elapsed += dt
+            if elapsed >= next_look:
+                places.append(k)
+                next_look += TICK / LOOKS
+        R, w = self.R[places], self.rate[places]
+        by_matrix = np.mean(np.einsum("nir,nc->nirc", R, w), axis=0).reshape(3, 9)
+        return self.span * np.hstack([-np.mean(R, axis=0), by_matrix])
+
+
+class Attitude:
+    """In rad/s, m/s^2 and the frame east, north, up; a whole record at once."""
+
+    def __init__(self, rate, *, mag=True, bias=(0.0, 0.0, 0.0)):
+        self.rate, self.mag = rate, mag
+        self.q, self.heading = (1.0, 0.0, 0.0, 0.0), 0.0
+        self.before = np.zeros(3)
+        self.b, self.M = np.array(bias), np.eye(3)
+        self.v = np.zeros(2)
+        self.P = self.ignorance(10.0 if mag else 1e-6)
+        self.begun, self.begun_for, self.up, self.northed = False, 0.0, 0.0, False
+        self.rest, self.at_rest = BodyRest(), False
+        self.field, self.field_age = Field(), 0.0
+        self.accelerations = 0.5**2
+        self.forget_scale()
+        self.speed = 0.0
+
+    def ignorance(self, heading):
+        tilt, speed = START_TILT**2, START_SPEED**2
+        gyro = [*np.full(3, BIAS_SIGMA**2), *MATRIX_SIGMA**2]
+        return np.diag([tilt, tilt, heading, *gyro, speed, speed])
+
+    def forget_scale(self):
+        self.scale, self.sum, self.expected = SCALE**2, np.zeros(2), 0.0
+
+    # A record.
+
+    def run(self, gyro, accel, mag=None, dt=None):
+        """Named arrays over the samples."""
+        samples = prepared(self.rate, gyro, accel, mag, dt)
+        told, first, elapsed = [], 0, 0.0
+        for k, (step, gap) in enumerate(zip(samples.dt, samples.gap, strict=True)):
+            if gap:
+                if k > first:
+                    told += self.follow(samples[first:k])[1]
+                self.lose(gap)
+                first, elapsed = k, 0.0
+            elapsed += step
+            if elapsed + 0.5 * step >= TICK:
+                tick, known = self.follow(samples[first : k + 1])
+                self.end(tick)
+                told += [*known[:-1], self.known()]
+                first, elapsed = k + 1, 0.0
+        if first < len(samples):
+            told += self.follow(samples[first:])[1]
+        return {name: np.array([one[name] for one in told]) for name in told[0]}
+
+    def known(self):
+        sigma = np.sqrt(np.diag(self.P))
+        return {
+            "quaternion": quaternions.product(quaternions.about_up(self.heading), self.q),
+            "bias": self.b,
+            "bias_sigma": sigma[B:S],
+            "gyro_matrix": self.M,
+            "gyro_matrix_sigma": sigma[S:V].reshape(3, 3),
+            "tilt_sigma": math.hypot(*sigma[PHI:UP]),
+            "heading_sigma": sigma[UP],
+            "at_rest": self.at_rest,
+            "disturbed": self.field.disturbed,
+        }
+
+    def follow(self, samples):
+        """Samples of a tick, and what is known after each: but for the orientation, what was."""
+        rate = np.where(samples.known[:, None], samples.gyro - self.b, 0.0)
+        step = (rate @ self.M.T) * samples.dt[:, None]
+        coning = np.cross(np.vstack([self.before, step[:-1]]), step) / 12.0
+        self.before, told, turned = step[-1], [], []
+        known = self.known()
+        for k, turn in enumerate(quaternions.steps(step + coning).tolist()):
+            self.q = quaternions.product(self.q, turn)
+            if not self.begun and not np.isnan(samples.accel[k, 0]):
+                self.level(samples.accel[k], samples.mag[k])
+            turned.append(self.q)
+            earth = quaternions.product(quaternions.about_up(self.heading), self.q)
+            told.append({**known, "quaternion": earth})
+        return Tick(samples, quaternions.matrices(turned), rate), told
+
+    # The start.
+
+    def level(self, accel, mag):
+        """The sum of the forces so far points up."""
+        u = np.array([0.0, 0.0, self.up]) + self.R @ accel
+        size = np.linalg.norm(u)
+        if size >= 1e-6:
+            self.q = quaternions.unit(quaternions.product(upright(u / size), self.q))
+            self.up = size
+        if self.mag and not self.northed and not np.isnan(mag[0]):
+            self.northed = True
+            self.heading += self.east_of_north(self.R @ mag)
+
+    @property
+    def R(self):
+        return quaternions.matrices([self.q])[0]
+
+    def starting(self, span):
+        """Whether a tick belongs to the start; then tilt and velocity are those of a mean force."""
+        if self.begun or self.up == 0.0:
+            return not self.begun
+        self.begun_for += span
+        if self.begun_for > START * (1.0 + 1e-9) and self.begun_for > span:
+            self.begun = True
+            return False
+        k = START_SPEED / (G * self.begun_for)
+        tilt = min(2.0 * k**2, START_TILT**2)
+        self.restart([PHI, PHI + 1], tilt)
+        self.restart([V, V + 1], START_SPEED**2)
+        if tilt < START_TILT**2:
+            for i, j, sign in ((PHI + 1, V, 1.0), (PHI, V + 1, -1.0)):
+                self.P[i, j] = self.P[j, i] = sign * k * START_SPEED
+        return True
+
+    def restart(self, states, variance):
+        self.P[states, :] = self.P[:, states] = 0.0
+        self.P[states, states] = variance
+
+    # A tick.
+
+    def end(self, tick):
+        state = self.rest.observe(tick, self.b)
+        self.at_rest = state != "motion"
+        if state == "far":
+            self.relearn(self.rest.gyro)
+        self.speed = math.sqrt(np.mean(np.sum((tick.samples.gyro - self.b) ** 2, axis=1)))
+        self.predict(tick)
+        if self.starting(tick.span) or not tick.forces:
+            self.v = np.zeros(2)
+        else:
+            self.correct(tick)
+        if self.mag:
+            self.see(tick)
+        self.q = quaternions.unit(self.q)
+
+    def relearn(self, level):
+        """A rest far from the bias: nothing that was learned of the gyro holds."""
+        self.b, self.M, self.v = level, np.eye(3), np.zeros(2)
+        self.P = self.ignorance(max(self.P[UP, UP], 10.0 if self.mag else 0.0))
+        self.forget_scale()
+
+    def predict(self, tick):
+        h = tick.span * tick.force[2]
+        turning, lifting = np.eye(17), np.eye(17)
+        turning[PHI:B, B:V] = tick.turned_by()
+        lifting[V, PHI + 1], lifting[V + 1, PHI] = h, -h
+        F = lifting @ turning
+        self.P = F @ self.P @ F.T + np.diag(self.noise(tick))
+        if tick.forces:
+            self.v = self.v + tick.span * tick.force[:2]
+        self.bound()
+        if not tick.forces:
+            self.restart([V, V + 1], START_SPEED**2)
+
+    def noise(self, tick):
+        """Variances that a tick adds; those of bias and matrix not beyond their start."""
+        rotation = N**2 + self.scale * self.speed**2 + TURN**2 * self.speed
+        Q = np.zeros(17)
+        Q[PHI:B] = tick.span * rotation + UNKNOWN * tick.unknown
+        Q[UP] += tick.span * FIELD_WALK if self.mag else 0.0
+        Q[B:S], Q[S:V] = tick.span * BIAS_WALK**2, tick.span * MATRIX_WALK**2
+        Q[V:] = tick.span * VELOCITY_WALK**2
+        most = np.append(np.full(3, BIAS_SIGMA**2), MATRIX_SIGMA**2)
+        # A prediction leaves these variances as they were.
+        Q[B:V] = np.minimum(Q[B:V], np.maximum(most - np.diag(self.P)[B:V], 0.0))
+        return Q
+
+    def bound(self):
+        for i, most in BOUNDS.items():
+            if self.P[i, i] > most:
+                shrink = np.eye(17)
+                shrink[i, i] = math.sqrt(most / self.P[i, i])
+                self.P = shrink @ self.P @ shrink
+
+    def correct(self, tick):
+        """The velocity stays near zero; at rest it is zero, and the rate is the bias."""
+        R = REST_VELOCITY / tick.span
+        if not self.at_rest:
+            weight = min(tick.span / MEMORY, 1.0)
+            self.accelerations += weight * (0.5 * self.v @ self.v - self.accelerations)
+            R = (SPEED**2 + self.accelerations) / tick.span
+        by, both = self.P[V:, V:] + R * np.eye(2), self.P[PHI:UP, V:]
+        expected = np.trace(both @ np.linalg.solve(by, both.T))
+        x = np.zeros(17)
+        for j in range(2):
+            self.measure(V + j, -self.v[j], R, x)
+        if self.at_rest:
+            for i, rate in enumerate(tick.gyro - self.b):
+                self.measure(B + i, rate, REST_RATE / tick.span, x)
+        else:
+            self.judge(x[PHI:UP], expected, tick.span)
+        self.apply(x)
+
+    def measure(self, i, innovation, R, x):
+        """One state was measured: gain, and Joseph's form of its covariance."""
+        H = np.eye(17)[i]
+        K = self.P @ H / (H @ self.P @ H + R)
+        x += K * (innovation - H @ x)
+        rest = np.eye(17) - np.outer(K, H)
+        self.P = rest @ self.P @ rest.T + R * np.outer(K, K)
+
+    def judge(self, tilt, expected, span):
+        """Corrections of the tilt that persist are the gyro's."""
+        self.sum = max(1.0 - span / SUMMED, 0.0) * self.sum + tilt
+        self.expected = max(1.0 - 2.0 * span / SUMMED, 0.0) * self.expected + expected
+        ratio = min(self.sum @ self.sum / (self.expected + 1e-12), LARGEST)
+        scale = self.scale * (1.0 + min(span / FOLLOWS, 1.0) * (ratio - USUAL))
+        self.scale = min(max(scale, SCALE**2), MOST * SCALE**2)
+
+    def apply(self, x):
+        tilt = quaternions.steps(np.array([[x[PHI], x[PHI + 1], 0.0]]))[0].tolist()
+        self.q = quaternions.product(tilt, self.q)
+        self.heading += x[UP]
+        self.b = np.clip(self.b + x[B:S], -10.0, 10.0)
+        self.M = np.eye(3) + np.clip(self.M - np.eye(3) + x[S:V].reshape(3, 3), -0.2, 0.2)
+        self.v = np.clip(self.v + x[V:], -1e4, 1e4)
+
+    # The magnetometer.
+
+    def see(self, tick):
+        """Corrects the heading alone: the gain of all others is zero, whatever it should be."""
+        self.field_age = min(self.field_age + tick.span, FIELD_HOLDS)
+        if not tick.fields:
+            return
+        seconds, self.field_age = self.field_age, 0.0
+        doubt = self.field.observe(tick.field, seconds, self.speed)
+        if doubt is None:
+            return
+        R = FIELD / seconds * doubt
+        K = np.zeros(17)
+        K[UP] = self.P[UP, UP] / (self.P[UP, UP] + R)
+        rest = np.eye(17) - np.outer(K, np.eye(17)[UP])
+        self.P = rest @ self.P @ rest.T + R * np.outer(K, K)
+        self.heading += K[UP] * self.east_of_north(tick.field)
+
+    def east_of_north(self, direction):
+        """Angle from north to a direction in the frame, clockwise."""
+        angle = math.atan2(direction[0], direction[1]) - self.heading
+        return math.remainder(angle, 2.0 * math.pi)
+
+    # A gap.
+
+    def lose(self, seconds):
+        """It may have turned as it did, another way every second."""
+        self.rest, self.at_rest = BodyRest(), False
+        self.v, self.before = np.zeros(2), np.zeros(3)
+        turned = (self.speed**2 + STILL**2) * seconds
+        self.restart([V, V + 1], START_SPEED**2)
+        self.P[range(3), range(3)] += turned
+        self.bound()
+        if self.P[PHI, PHI] > START_TILT**2:
+            self.begun, self.begun_for, self.up = False, 0.0, 0.0
+
+
+def upright(u):
+    """The least rotation that turns a direction up; of straight down about x."""
+    w = math.sqrt(max(0.5 * (1.0 + u[2]), 0.0))
+    if w < 1e-6:
+        return (0.0, 1.0, 0.0, 0.0)
+    return (w, u[1] / (2.0 * w), -u[0] / (2.0 * w), 0.0)

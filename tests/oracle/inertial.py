@@ -1,0 +1,68 @@
+"""Samples of an IMU as an attitude filter takes them: what is missing, held or unknown."""
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+# Seconds for which the last rate stands for missing ones; above which a time is a gap.
+HELD, GAP, GAP_MAX = 0.05, 1.0, 1e9
+# Periods that are more than jitter.
+LONG = 1.5
+
+
+@dataclass
+class Samples:
+    """Arrays over n samples; rows of NaN where a force or a field is missing."""
+
+    gyro: np.ndarray
+    known: np.ndarray
+    unknown: np.ndarray
+    accel: np.ndarray
+    mag: np.ndarray
+    dt: np.ndarray
+    # Seconds of the gap before the sample, 0 if there is none.
+    gap: np.ndarray
+
+    def __len__(self):
+        return len(self.dt)
+
+    def __getitem__(self, part):
+        return Samples(*(getattr(self, field.name)[part] for field in fields(self)))
+
+
+def measured(vectors, n, most, least=0.0):
+    """Rows of NaN for what is no such measurement."""
+    if vectors is None:
+        return np.full((n, 3), np.nan)
+    with np.errstate(over="ignore", invalid="ignore"):
+        size = np.sqrt(np.sum(np.asarray(vectors) ** 2, axis=1))
+        return np.where(((size >= least) & (size <= most))[:, None], vectors, np.nan)
+
+
+def prepared(rate, gyro, accel, mag, dt):
+    n = len(gyro)
+    given = measured(gyro, n, 1e3)
+    accel, mag = measured(accel, n, 1e3, 1e-9), measured(mag, n, 1e9, 1e-9)
+    dt = np.full(n, 1.0 / rate) if dt is None else np.where(dt >= 0.0, dt, 1.0 / rate)
+    rates, known, unknown, gap = np.zeros((n, 3)), np.ones(n, bool), np.zeros(n), np.zeros(n)
+    last, since = np.zeros(3), math.inf
+    for k, time in enumerate(dt):
+        present = not math.isnan(given[k, 0])
+        rates[k], before = (given[k] if present else last), last
+        if present and time <= LONG / rate:
+            since = 0.0
+        elif present:
+            # The mean of two that are known, but for the time after the first that is too long.
+            rates[k] = 0.5 * (before + given[k])
+            unknown[k], since = max(time - HELD, 0.0), 0.0
+        else:
+            unknown[k] = min(max(since + time - HELD, 0.0), time)
+            since += time
+            known[k] = since <= HELD
+        last = given[k] if present else last
+        if time > GAP:
+            # Nothing is integrated over a gap.
+            gap[k], dt[k], unknown[k], rates[k] = min(time, GAP_MAX), 0.0, 0.0, last
+    gap[0] = 0.0
+    return Samples(rates, known, unknown, accel, mag, dt, gap)
