@@ -52,7 +52,7 @@ docs: $(TOOLS) ## Build the documentation site into target/docs, warnings as err
 
 bench: $(TOOLS) ## Time filters and deviations against C and other packages
 	$(BIN)/pip install --quiet --group bench
-	cargo bench --bench filters --bench streaming --bench allan
+	cargo bench --bench attitude --bench filters --bench streaming --bench allan
 	$(BIN)/python -m pytest benches --benchmark-only
 
 results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and simulations

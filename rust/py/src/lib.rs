@@ -21,7 +21,7 @@ mod _native {
     #[pymodule_export]
     use crate::allan::{AllanNoise, StreamingAllan};
     #[pymodule_export]
-    use crate::attitude::Attitude;
+    use crate::attitude::{Attitude, Tilt, attitude_options, tilt_options};
     #[pymodule_export]
     use crate::calibrate::{ImuCorrector, TemperatureFilter, carry_turns, integrate_rates};
     #[pymodule_export]

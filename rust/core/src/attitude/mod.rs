@@ -3,7 +3,7 @@
 //! [`Attitude`] is the stream: it takes samples in the units of the sensors, knows what is missing
 //! and how long each took, and says the answer in the earth frame asked for. What turns rates,
 //! forces and fields into an orientation is an [`Estimator`]; [`Auto`] is the one to use, the others
-//! are the named ones of textbooks. `Tilt` is one axis alone.
+//! are the named ones of textbooks. [`Tilt`] is one axis alone.
 //!
 //! Inside, all is in rad, s and m/s², and in the frame east, north, up; a quaternion turns axes of
 //! the sensor into axes of the earth, its scalar first.
@@ -11,14 +11,21 @@
 mod auto;
 mod estimator;
 mod frame;
+mod named;
 mod sample;
 mod stream;
+mod tilt;
 
 pub use auto::{Auto, AutoOptions};
 pub use estimator::{Estimator, Knowledge};
 pub use frame::Frame;
+pub use named::{
+    BIAS_METHODS, BIAS_SIGMA_METHODS, CONSTANTS, Complementary, Constant, Constants, Ekf, Kalman,
+    Linearised, METHODS, Madgwick, Mahony, Named, NamedOptions, Ukf,
+};
 pub use sample::{Inertial, Sample};
 pub use stream::{Attitude, AttitudeParams, Reading, Snapshot, Tagged};
+pub use tilt::{TILT_CONSTANTS, TILT_METHODS, Tilt, TiltConstants, TiltMethod, TiltParams};
 
 /// Gravity, m/s².
 pub const GRAVITY: f64 = 9.81;

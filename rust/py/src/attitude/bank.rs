@@ -5,20 +5,25 @@ use std::any::Any;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use zerorate_core::attitude::{
-    Attitude, AttitudeParams, Auto, AutoOptions, Reading, Snapshot, Tagged,
+    Attitude, AttitudeParams, Auto, AutoOptions, Complementary, Ekf, METHODS, Madgwick, Mahony,
+    Named, NamedOptions, Reading, Snapshot, Tagged, Ukf,
 };
-use zerorate_core::checkpoint::{self, Label};
+use zerorate_core::checkpoint;
 use zerorate_core::stream::{Output, Parts, sizes};
 use zerorate_core::{Bank, Error, memory};
 
 use super::samples::Columns;
 
 use crate::common::errors::NativeError;
-use crate::common::streaming::AnyBank;
+use crate::common::streaming::{AnyBank, quoted};
 
 /// A bank of attitudes by one method.
 pub trait AttitudeBank: AnyBank {
     fn params(&self) -> &AttitudeParams;
+    fn method(&self) -> &'static str;
+    fn options(&self) -> NamedOptions;
+    /// Whether scale and misalignment of the gyro were given.
+    fn is_calibrated(&self) -> bool;
     fn readings(&self) -> Vec<Reading>;
     fn samples_seen(&self) -> u64;
     fn wrong_gravity(&self) -> Option<f64>;
@@ -34,10 +39,22 @@ pub trait AttitudeBank: AnyBank {
 
 impl<E> AttitudeBank for Bank<Attitude<E>>
 where
-    E: Tagged + Clone + Send + Sync + 'static,
+    E: Named + Clone + Send + Sync + 'static,
 {
     fn params(&self) -> &AttitudeParams {
         self.streams()[0].params()
+    }
+
+    fn method(&self) -> &'static str {
+        E::METHOD
+    }
+
+    fn options(&self) -> NamedOptions {
+        self.streams()[0].estimator().options()
+    }
+
+    fn is_calibrated(&self) -> bool {
+        self.streams()[0].estimator().is_calibrated()
     }
 
     fn readings(&self) -> Vec<Reading> {
@@ -104,34 +121,50 @@ pub fn new(
     method: &str,
     params: AttitudeParams,
     auto: AutoOptions,
+    named: NamedOptions,
     channels: usize,
 ) -> PyResult<Box<dyn AttitudeBank>> {
     match method {
-        "auto" => of(Auto::new(auto).map_err(NativeError::from)?, params, channels),
-        _ => Err(PyValueError::new_err(format!("method must be 'auto', got '{method}'"))),
+        Auto::METHOD => of(Auto::new(auto), params, channels),
+        Complementary::METHOD => of(Complementary::new(named), params, channels),
+        Mahony::METHOD => of(Mahony::new(named), params, channels),
+        Madgwick::METHOD => of(Madgwick::new(named), params, channels),
+        Ekf::METHOD => of(Ekf::new(named), params, channels),
+        Ukf::METHOD => of(Ukf::new(named), params, channels),
+        _ => Err(PyValueError::new_err(format!(
+            "method must be {}, got '{method}'",
+            quoted(&METHODS, "or")
+        ))),
     }
 }
 
-fn of<E: Tagged + Clone + Send + Sync + 'static>(
-    estimator: E,
+fn of<E: Named + Clone + Send + Sync + 'static>(
+    estimator: Result<E, Error>,
     params: AttitudeParams,
     channels: usize,
 ) -> PyResult<Box<dyn AttitudeBank>> {
-    let attitude = Attitude::new(params, estimator).map_err(NativeError::from)?;
-    Ok(Box::new(Bank::new(&attitude, channels).map_err(NativeError::from)?))
+    let attitude = estimator.and_then(|estimator| Attitude::new(params, estimator));
+    let bank = attitude.and_then(|attitude| Bank::new(&attitude, channels));
+    Ok(Box::new(bank.map_err(NativeError::from)?))
 }
 
 type Restored = (Option<usize>, Box<dyn AttitudeBank>);
 
 /// The bank that a checkpoint holds.
 pub fn restored(bytes: &[u8]) -> Result<Restored, Error> {
-    let _found: Label = checkpoint::label(bytes)?;
-    bank::<Auto>(bytes)
+    match checkpoint::label(bytes)?.tag() {
+        Complementary::TAG => bank::<Complementary>(bytes),
+        Mahony::TAG => bank::<Mahony>(bytes),
+        Madgwick::TAG => bank::<Madgwick>(bytes),
+        Ekf::TAG => bank::<Ekf>(bytes),
+        Ukf::TAG => bank::<Ukf>(bytes),
+        _ => bank::<Auto>(bytes),
+    }
 }
 
 fn bank<E>(bytes: &[u8]) -> Result<Restored, Error>
 where
-    E: Tagged + Clone + Send + Sync + 'static,
+    E: Named + Clone + Send + Sync + 'static,
 {
     let (channels, bank) = checkpoint::restore::<Attitude<E>>(bytes)?;
     Ok((channels, Box::new(bank)))

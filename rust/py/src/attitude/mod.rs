@@ -1,7 +1,9 @@
 //! Attitude for Python.
 
 mod bank;
+mod options;
 mod samples;
+mod tilt;
 
 use std::ops::Range;
 
@@ -9,12 +11,16 @@ use numpy::PyArrayMethods;
 use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
-use zerorate_core::attitude::{AttitudeParams, AutoOptions, Frame, Reading};
+use zerorate_core::attitude::{
+    AttitudeParams, AutoOptions, CONSTANTS, Frame, NamedOptions, Reading,
+};
 use zerorate_core::stream::Parts;
 use zerorate_core::{Error, memory};
 
 use self::bank::AttitudeBank;
+pub use self::options::{attitude_options, tilt_options};
 use self::samples::{Batch, Given};
+pub use self::tilt::Tilt;
 use crate::common::arrays;
 use crate::common::errors::NativeError;
 use crate::common::streaming::{
@@ -30,15 +36,9 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 #[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct Attitude {
-    options: Options,
-    shared: Shared<dyn AttitudeBank>,
-}
-
-/// What a person chose.
-#[derive(Debug, Clone)]
-struct Options {
-    method: String,
+    /// Whether there is a magnetometer.
     mag: bool,
+    shared: Shared<dyn AttitudeBank>,
 }
 
 streaming!(Attitude);
@@ -46,10 +46,16 @@ streaming!(Attitude);
 #[pymethods]
 impl Attitude {
     #[new]
-    #[pyo3(signature = (
-        rate, *, mag=true, frame="enu", method="auto", gyro_unit="rad/s", accel_unit="m/s^2",
-        bias=None, bias_sigma=None, channels=None
-    ))]
+    #[pyo3(
+        signature = (
+            rate, *, mag=true, frame="enu", method="auto", gyro_unit="rad/s",
+            accel_unit="m/s^2", bias=None, bias_sigma=None, channels=None, **constants
+        ),
+        text_signature = "(rate, *, mag=True, frame='enu', method='auto', gyro_unit='rad/s', \
+            accel_unit='m/s^2', bias=None, bias_sigma=None, channels=None, time_constant=0.5, \
+            kp=1.0, ki=0.3, beta=None, gyro_noise=0.0002, accel_noise=0.1, mag_noise=0.1, \
+            bias_walk=0.0001)"
+    )]
     // The arguments are those of the class in Python.
     #[allow(clippy::too_many_arguments)]
     fn new(
@@ -63,6 +69,7 @@ impl Attitude {
         bias: Option<&Bound<'_, PyAny>>,
         bias_sigma: Option<&Bound<'_, PyAny>>,
         channels: Option<i128>,
+        constants: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let channels = streaming::channels(channels)?;
         let params = AttitudeParams {
@@ -71,11 +78,18 @@ impl Attitude {
             gyro_unit: factor(py, gyro_unit, "rad/s", "gyro_unit")?,
             accel_unit: factor(py, accel_unit, "m/s^2", "accel_unit")?,
         };
+        options::check_bias(method, bias.is_some(), bias_sigma.is_some())?;
         let mut auto = AutoOptions { mag, ..AutoOptions::default() };
-        prior(py, bias, bias_sigma, (gyro_unit, params.gyro_unit), &mut auto)?;
-        let bank = bank::new(method, params, auto, channels.unwrap_or(1))?;
+        prior(py, bias, bias_sigma, (gyro_unit, params.gyro_unit), method, &mut auto)?;
+        let named = NamedOptions {
+            mag,
+            bias: auto.bias,
+            bias_sigma: auto.bias_sigma,
+            constants: options::read("Attitude", CONSTANTS, method, constants)?,
+        };
+        let bank = bank::new(method, params, auto, named, channels.unwrap_or(1))?;
         let shared = Shared::new(channels, bank).map_err(NativeError::from)?;
-        Ok(Self { options: Options { method: method.to_owned(), mag }, shared })
+        Ok(Self { mag, shared })
     }
 
     /// Takes one sample of each sensor, returns the orientation.
@@ -89,11 +103,20 @@ impl Attitude {
         dt: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let mut this = exclusive(slf)?;
+        this.check_mag(mag.is_some())?;
+        let given = Given { gyro, accel, mag, dt };
+        if this.shared.channels.is_none()
+            && floats.is_empty()
+            && let Some(row) = given.usual()
+        {
+            let mut orientation = [0.0; 4];
+            this.shared.bank.update(&row, &mut orientation, &mut []);
+            return Ok(arrays::small(slf.py(), &orientation));
+        }
         let row = match floats.is_empty() {
-            true => Given { gyro, accel, mag, dt }.row(this.shared.channels)?,
+            true => given.row(this.shared.channels)?,
             false => samples::of_floats([gyro, accel], mag, floats, dt)?,
         };
-        this.check_mag(mag.is_some())?;
         this.shared.update_row(slf.py(), &row)
     }
 
@@ -158,7 +181,7 @@ impl Attitude {
         let batch = Given { gyro, accel, mag, dt }.batch(this.shared.channels)?;
         let (columns, bank) = (batch.columns()?, &*this.shared.bank);
         if !bank.smooths() {
-            let method = &this.options.method;
+            let method = bank.method();
             return Err(PyValueError::new_err(format!(
                 "smooth is for method 'auto', this Attitude has '{method}'"
             )));
@@ -333,10 +356,36 @@ impl Attitude {
         Ok(reading(slf)?.shared.bank.params().rate)
     }
 
+    /// The method that estimates.
+    #[getter]
+    fn method(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
+        Ok(reading(slf)?.shared.bank.method())
+    }
+
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        let this = reading(slf)?;
-        let params = this.shared.bank.params();
-        let arguments = [("rate", text(params.rate), "")];
+        let (py, this) = (slf.py(), reading(slf)?);
+        let bank = &this.shared.bank;
+        let (params, method, chosen) = (bank.params(), bank.method(), bank.options());
+        let usual = NamedOptions::default();
+        let constants = options::written(CONSTANTS, method, &chosen.constants);
+        // What it was calibrated by is long: a call with an ellipsis makes no filter.
+        let bias = match bank.is_calibrated() {
+            true => "...".to_owned(),
+            false => in_unit(chosen.bias, usual.bias, params.gyro_unit),
+        };
+        let mut arguments = vec![
+            ("rate", text(params.rate), ""),
+            ("mag", if chosen.mag { "True" } else { "False" }.to_owned(), "True"),
+            ("frame", format!("'{}'", frame_name(params.frame)), "'enu'"),
+            ("method", format!("'{method}'"), "'auto'"),
+            ("gyro_unit", unit_of(py, params.gyro_unit, &GYRO_UNITS)?, "'rad/s'"),
+            ("accel_unit", unit_of(py, params.accel_unit, &ACCEL_UNITS)?, "'m/s^2'"),
+            ("bias", bias, "None"),
+            ("bias_sigma", in_unit(chosen.bias_sigma, usual.bias_sigma, params.gyro_unit), "None"),
+        ];
+        arguments.extend(
+            constants.iter().map(|(name, value, usual)| (*name, value.clone(), usual.as_str())),
+        );
         Ok(call("Attitude", &arguments, this.shared.channels))
     }
 }
@@ -344,12 +393,11 @@ impl Attitude {
 impl Attitude {
     fn restored(bytes: &[u8]) -> Result<Self, Error> {
         let (channels, bank) = bank::restored(bytes)?;
-        let options = Options { method: "auto".to_owned(), mag: true };
-        Ok(Self { options, shared: Shared::new(channels, bank)? })
+        Ok(Self { mag: bank.options().mag, shared: Shared::new(channels, bank)? })
     }
 
     fn check_mag(&self, given: bool) -> PyResult<()> {
-        match given && !self.options.mag {
+        match given && !self.mag {
             false => Ok(()),
             true => Err(PyValueError::new_err("mag is given, but this Attitude has mag=False")),
         }
@@ -441,6 +489,7 @@ fn prior(
     bias: Option<&Bound<'_, PyAny>>,
     sigma: Option<&Bound<'_, PyAny>>,
     (unit, factor): (&str, f64),
+    method: &str,
     options: &mut AutoOptions,
 ) -> PyResult<()> {
     let zero = vec![0.0; 3].into_pyobject(py)?;
@@ -462,6 +511,12 @@ fn prior(
         options.bias_sigma = axes("bias_sigma", &sigma)?.map(|x| x * factor);
     }
     if let (Some(matrix), Some(sigma)) = (matrix, matrix_sigma) {
+        if method != "auto" {
+            return Err(PyValueError::new_err(format!(
+                "bias must be that of the gyro alone for method '{method}', got a calibration: \
+                 apply it to the samples"
+            )));
+        }
         options.matrix = square("gyro_matrix", &matrix)?;
         options.matrix_sigma = square("gyro_matrix_sigma", &sigma)?;
     }
@@ -487,6 +542,33 @@ fn frame_of(name: &str) -> PyResult<Frame> {
             Err(PyValueError::new_err(format!("frame must be 'enu', 'ned' or 'nwu', got '{name}'")))
         }
     }
+}
+
+fn frame_name(frame: Frame) -> &'static str {
+    match frame {
+        Frame::Enu => "enu",
+        Frame::Ned => "ned",
+        Frame::Nwu => "nwu",
+    }
+}
+
+/// Units of the sensors, the SI unit first.
+const GYRO_UNITS: [&str; 4] = ["rad/s", "deg/s", "mdeg/s", "deg/h"];
+const ACCEL_UNITS: [&str; 4] = ["m/s^2", "g", "mg", "ug"];
+
+/// The unit of these that is so much in SI, as Python writes it.
+fn unit_of(py: Python<'_>, value: f64, units: &[&str]) -> PyResult<String> {
+    for unit in units {
+        if factor(py, unit, units[0], "unit")? == value {
+            return Ok(format!("'{unit}'"));
+        }
+    }
+    Ok("...".to_owned())
+}
+
+/// Axes in the unit of the gyro, as Python writes them; None for what is usual.
+fn in_unit(axes: [f64; 3], usual: [f64; 3], unit: f64) -> String {
+    if axes == usual { "None".to_owned() } else { format!("{:?}", axes.map(|x| x / unit)) }
 }
 
 /// What one unit of a sensor is in SI.

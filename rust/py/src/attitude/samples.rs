@@ -25,6 +25,14 @@ pub struct Given<'a, 'py> {
 }
 
 impl<'a, 'py> Given<'a, 'py> {
+    /// One sample of a single body, if it comes as loops give it most often.
+    #[inline]
+    pub fn usual(&self) -> Option<[f64; WIDTH]> {
+        let ([gx, gy, gz], [ax, ay, az]) = (arrays::three(self.gyro)?, arrays::three(self.accel)?);
+        let [mx, my, mz] = self.mag.map_or(Some([f64::NAN; 3]), arrays::three)?;
+        self.dt.is_none().then_some([gx, gy, gz, ax, ay, az, mx, my, mz, f64::NAN])
+    }
+
     /// One sample of each body.
     pub fn row(&self, channels: Option<usize>) -> PyResult<Vec<f64>> {
         let count = channels.unwrap_or(1);
@@ -132,7 +140,7 @@ impl Columns<'_> {
 }
 
 /// One time for all samples, or one for each.
-fn times(dt: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<f64>> {
+pub fn times(dt: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<f64>> {
     let times = match arrays::sample(dt) {
         Ok(one) => memory::filled(one, n).map_err(NativeError::from)?,
         Err(_) => arrays::named("dt", dt, &format!("({n},)"), |shape| shape == [n])?.values,
@@ -167,7 +175,8 @@ pub fn of_floats(
     Ok(row)
 }
 
-fn checked(dt: f64) -> PyResult<f64> {
+/// A time, unless it is negative.
+pub fn checked(dt: f64) -> PyResult<f64> {
     match dt < 0.0 {
         false => Ok(dt),
         true => Err(PyValueError::new_err(format!("dt must not be negative, got {dt:?} s"))),

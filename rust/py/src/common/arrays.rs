@@ -130,6 +130,18 @@ fn usual_row(z: &Bound<'_, PyAny>) -> Option<Vec<f64>> {
     in_place.then(|| (0..array.len()).map_while(|i| array.get_owned(i)).collect())
 }
 
+/// A sample of three axes, if it is what loops give most often.
+#[inline]
+pub fn three(z: &Bound<'_, PyAny>) -> Option<[f64; 3]> {
+    // Exactly an array: a masked one is read otherwise.
+    z.cast_exact::<PyUntypedArray>().ok()?;
+    let array = z.cast::<PyArray1<f64>>().ok()?;
+    if array.len() != 3 || !array.is_c_contiguous() || !is_aligned(array.data()) {
+        return None;
+    }
+    Some([array.get_owned(0)?, array.get_owned(1)?, array.get_owned(2)?])
+}
+
 fn float(z: Bound<'_, PyAny>) -> Option<f64> {
     z.cast_exact::<PyFloat>().ok().map(|z| z.value())
 }

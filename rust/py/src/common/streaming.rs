@@ -384,6 +384,16 @@ pub fn text(number: impl Into<Option<f64>>) -> String {
     number.into().map_or_else(|| "None".to_owned(), |number| format!("{number:?}"))
 }
 
+/// Words as a sentence lists them.
+pub fn quoted(words: &[&str], last: &str) -> String {
+    let words: Vec<String> = words.iter().map(|word| format!("'{word}'")).collect();
+    match words.split_last() {
+        Some((end, [])) => end.clone(),
+        Some((end, before)) => format!("{} {last} {end}", before.join(", ")),
+        None => String::new(),
+    }
+}
+
 /// Where the numbers of some rows are.
 pub fn places(rows: Range<usize>, width: usize) -> Range<usize> {
     rows.start * width..rows.end * width

@@ -12,7 +12,7 @@ use zerorate_core::drift::options::{
 
 use super::bank::{Order, order_error};
 use crate::common::errors::NativeError;
-use crate::common::streaming;
+use crate::common::streaming::{self, quoted};
 
 /// The options that keyword arguments ask for, and the number of channels.
 pub fn read(rate: f64, given: Option<&Bound<'_, PyDict>>) -> PyResult<(Options, Option<usize>)> {
@@ -121,15 +121,6 @@ where
         }
         error
     })
-}
-
-fn quoted(words: &[&str], last: &str) -> String {
-    let words: Vec<String> = words.iter().map(|word| format!("'{word}'")).collect();
-    match words.split_last() {
-        Some((end, [])) => end.clone(),
-        Some((end, before)) => format!("{} {last} {end}", before.join(", ")),
-        None => String::new(),
-    }
 }
 
 /// Every argument that makes such a filter anew.

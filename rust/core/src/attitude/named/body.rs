@@ -1,0 +1,119 @@
+//! What all named methods share: an orientation, where it starts, and how a rate turns it.
+
+use nalgebra::{Quaternion, RealField, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::attitude::frame;
+use crate::math::Real;
+use crate::math::rotation::exponential;
+
+/// A force this near to straight down has no shortest way up: any level axis is as good.
+const UPSIDE_DOWN: f64 = 1e-6;
+
+/// From the axes of the sensor to east, north, up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Body {
+    pub orientation: Quaternion<f64>,
+    /// Whether a force has said where up is, and a field where north is.
+    pub levelled: bool,
+    pub headed: bool,
+}
+
+impl Default for Body {
+    fn default() -> Self {
+        Self { orientation: Quaternion::identity(), levelled: false, headed: false }
+    }
+}
+
+impl Body {
+    /// Starts from the first force and, if there is a magnetometer, from the first field after it.
+    #[inline]
+    pub fn begin(&mut self, accel: Option<&Vector3<f64>>, mag: Option<&Vector3<f64>>) {
+        if !self.levelled
+            && let Some(accel) = accel
+        {
+            let force = self.to_earth(&accel.normalize());
+            self.set(level(&force) * self.orientation);
+            self.levelled = true;
+        }
+        if self.levelled
+            && !self.headed
+            && let Some(mag) = mag
+        {
+            self.turn_earth(&Vector3::new(0.0, 0.0, east_of_north(&self.to_earth(mag))));
+            self.headed = true;
+        }
+    }
+
+    /// The next force and field say again where up and north are.
+    pub fn forget(&mut self) {
+        (self.levelled, self.headed) = (false, false);
+    }
+
+    /// Takes an orientation over as known.
+    pub fn align(&mut self, orientation: Quaternion<f64>) {
+        self.set(orientation);
+        (self.levelled, self.headed) = (true, true);
+    }
+
+    /// Turns by a rotation vector in the axes of the sensor.
+    #[inline]
+    pub fn turn(&mut self, angle: &Vector3<f64>) {
+        self.set(self.orientation * exponential(angle).into_inner());
+    }
+
+    /// Turns by a rotation vector in the axes of the earth.
+    #[inline]
+    pub fn turn_earth(&mut self, angle: &Vector3<f64>) {
+        self.set(exponential(angle).into_inner() * self.orientation);
+    }
+
+    /// Of a length that is not near zero.
+    #[inline]
+    pub fn set(&mut self, orientation: Quaternion<f64>) {
+        self.orientation = orientation.normalize();
+    }
+
+    /// A vector of the sensor's axes in those of the earth.
+    #[inline]
+    pub fn to_earth(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+        let (w, u) = (self.orientation.w, self.orientation.imag());
+        let t = u.cross(vector) * 2.0;
+        vector + t * w + u.cross(&t)
+    }
+
+    /// Up in the axes of the sensor.
+    #[inline]
+    pub fn up(&self) -> Vector3<f64> {
+        frame::up(&self.orientation)
+    }
+
+    pub fn is_sound(&self) -> bool {
+        (self.orientation.norm_squared() - 1.0).abs() < 1e-9 && (self.levelled || !self.headed)
+    }
+}
+
+/// The shortest rotation that makes a direction, of length one, point up.
+fn level(direction: &Vector3<f64>) -> Quaternion<f64> {
+    let half = ((1.0 + direction.z) * 0.5).max(0.0).simd_sqrt();
+    if half < UPSIDE_DOWN {
+        return Quaternion::new(0.0, 1.0, 0.0, 0.0);
+    }
+    let scale = 0.5 / half;
+    Quaternion::new(half, direction.y * scale, -direction.x * scale, 0.0)
+}
+
+/// The angle from up to a direction, and the level axis about which it has to turn to get there.
+pub fn tilt(direction: &Vector3<f64>) -> Vector3<f64> {
+    let level = (direction.x * direction.x + direction.y * direction.y).simd_sqrt();
+    let angle = RealField::atan2(level, direction.z);
+    match level > 0.0 {
+        true => Vector3::new(direction.y, -direction.x, 0.0) * (angle / level),
+        false => Vector3::new(angle, 0.0, 0.0),
+    }
+}
+
+/// The angle from north to a field in the axes of the earth, clockwise, rad; of none zero.
+pub fn east_of_north(field: &Vector3<f64>) -> f64 {
+    RealField::atan2(field.x, field.y)
+}

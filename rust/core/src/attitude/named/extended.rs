@@ -1,0 +1,63 @@
+//! The extended Kalman filter: derivatives at the mean.
+#![allow(non_snake_case)]
+
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use super::kalman::{BIAS, Gauss, Linearised, Step};
+use crate::math::rotation::right_jacobian;
+
+/// By first derivatives. Corrections are scalar, in Joseph's form.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extended;
+
+impl Linearised for Extended {
+    const METHOD: &'static str = "ekf";
+    const TAG: &'static str = "att-ekf";
+
+    #[inline]
+    fn predict(state: &mut Gauss, step: &Step) {
+        let turn = (step.gyro - state.bias) * step.dt;
+        state.body.turn(&turn);
+        // An error of the bias turns the other way, about axes that move meanwhile.
+        let J = right_jacobian(&turn) * -step.dt;
+        let mut F = SMatrix::<f64, 6, 6>::identity();
+        for i in 0..3 {
+            F.fixed_view_mut::<3, 1>(0, BIAS + i)
+                .copy_from(&state.body.to_earth(&J.column(i).into_owned()));
+        }
+        let P = F * state.P.to_matrix() * F.transpose();
+        state.P.assign(|i, j| P[(i, j)]);
+        for i in 0..6 {
+            let noise = if i < BIAS { step.angle } else { step.bias };
+            state.P.set(i, i, state.P.at(i, i) + noise);
+        }
+    }
+
+    #[inline]
+    fn see_up(state: &mut Gauss, force: &Vector3<f64>, R: f64) {
+        // Turned by small angles, up has the level components (φ_y, -φ_x).
+        let mut found = SVector::zeros();
+        see(state, 0, force.y, R, &mut found);
+        see(state, 1, -force.x, R, &mut found);
+        state.apply(&found);
+    }
+
+    #[inline]
+    fn see_north(state: &mut Gauss, angle: f64, R: f64) {
+        let mut found = SVector::zeros();
+        see(state, 2, angle, R, &mut found);
+        state.apply(&found);
+    }
+}
+
+/// One error is measured: adds to what is found of all.
+#[inline]
+fn see(state: &mut Gauss, i: usize, z: f64, R: f64, found: &mut SVector<f64, 6>) {
+    let p = SVector::<f64, 6>::from_fn(|j, _| state.P.at(i, j));
+    let S = p[i] + R;
+    let K = p / S;
+    *found += K * (z - found[i]);
+    // (I - K H) P (I - K H)' + K R K'
+    let P = state.P;
+    state.P.assign(|a, b| P.at(a, b) - K[a] * p[b] - p[a] * K[b] + K[a] * K[b] * S);
+}

@@ -1,0 +1,138 @@
+//! Madgwick's gradient descent.
+
+use nalgebra::{Quaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::body::Body;
+use super::{Named, NamedOptions};
+use crate::attitude::sample::Inertial;
+use crate::attitude::stream::Tagged;
+use crate::attitude::{Estimator, Knowledge};
+use crate::error::Error;
+use crate::math::Real;
+
+/// A gradient shorter than this is made of roundings and has no direction.
+const FLAT: f64 = 1e-12;
+/// Largest step of the quaternion, of length one, in one sample.
+const STEP_MAX: f64 = 0.5;
+
+/// dq/dt = q ⊗ ω/2 - β ∇F/|∇F|, where F is the squared distance of the measured from the expected
+/// directions of gravity and field, and the field is expected in the plane of north and up.
+///
+/// S. O. H. Madgwick, *An efficient orientation filter for inertial and inertial/magnetic sensor
+/// arrays*, report, University of Bristol, 2010, eqs. 12-13, 25-34 and 44-46, with β of its
+/// experiments; without its bias (eqs. 47-49). The gradient's length counts for nothing: an error is
+/// mended at 2 β rad/s at most, and a bias beyond that is never caught.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Madgwick {
+    options: NamedOptions,
+    body: Body,
+}
+
+impl Madgwick {
+    /// A filter that has seen nothing.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if an option is out of its range.
+    pub fn new(options: NamedOptions) -> Result<Self, Error> {
+        Ok(Self { options: options.checked()?, body: Body::default() })
+    }
+
+    /// ∇F of all directions that are measured.
+    #[inline]
+    fn gradient(
+        &self,
+        accel: Option<&Vector3<f64>>,
+        mag: Option<&Vector3<f64>>,
+    ) -> Quaternion<f64> {
+        let (body, mut sum) = (&self.body, Quaternion::from_parts(0.0, Vector3::zeros()));
+        if body.levelled
+            && let Some(accel) = accel
+        {
+            sum += gradient(&body.orientation, &Vector3::z(), &accel.normalize());
+        }
+        if body.headed
+            && let Some(mag) = mag
+        {
+            let mag = mag.normalize();
+            let h = body.to_earth(&mag);
+            let north = (h.x * h.x + h.y * h.y).simd_sqrt();
+            sum += gradient(&body.orientation, &Vector3::new(0.0, north, h.z), &mag);
+        }
+        sum
+    }
+}
+
+/// The gradient of |q* d q - s|²/2, for a direction d of the earth (north and up) and s of the
+/// sensor.
+///
+/// That is Jᵀf of the report in one product: -2 d q f. The report writes the diagonal of the
+/// rotation as 1 - 2(y² + z²), which adds the last term, along q: it turns nothing, but it counts in
+/// the length that the gradient is divided by. There north is the first axis.
+#[inline]
+fn gradient(q: &Quaternion<f64>, d: &Vector3<f64>, s: &Vector3<f64>) -> Quaternion<f64> {
+    let pure = |v: Vector3<f64>| Quaternion::from_parts(0.0, v);
+    let expected = (q.conjugate() * pure(*d) * q).imag();
+    let f = expected - s;
+    (pure(*d) * q * pure(f) + q * (d.y * f.x + d.z * f.z)) * -2.0
+}
+
+impl Estimator for Madgwick {
+    #[inline]
+    fn step(&mut self, sample: &Inertial) {
+        let mag = sample.mag.as_ref().filter(|_| self.options.mag);
+        let (q, dt) = (self.body.orientation, sample.dt);
+        let gradient = self.gradient(sample.accel.as_ref(), mag);
+        let mut next = q;
+        if sample.known {
+            next += q * Quaternion::from_parts(0.0, sample.gyro * (0.5 * dt));
+        }
+        let length = gradient.norm();
+        if length > FLAT {
+            next -= gradient * ((self.options.beta() * dt).min(STEP_MAX) / length);
+        }
+        self.body.set(next);
+        self.body.begin(sample.accel.as_ref(), mag);
+    }
+
+    fn gap(&mut self, _seconds: f64) {
+        self.body.forget();
+    }
+
+    #[inline]
+    fn orientation(&self) -> Quaternion<f64> {
+        self.body.orientation
+    }
+
+    fn knowledge(&self) -> Knowledge {
+        Knowledge { started: self.body.levelled, ..Knowledge::default() }
+    }
+
+    fn align(&mut self, orientation: Quaternion<f64>, _tilt_sigma: f64, _heading_sigma: f64) {
+        self.body.align(orientation);
+    }
+
+    fn reset(&mut self) {
+        self.body = Body::default();
+    }
+
+    fn is_sound(&self) -> bool {
+        self.options.checked().is_ok() && self.body.is_sound()
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        self.options == other.options
+    }
+}
+
+impl Tagged for Madgwick {
+    const TAG: &'static str = "att-madgwick";
+}
+
+impl Named for Madgwick {
+    const METHOD: &'static str = "madgwick";
+
+    fn options(&self) -> NamedOptions {
+        self.options
+    }
+}

@@ -1,0 +1,223 @@
+//! What a person chooses of the named methods: one table of their constants.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, require};
+
+/// The names of all methods; the first is the default.
+pub const METHODS: [&str; 6] = ["auto", "complementary", "mahony", "madgwick", "ekf", "ukf"];
+
+/// The methods that start from a bias that is known, and from how well it is known.
+pub const BIAS_METHODS: &[&str] = &["auto", "mahony", "ekf", "ukf"];
+/// Likewise.
+pub const BIAS_SIGMA_METHODS: &[&str] = &["auto", "ekf", "ukf"];
+
+/// Largest bias that can be given or found, rad/s, and its largest deviation at the start.
+pub(super) const BIAS_MAX: f64 = 10.0;
+pub(super) const BIAS_SIGMA_MAX: f64 = 0.2;
+/// Spread of a bias of which nothing is known, rad/s.
+const BIAS_SIGMA: f64 = 0.5 * core::f64::consts::PI / 180.0;
+
+/// Steps down the gradient, rad/s, of Madgwick's report: with a magnetometer and without.
+const BETA: f64 = 0.041;
+const BETA_WITHOUT_FIELD: f64 = 0.033;
+
+/// Constants of all named methods; each uses some.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Constants {
+    /// Of the complementary filter, s.
+    pub time_constant: f64,
+    /// Proportional gain of Mahony, 1/s.
+    pub kp: f64,
+    /// Integral gain of Mahony, 1/s².
+    pub ki: f64,
+    /// Step of Madgwick, rad/s; the report's where it is not given.
+    pub beta: Option<f64>,
+    /// White noise of the gyro, rad/s/√Hz.
+    pub gyro_noise: f64,
+    /// White noise of the accelerometer, m/s²/√Hz.
+    pub accel_noise: f64,
+    /// White noise of the heading that a magnetometer shows, rad/√Hz.
+    pub mag_noise: f64,
+    /// Random walk of the gyro's bias, rad/s/√s.
+    pub bias_walk: f64,
+}
+
+impl Default for Constants {
+    fn default() -> Self {
+        Self {
+            time_constant: 0.5,
+            kp: 1.0,
+            ki: 0.3,
+            beta: None,
+            gyro_noise: 2e-4,
+            accel_noise: 0.1,
+            mag_noise: 0.1,
+            bias_walk: 1e-4,
+        }
+    }
+}
+
+/// One row of the table.
+#[derive(Debug, Clone, Copy)]
+pub struct Constant<C: 'static = Constants> {
+    /// Its name in Python.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its least and its largest value.
+    pub range: [f64; 2],
+    /// The same in words, as refusals say it.
+    pub expected: &'static str,
+    /// What it is, in one sentence without a full stop.
+    pub meaning: &'static str,
+    /// The methods that use it.
+    pub methods: &'static [&'static str],
+    /// Its value; none where the method chooses.
+    pub get: fn(&C) -> Option<f64>,
+    /// Puts down a value.
+    pub set: fn(&mut C, f64),
+}
+
+impl<C> Constant<C> {
+    /// Whether the value is in its range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if it is not.
+    pub fn check(&self, constants: &C) -> Result<(), Error> {
+        let [least, most] = self.range;
+        (self.get)(constants).map_or(Ok(()), |value| {
+            require(least <= value && value <= most, self.name, self.expected, value)
+        })
+    }
+}
+
+const KALMAN: &[&str] = &["ekf", "ukf"];
+
+/// Every constant.
+pub const CONSTANTS: &[Constant] = &[
+    Constant {
+        name: "time_constant",
+        unit: "s",
+        range: [1e-6, 1e6],
+        expected: "from 1e-6 to 1e6 s",
+        meaning: "Time in which tilt and heading come near those of accelerometer and magnetometer \
+                  by a factor of e",
+        methods: &["complementary"],
+        get: |c| Some(c.time_constant),
+        set: |c, value| c.time_constant = value,
+    },
+    Constant {
+        name: "kp",
+        unit: "1/s",
+        range: [0.0, 1e6],
+        expected: "from 0 to 1e6 1/s",
+        meaning: "Proportional gain: rate per rad of error; 1/kp is a time constant",
+        methods: &["mahony"],
+        get: |c| Some(c.kp),
+        set: |c, value| c.kp = value,
+    },
+    Constant {
+        name: "ki",
+        unit: "1/s^2",
+        range: [0.0, 1e6],
+        expected: "from 0 to 1e6 1/s^2",
+        meaning: "Integral gain: how fast an error that stays becomes bias; 0 learns none",
+        methods: &["mahony"],
+        get: |c| Some(c.ki),
+        set: |c, value| c.ki = value,
+    },
+    Constant {
+        name: "beta",
+        unit: "rad/s",
+        range: [0.0, 1e3],
+        expected: "from 0 to 1000 rad/s",
+        meaning: "Speed of the quaternion down the gradient, half that of the body; by default that \
+                  of the report, 0.041 with a magnetometer and 0.033 without",
+        methods: &["madgwick"],
+        get: |c| c.beta,
+        set: |c, value| c.beta = Some(value),
+    },
+    Constant {
+        name: "gyro_noise",
+        unit: "rad/s/sqrt(Hz)",
+        range: [1e-9, 10.0],
+        expected: "from 1e-9 to 10 rad/s/sqrt(Hz)",
+        meaning: "White noise of the gyro",
+        methods: KALMAN,
+        get: |c| Some(c.gyro_noise),
+        set: |c, value| c.gyro_noise = value,
+    },
+    Constant {
+        name: "accel_noise",
+        unit: "m/s^2/sqrt(Hz)",
+        range: [1e-6, 1e6],
+        expected: "from 1e-6 to 1e6 m/s^2/sqrt(Hz)",
+        meaning: "White noise of the accelerometer, the body's own acceleration included",
+        methods: KALMAN,
+        get: |c| Some(c.accel_noise),
+        set: |c, value| c.accel_noise = value,
+    },
+    Constant {
+        name: "mag_noise",
+        unit: "rad/sqrt(Hz)",
+        range: [1e-6, 1e6],
+        expected: "from 1e-6 to 1e6 rad/sqrt(Hz)",
+        meaning: "White noise of the heading that the magnetometer shows, disturbances included",
+        methods: KALMAN,
+        get: |c| Some(c.mag_noise),
+        set: |c, value| c.mag_noise = value,
+    },
+    Constant {
+        name: "bias_walk",
+        unit: "rad/s/sqrt(s)",
+        range: [1e-12, 1.0],
+        expected: "from 1e-12 to 1 rad/s/sqrt(s)",
+        meaning: "Random walk of the gyro's bias",
+        methods: KALMAN,
+        get: |c| Some(c.bias_walk),
+        set: |c, value| c.bias_walk = value,
+    },
+];
+
+/// What a person may say of the sensor and of the method.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct NamedOptions {
+    /// Whether there is a magnetometer; without one the heading at the start is chosen.
+    pub mag: bool,
+    /// The gyro's output without rotation, rad/s, for methods that learn it.
+    pub bias: [f64; 3],
+    /// Its standard deviation, for those that have one.
+    pub bias_sigma: [f64; 3],
+    /// The constants of all methods.
+    pub constants: Constants,
+}
+
+impl Default for NamedOptions {
+    fn default() -> Self {
+        let (bias, bias_sigma) = ([0.0; 3], [BIAS_SIGMA; 3]);
+        Self { mag: true, bias, bias_sigma, constants: Constants::default() }
+    }
+}
+
+impl NamedOptions {
+    /// These options, if each number is in its range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first that is not.
+    pub fn checked(self) -> Result<Self, Error> {
+        for (x, sigma) in self.bias.into_iter().zip(self.bias_sigma) {
+            require(x.abs() <= BIAS_MAX, "bias", "a rate of at most 10 rad/s", x)?;
+            let expected = "a positive rate of at most 0.2 rad/s";
+            require(sigma > 0.0 && sigma <= BIAS_SIGMA_MAX, "bias_sigma", expected, sigma)?;
+        }
+        CONSTANTS.iter().try_for_each(|constant| constant.check(&self.constants))?;
+        Ok(self)
+    }
+
+    /// The step of Madgwick.
+    pub(super) fn beta(&self) -> f64 {
+        let usual = if self.mag { BETA } else { BETA_WITHOUT_FIELD };
+        self.constants.beta.unwrap_or(usual)
+    }
+}

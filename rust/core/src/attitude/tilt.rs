@@ -1,0 +1,338 @@
+//! Tilt about one axis, from the rate about it and the angle that the accelerometer shows.
+#![allow(non_snake_case)]
+
+use serde::{Deserialize, Serialize};
+
+use super::named::Constant;
+use crate::error::{Error, check_rate};
+use crate::math::sound::{is_count, is_within};
+use crate::math::{Real, Symmetric};
+use crate::stream::Stream;
+use crate::stream::checkpoint::Checkpoint;
+
+/// Seconds for which the last rate stands for missing ones.
+const HELD: f64 = 0.05;
+/// Longest time between two samples, s.
+const SPAN_MAX: f64 = 1e9;
+/// Largest rate and angle of a sample, and of what comes of them; largest variance.
+const SAMPLE_MAX: f64 = 1e150;
+const STATE_MAX: f64 = 1e170;
+const VARIANCE_MAX: f64 = 1e100;
+
+/// How rate and angle are joined.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TiltMethod {
+    /// The complementary filter of first order.
+    #[default]
+    Complementary,
+    /// The Kalman filter of angle and bias.
+    Kalman,
+}
+
+/// The names of the methods, as people write them.
+pub const TILT_METHODS: [&str; 2] = ["complementary", "kalman"];
+
+impl TiltMethod {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        TILT_METHODS[self as usize]
+    }
+
+    /// The method of a name.
+    pub fn of_name(name: &str) -> Option<Self> {
+        [Self::Complementary, Self::Kalman].into_iter().find(|method| method.name() == name)
+    }
+}
+
+/// Constants of both methods; each uses some.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TiltConstants {
+    /// Of the complementary filter, s.
+    pub time_constant: f64,
+    /// Variance that the angle gains in a second, unit²/s.
+    pub q_angle: f64,
+    /// Variance that the bias gains in a second, (unit/s)²/s.
+    pub q_bias: f64,
+    /// Variance of one sample of the accelerometer's angle, unit².
+    pub r_measure: f64,
+    /// Variance of angle and bias at the start, unit² and (unit/s)².
+    pub p_start: f64,
+}
+
+impl Default for TiltConstants {
+    fn default() -> Self {
+        Self { time_constant: 0.5, q_angle: 1e-3, q_bias: 3e-3, r_measure: 3e-2, p_start: 1.0 }
+    }
+}
+
+const KALMAN: &[&str] = &["kalman"];
+
+/// Every constant.
+pub const TILT_CONSTANTS: &[Constant<TiltConstants>] = &[
+    Constant {
+        name: "time_constant",
+        unit: "s",
+        range: [1e-6, 1e6],
+        expected: "from 1e-6 to 1e6 s",
+        meaning: "Time in which the angle comes nearer to the accelerometer's by a factor of e",
+        methods: &["complementary"],
+        get: |c| Some(c.time_constant),
+        set: |c, value| c.time_constant = value,
+    },
+    Constant {
+        name: "q_angle",
+        unit: "unit^2/s",
+        range: [0.0, 1e60],
+        expected: "zero or a positive number up to 1e60",
+        meaning: "Variance that the angle gains in a second",
+        methods: KALMAN,
+        get: |c| Some(c.q_angle),
+        set: |c, value| c.q_angle = value,
+    },
+    Constant {
+        name: "q_bias",
+        unit: "(unit/s)^2/s",
+        range: [0.0, 1e60],
+        expected: "zero or a positive number up to 1e60",
+        meaning: "Variance that the bias gains in a second",
+        methods: KALMAN,
+        get: |c| Some(c.q_bias),
+        set: |c, value| c.q_bias = value,
+    },
+    Constant {
+        name: "r_measure",
+        unit: "unit^2",
+        range: [1e-60, 1e60],
+        expected: "from 1e-60 to 1e60",
+        meaning: "Variance of one sample of the accelerometer's angle, whatever the rate",
+        methods: KALMAN,
+        get: |c| Some(c.r_measure),
+        set: |c, value| c.r_measure = value,
+    },
+    Constant {
+        name: "p_start",
+        unit: "unit^2",
+        range: [0.0, 1e60],
+        expected: "zero or a positive number up to 1e60",
+        meaning: "Variance of angle and bias before the first sample",
+        methods: KALMAN,
+        get: |c| Some(c.p_start),
+        set: |c, value| c.p_start = value,
+    },
+];
+
+/// What a person chooses.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TiltParams {
+    /// Samples a second.
+    pub rate: f64,
+    /// How rate and angle are joined.
+    pub method: TiltMethod,
+    /// The constants of both methods.
+    pub constants: TiltConstants,
+}
+
+impl TiltParams {
+    fn checked(self) -> Result<Self, Error> {
+        check_rate(self.rate)?;
+        TILT_CONSTANTS.iter().try_for_each(|constant| constant.check(&self.constants))?;
+        Ok(self)
+    }
+}
+
+/// The tilt about one axis, in the unit of the accelerometer's angle.
+///
+/// A sample is the rate about the axis, in that unit a second, the angle that the accelerometer
+/// shows, and the seconds since the sample before: NaN where one is missing, for a time where it is
+/// one period. The first angle begins.
+///
+/// Complementary: θ ← a(θ + ω dt) + (1 - a)θ_acc with a = τ/(τ + dt); a bias b leaves exactly b τ.
+/// Kalman: states angle and bias, F = [1, -dt; 0, 1], Q = diag(q_θ, q_b) dt, H = [1, 0], R a variance
+/// of one sample, so that the same constants are another filter at another rate.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Tilt {
+    params: TiltParams,
+    period: f64,
+    begun: bool,
+    angle: f64,
+    bias: f64,
+    P: Symmetric<f64, 2>,
+    /// The last rate known, and the seconds since it.
+    rate: f64,
+    unknown: f64,
+    samples: u64,
+}
+
+impl Tilt {
+    /// A filter that has seen nothing.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if a parameter is out of its range.
+    pub fn new(params: TiltParams) -> Result<Self, Error> {
+        let params = params.checked()?;
+        Ok(Self {
+            params,
+            period: 1.0 / params.rate,
+            begun: false,
+            angle: 0.0,
+            bias: 0.0,
+            P: Symmetric::diagonal(params.constants.p_start),
+            rate: 0.0,
+            unknown: 0.0,
+            samples: 0,
+        })
+    }
+
+    /// What was chosen.
+    pub fn params(&self) -> &TiltParams {
+        &self.params
+    }
+
+    /// The tilt; NaN before the first angle of the accelerometer.
+    pub fn angle(&self) -> f64 {
+        if self.begun { self.angle } else { f64::NAN }
+    }
+
+    /// The gyro's output without rotation, by the Kalman filter; else NaN.
+    pub fn bias(&self) -> f64 {
+        if self.is_kalman() { self.bias } else { f64::NAN }
+    }
+
+    /// Standard deviation of the tilt, by the Kalman filter; else NaN.
+    pub fn angle_sigma(&self) -> f64 {
+        self.sigma(0)
+    }
+
+    /// That of the bias, likewise.
+    pub fn bias_sigma(&self) -> f64 {
+        self.sigma(1)
+    }
+
+    /// Samples given so far, missing ones included.
+    pub fn samples_seen(&self) -> u64 {
+        self.samples
+    }
+
+    fn sigma(&self, i: usize) -> f64 {
+        if self.is_kalman() { self.P.at(i, i).max(0.0).simd_sqrt() } else { f64::NAN }
+    }
+
+    fn is_kalman(&self) -> bool {
+        self.params.method == TiltMethod::Kalman
+    }
+
+    /// The rate that holds for the time since the sample before, and for how much of it.
+    fn held(&mut self, gyro: f64, dt: f64) -> f64 {
+        if is_within(gyro, SAMPLE_MAX) {
+            (self.rate, self.unknown) = (gyro, 0.0);
+            return dt;
+        }
+        let left = (HELD - self.unknown).max(0.0);
+        self.unknown = (self.unknown + dt).min(SPAN_MAX);
+        dt.min(left)
+    }
+
+    fn complement(&mut self, angle: Option<f64>, dt: f64, held: f64) {
+        self.angle += self.rate * held;
+        if let Some(angle) = angle {
+            let tau = self.params.constants.time_constant;
+            let a = tau / (tau + dt);
+            self.angle = a * self.angle + (1.0 - a) * angle;
+        }
+    }
+
+    fn predict(&mut self, dt: f64, held: f64) {
+        let constants = &self.params.constants;
+        self.angle += (self.rate - self.bias) * held;
+        let (p, q, r) = (self.P.at(0, 0), self.P.at(0, 1), self.P.at(1, 1));
+        self.P.set(0, 0, p + held * (held * r - 2.0 * q) + constants.q_angle * dt);
+        self.P.set(0, 1, q - held * r);
+        self.P.set(1, 1, r + constants.q_bias * dt);
+        self.limit();
+    }
+
+    /// Joseph's form: the variances stay positive whatever the rounding.
+    fn correct(&mut self, angle: f64) {
+        let R = self.params.constants.r_measure;
+        let (p, q, r) = (self.P.at(0, 0), self.P.at(0, 1), self.P.at(1, 1));
+        let S = p + R;
+        let (k, b, left) = (p / S, q / S, R / S);
+        let e = angle - self.angle;
+        self.angle += k * e;
+        self.bias += b * e;
+        self.P.set(0, 0, left * left * p + k * k * R);
+        self.P.set(0, 1, left * q);
+        self.P.set(1, 1, r - 2.0 * b * q + b * b * S);
+        self.P.settle(true);
+    }
+
+    /// Variances below their cap, without a change of the correlation.
+    fn limit(&mut self) {
+        for i in 0..2 {
+            let variance = self.P.at(i, i);
+            if variance > VARIANCE_MAX {
+                self.P.set(0, 1, self.P.at(0, 1) * (VARIANCE_MAX / variance).simd_sqrt());
+                self.P.set(i, i, VARIANCE_MAX);
+            }
+        }
+    }
+}
+
+impl Stream for Tilt {
+    type Input = [f64; 3];
+    type Output = f64;
+
+    #[inline]
+    fn update(&mut self, [gyro, angle, dt]: [f64; 3]) -> f64 {
+        let dt = if dt >= 0.0 { dt.min(SPAN_MAX) } else { self.period };
+        let angle = is_within(angle, SAMPLE_MAX).then_some(angle);
+        let held = self.held(gyro, dt);
+        self.samples += 1;
+        if !self.begun
+            && let Some(angle) = angle
+        {
+            (self.begun, self.angle) = (true, angle);
+        }
+        if !self.begun {
+            return self.angle();
+        }
+        match self.params.method {
+            TiltMethod::Complementary => self.complement(angle, dt, held),
+            TiltMethod::Kalman => {
+                self.predict(dt, held);
+                angle.into_iter().for_each(|angle| self.correct(angle));
+            }
+        }
+        self.angle = self.angle.clamp(-STATE_MAX, STATE_MAX);
+        self.bias = self.bias.clamp(-STATE_MAX, STATE_MAX);
+        self.angle
+    }
+
+    fn reset(&mut self) {
+        if let Ok(new) = Self::new(self.params) {
+            *self = new;
+        }
+    }
+}
+
+impl Checkpoint for Tilt {
+    const TAG: &'static str = "tilt";
+    const VERSION: u16 = 1;
+
+    fn is_sound(&self) -> bool {
+        // Settling raises a variance by some roundings.
+        let most = VARIANCE_MAX * (1.0 + 1e-9);
+        self.params.checked().is_ok()
+            && self.period == 1.0 / self.params.rate
+            && is_within(self.angle, STATE_MAX)
+            && is_within(self.bias, STATE_MAX)
+            && self.P.is_covariance(2.0 * most)
+            && is_within(self.rate, SAMPLE_MAX)
+            && (0.0..=SPAN_MAX).contains(&self.unknown)
+            && is_count(self.samples)
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        self.params == other.params
+    }
+}

@@ -1,0 +1,242 @@
+//! Tilt about one axis, for Python.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use zerorate_core::attitude::{TILT_CONSTANTS, TILT_METHODS, Tilt as Core, TiltMethod, TiltParams};
+use zerorate_core::{Bank, Error, checkpoint, memory};
+
+use super::{options, samples};
+use crate::common::arrays::{self, Record, Samples};
+use crate::common::errors::NativeError;
+use crate::common::streaming::{self, Shared, call, exclusive, quoted, reading, streaming, text};
+
+/// Numbers in a sample: rate, angle and the time since the sample before.
+const WIDTH: usize = 3;
+
+/// The tilt about one axis, from the rate about it and the angle that the accelerometer shows.
+///
+/// It is what is often done with an MPU-6050: the angle of the accelerometer, an arc tangent of two of
+/// its axes, is noisy but stays; the integral of the gyro is smooth but drifts. The **complementary**
+/// filter is ``angle = a (angle + gyro dt) + (1 - a) accelerometer`` with ``a = time_constant /
+/// (time_constant + dt)``: 0.98 for 0.49 s and 100 Hz. A bias b of the gyro leaves exactly ``b *
+/// time_constant``. The **kalman** filter has the states angle and bias, and learns the bias.
+///
+/// Any unit of angle will do, if the gyro has that unit a second. It is one axis alone: the rate about
+/// it is that of the tilt for small angles only, and the arc tangent fails near 90 degrees. `Attitude`
+/// has neither limit, and takes motion for what it is.
+///
+/// A rate that is missing (NaN, infinite or None) is the last one for 50 ms, then none; an angle that is
+/// missing corrects nothing; before the first angle NaN is returned. One object serves one thread at a
+/// time.
+///
+/// Parameters
+/// ----------
+/// rate : float
+///     Samples a second.
+/// method : {"complementary", "kalman"}, default "complementary"
+///     How rate and angle are joined.
+/// channels : int, optional
+///     Number of axes side by side; ``None`` is a single one.
+/// time_constant : float, default 0.5
+///     Of the complementary filter, s: short trusts the accelerometer, and its shaking, long the gyro, and
+///     its bias.
+/// q_angle, q_bias : float, default 1e-3 and 3e-3
+///     Of the Kalman filter: variance that angle and bias gain in a second, unit^2/s and
+///     (unit/s)^2/s.
+/// r_measure : float, default 3e-2
+///     Of the Kalman filter: variance of one sample of the accelerometer's angle, unit^2. The same
+///     number is another filter at another rate. These three are those of the well-known code, for
+///     degrees at 100 Hz: it comes near the accelerometer in a third of a second.
+/// p_start : float, default 1.0
+///     Of the Kalman filter: variance of angle and bias before the first sample, unit^2 and
+///     (unit/s)^2.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of range, or is not used by the method.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, zerorate as zr
+/// >>> gyro = np.full(3000, 0.05)  # the bias, in rad/s, of a sensor at rest
+/// >>> ay, az = np.zeros(3000), np.full(3000, 9.81)
+/// >>> accelerometer = np.arctan2(ay, az)
+/// >>> tilt = zr.Tilt(100.0, time_constant=0.49)
+/// >>> round(float(tilt.process(gyro, accelerometer)[-1]), 4)  # 0.05 * 0.49
+/// 0.0245
+/// >>> tilt = zr.Tilt(100.0, method="kalman")
+/// >>> angle = tilt.process(gyro, accelerometer)
+/// >>> round(tilt.angle, 4), round(tilt.bias, 4)
+/// (0.0, 0.05)
+#[pyclass(generic, module = "zerorate")]
+#[derive(Debug)]
+pub struct Tilt {
+    shared: Shared<Bank<Core>>,
+}
+
+streaming!(Tilt);
+
+#[pymethods]
+impl Tilt {
+    #[new]
+    #[pyo3(
+        signature = (rate, *, method="complementary", channels=None, **constants),
+        text_signature = "(rate, *, method='complementary', channels=None, time_constant=0.5, \
+            q_angle=0.001, q_bias=0.003, r_measure=0.03, p_start=1.0)"
+    )]
+    fn new(
+        rate: f64,
+        method: &str,
+        channels: Option<i128>,
+        constants: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let channels = streaming::channels(channels)?;
+        let Some(known) = TiltMethod::of_name(method) else {
+            let methods = quoted(&TILT_METHODS, "or");
+            return Err(PyValueError::new_err(format!("method must be {methods}, got '{method}'")));
+        };
+        let constants = options::read("Tilt", TILT_CONSTANTS, method, constants)?;
+        let tilt = Core::new(TiltParams { rate, method: known, constants });
+        let bank = tilt.and_then(|tilt| Bank::new(&tilt, channels.unwrap_or(1)));
+        let bank = bank.and_then(|bank| Self::of(channels, bank));
+        Ok(bank.map_err(NativeError::from)?)
+    }
+
+    /// Takes a rate and the accelerometer's angle, returns the tilt: floats or None to float, with
+    /// channels (k,) and (k,) to (k,); ``dt`` is the time since the sample before, s, by default one
+    /// period.
+    #[pyo3(signature = (gyro, angle, dt=None))]
+    fn update<'py>(
+        slf: &Bound<'py, Self>,
+        gyro: &Bound<'py, PyAny>,
+        angle: &Bound<'py, PyAny>,
+        dt: Option<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut this = exclusive(slf)?;
+        let dt = samples::checked(dt.unwrap_or(f64::NAN))?;
+        let Some(channels) = this.shared.channels else {
+            let row = [arrays::sample(gyro)?, arrays::sample(angle)?, dt];
+            return this.shared.update_row(slf.py(), &row);
+        };
+        let rates = arrays::row(gyro, &[channels])?;
+        let angles = arrays::row(angle, &[channels])?;
+        let row: Vec<f64> = rates.iter().zip(&angles).flat_map(|(z, a)| [*z, *a, dt]).collect();
+        this.shared.update_row(slf.py(), &row)
+    }
+
+    /// What ``update`` returns for each sample of a batch: (n,) and (n,) to (n,), with channels (n, k)
+    /// and (n, k) to (n, k); ``dt`` is one time for all samples or (n,). The interpreter lock is
+    /// released.
+    #[pyo3(signature = (gyro, angle, dt=None, out=None, threads=None))]
+    fn process<'py>(
+        slf: &Bound<'py, Self>,
+        gyro: &Bound<'py, PyAny>,
+        angle: &Bound<'py, PyAny>,
+        dt: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<i128>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut this = exclusive(slf)?;
+        let axes: Vec<usize> = this.shared.channels.into_iter().collect();
+        let rates = arrays::samples(gyro, &axes)?;
+        let shape = rates.shape().to_vec();
+        let expected = arrays::tuple(&shape);
+        let angles = arrays::named("angle", angle, &expected, |found| found == shape)?;
+        let dt = dt.map(|dt| samples::times(dt, shape[0])).transpose()?;
+        let values = beside(rates.values()?, &angles.values, dt.as_deref(), shape[0])?;
+        let record = Record { values, shape: [shape.as_slice(), &[WIDTH]].concat() };
+        drop(rates);
+        this.shared.process_samples(slf.py(), Samples::Copied(record), out, threads)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let TiltParams { rate, method, constants } = *this.first().params();
+        let written = options::written(TILT_CONSTANTS, method.name(), &constants);
+        let mut arguments = vec![
+            ("rate", text(rate), ""),
+            ("method", format!("'{}'", method.name()), "'complementary'"),
+        ];
+        arguments.extend(
+            written.iter().map(|(name, value, usual)| (*name, value.clone(), usual.as_str())),
+        );
+        Ok(call("Tilt", &arguments, this.shared.channels))
+    }
+
+    /// The tilt, NaN before the first angle of the accelerometer: float, with channels (k,).
+    #[getter]
+    fn angle<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, Core::angle)
+    }
+
+    /// Standard deviation of ``angle``, NaN for method "complementary": float, with channels (k,).
+    #[getter]
+    fn angle_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, Core::angle_sigma)
+    }
+
+    /// The gyro's output without rotation, NaN for method "complementary": float, with channels (k,).
+    #[getter]
+    fn bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, Core::bias)
+    }
+
+    /// Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,).
+    #[getter]
+    fn bias_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, Core::bias_sigma)
+    }
+
+    /// Samples given so far, missing ones included.
+    #[getter]
+    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
+        Ok(reading(slf)?.first().samples_seen())
+    }
+
+    /// Samples a second.
+    #[getter]
+    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(reading(slf)?.first().params().rate)
+    }
+
+    /// How rate and angle are joined.
+    #[getter]
+    fn method(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
+        Ok(reading(slf)?.first().params().method.name())
+    }
+}
+
+impl Tilt {
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        let (channels, bank) = checkpoint::restore(bytes)?;
+        Self::of(channels, bank)
+    }
+
+    fn of(channels: Option<usize>, bank: Bank<Core>) -> Result<Self, Error> {
+        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
+    }
+
+    fn first(&self) -> &Core {
+        &self.shared.bank.streams()[0]
+    }
+}
+
+/// One value a channel.
+fn each<'py>(tilt: &Bound<'py, Tilt>, of: fn(&Core) -> f64) -> PyResult<Bound<'py, PyAny>> {
+    let this = reading(tilt)?;
+    let values = this.shared.bank.streams().iter().map(of).collect();
+    this.shared.numbers(tilt.py(), values)
+}
+
+/// Rates, angles and times of `n` rows side by side.
+fn beside(rates: &[f64], angles: &[f64], dt: Option<&[f64]>, n: usize) -> PyResult<Vec<f64>> {
+    let length = rates.len().saturating_mul(WIDTH);
+    let mut all = memory::room(length).map_err(NativeError::from)?;
+    let channels = rates.len() / n.max(1);
+    for (i, (rate, angle)) in rates.iter().zip(angles).enumerate() {
+        all.extend([*rate, *angle, dt.map_or(f64::NAN, |dt| dt[i / channels])]);
+    }
+    Ok(all)
+}
