@@ -54,6 +54,7 @@ from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
+    from zerorate.attitude.estimate import AttitudeEstimate, estimate_attitude
     from zerorate.calibrate import Calibration, find_rests
     from zerorate.calibrate.comparison import (
         CalibrationComparison,
@@ -78,6 +79,7 @@ __all__ = [
     "AllanNoise",
     "AllanResult",
     "Attitude",
+    "AttitudeEstimate",
     "Calibration",
     "CalibrationComparison",
     "CalibrationError",
@@ -122,6 +124,7 @@ __all__ = [
     "denoise",
     "device",
     "dynamic_allan",
+    "estimate_attitude",
     "find_rests",
     "fit_rate",
     "identify",
@@ -148,6 +151,7 @@ _LATER = {
     "live": "live",
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
+    "AttitudeEstimate": "attitude.estimate",
     "Calibration": "calibrate.calibration",
     "CalibrationComparison": "calibrate.comparison",
     "FittedRate": "calibrate.rate.reference",
@@ -164,6 +168,7 @@ _LATER = {
     "calibrate_rate_table": "calibrate.rate.rate_table",
     "find_rests": "calibrate.fit.rests",
     "compare_calibrations": "calibrate.comparison",
+    "estimate_attitude": "attitude.estimate",
     "fit_rate": "calibrate.rate.reference",
     "integrate": "calibrate.rate.angle",
     "simulate_motion": "simulate.motion",
