@@ -63,6 +63,7 @@ __all__ = [
     "RestDetector",
     "StreamingAllan",
     "TemperatureFilter",
+    "Tilt",
     "Trace",
     "WaveletDenoiser",
     "__version__",
@@ -71,6 +72,7 @@ __all__ = [
     "arma_grid",
     "arma_likelihood",
     "arma_residuals",
+    "attitude_options",
     "autoregression_variances",
     "carry_turns",
     "chi_squared_quantile",
@@ -84,6 +86,7 @@ __all__ = [
     "log_normal_cdf",
     "longest_factor",
     "reversals",
+    "tilt_options",
     "wavelet_decomposition",
     "without_outliers",
 ]
@@ -1100,10 +1103,18 @@ class Attitude:
         *,
         mag: bool = True,
         frame: Literal["enu", "ned", "nwu"] = "enu",
-        method: Literal["auto"] = "auto",
+        method: Literal["auto", "complementary", "mahony", "madgwick", "ekf", "ukf"] = "auto",
         gyro_unit: str = "rad/s",
         accel_unit: str = "m/s^2",
         channels: int | None = None,
+        time_constant: float = 0.5,
+        kp: float = 1.0,
+        ki: float = 0.3,
+        beta: float | None = None,
+        gyro_noise: float = 0.0002,
+        accel_noise: float = 0.1,
+        mag_noise: float = 0.1,
+        bias_walk: float = 0.0001,
     ) -> Attitude: ...
     def update(
         self,
@@ -1492,6 +1503,85 @@ class TemperatureFilter(Generic[_Number, _Flag]):
         """Number of signals, None for a single one."""
 
 @final
+class Tilt(Generic[_Number]):
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["complementary"] = "complementary",
+        channels: None = None,
+        time_constant: float = 0.5,
+    ) -> Tilt[float]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["complementary"] = "complementary",
+        channels: int,
+        time_constant: float = 0.5,
+    ) -> Tilt[_Floats]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["kalman"],
+        channels: None = None,
+        q_angle: float = 0.001,
+        q_bias: float = 0.003,
+        r_measure: float = 0.03,
+        p_start: float = 1.0,
+    ) -> Tilt[float]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["kalman"],
+        channels: int,
+        q_angle: float = 0.001,
+        q_bias: float = 0.003,
+        r_measure: float = 0.03,
+        p_start: float = 1.0,
+    ) -> Tilt[_Floats]: ...
+    def update(self, gyro: _Sample, angle: _Sample, dt: float | None = None) -> _Number: ...
+    def process(
+        self,
+        gyro: npt.ArrayLike,
+        angle: npt.ArrayLike,
+        dt: npt.ArrayLike | None = None,
+        out: _Floats | None = None,
+        threads: int | None = None,
+    ) -> _Floats: ...
+    def reset(self) -> None: ...
+    def copy(self) -> Self: ...
+    def to_bytes(self) -> bytes: ...
+    @staticmethod
+    def from_bytes(b: bytes) -> Tilt: ...
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+    @property
+    def angle(self) -> _Number: ...
+    @property
+    def angle_sigma(self) -> _Number: ...
+    @property
+    def bias(self) -> _Number: ...
+    @property
+    def bias_sigma(self) -> _Number: ...
+    @property
+    def samples_seen(self) -> int: ...
+    @property
+    def rate(self) -> float: ...
+    @property
+    def method(self) -> str: ...
+    @property
+    def channels(self) -> int | None: ...
+
+@final
 class WaveletDenoiser(Generic[_Number, _Flag]):
     """Wavelet denoising while samples arrive, late by a known number of samples.
 
@@ -1695,5 +1785,7 @@ def arma_likelihood(
     theta: Sequence[float] | _Floats,
     mean: float,
 ) -> tuple[float, float, int]: ...
+def attitude_options() -> list[_Option]: ...
 def filter_options() -> list[_Option]: ...
+def tilt_options() -> list[_Option]: ...
 def wavelet_decomposition(z: npt.ArrayLike, wavelet: str, level: int) -> list[_Floats]: ...
