@@ -53,6 +53,7 @@ from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
+    from zerorate.attitude.estimate import AttitudeEstimate, estimate_attitude
     from zerorate.calibrate import Calibration, find_rests
     from zerorate.calibrate.comparison import (
         CalibrationComparison,
@@ -77,6 +78,7 @@ __all__ = [
     "AllanNoise",
     "AllanResult",
     "Attitude",
+    "AttitudeEstimate",
     "Calibration",
     "CalibrationComparison",
     "CalibrationError",
@@ -120,6 +122,7 @@ __all__ = [
     "denoise",
     "device",
     "dynamic_allan",
+    "estimate_attitude",
     "find_rests",
     "fit_rate",
     "identify",
@@ -146,6 +149,7 @@ _LATER = {
     "live": "live",
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
+    "AttitudeEstimate": "attitude.estimate",
     "Calibration": "calibrate.calibration",
     "CalibrationComparison": "calibrate.comparison",
     "FittedRate": "calibrate.rate.reference",
@@ -162,6 +166,7 @@ _LATER = {
     "calibrate_rate_table": "calibrate.rate.rate_table",
     "find_rests": "calibrate.fit.rests",
     "compare_calibrations": "calibrate.comparison",
+    "estimate_attitude": "attitude.estimate",
     "fit_rate": "calibrate.rate.reference",
     "integrate": "calibrate.rate.angle",
     "simulate_motion": "simulate.motion",

@@ -43,6 +43,10 @@ _COMMANDS: Final = {
         "Calibrate an IMU from a log of hand turns: scale, misalignment, bias, with errors.",
         "zerorate calibrate turns.csv --unit deg/s,g --export kalibr -o out",
     ),
+    "attitude": (
+        "Find which way a body points, from gyro, accelerometer and magnetometer.",
+        "zerorate attitude imu.csv --unit deg/s,g --frame ned -o out",
+    ),
     "simulate": (
         "Write a log of a simulated gyro and its true drift, or of an IMU to calibrate.",
         "zerorate simulate MPU-6050 -o gyro.csv --duration 600",
@@ -51,7 +55,8 @@ _COMMANDS: Final = {
 """What help says of each command, and an example of it; first comes what a newcomer needs."""
 
 _ABOUT: Final = (
-    "Removes the bias of MEMS gyros, live or from a log, measures their noise, and calibrates them."
+    "Removes the bias of MEMS gyros, live or from a log, measures their noise, calibrates them; "
+    "finds attitudes."
 )
 _EPILOG: Final = "Begin with: zerorate demo. Options of a command: zerorate replay --help."
 

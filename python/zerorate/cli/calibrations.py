@@ -1,7 +1,7 @@
 """Calibrations that commands read, and recordings of an IMU that they are applied to."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -31,12 +31,18 @@ def read_calibration(path: Path) -> Calibration:
         raise DataFault(str(error)) from None
 
 
-def read_imu(reading: Reading, source: LogSource) -> Recording:
-    """Return a recording of all sensors; the unit may be one of the gyro, or of both sensors."""
+def read_imu(
+    reading: Reading, source: LogSource, reference: Sequence[str | int] | None = None
+) -> Recording:
+    """Return a recording of all sensors; the unit may be one of the gyro, or of both sensors.
+
+    The columns of a reference may be chosen.
+    """
     unit = reading.arguments["unit"]
     if unit is not None:
         reading = replace(reading, arguments={**reading.arguments, "unit": _units(unit)})
-    return reading.read(read_recording, source)
+    further = {} if reference is None else {"reference": reference}
+    return reading.read(read_recording, source, **further)
 
 
 def _units(text: str) -> dict[str, str]:

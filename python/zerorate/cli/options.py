@@ -466,11 +466,11 @@ def parse_order(text: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def parse_columns(text: str | None) -> list[str | int] | None:
+def parse_columns(text: str | None, option: str = "--columns") -> list[str | int] | None:
     """Return the names and indices of a list with commas."""
     if text is None:
         return None
-    words = parse_words("--columns", text, "names or indices")
+    words = parse_words(option, text, "names or indices")
     return [int(word) if re.fullmatch("-?[0-9]+", word) else word for word in words]
 
 

@@ -25,7 +25,7 @@ __all__ = ["ATTITUDE_METHODS", "OFFLINE", "check_attitude", "compare_attitude"]
 _ERRORS: Final = ("total", "heading", "inclination")
 _SPEED_OVER: Final = 0.5
 """Seconds over which the reference's speed is taken: so long that jitter of markers is none."""
-_OWN: Final = ("auto",)
+_OWN: Final = ("auto", "complementary", "mahony", "madgwick", "ekf", "ukf")
 _SMOOTHED: Final = "auto+smooth"
 ATTITUDE_METHODS: Final = (*_OWN, *PEERS, _SMOOTHED)
 """Methods of `zerorate.Attitude`, and filters of other packages."""

@@ -2,34 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
-from typing import Final, Literal
 
 import numpy as np
 
+from zerorate.attitude.frames import FRAMES, Frame, in_enu
 from zerorate.compare.trial import Trial, spread
 from zerorate.io import Log, LogError
-from zerorate.metrics.rotations import of_matrices, product
+from zerorate.metrics.rotations import of_matrices
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 
 __all__ = ["FRAMES", "Frame", "Imu", "in_enu"]
-
-Frame = Literal["enu", "ned", "nwu"]
-
-_HALF: Final = math.sqrt(0.5)
-FRAMES: Final[dict[Frame, tuple[float, float, float, float]]] = {
-    "enu": (1.0, 0.0, 0.0, 0.0),
-    "ned": (0.0, _HALF, _HALF, 0.0),
-    "nwu": (_HALF, 0.0, 0.0, _HALF),
-}
-"""The quaternion that turns vectors of each frame of the earth into east, north and up."""
-
-
-def in_enu(quaternions: Floats, frame: Frame) -> Floats:
-    """Return orientations from sensor to a frame of the earth as those to east, north and up."""
-    return product(np.array(FRAMES[frame]), quaternions)
 
 
 @dataclass(frozen=True, eq=False)

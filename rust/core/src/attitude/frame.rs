@@ -52,7 +52,7 @@ pub(super) fn euler(q: &Quaternion<f64>) -> [f64; 3] {
     // Where the cosine of pitch is a rounding, only the sum of both other angles is known.
     if sine.abs() > 1.0 - 1e-12 {
         let yaw = RealField::atan2(2.0 * (w * z - x * y), 1.0 - 2.0 * (x * x + z * z));
-        return [0.0, sine.asin(), yaw];
+        return [0.0, ComplexField::asin(sine), yaw];
     }
     let roll = RealField::atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y));
     let yaw = RealField::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));

@@ -205,11 +205,11 @@ impl Errors {
         let bounds = [TILT_MAX, TILT_MAX, VELOCITY_MAX, VELOCITY_MAX];
         for (i, bound) in [0, 1, VELOCITY, VELOCITY + 1].into_iter().zip(bounds) {
             if self.variance(i) > bound {
-                self.shrink(i, (bound / self.variance(i)).sqrt());
+                self.shrink(i, ComplexField::sqrt(bound / self.variance(i)));
             }
         }
         if self.heading > HEADING_MAX {
-            let factor = (HEADING_MAX / self.heading).sqrt();
+            let factor = ComplexField::sqrt(HEADING_MAX / self.heading);
             self.with_heading *= factor;
             self.heading = HEADING_MAX;
         }
@@ -246,7 +246,7 @@ impl Errors {
             let weight = (innovations[n] - found.states[first + n]) * scale;
             let along = self.with_heading[first + n];
             // A root of the scale on both sides keeps the covariance symmetric to the last bit.
-            let root = scale.sqrt();
+            let root = ComplexField::sqrt(scale);
             for i in 0..STATES {
                 found.states[i] += column[i] * weight;
                 self.with_heading[i] -= column[i] * (along * scale);

@@ -33,7 +33,7 @@ struct Shape {
 
 impl Shape {
     fn of(field: &Vector3<f64>) -> Self {
-        let level = (field.x * field.x + field.y * field.y).sqrt();
+        let level = ComplexField::sqrt(field.x * field.x + field.y * field.y);
         Self { level, down: -field.z, strength: field.norm() }
     }
 

@@ -205,7 +205,7 @@ impl Auto {
             self.restart_gyro();
         }
         self.speed_squared = sums.spread(&self.bias, &Vector3::zeros()).0.max(0.0);
-        let rate = self.speed_squared.sqrt();
+        let rate = ComplexField::sqrt(self.speed_squared);
         let moving = self.predict(&sums, rate);
         if self.start.observe(sums.elapsed, &mut self.errors) || !moving {
             self.velocity = [0.0; 2];
@@ -225,17 +225,17 @@ impl Auto {
         let force = sums.force / sums.forces.max(1.0);
         let scale = self.scale_noise.variance() * rate * rate;
         let unknown = UNKNOWN * sums.unknown;
-        let angle = span * (ANGLE_NOISE.powi(2) + scale + TURN_NOISE.powi(2) * rate) + unknown;
-        let walk = if self.options.mag { span * FIELD_WALK.powi(2) } else { 0.0 };
+        let angle = span * (square(ANGLE_NOISE) + scale + square(TURN_NOISE) * rate) + unknown;
+        let walk = if self.options.mag { span * square(FIELD_WALK) } else { 0.0 };
         self.errors.predict(&Transition {
             drivers: [0, 1, 2].map(|i| sums.drivers(i)),
             lift: span * force.z,
             tilt_noise: angle,
             heading_noise: angle + walk,
-            bias_noise: span * BIAS_WALK.powi(2),
-            matrix_noise: span * MATRIX_WALK.powi(2),
-            velocity_noise: span * VELOCITY_NOISE.powi(2),
-            bias_cap: BIAS_SIGMA.powi(2),
+            bias_noise: span * square(BIAS_WALK),
+            matrix_noise: span * square(MATRIX_WALK),
+            velocity_noise: span * square(VELOCITY_NOISE),
+            bias_cap: square(BIAS_SIGMA),
             matrix_caps: MATRIX_SIGMAS.map(|sigma| sigma * sigma),
         });
         let known = sums.forces > 0.0;
@@ -253,7 +253,7 @@ impl Auto {
     fn correct(&mut self, sums: &Sums) {
         let (span, velocity) = (sums.elapsed, self.velocity);
         let noise = match self.at_rest {
-            true => REST_VELOCITY.powi(2) / span,
+            true => square(REST_VELOCITY) / span,
             false => self.accelerations.observe(&velocity, span) / span,
         };
         let mut found = Found { states: States::zeros(), heading: 0.0 };
@@ -261,7 +261,7 @@ impl Auto {
         self.errors.correct(VELOCITY, velocity.map(|x| -x), noise, &mut found);
         if self.at_rest {
             let level = sums.gyro / sums.samples - self.bias;
-            self.errors.correct(BIAS, level.into(), REST_RATE.powi(2) / span, &mut found);
+            self.errors.correct(BIAS, level.into(), square(REST_RATE) / span, &mut found);
             self.weigh(sums);
         } else {
             let tilt = [found.states[0], found.states[1]];
@@ -314,7 +314,7 @@ impl Auto {
         if seconds <= 0.0 || (field.x == 0.0 && field.y == 0.0) {
             return;
         }
-        let noise = FIELD.powi(2) / seconds * doubt;
+        let noise = square(FIELD) / seconds * doubt;
         let gain = self.errors.heading() / (self.errors.heading() + noise);
         self.errors.correct_heading(gain, noise);
         self.turn_heading(gain * self.east_of_north(&field));
@@ -358,12 +358,16 @@ impl Auto {
     }
 }
 
+fn square(x: f64) -> f64 {
+    x * x
+}
+
 /// Variances of all states at the start.
 fn start_variances(bias_sigma: &[f64; 3], matrix_sigma: &[[f64; 3]; 3]) -> States {
     States::from_fn(|i, _| match i {
         0..BIAS => TILT * TILT,
-        BIAS..MATRIX => bias_sigma[i - BIAS].powi(2),
-        MATRIX..VELOCITY => matrix_sigma.as_flattened()[i - MATRIX].powi(2),
+        BIAS..MATRIX => square(bias_sigma[i - BIAS]),
+        MATRIX..VELOCITY => square(matrix_sigma.as_flattened()[i - MATRIX]),
         _ => SPEED * SPEED,
     })
 }
@@ -407,14 +411,16 @@ impl Estimator for Auto {
     }
 
     fn knowledge(&self) -> Knowledge {
-        let sigma = |i: usize| self.errors.variance(i).max(0.0).sqrt();
+        let sigma = |i: usize| ComplexField::sqrt(self.errors.variance(i).max(0.0));
         Knowledge {
             bias: self.bias,
             bias_sigma: Vector3::from_fn(|i, _| sigma(BIAS + i)),
             gyro_matrix: self.matrix,
             gyro_matrix_sigma: Matrix3::from_fn(|i, j| sigma(MATRIX + 3 * i + j)),
-            tilt_sigma: (self.errors.variance(0) + self.errors.variance(1)).max(0.0).sqrt(),
-            heading_sigma: self.errors.heading().max(0.0).sqrt(),
+            tilt_sigma: ComplexField::sqrt(
+                (self.errors.variance(0) + self.errors.variance(1)).max(0.0),
+            ),
+            heading_sigma: ComplexField::sqrt(self.errors.heading().max(0.0)),
             gravity: if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN },
             at_rest: self.at_rest,
             disturbed: self.magnet.is_disturbed(),
@@ -426,9 +432,9 @@ impl Estimator for Auto {
         self.strapdown.restart(orientation);
         self.turn = [1.0, 0.0];
         self.velocity = [0.0; 2];
-        self.errors.restart(&[0, 1], tilt_sigma.powi(2));
+        self.errors.restart(&[0, 1], square(tilt_sigma));
         self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
-        self.errors.restart_heading(heading_sigma.powi(2));
+        self.errors.restart_heading(square(heading_sigma));
         self.start.over = true;
     }
 

@@ -1,6 +1,6 @@
 //! Rest of a body, by gyro and accelerometer.
 
-use nalgebra::{ComplexField, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::strapdown::Sums;
@@ -46,11 +46,6 @@ impl Rest {
     /// Mean rate, rad/s.
     pub fn level(&self) -> &Vector3<f64> {
         &self.gyro
-    }
-
-    /// Mean force, m/s².
-    pub fn force(&self) -> &Vector3<f64> {
-        &self.accel
     }
 
     /// Takes a tick; without a known rate or a force it tells nothing, and is no rest.

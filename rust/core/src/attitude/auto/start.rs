@@ -42,7 +42,7 @@ impl Start {
             return None;
         }
         self.sum = length.min(SUM_MAX);
-        let half = ((1.0 + sum.z / length) * 0.5).max(0.0).sqrt();
+        let half = ComplexField::sqrt(((1.0 + sum.z / length) * 0.5).max(0.0));
         if half < 1e-6 {
             // Upside down: about any level axis.
             return Some(Quaternion::new(0.0, 1.0, 0.0, 0.0));

@@ -1,0 +1,396 @@
+"""The attitude of a whole recording: orientation, how far to trust it, and what was learned."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import Attitude
+from zerorate.attitude.frames import FRAMES, Frame, from_enu, in_enu
+from zerorate.attitude.samples import Samples
+from zerorate.calibrate.calibration import Calibration
+from zerorate.io import Log, Recording
+from zerorate.metrics.orientation import OrientationErrors, orientation_errors
+from zerorate.progress import Progress, silent
+from zerorate.types import Booleans, Floats, Integers
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["ATTITUDE_METHODS", "AttitudeEstimate", "estimate_attitude"]
+
+ATTITUDE_METHODS: Final = ("auto",)
+"""Methods of `zerorate.Attitude`."""
+
+_BLOCK: Final = 1 << 17
+_MOMENTS: Final = 1000
+_KEPT: Final = (
+    "quaternion",
+    "bias",
+    "bias_sigma",
+    "tilt_sigma",
+    "heading_sigma",
+    "linear_acceleration",
+    "at_rest",
+    "disturbed",
+)
+_THINNED: Final = ("gyro_matrix", "gyro_matrix_sigma")
+
+
+@dataclass(frozen=True, eq=False)
+class AttitudeEstimate:
+    """Attitude of a body over a recording of n samples, as `estimate_attitude` returns it.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Of the gyro's samples, s.
+    rate : float
+        Of the gyro, Hz.
+    quaternion : ndarray, shape (n, 4)
+        w, x, y, z from the axes of the sensor to those of the earth; a prediction where the gyro
+        misses a sample.
+    tilt_sigma, heading_sigma : ndarray, shape (n,)
+        Standard deviations, rad; without a magnetometer that of the heading is against the start.
+    at_rest, disturbed : ndarray of bool, shape (n,)
+        Where the body rests, and where the magnetic field is another than the one known.
+    linear_acceleration : ndarray, shape (n, 3)
+        Acceleration in the axes of the sensor, m/s^2; NaN where the accelerometer has no sample.
+    bias, bias_sigma : ndarray, shape (n, 3)
+        Of the gyro, and its standard deviation, rad/s.
+    moments : ndarray of int64, shape (m,)
+        Samples after which the next two were noted, up to 1000 of them; the last is n - 1.
+    gyro_matrices, gyro_matrix_sigmas : ndarray, shape (m, 3, 3)
+        M in ``rate = M (gyro - bias)``, and the standard deviations of its elements.
+    frame : {"enu", "ned", "nwu"}
+        Of the earth.
+    method : str
+        What made the estimate.
+    offline, mag : bool
+        Whether each sample was seen in the light of all, and whether a magnetometer took part.
+    reference : ndarray, shape (n, 4), or None
+        The orientation that the recording has for a reference, in the frame; NaN where missing.
+    source : str
+        Name of the recording.
+    notes : tuple of str
+        Sentences on the recording, and on what was assumed.
+    """
+
+    time: Floats
+    rate: float
+    quaternion: Floats
+    tilt_sigma: Floats
+    heading_sigma: Floats
+    at_rest: Booleans
+    disturbed: Booleans
+    linear_acceleration: Floats
+    bias: Floats
+    bias_sigma: Floats
+    moments: Integers
+    gyro_matrices: Floats
+    gyro_matrix_sigmas: Floats
+    frame: Frame
+    method: str
+    offline: bool
+    mag: bool
+    reference: Floats | None = None
+    source: str = "the recording"
+    notes: tuple[str, ...] = ()
+
+    @property
+    def n(self) -> int:
+        """Number of samples, missing ones included."""
+        return len(self.time)
+
+    @property
+    def euler(self) -> Floats:
+        """Roll, pitch and yaw, rad, shape (n, 3): about x, y and z, yaw first.
+
+        Yaw and roll are -pi to pi, pitch -pi/2 to pi/2. Yaw is the angle of the frame: in NED from
+        north over east, in ENU from east over north.
+        """
+        return euler_angles(self.quaternion)
+
+    @property
+    def rotation(self) -> Any:  # noqa: ANN401
+        """The orientations as a ``scipy.spatial.transform.Rotation``."""
+        from scipy.spatial.transform import Rotation
+
+        return Rotation.from_quat(self.quaternion, scalar_first=True)
+
+    @property
+    def gyro_matrix(self) -> Floats:
+        """M in ``rate = M (gyro - bias)`` as it was known at the end, shape (3, 3)."""
+        last: Floats = self.gyro_matrices[-1]
+        return last
+
+    @property
+    def gyro_matrix_sigma(self) -> Floats:
+        """Standard deviations of the elements of `gyro_matrix`, shape (3, 3)."""
+        last: Floats = self.gyro_matrix_sigmas[-1]
+        return last
+
+    def errors(self, where: npt.ArrayLike | None = None) -> OrientationErrors:
+        """Return the errors against the reference of the recording.
+
+        Without a magnetometer the heading is relative to that of the first sample judged.
+
+        Parameters
+        ----------
+        where : array_like of bool, shape (n,), optional
+            The samples that count, ``~estimate.at_rest`` for those in motion; by default all.
+
+        Raises
+        ------
+        ValueError
+            If there is no reference, or no sample of it that counts.
+        """
+        if self.reference is None:
+            raise ValueError(
+                "there are no errors: the recording has no orientation to compare with"
+            )
+        heading: Literal["absolute", "relative"] = "absolute" if self.mag else "relative"
+        return orientation_errors(self.quaternion, self.reference, where=where, heading=heading)
+
+    def to_log(self) -> tuple[Log, dict[str, npt.NDArray[np.float64 | np.bool_]]]:
+        """Return a log of the quaternion, and the columns to be written beside it.
+
+        They are for `zerorate.write_log`: Euler angles and standard deviations in deg, rest,
+        disturbance, bias in deg/s and acceleration in m/s^2.
+
+        Examples
+        --------
+        >>> import zerorate as zr
+        >>> motion = zr.simulate_motion("hand", duration=20.0)
+        >>> log, beside = zr.estimate_attitude(motion.recording()).to_log()
+        >>> log
+        Log(2000 samples at 100 Hz, 20 s, 1: quat_w, quat_x, quat_y, quat_z)
+        >>> list(beside)[:5]
+        ['roll_deg', 'pitch_deg', 'yaw_deg', 'tilt_sigma_deg', 'heading_sigma_deg']
+        """
+        names = tuple(f"quat_{axis}" for axis in "wxyz")
+        meta = {"source": self.source, "notes": self.notes}
+        return Log(self.time, self.rate, self.quaternion, names, "1", meta), dict(self._beside())
+
+    def _beside(self) -> Iterator[tuple[str, npt.NDArray[np.float64 | np.bool_]]]:
+        for name, angles in zip(("roll", "pitch", "yaw"), self.euler.T, strict=True):
+            yield f"{name}_deg", np.degrees(angles)
+        yield "tilt_sigma_deg", np.degrees(self.tilt_sigma)
+        yield "heading_sigma_deg", np.degrees(self.heading_sigma)
+        yield "at_rest", self.at_rest
+        yield "disturbed", self.disturbed
+        for axis, values in zip("xyz", self.bias.T, strict=True):
+            yield f"bias_{axis}_dps", np.degrees(values)
+        for axis, values in zip("xyz", self.linear_acceleration.T, strict=True):
+            yield f"linear_{axis}_mps2", values
+
+    def table(self) -> str:
+        """Return what was found as text, in deg."""
+        from zerorate.show.attitude_table import format_attitude
+
+        return format_attitude(self)
+
+    def __str__(self) -> str:
+        """Return the table."""
+        return self.table()
+
+    def __repr__(self) -> str:
+        """Return size, method and frame."""
+        axes = "nine" if self.mag else "six"
+        way = ", offline" if self.offline else ""
+        return (
+            f"AttitudeEstimate({self.n} samples at {self.rate:g} Hz, {axes} axes, {self.method}"
+            f"{way}, {self.frame})"
+        )
+
+    def plot(self) -> Figure:
+        """Return the figure; ImportError without matplotlib, of the extra ``plot``."""
+        from zerorate.show.attitude_figure import plot_attitude
+
+        return plot_attitude(self)
+
+
+def estimate_attitude(
+    recording: Recording,
+    *,
+    frame: Frame = "enu",
+    method: str = "auto",
+    offline: bool = False,
+    mag: bool = True,
+    gyro: str = "gyro",
+    accel: str | None = None,
+    calibration: Calibration | None = None,
+    reference_frame: Frame | None = None,
+    progress: Progress | None = None,
+    **constants: Any,  # noqa: ANN401
+) -> AttitudeEstimate:
+    """Return the attitude of a body over a recording, as `zerorate.Attitude` finds it.
+
+    The clock of the gyro counts. A sample of another sensor on a clock of its own is taken at the
+    first sample of the gyro that is not before it; what was lost is missing, and the time goes on.
+
+    Parameters
+    ----------
+    recording : Recording
+        With a gyro and an accelerometer of three axes and of known units, and maybe a magnetometer
+        in any unit. A reference of four channels w, x, y, z is the true orientation, from sensor
+        to earth; the estimate then tells its errors.
+    frame : {"enu", "ned", "nwu"}
+        Axes of the earth: east, north and up; north, east and down; north, west and up. North is
+        the magnetic one. Default "enu".
+    method : str
+        Of `zerorate.Attitude`. Default "auto", which needs no settings.
+    offline : bool
+        Whether to see each sample in the light of all, those that come later too. Default no.
+    mag : bool
+        Whether to use a magnetometer, if there is one; without, the heading is against the start
+        and drifts. Default yes.
+    gyro, accel : str
+        Which of several sensors: ``"gyro_1"`` and so on; default the first, and the accelerometer
+        of its device.
+    calibration : Calibration, optional
+        Correct gyro and accelerometer by it first.
+    reference_frame : {"enu", "ned", "nwu"}, optional
+        Axes of the earth that the reference is to; default `frame`.
+    progress : callable, optional
+        Called with a step's name and the fraction of it that is done.
+    **constants
+        Further arguments of `zerorate.Attitude`, such as those of its named methods.
+
+    Returns
+    -------
+    AttitudeEstimate
+        Arrays in SI; ``table()`` and ``plot()`` show them in deg.
+
+    Raises
+    ------
+    LogError
+        If gyro or accelerometer are missing, not of three axes or not of a known unit.
+    ValueError
+        If the method or the frame is not known, or the method cannot run offline.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> motion = zr.simulate_motion("hand", duration=30.0, seed=2)
+    >>> attitude = zr.estimate_attitude(motion.recording())
+    >>> attitude
+    AttitudeEstimate(3000 samples at 100 Hz, nine axes, auto, enu)
+    >>> bool(np.degrees(attitude.errors().inclination) < 1.0)
+    True
+    """
+    if reference_frame is not None and reference_frame not in FRAMES:
+        raise ValueError(
+            f"reference_frame must be one of {', '.join(FRAMES)}, got {reference_frame!r}"
+        )
+    if calibration is not None:
+        recording = calibration.apply(recording, gyro=gyro, **({"accel": accel} if accel else {}))
+    samples = Samples.of(recording, gyro, accel, mag)
+    uses_mag = samples.mag is not None
+    # The filter refuses what it does not know.
+    settings: Any = {"mag": uses_mag, "frame": frame, "method": method, **constants}
+    filter_: Any = Attitude(samples.log.rate, **settings)
+    report = silent if progress is None else progress
+    run = _smoothed if offline else _traced
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        found, moments, matrices = run(filter_, samples, report)
+    truth = _reference(recording, samples)
+    if truth is not None and reference_frame is not None:
+        truth = from_enu(in_enu(truth, reference_frame), frame)
+    return AttitudeEstimate(
+        time=samples.log.time,
+        rate=samples.log.rate,
+        moments=moments,
+        gyro_matrices=matrices["gyro_matrix"],
+        gyro_matrix_sigmas=matrices["gyro_matrix_sigma"],
+        frame=frame,
+        method=method,
+        offline=offline,
+        mag=uses_mag,
+        reference=truth,
+        source=recording.source,
+        notes=(*_told(warned), *samples.notes, *_remarks(recording, mag, uses_mag)),
+        **cast(dict[str, Any], found),
+    )
+
+
+_Found: TypeAlias = tuple[Mapping[str, npt.NDArray[Any]], Integers, Mapping[str, Floats]]
+
+
+def _moments(n: int) -> Integers:
+    """Return at most a thousand samples in even steps, the last one among them."""
+    return np.unique(np.linspace(0, n - 1, min(n, _MOMENTS)).round().astype(np.int64))
+
+
+def _traced(filter_: Any, samples: Samples, progress: Progress) -> _Found:  # noqa: ANN401
+    """Filter block by block: matrices of each sample would take most of the memory."""
+    n = samples.log.n
+    moments, found = _moments(n), {name: [] for name in (*_KEPT, *_THINNED)}  # type: ignore[var-annotated]
+    for first in range(0, n, _BLOCK):
+        part = slice(first, min(first + _BLOCK, n))
+        traced = filter_.trace(*_arguments(samples, part))
+        inside = moments[(moments >= part.start) & (moments < part.stop)] - first
+        for name in _KEPT:
+            found[name].append(traced[name])
+        for name in _THINNED:
+            found[name].append(traced[name][inside])
+        progress("attitude", part.stop / n)
+    whole = {name: np.concatenate(parts) for name, parts in found.items()}
+    return {name: whole[name] for name in _KEPT}, moments, {name: whole[name] for name in _THINNED}
+
+
+def _smoothed(filter_: Any, samples: Samples, progress: Progress) -> _Found:  # noqa: ANN401
+    # Forth and back: there is no half of it to report.
+    progress("attitude", 0.1)
+    traced: Mapping[str, npt.NDArray[Any]] = filter_.smooth(*_arguments(samples, slice(None)))
+    progress("attitude", 1.0)
+    moments = _moments(samples.log.n)
+    kept = {name: traced[name] for name in _KEPT}
+    return kept, moments, {name: traced[name][moments] for name in _THINNED}
+
+
+def _arguments(samples: Samples, part: slice) -> tuple[Floats | None, ...]:
+    listed = (samples.gyro, samples.accel, samples.mag, samples.dt)
+    return tuple(None if values is None else values[part] for values in listed)
+
+
+def _reference(recording: Recording, samples: Samples) -> Floats | None:
+    """Return the true orientation, if there is one that belongs to this recording's clock."""
+    found = [log for log in recording.of_kind("reference") if log.channels == 4]
+    if len(found) != 1:
+        return None
+    values = samples.aligned(found[0])
+    return values if np.isfinite(values).all(axis=1).any() else None
+
+
+def _told(warned: Iterable[warnings.WarningMessage]) -> Iterator[str]:
+    """Yield what the filter warned of: it knows no names of files."""
+    for one in warned:
+        yield str(one.message).replace("is accel_unit right", "is its unit right")
+
+
+def _remarks(recording: Recording, asked: bool, uses_mag: bool) -> Iterator[str]:
+    if asked and not uses_mag:
+        yield "there is no magnetometer: the heading is against the start, and drifts"
+    if len([log for log in recording.of_kind("reference") if log.channels == 4]) > 1:
+        yield "there are several references of four columns: none is compared with"
+
+
+def euler_angles(quaternion: Floats) -> Floats:
+    """Return roll, pitch and yaw of quaternions (n, 4), rad, shape (n, 3)."""
+    w, x, y, z = np.moveaxis(quaternion, -1, 0)
+    sine = np.clip(2.0 * (w * y - z * x), -1.0, 1.0)
+    return np.stack(
+        (
+            np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+            np.arcsin(sine),
+            np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+        ),
+        axis=-1,
+    )

@@ -1,0 +1,251 @@
+"""``zerorate attitude``: which way a body points, from a log of its sensors."""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+
+from zerorate.attitude.estimate import ATTITUDE_METHODS, AttitudeEstimate, estimate_attitude
+from zerorate.cli.calibrations import naming, read_calibration, read_imu
+from zerorate.cli.errors import in_options, require, writing
+from zerorate.cli.options import (
+    PANEL,
+    FigureFormat,
+    FigureFormatOption,
+    Force,
+    LogArgument,
+    LogFormat,
+    LogFormatOption,
+    NoFigure,
+    Output,
+    Reading,
+    parse_columns,
+    with_reading_options,
+)
+from zerorate.cli.outputs import (
+    Destination,
+    check_outputs,
+    preloaded,
+    print_written,
+    progress_bar,
+    together,
+)
+from zerorate.cli.records import print_title, records
+from zerorate.io import write_log
+from zerorate.progress import Progress
+from zerorate.run.interrupts import in_background
+
+__all__ = ["attitude"]
+
+_FILTER: Final = "Attitude"
+"""The panel of help with what is asked for."""
+
+
+class FrameName(StrEnum):
+    """Axes of the earth."""
+
+    enu = "enu"
+    ned = "ned"
+    nwu = "nwu"
+
+
+_NAMED: Any = StrEnum
+_METHODS: Any = _NAMED("Method", [(name, name) for name in ATTITUDE_METHODS])
+_AUTO: Final = _METHODS("auto")
+
+
+@with_reading_options(
+    help={
+        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; with a "
+        "comma between that of the accelerometer, g or m/s^2: deg/s,g.",
+        "scale": "What the values of the gyro are multiplied by, e.g. 1/131 for raw counts, and "
+        "with a comma between those of the accelerometer: 1/131,1/16384. --unit says what they "
+        "are then.",
+        "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, "
+        "e.g. MPU-6050; with --range.",
+        "range": "Range that the gyro of --device was set to, deg/s, and that of the "
+        "accelerometer, g, e.g. 250,2.",
+    }
+)
+def attitude(
+    *,
+    log: LogArgument,
+    reading: Reading,
+    output: Output = ".",
+    frame: Annotated[
+        FrameName,
+        typer.Option(
+            help="Axes of the earth: east, north, up; north, east, down; or north, west, up. "
+            "North is the magnetic one.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = FrameName.enu,
+    method: Annotated[
+        _METHODS,
+        typer.Option(help="How it is found. Auto needs no settings.", rich_help_panel=_FILTER),
+    ] = _AUTO,
+    offline: Annotated[
+        bool,
+        typer.Option(
+            "--offline",
+            help="See each sample in the light of the whole log, also of what comes later.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = False,
+    no_mag: Annotated[
+        bool,
+        typer.Option(
+            "--no-mag",
+            help="Leave out the magnetometer: the heading is then against the start, and drifts.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = False,
+    gyro: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Which gyro, where the log has several: gyro, gyro_1 and so on, in the order of "
+            "the file.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = None,
+    accel: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Which accelerometer; by default the one of the gyro.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CAL",
+            help="Correct gyro and accelerometer by this calibration first (JSON of zerorate "
+            "calibrate).",
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
+    reference: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES",
+            help="Four columns w,x,y,z of the true orientation, from sensor to earth. Default: "
+            "those named like one, such as ref_quat_w.",
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
+    reference_frame: Annotated[
+        FrameName | None,
+        typer.Option(
+            help="Axes of the earth that the reference is to; by default those of --frame.",
+            show_default=False,
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
+    format: LogFormatOption = None,
+    figure_format: FigureFormatOption = None,
+    no_figure: NoFigure = False,
+    force: Force = False,
+) -> None:
+    """Find which way a body points, from gyro, accelerometer and, if there is one, magnetometer.
+
+    Writes quaternion and Euler angles with their standard deviations, rest, magnetic disturbance
+    and what was learned of the gyro; prints a table, with the errors where the log has a reference.
+    """
+    truth = parse_columns(reference, "--reference")
+    known = None if calibration is None else read_calibration(calibration)
+    asked: dict[str, Any] = {
+        "frame": str(frame),
+        "method": str(method),
+        "offline": offline,
+        "mag": not no_mag,
+        "gyro": gyro or "gyro",
+        "accel": accel,
+        "calibration": known,
+        "reference_frame": None if reference_frame is None else str(reference_frame),
+    }
+    suffixes = [*LogFormat, *(() if no_figure else FigureFormat)]
+    place = Destination.of(output, f"{log.stem}-zerorate-attitude", suffixes)
+    shape = (format, None if no_figure else figure_format, not no_figure, force)
+    found = records(log, reading.group_by)
+    outputs = [_Outputs.of(place.of_part(one.ending), *shape) for one in found]
+    check_outputs([path for files in outputs for path in files.paths], force, log)
+    if not no_figure:
+        preloaded(_load_plotting)
+    for one, files in zip(found, outputs, strict=True):
+        with progress_bar() as progress:
+            recording = read_imu(reading, one.source, truth)
+            with naming(recording):
+                work = partial(estimate_attitude, recording, progress=progress, **asked)
+                estimate = in_background(work)
+            files.write(estimate, progress)
+        print_title(one, first=one is found[0])
+        print(in_options(estimate.table()))
+        print_written(files.paths)
+
+
+def _load_plotting() -> None:
+    import matplotlib.backends.backend_agg
+    import matplotlib.figure  # noqa: F401
+
+    import zerorate.show.attitude_figure  # noqa: F401
+
+
+@dataclass(frozen=True)
+class _Outputs:
+    """The files of an attitude: a log and a figure, None for none; all whole or none."""
+
+    log: Path
+    figure: Path | None
+    force: bool
+
+    @classmethod
+    def of(
+        cls,
+        place: Destination,
+        log_format: LogFormat | None,
+        figure_format: FigureFormat | None,
+        draws: bool,
+        force: bool,
+    ) -> "_Outputs":
+        """Return the files, after checking that what they need is installed."""
+        chosen = place.choose("--format", log_format, LogFormat.parquet)
+        if chosen is LogFormat.parquet:
+            require("pyarrow", "io")
+        if not draws:
+            return cls(place.file(f".{chosen}"), None, force)
+        require("matplotlib", "plot")
+        drawn = place.choose("--figure-format", figure_format, FigureFormat.png)
+        return cls(place.file(f".{chosen}"), place.file(f".{drawn}"), force)
+
+    @property
+    def paths(self) -> Sequence[Path]:
+        """The files to write."""
+        return [self.log] if self.figure is None else [self.log, self.figure]
+
+    def write(self, estimate: AttitudeEstimate, progress: Progress) -> None:
+        """Draw the figure while another thread writes the log; rename when both are whole."""
+        log, beside = estimate.to_log()
+        with (
+            writing(),
+            together(self.paths, self.force) as temporary,
+            ThreadPoolExecutor(1) as executor,
+        ):
+            job = executor.submit(write_log, log, temporary[0], beside=beside)
+            if self.figure is not None:
+                progress("drawing", 0.0)
+                _draw(estimate, temporary[1])
+            progress("writing", 0.9)
+            job.result()
+
+
+def _draw(estimate: AttitudeEstimate, path: Path) -> None:
+    from zerorate.show import save_figure
+
+    save_figure(estimate.plot(), path)
