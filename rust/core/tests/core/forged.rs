@@ -269,6 +269,15 @@ proptest! {
         let denoiser = zerorate_core::denoise::WaveletDenoiser::new(crate::wavelet::params())?;
         check(denoiser, returned, &samples, &after, first)?;
     }
+}
+
+proptest! {
+    // A state has many numbers, and each is forged into many: a case takes long.
+    #![proptest_config(ProptestConfig {
+        cases: ProptestConfig::default().cases / 16,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
 
     #[test]
     fn attitudes(
