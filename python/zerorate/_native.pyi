@@ -1033,6 +1033,67 @@ class StreamingAllan:
 
 @final
 class Attitude:
+    """Which way a body points, from its gyro, accelerometer and, if there is one, magnetometer.
+
+    ``update`` and ``process`` return the orientation, a quaternion w, x, y, z from the axes of the
+    sensor to those of the earth. The default method has nothing to tune: it integrates the gyro,
+    corrects the tilt ten times a second, learns bias, scale and misalignment of the gyro from
+    gravity, and lets the magnetometer touch the heading alone. The others are those of textbooks.
+
+    Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
+    so is one beyond 1000 rad/s or m/s^2. A missing rate is the last one for 50 ms. ``dt`` is the time
+    since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap. North is the
+    magnetic one; without a magnetometer the heading starts at zero and drifts. One object serves one
+    thread at a time.
+
+    Parameters
+    ----------
+    rate : float
+        Samples of the gyro a second.
+    mag : bool, default True
+        Whether a magnetometer may come; with False one that is given is an error, and
+        ``heading_sigma`` is that of the drift since the start.
+    frame : {"enu", "ned", "nwu"}
+        Axes of the earth: east, north, up; north, east, down; north, west, up. Level, with the
+        identity, the accelerometer shows +9.81 on z, in "ned" -9.81.
+    method : {"auto", "complementary", "mahony", "madgwick", "ekf", "ukf"}
+        The filter.
+    gyro_unit, accel_unit : str
+        Units of the samples, as in `zerorate.units`; of the magnetometer any.
+    bias : array_like, shape (3,), DriftFilter or Calibration, optional
+        The gyro's output without rotation as it is known before, in ``gyro_unit``: numbers, a
+        `DriftFilter` of three channels in that unit, or a `Calibration`, for raw samples, which also
+        gives the gyro's matrix.
+    bias_sigma : array_like, shape () or (3,), optional
+        Its standard deviation; by default what the object knows of it, or 0.5 deg/s.
+    channels : int, optional
+        Bodies side by side; ``None`` is a single one.
+    time_constant : float
+        Of "complementary": seconds in which accelerometer and magnetometer prevail.
+    kp, ki : float
+        Of "mahony": proportional gain, 1/s, and integral gain, 1/s^2.
+    beta : float, optional
+        Of "madgwick": speed of its correction, 1/s; by default as in the report.
+    gyro_noise, accel_noise, mag_noise, bias_walk : float
+        Of "ekf" and "ukf": standard deviations.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of its range, or the method has no use for it.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> attitude = zr.Attitude(rate=100.0, mag=False)
+    >>> gyro = np.tile([0.0, 0.0, 0.5], (300, 1))  # rad/s about z, upright
+    >>> accel = np.tile([0.0, 0.0, 9.81], (300, 1))
+    >>> attitude.process(gyro, accel).shape
+    (300, 4)
+    >>> [round(float(x), 3) + 0.0 for x in attitude.euler]  # roll, pitch, yaw
+    [0.0, 0.0, 1.5]
+    """
+
     def __new__(
         cls,
         rate: float,
@@ -1051,7 +1112,10 @@ class Attitude:
         mag: npt.ArrayLike | None = None,
         *floats: float,
         dt: float | None = None,
-    ) -> _Floats: ...
+    ) -> _Floats:
+        """Takes one sample of each sensor, returns the orientation: (3,) each to (4,), or six or nine
+        floats; with channels (k, 3) to (k, 4).
+        """
     def process(
         self,
         gyro: npt.ArrayLike,
@@ -1059,59 +1123,104 @@ class Attitude:
         mag: npt.ArrayLike | None = None,
         dt: npt.ArrayLike | None = None,
         threads: int | None = None,
-    ) -> _Floats: ...
+    ) -> _Floats:
+        """What ``update`` returns for each sample of a batch: (n, 3) each to (n, 4), with channels
+        (n, k, 3) to (n, k, 4). ``dt`` is one time or (n,); the interpreter lock is released.
+        """
     def trace(
         self,
         gyro: npt.ArrayLike,
         accel: npt.ArrayLike,
         mag: npt.ArrayLike | None = None,
         dt: npt.ArrayLike | None = None,
-    ) -> dict[str, npt.NDArray[Any]]: ...
-    def power_on(self) -> None: ...
-    def reset(self) -> None: ...
-    def to_bytes(self) -> bytes: ...
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Like ``process``, but returns all that was known after each sample, as arrays by name:
+        quaternion (n, 4), bias, bias_sigma and linear_acceleration (n, 3), gyro_matrix and
+        gyro_matrix_sigma (n, 3, 3), tilt_sigma, heading_sigma, at_rest and disturbed (n,); with
+        channels (n, k, …).
+        """
+    def power_on(self) -> None:
+        """Back to before the first sample, but for scale and misalignment of the gyro."""
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
-    def from_bytes(b: bytes) -> Attitude: ...
-    def copy(self) -> Attitude: ...
+    def from_bytes(b: bytes) -> Attitude:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def copy(self) -> Attitude:
+        """An independent object in the same state."""
     def __copy__(self) -> Attitude: ...
     def __deepcopy__(self, _memo: Any) -> Attitude: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
     @property
-    def channels(self) -> int | None: ...
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
     @property
-    def quaternion(self) -> _Floats: ...
+    def quaternion(self) -> _Floats:
+        """From the axes of the sensor to those of the earth, w first: (4,), with channels (k, 4)."""
     @property
-    def rotation(self) -> Any: ...
+    def rotation(self) -> Any:
+        """The same as a ``scipy.spatial.transform.Rotation``."""
     @property
-    def euler(self) -> _Floats: ...
+    def euler(self) -> _Floats:
+        """Roll, pitch and yaw, rad: (3,), with channels (k, 3)."""
     @property
-    def heading(self) -> Any: ...
+    def heading(self) -> Any:
+        """Direction of the sensor's x axis over ground, clockwise from north, 0 to 2 pi: float, with
+        channels (k,).
+        """
     @property
-    def up(self) -> _Floats: ...
+    def up(self) -> _Floats:
+        """Up, in the axes of the sensor, of length 1: (3,), with channels (k, 3)."""
     @property
-    def gravity(self) -> _Floats: ...
+    def gravity(self) -> _Floats:
+        """What gravity alone makes the accelerometer show, in its unit: (3,), with channels (k, 3)."""
     @property
-    def linear_acceleration(self) -> _Floats: ...
+    def linear_acceleration(self) -> _Floats:
+        """The last specific force without gravity, in the accelerometer's axes and unit, NaN if it was
+        missing: (3,), with channels (k, 3).
+        """
     @property
-    def bias(self) -> _Floats: ...
+    def bias(self) -> _Floats:
+        """The gyro's output without rotation, in its unit: (3,), with channels (k, 3)."""
     @property
-    def bias_sigma(self) -> _Floats: ...
+    def bias_sigma(self) -> _Floats:
+        """Standard deviation of ``bias``: (3,), with channels (k, 3)."""
     @property
-    def gyro_matrix(self) -> _Floats: ...
+    def gyro_matrix(self) -> _Floats:
+        """M in ``rate = M (gyro - bias)``: (3, 3), with channels (k, 3, 3)."""
     @property
-    def tilt_sigma(self) -> Any: ...
+    def tilt_sigma(self) -> Any:
+        """Standard deviation of the angle between the true and the estimated vertical, rad: float, with
+        channels (k,).
+        """
     @property
-    def heading_sigma(self) -> Any: ...
+    def heading_sigma(self) -> Any:
+        """Standard deviation of the heading, rad; without magnetometer that against the start: float,
+        with channels (k,).
+        """
     @property
-    def at_rest(self) -> Any: ...
+    def at_rest(self) -> Any:
+        """Whether the body rests: bool, with channels (k,)."""
     @property
-    def disturbed(self) -> Any: ...
+    def disturbed(self) -> Any:
+        """Whether the magnetic field is another than the one known, by its strength or its dip: bool,
+        with channels (k,).
+        """
     @property
-    def status(self) -> Any: ...
+    def status(self) -> Any:
+        """What is to be known first of all: "starting" (first second), "rate missing", "wrong unit",
+        "disturbed", "at rest" or "moving"; with channels a list.
+        """
     @property
-    def samples_seen(self) -> int: ...
+    def samples_seen(self) -> int:
+        """Samples given so far, missing ones included."""
     @property
-    def rate(self) -> float: ...
+    def rate(self) -> float:
+        """Samples a second."""
 
 class ImuCorrector(Generic[_Corrected]):
     """Gyro and accelerometer without scale error, misalignment, bias and g-sensitivity, while samples

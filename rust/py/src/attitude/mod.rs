@@ -32,7 +32,65 @@ use crate::common::work::{in_pieces, interruptible};
 const ROWS: usize = 1 << 8;
 const ROWS_OF_THREADS: usize = 1 << 14;
 
-/// Which way a body points, from its gyro, accelerometer and magnetometer.
+/// Which way a body points, from its gyro, accelerometer and, if there is one, magnetometer.
+///
+/// ``update`` and ``process`` return the orientation, a quaternion w, x, y, z from the axes of the
+/// sensor to those of the earth. The default method has nothing to tune: it integrates the gyro,
+/// corrects the tilt ten times a second, learns bias, scale and misalignment of the gyro from
+/// gravity, and lets the magnetometer touch the heading alone. The others are those of textbooks.
+///
+/// Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
+/// so is one beyond 1000 rad/s or m/s^2. A missing rate is the last one for 50 ms. ``dt`` is the time
+/// since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap. North is the
+/// magnetic one; without a magnetometer the heading starts at zero and drifts. One object serves one
+/// thread at a time.
+///
+/// Parameters
+/// ----------
+/// rate : float
+///     Samples of the gyro a second.
+/// mag : bool, default True
+///     Whether a magnetometer may come; with False one that is given is an error, and
+///     ``heading_sigma`` is that of the drift since the start.
+/// frame : {"enu", "ned", "nwu"}
+///     Axes of the earth: east, north, up; north, east, down; north, west, up. Level, with the
+///     identity, the accelerometer shows +9.81 on z, in "ned" -9.81.
+/// method : {"auto", "complementary", "mahony", "madgwick", "ekf", "ukf"}
+///     The filter.
+/// gyro_unit, accel_unit : str
+///     Units of the samples, as in `zerorate.units`; of the magnetometer any.
+/// bias : array_like, shape (3,), DriftFilter or Calibration, optional
+///     The gyro's output without rotation as it is known before, in ``gyro_unit``: numbers, a
+///     `DriftFilter` of three channels in that unit, or a `Calibration`, for raw samples, which also
+///     gives the gyro's matrix.
+/// bias_sigma : array_like, shape () or (3,), optional
+///     Its standard deviation; by default what the object knows of it, or 0.5 deg/s.
+/// channels : int, optional
+///     Bodies side by side; ``None`` is a single one.
+/// time_constant : float
+///     Of "complementary": seconds in which accelerometer and magnetometer prevail.
+/// kp, ki : float
+///     Of "mahony": proportional gain, 1/s, and integral gain, 1/s^2.
+/// beta : float, optional
+///     Of "madgwick": speed of its correction, 1/s; by default as in the report.
+/// gyro_noise, accel_noise, mag_noise, bias_walk : float
+///     Of "ekf" and "ukf": standard deviations.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of its range, or the method has no use for it.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, zerorate as zr
+/// >>> attitude = zr.Attitude(rate=100.0, mag=False)
+/// >>> gyro = np.tile([0.0, 0.0, 0.5], (300, 1))  # rad/s about z, upright
+/// >>> accel = np.tile([0.0, 0.0, 9.81], (300, 1))
+/// >>> attitude.process(gyro, accel).shape
+/// (300, 4)
+/// >>> [round(float(x), 3) + 0.0 for x in attitude.euler]  # roll, pitch, yaw
+/// [0.0, 0.0, 1.5]
 #[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct Attitude {
@@ -92,7 +150,8 @@ impl Attitude {
         Ok(Self { mag, shared })
     }
 
-    /// Takes one sample of each sensor, returns the orientation.
+    /// Takes one sample of each sensor, returns the orientation: (3,) each to (4,), or six or nine
+    /// floats; with channels (k, 3) to (k, 4).
     #[pyo3(signature = (gyro, accel, mag=None, *floats, dt=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -120,7 +179,8 @@ impl Attitude {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// What ``update`` returns for each sample of a batch.
+    /// What ``update`` returns for each sample of a batch: (n, 3) each to (n, 4), with channels
+    /// (n, k, 3) to (n, k, 4). ``dt`` is one time or (n,); the interpreter lock is released.
     #[pyo3(signature = (gyro, accel, mag=None, dt=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -147,7 +207,10 @@ impl Attitude {
         Ok(array.into_any())
     }
 
-    /// Like ``process``, but returns all that was known after each sample, as arrays by name.
+    /// Like ``process``, but returns all that was known after each sample, as arrays by name:
+    /// quaternion (n, 4), bias, bias_sigma and linear_acceleration (n, 3), gyro_matrix and
+    /// gyro_matrix_sigma (n, 3, 3), tilt_sigma, heading_sigma, at_rest and disturbed (n,); with
+    /// channels (n, k, …).
     #[pyo3(signature = (gyro, accel, mag=None, dt=None))]
     fn trace<'py>(
         slf: &Bound<'py, Self>,
