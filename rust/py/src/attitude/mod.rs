@@ -137,6 +137,7 @@ impl Attitude {
             accel_unit: factor(py, accel_unit, "m/s^2", "accel_unit")?,
         };
         options::check_bias(method, bias.is_some(), bias_sigma.is_some())?;
+        options::check_field(mag, constants)?;
         let mut auto = AutoOptions { mag, ..AutoOptions::default() };
         prior(py, bias, bias_sigma, (gyro_unit, params.gyro_unit), method, &mut auto)?;
         let named = NamedOptions {
@@ -631,7 +632,18 @@ fn unit_of(py: Python<'_>, value: f64, units: &[&str]) -> PyResult<String> {
 
 /// Axes in the unit of the gyro, as Python writes them; None for what is usual.
 fn in_unit(axes: [f64; 3], usual: [f64; 3], unit: f64) -> String {
-    if axes == usual { "None".to_owned() } else { format!("{:?}", axes.map(|x| x / unit)) }
+    match axes == usual {
+        true => "None".to_owned(),
+        false => format!("{:?}", axes.map(|x| quotient(x, unit))),
+    }
+}
+
+/// What times the unit is `x` to the last bit, short if that will do.
+fn quotient(x: f64, unit: f64) -> f64 {
+    let near = x / unit;
+    let short = format!("{near:.14e}").parse().unwrap_or(near);
+    let tried = [short, near, near.next_up(), near.next_down()];
+    tried.into_iter().find(|found| found * unit == x).unwrap_or(near)
 }
 
 /// What one unit of a sensor is in SI.

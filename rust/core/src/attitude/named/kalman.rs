@@ -15,6 +15,7 @@ use crate::attitude::sample::Inertial;
 use crate::attitude::stream::Tagged;
 use crate::attitude::{Estimator, GRAVITY, Knowledge};
 use crate::error::Error;
+use crate::math::sound::are_within;
 use crate::math::{Real, Symmetric};
 
 /// Standard deviation of a tilt, and of a heading, that one sample has shown, rad.
@@ -163,7 +164,7 @@ impl Gauss {
         // What a restart leaves may lie a rounding above its cap.
         let caps = CAPS.map(|cap| cap * (1.0 + 1e-9));
         self.body.is_sound()
-            && self.bias.amax() <= BIAS_MAX
+            && are_within(&self.bias, BIAS_MAX)
             && self.P.is_covariance(3.0 * (caps[0] + caps[1]))
             && (0..6).all(|i| self.P.at(i, i) <= caps[i / 3])
     }

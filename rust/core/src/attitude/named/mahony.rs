@@ -11,6 +11,7 @@ use crate::attitude::stream::Tagged;
 use crate::attitude::{Estimator, Knowledge};
 use crate::error::Error;
 use crate::math::Real;
+use crate::math::sound::are_within;
 
 /// The error e = a × v̂ of the measured against the estimated vertical turns the orientation by the
 /// rate ω - b + k_P e, and the bias by db/dt = -k_I e.
@@ -96,7 +97,7 @@ impl Estimator for Mahony {
     }
 
     fn is_sound(&self) -> bool {
-        self.options.checked().is_ok() && self.body.is_sound() && self.bias.amax() <= BIAS_MAX
+        self.options.checked().is_ok() && self.body.is_sound() && are_within(&self.bias, BIAS_MAX)
     }
 
     fn is_like(&self, other: &Self) -> bool {
