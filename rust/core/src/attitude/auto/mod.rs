@@ -23,7 +23,7 @@ use self::magnet::Magnet;
 use self::rest::{Rest, State};
 use self::start::{SPEED, Start, TILT};
 use self::strapdown::{Strapdown, Sums};
-use self::trust::{Accelerations, ScaleNoise};
+use self::trust::{Accelerations, Lasting, ScaleNoise};
 use super::sample::Inertial;
 use super::stream::Tagged;
 use super::{Estimator, Knowledge};
@@ -129,6 +129,7 @@ pub struct Auto {
     start: Start,
     rest: Rest,
     accelerations: Accelerations,
+    lasting: Lasting,
     scale_noise: ScaleNoise,
     magnet: Magnet,
     /// Seconds since the field was last used.
@@ -166,6 +167,7 @@ impl Auto {
             start: Start::default(),
             rest: Rest::default(),
             accelerations: Accelerations::default(),
+            lasting: Lasting::default(),
             scale_noise: ScaleNoise::default(),
             magnet: Magnet::default(),
             field_age: 0.0,
@@ -233,7 +235,7 @@ impl Auto {
             heading_noise: angle + walk,
             bias_noise: span * BIAS_WALK.powi(2),
             matrix_noise: span * MATRIX_WALK.powi(2),
-            velocity_noise: span * VELOCITY_NOISE.powi(2),
+            velocity_noise: span * (VELOCITY_NOISE.powi(2) + self.lasting.walk()),
             bias_cap: BIAS_SIGMA.powi(2),
             matrix_caps: MATRIX_SIGMAS.map(|sigma| sigma * sigma),
         });
@@ -250,9 +252,12 @@ impl Auto {
     /// The velocity stays near zero; at rest it is zero, and the rate is the bias.
     fn correct(&mut self, sums: &Sums) {
         let (span, velocity) = (sums.elapsed, self.velocity);
-        let noise = match self.at_rest {
-            true => REST_VELOCITY.powi(2) / span,
-            false => self.accelerations.observe(&velocity, span) / span,
+        let noise = if self.at_rest {
+            self.lasting = Lasting::of_rest();
+            REST_VELOCITY.powi(2) / span
+        } else {
+            self.lasting.observe(&velocity, &self.strapdown.rotation, span);
+            self.accelerations.observe(&velocity, &self.lasting, span) / span
         };
         let mut found = Found { states: States::zeros(), heading: 0.0 };
         let expected = [0, 1].map(|j| self.expected(j, noise));
@@ -455,6 +460,7 @@ impl Estimator for Auto {
             && self.start.is_sound()
             && self.rest.is_sound()
             && self.accelerations.is_sound()
+            && self.lasting.is_sound()
             && self.scale_noise.is_sound()
             && self.magnet.is_sound()
     }
