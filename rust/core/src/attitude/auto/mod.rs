@@ -23,10 +23,10 @@ use self::magnet::Magnet;
 use self::rest::{Rest, State};
 use self::start::{SPEED, Start, TILT};
 use self::strapdown::{Strapdown, Sums};
-use self::trust::{Accelerations, Lasting, ScaleNoise};
+use self::trust::{Accelerations, FieldErrors, Lasting, ScaleNoise};
 use super::sample::Inertial;
 use super::stream::Tagged;
-use super::{Estimator, Knowledge};
+use super::{Estimator, GRAVITY, Knowledge};
 use crate::error::{Error, require};
 use crate::math::sound::is_size;
 
@@ -42,6 +42,8 @@ const BIAS_SIGMA: f64 = 0.5 * DEGREE;
 /// Random walk of the matrix' elements, 1/√s, and their spread on the diagonal and off it.
 const MATRIX_WALK: f64 = 1e-5;
 const MATRIX_SIGMAS: [f64; 2] = [0.008, 0.005];
+/// Bias of an accelerometer, m/s², as consumer devices have it.
+const ACCEL_BIAS: f64 = 0.05;
 /// Noise of the velocity, m/s/√s.
 const VELOCITY_NOISE: f64 = 0.01;
 /// Velocity at rest, m/s √s, and the rate's mean there, rad/s √s.
@@ -132,6 +134,7 @@ pub struct Auto {
     lasting: Lasting,
     scale_noise: ScaleNoise,
     magnet: Magnet,
+    field_errors: FieldErrors,
     /// Seconds since the field was last used.
     field_age: f64,
     /// Mean strength of the force in rests, and how many ticks it is of.
@@ -170,6 +173,7 @@ impl Auto {
             lasting: Lasting::default(),
             scale_noise: ScaleNoise::default(),
             magnet: Magnet::default(),
+            field_errors: FieldErrors::default(),
             field_age: 0.0,
             gravity: [0.0; 2],
             at_rest: false,
@@ -312,6 +316,8 @@ impl Auto {
         }
         let noise = FIELD.powi(2) / seconds * doubt;
         let gain = self.errors.heading() / (self.errors.heading() + noise);
+        let level = (field.x * field.x + field.y * field.y).sqrt();
+        self.field_errors.observe(gain, noise, [level, field.z], 0.5 * self.tilt_variance());
         self.errors.correct_heading(gain, noise);
         self.turn_heading(gain * self.east_of_north(&field));
     }
@@ -323,6 +329,14 @@ impl Auto {
         let east = cosine * direction.x - sine * direction.y;
         let north = sine * direction.x + cosine * direction.y;
         RealField::atan2(east, north)
+    }
+
+    /// Of the angle between true and estimated up, rad²: no corrections see the bias of an
+    /// accelerometer.
+    fn tilt_variance(&self) -> f64 {
+        let own = (self.errors.variance(0) + self.errors.variance(1)).max(0.0);
+        let doubt = self.accelerations.doubt(&self.lasting);
+        doubt * own + 2.0 * (ACCEL_BIAS / GRAVITY).powi(2)
     }
 
     fn turn_heading(&mut self, angle: f64) {
@@ -385,7 +399,7 @@ impl Estimator for Auto {
         self.sums = Sums::new(TICK);
         self.rest = Rest::default();
         self.at_rest = false;
-        self.velocity = [0.0; 2];
+        (self.velocity, self.lasting) = ([0.0; 2], Lasting::default());
         // It may have turned as it did, another way every second.
         let turned = (self.speed_squared + STILL * STILL) * seconds;
         self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
@@ -403,14 +417,16 @@ impl Estimator for Auto {
     }
 
     fn knowledge(&self) -> Knowledge {
-        let sigma = |i: usize| self.errors.variance(i).max(0.0).sqrt();
+        // What a velocity that lasts does to the tilt, it does to what is learned from it.
+        let doubt = self.accelerations.doubt(&self.lasting).max(1.0);
+        let sigma = |i: usize| (doubt * self.errors.variance(i).max(0.0)).sqrt();
         Knowledge {
             bias: self.bias,
             bias_sigma: Vector3::from_fn(|i, _| sigma(BIAS + i)),
             gyro_matrix: self.matrix,
             gyro_matrix_sigma: Matrix3::from_fn(|i, j| sigma(MATRIX + 3 * i + j)),
-            tilt_sigma: (self.errors.variance(0) + self.errors.variance(1)).max(0.0).sqrt(),
-            heading_sigma: self.errors.heading().max(0.0).sqrt(),
+            tilt_sigma: self.tilt_variance().sqrt(),
+            heading_sigma: self.field_errors.variance(self.errors.heading().max(0.0)).sqrt(),
             gravity: if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN },
             at_rest: self.at_rest,
             disturbed: self.magnet.is_disturbed(),
@@ -425,6 +441,7 @@ impl Estimator for Auto {
         self.errors.restart(&[0, 1], tilt_sigma.powi(2));
         self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
         self.errors.restart_heading(heading_sigma.powi(2));
+        (self.lasting, self.field_errors) = (Lasting::default(), FieldErrors::default());
         self.start.over = true;
     }
 
@@ -463,6 +480,7 @@ impl Estimator for Auto {
             && self.lasting.is_sound()
             && self.scale_noise.is_sound()
             && self.magnet.is_sound()
+            && self.field_errors.is_sound()
     }
 
     fn is_like(&self, other: &Self) -> bool {

@@ -1,6 +1,6 @@
 //! How far velocity and gyro are trusted, learned from the corrections themselves.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Velocity that a body is expected to have, m/s √s.
@@ -26,7 +26,23 @@ impl Accelerations {
     pub fn observe(&mut self, velocity: &[f64; 2], lasting: &Lasting, span: f64) -> f64 {
         let square = 0.5 * (velocity[0] * velocity[0] + velocity[1] * velocity[1]);
         self.square += (span / MEMORY).min(1.0) * (square - self.square);
+        self.noise(lasting)
+    }
+
+    fn noise(&self, lasting: &Lasting) -> f64 {
         SPEED * SPEED + self.square.max(lasting.turning())
+    }
+
+    /// By how much the variance of the tilt is really larger than the filter's own.
+    ///
+    /// That allows for errors of accelerometer and mounting that turn with the body, and takes all
+    /// of the velocity for white noise over a second, of which a swing leaves little in seconds:
+    /// too much of both, by a share found in simulation. A velocity that lasts is as much too little,
+    /// in its power at slow frequencies against the noise assumed.
+    pub fn doubt(&self, lasting: &Lasting) -> f64 {
+        let slow = lasting.squares[0] / self.noise(lasting);
+        let usual = SHARE + (1.0 - SHARE) * lasting.first / UNDER_WAY;
+        usual + 2.0 * LASTS * (slow - SWINGS).max(0.0)
     }
 
     pub fn is_sound(&self) -> bool {
@@ -40,6 +56,10 @@ const SLOW: f64 = 1.5;
 const LASTS: f64 = 6.0;
 /// Square of the velocity that a body may have from the start, (m/s)².
 const UNDER_WAY: f64 = 1.0;
+/// Share of the filter's variance of the tilt that is left once it goes, and of the power of what
+/// swings that the slow means keep.
+const SHARE: f64 = 0.3;
+const SWINGS: f64 = 0.1;
 
 /// Velocity of a body that is under way: it is not zero in the mean of seconds. It lasts over the
 /// ground, or turns with the body, as on a circle.
@@ -150,5 +170,43 @@ impl ScaleNoise {
         range.contains(&self.square)
             && self.sum.iter().all(|x| x.abs() <= 1e9)
             && (0.0..=1e9).contains(&self.expected)
+    }
+}
+
+/// What the variance of the heading is made of: a magnetic field is wrong in one place for as long
+/// as one stays there, so its errors do not average out as white noise does.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct FieldErrors {
+    /// The field's share of the variance, were it white noise, rad².
+    white: f64,
+    /// The heading's deviation by a tilt that mixes the field's dip into it, rad.
+    tilted: f64,
+}
+
+/// Standard deviation of the direction of the field from place to place, rad: of a process of
+/// 12.5 s, it is the noise that the filter takes for white.
+const SPREAD: f64 = 5.0 * core::f64::consts::PI / 180.0;
+/// Largest tangent of a dip.
+const STEEPEST: f64 = 10.0;
+
+impl FieldErrors {
+    /// Takes a correction of the heading: its gain and noise, the level and the vertical part of the
+    /// field, and the variance of the tilt about one axis.
+    pub fn observe(&mut self, gain: f64, noise: f64, parts: [f64; 2], tilt: f64) {
+        let rest = 1.0 - gain;
+        self.white = rest * rest * self.white + gain * gain * noise;
+        let slope = (parts[1].abs() / parts[0]).min(STEEPEST);
+        self.tilted += gain * (slope * tilt.sqrt() - self.tilted);
+    }
+
+    /// The variance of the heading, if this is what white noise makes of it.
+    pub fn variance(&self, heading: f64) -> f64 {
+        let white = self.white.min(heading);
+        let spread = SPREAD * SPREAD;
+        heading - white + white * spread / (white + spread) + self.tilted * self.tilted
+    }
+
+    pub fn is_sound(&self) -> bool {
+        (0.0..=1e3).contains(&self.white) && (0.0..=1e2).contains(&self.tilted)
     }
 }
