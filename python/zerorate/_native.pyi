@@ -1036,6 +1036,73 @@ class StreamingAllan:
 
 @final
 class Attitude:
+    """Which way a body points, from its gyro, accelerometer and magnetometer.
+
+    What `update` returns turns a vector from the axes of the sensor into those of the earth: a
+    quaternion, w first. At rest and level, the identity, the accelerometer reads +9.81 m/s^2 on z in
+    the frames "enu" and "nwu", and -9.81 in "ned". The default method needs no settings: it also learns
+    bias, scale and misalignment of the gyro, lets the magnetometer touch the heading only, and finds rest
+    and disturbed fields. The others are those of textbooks, to compare with; what a method does not know
+    is NaN.
+
+    NaN, infinite and None are missing, for all axes of a sensor if for one, as are a force or a field of
+    zero, and rates beyond 1000 rad/s or forces beyond 1000 m/s^2. A missing rate is the last one for
+    50 ms, then none. Samples need not be even if ``dt`` says how long each took; more than a second is a
+    gap. One object serves one thread at a time.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    mag : bool, default True
+        Whether there is a magnetometer. Without one the heading is that of the start, and drifts.
+    frame : {"enu", "ned", "nwu"}, default "enu"
+        Axes of the earth: east, north, up; north, east, down; north, west, up. North is magnetic.
+    method : {"auto", "complementary", "mahony", "madgwick", "ekf", "ukf"}, default "auto"
+        How the attitude is estimated.
+    gyro_unit, accel_unit : str, default "rad/s" and "m/s^2"
+        Units of the samples, such as "deg/s" and "g". That of the field is any.
+    bias : array_like, shape (3,), or Calibration or DriftFilter, optional
+        What is known of the gyro's output without rotation, in its unit; of a `Calibration` also scale
+        and misalignment, for "auto" only. Not for "complementary" and "madgwick".
+    bias_sigma : float or array_like, shape (3,), optional
+        Its standard deviation, by default 0.5 deg/s. For "auto", "ekf" and "ukf".
+    channels : int, optional
+        Bodies side by side; ``None`` is a single one.
+    time_constant : float, default 0.5
+        Of "complementary", s: tilt and heading come near those of accelerometer and magnetometer by a
+        factor of e. Short follows accelerations, long the gyro's bias, b times this.
+    kp, ki : float, default 1.0 and 0.3
+        Of "mahony", 1/s and 1/s^2: proportional and integral gain. Without the integral no bias is
+        learned.
+    beta : float, optional
+        Of "madgwick", rad/s: speed of the quaternion down the gradient, half that of the body; by
+        default 0.041 with a magnetometer and 0.033 without, as in the report.
+    gyro_noise, accel_noise : float, default 0.0002 and 0.1
+        Of "ekf" and "ukf", rad/s/sqrt(Hz) and m/s^2/sqrt(Hz): white noise, that of the accelerometer with
+        the body's own accelerations, some fifty times that of a data sheet.
+    mag_noise : float, default 0.1
+        Of "ekf" and "ukf", rad/sqrt(Hz): noise of the heading that the magnetometer shows.
+    bias_walk : float, default 0.0001
+        Of "ekf" and "ukf", rad/s/sqrt(s): random walk of the gyro's bias.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range, or is not used by the method.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> attitude = zr.Attitude(100.0)
+    >>> q = attitude.update([0.0, 0.0, 0.0], [0.0, 4.905, 8.496], [0.0, -2.68, -44.64])
+    >>> np.degrees(attitude.euler).round(1).tolist()  # roll, pitch, yaw
+    [30.0, 0.0, 0.0]
+    >>> mahony = zr.Attitude(100.0, method="mahony", mag=False, frame="ned", kp=0.5)
+    >>> mahony.process(np.zeros((200, 3)), np.tile([0.0, 0.0, -9.81], (200, 1)))[-1].round(6).tolist()
+    [-1.0, 0.0, 0.0, 0.0]
+    """
+
     def __new__(
         cls,
         rate: float,
@@ -1062,7 +1129,8 @@ class Attitude:
         mag: npt.ArrayLike | None = None,
         *floats: float,
         dt: float | None = None,
-    ) -> _Floats: ...
+    ) -> _Floats:
+        """Takes one sample of each sensor, returns the orientation."""
     def process(
         self,
         gyro: npt.ArrayLike,
@@ -1070,61 +1138,101 @@ class Attitude:
         mag: npt.ArrayLike | None = None,
         dt: npt.ArrayLike | None = None,
         threads: int | None = None,
-    ) -> _Floats: ...
+    ) -> _Floats:
+        """What ``update`` returns for each sample of a batch."""
     def trace(
         self,
         gyro: npt.ArrayLike,
         accel: npt.ArrayLike,
         mag: npt.ArrayLike | None = None,
         dt: npt.ArrayLike | None = None,
-    ) -> dict[str, npt.NDArray[Any]]: ...
-    def power_on(self) -> None: ...
-    def reset(self) -> None: ...
-    def to_bytes(self) -> bytes: ...
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Like ``process``, but returns all that was known after each sample, as arrays by name."""
+    def power_on(self) -> None:
+        """Back to before the first sample, but for scale and misalignment of the gyro."""
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
-    def from_bytes(b: bytes) -> Attitude: ...
-    def copy(self) -> Attitude: ...
+    def from_bytes(b: bytes) -> Attitude:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def copy(self) -> Attitude:
+        """An independent object in the same state."""
     def __copy__(self) -> Attitude: ...
     def __deepcopy__(self, _memo: Any) -> Attitude: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
     @property
-    def channels(self) -> int | None: ...
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
     @property
-    def quaternion(self) -> _Floats: ...
+    def quaternion(self) -> _Floats:
+        """From the axes of the sensor to those of the earth, w first: (4,), with channels (k, 4)."""
     @property
-    def rotation(self) -> Any: ...
+    def rotation(self) -> Any:
+        """The same as a ``scipy.spatial.transform.Rotation``."""
     @property
-    def euler(self) -> _Floats: ...
+    def euler(self) -> _Floats:
+        """Roll, pitch and yaw, rad: (3,), with channels (k, 3)."""
     @property
-    def heading(self) -> Any: ...
+    def heading(self) -> Any:
+        """Direction of the sensor's x axis over ground, clockwise from north, 0 to 2 pi: float, with
+        channels (k,).
+        """
     @property
-    def up(self) -> _Floats: ...
+    def up(self) -> _Floats:
+        """Up, in the axes of the sensor, of length 1: (3,), with channels (k, 3)."""
     @property
-    def gravity(self) -> _Floats: ...
+    def gravity(self) -> _Floats:
+        """What gravity alone makes the accelerometer show, in its unit: (3,), with channels (k, 3)."""
     @property
-    def linear_acceleration(self) -> _Floats: ...
+    def linear_acceleration(self) -> _Floats:
+        """The last specific force without gravity, in the accelerometer's axes and unit, NaN if it was
+        missing: (3,), with channels (k, 3).
+        """
     @property
-    def bias(self) -> _Floats: ...
+    def bias(self) -> _Floats:
+        """The gyro's output without rotation, in its unit: (3,), with channels (k, 3)."""
     @property
-    def bias_sigma(self) -> _Floats: ...
+    def bias_sigma(self) -> _Floats:
+        """Standard deviation of ``bias``: (3,), with channels (k, 3)."""
     @property
-    def gyro_matrix(self) -> _Floats: ...
+    def gyro_matrix(self) -> _Floats:
+        """M in ``rate = M (gyro - bias)``: (3, 3), with channels (k, 3, 3)."""
     @property
-    def tilt_sigma(self) -> Any: ...
+    def tilt_sigma(self) -> Any:
+        """Standard deviation of the angle between the true and the estimated vertical, rad: float, with
+        channels (k,).
+        """
     @property
-    def heading_sigma(self) -> Any: ...
+    def heading_sigma(self) -> Any:
+        """Standard deviation of the heading, rad; without magnetometer that against the start: float,
+        with channels (k,).
+        """
     @property
-    def at_rest(self) -> Any: ...
+    def at_rest(self) -> Any:
+        """Whether the body rests: bool, with channels (k,)."""
     @property
-    def disturbed(self) -> Any: ...
+    def disturbed(self) -> Any:
+        """Whether the magnetic field is another than the one known, by its strength or its dip: bool,
+        with channels (k,).
+        """
     @property
-    def status(self) -> Any: ...
+    def status(self) -> Any:
+        """What is to be known first of all: "starting" (first second), "rate missing", "wrong unit",
+        "disturbed", "at rest" or "moving"; with channels a list.
+        """
     @property
-    def samples_seen(self) -> int: ...
+    def samples_seen(self) -> int:
+        """Samples given so far, missing ones included."""
     @property
-    def rate(self) -> float: ...
+    def rate(self) -> float:
+        """Samples a second."""
     @property
-    def method(self) -> str: ...
+    def method(self) -> str:
+        """The method that estimates."""
 
 class ImuCorrector(Generic[_Corrected]):
     """Gyro and accelerometer without scale error, misalignment, bias and g-sensitivity, while samples
@@ -1397,6 +1505,64 @@ class TemperatureFilter(Generic[_Number, _Flag]):
 
 @final
 class Tilt(Generic[_Number]):
+    """The tilt about one axis, from the rate about it and the angle that the accelerometer shows.
+
+    It is what is often done with an MPU-6050: the angle of the accelerometer, an arc tangent of two of
+    its axes, is noisy but stays; the integral of the gyro is smooth but drifts. The **complementary**
+    filter is ``angle = a (angle + gyro dt) + (1 - a) accelerometer`` with ``a = time_constant /
+    (time_constant + dt)``: 0.98 for 0.49 s and 100 Hz. A bias b of the gyro leaves exactly ``b *
+    time_constant``. The **kalman** filter has the states angle and bias, and learns the bias.
+
+    Any unit of angle will do, if the gyro has that unit a second. It is one axis alone: the rate about
+    it is that of the tilt for small angles only, and the arc tangent fails near 90 degrees. `Attitude`
+    has neither limit, and takes motion for what it is.
+
+    A rate that is missing (NaN, infinite or None) is the last one for 50 ms, then none; an angle that is
+    missing corrects nothing; before the first angle NaN is returned. One object serves one thread at a
+    time.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    method : {"complementary", "kalman"}, default "complementary"
+        How rate and angle are joined.
+    channels : int, optional
+        Number of axes side by side; ``None`` is a single one.
+    time_constant : float, default 0.5
+        Of the complementary filter, s: short trusts the accelerometer, and its shaking, long the gyro, and
+        its bias.
+    q_angle, q_bias : float, default 1e-3 and 3e-3
+        Of the Kalman filter: variance that angle and bias gain in a second, unit^2/s and
+        (unit/s)^2/s.
+    r_measure : float, default 3e-2
+        Of the Kalman filter: variance of one sample of the accelerometer's angle, unit^2. The same
+        number is another filter at another rate. These three are those of the well-known code, for
+        degrees at 100 Hz: it comes near the accelerometer in a third of a second.
+    p_start : float, default 1.0
+        Of the Kalman filter: variance of angle and bias before the first sample, unit^2 and
+        (unit/s)^2.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range, or is not used by the method.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> gyro = np.full(3000, 0.05)  # the bias, in rad/s, of a sensor at rest
+    >>> ay, az = np.zeros(3000), np.full(3000, 9.81)
+    >>> accelerometer = np.arctan2(ay, az)
+    >>> tilt = zr.Tilt(100.0, time_constant=0.49)
+    >>> round(float(tilt.process(gyro, accelerometer)[-1]), 4)  # 0.05 * 0.49
+    0.0245
+    >>> tilt = zr.Tilt(100.0, method="kalman")
+    >>> angle = tilt.process(gyro, accelerometer)
+    >>> round(tilt.angle, 4), round(tilt.bias, 4)
+    (0.0, 0.05)
+    """
+
     @overload
     def __new__(
         cls,
@@ -1439,7 +1605,11 @@ class Tilt(Generic[_Number]):
         r_measure: float = 0.03,
         p_start: float = 1.0,
     ) -> Tilt[_Floats]: ...
-    def update(self, gyro: _Sample, angle: _Sample, dt: float | None = None) -> _Number: ...
+    def update(self, gyro: _Sample, angle: _Sample, dt: float | None = None) -> _Number:
+        """Takes a rate and the accelerometer's angle, returns the tilt: floats or None to float, with
+        channels (k,) and (k,) to (k,); ``dt`` is the time since the sample before, s, by default one
+        period.
+        """
     def process(
         self,
         gyro: npt.ArrayLike,
@@ -1447,32 +1617,50 @@ class Tilt(Generic[_Number]):
         dt: npt.ArrayLike | None = None,
         out: _Floats | None = None,
         threads: int | None = None,
-    ) -> _Floats: ...
-    def reset(self) -> None: ...
-    def copy(self) -> Self: ...
-    def to_bytes(self) -> bytes: ...
+    ) -> _Floats:
+        """What ``update`` returns for each sample of a batch: (n,) and (n,) to (n,), with channels (n, k)
+        and (n, k) to (n, k); ``dt`` is one time for all samples or (n,). The interpreter lock is
+        released.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
-    def from_bytes(b: bytes) -> Tilt: ...
+    def from_bytes(b: bytes) -> Tilt:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
     def __class_getitem__(cls, key: Any) -> GenericAlias: ...
     def __copy__(self) -> Self: ...
     def __deepcopy__(self, _memo: Any) -> Self: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
     @property
-    def angle(self) -> _Number: ...
+    def angle(self) -> _Number:
+        """The tilt, NaN before the first angle of the accelerometer: float, with channels (k,)."""
     @property
-    def angle_sigma(self) -> _Number: ...
+    def angle_sigma(self) -> _Number:
+        """Standard deviation of ``angle``, NaN for method "complementary": float, with channels (k,)."""
     @property
-    def bias(self) -> _Number: ...
+    def bias(self) -> _Number:
+        """The gyro's output without rotation, NaN for method "complementary": float, with channels (k,)."""
     @property
-    def bias_sigma(self) -> _Number: ...
+    def bias_sigma(self) -> _Number:
+        """Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,)."""
     @property
-    def samples_seen(self) -> int: ...
+    def samples_seen(self) -> int:
+        """Samples given so far, missing ones included."""
     @property
-    def rate(self) -> float: ...
+    def rate(self) -> float:
+        """Samples a second."""
     @property
-    def method(self) -> str: ...
+    def method(self) -> str:
+        """How rate and angle are joined."""
     @property
-    def channels(self) -> int | None: ...
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
 
 @final
 class WaveletDenoiser(Generic[_Number, _Flag]):

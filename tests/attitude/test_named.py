@@ -194,7 +194,7 @@ def test_madgwick_is_that_of_another_package(mag):
     np.testing.assert_allclose(q, other, atol=ROUNDING)
 
 
-@pytest.mark.parametrize("constants, atol", [
+@pytest.mark.parametrize(("constants", "atol"), [
     ({"method": "complementary"}, ROUNDING),
     # Both turns of a step are one: what they differ by in turn, some rad/s and kp, for dt^2 / 2.
     ({"method": "mahony", "ki": 0.0}, 2e-3),
@@ -203,9 +203,7 @@ def test_a_magnet_turns_no_tilt(constants, atol):
     motion = moved()
     fields = [motion.mag, np.random.default_rng(1).normal(size=motion.mag.shape)]
     filters = [zr.Attitude(RATE, **constants) for _ in fields]
-    found = [
-        f.process(motion.gyro, motion.accel, m) for f, m in zip(filters, fields, strict=True)
-    ]
+    found = [f.process(motion.gyro, motion.accel, m) for f, m in zip(filters, fields, strict=True)]
     ups = [Rotation.from_quat(q, scalar_first=True).inv().apply([0, 0, 1]) for q in found]
     np.testing.assert_allclose(*ups, rtol=0.0, atol=atol)
 
@@ -290,7 +288,9 @@ def test_what_a_method_does_not_know_is_nan(method):
         f.smooth(*still(10))
 
 
-@pytest.mark.parametrize("kind, table", [(zr.Attitude, ATTITUDE_OPTIONS), (zr.Tilt, TILT_OPTIONS)])
+@pytest.mark.parametrize(
+    ("kind", "table"), [(zr.Attitude, ATTITUDE_OPTIONS), (zr.Tilt, TILT_OPTIONS)]
+)
 def test_the_tables_are_what_the_classes_take(kind, table):
     signature = inspect.signature(kind).parameters
     for name, option in table.items():
@@ -303,7 +303,7 @@ def constants(table):
     return [(name, option) for name, option in table.items() if name != "method"]
 
 
-@pytest.mark.parametrize("name, option", constants(ATTITUDE_OPTIONS))
+@pytest.mark.parametrize(("name", "option"), constants(ATTITUDE_OPTIONS))
 @pytest.mark.parametrize("method", ATTITUDE_METHODS)
 def test_a_constant_is_used_or_refused(method, name, option):
     value = 0.07
@@ -320,7 +320,7 @@ def test_a_constant_is_used_or_refused(method, name, option):
         zr.Attitude(RATE, method=method, **{name: value})
 
 
-@pytest.mark.parametrize("arguments, told", [
+@pytest.mark.parametrize(("arguments", "told"), [
     ({"method": "kalman"}, "method must be 'auto', 'complementary', .* or 'ukf', got 'kalman'"),
     ({"method": "madgwick", "bias": [0.0] * 3}, "bias has no effect on method 'madgwick', only on "
      "'auto', 'mahony', 'ekf' and 'ukf'"),
@@ -336,7 +336,7 @@ def test_refusals(arguments, told):
 def test_an_argument_that_there_is_not():
     with pytest.raises(TypeError, match=r"^Attitude\(\) got an unexpected keyword argument 'gain'"):
         zr.Attitude(RATE, gain=1.0)
-    with pytest.raises(TypeError, match="^kp must be a number, got 'high'$"):
+    with pytest.raises(TypeError, match=r"^kp must be a number, got 'high'$"):
         zr.Attitude(RATE, method="mahony", kp="high")
 
 

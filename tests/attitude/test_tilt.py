@@ -148,7 +148,7 @@ def test_a_constant_is_used_or_refused(method, name):
         zr.Tilt(RATE, method=method, **{name: 0.07})
 
 
-@pytest.mark.parametrize("call, told", [
+@pytest.mark.parametrize(("call", "told"), [
     (lambda: zr.Tilt(RATE, method="mahony"),
      "method must be 'complementary' or 'kalman', got 'mahony'"),
     (lambda: zr.Tilt(0.0), "rate must be a positive number of samples a second, got 0.0"),

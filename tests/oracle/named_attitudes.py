@@ -1,7 +1,7 @@
 """The named methods of attitude, from their formulas, for many bodies side by side.
 
-Arrays have a first axis for the bodies; quaternions are (k, 4), the scalar first, from the axes of the
-sensor to those of the earth: east, north, up. A sensor whose axes are NaN is missing.
+Arrays have a first axis for the bodies; quaternions are (k, 4), the scalar first, from the axes of
+the sensor to those of the earth: east, north, up. A sensor whose axes are NaN is missing.
 """
 
 import numpy as np
@@ -10,8 +10,8 @@ UP, NORTH = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 GRAVITY = 9.81
 # Madgwick's report: with a magnetometer, and without.
 BETAS = {True: 0.041, False: 0.033}
-# Of the Kalman filters: deviations of an angle that one sample has shown, and of a bias; variance of
-# a heading that is to be found; deviation of one that was chosen.
+# Of the Kalman filters: deviations of an angle that one sample has shown, and of a bias; variance
+# of a heading that is to be found; deviation of one that was chosen.
 SHOWN, BIAS_SIGMA, FREE, CHOSEN = 0.5, np.radians(0.5), 10.0, 1e-3
 
 
@@ -34,7 +34,9 @@ def exponential(phi):
     """The quaternion of a rotation vector."""
     angle = np.linalg.norm(phi, axis=-1, keepdims=True)
     # numpy's sinc is that of pi x.
-    return np.concatenate([np.cos(angle / 2.0), np.sinc(angle / (2.0 * np.pi)) * phi / 2.0], axis=-1)
+    return np.concatenate(
+        [np.cos(angle / 2.0), np.sinc(angle / (2.0 * np.pi)) * phi / 2.0], axis=-1
+    )
 
 
 def logarithm(q):

@@ -263,7 +263,10 @@ impl Tilt {
         self.P.set(0, 0, left * left * p + k * k * R);
         self.P.set(0, 1, left * q);
         self.P.set(1, 1, r - 2.0 * b * q + b * b * S);
-        self.P.settle(true);
+        // What rounding may have cost.
+        for i in 0..2 {
+            self.P.set(i, i, self.P.at(i, i) * (1.0 + 8.0 * f64::EPSILON));
+        }
     }
 
     /// Variances below their cap, without a change of the correlation.

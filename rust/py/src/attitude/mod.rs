@@ -33,6 +33,70 @@ const ROWS: usize = 1 << 8;
 const ROWS_OF_THREADS: usize = 1 << 14;
 
 /// Which way a body points, from its gyro, accelerometer and magnetometer.
+///
+/// What `update` returns turns a vector from the axes of the sensor into those of the earth: a
+/// quaternion, w first. At rest and level, the identity, the accelerometer reads +9.81 m/s^2 on z in
+/// the frames "enu" and "nwu", and -9.81 in "ned". The default method needs no settings: it also learns
+/// bias, scale and misalignment of the gyro, lets the magnetometer touch the heading only, and finds rest
+/// and disturbed fields. The others are those of textbooks, to compare with; what a method does not know
+/// is NaN.
+///
+/// NaN, infinite and None are missing, for all axes of a sensor if for one, as are a force or a field of
+/// zero, and rates beyond 1000 rad/s or forces beyond 1000 m/s^2. A missing rate is the last one for
+/// 50 ms, then none. Samples need not be even if ``dt`` says how long each took; more than a second is a
+/// gap. One object serves one thread at a time.
+///
+/// Parameters
+/// ----------
+/// rate : float
+///     Samples a second.
+/// mag : bool, default True
+///     Whether there is a magnetometer. Without one the heading is that of the start, and drifts.
+/// frame : {"enu", "ned", "nwu"}, default "enu"
+///     Axes of the earth: east, north, up; north, east, down; north, west, up. North is magnetic.
+/// method : {"auto", "complementary", "mahony", "madgwick", "ekf", "ukf"}, default "auto"
+///     How the attitude is estimated.
+/// gyro_unit, accel_unit : str, default "rad/s" and "m/s^2"
+///     Units of the samples, such as "deg/s" and "g". That of the field is any.
+/// bias : array_like, shape (3,), or Calibration or DriftFilter, optional
+///     What is known of the gyro's output without rotation, in its unit; of a `Calibration` also scale
+///     and misalignment, for "auto" only. Not for "complementary" and "madgwick".
+/// bias_sigma : float or array_like, shape (3,), optional
+///     Its standard deviation, by default 0.5 deg/s. For "auto", "ekf" and "ukf".
+/// channels : int, optional
+///     Bodies side by side; ``None`` is a single one.
+/// time_constant : float, default 0.5
+///     Of "complementary", s: tilt and heading come near those of accelerometer and magnetometer by a
+///     factor of e. Short follows accelerations, long the gyro's bias, b times this.
+/// kp, ki : float, default 1.0 and 0.3
+///     Of "mahony", 1/s and 1/s^2: proportional and integral gain. Without the integral no bias is
+///     learned.
+/// beta : float, optional
+///     Of "madgwick", rad/s: speed of the quaternion down the gradient, half that of the body; by
+///     default 0.041 with a magnetometer and 0.033 without, as in the report.
+/// gyro_noise, accel_noise : float, default 0.0002 and 0.1
+///     Of "ekf" and "ukf", rad/s/sqrt(Hz) and m/s^2/sqrt(Hz): white noise, that of the accelerometer with
+///     the body's own accelerations, some fifty times that of a data sheet.
+/// mag_noise : float, default 0.1
+///     Of "ekf" and "ukf", rad/sqrt(Hz): noise of the heading that the magnetometer shows.
+/// bias_walk : float, default 0.0001
+///     Of "ekf" and "ukf", rad/s/sqrt(s): random walk of the gyro's bias.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of range, or is not used by the method.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, zerorate as zr
+/// >>> attitude = zr.Attitude(100.0)
+/// >>> q = attitude.update([0.0, 0.0, 0.0], [0.0, 4.905, 8.496], [0.0, -2.68, -44.64])
+/// >>> np.degrees(attitude.euler).round(1).tolist()  # roll, pitch, yaw
+/// [30.0, 0.0, 0.0]
+/// >>> mahony = zr.Attitude(100.0, method="mahony", mag=False, frame="ned", kp=0.5)
+/// >>> mahony.process(np.zeros((200, 3)), np.tile([0.0, 0.0, -9.81], (200, 1)))[-1].round(6).tolist()
+/// [-1.0, 0.0, 0.0, 0.0]
 #[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct Attitude {
