@@ -19,6 +19,8 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import TypeVar
 
+from zerorate.calibrate.calibration import Calibration
+
 _Method: TypeAlias = Literal["kf", "akf", "fading", "robust", "auto"]
 _Status: TypeAlias = Literal[
     "starting",
@@ -36,6 +38,11 @@ _Noise: TypeAlias = Literal["allan", "hadamard"]
 _Wavelet: TypeAlias = Literal["haar", "db2", "db4", "db8"]
 _Shrinking: TypeAlias = Literal["soft", "hard"]
 _Outliers: TypeAlias = Literal["keep", "reject"]
+_Frame: TypeAlias = Literal["enu", "ned", "nwu"]
+_AttitudeMethod: TypeAlias = Literal["auto", "complementary", "mahony", "madgwick", "ekf", "ukf"]
+_AttitudeStatus: TypeAlias = Literal[
+    "starting", "rate missing", "wrong unit", "disturbed", "at rest", "moving"
+]
 _Sample: TypeAlias = SupportsFloat | SupportsIndex | npt.ArrayLike | None
 _Floats: TypeAlias = npt.NDArray[np.float64]
 _Counts: TypeAlias = npt.NDArray[np.int64]
@@ -47,6 +54,18 @@ _Number = TypeVar("_Number", default=Any)
 _Flag = TypeVar("_Flag", default=Any)
 # An array, or two for gyro and accelerometer.
 _Corrected = TypeVar("_Corrected", default=Any)
+
+class _AttitudeTrace(TypedDict):
+    quaternion: _Floats
+    bias: _Floats
+    bias_sigma: _Floats
+    gyro_matrix: _Floats
+    gyro_matrix_sigma: _Floats
+    tilt_sigma: _Floats
+    heading_sigma: _Floats
+    linear_acceleration: _Floats
+    at_rest: _Flags
+    disturbed: _Flags
 
 class _TemperatureCurve(TypedDict):
     reference: float
@@ -1035,84 +1054,81 @@ class StreamingAllan:
         """Number of differences in each element of ``hadamard_deviation``, int64."""
 
 @final
-class Attitude:
-    """Which way a body points, from its gyro, accelerometer and magnetometer.
+class Attitude(Generic[_Number, _Flag]):
+    """Which way a body points, from its gyro, accelerometer and, if there is one, magnetometer.
 
-    What `update` returns turns a vector from the axes of the sensor into those of the earth: a
-    quaternion, w first. At rest and level, the identity, the accelerometer reads +9.81 m/s^2 on z in
-    the frames "enu" and "nwu", and -9.81 in "ned". The default method needs no settings: it also learns
-    bias, scale and misalignment of the gyro, lets the magnetometer touch the heading only, and finds rest
-    and disturbed fields. The others are those of textbooks, to compare with; what a method does not know
-    is NaN.
+    ``update`` and ``process`` return the orientation, a quaternion w, x, y, z from the axes of the
+    sensor to those of the earth. The default method has nothing to tune: it integrates the gyro,
+    corrects the tilt ten times a second, learns bias, scale and misalignment of the gyro from
+    gravity, and lets the magnetometer touch the heading alone. The others are those of textbooks.
 
-    NaN, infinite and None are missing, for all axes of a sensor if for one, as are a force or a field of
-    zero, and rates beyond 1000 rad/s or forces beyond 1000 m/s^2. A missing rate is the last one for
-    50 ms, then none. Samples need not be even if ``dt`` says how long each took; more than a second is a
-    gap. One object serves one thread at a time.
+    Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
+    so is one beyond 1000 rad/s or m/s^2. A missing rate is the last one for 50 ms. ``dt`` is the time
+    since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap. North is the
+    magnetic one; without a magnetometer the heading starts at zero and drifts. One object serves one
+    thread at a time.
 
     Parameters
     ----------
     rate : float
-        Samples a second.
+        Samples of the gyro a second.
     mag : bool, default True
-        Whether there is a magnetometer. Without one the heading is that of the start, and drifts.
-    frame : {"enu", "ned", "nwu"}, default "enu"
-        Axes of the earth: east, north, up; north, east, down; north, west, up. North is magnetic.
-    method : {"auto", "complementary", "mahony", "madgwick", "ekf", "ukf"}, default "auto"
-        How the attitude is estimated.
-    gyro_unit, accel_unit : str, default "rad/s" and "m/s^2"
-        Units of the samples, such as "deg/s" and "g". That of the field is any.
-    bias : array_like, shape (3,), or Calibration or DriftFilter, optional
-        What is known of the gyro's output without rotation, in its unit; of a `Calibration` also scale
-        and misalignment, for "auto" only. Not for "complementary" and "madgwick".
-    bias_sigma : float or array_like, shape (3,), optional
-        Its standard deviation, by default 0.5 deg/s. For "auto", "ekf" and "ukf".
+        Whether a magnetometer may come; with False one that is given is an error, and
+        ``heading_sigma`` is that of the drift since the start.
+    frame : {"enu", "ned", "nwu"}
+        Axes of the earth: east, north, up; north, east, down; north, west, up. Level, with the
+        identity, the accelerometer shows +9.81 on z, in "ned" -9.81.
+    method : {"auto", "complementary", "mahony", "madgwick", "ekf", "ukf"}
+        The filter.
+    gyro_unit, accel_unit : str
+        Units of the samples, as in `zerorate.units`; of the magnetometer any.
+    bias : array_like, shape (3,), DriftFilter or Calibration, optional
+        The gyro's output without rotation as it is known before, in ``gyro_unit``: numbers, a
+        `DriftFilter` of three channels in that unit, or a `Calibration`, for raw samples, which also
+        gives the gyro's matrix.
+    bias_sigma : array_like, shape () or (3,), optional
+        Its standard deviation; by default what the object knows of it, or 0.5 deg/s.
     channels : int, optional
         Bodies side by side; ``None`` is a single one.
-    time_constant : float, default 0.5
-        Of "complementary", s: tilt and heading come near those of accelerometer and magnetometer by a
-        factor of e. Short follows accelerations, long the gyro's bias, b times this.
-    kp, ki : float, default 1.0 and 0.3
-        Of "mahony", 1/s and 1/s^2: proportional and integral gain. Without the integral no bias is
-        learned.
+    time_constant : float
+        Of "complementary": seconds in which accelerometer and magnetometer prevail.
+    kp, ki : float
+        Of "mahony": proportional gain, 1/s, and integral gain, 1/s^2.
     beta : float, optional
-        Of "madgwick", rad/s: speed of the quaternion down the gradient, half that of the body; by
-        default 0.041 with a magnetometer and 0.033 without, as in the report.
-    gyro_noise, accel_noise : float, default 0.0002 and 0.1
-        Of "ekf" and "ukf", rad/s/sqrt(Hz) and m/s^2/sqrt(Hz): white noise, that of the accelerometer with
-        the body's own accelerations, some fifty times that of a data sheet.
-    mag_noise : float, default 0.1
-        Of "ekf" and "ukf", rad/sqrt(Hz): noise of the heading that the magnetometer shows.
-    bias_walk : float, default 0.0001
-        Of "ekf" and "ukf", rad/s/sqrt(s): random walk of the gyro's bias.
+        Of "madgwick": speed of its correction, 1/s; by default as in the report.
+    gyro_noise, accel_noise, mag_noise, bias_walk : float
+        Of "ekf" and "ukf": standard deviations.
 
     Raises
     ------
     ValueError
-        A parameter is out of range, or is not used by the method.
+        A parameter is out of its range, or the method has no use for it.
 
     Examples
     --------
     >>> import numpy as np, zerorate as zr
-    >>> attitude = zr.Attitude(100.0)
-    >>> q = attitude.update([0.0, 0.0, 0.0], [0.0, 4.905, 8.496], [0.0, -2.68, -44.64])
-    >>> np.degrees(attitude.euler).round(1).tolist()  # roll, pitch, yaw
-    [30.0, 0.0, 0.0]
-    >>> mahony = zr.Attitude(100.0, method="mahony", mag=False, frame="ned", kp=0.5)
-    >>> mahony.process(np.zeros((200, 3)), np.tile([0.0, 0.0, -9.81], (200, 1)))[-1].round(6).tolist()
-    [-1.0, 0.0, 0.0, 0.0]
+    >>> attitude = zr.Attitude(rate=100.0, mag=False)
+    >>> gyro = np.tile([0.0, 0.0, 0.5], (300, 1))  # rad/s about z, upright
+    >>> accel = np.tile([0.0, 0.0, 9.81], (300, 1))
+    >>> attitude.process(gyro, accel).shape
+    (300, 4)
+    >>> [round(float(x), 3) + 0.0 for x in attitude.euler]  # roll, pitch, yaw
+    [0.0, 0.0, 1.5]
     """
 
+    @overload
     def __new__(
         cls,
         rate: float,
         *,
         mag: bool = True,
-        frame: Literal["enu", "ned", "nwu"] = "enu",
-        method: Literal["auto", "complementary", "mahony", "madgwick", "ekf", "ukf"] = "auto",
+        frame: _Frame = "enu",
+        method: _AttitudeMethod = "auto",
         gyro_unit: str = "rad/s",
         accel_unit: str = "m/s^2",
-        channels: int | None = None,
+        bias: Calibration | DriftFilter | npt.ArrayLike | None = None,
+        bias_sigma: npt.ArrayLike | None = None,
+        channels: None = None,
         time_constant: float = 0.5,
         kp: float = 1.0,
         ki: float = 0.3,
@@ -1121,7 +1137,29 @@ class Attitude:
         accel_noise: float = 0.1,
         mag_noise: float = 0.1,
         bias_walk: float = 0.0001,
-    ) -> Attitude: ...
+    ) -> Attitude[float, bool]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        mag: bool = True,
+        frame: _Frame = "enu",
+        method: _AttitudeMethod = "auto",
+        gyro_unit: str = "rad/s",
+        accel_unit: str = "m/s^2",
+        bias: Calibration | DriftFilter | npt.ArrayLike | None = None,
+        bias_sigma: npt.ArrayLike | None = None,
+        channels: int,
+        time_constant: float = 0.5,
+        kp: float = 1.0,
+        ki: float = 0.3,
+        beta: float | None = None,
+        gyro_noise: float = 0.0002,
+        accel_noise: float = 0.1,
+        mag_noise: float = 0.1,
+        bias_walk: float = 0.0001,
+    ) -> Attitude[_Floats, _Flags]: ...
     def update(
         self,
         gyro: npt.ArrayLike,
@@ -1130,7 +1168,9 @@ class Attitude:
         *floats: float,
         dt: float | None = None,
     ) -> _Floats:
-        """Takes one sample of each sensor, returns the orientation."""
+        """Takes one sample of each sensor, returns the orientation: (3,) each to (4,), or six or nine
+        floats; with channels (k, 3) to (k, 4).
+        """
     def process(
         self,
         gyro: npt.ArrayLike,
@@ -1139,19 +1179,41 @@ class Attitude:
         dt: npt.ArrayLike | None = None,
         threads: int | None = None,
     ) -> _Floats:
-        """What ``update`` returns for each sample of a batch."""
+        """What ``update`` returns for each sample of a batch: (n, 3) each to (n, 4), with channels
+        (n, k, 3) to (n, k, 4). ``dt`` is one time or (n,); the interpreter lock is released.
+        """
     def trace(
         self,
         gyro: npt.ArrayLike,
         accel: npt.ArrayLike,
         mag: npt.ArrayLike | None = None,
         dt: npt.ArrayLike | None = None,
-    ) -> dict[str, npt.NDArray[Any]]:
-        """Like ``process``, but returns all that was known after each sample, as arrays by name."""
+    ) -> _AttitudeTrace:
+        """Like ``process``, but returns all that was known after each sample, as arrays by name:
+        quaternion (n, 4), bias, bias_sigma and linear_acceleration (n, 3), gyro_matrix and
+        gyro_matrix_sigma (n, 3, 3), tilt_sigma, heading_sigma, at_rest and disturbed (n,); with
+        channels (n, k, …).
+        """
+    def smooth(
+        self,
+        gyro: npt.ArrayLike,
+        accel: npt.ArrayLike,
+        mag: npt.ArrayLike | None = None,
+        dt: npt.ArrayLike | None = None,
+    ) -> _AttitudeTrace:
+        """What is known of each sample of a record by all of it: as ``trace``, but offline."""
+    def align(
+        self, orientation: Any, tilt_sigma: float = 0.01, heading_sigma: float = 0.01
+    ) -> None:
+        """Goes on from an orientation that is known, at the start or later: a quaternion, w first, or a
+        ``scipy`` rotation, of the sensor in the frame; the deviations of its tilt and heading in rad.
+        """
     def power_on(self) -> None:
         """Back to before the first sample, but for scale and misalignment of the gyro."""
     def reset(self) -> None:
         """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
     def to_bytes(self) -> bytes:
         """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
@@ -1159,14 +1221,10 @@ class Attitude:
         """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
         if the bytes are not one.
         """
-    def copy(self) -> Attitude:
-        """An independent object in the same state."""
-    def __copy__(self) -> Attitude: ...
-    def __deepcopy__(self, _memo: Any) -> Attitude: ...
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
-    @property
-    def channels(self) -> int | None:
-        """Number of signals, None for a single one."""
     @property
     def quaternion(self) -> _Floats:
         """From the axes of the sensor to those of the earth, w first: (4,), with channels (k, 4)."""
@@ -1177,7 +1235,7 @@ class Attitude:
     def euler(self) -> _Floats:
         """Roll, pitch and yaw, rad: (3,), with channels (k, 3)."""
     @property
-    def heading(self) -> Any:
+    def heading(self) -> _Number:
         """Direction of the sensor's x axis over ground, clockwise from north, 0 to 2 pi: float, with
         channels (k,).
         """
@@ -1202,25 +1260,28 @@ class Attitude:
     def gyro_matrix(self) -> _Floats:
         """M in ``rate = M (gyro - bias)``: (3, 3), with channels (k, 3, 3)."""
     @property
-    def tilt_sigma(self) -> Any:
+    def gyro_matrix_sigma(self) -> _Floats:
+        """Standard deviations of the elements of ``gyro_matrix``: (3, 3), with channels (k, 3, 3)."""
+    @property
+    def tilt_sigma(self) -> _Number:
         """Standard deviation of the angle between the true and the estimated vertical, rad: float, with
         channels (k,).
         """
     @property
-    def heading_sigma(self) -> Any:
+    def heading_sigma(self) -> _Number:
         """Standard deviation of the heading, rad; without magnetometer that against the start: float,
         with channels (k,).
         """
     @property
-    def at_rest(self) -> Any:
+    def at_rest(self) -> _Flag:
         """Whether the body rests: bool, with channels (k,)."""
     @property
-    def disturbed(self) -> Any:
+    def disturbed(self) -> _Flag:
         """Whether the magnetic field is another than the one known, by its strength or its dip: bool,
         with channels (k,).
         """
     @property
-    def status(self) -> Any:
+    def status(self) -> _AttitudeStatus | list[_AttitudeStatus]:
         """What is to be known first of all: "starting" (first second), "rate missing", "wrong unit",
         "disturbed", "at rest" or "moving"; with channels a list.
         """
@@ -1231,9 +1292,13 @@ class Attitude:
     def rate(self) -> float:
         """Samples a second."""
     @property
-    def method(self) -> str:
+    def method(self) -> _AttitudeMethod:
         """The method that estimates."""
+    @property
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
 
+@final
 class ImuCorrector(Generic[_Corrected]):
     """Gyro and accelerometer without scale error, misalignment, bias and g-sensitivity, while samples
     arrive or at once.
@@ -1505,64 +1570,6 @@ class TemperatureFilter(Generic[_Number, _Flag]):
 
 @final
 class Tilt(Generic[_Number]):
-    """The tilt about one axis, from the rate about it and the angle that the accelerometer shows.
-
-    It is what is often done with an MPU-6050: the angle of the accelerometer, an arc tangent of two of
-    its axes, is noisy but stays; the integral of the gyro is smooth but drifts. The **complementary**
-    filter is ``angle = a (angle + gyro dt) + (1 - a) accelerometer`` with ``a = time_constant /
-    (time_constant + dt)``: 0.98 for 0.49 s and 100 Hz. A bias b of the gyro leaves exactly ``b *
-    time_constant``. The **kalman** filter has the states angle and bias, and learns the bias.
-
-    Any unit of angle will do, if the gyro has that unit a second. It is one axis alone: the rate about
-    it is that of the tilt for small angles only, and the arc tangent fails near 90 degrees. `Attitude`
-    has neither limit, and takes motion for what it is.
-
-    A rate that is missing (NaN, infinite or None) is the last one for 50 ms, then none; an angle that is
-    missing corrects nothing; before the first angle NaN is returned. One object serves one thread at a
-    time.
-
-    Parameters
-    ----------
-    rate : float
-        Samples a second.
-    method : {"complementary", "kalman"}, default "complementary"
-        How rate and angle are joined.
-    channels : int, optional
-        Number of axes side by side; ``None`` is a single one.
-    time_constant : float, default 0.5
-        Of the complementary filter, s: short trusts the accelerometer, and its shaking, long the gyro, and
-        its bias.
-    q_angle, q_bias : float, default 1e-3 and 3e-3
-        Of the Kalman filter: variance that angle and bias gain in a second, unit^2/s and
-        (unit/s)^2/s.
-    r_measure : float, default 3e-2
-        Of the Kalman filter: variance of one sample of the accelerometer's angle, unit^2. The same
-        number is another filter at another rate. These three are those of the well-known code, for
-        degrees at 100 Hz: it comes near the accelerometer in a third of a second.
-    p_start : float, default 1.0
-        Of the Kalman filter: variance of angle and bias before the first sample, unit^2 and
-        (unit/s)^2.
-
-    Raises
-    ------
-    ValueError
-        A parameter is out of range, or is not used by the method.
-
-    Examples
-    --------
-    >>> import numpy as np, zerorate as zr
-    >>> gyro = np.full(3000, 0.05)  # the bias, in rad/s, of a sensor at rest
-    >>> ay, az = np.zeros(3000), np.full(3000, 9.81)
-    >>> accelerometer = np.arctan2(ay, az)
-    >>> tilt = zr.Tilt(100.0, time_constant=0.49)
-    >>> round(float(tilt.process(gyro, accelerometer)[-1]), 4)  # 0.05 * 0.49
-    0.0245
-    >>> tilt = zr.Tilt(100.0, method="kalman")
-    >>> angle = tilt.process(gyro, accelerometer)
-    >>> round(tilt.angle, 4), round(tilt.bias, 4)
-    (0.0, 0.05)
-    """
-
     @overload
     def __new__(
         cls,
@@ -1605,11 +1612,7 @@ class Tilt(Generic[_Number]):
         r_measure: float = 0.03,
         p_start: float = 1.0,
     ) -> Tilt[_Floats]: ...
-    def update(self, gyro: _Sample, angle: _Sample, dt: float | None = None) -> _Number:
-        """Takes a rate and the accelerometer's angle, returns the tilt: floats or None to float, with
-        channels (k,) and (k,) to (k,); ``dt`` is the time since the sample before, s, by default one
-        period.
-        """
+    def update(self, gyro: _Sample, angle: _Sample, dt: float | None = None) -> _Number: ...
     def process(
         self,
         gyro: npt.ArrayLike,
@@ -1617,50 +1620,32 @@ class Tilt(Generic[_Number]):
         dt: npt.ArrayLike | None = None,
         out: _Floats | None = None,
         threads: int | None = None,
-    ) -> _Floats:
-        """What ``update`` returns for each sample of a batch: (n,) and (n,) to (n,), with channels (n, k)
-        and (n, k) to (n, k); ``dt`` is one time for all samples or (n,). The interpreter lock is
-        released.
-        """
-    def reset(self) -> None:
-        """Back to before the first sample, with the same parameters."""
-    def copy(self) -> Self:
-        """An independent object in the same state."""
-    def to_bytes(self) -> bytes:
-        """Parameters and state as bytes, with versions and a checksum."""
+    ) -> _Floats: ...
+    def reset(self) -> None: ...
+    def copy(self) -> Self: ...
+    def to_bytes(self) -> bytes: ...
     @staticmethod
-    def from_bytes(b: bytes) -> Tilt:
-        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
-        if the bytes are not one.
-        """
+    def from_bytes(b: bytes) -> Tilt: ...
     def __class_getitem__(cls, key: Any) -> GenericAlias: ...
     def __copy__(self) -> Self: ...
     def __deepcopy__(self, _memo: Any) -> Self: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
     @property
-    def angle(self) -> _Number:
-        """The tilt, NaN before the first angle of the accelerometer: float, with channels (k,)."""
+    def angle(self) -> _Number: ...
     @property
-    def angle_sigma(self) -> _Number:
-        """Standard deviation of ``angle``, NaN for method "complementary": float, with channels (k,)."""
+    def angle_sigma(self) -> _Number: ...
     @property
-    def bias(self) -> _Number:
-        """The gyro's output without rotation, NaN for method "complementary": float, with channels (k,)."""
+    def bias(self) -> _Number: ...
     @property
-    def bias_sigma(self) -> _Number:
-        """Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,)."""
+    def bias_sigma(self) -> _Number: ...
     @property
-    def samples_seen(self) -> int:
-        """Samples given so far, missing ones included."""
+    def samples_seen(self) -> int: ...
     @property
-    def rate(self) -> float:
-        """Samples a second."""
+    def rate(self) -> float: ...
     @property
-    def method(self) -> str:
-        """How rate and angle are joined."""
+    def method(self) -> str: ...
     @property
-    def channels(self) -> int | None:
-        """Number of signals, None for a single one."""
+    def channels(self) -> int | None: ...
 
 @final
 class WaveletDenoiser(Generic[_Number, _Flag]):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,7 @@ _CALIBRATED_MATRIX = 1e-3
 Prior = tuple[Floats, Floats | None, Floats | None, Floats | None]
 
 
+@runtime_checkable
 class _Knows(Protocol):
     """A filter that has learned biases."""
 
@@ -53,8 +54,7 @@ def gyro_prior(
     if isinstance(given, Calibration):
         return _calibrated(given, sigma, gyro_unit)
     bias_sigma = _known(given, sigma)
-    bias = _axes("bias", getattr(given, "bias", given))
-    return bias, bias_sigma, None, None
+    return _axes("bias", _bias(given)), bias_sigma, None, None
 
 
 def _calibrated(given: Calibration, sigma: npt.ArrayLike | None, gyro_unit: str) -> Prior:
@@ -75,6 +75,10 @@ def _calibrated(given: Calibration, sigma: npt.ArrayLike | None, gyro_unit: str)
         matrix,
         np.hypot(np.minimum(deviations * scale / output, 0.1), _CALIBRATED_MATRIX),
     )
+
+
+def _bias(given: _Knows | npt.ArrayLike) -> npt.ArrayLike:
+    return given.bias if isinstance(given, _Knows) else given
 
 
 def _known(given: object, sigma: npt.ArrayLike | None) -> Floats | None:

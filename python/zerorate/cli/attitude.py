@@ -18,6 +18,7 @@ from zerorate.cli.options import (
     FigureFormat,
     FigureFormatOption,
     Force,
+    FrameName,
     LogArgument,
     LogFormat,
     LogFormatOption,
@@ -44,14 +45,6 @@ __all__ = ["attitude"]
 
 _FILTER: Final = "Attitude"
 """The panel of help with what is asked for."""
-
-
-class FrameName(StrEnum):
-    """Axes of the earth."""
-
-    enu = "enu"
-    ned = "ned"
-    nwu = "nwu"
 
 
 _NAMED: Any = StrEnum

@@ -32,42 +32,44 @@ use crate::common::work::{in_pieces, interruptible};
 const ROWS: usize = 1 << 8;
 const ROWS_OF_THREADS: usize = 1 << 14;
 
-/// Which way a body points, from its gyro, accelerometer and magnetometer.
+/// Which way a body points, from its gyro, accelerometer and, if there is one, magnetometer.
 ///
-/// What `update` returns turns a vector from the axes of the sensor into those of the earth: a
-/// quaternion, w first. At rest and level, the identity, the accelerometer reads +9.81 m/s^2 on z in
-/// the frames "enu" and "nwu", and -9.81 in "ned". The default method needs no settings: it also learns
-/// bias, scale and misalignment of the gyro, lets the magnetometer touch the heading only, and finds rest
-/// and disturbed fields. The others are those of textbooks, to compare with; what a method does not know
-/// is NaN.
+/// ``update`` and ``process`` return the orientation, a quaternion w, x, y, z from the axes of the
+/// sensor to those of the earth. The default method has nothing to tune: it integrates the gyro,
+/// corrects the tilt ten times a second, learns bias, scale and misalignment of the gyro from
+/// gravity, and lets the magnetometer touch the heading alone. The others are those of textbooks.
 ///
-/// NaN, infinite and None are missing, for all axes of a sensor if for one, as are a force or a field of
-/// zero, and rates beyond 1000 rad/s or forces beyond 1000 m/s^2. A missing rate is the last one for
-/// 50 ms, then none. Samples need not be even if ``dt`` says how long each took; more than a second is a
-/// gap. One object serves one thread at a time.
+/// Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
+/// so is one beyond 1000 rad/s or m/s^2. A missing rate is the last one for 50 ms. ``dt`` is the time
+/// since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap. North is the
+/// magnetic one; without a magnetometer the heading starts at zero and drifts. One object serves one
+/// thread at a time.
 ///
 /// Parameters
 /// ----------
 /// rate : float
-///     Samples a second.
+///     Samples of the gyro a second.
 /// mag : bool, default True
-///     Whether there is a magnetometer. Without one the heading is that of the start, and drifts.
-/// frame : {"enu", "ned", "nwu"}, default "enu"
-///     Axes of the earth: east, north, up; north, east, down; north, west, up. North is magnetic.
-/// method : {"auto", "complementary", "mahony", "madgwick", "ekf", "ukf"}, default "auto"
-///     How the attitude is estimated.
-/// gyro_unit, accel_unit : str, default "rad/s" and "m/s^2"
-///     Units of the samples, such as "deg/s" and "g". That of the field is any.
-/// bias : array_like, shape (3,), or Calibration or DriftFilter, optional
-///     What is known of the gyro's output without rotation, in its unit; of a `Calibration` also scale
-///     and misalignment, for "auto" only. Not for "complementary" and "madgwick".
-/// bias_sigma : float or array_like, shape (3,), optional
-///     Its standard deviation, by default 0.5 deg/s. For "auto", "ekf" and "ukf".
+///     Whether a magnetometer may come; with False one that is given is an error, and
+///     ``heading_sigma`` is that of the drift since the start.
+/// frame : {"enu", "ned", "nwu"}
+///     Axes of the earth: east, north, up; north, east, down; north, west, up. Level, with the
+///     identity, the accelerometer shows +9.81 on z, in "ned" -9.81.
+/// method : {"auto", "complementary", "mahony", "madgwick", "ekf", "ukf"}
+///     The filter.
+/// gyro_unit, accel_unit : str
+///     Units of the samples, as in `zerorate.units`; of the magnetometer any.
+/// bias : array_like, shape (3,), DriftFilter or Calibration, optional
+///     The gyro's output without rotation as it is known before, in ``gyro_unit``: numbers, a
+///     `DriftFilter` of three channels in that unit, or a `Calibration`, for raw samples, which also
+///     gives the gyro's matrix.
+/// bias_sigma : array_like, shape () or (3,), optional
+///     Its standard deviation; by default what the object knows of it, or 0.5 deg/s.
 /// channels : int, optional
 ///     Bodies side by side; ``None`` is a single one.
 /// time_constant : float, default 0.5
 ///     Of "complementary", s: tilt and heading come near those of accelerometer and magnetometer by a
-///     factor of e. Short follows accelerations, long the gyro's bias, b times this.
+///     factor of e. Short follows accelerations, long the gyro's bias: an error of b times this.
 /// kp, ki : float, default 1.0 and 0.3
 ///     Of "mahony", 1/s and 1/s^2: proportional and integral gain. Without the integral no bias is
 ///     learned.
@@ -85,18 +87,18 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// Raises
 /// ------
 /// ValueError
-///     A parameter is out of range, or is not used by the method.
+///     A parameter is out of its range, or the method has no use for it.
 ///
 /// Examples
 /// --------
 /// >>> import numpy as np, zerorate as zr
-/// >>> attitude = zr.Attitude(100.0)
-/// >>> q = attitude.update([0.0, 0.0, 0.0], [0.0, 4.905, 8.496], [0.0, -2.68, -44.64])
-/// >>> np.degrees(attitude.euler).round(1).tolist()  # roll, pitch, yaw
-/// [30.0, 0.0, 0.0]
-/// >>> mahony = zr.Attitude(100.0, method="mahony", mag=False, frame="ned", kp=0.5)
-/// >>> mahony.process(np.zeros((200, 3)), np.tile([0.0, 0.0, -9.81], (200, 1)))[-1].round(6).tolist()
-/// [-1.0, 0.0, 0.0, 0.0]
+/// >>> attitude = zr.Attitude(rate=100.0, mag=False)
+/// >>> gyro = np.tile([0.0, 0.0, 0.5], (300, 1))  # rad/s about z, upright
+/// >>> accel = np.tile([0.0, 0.0, 9.81], (300, 1))
+/// >>> attitude.process(gyro, accel).shape
+/// (300, 4)
+/// >>> [round(float(x), 3) + 0.0 for x in attitude.euler]  # roll, pitch, yaw
+/// [0.0, 0.0, 1.5]
 #[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct Attitude {
@@ -157,7 +159,8 @@ impl Attitude {
         Ok(Self { mag, shared })
     }
 
-    /// Takes one sample of each sensor, returns the orientation.
+    /// Takes one sample of each sensor, returns the orientation: (3,) each to (4,), or six or nine
+    /// floats; with channels (k, 3) to (k, 4).
     #[pyo3(signature = (gyro, accel, mag=None, *floats, dt=None))]
     fn update<'py>(
         slf: &Bound<'py, Self>,
@@ -185,7 +188,8 @@ impl Attitude {
         this.shared.update_row(slf.py(), &row)
     }
 
-    /// What ``update`` returns for each sample of a batch.
+    /// What ``update`` returns for each sample of a batch: (n, 3) each to (n, 4), with channels
+    /// (n, k, 3) to (n, k, 4). ``dt`` is one time or (n,); the interpreter lock is released.
     #[pyo3(signature = (gyro, accel, mag=None, dt=None, threads=None))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
@@ -212,7 +216,10 @@ impl Attitude {
         Ok(array.into_any())
     }
 
-    /// Like ``process``, but returns all that was known after each sample, as arrays by name.
+    /// Like ``process``, but returns all that was known after each sample, as arrays by name:
+    /// quaternion (n, 4), bias, bias_sigma and linear_acceleration (n, 3), gyro_matrix and
+    /// gyro_matrix_sigma (n, 3, 3), tilt_sigma, heading_sigma, at_rest and disturbed (n,); with
+    /// channels (n, k, …).
     #[pyo3(signature = (gyro, accel, mag=None, dt=None))]
     fn trace<'py>(
         slf: &Bound<'py, Self>,
