@@ -1090,14 +1090,22 @@ class Attitude(Generic[_Number, _Flag]):
         Its standard deviation; by default what the object knows of it, or 0.5 deg/s.
     channels : int, optional
         Bodies side by side; ``None`` is a single one.
-    time_constant : float
-        Of "complementary": seconds in which accelerometer and magnetometer prevail.
-    kp, ki : float
-        Of "mahony": proportional gain, 1/s, and integral gain, 1/s^2.
+    time_constant : float, default 0.5
+        Of "complementary", s: tilt and heading come near those of accelerometer and magnetometer by a
+        factor of e. Short follows accelerations, long the gyro's bias: an error of b times this.
+    kp, ki : float, default 1.0 and 0.3
+        Of "mahony", 1/s and 1/s^2: proportional and integral gain. Without the integral no bias is
+        learned.
     beta : float, optional
-        Of "madgwick": speed of its correction, 1/s; by default as in the report.
-    gyro_noise, accel_noise, mag_noise, bias_walk : float
-        Of "ekf" and "ukf": standard deviations.
+        Of "madgwick", rad/s: speed of the quaternion down the gradient, half that of the body; by
+        default 0.041 with a magnetometer and 0.033 without, as in the report.
+    gyro_noise, accel_noise : float, default 0.0002 and 0.1
+        Of "ekf" and "ukf", rad/s/sqrt(Hz) and m/s^2/sqrt(Hz): white noise, that of the accelerometer with
+        the body's own accelerations, some fifty times that of a data sheet.
+    mag_noise : float, default 0.1
+        Of "ekf" and "ukf", rad/sqrt(Hz): noise of the heading that the magnetometer shows.
+    bias_walk : float, default 0.0001
+        Of "ekf" and "ukf", rad/s/sqrt(s): random walk of the gyro's bias.
 
     Raises
     ------
@@ -1294,6 +1302,9 @@ class Attitude(Generic[_Number, _Flag]):
     @property
     def method(self) -> _AttitudeMethod:
         """The method that estimates."""
+    @property
+    def mag(self) -> bool:
+        """Whether a magnetometer may come."""
     @property
     def channels(self) -> int | None:
         """Number of signals, None for a single one."""
@@ -1570,6 +1581,64 @@ class TemperatureFilter(Generic[_Number, _Flag]):
 
 @final
 class Tilt(Generic[_Number]):
+    """The tilt about one axis, from the rate about it and the angle that the accelerometer shows.
+
+    It is what is often done with an MPU-6050: the angle of the accelerometer, an arc tangent of two of
+    its axes, is noisy but stays; the integral of the gyro is smooth but drifts. The **complementary**
+    filter is ``angle = a (angle + gyro dt) + (1 - a) accelerometer`` with ``a = time_constant /
+    (time_constant + dt)``: 0.98 for 0.49 s and 100 Hz. A bias b of the gyro leaves exactly ``b *
+    time_constant``. The **kalman** filter has the states angle and bias, and learns the bias.
+
+    Any unit of angle will do, if the gyro has that unit a second. It is one axis alone: the rate about
+    it is that of the tilt for small angles only, and the arc tangent fails near 90 degrees. `Attitude`
+    has neither limit, and takes motion for what it is.
+
+    A rate that is missing (NaN, infinite or None) is the last one for 50 ms, then none; an angle that is
+    missing corrects nothing; before the first angle NaN is returned. One object serves one thread at a
+    time.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    method : {"complementary", "kalman"}, default "complementary"
+        How rate and angle are joined.
+    channels : int, optional
+        Number of axes side by side; ``None`` is a single one.
+    time_constant : float, default 0.5
+        Of the complementary filter, s: short trusts the accelerometer, and its shaking, long the gyro, and
+        its bias.
+    q_angle, q_bias : float, default 1e-3 and 3e-3
+        Of the Kalman filter: variance that angle and bias gain in a second, unit^2/s and
+        (unit/s)^2/s.
+    r_measure : float, default 3e-2
+        Of the Kalman filter: variance of one sample of the accelerometer's angle, unit^2. The same
+        number is another filter at another rate. These three are those of the well-known code, for
+        degrees at 100 Hz: it comes near the accelerometer in a third of a second.
+    p_start : float, default 1.0
+        Of the Kalman filter: variance of angle and bias before the first sample, unit^2 and
+        (unit/s)^2.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range, or is not used by the method.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> gyro = np.full(3000, 0.05)  # the bias, in rad/s, of a sensor at rest
+    >>> ay, az = np.zeros(3000), np.full(3000, 9.81)
+    >>> accelerometer = np.arctan2(ay, az)
+    >>> tilt = zr.Tilt(100.0, time_constant=0.49)
+    >>> round(float(tilt.process(gyro, accelerometer)[-1]), 4)  # 0.05 * 0.49
+    0.0245
+    >>> tilt = zr.Tilt(100.0, method="kalman")
+    >>> angle = tilt.process(gyro, accelerometer)
+    >>> round(tilt.angle, 4), round(tilt.bias, 4)
+    (0.0, 0.05)
+    """
+
     @overload
     def __new__(
         cls,
@@ -1612,7 +1681,11 @@ class Tilt(Generic[_Number]):
         r_measure: float = 0.03,
         p_start: float = 1.0,
     ) -> Tilt[_Floats]: ...
-    def update(self, gyro: _Sample, angle: _Sample, dt: float | None = None) -> _Number: ...
+    def update(self, gyro: _Sample, angle: _Sample, dt: float | None = None) -> _Number:
+        """Takes a rate and the accelerometer's angle, returns the tilt: floats or None to float, with
+        channels (k,) and (k,) to (k,); ``dt`` is the time since the sample before, s, by default one
+        period.
+        """
     def process(
         self,
         gyro: npt.ArrayLike,
@@ -1620,32 +1693,50 @@ class Tilt(Generic[_Number]):
         dt: npt.ArrayLike | None = None,
         out: _Floats | None = None,
         threads: int | None = None,
-    ) -> _Floats: ...
-    def reset(self) -> None: ...
-    def copy(self) -> Self: ...
-    def to_bytes(self) -> bytes: ...
+    ) -> _Floats:
+        """What ``update`` returns for each sample of a batch: (n,) and (n,) to (n,), with channels (n, k)
+        and (n, k) to (n, k); ``dt`` is one time for all samples or (n,). The interpreter lock is
+        released.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
-    def from_bytes(b: bytes) -> Tilt: ...
+    def from_bytes(b: bytes) -> Tilt:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
     def __class_getitem__(cls, key: Any) -> GenericAlias: ...
     def __copy__(self) -> Self: ...
     def __deepcopy__(self, _memo: Any) -> Self: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
     @property
-    def angle(self) -> _Number: ...
+    def angle(self) -> _Number:
+        """The tilt, NaN before the first angle of the accelerometer: float, with channels (k,)."""
     @property
-    def angle_sigma(self) -> _Number: ...
+    def angle_sigma(self) -> _Number:
+        """Standard deviation of ``angle``, NaN for method "complementary": float, with channels (k,)."""
     @property
-    def bias(self) -> _Number: ...
+    def bias(self) -> _Number:
+        """The gyro's output without rotation, NaN for method "complementary": float, with channels (k,)."""
     @property
-    def bias_sigma(self) -> _Number: ...
+    def bias_sigma(self) -> _Number:
+        """Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,)."""
     @property
-    def samples_seen(self) -> int: ...
+    def samples_seen(self) -> int:
+        """Samples given so far, missing ones included."""
     @property
-    def rate(self) -> float: ...
+    def rate(self) -> float:
+        """Samples a second."""
     @property
-    def method(self) -> str: ...
+    def method(self) -> str:
+        """How rate and angle are joined."""
     @property
-    def channels(self) -> int | None: ...
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
 
 @final
 class WaveletDenoiser(Generic[_Number, _Flag]):

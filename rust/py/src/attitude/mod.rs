@@ -434,6 +434,12 @@ impl Attitude {
         Ok(reading(slf)?.shared.bank.method())
     }
 
+    /// Whether a magnetometer may come.
+    #[getter]
+    fn mag(slf: &Bound<'_, Self>) -> PyResult<bool> {
+        Ok(reading(slf)?.mag)
+    }
+
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let (py, this) = (slf.py(), reading(slf)?);
         let bank = &this.shared.bank;

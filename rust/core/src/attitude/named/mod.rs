@@ -96,7 +96,7 @@ mod tests {
         })
     }
 
-    fn stays_sound<E: Named>(
+    fn stays_sound<E: Named + core::fmt::Debug>(
         filter: Result<E, Error>,
         samples: &[Inertial],
     ) -> Result<(), TestCaseError> {
@@ -108,7 +108,7 @@ mod tests {
             }
             let known = filter.knowledge();
             prop_assert!((filter.orientation().norm() - 1.0).abs() < 1e-9, "{k}: {sample:?}");
-            prop_assert!(filter.is_sound(), "{k}: {sample:?}");
+            prop_assert!(filter.is_sound(), "{} at {k}: {filter:?}", E::METHOD);
             prop_assert!(!known.tilt_sigma.is_infinite() && !known.heading_sigma.is_infinite());
         }
         Ok(())
