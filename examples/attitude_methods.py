@@ -1,7 +1,8 @@
 """Errors of every method of attitude on one recording of BROAD and on simulated motions.
 
 Run with the recording ``broad_05_undisturbed_slow_rotation_with_breaks_B.parquet`` as argument, or
-without one for the simulated motions alone. Numbers are RMS in degrees.
+without one for the simulated motions alone. Numbers are RMS in degrees: total, heading,
+inclination.
 """
 
 import sys
@@ -45,12 +46,12 @@ def broad(path):
 
 
 def show(title, found):
-    """Print a line."""
+    """Print a row."""
     print(f"{title:44}" + " ".join(f"{x:6.2f}" for x in found))
 
 
 def on_trial(path):
-    """Print errors on the recording, as it is and with a bias."""
+    """Print the errors on the recording."""
     rate, sensors, truth, scored = broad(path)
     print(f"\n{'trial 05':44} total  head.  incl. | 6: head. incl.")
     show("auto", errors("auto", rate, sensors, truth, scored))
@@ -64,7 +65,7 @@ def on_trial(path):
 
 
 def on_motions():
-    """Print inclination errors on simulated motions."""
+    """Print those on simulated motions."""
     print(f"\n{'simulated, median of six, inclination':44}" + " ".join(f"{k:>9}" for k in KINDS))
     for method in ATTITUDE_METHODS:
         row = []

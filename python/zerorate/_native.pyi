@@ -1065,8 +1065,8 @@ class Attitude(Generic[_Number, _Flag]):
     Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
     so is one beyond 1000 rad/s or m/s^2. A missing rate is the last one for 50 ms. ``dt`` is the time
     since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap. North is the
-    magnetic one; without a magnetometer the heading starts at zero and drifts. One object serves one
-    thread at a time.
+    magnetic one; without a magnetometer a level sensor starts along the axes of the frame, and the
+    heading drifts. One object serves one thread at a time.
 
     Parameters
     ----------

@@ -289,9 +289,10 @@ def test_what_a_method_does_not_know_is_nan(method):
         f.smooth(*still(10))
 
 
-@pytest.mark.parametrize(
-    ("kind", "table"), [(zr.Attitude, ATTITUDE_OPTIONS), (zr.Tilt, TILT_OPTIONS)]
-)
+TABLES = [(zr.Attitude, ATTITUDE_OPTIONS), (zr.Tilt, TILT_OPTIONS)]
+
+
+@pytest.mark.parametrize(("kind", "table"), TABLES)
 def test_the_tables_are_what_the_classes_take(kind, table):
     signature = inspect.signature(kind).parameters
     for name, option in table.items():

@@ -27,6 +27,7 @@ MATRIX_WALK, MATRIX_SIGMA = 1e-5, np.where(np.eye(3), 0.008, 0.005).ravel()
 VELOCITY_WALK, SPEED, MEMORY = 0.01, 0.25, 5.0
 REST_VELOCITY, REST_RATE = 1e-4, (0.04 * DEG) ** 2
 FIELD, FIELD_WALK, FIELD_HOLDS = (25.0 * DEG) ** 2, (0.02 * DEG) ** 2, 1.0
+LEVEL = 0.1
 # The start: seconds, speed and tilt.
 START, START_SPEED, START_TILT = 1.0, 1.0, 0.5
 # The gyro's scale: seconds of the sums and of following, usual and largest ratio, largest growth.
@@ -295,7 +296,9 @@ class Attitude:
         doubt = self.field.observe(tick.field, seconds, self.speed)
         if doubt is None:
             return
-        R = FIELD / seconds * doubt
+        east, north, up = tick.field
+        level = (east**2 + north**2) / (east**2 + north**2 + up**2)
+        R = FIELD / seconds * doubt * max(LEVEL / level, 1.0)
         K = np.zeros(17)
         K[UP] = self.P[UP, UP] / (self.P[UP, UP] + R)
         rest = np.eye(17) - np.outer(K, np.eye(17)[UP])

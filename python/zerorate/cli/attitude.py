@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from zerorate.attitude.estimate import ATTITUDE_METHODS, AttitudeEstimate, estimate_attitude
+from zerorate.attitude.estimate import METHODS, AttitudeEstimate, estimate_attitude
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.errors import in_options, require, writing
 from zerorate.cli.options import (
@@ -48,7 +48,7 @@ _FILTER: Final = "Attitude"
 
 
 _NAMED: Any = StrEnum
-_METHODS: Any = _NAMED("Method", [(name, name) for name in ATTITUDE_METHODS])
+_METHODS: Any = _NAMED("Method", [(name, name) for name in METHODS])
 _AUTO: Final = _METHODS("auto")
 
 

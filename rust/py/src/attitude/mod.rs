@@ -42,8 +42,8 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
 /// so is one beyond 1000 rad/s or m/s^2. A missing rate is the last one for 50 ms. ``dt`` is the time
 /// since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap. North is the
-/// magnetic one; without a magnetometer the heading starts at zero and drifts. One object serves one
-/// thread at a time.
+/// magnetic one; without a magnetometer a level sensor starts along the axes of the frame, and the
+/// heading drifts. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -141,6 +141,7 @@ impl Attitude {
         let params = AttitudeParams {
             rate,
             frame: frame_of(frame)?,
+            mag,
             gyro_unit: factor(py, gyro_unit, "rad/s", "gyro_unit")?,
             accel_unit: factor(py, accel_unit, "m/s^2", "accel_unit")?,
         };

@@ -52,6 +52,9 @@ const FIELD: f64 = 25.0 * DEGREE;
 const FIELD_WALK: f64 = 0.02 * DEGREE;
 /// Ticks at rest over which the strength of gravity is averaged.
 const WEIGHED: f64 = 100.0;
+/// Square of the share of a field that is level, from which on the noise of its direction grows: of
+/// a dip of 72 degrees.
+const LEVEL: f64 = 0.1;
 /// Longest time that a field stands for, s.
 const FIELD_HOLDS: f64 = 1.0;
 /// Variances of the heading at the start, rad²: to be found by a magnetometer, and chosen.
@@ -314,7 +317,9 @@ impl Auto {
         if seconds <= 0.0 || (field.x == 0.0 && field.y == 0.0) {
             return;
         }
-        let noise = square(FIELD) / seconds * doubt;
+        let level = (field.x * field.x + field.y * field.y) / field.norm_squared();
+        let steep = (LEVEL / level).max(1.0);
+        let noise = square(FIELD) / seconds * doubt * steep;
         let gain = self.errors.heading() / (self.errors.heading() + noise);
         self.errors.correct_heading(gain, noise);
         self.turn_heading(gain * self.east_of_north(&field));

@@ -24,7 +24,7 @@ impl Linearised for Extended {
         state.body.turn(&turn);
         // An error of the bias turns the other way, about axes that move meanwhile.
         let J = right_jacobian(&turn) * -step.dt;
-        let columns = [0, 1, 2].map(|i| state.body.to_earth(&J.column(i).into_owned()));
+        let columns = [0, 1, 2].map(|i| state.body.in_earth(&J.column(i).into_owned()));
         let A = Matrix3::from_columns(&columns);
         // F P F' with F = [I, A; 0, I].
         let P = state.P;

@@ -112,13 +112,13 @@ impl<L: Linearised> Kalman<L> {
         if state.body.levelled
             && let Some(accel) = accel
         {
-            let force = state.body.to_earth(&accel.normalize());
+            let force = state.body.in_earth(&accel.normalize());
             L::see_up(state, &force, squared(constants.accel_noise / GRAVITY) / dt);
         }
         if state.body.headed
             && let Some(mag) = mag
         {
-            let field = state.body.to_earth(mag);
+            let field = state.body.in_earth(mag);
             if field.x != 0.0 || field.y != 0.0 {
                 L::see_north(state, east_of_north(&field), squared(constants.mag_noise) / dt);
             }

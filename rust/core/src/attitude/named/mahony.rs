@@ -49,7 +49,7 @@ impl Mahony {
         if body.headed
             && let Some(mag) = mag
         {
-            let field = body.to_earth(mag);
+            let field = body.in_earth(mag);
             let level = (field.x * field.x + field.y * field.y).simd_sqrt();
             if level > 0.0 {
                 error += up * (field.x / level);
