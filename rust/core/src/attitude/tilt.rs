@@ -268,7 +268,8 @@ impl Tilt {
         self.P.set(1, 1, r - b * q + ROUNDING * r);
     }
 
-    /// Variances below their cap, without a change of the correlation.
+    /// Variances below their cap, without a change of the correlation, and the covariance below what
+    /// they allow: in a step that is too short for one variance it need not vanish.
     fn limit(&mut self) {
         for i in 0..2 {
             let variance = self.P.at(i, i);
@@ -277,6 +278,9 @@ impl Tilt {
                 self.P.set(i, i, VARIANCE_MAX);
             }
         }
+        let [angle, bias] = [0, 1].map(|i| self.P.at(i, i).max(0.0).simd_sqrt());
+        let most = angle * bias;
+        self.P.set(0, 1, self.P.at(0, 1).clamp(-most, most));
     }
 }
 

@@ -6,9 +6,9 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use super::kalman::{BIAS, Gauss, Linearised, Step};
 use crate::math::rotation::right_jacobian;
 
-/// What rounding may cost the variance of a difference, relative to what was there before: some
-/// operations on each of six columns.
-const ROUNDING: f64 = 32.0 * f64::EPSILON;
+/// What rounding may cost the variance of a difference, relative to what was there before: a
+/// few operations on each element.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// By first derivatives. Corrections are scalar.
 #[derive(Debug, Clone, Copy, PartialEq)]
