@@ -51,6 +51,10 @@ METRICS = {
     "orientation_error_growth": lambda z: m.orientation_error_growth(
         rows(z, 3), rows(np.ones(N), 4), RATE, (0.05,)
     ),
+    "orientation_errors": lambda z: (
+        m.orientation_errors(rows(z, 4), rows(OTHER, 4)),
+        m.orientation_errors(rows(OTHER, 4), rows(z, 4)),
+    ),
     "reduction": lambda z: (m.reduction(z, OTHER), m.reduction(OTHER, z)),
     "regret": lambda z: m.regret(z, OTHER, np.zeros(N)),
     "rmse": lambda z: (m.rmse(z, OTHER), m.rmse(OTHER, z)),
