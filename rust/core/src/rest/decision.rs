@@ -77,9 +77,10 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         }
     }
 
-    /// Takes a tick; returns what changed.
-    pub(super) fn take(&mut self, seen: &TickSums<T>) -> Option<Event> {
-        let possible = self.still.take(seen);
+    /// Takes a tick, which cannot be one of rest if the body is known to be `moving`; returns what
+    /// changed.
+    pub(super) fn take(&mut self, seen: &TickSums<T>, moving: bool) -> Option<Event> {
+        let possible = self.still.take(seen) && !moving;
         match self.known {
             None => self.begin(possible, seen),
             Some(known) if self.at_rest => self.rest(known, possible, seen),
