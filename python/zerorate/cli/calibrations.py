@@ -9,6 +9,7 @@ from typing import Final
 
 from zerorate.calibrate.calibration import Calibration
 from zerorate.calibrate.choice import corrected_gyro as gyro_of
+from zerorate.calibrate.choice import own_accel
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, of_a_file
 from zerorate.cli.options import Reading, parse_words
 from zerorate.io import Log, LogError, Recording, read_recording
@@ -18,7 +19,7 @@ from zerorate.io.names import canonical_unit
 _NAME: Final = re.compile(r"\b(gyro|accel)='([^']+)'")
 """A sensor that is chosen by an argument."""
 
-__all__ = ["corrected_gyro", "naming", "read_calibration", "read_imu"]
+__all__ = ["corrected_imu", "naming", "read_calibration", "read_imu"]
 
 
 def read_calibration(path: Path) -> Calibration:
@@ -55,12 +56,18 @@ def _units(text: str) -> dict[str, str]:
     return dict(zip(sensors, words, strict=True))
 
 
-def corrected_gyro(reading: Reading, source: LogSource, calibration: Calibration) -> Log:
-    """Return the gyro of a recording, corrected, whose notes say so; faults as of `naming`."""
+def corrected_imu(
+    reading: Reading, source: LogSource, calibration: Calibration
+) -> tuple[Log, Log | None]:
+    """Return the gyro of a recording, corrected, whose notes say so, and its accelerometer.
+
+    Faults are as of `naming`.
+    """
     recording = read_imu(reading, source)
     with naming(recording):
         asked = reading.arguments["columns"] is not None
-        return gyro_of(recording, calibration, asked=asked)
+        gyro = gyro_of(recording, calibration, asked=asked)
+    return gyro, own_accel(recording, calibration)
 
 
 @contextmanager
