@@ -31,7 +31,8 @@ fn rows(mag: bool) -> Vec<f64> {
 }
 
 fn filter(rate: f64, mag: bool) -> Attitude<Auto> {
-    let params = AttitudeParams { rate, frame: Frame::Enu, gyro_unit: 1.0, accel_unit: 1.0 };
+    let (frame, unit) = (Frame::Enu, 1.0);
+    let params = AttitudeParams { rate, frame, mag, gyro_unit: unit, accel_unit: unit };
     let auto = Auto::new(AutoOptions { mag, ..AutoOptions::default() }).expect("the defaults");
     Attitude::new(params, auto).expect("a rate")
 }

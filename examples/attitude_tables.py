@@ -1,8 +1,8 @@
 """How true the attitude is on a recording, as it is and changed on purpose.
 
-``python examples/attitude_tables.py RECORDING RATE`` prints a table in Markdown: errors in degrees, root
-mean squares in motion, of `zerorate.Attitude` and, where it is installed, of vqf. The recording has
-gyro, accelerometer, magnetometer and the true orientation in east, north, up.
+``python examples/attitude_tables.py RECORDING RATE`` prints a table in Markdown: errors in degrees,
+root mean squares in motion, of `zerorate.Attitude` and, where it is installed, of vqf. The
+recording has gyro, accelerometer, magnetometer and the true orientation in east, north, up.
 """
 
 import sys

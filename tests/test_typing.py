@@ -36,3 +36,20 @@ def test_an_annotation_need_not_say_which() -> None:
         return float(np.max(assert_type(f.bias, Any)))
 
     assert bias_of(zr.DriftFilter(200.0)) == bias_of(zr.DriftFilter(200.0, channels=3)) == 0.0
+
+
+def test_an_attitude_of_one_body_and_of_several() -> None:
+    sample = [0.0, 0.0, 9.81]
+    one = zr.Attitude(100.0, bias=zr.DriftFilter(100.0, channels=3))
+    assert assert_type(one.update(sample, sample), Floats).shape == (4,)
+    assert isinstance(assert_type(one.heading, float), float)
+    assert isinstance(assert_type(one.at_rest, bool), bool)
+    assert one.status == "starting"
+    several = zr.Attitude(100.0, frame="ned", channels=2)
+    assert assert_type(several.process([[sample] * 2], [[sample] * 2]), Floats).shape == (1, 2, 4)
+    assert assert_type(several.tilt_sigma, Floats).shape == (2,)
+    assert assert_type(several.disturbed, Flags).shape == (2,)
+    told = one.trace([sample], [sample])
+    assert assert_type(told["gyro_matrix_sigma"], Floats).shape == (1, 3, 3)
+    assert assert_type(told["at_rest"], Flags).shape == (1,)
+    assert assert_type(one.copy(), zr.Attitude[float, bool]).method == "auto"

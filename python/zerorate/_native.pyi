@@ -19,6 +19,8 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import TypeVar
 
+from zerorate.calibrate.calibration import Calibration
+
 _Method: TypeAlias = Literal["kf", "akf", "fading", "robust", "auto"]
 _Status: TypeAlias = Literal[
     "starting",
@@ -36,6 +38,11 @@ _Noise: TypeAlias = Literal["allan", "hadamard"]
 _Wavelet: TypeAlias = Literal["haar", "db2", "db4", "db8"]
 _Shrinking: TypeAlias = Literal["soft", "hard"]
 _Outliers: TypeAlias = Literal["keep", "reject"]
+_Frame: TypeAlias = Literal["enu", "ned", "nwu"]
+_AttitudeMethod: TypeAlias = Literal["auto", "complementary", "mahony", "madgwick", "ekf", "ukf"]
+_AttitudeStatus: TypeAlias = Literal[
+    "starting", "rate missing", "wrong unit", "disturbed", "at rest", "moving"
+]
 _Sample: TypeAlias = SupportsFloat | SupportsIndex | npt.ArrayLike | None
 _Floats: TypeAlias = npt.NDArray[np.float64]
 _Counts: TypeAlias = npt.NDArray[np.int64]
@@ -47,6 +54,18 @@ _Number = TypeVar("_Number", default=Any)
 _Flag = TypeVar("_Flag", default=Any)
 # An array, or two for gyro and accelerometer.
 _Corrected = TypeVar("_Corrected", default=Any)
+
+class _AttitudeTrace(TypedDict):
+    quaternion: _Floats
+    bias: _Floats
+    bias_sigma: _Floats
+    gyro_matrix: _Floats
+    gyro_matrix_sigma: _Floats
+    tilt_sigma: _Floats
+    heading_sigma: _Floats
+    linear_acceleration: _Floats
+    at_rest: _Flags
+    disturbed: _Flags
 
 class _TemperatureCurve(TypedDict):
     reference: float
@@ -64,6 +83,7 @@ __all__ = [
     "RestDetector",
     "StreamingAllan",
     "TemperatureFilter",
+    "Tilt",
     "Trace",
     "WaveletDenoiser",
     "__version__",
@@ -72,6 +92,7 @@ __all__ = [
     "arma_grid",
     "arma_likelihood",
     "arma_residuals",
+    "attitude_options",
     "autoregression_variances",
     "carry_turns",
     "chi_squared_quantile",
@@ -85,6 +106,7 @@ __all__ = [
     "log_normal_cdf",
     "longest_factor",
     "reversals",
+    "tilt_options",
     "wavelet_decomposition",
     "without_outliers",
 ]
@@ -1138,7 +1160,7 @@ class StreamingAllan:
         """Number of differences in each element of ``hadamard_deviation``, int64."""
 
 @final
-class Attitude:
+class Attitude(Generic[_Number, _Flag]):
     """Which way a body points, from its gyro, accelerometer and, if there is one, magnetometer.
 
     ``update`` and ``process`` return the orientation, a quaternion w, x, y, z from the axes of the
@@ -1149,8 +1171,8 @@ class Attitude:
     Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
     so is one beyond 1000 rad/s or m/s^2. A missing rate is the last one for 50 ms. ``dt`` is the time
     since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap. North is the
-    magnetic one; without a magnetometer the heading starts at zero and drifts. One object serves one
-    thread at a time.
+    magnetic one; without a magnetometer a level sensor starts along the axes of the frame, and the
+    heading drifts. One object serves one thread at a time.
 
     Parameters
     ----------
@@ -1200,17 +1222,50 @@ class Attitude:
     [0.0, 0.0, 1.5]
     """
 
+    @overload
     def __new__(
         cls,
         rate: float,
         *,
         mag: bool = True,
-        frame: Literal["enu", "ned", "nwu"] = "enu",
-        method: Literal["auto"] = "auto",
+        frame: _Frame = "enu",
+        method: _AttitudeMethod = "auto",
         gyro_unit: str = "rad/s",
         accel_unit: str = "m/s^2",
-        channels: int | None = None,
-    ) -> Attitude: ...
+        bias: Calibration | DriftFilter | npt.ArrayLike | None = None,
+        bias_sigma: npt.ArrayLike | None = None,
+        channels: None = None,
+        time_constant: float = 0.5,
+        kp: float = 1.0,
+        ki: float = 0.3,
+        beta: float | None = None,
+        gyro_noise: float = 0.0002,
+        accel_noise: float = 0.1,
+        mag_noise: float = 0.1,
+        bias_walk: float = 0.0001,
+    ) -> Attitude[float, bool]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        mag: bool = True,
+        frame: _Frame = "enu",
+        method: _AttitudeMethod = "auto",
+        gyro_unit: str = "rad/s",
+        accel_unit: str = "m/s^2",
+        bias: Calibration | DriftFilter | npt.ArrayLike | None = None,
+        bias_sigma: npt.ArrayLike | None = None,
+        channels: int,
+        time_constant: float = 0.5,
+        kp: float = 1.0,
+        ki: float = 0.3,
+        beta: float | None = None,
+        gyro_noise: float = 0.0002,
+        accel_noise: float = 0.1,
+        mag_noise: float = 0.1,
+        bias_walk: float = 0.0001,
+    ) -> Attitude[_Floats, _Flags]: ...
     def update(
         self,
         gyro: npt.ArrayLike,
@@ -1239,16 +1294,32 @@ class Attitude:
         accel: npt.ArrayLike,
         mag: npt.ArrayLike | None = None,
         dt: npt.ArrayLike | None = None,
-    ) -> dict[str, npt.NDArray[Any]]:
+    ) -> _AttitudeTrace:
         """Like ``process``, but returns all that was known after each sample, as arrays by name:
         quaternion (n, 4), bias, bias_sigma and linear_acceleration (n, 3), gyro_matrix and
         gyro_matrix_sigma (n, 3, 3), tilt_sigma, heading_sigma, at_rest and disturbed (n,); with
         channels (n, k, …).
         """
+    def smooth(
+        self,
+        gyro: npt.ArrayLike,
+        accel: npt.ArrayLike,
+        mag: npt.ArrayLike | None = None,
+        dt: npt.ArrayLike | None = None,
+    ) -> _AttitudeTrace:
+        """What is known of each sample of a record by all of it: as ``trace``, but offline."""
+    def align(
+        self, orientation: Any, tilt_sigma: float = 0.01, heading_sigma: float = 0.01
+    ) -> None:
+        """Goes on from an orientation that is known, at the start or later: a quaternion, w first, or a
+        ``scipy`` rotation, of the sensor in the frame; the deviations of its tilt and heading in rad.
+        """
     def power_on(self) -> None:
         """Back to before the first sample, but for scale and misalignment of the gyro."""
     def reset(self) -> None:
         """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
     def to_bytes(self) -> bytes:
         """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
@@ -1256,14 +1327,10 @@ class Attitude:
         """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
         if the bytes are not one.
         """
-    def copy(self) -> Attitude:
-        """An independent object in the same state."""
-    def __copy__(self) -> Attitude: ...
-    def __deepcopy__(self, _memo: Any) -> Attitude: ...
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
     def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
-    @property
-    def channels(self) -> int | None:
-        """Number of signals, None for a single one."""
     @property
     def quaternion(self) -> _Floats:
         """From the axes of the sensor to those of the earth, w first: (4,), with channels (k, 4)."""
@@ -1274,7 +1341,7 @@ class Attitude:
     def euler(self) -> _Floats:
         """Roll, pitch and yaw, rad: (3,), with channels (k, 3)."""
     @property
-    def heading(self) -> Any:
+    def heading(self) -> _Number:
         """Direction of the sensor's x axis over ground, clockwise from north, 0 to 2 pi: float, with
         channels (k,).
         """
@@ -1299,25 +1366,28 @@ class Attitude:
     def gyro_matrix(self) -> _Floats:
         """M in ``rate = M (gyro - bias)``: (3, 3), with channels (k, 3, 3)."""
     @property
-    def tilt_sigma(self) -> Any:
+    def gyro_matrix_sigma(self) -> _Floats:
+        """Standard deviations of the elements of ``gyro_matrix``: (3, 3), with channels (k, 3, 3)."""
+    @property
+    def tilt_sigma(self) -> _Number:
         """Standard deviation of the angle between the true and the estimated vertical, rad: float, with
         channels (k,).
         """
     @property
-    def heading_sigma(self) -> Any:
+    def heading_sigma(self) -> _Number:
         """Standard deviation of the heading, rad; without magnetometer that against the start: float,
         with channels (k,).
         """
     @property
-    def at_rest(self) -> Any:
+    def at_rest(self) -> _Flag:
         """Whether the body rests: bool, with channels (k,)."""
     @property
-    def disturbed(self) -> Any:
+    def disturbed(self) -> _Flag:
         """Whether the magnetic field is another than the one known, by its strength or its dip: bool,
         with channels (k,).
         """
     @property
-    def status(self) -> Any:
+    def status(self) -> _AttitudeStatus | list[_AttitudeStatus]:
         """What is to be known first of all: "starting" (first second), "rate missing", "wrong unit",
         "disturbed", "at rest" or "moving"; with channels a list.
         """
@@ -1327,7 +1397,14 @@ class Attitude:
     @property
     def rate(self) -> float:
         """Samples a second."""
+    @property
+    def method(self) -> _AttitudeMethod:
+        """The method that estimates."""
+    @property
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
 
+@final
 class ImuCorrector(Generic[_Corrected]):
     """Gyro and accelerometer without scale error, misalignment, bias and g-sensitivity, while samples
     arrive or at once.
@@ -1598,6 +1675,165 @@ class TemperatureFilter(Generic[_Number, _Flag]):
         """Number of signals, None for a single one."""
 
 @final
+class Tilt(Generic[_Number]):
+    """The tilt about one axis, from the rate about it and the angle that the accelerometer shows.
+
+    It is what is often done with an MPU-6050: the angle of the accelerometer, an arc tangent of two of
+    its axes, is noisy but stays; the integral of the gyro is smooth but drifts. The **complementary**
+    filter is ``angle = a (angle + gyro dt) + (1 - a) accelerometer`` with ``a = time_constant /
+    (time_constant + dt)``: 0.98 for 0.49 s and 100 Hz. A bias b of the gyro leaves exactly ``b *
+    time_constant``. The **kalman** filter has the states angle and bias, and learns the bias.
+
+    Any unit of angle will do, if the gyro has that unit a second. It is one axis alone: the rate about
+    it is that of the tilt for small angles only, and the arc tangent fails near 90 degrees. `Attitude`
+    has neither limit, and takes motion for what it is.
+
+    A rate that is missing (NaN, infinite or None) is the last one for 50 ms, then none; an angle that is
+    missing corrects nothing; before the first angle NaN is returned. One object serves one thread at a
+    time.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    method : {"complementary", "kalman"}, default "complementary"
+        How rate and angle are joined.
+    channels : int, optional
+        Number of axes side by side; ``None`` is a single one.
+    time_constant : float, default 0.5
+        Of the complementary filter, s: short trusts the accelerometer, and its shaking, long the gyro, and
+        its bias.
+    q_angle, q_bias : float, default 1e-3 and 3e-3
+        Of the Kalman filter: variance that angle and bias gain in a second, unit^2/s and
+        (unit/s)^2/s.
+    r_measure : float, default 3e-2
+        Of the Kalman filter: variance of one sample of the accelerometer's angle, unit^2. The same
+        number is another filter at another rate. These three are those of the well-known code, for
+        degrees at 100 Hz: it comes near the accelerometer in a third of a second.
+    p_start : float, default 1.0
+        Of the Kalman filter: variance of angle and bias before the first sample, unit^2 and
+        (unit/s)^2.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range, or is not used by the method.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> gyro = np.full(3000, 0.05)  # the bias, in rad/s, of a sensor at rest
+    >>> ay, az = np.zeros(3000), np.full(3000, 9.81)
+    >>> accelerometer = np.arctan2(ay, az)
+    >>> tilt = zr.Tilt(100.0, time_constant=0.49)
+    >>> round(float(tilt.process(gyro, accelerometer)[-1]), 4)  # 0.05 * 0.49
+    0.0245
+    >>> tilt = zr.Tilt(100.0, method="kalman")
+    >>> angle = tilt.process(gyro, accelerometer)
+    >>> round(tilt.angle, 4), round(tilt.bias, 4)
+    (0.0, 0.05)
+    """
+
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["complementary"] = "complementary",
+        channels: None = None,
+        time_constant: float = 0.5,
+    ) -> Tilt[float]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["complementary"] = "complementary",
+        channels: int,
+        time_constant: float = 0.5,
+    ) -> Tilt[_Floats]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["kalman"],
+        channels: None = None,
+        q_angle: float = 0.001,
+        q_bias: float = 0.003,
+        r_measure: float = 0.03,
+        p_start: float = 1.0,
+    ) -> Tilt[float]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["kalman"],
+        channels: int,
+        q_angle: float = 0.001,
+        q_bias: float = 0.003,
+        r_measure: float = 0.03,
+        p_start: float = 1.0,
+    ) -> Tilt[_Floats]: ...
+    def update(self, gyro: _Sample, angle: _Sample, dt: float | None = None) -> _Number:
+        """Takes a rate and the accelerometer's angle, returns the tilt: floats or None to float, with
+        channels (k,) and (k,) to (k,); ``dt`` is the time since the sample before, s, by default one
+        period.
+        """
+    def process(
+        self,
+        gyro: npt.ArrayLike,
+        angle: npt.ArrayLike,
+        dt: npt.ArrayLike | None = None,
+        out: _Floats | None = None,
+        threads: int | None = None,
+    ) -> _Floats:
+        """What ``update`` returns for each sample of a batch: (n,) and (n,) to (n,), with channels (n, k)
+        and (n, k) to (n, k); ``dt`` is one time for all samples or (n,). The interpreter lock is
+        released.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
+    @staticmethod
+    def from_bytes(b: bytes) -> Tilt:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+    @property
+    def angle(self) -> _Number:
+        """The tilt, NaN before the first angle of the accelerometer: float, with channels (k,)."""
+    @property
+    def angle_sigma(self) -> _Number:
+        """Standard deviation of ``angle``, NaN for method "complementary": float, with channels (k,)."""
+    @property
+    def bias(self) -> _Number:
+        """The gyro's output without rotation, NaN for method "complementary": float, with channels (k,)."""
+    @property
+    def bias_sigma(self) -> _Number:
+        """Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,)."""
+    @property
+    def samples_seen(self) -> int:
+        """Samples given so far, missing ones included."""
+    @property
+    def rate(self) -> float:
+        """Samples a second."""
+    @property
+    def method(self) -> str:
+        """How rate and angle are joined."""
+    @property
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
+
+@final
 class WaveletDenoiser(Generic[_Number, _Flag]):
     """Wavelet denoising while samples arrive, late by a known number of samples.
 
@@ -1801,5 +2037,7 @@ def arma_likelihood(
     theta: Sequence[float] | _Floats,
     mean: float,
 ) -> tuple[float, float, int]: ...
+def attitude_options() -> list[_Option]: ...
 def filter_options() -> list[_Option]: ...
+def tilt_options() -> list[_Option]: ...
 def wavelet_decomposition(z: npt.ArrayLike, wavelet: str, level: int) -> list[_Floats]: ...

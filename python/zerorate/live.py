@@ -1,6 +1,8 @@
 """A line of numbers in, a line of answers out: what ``zerorate stream`` does, without its files."""
 
 from zerorate.run.live import (
+    AttitudeLines,
+    AttitudeSettings,
     Beside,
     CheckpointError,
     ColumnError,
@@ -8,9 +10,12 @@ from zerorate.run.live import (
     LineStream,
     Settings,
     SettingsError,
+    WithAttitude,
 )
 
 __all__ = [
+    "AttitudeLines",
+    "AttitudeSettings",
     "Beside",
     "CheckpointError",
     "ColumnError",
@@ -18,6 +23,7 @@ __all__ = [
     "LineStream",
     "Settings",
     "SettingsError",
+    "WithAttitude",
 ]
 
 

@@ -14,10 +14,11 @@ from zerorate.units import convert, kind
 
 if TYPE_CHECKING:
     from zerorate._native import _FilterOptions as FilterOptions
+    from zerorate._native import _Option
     from zerorate._native import _StreamOptions as StreamOptions
 else:
     # The stub alone lists them by name and type.
-    FilterOptions = StreamOptions = dict
+    FilterOptions = StreamOptions = _Option = dict
 
 __all__ = [
     "FILTER_OPTIONS",
@@ -29,6 +30,7 @@ __all__ = [
     "StreamOptions",
     "check_used",
     "checked_options",
+    "table",
     "used_by",
     "with_limits",
 ]
@@ -38,7 +40,7 @@ Kind = Literal["order", "number", "seconds", "seconds or always", "choice", "pai
 
 @dataclass(frozen=True)
 class Option:
-    """An option of `zerorate.DriftFilter`.
+    """An option of `zerorate.DriftFilter`, `Attitude` or `Tilt`.
 
     Parameters
     ----------
@@ -76,9 +78,9 @@ def _listed(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(most)} {last} {end}" if most else end
 
 
-def _table() -> Iterator[Option]:
-    """Yield the rows of the core's table, in the order in which help shows them."""
-    for row in filter_options():
+def table(rows: Iterable[_Option]) -> Iterator[Option]:
+    """Yield the rows of one of the core's tables, in the order in which help shows them."""
+    for row in rows:
         yield Option(
             name=row["name"],
             kind=row["kind"],
@@ -92,7 +94,7 @@ def _table() -> Iterator[Option]:
 
 
 FILTER_OPTIONS: Final[Mapping[str, Option]] = MappingProxyType(
-    {option.name: option for option in _table()}
+    {option.name: option for option in table(filter_options())}
 )
 
 METHODS: Final = FILTER_OPTIONS["method"].choices

@@ -14,6 +14,7 @@ from oracle import quaternions
 from oracle.body_rest import BodyRest
 from oracle.field import Field
 from oracle.inertial import Samples, prepared
+from oracle.under_way import FieldErrors, UnderWay
 
 PHI, B, S, V = 0, 3, 6, 15
 UP = 2
@@ -27,11 +28,13 @@ MATRIX_WALK, MATRIX_SIGMA = 1e-5, np.where(np.eye(3), 0.008, 0.005).ravel()
 VELOCITY_WALK, SPEED, MEMORY = 0.01, 0.25, 5.0
 REST_VELOCITY, REST_RATE = 1e-4, (0.04 * DEG) ** 2
 FIELD, FIELD_WALK, FIELD_HOLDS = (25.0 * DEG) ** 2, (0.02 * DEG) ** 2, 1.0
+LEVEL = 0.1
 # The start: seconds, speed and tilt.
 START, START_SPEED, START_TILT = 1.0, 1.0, 0.5
 # The gyro's scale: seconds of the sums and of following, usual and largest ratio, largest growth.
 SUMMED, FOLLOWS, USUAL, LARGEST, MOST = 2.0, 3.0, 0.3, 6.0, 150.0
 UNKNOWN, STILL = 1.0, 0.01
+ACCEL_BIAS = 0.05
 BOUNDS = {PHI: 0.5, PHI + 1: 0.5, UP: 10.0, V: 100.0, V + 1: 100.0}
 
 
@@ -84,6 +87,7 @@ class Attitude:
         self.rest, self.at_rest = BodyRest(), False
         self.field, self.field_age = Field(), 0.0
         self.accelerations = 0.5**2
+        self.under_way, self.field_errors = UnderWay(), FieldErrors()
         self.forget_scale()
         self.speed = 0.0
 
@@ -118,18 +122,31 @@ class Attitude:
         return {name: np.array([one[name] for one in told]) for name in told[0]}
 
     def known(self):
-        sigma = np.sqrt(np.diag(self.P))
+        sigma = np.sqrt(np.diag(self.P) * max(self.doubt, 1.0))
         return {
             "quaternion": quaternions.product(quaternions.about_up(self.heading), self.q),
             "bias": self.b,
             "bias_sigma": sigma[B:S],
             "gyro_matrix": self.M,
             "gyro_matrix_sigma": sigma[S:V].reshape(3, 3),
-            "tilt_sigma": math.hypot(*sigma[PHI:UP]),
-            "heading_sigma": sigma[UP],
+            "tilt_sigma": math.sqrt(self.tilt),
+            "heading_sigma": math.sqrt(self.field_errors.variance(self.P[UP, UP])),
             "at_rest": self.at_rest,
             "disturbed": self.field.disturbed,
         }
+
+    @property
+    def doubt(self):
+        return self.under_way.doubt(self.velocity_noise)
+
+    @property
+    def velocity_noise(self):
+        return SPEED**2 + max(self.accelerations, self.under_way.turning)
+
+    @property
+    def tilt(self):
+        """Variance of the angle between true and estimated up."""
+        return self.doubt * np.trace(self.P[:UP, :UP]) + 2.0 * (ACCEL_BIAS / G) ** 2
 
     def follow(self, samples):
         """Samples of a tick, and what is known after each: but for the orientation, what was."""
@@ -228,7 +245,7 @@ class Attitude:
         Q[PHI:B] = tick.span * rotation + UNKNOWN * tick.unknown
         Q[UP] += tick.span * FIELD_WALK if self.mag else 0.0
         Q[B:S], Q[S:V] = tick.span * BIAS_WALK**2, tick.span * MATRIX_WALK**2
-        Q[V:] = tick.span * VELOCITY_WALK**2
+        Q[V:] = tick.span * (VELOCITY_WALK**2 + self.under_way.walk)
         most = np.append(np.full(3, BIAS_SIGMA**2), MATRIX_SIGMA**2)
         # A prediction leaves these variances as they were.
         Q[B:V] = np.minimum(Q[B:V], np.maximum(most - np.diag(self.P)[B:V], 0.0))
@@ -244,10 +261,13 @@ class Attitude:
     def correct(self, tick):
         """The velocity stays near zero; at rest it is zero, and the rate is the bias."""
         R = REST_VELOCITY / tick.span
-        if not self.at_rest:
+        if self.at_rest:
+            self.under_way = UnderWay(first=0.0)
+        else:
+            self.under_way.observe(self.v, self.R, tick.span)
             weight = min(tick.span / MEMORY, 1.0)
             self.accelerations += weight * (0.5 * self.v @ self.v - self.accelerations)
-            R = (SPEED**2 + self.accelerations) / tick.span
+            R = self.velocity_noise / tick.span
         by, both = self.P[V:, V:] + R * np.eye(2), self.P[PHI:UP, V:]
         expected = np.trace(both @ np.linalg.solve(by, both.T))
         x = np.zeros(17)
@@ -295,9 +315,12 @@ class Attitude:
         doubt = self.field.observe(tick.field, seconds, self.speed)
         if doubt is None:
             return
-        R = FIELD / seconds * doubt
+        east, north, up = tick.field
+        level = (east**2 + north**2) / (east**2 + north**2 + up**2)
+        R = FIELD / seconds * doubt * max(LEVEL / level, 1.0)
         K = np.zeros(17)
         K[UP] = self.P[UP, UP] / (self.P[UP, UP] + R)
+        self.field_errors.observe(K[UP], R, tick.field, 0.5 * self.tilt)
         rest = np.eye(17) - np.outer(K, np.eye(17)[UP])
         self.P = rest @ self.P @ rest.T + R * np.outer(K, K)
         self.heading += K[UP] * self.east_of_north(tick.field)
@@ -312,7 +335,7 @@ class Attitude:
     def lose(self, seconds):
         """It may have turned as it did, another way every second."""
         self.rest, self.at_rest = BodyRest(), False
-        self.v, self.before = np.zeros(2), np.zeros(3)
+        self.v, self.before, self.under_way = np.zeros(2), np.zeros(3), UnderWay()
         turned = (self.speed**2 + STILL**2) * seconds
         self.restart([V, V + 1], START_SPEED**2)
         self.P[range(3), range(3)] += turned

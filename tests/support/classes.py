@@ -41,6 +41,7 @@ from support.settings import (
     drift,
     model_settings,
     motion_settings,
+    named_attitude_settings,
     noise_settings,
     published_settings,
     rest_settings,
@@ -50,6 +51,7 @@ from support.settings import (
     start_of,
     started_settings,
     temperature_settings,
+    tilt_settings,
     wavelet_settings,
     within_range,
 )
@@ -142,6 +144,28 @@ def sound_attitude(f, z, answers):
         assert not name.endswith("sigma") or np.all(known[name] >= 0.0), name
     # Its covariance is symmetric and positive semidefinite, or it would be refused.
     assert type(f).from_bytes(f.to_bytes()).to_bytes() == f.to_bytes()
+
+
+def sound_named_attitude(f, z, answers):
+    """The same, but for what the method does not know."""
+    np.testing.assert_allclose(np.sum(answers**2, axis=-1), 1.0, rtol=1e-9)
+    unknown = ("linear_acceleration", "bias", "gyro_matrix", "sigma")
+    known = state(f)
+    assert_finite({name: x for name, x in known.items() if not name.endswith(unknown)})
+    learned = {name: known[name] for name in known if name == "bias" or name.endswith("sigma")}
+    for name, values in learned.items():
+        assert np.isfinite(values).all() or np.isnan(values).all(), name
+        assert not np.any(values < 0.0) or name == "bias", name
+    assert type(f).from_bytes(f.to_bytes()).to_bytes() == f.to_bytes()
+
+
+def sound_tilt(f, z, answers):
+    """Finite from the first angle on; what came before this record is not known here."""
+    begun = np.logical_or.accumulate(np.abs(z[..., 1]) <= 1e150)
+    assert_finite({"answers": answers[begun]})
+    learned = f.bias, f.bias_sigma, f.angle_sigma
+    assert np.isfinite(learned).all() if f.method == "kalman" else np.isnan(learned).all()
+    assert not np.any(np.less([f.bias_sigma, f.angle_sigma], 0.0))
 
 
 def sound_wavelet(f, z, answers):
@@ -483,6 +507,41 @@ STREAMS = {
             ("attitude-6", 6, {"mag": False, "frame": "ned"}),
         )
     },
+    "attitude-named": Stream(
+        kind=zr.Attitude,
+        make=lambda arguments: zr.Attitude(**arguments),
+        settings=named_attitude_settings,
+        examples={
+            f"attitude-{method}": {"rate": RATE, "method": method}
+            for method in ("complementary", "mahony", "madgwick", "ekf", "ukf")
+        },
+        properties=ATTITUDE,
+        answer=0,
+        sound=sound_named_attitude,
+        units={},
+        records=lambda: st.one_of(imu_records(9), wide_records(records(), 9)),
+        ordinary=lambda: imu_records(9),
+        powers=20,
+        width=9,
+        foreign=6,
+    ),
+    "tilt": Stream(
+        kind=zr.Tilt,
+        make=lambda arguments: zr.Tilt(**arguments),
+        settings=tilt_settings,
+        examples={
+            "tilt": {"rate": RATE},
+            "tilt-kalman": {"rate": RATE, "method": "kalman", "q_bias": 1e-5},
+        },
+        properties=dict.fromkeys(("angle", "angle_sigma", "bias", "bias_sigma"), 1)
+        | {"samples_seen": 0},
+        answer=1,
+        sound=sound_tilt,
+        units=dict.fromkeys(("q_angle", "q_bias", "r_measure", "p_start"), 2),
+        records=lambda: wide_records(records(), 2),
+        ordinary=lambda: wide_records(ordinary_records(), 2),
+        width=2,
+    ),
     "temperature": Stream(
         kind=zr.TemperatureFilter,
         make=lambda arguments: zr.TemperatureFilter(**arguments),
@@ -527,7 +586,7 @@ def example(name, channels=None):
 
 def arguments_of(kind, z):
     """What a class takes a sample by, or a record."""
-    if kind is zr.TemperatureFilter:
+    if kind in (zr.TemperatureFilter, zr.Tilt):
         return tuple(np.moveaxis(np.asarray(z), -1, 0))
     if kind is zr.Attitude:
         # The field comes first, for its unit alone is free; it is the last argument.

@@ -238,6 +238,46 @@ def attitude_settings(width, channels=None):
     )
 
 
+# A few values of each constant of a named method, usual ones and far ones.
+NAMED_CONSTANTS = {
+    "complementary": {"time_constant": [1e-6, 2.0, 1e6]},
+    "mahony": {"kp": [0.0, 0.2, 1e6], "ki": [0.0, 0.01, 1e6]},
+    "madgwick": {"beta": [0.0, 0.2, 1e3]},
+    "ekf": {
+        "gyro_noise": [1e-9, 0.01, 10.0],
+        "accel_noise": [1e-6, 0.01, 1e6],
+        "mag_noise": [1e-6, 1.0, 1e6],
+        "bias_walk": [1e-12, 0.01, 1.0],
+    },
+}
+NAMED_CONSTANTS["ukf"] = NAMED_CONSTANTS["ekf"]
+BIAS_USERS = {"mahony": ["bias"], "ekf": ["bias", "bias_sigma"], "ukf": ["bias", "bias_sigma"]}
+
+
+@st.composite
+def named_attitude_settings(draw, channels=None):
+    """Arguments of an Attitude by one of the named methods."""
+    method = draw(st.sampled_from(list(NAMED_CONSTANTS)))
+    arguments = draw(attitude_settings(9, channels))
+    for name in {"bias", "bias_sigma"} - set(BIAS_USERS.get(method, ())):
+        arguments.pop(name, None)
+    constants = {name: st.sampled_from(few) for name, few in NAMED_CONSTANTS[method].items()}
+    return arguments | {"method": method} | draw(st.fixed_dictionaries({}, optional=constants))
+
+
+def tilt_settings(channels=None):
+    """Arguments of a Tilt; all that have a unit, for the defaults are of one."""
+    noises = ("q_angle", "q_bias", "r_measure", "p_start")
+    known = {"rate": st.sampled_from([0.5, RATE, 8000.0]), "channels": st.just(channels)}
+    return st.one_of(
+        st.fixed_dictionaries(known, optional={"time_constant": st.sampled_from([1e-6, 1.0, 1e6])}),
+        st.fixed_dictionaries(
+            {"method": st.just("kalman"), **known}
+            | {name: st.sampled_from([1e-9, 0.1, 1e9]) for name in noises}
+        ),
+    )
+
+
 def wavelet_settings(channels=None):
     """Arguments of a WaveletDenoiser."""
     return st.fixed_dictionaries(

@@ -22,9 +22,9 @@ from zerorate.types import Booleans, Floats, Integers
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["ATTITUDE_METHODS", "AttitudeEstimate", "estimate_attitude"]
+__all__ = ["METHODS", "AttitudeEstimate", "estimate_attitude"]
 
-ATTITUDE_METHODS: Final = ("auto",)
+METHODS: Final = ("auto", "complementary", "mahony", "madgwick", "ekf", "ukf")
 """Methods of `zerorate.Attitude`."""
 
 _BLOCK: Final = 1 << 17

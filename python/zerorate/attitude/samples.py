@@ -103,8 +103,8 @@ def _sensor(recording: Recording, name: str, kind: str, unit: str) -> Log:
     _check_axes(log, called)
     if log.unit not in UNITS or UNITS[log.unit].kind != kind:
         raise LogError(
-            f"{', '.join(log.names)}: an attitude needs {called} of a known unit, got '{log.unit}'; "
-            "give unit="
+            f"{', '.join(log.names)}: an attitude needs {called} of a known unit, got "
+            f"'{log.unit}'; give unit="
         )
     data = convert(log.data, log.unit, unit)
     return Log(log.time, log.rate, data, log.names, unit, log.meta)

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from zerorate.attitude.estimate import ATTITUDE_METHODS, AttitudeEstimate, estimate_attitude
+from zerorate.attitude.estimate import METHODS, AttitudeEstimate, estimate_attitude
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.errors import in_options, require, writing
 from zerorate.cli.options import (
@@ -18,6 +18,7 @@ from zerorate.cli.options import (
     FigureFormat,
     FigureFormatOption,
     Force,
+    FrameName,
     LogArgument,
     LogFormat,
     LogFormatOption,
@@ -46,16 +47,8 @@ _FILTER: Final = "Attitude"
 """The panel of help with what is asked for."""
 
 
-class FrameName(StrEnum):
-    """Axes of the earth."""
-
-    enu = "enu"
-    ned = "ned"
-    nwu = "nwu"
-
-
 _NAMED: Any = StrEnum
-_METHODS: Any = _NAMED("Method", [(name, name) for name in ATTITUDE_METHODS])
+_METHODS: Any = _NAMED("Method", [(name, name) for name in METHODS])
 _AUTO: Final = _METHODS("auto")
 
 

@@ -10,11 +10,10 @@ from typing import Final
 from zerorate.calibrate.calibration import Calibration
 from zerorate.calibrate.choice import corrected_gyro as gyro_of
 from zerorate.calibrate.choice import own_accel
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, of_a_file
-from zerorate.cli.options import Reading, parse_words
+from zerorate.cli.errors import DataFault, as_usage, in_options, of_a_file
+from zerorate.cli.options import Reading, units_of_sensors
 from zerorate.io import Log, LogError, Recording, read_recording
 from zerorate.io.formats import LogSource
-from zerorate.io.names import canonical_unit
 
 _NAME: Final = re.compile(r"\b(gyro|accel)='([^']+)'")
 """A sensor that is chosen by an argument."""
@@ -41,19 +40,9 @@ def read_imu(
     """
     unit = reading.arguments["unit"]
     if unit is not None:
-        reading = replace(reading, arguments={**reading.arguments, "unit": _units(unit)})
+        reading = replace(reading, arguments={**reading.arguments, "unit": units_of_sensors(unit)})
     further = {} if reference is None else {"reference": reference}
     return reading.read(read_recording, source, **further)
-
-
-def _units(text: str) -> dict[str, str]:
-    """Return the units of a list with commas by the sensors that they are of."""
-    words = parse_words("--unit", text, "units")
-    with as_usage():
-        sensors = ["accel" if canonical_unit(one) in ("g", "m/s^2") else "gyro" for one in words]
-    if len(set(sensors)) < len(sensors):
-        raise UsageFault(f"--unit takes one unit of each kind, such as deg/s,g, got '{text}'")
-    return dict(zip(sensors, words, strict=True))
 
 
 def corrected_imu(

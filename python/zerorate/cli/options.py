@@ -12,9 +12,10 @@ from typing import Annotated, Any, Final, TypeAlias, TypeVar
 import typer
 
 from zerorate._native import DriftFilter
-from zerorate.cli.errors import UsageFault, in_options, read_faults
+from zerorate.cli.errors import UsageFault, as_usage, in_options, read_faults
 from zerorate.io import raw_counts
 from zerorate.io.counts import Scale
+from zerorate.io.names import canonical_unit
 from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, Option, check_used, used_by
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "FigureFormat",
     "FigureFormatOption",
     "Force",
+    "FrameName",
     "LogArgument",
     "LogFormat",
     "LogFormatOption",
@@ -38,6 +40,7 @@ __all__ = [
     "parse_columns",
     "parse_order",
     "parse_words",
+    "units_of_sensors",
     "with_filter_options",
     "with_reading_options",
 ]
@@ -92,6 +95,14 @@ class FigureFormat(StrEnum):
     png = "png"
     svg = "svg"
     pdf = "pdf"
+
+
+class FrameName(StrEnum):
+    """Axes of the earth."""
+
+    enu = "enu"
+    ned = "ned"
+    nwu = "nwu"
 
 
 LogArgument: TypeAlias = Annotated[Path, typer.Argument(help=RECORDING)]
@@ -499,3 +510,13 @@ def parse_choices(option: str, text: str | None, choices: type[_Choice]) -> list
         if word not in list(choices):
             raise UsageFault(f"{option} takes some of {', '.join(choices)}, got '{word}'")
     return list(dict.fromkeys(map(choices, words)))
+
+
+def units_of_sensors(text: str) -> dict[str, str]:
+    """Return the units of a list with commas by the sensors that they are of."""
+    words = parse_words("--unit", text, "units")
+    with as_usage():
+        sensors = ["accel" if canonical_unit(one) in ("g", "m/s^2") else "gyro" for one in words]
+    if len(set(sensors)) < len(sensors):
+        raise UsageFault(f"--unit takes one unit of each kind, such as deg/s,g, got '{text}'")
+    return dict(zip(sensors, words, strict=True))

@@ -7,17 +7,19 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO, Final, TextIO
+from typing import Annotated, Any, BinaryIO, Final, NamedTuple, TextIO, TypeAlias
 
 import typer
 
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, of_a_file
 from zerorate.cli.options import (
+    FrameName,
     Reading,
     check_filter_options,
     flag,
     parse_choices,
     parse_columns,
+    units_of_sensors,
     with_filter_options,
     with_reading_options,
 )
@@ -28,19 +30,24 @@ from zerorate.io.counts import Scaling
 from zerorate.options import FILTER_OPTIONS
 from zerorate.run.interrupts import Interrupted, Interrupts
 from zerorate.run.live import (
+    AttitudeLines,
+    AttitudeSettings,
     Beside,
     CheckpointError,
     LineError,
     LineStream,
     Settings,
     SettingsError,
+    WithAttitude,
 )
 from zerorate.run.live.sequence import MOST_BITS
-from zerorate.run.live.serving import Line, Saver, Server, datagrams, lines_of, loopback
+from zerorate.run.live.serving import Line, Saver, Served, Server, datagrams, lines_of, loopback
 
 __all__ = ["stream"]
 
 _BY_SIGNAL: Final = 128
+_PANEL: Final = "Attitude"
+"""The panel of help with what is of attitudes alone."""
 _SETTINGS: Final = (
     "rate",
     "beside",
@@ -50,8 +57,25 @@ _SETTINGS: Final = (
     "sequence",
     "sequence_bits",
     "fields",
+    "frame",
+    "mag",
+    "time",
+    "gyro_unit",
+    "accel_unit",
+    "gyro_scale",
+    "accel_scale",
     *FILTER_OPTIONS,
 )
+_FLAGS: Final = {
+    "beside": "--with",
+    "data_scale": "--scale",
+    "gyro_scale": "--scale",
+    "accel_scale": "--scale",
+    "gyro_unit": "--unit",
+    "accel_unit": "--unit",
+    "mag": "--no-mag",
+}
+"""Settings that are called otherwise on the command line."""
 _SETTING: Final = re.compile(rf"\b({'|'.join(_SETTINGS)})=")
 
 
@@ -64,7 +88,8 @@ _SETTING: Final = re.compile(rf"\b({'|'.join(_SETTINGS)})=")
         "gx,gy,gz. Default: those that the header line names like a gyro; without a header line "
         "all. The others pass through.",
         "unit": "Unit of the gyro columns if the header line does not say: rad/s, deg/s or deg/h. "
-        "With it auto knows what rest can be. Values are not converted.",
+        "With it auto knows what rest can be. Values are not converted. With --attitude "
+        "that of the accelerometer follows, with a comma between: deg/s,g.",
     },
 )
 def stream(
@@ -96,7 +121,44 @@ def stream(
     ] = None,
     options: Mapping[str, Any],
     beside: Annotated[
-        str | None, typer.Option("--with", help=f"More columns: {','.join(Beside)}.")
+        str | None,
+        typer.Option(
+            "--with",
+            help=f"More columns: {','.join(Beside)}; with --attitude: {','.join(WithAttitude)}.",
+        ),
+    ] = None,
+    attitude: Annotated[
+        bool,
+        typer.Option(
+            "--attitude",
+            help="Answer with the orientation: lines hold gyro, accelerometer and maybe "
+            "magnetometer, x, y, z each.",
+            rich_help_panel=_PANEL,
+        ),
+    ] = False,
+    frame: Annotated[
+        FrameName | None,
+        typer.Option(
+            help="Axes of the earth: east, north, up (the default); north, east, down; or north, "
+            "west, up.",
+            show_default=False,
+            rich_help_panel=_PANEL,
+        ),
+    ] = None,
+    no_mag: Annotated[
+        bool,
+        typer.Option(
+            "--no-mag", help="Leave out the magnetometer of the lines.", rich_help_panel=_PANEL
+        ),
+    ] = False,
+    time: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN",
+            help="Time of each sample, by name or position; s, unless the name says ms or us. "
+            "Without it samples are as far apart as --rate says.",
+            rich_help_panel=_PANEL,
+        ),
     ] = None,
     udp: Annotated[
         str | None,
@@ -120,12 +182,13 @@ def stream(
     """Answer each line of samples at once with the compensated rate.
 
     Where a header line names the columns, those of gyros are filtered and the others pass through.
-    A line that is garbled is reported on stderr, answered with nan and taken as missing.
+    A line that is garbled is reported on stderr, answered with nan and taken as missing. With
+    --attitude the answer is the quaternion w, x, y, z from sensor to earth in place of the samples.
     """
     if position:
         if checkpoint is None:
             raise UsageFault("--position needs --checkpoint")
-        found = _read(checkpoint)
+        found = _read(AttitudeLines if attitude else LineStream, checkpoint)
         print(0 if found is None else found.position)
         return
     if source is not None and udp is not None:
@@ -135,27 +198,84 @@ def stream(
         raise UsageFault("--rate is required: samples per second")
     if sequence_bits is not None and sequence is None:
         raise UsageFault("--sequence-bits needs --sequence")
-    methods = [options["method"]]
-    check_filter_options(options, methods)
-    with as_usage():
-        scaling = Scaling.of(reading.arguments["scale"])
-        settings = Settings(
-            rate,
-            beside=tuple(parse_choices("--with", beside, Beside)),
-            columns=reading.arguments["columns"],
-            unit=scaling.unit("gyro", reading.arguments["unit"]),
-            data_scale=scaling.of_kind("gyro", first=True),
-            sequence=_column(sequence),
-            sequence_bits=sequence_bits,
-            **options,
-        )
+    numbered = _column("--sequence", sequence), sequence_bits
+    kind: Any
+    settings: Settings | AttitudeSettings
+    if attitude:
+        _check_none_of_filter(options)
+        of_earth = _OfEarth(str(frame or FrameName.enu), not no_mag, _column("--time", time))
+        kind, settings = AttitudeLines, _attitude_settings(reading, beside, numbered, of_earth)
+    else:
+        given = {"--frame": frame, "--no-mag": no_mag or None, "--time": time}
+        alone = [name for name, value in given.items() if value is not None]
+        if alone:
+            raise UsageFault(f"{alone[0]} needs --attitude")
+        kind, settings = LineStream, _settings(reading, beside, numbered, options)
     saver = None if checkpoint is None else _saver(checkpoint, every * rate)
-    lines = _resumed(checkpoint, settings, fields, force)
+    lines = _resumed(kind, checkpoint, settings, fields, force)
     server = Server(lines, saver, lambda told: tell(in_options(told)), patient=fields is not None)
     try:
         _run(server, source, udp)
     finally:
-        _report(server)
+        _report(server, sequence is not None)
+
+
+_Numbered: TypeAlias = tuple[str | int | None, int | None]
+"""Column of the sequence numbers, and their width."""
+
+
+def _settings(
+    reading: Reading, beside: str | None, numbered: _Numbered, options: Mapping[str, Any]
+) -> Settings:
+    check_filter_options(options, [options["method"]])
+    with as_usage():
+        scaling = Scaling.of(reading.arguments["scale"])
+        return Settings(
+            reading.arguments["rate"],
+            beside=tuple(parse_choices("--with", beside, Beside)),
+            columns=reading.arguments["columns"],
+            unit=scaling.unit("gyro", reading.arguments["unit"]),
+            data_scale=scaling.of_kind("gyro", first=True),
+            sequence=numbered[0],
+            sequence_bits=numbered[1],
+            **options,
+        )
+
+
+class _OfEarth(NamedTuple):
+    """What is asked of attitudes alone."""
+
+    frame: str
+    mag: bool
+    time: str | int | None
+
+
+def _check_none_of_filter(options: Mapping[str, Any]) -> None:
+    default = {"method": FILTER_OPTIONS["method"].default}
+    others = [name for name, value in options.items() if default.get(name) != value]
+    if others:
+        raise UsageFault(f"{flag(others[0])} has no effect with --attitude")
+
+
+def _attitude_settings(
+    reading: Reading, beside: str | None, numbered: _Numbered, of_earth: _OfEarth
+) -> AttitudeSettings:
+    unit = reading.arguments["unit"]
+    units = {} if unit is None else units_of_sensors(unit)
+    with as_usage():
+        scaling = Scaling.of(reading.arguments["scale"])
+        return AttitudeSettings(
+            reading.arguments["rate"],
+            **of_earth._asdict(),
+            beside=tuple(map(str, parse_choices("--with", beside, WithAttitude))),
+            columns=reading.arguments["columns"],
+            sequence=numbered[0],
+            sequence_bits=numbered[1],
+            gyro_unit=scaling.unit("gyro", units.get("gyro")),
+            accel_unit=scaling.unit("accel", units.get("accel")),
+            gyro_scale=scaling.of_kind("gyro", first=True),
+            accel_scale=scaling.of_kind("accel", first=False),
+        )
 
 
 def _saver(checkpoint: Path, every: float) -> Saver:
@@ -167,20 +287,26 @@ def _saver(checkpoint: Path, every: float) -> Saver:
     return Saver(checkpoint, max(1, round(every)), tell)
 
 
-def _column(text: str | None) -> str | int | None:
-    found = parse_columns(text)
+def _column(option: str, text: str | None) -> str | int | None:
+    found = parse_columns(text, option)
     if found is not None and len(found) != 1:
-        raise UsageFault(f"--sequence takes one column, got '{text}'")
+        raise UsageFault(f"{option} takes one column, got '{text}'")
     return None if found is None else found[0]
 
 
-def _resumed(path: Path | None, settings: Settings, cells: int | None, force: bool) -> LineStream:
+def _resumed(
+    kind: Any,  # noqa: ANN401  # either stream, with its own settings
+    path: Path | None,
+    settings: Settings | AttitudeSettings,
+    cells: int | None,
+    force: bool,
+) -> Served:
     """Return the stream in a checkpoint, or a new one if there is none, or none of use."""
-    new = LineStream(settings, cells)
+    new: Served = kind(settings, cells)
     if path is None:
         return new
     try:
-        return _read(path, settings, cells) or new
+        return _read(kind, path, settings, cells) or new
     except (DataFault, UsageFault) as fault:
         if force:
             return new
@@ -188,10 +314,14 @@ def _resumed(path: Path | None, settings: Settings, cells: int | None, force: bo
 
 
 def _read(
-    path: Path, settings: Settings | None = None, fields: int | None = None
-) -> LineStream | None:
+    kind: Any,  # noqa: ANN401
+    path: Path,
+    settings: Settings | AttitudeSettings | None = None,
+    fields: int | None = None,
+) -> Served | None:
     try:
-        return LineStream.from_bytes(path.read_bytes(), settings, fields)
+        stream: Served = kind.from_bytes(path.read_bytes(), settings, fields)
+        return stream
     except FileNotFoundError:
         return None
     except OSError as error:
@@ -207,7 +337,7 @@ def _in_options(error: SettingsError) -> str:
 
 
 def _flag(setting: str) -> str:
-    return {"beside": "--with", "data_scale": "--scale"}.get(setting) or flag(setting)
+    return _FLAGS.get(setting) or flag(setting)
 
 
 def _run(server: Server, source: Path | None, udp: str | None) -> None:
@@ -227,12 +357,12 @@ def _run(server: Server, source: Path | None, udp: str | None) -> None:
         raise typer.Exit(_BY_SIGNAL + interrupted.args[0]) from None
 
 
-def _report(server: Server) -> None:
+def _report(server: Server, numbered: bool) -> None:
     """Tell what was lost, if samples were numbered, garbled, or left out by the filter."""
     for sentence in server.stream.sentences():
         tell(sentence)
     count = server.stream.sequence
-    if server.stream.open and server.stream.settings.sequence is not None:
+    if server.stream.open and numbered:
         wrap = f"; they wrap after {count.turn[1]}" if count.wraps and count.turn else ""
         tell(
             f"{server.stream.samples} samples, {count.lost} of them lost; {count.late} came late "

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Final, Literal, cast
 
 from zerorate._native import Attitude
+from zerorate.attitude.estimate import METHODS
 from zerorate.compare.comparison import Comparison
 from zerorate.compare.imu import FRAMES, Frame, Imu, in_enu
 from zerorate.compare.measures import Row
@@ -25,7 +26,7 @@ __all__ = ["ATTITUDE_METHODS", "OFFLINE", "check_attitude", "compare_attitude"]
 _ERRORS: Final = ("total", "heading", "inclination")
 _SPEED_OVER: Final = 0.5
 """Seconds over which the reference's speed is taken: so long that jitter of markers is none."""
-_OWN: Final = ("auto", "complementary", "mahony", "madgwick", "ekf", "ukf")
+_OWN: Final = METHODS
 _SMOOTHED: Final = "auto+smooth"
 ATTITUDE_METHODS: Final = (*_OWN, *PEERS, _SMOOTHED)
 """Methods of `zerorate.Attitude`, and filters of other packages."""

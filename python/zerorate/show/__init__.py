@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from zerorate.show.allan_figure import plot_allan, plot_characterisation
     from zerorate.show.allan_table import format_allan, format_allan_notes
+    from zerorate.show.attitude_figure import plot_attitude
+    from zerorate.show.attitude_study import plot_attitude_study
+    from zerorate.show.attitude_table import format_attitude
     from zerorate.show.calibration_figure import plot_calibration
     from zerorate.show.calibration_table import format_calibration
     from zerorate.show.compare_simulated import format_regret
@@ -26,6 +29,7 @@ __all__ = [
     "WIDTH",
     "format_allan",
     "format_allan_notes",
+    "format_attitude",
     "format_calibration",
     "format_compare",
     "format_identify",
@@ -35,6 +39,8 @@ __all__ = [
     "format_table",
     "identification_page",
     "plot_allan",
+    "plot_attitude",
+    "plot_attitude_study",
     "plot_calibration",
     "plot_characterisation",
     "plot_dynamic",
@@ -46,6 +52,9 @@ __all__ = [
 _PLACES: Final = {
     "allan_figure": ("plot_allan", "plot_characterisation"),
     "allan_table": ("format_allan", "format_allan_notes"),
+    "attitude_figure": ("plot_attitude",),
+    "attitude_study": ("plot_attitude_study",),
+    "attitude_table": ("format_attitude",),
     "calibration_figure": ("plot_calibration",),
     "calibration_table": ("format_calibration",),
     "compare_simulated": ("format_regret",),

@@ -70,7 +70,9 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
     ImportError
         Without matplotlib, of the extra ``plot``.
     """
-    panels = [_draw_angles, _draw_trust]
+    panels = [_draw_angles]
+    if estimate.reference is not None or _trusted(estimate):
+        panels.append(_draw_trust)
     if np.isfinite(estimate.bias_sigma[-1]).all():
         panels.append(_draw_bias)
     if np.isfinite(estimate.gyro_matrix_sigma).all():
@@ -89,7 +91,7 @@ def plot_attitude(estimate: AttitudeEstimate) -> Figure:
     column[0].set_yticks([-180.0, -90.0, 0.0, 90.0, 180.0])
     figure.align_ylabels(column)
     write_title(figure, height, attitude_title(estimate))
-    write_caption(figure, height, textwrap.fill(_caption(estimate), 165))
+    write_caption(figure, height, textwrap.fill(_caption(estimate), 150))
     return figure
 
 
@@ -187,15 +189,21 @@ def heading_and_tilt_errors(
     return wrapped, tilt
 
 
+def _trusted(estimate: AttitudeEstimate) -> bool:
+    """Return whether the method knows how far its angles are to be trusted."""
+    return bool(np.isfinite(estimate.heading_sigma).all())
+
+
 def _draw_trust(axes: Axes, estimate: AttitudeEstimate) -> None:
     times, few = _ready(axes, estimate), thinned(estimate.n)
     curves = (("heading", estimate.heading_sigma, BLUE), ("tilt", estimate.tilt_sigma, VERMILION))
-    for name, sigma, colour in curves:
+    for name, sigma, colour in curves if _trusted(estimate) else ():
         band = 2.0 * np.degrees(sigma[few])
         axes.plot(times[few], band, "--", color=colour, linewidth=0.5, label=f"{name}, 2σ")
         if name == "heading":
             axes.plot(times[few], -band, "--", color=colour, linewidth=0.5)
-    largest = 2.0 * float(np.degrees(np.nanmedian(estimate.heading_sigma)))
+    largest = 2.0 * float(np.degrees(np.median(estimate.heading_sigma)))
+    largest = largest if _trusted(estimate) else 0.0
     if estimate.reference is not None:
         heading, tilt = heading_and_tilt_errors(
             estimate.quaternion, estimate.reference, relative=not estimate.mag
@@ -206,7 +214,7 @@ def _draw_trust(axes: Axes, estimate: AttitudeEstimate) -> None:
             axes.plot(times[few], values, color=colour, linewidth=0.6, label=f"error of {name}")
             largest = max(largest, float(np.nanpercentile(np.abs(values), 99.0)))
         axes.axhline(0.0, color=BLACK, linewidth=0.3)
-    if np.isfinite(largest) and largest > 0.0:
+    if largest > 0.0:
         axes.set_ylim(-1.6 * largest, 1.9 * largest)
     axes.set_ylabel("error [deg]" if estimate.reference is not None else "±2σ [deg]")
     write_legend(axes, "upper right", 4, 1.6)

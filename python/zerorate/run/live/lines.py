@@ -30,6 +30,9 @@ __all__ = [
     "answer",
     "cells_of",
     "find_layout",
+    "names_in",
+    "position_of",
+    "texts_of",
 ]
 
 # As many digits as a counter of 64 bits may have.
@@ -162,10 +165,10 @@ def find_layout(cells: Sequence[str], wanted: Wanted) -> Layout:
         raise LineError("it is empty, expected names or numbers")
     if wanted.fields not in (None, len(cells)):
         raise LineError(f"it has {len(cells)} cells, expected {wanted.fields}")
-    names = None if all(is_date(cell) or _is_number(cell) for cell in cells) else _names(cells)
-    sequence = None if wanted.sequence is None else _position(wanted.sequence, names, len(cells))
+    names = names_in(cells)
+    sequence = None if wanted.sequence is None else position_of(wanted.sequence, names, len(cells))
     if wanted.columns is not None:
-        channels = tuple(_position(column, names, len(cells)) for column in wanted.columns)
+        channels = tuple(position_of(column, names, len(cells)) for column in wanted.columns)
         _check_channels(channels, sequence, names)
     elif names is not None:
         channels = tuple(i for i in _gyros(names) if i != sequence)
@@ -174,6 +177,11 @@ def find_layout(cells: Sequence[str], wanted: Wanted) -> Layout:
     if not channels:
         raise ColumnError(_on_no_channel(names))
     return Layout(len(cells), channels, sequence, names, _unit(channels, names, wanted.unit))
+
+
+def names_in(cells: Sequence[str]) -> tuple[str, ...] | None:
+    """Return the names in a first line, None if it holds a sample; LineError if neither."""
+    return None if all(is_date(cell) or _is_number(cell) for cell in cells) else _names(cells)
 
 
 def _gyros(names: Sequence[str]) -> list[int]:
@@ -229,7 +237,8 @@ def _filled(cells: Sequence[str]) -> tuple[str, ...]:
     return tuple(from_inert(cell) or f"column_{i}" for i, cell in enumerate(cells))
 
 
-def _position(column: str | int, names: tuple[str, ...] | None, fields: int) -> int:
+def position_of(column: str | int, names: tuple[str, ...] | None, fields: int) -> int:
+    """Return the position of a column that was asked for; ColumnError if there is none."""
     if isinstance(column, int):
         if not 0 <= column < fields:
             raise ColumnError(f"there is no column {column}, the line has {fields}, from 0 on")
@@ -283,12 +292,12 @@ class Beside(StrEnum):
 def answer(rate: _Column, filter_: DriftFilter, beside: Sequence[Beside]) -> list[str]:
     """Return the rate of every channel, then every further column of every channel."""
     if not beside:
-        return _texts(rate)
+        return texts_of(rate)
     columns = (rate, *(getattr(filter_, name) for name in beside))
-    return [text for column in columns for text in _texts(column)]
+    return [text for column in columns for text in texts_of(column)]
 
 
-def _texts(column: _Column) -> list[str]:
-    # The shortest text that gives the same float again; a flag as 0 or 1.
+def texts_of(column: _Column) -> list[str]:
+    """Return numbers as the shortest texts that give the same floats again; a flag as 0 or 1."""
     values = column.tolist() if isinstance(column, np.ndarray) else [column]
     return [repr(value) if type(value) is float else str(int(value)) for value in values]

@@ -1,12 +1,14 @@
 //! The stream of attitudes: units, frame, time and missing samples around an estimator.
 
+use core::f64::consts::FRAC_PI_2;
+
 use nalgebra::{Quaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::frame::{self, Frame};
 use super::sample::{self, FORCE_MAX, Inertial, RATE_MAX, Sample};
 use super::{Estimator, GRAVITY, Knowledge};
-use crate::error::{Error, check_positive, check_rate};
+use crate::error::{Error, check_positive, check_rate, require};
 use crate::math::sound::{is_count, is_sample, is_within};
 #[cfg(feature = "std")]
 use crate::stream::Block;
@@ -31,6 +33,8 @@ pub struct AttitudeParams {
     pub rate: f64,
     /// Axes of the earth.
     pub frame: Frame,
+    /// Whether there is a magnetometer; without one a level sensor starts along the frame's axes.
+    pub mag: bool,
     /// rad/s in a unit of the gyro.
     pub gyro_unit: f64,
     /// m/s² in a unit of the accelerometer.
@@ -44,9 +48,43 @@ impl AttitudeParams {
     /// [`Error::Parameter`] for the first that is not.
     pub fn checked(self) -> Result<Self, Error> {
         check_rate(self.rate)?;
+        // What comes more rarely than a gap is long would be all gaps.
+        require(self.rate >= 1.0 / GAP, "rate", "at least 1 sample a second", self.rate)?;
         check_positive("gyro_unit", "a positive number of rad/s", self.gyro_unit)?;
         check_positive("accel_unit", "a positive number of m/s^2", self.accel_unit)?;
         Ok(self)
+    }
+}
+
+impl AttitudeParams {
+    /// The rotation from the estimator's axes to those asked for. Without a magnetometer its first
+    /// axis is no more east than any other: a level sensor starts along the axes of the frame.
+    fn frame_from_enu(&self) -> Quaternion<f64> {
+        match (self.mag, self.frame) {
+            (true, frame) => frame.from_enu(),
+            (false, Frame::Enu | Frame::Nwu) => Frame::Enu.from_enu(),
+            (false, Frame::Ned) => Quaternion::new(0.0, 1.0, 0.0, 0.0),
+        }
+    }
+
+    /// An orientation of the estimator in these axes, the scalar first.
+    #[inline(always)]
+    fn components(&self, enu: &Quaternion<f64>) -> [f64; 4] {
+        match (self.mag, self.frame) {
+            (true, frame) => frame.components(enu),
+            (false, Frame::Enu | Frame::Nwu) => Frame::Enu.components(enu),
+            (false, Frame::Ned) => [-enu.i, enu.w, -enu.k, enu.j],
+        }
+    }
+
+    /// Direction of the sensor's x axis, clockwise from north, rad.
+    fn heading(&self, enu: &Quaternion<f64>) -> f64 {
+        let from_north = frame::heading(enu);
+        match (self.mag, self.frame) {
+            (true, _) | (_, Frame::Enu) => from_north,
+            _ if from_north < FRAC_PI_2 => from_north + 3.0 * FRAC_PI_2,
+            _ => from_north - FRAC_PI_2,
+        }
     }
 }
 
@@ -102,7 +140,7 @@ impl<E: Estimator> Attitude<E> {
     /// From the axes of the sensor to those of the earth, the scalar first.
     #[inline(always)]
     pub fn quaternion(&self) -> [f64; 4] {
-        self.params.frame.components(&self.estimator.orientation())
+        self.params.components(&self.estimator.orientation())
     }
 
     /// What a person may read.
@@ -113,7 +151,7 @@ impl<E: Estimator> Attitude<E> {
         Reading {
             snapshot,
             euler: frame::euler(&Quaternion::new(w, x, y, z)),
-            heading: frame::heading(&enu),
+            heading: self.params.heading(&enu),
             up: up.into(),
             gravity: (up * (GRAVITY / self.params.accel_unit)).into(),
             status: self.status(&snapshot.knowledge),
@@ -138,7 +176,7 @@ impl<E: Estimator> Attitude<E> {
         knowledge: &Knowledge,
         force: &Vector3<f64>,
     ) -> Snapshot {
-        let AttitudeParams { frame, gyro_unit, accel_unit, .. } = self.params;
+        let AttitudeParams { gyro_unit, accel_unit, .. } = self.params;
         let knowledge = Knowledge {
             bias: knowledge.bias / gyro_unit,
             bias_sigma: knowledge.bias_sigma / gyro_unit,
@@ -146,7 +184,7 @@ impl<E: Estimator> Attitude<E> {
         };
         let linear_acceleration = (force - frame::up(enu) * GRAVITY) / accel_unit;
         Snapshot {
-            quaternion: frame.components(enu),
+            quaternion: self.params.components(enu),
             knowledge,
             linear_acceleration: linear_acceleration.into(),
         }
@@ -164,7 +202,7 @@ impl<E: Estimator> Attitude<E> {
     pub fn align(&mut self, orientation: [f64; 4], tilt_sigma: f64, heading_sigma: f64) {
         let [w, x, y, z] = orientation;
         let given = Quaternion::new(w, x, y, z).normalize();
-        let enu = self.params.frame.from_enu().conjugate() * given;
+        let enu = self.params.frame_from_enu().conjugate() * given;
         self.estimator.align(enu, tilt_sigma, heading_sigma);
     }
 

@@ -333,6 +333,6 @@ impl Checkpoint for Tilt {
     }
 
     fn is_like(&self, other: &Self) -> bool {
-        self.params == other.params
+        (self.params, self.samples) == (other.params, other.samples)
     }
 }

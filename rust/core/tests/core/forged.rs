@@ -4,6 +4,7 @@
 use crate::common::{any_params, any_sample, saved, some_start};
 use proptest::prelude::*;
 use zerorate_core::allan::{AllanKind, AllanNoise};
+use zerorate_core::attitude::{Attitude, AttitudeParams, Auto, AutoOptions, Frame};
 use zerorate_core::calibrate::{
     Correction, ImuCorrector, TemperatureCurve, TemperatureFilter, TemperatureParams,
 };
@@ -268,4 +269,31 @@ proptest! {
         let denoiser = zerorate_core::denoise::WaveletDenoiser::new(crate::wavelet::params())?;
         check(denoiser, returned, &samples, &after, first)?;
     }
+}
+
+proptest! {
+    // A state has many numbers, and each is forged into many: a case takes long.
+    #![proptest_config(ProptestConfig {
+        cases: ProptestConfig::default().cases / 16,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
+
+    #[test]
+    fn attitudes(
+        samples in samples(), after in prop::collection::vec(any_sample(), 40), first in 0..STRIDE,
+        mag in any::<bool>(), rate in prop::sample::select(vec![5.0, 100.0, 1000.0]),
+    ) {
+        let params = AttitudeParams { rate, frame: Frame::Ned, mag: true, gyro_unit: 1.0, accel_unit: 10.0 };
+        let auto = Auto::new(AutoOptions { mag, ..AutoOptions::default() })?;
+        check(Attitude::new(params, auto)?, sound, &samples, &after, first)?;
+    }
+}
+
+/// The orientation, and whether the state could be saved again: what else it tells is not known of a
+/// force that is none.
+fn sound<S: Stream + Checkpoint>(stream: &S, output: S::Output) -> Vec<f64> {
+    let mut told = numbers(output);
+    told.push(if stream.is_sound() { 0.0 } else { f64::NAN });
+    told
 }

@@ -42,8 +42,8 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
 /// so is one beyond 1000 rad/s or m/s^2. A missing rate is the last one for 50 ms. ``dt`` is the time
 /// since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap. North is the
-/// magnetic one; without a magnetometer the heading starts at zero and drifts. One object serves one
-/// thread at a time.
+/// magnetic one; without a magnetometer a level sensor starts along the axes of the frame, and the
+/// heading drifts. One object serves one thread at a time.
 ///
 /// Parameters
 /// ----------
@@ -133,10 +133,12 @@ impl Attitude {
         let params = AttitudeParams {
             rate,
             frame: frame_of(frame)?,
+            mag,
             gyro_unit: factor(py, gyro_unit, "rad/s", "gyro_unit")?,
             accel_unit: factor(py, accel_unit, "m/s^2", "accel_unit")?,
         };
         options::check_bias(method, bias.is_some(), bias_sigma.is_some())?;
+        options::check_field(mag, constants)?;
         let mut auto = AutoOptions { mag, ..AutoOptions::default() };
         prior(py, bias, bias_sigma, (gyro_unit, params.gyro_unit), method, &mut auto)?;
         let named = NamedOptions {
@@ -631,7 +633,18 @@ fn unit_of(py: Python<'_>, value: f64, units: &[&str]) -> PyResult<String> {
 
 /// Axes in the unit of the gyro, as Python writes them; None for what is usual.
 fn in_unit(axes: [f64; 3], usual: [f64; 3], unit: f64) -> String {
-    if axes == usual { "None".to_owned() } else { format!("{:?}", axes.map(|x| x / unit)) }
+    match axes == usual {
+        true => "None".to_owned(),
+        false => format!("{:?}", axes.map(|x| quotient(x, unit))),
+    }
+}
+
+/// What times the unit is `x` to the last bit, short if that will do.
+fn quotient(x: f64, unit: f64) -> f64 {
+    let near = x / unit;
+    let short = format!("{near:.14e}").parse().unwrap_or(near);
+    let tried = [short, near, near.next_up(), near.next_down()];
+    tried.into_iter().find(|found| found * unit == x).unwrap_or(near)
 }
 
 /// What one unit of a sensor is in SI.

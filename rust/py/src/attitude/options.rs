@@ -48,6 +48,16 @@ pub fn check_bias(method: &str, bias: bool, sigma: bool) -> PyResult<()> {
     Ok(())
 }
 
+/// Refuses what is said of a magnetometer that there is not.
+pub fn check_field(mag: bool, given: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+    let name = "mag_noise";
+    let said = given.is_some_and(|given| given.contains(name).unwrap_or(false));
+    match said && !mag {
+        false => Ok(()),
+        true => Err(PyValueError::new_err(format!("{name} has no effect with mag=False"))),
+    }
+}
+
 fn check_used(name: &str, method: &str, methods: &[&str]) -> PyResult<()> {
     // A method that there is not is refused by its name.
     let known = METHODS.iter().chain(&TILT_METHODS).any(|known| *known == method);

@@ -23,10 +23,10 @@ use self::magnet::Magnet;
 use self::rest::{Rest, State};
 use self::start::{SPEED, Start, TILT};
 use self::strapdown::{Strapdown, Sums};
-use self::trust::{Accelerations, ScaleNoise};
+use self::trust::{Accelerations, FieldErrors, Lasting, ScaleNoise};
 use super::sample::Inertial;
 use super::stream::Tagged;
-use super::{Estimator, Knowledge};
+use super::{Estimator, GRAVITY, Knowledge};
 use crate::error::{Error, require};
 use crate::math::sound::{are_within, is_size};
 
@@ -42,6 +42,8 @@ const BIAS_SIGMA: f64 = 0.5 * DEGREE;
 /// Random walk of the matrix' elements, 1/√s, and their spread on the diagonal and off it.
 const MATRIX_WALK: f64 = 1e-5;
 const MATRIX_SIGMAS: [f64; 2] = [0.008, 0.005];
+/// Bias of an accelerometer, m/s², as consumer devices have it.
+const ACCEL_BIAS: f64 = 0.05;
 /// Noise of the velocity, m/s/√s.
 const VELOCITY_NOISE: f64 = 0.01;
 /// Velocity at rest, m/s √s, and the rate's mean there, rad/s √s.
@@ -52,6 +54,9 @@ const FIELD: f64 = 25.0 * DEGREE;
 const FIELD_WALK: f64 = 0.02 * DEGREE;
 /// Ticks at rest over which the strength of gravity is averaged.
 const WEIGHED: f64 = 100.0;
+/// Square of the share of a field that is level, from which on the noise of its direction grows: of
+/// a dip of 72 degrees.
+const LEVEL: f64 = 0.1;
 /// Longest time that a field stands for, s.
 const FIELD_HOLDS: f64 = 1.0;
 /// Variances of the heading at the start, rad²: to be found by a magnetometer, and chosen.
@@ -129,8 +134,10 @@ pub struct Auto {
     start: Start,
     rest: Rest,
     accelerations: Accelerations,
+    lasting: Lasting,
     scale_noise: ScaleNoise,
     magnet: Magnet,
+    field_errors: FieldErrors,
     /// Seconds since the field was last used.
     field_age: f64,
     /// Mean strength of the force in rests, and how many ticks it is of.
@@ -166,8 +173,10 @@ impl Auto {
             start: Start::default(),
             rest: Rest::default(),
             accelerations: Accelerations::default(),
+            lasting: Lasting::default(),
             scale_noise: ScaleNoise::default(),
             magnet: Magnet::default(),
+            field_errors: FieldErrors::default(),
             field_age: 0.0,
             gravity: [0.0; 2],
             at_rest: false,
@@ -234,7 +243,7 @@ impl Auto {
             heading_noise: angle + walk,
             bias_noise: span * square(BIAS_WALK),
             matrix_noise: span * square(MATRIX_WALK),
-            velocity_noise: span * square(VELOCITY_NOISE),
+            velocity_noise: span * (square(VELOCITY_NOISE) + self.lasting.walk()),
             bias_cap: square(BIAS_SIGMA),
             matrix_caps: MATRIX_SIGMAS.map(|sigma| sigma * sigma),
         });
@@ -252,9 +261,12 @@ impl Auto {
     #[inline(always)]
     fn correct(&mut self, sums: &Sums) {
         let (span, velocity) = (sums.elapsed, self.velocity);
-        let noise = match self.at_rest {
-            true => square(REST_VELOCITY) / span,
-            false => self.accelerations.observe(&velocity, span) / span,
+        let noise = if self.at_rest {
+            self.lasting = Lasting::of_rest();
+            square(REST_VELOCITY) / span
+        } else {
+            self.lasting.observe(&velocity, &self.strapdown.rotation, span);
+            self.accelerations.observe(&velocity, &self.lasting, span) / span
         };
         let mut found = Found { states: States::zeros(), heading: 0.0 };
         let expected = self.expected(noise);
@@ -314,8 +326,12 @@ impl Auto {
         if seconds <= 0.0 || (field.x == 0.0 && field.y == 0.0) {
             return;
         }
-        let noise = square(FIELD) / seconds * doubt;
+        let level_squared = field.x * field.x + field.y * field.y;
+        let steep = (LEVEL * field.norm_squared() / level_squared).max(1.0);
+        let noise = square(FIELD) / seconds * doubt * steep;
         let gain = self.errors.heading() / (self.errors.heading() + noise);
+        let parts = [ComplexField::sqrt(level_squared), field.z];
+        self.field_errors.observe(gain, noise, parts, 0.5 * self.tilt_variance());
         self.errors.correct_heading(gain, noise);
         self.turn_heading(gain * self.east_of_north(&field));
     }
@@ -327,6 +343,14 @@ impl Auto {
         let east = cosine * direction.x - sine * direction.y;
         let north = sine * direction.x + cosine * direction.y;
         RealField::atan2(east, north)
+    }
+
+    /// Of the angle between true and estimated up, rad²: no corrections see the bias of an
+    /// accelerometer.
+    fn tilt_variance(&self) -> f64 {
+        let own = (self.errors.variance(0) + self.errors.variance(1)).max(0.0);
+        let doubt = self.accelerations.doubt(&self.lasting);
+        doubt * own + 2.0 * square(ACCEL_BIAS / GRAVITY)
     }
 
     fn turn_heading(&mut self, angle: f64) {
@@ -393,7 +417,7 @@ impl Estimator for Auto {
         self.sums = Sums::new(TICK);
         self.rest = Rest::default();
         self.at_rest = false;
-        self.velocity = [0.0; 2];
+        (self.velocity, self.lasting) = ([0.0; 2], Lasting::default());
         // It may have turned as it did, another way every second.
         let turned = (self.speed_squared + STILL * STILL) * seconds;
         self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
@@ -411,16 +435,18 @@ impl Estimator for Auto {
     }
 
     fn knowledge(&self) -> Knowledge {
-        let sigma = |i: usize| ComplexField::sqrt(self.errors.variance(i).max(0.0));
+        // What a velocity that lasts does to the tilt, it does to what is learned from it.
+        let doubt = self.accelerations.doubt(&self.lasting).max(1.0);
+        let sigma = |i: usize| ComplexField::sqrt(doubt * self.errors.variance(i).max(0.0));
         Knowledge {
             bias: self.bias,
             bias_sigma: Vector3::from_fn(|i, _| sigma(BIAS + i)),
             gyro_matrix: self.matrix,
             gyro_matrix_sigma: Matrix3::from_fn(|i, j| sigma(MATRIX + 3 * i + j)),
-            tilt_sigma: ComplexField::sqrt(
-                (self.errors.variance(0) + self.errors.variance(1)).max(0.0),
+            tilt_sigma: ComplexField::sqrt(self.tilt_variance()),
+            heading_sigma: ComplexField::sqrt(
+                self.field_errors.variance(self.errors.heading().max(0.0)),
             ),
-            heading_sigma: ComplexField::sqrt(self.errors.heading().max(0.0)),
             gravity: if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN },
             at_rest: self.at_rest,
             disturbed: self.magnet.is_disturbed(),
@@ -435,6 +461,7 @@ impl Estimator for Auto {
         self.errors.restart(&[0, 1], square(tilt_sigma));
         self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
         self.errors.restart_heading(square(heading_sigma));
+        (self.lasting, self.field_errors) = (Lasting::default(), FieldErrors::default());
         self.start.over = true;
     }
 
@@ -470,8 +497,10 @@ impl Estimator for Auto {
             && self.start.is_sound()
             && self.rest.is_sound()
             && self.accelerations.is_sound()
+            && self.lasting.is_sound()
             && self.scale_noise.is_sound()
             && self.magnet.is_sound()
+            && self.field_errors.is_sound()
     }
 
     fn is_like(&self, other: &Self) -> bool {

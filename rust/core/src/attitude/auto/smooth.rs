@@ -44,7 +44,7 @@ impl Attitude<Auto> {
         let mut smoothed = memory::room(samples.len())?;
         for (k, (forward, backward)) in forward.iter().zip(&backward).enumerate() {
             pause(k);
-            let (orientation, knowledge) = joined(forward, backward, offset);
+            let (orientation, knowledge) = joined(forward, backward, offset, options.mag);
             let force = sample::force(samples[k].accel, self.params().accel_unit);
             let force = force.unwrap_or(Vector3::repeat(f64::NAN));
             smoothed.push(self.shown(&orientation, &knowledge, &force));
@@ -75,8 +75,9 @@ impl Attitude<Auto> {
     }
 }
 
-/// What both passes know together; the second is turned by an angle about up.
-fn joined(forward: &Known, backward: &Known, turn: f64) -> (Quaternion<f64>, Knowledge) {
+/// What both passes know together; the second is turned by an angle about up. Without a
+/// magnetometer the heading is one against the start, which the second knows nothing of.
+fn joined(forward: &Known, backward: &Known, turn: f64, mag: bool) -> (Quaternion<f64>, Knowledge) {
     let (one, other) = (&forward.knowledge, &backward.knowledge);
     let turn = small_rotation(&Vector3::new(0.0, 0.0, turn));
     let apart = angle(&(turn * backward.orientation * forward.orientation.conjugate()));
@@ -89,7 +90,7 @@ fn joined(forward: &Known, backward: &Known, turn: f64) -> (Quaternion<f64>, Kno
         bias_sigma: Vector3::from_fn(|i, _| bias[i].1),
         gyro_matrix: (one.gyro_matrix + other.gyro_matrix) * 0.5,
         tilt_sigma: tilt.1,
-        heading_sigma: heading.1,
+        heading_sigma: if mag { heading.1 } else { one.heading_sigma },
         at_rest: one.at_rest || other.at_rest,
         ..*one
     };

@@ -147,7 +147,9 @@ mod tests {
             assert!((coupled - if tilt < 0.25 { slope * SPEED } else { 0.0 }).abs() < 1e-15);
             assert!(errors.is_sound());
         }
-        assert!(!start.over && !start.observe(0.1, &mut errors) && start.over);
+        assert!(!start.over);
+        assert!(!start.observe(0.1, &mut errors));
+        assert!(start.over);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Quaternion, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::errors::Drivers;
-use crate::attitude::sample::Inertial;
+use crate::attitude::sample::{FIELD_MAX, FORCE_MAX, Inertial, RATE_MAX};
 use crate::math::rotation::exponential;
 use crate::math::sound::{are_within, is_size};
 
@@ -12,6 +12,8 @@ use crate::math::sound::{are_within, is_size};
 const SERIES: f64 = 0.25;
 /// Looks a tick at how the rotation couples errors of the gyro into the orientation.
 const LOOKS: f64 = 4.0;
+/// Where counting ends: samples may take no time.
+const COUNT_MAX: f64 = 9_007_199_254_740_992.0;
 
 /// The orientation in a frame whose z axis is up and whose heading nothing but the gyro turns.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -73,24 +75,29 @@ impl Strapdown {
 }
 
 impl Sums {
+    /// No sum is larger than its samples can make it.
     pub fn is_sound(&self) -> bool {
+        let (rates, forces) = (2.0 * RATE_MAX * self.samples, 2.0 * FORCE_MAX * self.forces);
         let sizes = [
-            (self.elapsed, 10.0),
-            (self.unknown, 10.0),
-            (self.samples, 1e12),
+            (self.elapsed, 2.0),
+            (self.unknown, self.elapsed),
+            (self.samples, COUNT_MAX),
             (self.forces, self.samples),
             (self.fields, self.samples),
             (self.looks, self.samples),
-            (self.next_look, 10.0),
-            (self.gyro_squared, 1e20),
-            (self.accel_squared, 1e20),
+            (self.next_look, 2.0),
+            (self.gyro_squared, RATE_MAX * rates),
+            (self.accel_squared, FORCE_MAX * forces),
         ];
-        let vectors = [&self.gyro, &self.accel, &self.force];
+        let counts = [self.samples, self.forces, self.fields, self.looks];
         sizes.iter().all(|(x, most)| is_size(*x, *most))
-            && vectors.iter().all(|v| are_within(*v, 1e16))
-            && are_within(&self.field, 1e22)
-            && are_within(&self.rotation, 1e3)
-            && self.products.iter().all(|product| are_within(product, 1e7))
+            && counts.iter().all(|x| *x == (*x as u64) as f64)
+            && are_within(&self.gyro, rates)
+            && are_within(&self.accel, forces)
+            && are_within(&self.force, forces)
+            && are_within(&self.field, 2.0 * FIELD_MAX * self.fields)
+            && are_within(&self.rotation, 2.0 * self.looks)
+            && self.products.iter().all(|product| are_within(product, 4.0 * RATE_MAX * self.looks))
     }
 }
 

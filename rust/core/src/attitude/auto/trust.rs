@@ -1,5 +1,6 @@
 //! How far velocity and gyro are trusted, learned from the corrections themselves.
 
+use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Velocity that a body is expected to have, m/s √s.
@@ -22,14 +23,99 @@ impl Default for Accelerations {
 
 impl Accelerations {
     /// Takes the velocity found in a tick; returns the variance of "it is zero" over a second.
-    pub fn observe(&mut self, velocity: &[f64; 2], span: f64) -> f64 {
+    pub fn observe(&mut self, velocity: &[f64; 2], lasting: &Lasting, span: f64) -> f64 {
         let square = 0.5 * (velocity[0] * velocity[0] + velocity[1] * velocity[1]);
         self.square += (span / MEMORY).min(1.0) * (square - self.square);
-        SPEED * SPEED + self.square
+        self.noise(lasting)
+    }
+
+    fn noise(&self, lasting: &Lasting) -> f64 {
+        SPEED * SPEED + self.square.max(lasting.turning())
+    }
+
+    /// By how much the variance of the tilt is really larger than the filter's own.
+    ///
+    /// That allows for errors of accelerometer and mounting that turn with the body, and takes all
+    /// of the velocity for white noise over a second, of which a swing leaves little in seconds:
+    /// too much of both, by a share found in simulation. A velocity that lasts is as much too little,
+    /// in its power at slow frequencies against the noise assumed.
+    pub fn doubt(&self, lasting: &Lasting) -> f64 {
+        let slow = lasting.squares[0] / self.noise(lasting);
+        let usual = SHARE + (1.0 - SHARE) * lasting.first / UNDER_WAY;
+        usual + 2.0 * LASTS * (slow - SWINGS).max(0.0)
     }
 
     pub fn is_sound(&self) -> bool {
         (0.0..=1e18).contains(&self.square)
+    }
+}
+
+/// Seconds of the means that leave what swings and keep what goes on, and those for which a
+/// velocity lasts.
+const SLOW: f64 = 1.5;
+const LASTS: f64 = 6.0;
+/// Square of the velocity that a body may have from the start, (m/s)².
+const UNDER_WAY: f64 = 1.0;
+/// Share of the filter's variance of the tilt that is left once it goes, and of the power of what
+/// swings that the slow means keep.
+const SHARE: f64 = 0.3;
+const SWINGS: f64 = 0.1;
+
+/// Velocity of a body that is under way: it is not zero in the mean of seconds. It lasts over the
+/// ground, or turns with the body, as on a circle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Lasting {
+    /// Means in the axes of the frame and of the sensor, m/s.
+    ground: [f64; 2],
+    body: Vector3<f64>,
+    /// Half their mean squares, and what is left of the start's, (m/s)².
+    squares: [f64; 2],
+    first: f64,
+}
+
+impl Default for Lasting {
+    fn default() -> Self {
+        let (ground, body, squares) = ([0.0; 2], Vector3::zeros(), [0.0; 2]);
+        Self { ground, body, squares, first: UNDER_WAY }
+    }
+}
+
+impl Lasting {
+    /// Of a body that rested.
+    pub fn of_rest() -> Self {
+        Self { first: 0.0, ..Self::default() }
+    }
+
+    /// Takes the velocity found in a tick, and the rotation from the sensor to its frame.
+    pub fn observe(&mut self, velocity: &[f64; 2], rotation: &Matrix3<f64>, span: f64) {
+        let weight = (span / SLOW).min(1.0);
+        for (mean, velocity) in self.ground.iter_mut().zip(velocity) {
+            *mean += weight * (velocity - *mean);
+        }
+        let turned = rotation.tr_mul(&Vector3::new(velocity[0], velocity[1], 0.0));
+        self.body += (turned - self.body) * weight;
+        let weight = (span / MEMORY).min(1.0);
+        let ground = self.ground[0] * self.ground[0] + self.ground[1] * self.ground[1];
+        for (square, mean) in self.squares.iter_mut().zip([ground, self.body.norm_squared()]) {
+            *square += weight * (0.5 * mean - *square);
+        }
+        self.first -= weight * self.first;
+    }
+
+    /// Variance of its change in a second, (m/s)²/s.
+    pub fn walk(&self) -> f64 {
+        2.0 / LASTS * (self.squares[0] + self.first)
+    }
+
+    /// Variance over a second of that which turns with the body, as if it were noise.
+    fn turning(&self) -> f64 {
+        2.0 * LASTS * (self.squares[1] - self.squares[0]).max(0.0)
+    }
+
+    pub fn is_sound(&self) -> bool {
+        self.ground.iter().chain(self.body.iter()).all(|x| x.abs() <= 1e9)
+            && self.squares.iter().all(|x| (0.0..=1e18).contains(x))
+            && (0.0..=UNDER_WAY).contains(&self.first)
     }
 }
 
@@ -84,5 +170,43 @@ impl ScaleNoise {
         range.contains(&self.square)
             && self.sum.iter().all(|x| x.abs() <= 1e9)
             && (0.0..=1e9).contains(&self.expected)
+    }
+}
+
+/// What the variance of the heading is made of: a magnetic field is wrong in one place for as long
+/// as one stays there, so its errors do not average out as white noise does.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct FieldErrors {
+    /// The field's share of the variance, were it white noise, rad².
+    white: f64,
+    /// The heading's deviation by a tilt that mixes the field's dip into it, rad.
+    tilted: f64,
+}
+
+/// Standard deviation of the direction of the field from place to place, rad: of a process of
+/// 12.5 s, it is the noise that the filter takes for white.
+const SPREAD: f64 = 5.0 * core::f64::consts::PI / 180.0;
+/// Largest tangent of a dip.
+const STEEPEST: f64 = 10.0;
+
+impl FieldErrors {
+    /// Takes a correction of the heading: its gain and noise, the level and the vertical part of the
+    /// field, and the variance of the tilt about one axis.
+    pub fn observe(&mut self, gain: f64, noise: f64, parts: [f64; 2], tilt: f64) {
+        let rest = 1.0 - gain;
+        self.white = rest * rest * self.white + gain * gain * noise;
+        let slope = (parts[1].abs() / parts[0]).min(STEEPEST);
+        self.tilted += gain * (slope * ComplexField::sqrt(tilt) - self.tilted);
+    }
+
+    /// The variance of the heading, if this is what white noise makes of it.
+    pub fn variance(&self, heading: f64) -> f64 {
+        let white = self.white.min(heading);
+        let spread = SPREAD * SPREAD;
+        heading - white + white * spread / (white + spread) + self.tilted * self.tilted
+    }
+
+    pub fn is_sound(&self) -> bool {
+        (0.0..=1e3).contains(&self.white) && (0.0..=1e2).contains(&self.tilted)
     }
 }

@@ -32,7 +32,7 @@ impl Body {
         if !self.levelled
             && let Some(accel) = accel
         {
-            let force = self.to_earth(&accel.normalize());
+            let force = self.in_earth(&accel.normalize());
             self.set(level(&force) * self.orientation);
             self.levelled = true;
         }
@@ -40,7 +40,7 @@ impl Body {
             && !self.headed
             && let Some(mag) = mag
         {
-            self.turn_earth(&Vector3::new(0.0, 0.0, east_of_north(&self.to_earth(mag))));
+            self.turn_earth(&Vector3::new(0.0, 0.0, east_of_north(&self.in_earth(mag))));
             self.headed = true;
         }
     }
@@ -76,7 +76,7 @@ impl Body {
 
     /// A vector of the sensor's axes in those of the earth.
     #[inline]
-    pub fn to_earth(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+    pub fn in_earth(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         let (w, u) = (self.orientation.w, self.orientation.imag());
         let t = u.cross(vector) * 2.0;
         vector + t * w + u.cross(&t)

@@ -46,12 +46,12 @@ impl Estimator for Complementary {
         if body.levelled
             && let Some(accel) = &sample.accel
         {
-            body.turn_earth(&(tilt(&body.to_earth(accel)) * share));
+            body.turn_earth(&(tilt(&body.in_earth(accel)) * share));
         }
         if body.headed
             && let Some(mag) = mag
         {
-            let angle = east_of_north(&body.to_earth(mag));
+            let angle = east_of_north(&body.in_earth(mag));
             body.turn_earth(&Vector3::new(0.0, 0.0, share * angle));
         }
         body.begin(sample.accel.as_ref(), mag);

@@ -1,7 +1,7 @@
 //! The extended Kalman filter: derivatives at the mean.
 #![allow(non_snake_case)]
 
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SVector, Vector3};
 
 use super::kalman::{BIAS, Gauss, Linearised, Step};
 use crate::math::rotation::right_jacobian;
@@ -20,13 +20,18 @@ impl Linearised for Extended {
         state.body.turn(&turn);
         // An error of the bias turns the other way, about axes that move meanwhile.
         let J = right_jacobian(&turn) * -step.dt;
-        let mut F = SMatrix::<f64, 6, 6>::identity();
-        for i in 0..3 {
-            F.fixed_view_mut::<3, 1>(0, BIAS + i)
-                .copy_from(&state.body.to_earth(&J.column(i).into_owned()));
-        }
-        let P = F * state.P.to_matrix() * F.transpose();
-        state.P.assign(|i, j| P[(i, j)]);
+        let columns = [0, 1, 2].map(|i| state.body.in_earth(&J.column(i).into_owned()));
+        let A = Matrix3::from_columns(&columns);
+        // F P F' with F = [I, A; 0, I].
+        let P = state.P;
+        let B = Matrix3::from_fn(|i, j| P.at(i, BIAS + j));
+        let AD = A * Matrix3::from_fn(|i, j| P.at(BIAS + i, BIAS + j));
+        let (AB, ADA) = (A * B.transpose(), AD * A.transpose());
+        state.P.assign(|i, j| match (i < BIAS, j < BIAS) {
+            (true, true) => P.at(i, j) + AB[(i, j)] + AB[(j, i)] + ADA[(i, j)],
+            (true, false) => P.at(i, j) + AD[(i, j - BIAS)],
+            _ => P.at(i, j),
+        });
         for i in 0..6 {
             let noise = if i < BIAS { step.angle } else { step.bias };
             state.P.set(i, i, state.P.at(i, i) + noise);

@@ -15,6 +15,7 @@ use crate::attitude::sample::Inertial;
 use crate::attitude::stream::Tagged;
 use crate::attitude::{Estimator, GRAVITY, Knowledge};
 use crate::error::Error;
+use crate::math::sound::are_within;
 use crate::math::{Real, Symmetric};
 
 /// Standard deviation of a tilt, and of a heading, that one sample has shown, rad.
@@ -111,13 +112,13 @@ impl<L: Linearised> Kalman<L> {
         if state.body.levelled
             && let Some(accel) = accel
         {
-            let force = state.body.to_earth(&accel.normalize());
+            let force = state.body.in_earth(&accel.normalize());
             L::see_up(state, &force, squared(constants.accel_noise / GRAVITY) / dt);
         }
         if state.body.headed
             && let Some(mag) = mag
         {
-            let field = state.body.to_earth(mag);
+            let field = state.body.in_earth(mag);
             if field.x != 0.0 || field.y != 0.0 {
                 L::see_north(state, east_of_north(&field), squared(constants.mag_noise) / dt);
             }
@@ -163,7 +164,7 @@ impl Gauss {
         // What a restart leaves may lie a rounding above its cap.
         let caps = CAPS.map(|cap| cap * (1.0 + 1e-9));
         self.body.is_sound()
-            && self.bias.amax() <= BIAS_MAX
+            && are_within(&self.bias, BIAS_MAX)
             && self.P.is_covariance(3.0 * (caps[0] + caps[1]))
             && (0..6).all(|i| self.P.at(i, i) <= caps[i / 3])
     }

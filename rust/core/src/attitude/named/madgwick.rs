@@ -55,7 +55,7 @@ impl Madgwick {
             && let Some(mag) = mag
         {
             let mag = mag.normalize();
-            let h = body.to_earth(&mag);
+            let h = body.in_earth(&mag);
             let north = (h.x * h.x + h.y * h.y).simd_sqrt();
             sum += gradient(&body.orientation, &Vector3::new(0.0, north, h.z), &mag);
         }

@@ -11,6 +11,7 @@ use crate::attitude::stream::Tagged;
 use crate::attitude::{Estimator, Knowledge};
 use crate::error::Error;
 use crate::math::Real;
+use crate::math::sound::are_within;
 
 /// The error e = a × v̂ of the measured against the estimated vertical turns the orientation by the
 /// rate ω - b + k_P e, and the bias by db/dt = -k_I e.
@@ -48,7 +49,7 @@ impl Mahony {
         if body.headed
             && let Some(mag) = mag
         {
-            let field = body.to_earth(mag);
+            let field = body.in_earth(mag);
             let level = (field.x * field.x + field.y * field.y).simd_sqrt();
             if level > 0.0 {
                 error += up * (field.x / level);
@@ -96,7 +97,7 @@ impl Estimator for Mahony {
     }
 
     fn is_sound(&self) -> bool {
-        self.options.checked().is_ok() && self.body.is_sound() && self.bias.amax() <= BIAS_MAX
+        self.options.checked().is_ok() && self.body.is_sound() && are_within(&self.bias, BIAS_MAX)
     }
 
     fn is_like(&self, other: &Self) -> bool {

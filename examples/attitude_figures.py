@@ -1,0 +1,57 @@
+"""The figure of `docs/how-to/attitude.md`: what learning the scale and leaving out a magnet gain.
+
+``python examples/attitude_figures.py [FOLDER]`` draws ``attitude_study.png`` and, of a simulated
+recording as ``zerorate attitude`` draws it, ``attitude.png``; default folder ``docs/figures``.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import zerorate as zr
+from zerorate.show import plot_attitude_study, save_figure
+
+RATE, DURATION = 100.0, 120.0
+# Without scale and misalignment among their states; the Mahony filter integrates its bias.
+OTHERS = ("ekf", "mahony")
+SCALES = np.array([-0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03])
+SEEDS = (2, 3, 4)
+MAGNET = [[60.0, 80.0]]
+
+
+def motion(seed, scale=None, magnet=()):
+    """Return a motion of a hand, with a gyro whose three axes all show too much."""
+    errors = None
+    if scale is not None:
+        errors = zr.MotionErrors(gyro_matrix=np.eye(3) / (1.0 + scale))
+    return zr.simulate_motion("hand", RATE, DURATION, seed=seed, errors=errors, magnet=magnet)
+
+
+def six_axes(moved, method="auto"):
+    """Return the attitude without the magnetometer."""
+    return zr.estimate_attitude(moved.recording(), mag=False, method=method)
+
+
+def mean_error(method, scale):
+    """Return the error of heading over several motions, RMS."""
+    found = [six_axes(motion(seed, scale), method).errors().heading for seed in SEEDS]
+    return np.sqrt(np.mean(np.square(found)))
+
+
+def main(folder):
+    """Draw both figures."""
+    moved = motion(2, scale=0.02)
+    drift = {"auto": six_axes(moved), **{name: six_axes(moved, name) for name in OTHERS}}
+    near = motion(2, magnet=MAGNET).recording()
+    magnet = {name: zr.estimate_attitude(near, method=name) for name in ("auto", "madgwick")}
+    errors = {
+        name: np.array([mean_error(name, scale) for scale in SCALES]) for name in ("auto", *OTHERS)
+    }
+    figure = plot_attitude_study(drift, magnet, moved.gyro_matrix, SCALES, errors)
+    save_figure(figure, folder / "attitude_study.png")
+    save_figure(magnet["auto"].plot(), folder / "attitude.png")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "docs/figures"))

@@ -1,0 +1,169 @@
+"""Panels that show what an attitude filter does: learning, a magnet, errors over the scale."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from zerorate.show.attitude_figure import draw_matrix, heading_and_tilt_errors, shade, thinned
+from zerorate.show.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    ROSE,
+    VERMILION,
+    new_figure,
+    style_decades,
+    style_panels,
+    write_caption,
+    write_legend,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from zerorate.attitude.estimate import AttitudeEstimate
+    from zerorate.types import Floats
+
+__all__ = ["draw_heading_errors", "draw_magnet", "draw_scale_errors", "plot_attitude_study"]
+
+# Millimetres.
+_WIDTH, _HEIGHT = 180.0, 116.0
+_PLACES: Final = {"left": 0.08, "right": 0.985, "top": 0.955, "bottom": 0.15}
+_COLOURS: Final = (BLUE, VERMILION, GREEN, ORANGE)
+
+
+def draw_heading_errors(axes: Axes, curves: Mapping[str, AttitudeEstimate]) -> None:
+    """Draw how the heading of estimates drifts from the reference of their recording, by name."""
+    for (name, estimate), colour in zip(curves.items(), _COLOURS, strict=False):
+        heading, _ = _errors(estimate)
+        few = thinned(estimate.n)
+        seconds = estimate.time[few] - estimate.time[0]
+        axes.plot(seconds, np.degrees(heading[few]), color=colour, linewidth=0.7, label=name)
+        axes.set_xlim(0.0, seconds[-1])
+    axes.axhline(0.0, color=BLACK, linewidth=0.3)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("heading error [deg]")
+    _make_room(axes)
+    write_legend(axes, "lower left", 3)
+
+
+def _make_room(axes: Axes) -> None:
+    """Leave room for a line of a legend below."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low - 0.12 * (high - low), high)
+
+
+def draw_magnet(axes: Axes, curves: Mapping[str, AttitudeEstimate]) -> None:
+    """Draw errors of heading, and of inclination of the first, where that sees another field."""
+    first = next(iter(curves.values()))
+    seconds = first.time - first.time[0]
+    shade(axes, seconds, first.disturbed, ROSE)
+    few = thinned(first.n)
+    for (name, estimate), colour in zip(curves.items(), (BLUE, ORANGE), strict=False):
+        heading = np.degrees(_errors(estimate)[0][few])
+        label = f"heading, {name}"
+        axes.plot(seconds[few], heading, color=colour, linewidth=0.7, label=label)
+    inclination = np.degrees(_errors(first)[1][few])
+    axes.plot(seconds[few], inclination, color=VERMILION, linewidth=0.7, label="inclination")
+    axes.axhline(0.0, color=BLACK, linewidth=0.3)
+    axes.set_xlim(0.0, seconds[-1])
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("error [deg]")
+    write_legend(axes, "lower left", 1)
+
+
+def draw_scale_errors(axes: Axes, scales: Floats, errors: Mapping[str, Floats]) -> None:
+    """Draw errors over the scale error of the gyro, by the names of filters.
+
+    Parameters
+    ----------
+    axes : Axes
+        A panel.
+    scales : ndarray, shape (m,)
+        Scale errors, 0.01 is 1 %.
+    errors : mapping of str to ndarray of shape (m,)
+        In rad.
+    """
+    for (name, values), colour in zip(errors.items(), _COLOURS, strict=False):
+        axes.plot(
+            100.0 * scales, np.degrees(values), "o-", color=colour, lw=0.8, ms=2.5, label=name
+        )
+    axes.set_yscale("log")
+    axes.set_ylim(bottom=0.6 * float(np.degrees(min(one.min() for one in errors.values()))))
+    axes.set_xlabel("scale error of the gyro [%]")
+    axes.set_ylabel("heading error, RMS [deg]")
+    write_legend(axes, "lower left", 3)
+
+
+def plot_attitude_study(
+    drift: Mapping[str, AttitudeEstimate],
+    magnet: Mapping[str, AttitudeEstimate],
+    matrix: Floats,
+    scales: Floats,
+    errors: Mapping[str, Floats],
+) -> Figure:
+    """Return a figure of four panels, 180 mm wide.
+
+    Parameters
+    ----------
+    drift : mapping of str to AttitudeEstimate
+        Of six axes and of one recording, whose gyro has a scale error; the first has learned it.
+    magnet : mapping of str to AttitudeEstimate
+        Of nine axes; the first is shaded where it sees a disturbed field.
+    matrix : ndarray, shape (3, 3)
+        The true M of the first estimate of `drift`.
+    scales, errors
+        As of `draw_scale_errors`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Drift of the heading; the elements of M as they are learned, true ones dotted; what a
+        magnet does; and errors over the scale error.
+    """
+    figure = new_figure(_WIDTH, _HEIGHT)
+    grid = figure.subplots(2, 2, gridspec_kw={**_PLACES, "wspace": 0.2, "hspace": 0.42})
+    draw_heading_errors(grid[0, 0], drift)
+    learned = next(iter(drift.values()))
+    draw_matrix(grid[0, 1], learned)
+    for i, colour in enumerate((VERMILION, GREEN, BLUE)):
+        grid[0, 1].axhline(100.0 * (matrix[i, i] - 1.0), color=colour, linewidth=0.8, linestyle=":")
+    grid[0, 1].set_xlabel("time [s]")
+    low, high = grid[0, 1].get_ylim()
+    grid[0, 1].set_ylim(low, high + 0.2 * (high - low))
+    write_legend(grid[0, 1], "upper right", 5)
+    draw_magnet(grid[1, 0], magnet)
+    draw_scale_errors(grid[1, 1], scales, errors)
+    titles = (
+        "Six axes: drift of the heading",
+        "Scale and misalignment, learned from gravity",
+        "Nine axes: a magnet comes near",
+        "Six axes: heading over the scale error",
+    )
+    for axes, title in zip(grid.ravel(), titles, strict=True):
+        axes.set_title(title)
+    style_panels(list(grid.ravel()))
+    style_decades(grid[1, 1], 2)
+    write_caption(figure, _HEIGHT, textwrap.fill(_CAPTION, 150))
+    return figure
+
+
+_CAPTION: Final = (
+    "Simulated motions of a hand; the first 5 s are at rest (grey). Dashed: two standard "
+    "deviations; dotted: the true scale. Rose: where the filter sees another field and leaves it "
+    "out."
+)
+
+
+def _errors(estimate: AttitudeEstimate) -> tuple[Floats, Floats]:
+    if estimate.reference is None:
+        raise ValueError("an estimate without a reference has no errors to draw")
+    return heading_and_tilt_errors(
+        estimate.quaternion, estimate.reference, relative=not estimate.mag
+    )

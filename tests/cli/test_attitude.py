@@ -1,0 +1,181 @@
+"""``zerorate attitude`` and ``zerorate stream --attitude``: files, and a line for every fault."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from support.commands import check_line, names, one_line
+from support.logs import write_table
+from support.streams import streamed
+
+MOTION = zr.simulate_motion("hand", duration=8.0, seed=3, magnet=[[5.0, 7.0]])
+SENSORS = {"gyro_{}_radps": MOTION.gyro, "accel_{}_mps2": MOTION.accel, "mag_{}_ut": MOTION.mag}
+
+
+def columns(sensors=SENSORS, reference=True):
+    found = {"time_s": MOTION.time}
+    for name, values in sensors.items():
+        found |= {name.format(axis): values[:, i] for i, axis in enumerate("xyz")}
+    if reference:
+        found |= {f"ref_quat_{axis}": MOTION.quaternion[:, i] for i, axis in enumerate("wxyz")}
+    return found
+
+
+@pytest.fixture
+def cli(call):
+    """Run ``zerorate attitude``; return its code, stdout and stderr."""
+    return partial(call, "attitude")
+
+
+@pytest.fixture
+def log(tmp_path):
+    return write_table(tmp_path / "hand.csv", columns())
+
+
+def test_it_writes_a_log_and_a_figure(cli, log, out):
+    code, text, errors = cli(log, "-o", out)
+    assert (code, errors) == (0, "")
+    assert names(out) == ["hand-zerorate-attitude.parquet", "hand-zerorate-attitude.png"]
+    assert "Attitude of hand.csv: nine axes, auto, to east, north, up" in text
+    assert "Errors against the reference, deg" in text
+    found = zr.read_log(out / "hand-zerorate-attitude.parquet")
+    expected = zr.estimate_attitude(zr.read_recording(log)).quaternion
+    np.testing.assert_array_equal(found.data, expected)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "npz"])
+def test_options_reach_the_filter(cli, log, out, suffix):
+    options = ("--frame", "ned", "--offline", "--no-mag", "--no-figure")
+    code, text, _ = cli(log, "-o", out / f"a.{suffix}", *options, "--reference-frame", "enu")
+    assert code == 0
+    assert names(out) == [f"a.{suffix}"]
+    assert "six axes, auto, offline, to north, east, down" in text
+    expected = zr.estimate_attitude(
+        zr.read_recording(log), frame="ned", offline=True, mag=False
+    ).quaternion
+    np.testing.assert_array_equal(zr.read_log(out / f"a.{suffix}").data, expected)
+
+
+def test_a_reference_of_another_frame_is_suspected(cli, log, out):
+    _, text, _ = cli(log, "-o", out, "--frame", "ned", "--no-figure")
+    assert "that of a reference to other axes of the earth" in one_line(text)
+
+
+def test_a_reference_may_be_chosen(cli, out, tmp_path):
+    table = {k.replace("ref_quat_", "mocap"): v for k, v in columns().items()}
+    log = write_table(tmp_path / "run.csv", table)
+    chosen = ("--reference", "mocapw,mocapx,mocapy,mocapz")
+    code, text, _ = cli(log, "-o", out, "--no-figure", *chosen)
+    assert (code, "Errors against" in text) == (0, True)
+
+
+def test_units_are_given_and_asked_for(cli, tmp_path, out):
+    sensors = {"g{}": np.degrees(MOTION.gyro), "a{}": MOTION.accel / 9.80665}
+    log = write_table(tmp_path / "run.csv", columns(sensors, reference=False))
+    code, text, errors = cli(log, "-o", out, "--no-figure")
+    assert (code, text) == (1, "")
+    check_line(errors, "gx, gy, gz: an attitude needs a gyro of a known unit, got 'unit'; give")
+    assert "--unit" in errors
+    code, _, errors = cli(log, "-o", out, "--no-figure", "--unit", "deg/s")
+    assert code == 1
+    check_line(errors, "ax, ay, az: an attitude needs an accelerometer of a known unit")
+    assert cli(log, "-o", out, "--no-figure", "--unit", "deg/s,g")[0] == 0
+    found = zr.read_log(out / "run-zerorate-attitude.parquet").data
+    expected = zr.Attitude(100.0, mag=False).process(MOTION.gyro, MOTION.accel)
+    # Degrees and g are rounded on their way.
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "match"),
+    [
+        (("--frame", "up"), 2, "--frame takes enu, ned or nwu, got 'up'"),
+        (("--method", "kf"), 2, "--method takes auto, complementary"),
+        (("--method", "ekf", "--offline"), 2, "smooth is for method 'auto'"),
+        (("--accel", "accel_2"), 1, "hand.csv: an attitude needs an accelerometer; there is no"),
+        (("--reference", "a,b,c,d"), 2, "there is no column 'a'"),
+        (("--columns", "gyro_x_radps"), 1, "an attitude needs a gyro of three axes, got 1"),
+        (("-o", "a.json"), 2, "-o takes a folder, or a file as parquet, csv, npz"),
+        (("--calibration", "none.json"), 1, "none.json: No such file"),
+    ],
+)
+def test_refusals(cli, log, out, options, code, match):
+    found, text, errors = cli(log, "-o", out, *options)
+    assert (found, text) == (code, "")
+    check_line(errors, match)
+    assert names(out) == []
+
+
+def test_nothing_is_replaced_unasked(cli, log, out):
+    assert cli(log, "-o", out, "--no-figure")[0] == 0
+    code, _, errors = cli(log, "-o", out, "--no-figure")
+    assert code == 2
+    check_line(errors, "exists already; pass --force")
+    assert cli(log, "-o", out, "--no-figure", "--force")[0] == 0
+
+
+HEADER = ",".join(columns(reference=False))
+LINES = [
+    ",".join(map(repr, row))
+    for row in np.column_stack([*columns(reference=False).values()]).tolist()
+]
+
+
+def answered(values):
+    """Return the quaternions in answers, after the time that passed through."""
+    return np.array([[float(cell) for cell in line.split(",")][1:5] for line in values])
+
+
+class TestStream:
+    LIVE = ("--attitude", "--rate", "100", "--time", "time_s")
+
+    def test_a_line_in_an_orientation_out(self):
+        code, answers, errors = streamed([HEADER, *LINES], *self.LIVE, "--with", "disturbed")
+        assert code == 0
+        assert answers[0] == "time_s,quat_w,quat_x,quat_y,quat_z,disturbed"
+        filter_ = zr.Attitude(100.0)
+        dt = np.diff(MOTION.time, prepend=np.nan)
+        own = filter_.trace(MOTION.gyro, MOTION.accel, MOTION.mag, dt)
+        np.testing.assert_array_equal(answered(answers[1:]), own["quaternion"])
+        assert [int(line[-1]) for line in answers[1:]] == own["disturbed"].tolist()
+        assert "magnetometer mag_x_ut, mag_y_ut, mag_z_ut; passes on time_s" in errors
+
+    def test_what_was_lost_takes_its_time(self):
+        kept = np.delete(np.arange(800), [300, 301, 500])
+        _, answers, _ = streamed([HEADER, *(LINES[i] for i in kept)], *self.LIVE)
+        dt = np.diff(MOTION.time[kept], prepend=np.nan)
+        sensors = (MOTION.gyro[kept], MOTION.accel[kept], MOTION.mag[kept], dt)
+        np.testing.assert_array_equal(answered(answers[1:]), zr.Attitude(100.0).process(*sensors))
+
+    def test_a_checkpoint_changes_nothing(self, tmp_path):
+        options = (*self.LIVE, "--checkpoint", tmp_path / "state")
+        first = streamed([HEADER, *LINES[:300]], *options)
+        second = streamed(LINES[300:], *options)
+        whole = streamed([HEADER, *LINES], *self.LIVE)
+        assert first[1] + second[1] == whole[1]
+        assert streamed([], "--attitude", "--checkpoint", tmp_path / "state", "--position")[1] == [
+            "800"
+        ]
+        code, _, errors = streamed(LINES, *options, "--frame", "ned")
+        assert code == 2
+        check_line(errors, "it was made with --frame enu, now it is ned; --force begins anew")
+        code, _, errors = streamed(LINES, "--rate", "100", "--checkpoint", tmp_path / "state")
+        assert code == 1
+        check_line(errors, "it is no checkpoint of a stream")
+
+    @pytest.mark.parametrize(
+        ("options", "match"),
+        [
+            (("--attitude", "--method", "kf"), "--method has no effect with --attitude"),
+            (("--frame", "ned"), "--frame needs --attitude"),
+            (("--attitude", "--with", "saturated"), "--with takes some of euler"),
+            (("--attitude", "--columns", "1,2,3"), "--columns takes six columns, or nine"),
+            (("--attitude", "--unit", "deg/s,rad/s"), "--unit takes one unit of each kind"),
+        ],
+    )
+    def test_refusals(self, call, options, match):
+        code, _, errors = call("stream", "--rate", "100", *options)
+        assert code == 2
+        check_line(errors, match)

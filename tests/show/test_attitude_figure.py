@@ -1,0 +1,64 @@
+"""Figures of an attitude: what they show, and no label over another."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from support.figures import check_contrast, check_layout
+from zerorate.show import plot_attitude_study, save_figure
+from zerorate.show.attitude_figure import heading_and_tilt_errors
+
+ASKED = {
+    "usual": {},
+    "offline": {"offline": True, "frame": "ned"},
+    "six axes": {"mag": False},
+    "named": {"method": "madgwick"},
+}
+
+
+@cache
+def estimate(name, reference=True):
+    recording = zr.simulate_motion("hand", duration=30.0, seed=2, magnet=[[15.0, 20.0]]).recording()
+    logs = {k: v for k, v in recording.items() if reference or k != "reference"}
+    return zr.estimate_attitude(zr.Recording(logs, "a.csv"), **ASKED[name])
+
+
+@pytest.mark.parametrize("name", ASKED)
+@pytest.mark.parametrize("reference", [True, False])
+def test_nothing_lies_over_another(name, reference):
+    figure = estimate(name, reference).plot()
+    check_layout(figure)
+    check_contrast(figure)
+    # A gradient knows neither deviations nor the gyro.
+    assert len(figure.axes) == (1 + reference if name == "named" else 4)
+
+
+def test_the_study(tmp_path):
+    curves = {"auto": estimate("six axes"), "none": estimate("six axes")}
+    scales = np.array([-0.01, 0.0, 0.01])
+    errors = {name: np.array([0.02, 0.01, 0.03]) for name in curves}
+    magnet = {"auto": estimate("usual"), "madgwick": estimate("named")}
+    figure = plot_attitude_study(curves, magnet, np.eye(3), scales, errors)
+    check_layout(figure)
+    check_contrast(figure)
+    assert [axes.get_ylabel() for axes in figure.axes] == [
+        "heading error [deg]",
+        "M - 1 [%]",
+        "error [deg]",
+        "heading error, RMS [deg]",
+    ]
+    save_figure(figure, tmp_path / "a.svg")
+
+
+def test_errors_are_those_of_the_metrics():
+    found = estimate("usual")
+    heading, tilt = heading_and_tilt_errors(found.quaternion, found.reference)
+    assert np.sqrt(np.mean(heading**2)) == pytest.approx(found.errors().heading, rel=1e-9)
+    assert np.sqrt(np.mean(tilt**2)) == pytest.approx(found.errors().inclination, rel=1e-9)
+
+
+def test_a_drift_begins_with_none():
+    found = estimate("six axes")
+    assert heading_and_tilt_errors(found.quaternion, found.reference, relative=True)[0][0] == 0.0
