@@ -31,6 +31,12 @@ def test_channels_give_arrays() -> None:
     assert assert_type(detector.update([0.0, 1.0]), Flags).shape == (2,)
 
 
+def test_a_tilt_is_a_float_or_an_array() -> None:
+    assert isinstance(assert_type(zr.Tilt(100.0).update(0.1, None), float), float)
+    kalman = zr.Tilt(100.0, method="kalman", channels=2)
+    assert assert_type(kalman.bias, Floats).shape == (2,)
+
+
 def test_an_annotation_need_not_say_which() -> None:
     def bias_of(f: zr.DriftFilter) -> float:
         return float(np.max(assert_type(f.bias, Any)))

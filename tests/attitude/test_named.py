@@ -2,6 +2,7 @@
 
 import inspect
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -298,6 +299,21 @@ def test_the_tables_are_what_the_classes_take(kind, table):
         assert option.default == signature[name].default, name
     others = {"rate", "mag", "frame", "gyro_unit", "accel_unit", "bias", "bias_sigma", "channels"}
     assert set(signature) - others == set(table)
+
+
+@pytest.mark.parametrize("table", [ATTITUDE_OPTIONS, TILT_OPTIONS])
+def test_the_reference_has_the_tables(table):
+    page = Path(__file__).parents[2] / "docs/reference/attitude-methods.md"
+    rows = [line.split(" | ") for line in page.read_text(encoding="utf-8").splitlines()]
+    known = [row for row in rows if len(row) == 5]
+    for name, option in table.items():
+        if name == "method":
+            assert all(f"`{method}`" in page.read_text(encoding="utf-8") for method in NAMED)
+            continue
+        users = ", ".join(option.methods)
+        found = [row for row in known if row[0] == f"| `{name}`" and row[3] == users]
+        assert {row[2] for row in found} == {option.unit}, name
+        assert option.default is None or float(found[0][1]) == option.default, name
 
 
 def constants(table):

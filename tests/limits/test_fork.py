@@ -20,6 +20,9 @@ ROADS = {
     "temperature": "zr.TemperatureFilter(100.0, channels=8).process(wide, z, threads=2)",
     "attitude": "zr.Attitude(100.0, channels=8)"
     ".process(*(np.stack([wide] * 3, axis=-1) for _ in range(3)), threads=2)",
+    "named": "zr.Attitude(100.0, method='ekf', channels=8)"
+    ".process(*(np.stack([wide[:9000]] * 3, axis=-1) for _ in range(3)), threads=2)",
+    "tilt": "zr.Tilt(100.0, method='kalman', channels=8).process(wide, wide, threads=2)",
     "smoothed": "zr.Attitude(100.0).smooth(*(wide[:, :3] for _ in range(3)))['quaternion']",
     "streaming": "streamed(zr.StreamingAllan(rate=100.0, octaves=4, channels=8))",
     "allan": "zr.allan(z, 100.0).deviation",

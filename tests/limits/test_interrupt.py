@@ -18,6 +18,7 @@ FILTERS = {
     "wavelet": "zr.WaveletDenoiser(rate=100.0, wavelet='db4', level=5)",
     "temperature": "zr.TemperatureFilter(rate=100.0)",
     "attitude": "zr.Attitude(rate=100.0, mag=False)",
+    "tilt": "zr.Tilt(rate=100.0, method='kalman')",
     "corrector": "zr.ImuCorrector(np.eye(3), np.zeros(3), g_sensitivity=np.eye(3))",
 }
 PROGRAM = """
@@ -54,7 +55,7 @@ f = {make}
 z = z if f.channels is None else np.stack([z] * f.channels, axis=1)
 z = np.stack([z] * 6, axis=-1) if isinstance(f, zr.ImuCorrector) else z
 z = np.stack([z] * 3, axis=-1) if isinstance(f, zr.Attitude) else z
-z = (z, z) if isinstance(f, (zr.TemperatureFilter, zr.Attitude)) else (z,)
+z = (z, z) if isinstance(f, (zr.TemperatureFilter, zr.Attitude, zr.Tilt)) else (z,)
 f.process(*(part[:1000] for part in z))
 before = f.to_bytes()
 f.{method}(*z)

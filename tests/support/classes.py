@@ -600,7 +600,11 @@ def process(f, z, **how):
     with warnings.catch_warnings():
         # Of forces at rest that are not those of gravity.
         warnings.filterwarnings("ignore", "the accelerometer shows")
-        return flat(f.process(*arguments_of(type(f), z), **how))
+        arguments = arguments_of(type(f), z)
+        if isinstance(f, zr.Attitude) and not f.mag:
+            # Of a state that was forged: it takes no field.
+            arguments = arguments[:2]
+        return flat(f.process(*arguments, **how))
 
 
 def flat(answers):

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::frame::{self, Frame};
 use super::sample::{self, FORCE_MAX, Inertial, RATE_MAX, Sample};
 use super::{Estimator, GRAVITY, Knowledge};
-use crate::error::{Error, check_positive, check_rate, require};
+use crate::error::{Error, check_rate, require};
 use crate::math::sound::{is_count, is_sample, is_within};
 #[cfg(feature = "std")]
 use crate::stream::Block;
@@ -50,8 +50,11 @@ impl AttitudeParams {
         check_rate(self.rate)?;
         // What comes more rarely than a gap is long would be all gaps.
         require(self.rate >= 1.0 / GAP, "rate", "at least 1 sample a second", self.rate)?;
-        check_positive("gyro_unit", "a positive number of rad/s", self.gyro_unit)?;
-        check_positive("accel_unit", "a positive number of m/s^2", self.accel_unit)?;
+        for (name, unit) in [("gyro_unit", self.gyro_unit), ("accel_unit", self.accel_unit)] {
+            // Of these any number in SI is one that can be written down.
+            let expected = "a unit from 1e-12 to 1e12 of that in SI";
+            require((1e-12..=1e12).contains(&unit), name, expected, unit)?;
+        }
         Ok(self)
     }
 }

@@ -18,6 +18,8 @@ const SPAN_MAX: f64 = 1e9;
 const SAMPLE_MAX: f64 = 1e150;
 const STATE_MAX: f64 = 1e170;
 const VARIANCE_MAX: f64 = 1e100;
+/// What rounding may cost the variance of a difference, relative to what was there before.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// How rate and angle are joined.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -245,13 +247,13 @@ impl Tilt {
         let constants = &self.params.constants;
         self.angle += (self.rate - self.bias) * held;
         let (p, q, r) = (self.P.at(0, 0), self.P.at(0, 1), self.P.at(1, 1));
-        self.P.set(0, 0, p + held * (held * r - 2.0 * q) + constants.q_angle * dt);
+        let (grown, rounding) = (held * held * r, ROUNDING * (p + held * held * r));
+        self.P.set(0, 0, p + (grown - 2.0 * held * q) + constants.q_angle * dt + rounding);
         self.P.set(0, 1, q - held * r);
-        self.P.set(1, 1, r + constants.q_bias * dt);
+        self.P.set(1, 1, r + constants.q_bias * dt + ROUNDING * r);
         self.limit();
     }
 
-    /// Joseph's form: the variances stay positive whatever the rounding.
     fn correct(&mut self, angle: f64) {
         let R = self.params.constants.r_measure;
         let (p, q, r) = (self.P.at(0, 0), self.P.at(0, 1), self.P.at(1, 1));
@@ -260,13 +262,14 @@ impl Tilt {
         let e = angle - self.angle;
         self.angle += k * e;
         self.bias += b * e;
-        self.P.set(0, 0, left * left * p + k * k * R);
+        // (I - K H) P: what was measured without a difference, so that it keeps its digits.
+        self.P.set(0, 0, left * p);
         self.P.set(0, 1, left * q);
-        self.P.set(1, 1, r - 2.0 * b * q + b * b * S);
-        self.P.settle(true);
+        self.P.set(1, 1, r - b * q + ROUNDING * r);
     }
 
-    /// Variances below their cap, without a change of the correlation.
+    /// Variances below their cap, without a change of the correlation, and the covariance below what
+    /// they allow: in a step that is too short for one variance it need not vanish.
     fn limit(&mut self) {
         for i in 0..2 {
             let variance = self.P.at(i, i);
@@ -275,6 +278,9 @@ impl Tilt {
                 self.P.set(i, i, VARIANCE_MAX);
             }
         }
+        let [angle, bias] = [0, 1].map(|i| self.P.at(i, i).max(0.0).simd_sqrt());
+        let most = angle * bias;
+        self.P.set(0, 1, self.P.at(0, 1).clamp(-most, most));
     }
 }
 
@@ -334,5 +340,45 @@ impl Checkpoint for Tilt {
 
     fn is_like(&self, other: &Self) -> bool {
         (self.params, self.samples) == (other.params, other.samples)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{TILT_CONSTANTS, Tilt, TiltConstants, TiltMethod, TiltParams};
+    use crate::stream::Stream;
+    use crate::stream::checkpoint::Checkpoint;
+    use proptest::prelude::*;
+
+    fn number() -> impl Strategy<Value = f64> {
+        let decade = -200.0..200.0_f64;
+        prop_oneof![
+            8 => (-1.0..1.0_f64, decade).prop_map(|(x, decade)| x * 10.0_f64.powf(decade)),
+            4 => -10.0..10.0_f64,
+            1 => Just(f64::NAN),
+            1 => Just(f64::INFINITY),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn no_sample_makes_an_unsound_state(
+            ends in prop::collection::vec(0..3_usize, TILT_CONSTANTS.len()),
+            kalman in any::<bool>(),
+            samples in prop::collection::vec((number(), number(), number()), 1..120),
+        ) {
+            let mut constants = TiltConstants::default();
+            for (row, end) in TILT_CONSTANTS.iter().zip(ends) {
+                if end < 2 {
+                    (row.set)(&mut constants, row.range[end]);
+                }
+            }
+            let method = if kalman { TiltMethod::Kalman } else { TiltMethod::Complementary };
+            let mut tilt = Tilt::new(TiltParams { rate: 100.0, method, constants }).unwrap();
+            for (gyro, angle, dt) in samples {
+                tilt.update([gyro, angle, dt]);
+                prop_assert!(tilt.is_sound(), "{gyro:e} {angle:e} {dt:e}: {tilt:?}");
+            }
+        }
     }
 }

@@ -68,8 +68,8 @@ const WIDTH: usize = 3;
 /// 0.0245
 /// >>> tilt = zr.Tilt(100.0, method="kalman")
 /// >>> angle = tilt.process(gyro, accelerometer)
-/// >>> round(tilt.angle, 4), round(tilt.bias, 4)
-/// (0.0, 0.05)
+/// >>> round(tilt.bias, 4)
+/// 0.05
 #[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct Tilt {

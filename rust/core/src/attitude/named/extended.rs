@@ -6,7 +6,11 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use super::kalman::{BIAS, Gauss, Linearised, Step};
 use crate::math::rotation::right_jacobian;
 
-/// By first derivatives. Corrections are scalar, in Joseph's form.
+/// What rounding may cost the variance of a difference, relative to what was there before: a
+/// few operations on each element.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// By first derivatives. Corrections are scalar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extended;
 
@@ -27,14 +31,15 @@ impl Linearised for Extended {
         let B = Matrix3::from_fn(|i, j| P.at(i, BIAS + j));
         let AD = A * Matrix3::from_fn(|i, j| P.at(BIAS + i, BIAS + j));
         let (AB, ADA) = (A * B.transpose(), AD * A.transpose());
+        let rounding = ROUNDING * step.dt * step.dt * (3..6).map(|i| P.at(i, i)).sum::<f64>();
         state.P.assign(|i, j| match (i < BIAS, j < BIAS) {
             (true, true) => P.at(i, j) + AB[(i, j)] + AB[(j, i)] + ADA[(i, j)],
             (true, false) => P.at(i, j) + AD[(i, j - BIAS)],
             _ => P.at(i, j),
         });
         for i in 0..6 {
-            let noise = if i < BIAS { step.angle } else { step.bias };
-            state.P.set(i, i, state.P.at(i, i) + noise);
+            let noise = if i < BIAS { step.angle + rounding } else { step.bias };
+            state.P.set(i, i, state.P.at(i, i) + noise + ROUNDING * P.at(i, i));
         }
     }
 
@@ -62,7 +67,11 @@ fn see(state: &mut Gauss, i: usize, z: f64, R: f64, found: &mut SVector<f64, 6>)
     let S = p[i] + R;
     let K = p / S;
     *found += K * (z - found[i]);
-    // (I - K H) P (I - K H)' + K R K'
+    // (I - K H) P: what was measured without a difference, so that it keeps its digits.
     let P = state.P;
-    state.P.assign(|a, b| P.at(a, b) - K[a] * p[b] - p[a] * K[b] + K[a] * K[b] * S);
+    state.P.assign(|a, b| match (a == i, b == i) {
+        (true, _) => p[b] * (R / S),
+        (_, true) => p[a] * (R / S),
+        _ => P.at(a, b) - K[a] * p[b] + if a == b { ROUNDING * P.at(a, a) } else { 0.0 },
+    });
 }

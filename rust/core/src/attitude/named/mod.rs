@@ -51,3 +51,89 @@ impl Named for Auto {
         (given.matrix, given.matrix_sigma) != (usual.matrix, usual.matrix_sigma)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        CONSTANTS, Complementary, Constants, Ekf, Madgwick, Mahony, Named, NamedOptions, Ukf,
+    };
+    use crate::attitude::sample::Inertial;
+    use crate::error::Error;
+    use nalgebra::Vector3;
+    use proptest::prelude::*;
+
+    /// Anything that the stream lets through.
+    fn sample() -> impl Strategy<Value = Inertial> {
+        let vector = |most: f64| {
+            let size = prop_oneof![Just(-9.0), Just(most), -9.0..most];
+            (size, prop::array::uniform3(-1.0..1.0_f64)).prop_filter_map("a length", |(size, v)| {
+                let direction = Vector3::from(v).try_normalize(1e-3)?;
+                Some(direction * (10.0_f64.powf(size) * (1.0 - 1e-12)))
+            })
+        };
+        let force = prop::option::weighted(0.8, vector(3.0));
+        let field = prop::option::weighted(0.8, vector(9.0));
+        let dt = prop_oneof![Just(0.0), Just(1.0), Just(0.01), 1e-9..1.0_f64];
+        (vector(3.0), force, field, dt, prop::bool::weighted(0.9)).prop_map(
+            |(gyro, accel, mag, dt, known)| {
+                let unknown = if known { 0.0 } else { dt };
+                Inertial { gyro, known, unknown, accel, mag, dt }
+            },
+        )
+    }
+
+    /// Constants at the ends of their ranges, and the usual ones.
+    fn options() -> impl Strategy<Value = NamedOptions> {
+        let ends = prop::collection::vec(0..3_usize, CONSTANTS.len());
+        (any::<bool>(), ends).prop_map(|(mag, ends)| {
+            let mut constants = Constants::default();
+            for (row, end) in CONSTANTS.iter().zip(ends) {
+                if end < 2 {
+                    (row.set)(&mut constants, row.range[end]);
+                }
+            }
+            NamedOptions { mag, constants, ..NamedOptions::default() }
+        })
+    }
+
+    fn stays_sound<E: Named + core::fmt::Debug>(
+        filter: Result<E, Error>,
+        samples: &[Inertial],
+    ) -> Result<(), TestCaseError> {
+        let mut filter = filter.expect("options within their ranges");
+        for (k, sample) in samples.iter().enumerate() {
+            filter.step(sample);
+            if k % 17 == 11 {
+                filter.gap(1e3);
+            }
+            let known = filter.knowledge();
+            prop_assert!((filter.orientation().norm() - 1.0).abs() < 1e-9, "{k}: {sample:?}");
+            prop_assert!(filter.is_sound(), "{} at {k}: {filter:?}", E::METHOD);
+            prop_assert!(!known.tilt_sigma.is_infinite() && !known.heading_sigma.is_infinite());
+        }
+        Ok(())
+    }
+
+    proptest! {
+        #[test]
+        fn no_sample_makes_an_unsound_state(
+            options in options(),
+            samples in prop::collection::vec(sample(), 1..120),
+        ) {
+            stays_sound(Complementary::new(options), &samples)?;
+            stays_sound(Mahony::new(options), &samples)?;
+            stays_sound(Madgwick::new(options), &samples)?;
+            stays_sound(Ekf::new(options), &samples)?;
+            stays_sound(Ukf::new(options), &samples)?;
+        }
+
+        #[test]
+        fn a_constant_beyond_its_range_is_refused(row in 0..CONSTANTS.len(), over in any::<bool>()) {
+            let (row, mut options) = (&CONSTANTS[row], NamedOptions::default());
+            let value = if over { row.range[1] * 1.1 } else { row.range[0] - 1e-13 };
+            (row.set)(&mut options.constants, value);
+            let told = Error::Parameter { name: row.name, expected: row.expected, value };
+            prop_assert_eq!(Ekf::new(options).err(), Some(told));
+        }
+    }
+}

@@ -116,17 +116,21 @@ fn see<const M: usize>(
     let off = centre - mean;
     let mut S = off * off.transpose() * CENTRE + SMatrix::<f64, M, M>::identity() * R;
     let mut C = SMatrix::<f64, N, M>::zeros();
-    for (x, y) in points.iter().zip(shown) {
+    for (x, y) in points.iter().zip(&shown) {
         let off = y - mean;
         S += off * off.transpose() * WEIGHT;
         C += x * off.transpose() * WEIGHT;
     }
     let Some(inverse) = S.cholesky().map(|root| root.inverse()) else { return };
     let K = C * inverse;
-    let less = K * C.transpose();
-    let P = state.P;
-    state.P.assign(|i, j| P.at(i, j) - less[(i, j)]);
-    state.P.settle(true);
+    // P - K S K' as a sum of squares, which no rounding makes negative.
+    let left = K * off;
+    let mut P = left * left.transpose() * CENTRE + K * K.transpose() * R;
+    for (x, y) in points.iter().zip(&shown) {
+        let left = x - K * (y - mean);
+        P += left * left.transpose() * WEIGHT;
+    }
+    state.P.assign(|i, j| P[(i, j)]);
     state.apply(&(K * (z - mean)));
 }
 
