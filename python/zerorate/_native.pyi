@@ -77,6 +77,7 @@ __all__ = [
     "Attitude",
     "DriftFilter",
     "ImuCorrector",
+    "MotionDetector",
     "RecursiveLeastSquares",
     "ReplayScores",
     "RestDetector",
@@ -355,14 +356,20 @@ class DriftFilter(Generic[_Number, _Flag]):
         TypeError
             A part of the start does not hold numbers.
         """
-    def update(self, z: _Sample) -> _Number:
+    def update(self, z: _Sample, moving: bool = False) -> _Number:
         """Takes one sample and returns what ``output`` says at once, the compensated rate unless
         asked otherwise: float to float, with channels (k,) to (k,), in the unit of the sample.
 
-        None or NaN is a missing sample: NaN is returned, or the estimate.
+        None or NaN is a missing sample: NaN is returned, or the estimate. ``moving`` says that the body
+        is known to move, as a ``MotionDetector`` tells from its accelerometer: what the gyro gives is
+        then no bias, however still it stands.
         """
     def process(
-        self, z: npt.ArrayLike, out: _Floats | None = None, threads: int | None = None
+        self,
+        z: npt.ArrayLike,
+        out: _Floats | None = None,
+        threads: int | None = None,
+        moving: npt.ArrayLike | None = None,
     ) -> _Floats:
         """Filters a batch, equal to the last bit to ``update`` sample by sample.
 
@@ -376,6 +383,9 @@ class DriftFilter(Generic[_Number, _Flag]):
         threads : int, optional
             Threads over which several channels may be spread: as far as they do not share a vector
             register, and as it pays. The result does not depend on it.
+        moving : array_like of bool, shape (n,), optional
+            Where the body is known to move, as a ``MotionDetector`` tells from its accelerometer; one
+            thread does it then. Only with a filter that holds in motion.
 
         Returns
         -------
@@ -388,8 +398,9 @@ class DriftFilter(Generic[_Number, _Flag]):
         z: _Floats,
         out: _Floats,
         noted: tuple[_Floats, _Flags, _Flags] | None = None,
+        moving: npt.ArrayLike | None = None,
     ) -> None: ...
-    def trace(self, z: npt.ArrayLike) -> Trace:
+    def trace(self, z: npt.ArrayLike, moving: npt.ArrayLike | None = None) -> Trace:
         """Like ``process``, but returns a ``Trace`` of all that the filter knew after each sample."""
     def reset(self) -> None:
         """Back to before the first sample, with the same parameters."""
@@ -661,6 +672,95 @@ class Trace:
     def stuck(self) -> _Flags: ...
 
 @final
+class MotionDetector(Generic[_Flag]):
+    """Whether a body moves, told from its accelerometer alone while samples arrive.
+
+    A gyro that turns slowly at one rate gives what one with a bias gives at rest. In the axes of a
+    body that turns, gravity turns as well, unless it turns about the vertical. Means of 1, 2, 4, …, 64
+    ticks of a quarter second are compared with the ones before: where they differ by more than the
+    samples' noise explains, and by more than gravity turned by 0.4 degrees, the body moves. A turn of
+    0.4 deg/s about a level axis is seen within 2 s, one of 0.05 deg/s after half a minute. Motion is
+    over when none has been seen for half as long again as it took to see, and, for a minute at most,
+    when the samples are about as quiet as before it. True says that the body moves, False that nothing
+    is known.
+
+    Nothing depends on the unit, nor on the axes. A sample of which an axis is not finite is a missing
+    one. One object serves one thread at a time.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    channels : int, optional
+        Number of accelerometers side by side; ``None`` is a single one.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range.
+
+    Examples
+    --------
+    A minute of rest, then one in which a body turns at 2 deg/s about a level axis:
+
+    >>> import numpy as np, zerorate as zr
+    >>> rng, t = np.random.default_rng(1), np.arange(12_000) / 100.0
+    >>> angle = np.radians(2.0) * np.maximum(t - 60.0, 0.0)
+    >>> accel = 9.81 * np.stack((np.zeros_like(t), np.sin(angle), np.cos(angle)), axis=1)
+    >>> accel += 0.03 * rng.standard_normal(accel.shape)
+    >>> gyro = 0.3 + 2.0 * (t > 60.0) + 0.1 * rng.standard_normal(12_000)
+    >>> moving = zr.MotionDetector(rate=100.0).process(accel)
+    >>> bool(moving[:6000].any()), float(moving[6200:].mean()) > 0.9
+    (False, True)
+
+    What it knows keeps a turn from being learned as a bias:
+
+    >>> plain, told = zr.DriftFilter(rate=100.0), zr.DriftFilter(rate=100.0)
+    >>> _, _ = plain.process(gyro), told.process(gyro, moving=moving)
+    >>> round(plain.bias, 1), round(told.bias, 1)
+    (2.3, 0.3)
+    """
+
+    @overload
+    def __new__(cls, rate: float, *, channels: None = None) -> MotionDetector[bool]: ...
+    @overload
+    def __new__(cls, rate: float, *, channels: int) -> MotionDetector[_Flags]: ...
+    def update(self, z: npt.ArrayLike) -> _Flag:
+        """Takes one sample of the accelerometer, returns whether the body moves: (3,) to bool,
+        with channels (k, 3) to (k,).
+        """
+    def process(
+        self, z: npt.ArrayLike, out: _Flags | None = None, threads: int | None = None
+    ) -> _Flags:
+        """Whether the body moves after each sample of a batch: (n, 3) to (n,), with channels
+        (n, k, 3) to (n, k), bool; the interpreter lock is released.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
+    @staticmethod
+    def from_bytes(b: bytes) -> MotionDetector:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+    @property
+    def moving(self) -> _Flag:
+        """Whether the body is known to move: bool, with channels (k,)."""
+    @property
+    def rate(self) -> float:
+        """Samples a second."""
+    @property
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
+
+@final
 class RecursiveLeastSquares(Generic[_Number, _Flag]):
     """ARMA(p, q) model with a constant, learned while samples arrive.
 
@@ -868,7 +968,8 @@ class RestDetector(Generic[_Flag]):
     look alike: a new level that stands still is taken for rest after 10 s and about 11 s for each
     deviation of the samples that it lies off, 60 s at most; so is a new noise, such as an engine's.
     What was known before is kept and returned to in 1.5 s. Turning at less than about half of the
-    samples' deviation is not noticed, and passes for drift.
+    samples' deviation is not noticed, and passes for drift. An accelerometer tells many of these
+    from rest: ``MotionDetector``.
 
     One that is not finite is a missing sample. A channel is judged by itself. One object serves one
     thread at a time.
@@ -918,15 +1019,20 @@ class RestDetector(Generic[_Flag]):
         rest_limit: float | None = None,
         bias_limit: float | None = None,
     ) -> RestDetector[_Flags]: ...
-    def update(self, z: _Sample) -> _Flag:
+    def update(self, z: _Sample, moving: bool = False) -> _Flag:
         """Takes one sample, returns whether the sensor rests: float to bool, with channels (k,)
-        to (k,).
+        to (k,). ``moving`` says that the body is known to move, as a ``MotionDetector`` tells.
         """
     def process(
-        self, z: npt.ArrayLike, out: _Flags | None = None, threads: int | None = None
+        self,
+        z: npt.ArrayLike,
+        out: _Flags | None = None,
+        threads: int | None = None,
+        moving: npt.ArrayLike | None = None,
     ) -> _Flags:
         """Whether the sensor rests after each sample of a batch: (n,) to (n,), with channels
-        (n, k) to (n, k), bool; the interpreter lock is released.
+        (n, k) to (n, k), bool; the interpreter lock is released. ``moving``, bool, (n,), is where the
+        body is known to move, as a ``MotionDetector`` tells; one thread does it then.
         """
     def reset(self) -> None:
         """Back to before the first sample, with the same parameters."""
@@ -1867,7 +1973,7 @@ class WaveletDenoiser(Generic[_Number, _Flag]):
         """Octaves that are denoised."""
     @property
     def mode(self) -> _Shrinking:
-        """ "hard" or "soft"."""
+        """"hard" or "soft"."""
     @property
     def threshold(self) -> float:
         """In deviations of the noise."""

@@ -6,6 +6,7 @@ from oracle.auto import AutoFilter
 from oracle.drift import DriftFilter
 from oracle.gated import GatedFilter
 from oracle.least_squares import LeastSquares, RecursiveLeastSquares
+from oracle.motion import MotionDetector
 from oracle.rest import RestDetector
 from oracle.robust import RobustFilter
 from oracle.startup import Startup
@@ -19,6 +20,7 @@ __all__ = [
     "DriftFilter",
     "GatedFilter",
     "LeastSquares",
+    "MotionDetector",
     "RecursiveLeastSquares",
     "RestDetector",
     "RobustFilter",

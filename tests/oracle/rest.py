@@ -32,12 +32,12 @@ class RestDetector:
         self.known = self.home = self.candidate = None
         self.back, self.home_again = [], []
 
-    def update(self, z):
+    def update(self, z, moving=False):
         """Whether it rests."""
-        self.observe(z)
+        self.observe(z, moving)
         return self.at_rest
 
-    def observe(self, z):
+    def observe(self, z, moving=False):
         """The tick that a sample completes, and what changed with it: an event or None.
 
         It is a rest, a motion, or a restart: what was taken for rest was none, or not at its level.
@@ -48,7 +48,7 @@ class RestDetector:
         if self.ticker.lost:
             self.begin_anew()
             return seen, "restart"
-        return seen, self.decide(seen) if seen.count else None
+        return seen, self.decide(seen, moving) if seen.count else None
 
     @property
     def stuck(self):
@@ -59,10 +59,12 @@ class RestDetector:
         """Ticks in a row that may become the first rest."""
         return 0 if self.known or not self.candidate else self.candidate.ticks
 
-    def decide(self, seen):
+    def decide(self, seen, moving):
         possible = self.still.take(seen)
-        doing = self.rest if self.at_rest else self.motion
-        event = (doing if self.known else self.begin)(seen, possible)
+        if self.known and not self.at_rest:
+            event = self.motion(seen, possible, moving)
+        else:
+            event = (self.rest if self.known else self.begin)(seen, possible and not moving)
         if event and self.at_rest:
             self.ticker.gate.rest(math.sqrt(self.known.variance), self.ticker.step)
         return event
@@ -118,13 +120,16 @@ class RestDetector:
         self.home, self.home_again, self.proven = None, [], True
         return "restart"
 
-    def motion(self, seen, possible):
+    def motion(self, seen, possible, moving):
         self.proven |= is_quieter(self.known.variance, seen.variance, seen.step)
         if not possible:
             self.candidate, self.back, self.home_again = None, [], []
             return None
-        self.take(seen)
         self.back = [*self.back, seen.level] if self.known.is_near(seen) else []
+        if moving:
+            self.candidate, self.home_again = None, []
+            return None
+        self.take(seen)
         if not self.still.lasts:
             return None
         if self.has_arrived(self.back, self.known, seen):

@@ -26,6 +26,7 @@ from support.records import (
     moving_records,
     ordinary_records,
     records,
+    turning_records,
     warm_records,
     wide_records,
 )
@@ -39,6 +40,7 @@ from support.settings import (
     curve_in_unit,
     drift,
     model_settings,
+    motion_settings,
     named_attitude_settings,
     noise_settings,
     published_settings,
@@ -98,6 +100,10 @@ def sound_noise(f, z, answers):
 
 def sound_rest(f, z, answers):
     assert answers.shape == z.shape
+
+
+def sound_motion(f, z, answers):
+    assert answers.shape == z.shape[:-1]
 
 
 def sound_allan(f, z, answers):
@@ -420,6 +426,20 @@ STREAMS = {
         records=lambda: st.one_of(moving_records(), records()),
         ordinary=moving_records,
         powers=400,
+    ),
+    "motion-detector": Stream(
+        kind=zr.MotionDetector,
+        make=lambda arguments: zr.MotionDetector(**arguments),
+        settings=motion_settings,
+        examples={"motion-detector": {"rate": RATE}},
+        properties={"moving": 0},
+        answer=0,
+        sound=sound_motion,
+        units={},
+        records=lambda: st.one_of(turning_records(), wide_records(records(), 3)),
+        ordinary=turning_records,
+        powers=100,
+        width=3,
     ),
     "streaming-allan": Stream(
         kind=zr.StreamingAllan,

@@ -183,6 +183,21 @@ def imu_records(draw, width):
     return z
 
 
+@st.composite
+def turning_records(draw):
+    """Gravity in the axes of a body that rests, turns slowly or fast, and shakes, by turns."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    parts = draw(st.lists(st.integers(1, 800), min_size=1, max_size=5))
+    turns = [np.full(n, rng.choice([0.0, 0.0, 1e-4, 1e-2, 0.3])) for n in parts]
+    loud = [np.full(n, rng.choice([0.01, 0.01, 1.0])) for n in parts]
+    angle, noise = np.cumsum(np.concatenate(turns)), np.concatenate(loud)
+    axes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
+    gravity = np.stack((np.sin(angle), np.cos(angle), np.zeros(len(angle))), axis=1) @ axes
+    z = 9.81 * gravity + noise[:, np.newaxis] * rng.standard_normal((len(angle), 3))
+    z[rng.random(len(z)) < draw(st.sampled_from([0.0, 0.1])), rng.integers(3)] = np.nan
+    return z
+
+
 def mixed_record():
     """One record of all that a filter treats differently: start-up, gaps, motion and the rest."""
     rng = np.random.default_rng(5)

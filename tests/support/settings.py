@@ -206,6 +206,13 @@ def rest_settings(channels=None):
     )
 
 
+def motion_settings(channels=None):
+    """Arguments of a MotionDetector; ticks from four samples on."""
+    return st.fixed_dictionaries(
+        {"rate": st.sampled_from([1.0, 7.5, 20.0, 62.5]), "channels": st.just(channels)}
+    )
+
+
 def allan_settings(channels=None):
     """Arguments of a StreamingAllan."""
     return st.fixed_dictionaries(

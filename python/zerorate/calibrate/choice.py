@@ -1,11 +1,14 @@
 """Which sensors of a recording a calibration is of, and the gyro that it corrects."""
 
 from dataclasses import replace
+from typing import Final
 
 from zerorate.calibrate.calibration import Calibration
 from zerorate.io import Log, LogError, Recording
 
-__all__ = ["corrected_gyro", "own_sensors"]
+__all__ = ["corrected_gyro", "own_accel", "own_sensors"]
+
+_AXES: Final = 3
 
 
 def own_sensors(recording: Recording, calibration: Calibration) -> dict[str, str]:
@@ -19,6 +22,12 @@ def own_sensors(recording: Recording, calibration: Calibration) -> dict[str, str
         alike = (name for name, log in recording.items() if own and log.names == own)
         found[kind] = next(alike, kind)
     return found
+
+
+def own_accel(recording: Recording, calibration: Calibration) -> Log | None:
+    """Return the accelerometer that a calibration was made of, if it is there with three axes."""
+    log = recording.get(own_sensors(recording, calibration)["accel"])
+    return log if log is not None and log.channels == _AXES else None
 
 
 def corrected_gyro(recording: Recording, calibration: Calibration, *, asked: bool) -> Log:

@@ -12,6 +12,7 @@ from zerorate.cli.calibrations import read_calibration
 from zerorate.cli.errors import DataFault, UsageFault, in_options, of_a_file
 from zerorate.cli.options import (
     LogFormat,
+    NoAccel,
     Reading,
     check_filter_options,
     flag,
@@ -91,11 +92,13 @@ def batch(
             "calibrate), and by the log's accelerometer, if it has one.",
         ),
     ] = None,
+    no_accel: NoAccel = False,
     force: Annotated[bool, typer.Option("--force", help="Do finished logs again.")] = False,
 ) -> None:
     """Filter many logs, or find their noise, and compare them; what is finished is not redone."""
     if command is Command.allan:
-        _check_unused(options, format=format, calibration=calibration)
+        given = True if no_accel else None
+        _check_unused(options, format=format, calibration=calibration, no_accel=given)
         options = {}
     else:
         check_filter_options(options, [options["method"]])
@@ -106,6 +109,7 @@ def batch(
             format=None if format is None else format.value,
             calibration=None if calibration is None else read_calibration(calibration),
             data_scale=asked.pop("scale"),
+            accel=not no_accel,
             **asked,
             **options,
         )

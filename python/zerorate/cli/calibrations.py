@@ -9,6 +9,7 @@ from typing import Final
 
 from zerorate.calibrate.calibration import Calibration
 from zerorate.calibrate.choice import corrected_gyro as gyro_of
+from zerorate.calibrate.choice import own_accel
 from zerorate.cli.errors import DataFault, as_usage, in_options, of_a_file
 from zerorate.cli.options import Reading, units_of_sensors
 from zerorate.io import Log, LogError, Recording, read_recording
@@ -17,7 +18,7 @@ from zerorate.io.formats import LogSource
 _NAME: Final = re.compile(r"\b(gyro|accel)='([^']+)'")
 """A sensor that is chosen by an argument."""
 
-__all__ = ["corrected_gyro", "naming", "read_calibration", "read_imu"]
+__all__ = ["corrected_imu", "naming", "read_calibration", "read_imu"]
 
 
 def read_calibration(path: Path) -> Calibration:
@@ -44,12 +45,18 @@ def read_imu(
     return reading.read(read_recording, source, **further)
 
 
-def corrected_gyro(reading: Reading, source: LogSource, calibration: Calibration) -> Log:
-    """Return the gyro of a recording, corrected, whose notes say so; faults as of `naming`."""
+def corrected_imu(
+    reading: Reading, source: LogSource, calibration: Calibration
+) -> tuple[Log, Log | None]:
+    """Return the gyro of a recording, corrected, whose notes say so, and its accelerometer.
+
+    Faults are as of `naming`.
+    """
     recording = read_imu(reading, source)
     with naming(recording):
         asked = reading.arguments["columns"] is not None
-        return gyro_of(recording, calibration, asked=asked)
+        gyro = gyro_of(recording, calibration, asked=asked)
+    return gyro, own_accel(recording, calibration)
 
 
 @contextmanager

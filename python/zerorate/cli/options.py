@@ -30,6 +30,7 @@ __all__ = [
     "LogArgument",
     "LogFormat",
     "LogFormatOption",
+    "NoAccel",
     "NoFigure",
     "Output",
     "Reading",
@@ -76,6 +77,7 @@ RECORDING: Final = (
 
 
 OUTPUT: Final = "Output"
+PANEL: Final = "Reading the log"
 """The panel of help with what is written, and where."""
 
 
@@ -132,6 +134,15 @@ FigureFormatOption: TypeAlias = Annotated[
 ]
 NoFigure: TypeAlias = Annotated[
     bool, typer.Option("--no-figure", help="Draw no figure.", rich_help_panel=OUTPUT)
+]
+NoAccel: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--no-accel",
+        help="Leave an accelerometer alone that the log has beside its gyro; else no rate is taken "
+        "for a bias while it shows motion.",
+        rich_help_panel=PANEL,
+    ),
 ]
 Force: TypeAlias = Annotated[
     bool, typer.Option("--force", help="Replace existing files.", rich_help_panel=OUTPUT)
@@ -211,7 +222,6 @@ class Reading:
             return reader(source, **self.arguments, **further)
 
 
-PANEL: Final = "Reading the log"
 """The panel of help with how a log is read."""
 
 _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final
 import typer
 
 from zerorate.calibrate.calibration import Calibration
-from zerorate.cli.calibrations import corrected_gyro, read_calibration
+from zerorate.cli.calibrations import corrected_imu, read_calibration
 from zerorate.cli.errors import (
     DataFault,
     UsageFault,
@@ -29,6 +29,7 @@ from zerorate.cli.options import (
     LogArgument,
     LogFormat,
     LogFormatOption,
+    NoAccel,
     NoFigure,
     Output,
     Reading,
@@ -46,7 +47,7 @@ from zerorate.cli.outputs import (
     together,
 )
 from zerorate.cli.records import print_title, records
-from zerorate.io import Log, LogError, LogFile, open_log, write_log
+from zerorate.io import Log, LogError, LogFile, open_imu, write_log
 from zerorate.io.formats import LogSource
 from zerorate.io.log import Header
 from zerorate.options import used_by, with_limits
@@ -89,6 +90,7 @@ def replay(
             rich_help_panel=PANEL,
         ),
     ] = None,
+    no_accel: NoAccel = False,
     options: Mapping[str, Any],
 ) -> None:
     """Remove the bias from every axis of a log.
@@ -107,8 +109,13 @@ def replay(
     outputs = [Outputs.of(place.of_part(one.ending), *shape) for one in found]
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
-            recording = _opened(reading, one.source, known)
-            asked = {"methods": methods, **with_limits(given, methods, recording.header.unit)}
+            recording, accel = _opened(reading, one.source, known)
+            accel = None if no_accel else accel
+            asked = {
+                "methods": methods,
+                "accel": accel,
+                **with_limits(given, methods, recording.header.unit),
+            }
             result = _replayed(recording, files, not no_figure, progress, asked)
         print_title(one, first=one is found[0])
         print_result(result, files)
@@ -121,11 +128,14 @@ def replay(
         )
 
 
-def _opened(reading: Reading, source: LogSource, known: Calibration | None) -> LogFile:
-    """Return a log block by block; one that is to be corrected first, in memory."""
+def _opened(
+    reading: Reading, source: LogSource, known: Calibration | None
+) -> tuple[LogFile, LogFile | None]:
+    """Return a log block by block, one that is to be corrected first in memory; its accelerometer."""
     if known is None:
-        return reading.read(open_log, source)
-    return LogFile.of(corrected_gyro(reading, source, known))
+        return reading.read(open_imu, source)
+    gyro, accel = corrected_imu(reading, source, known)
+    return LogFile.of(gyro), None if accel is None else LogFile.of(accel)
 
 
 def baselines(method: str) -> tuple[str, ...]:
@@ -150,9 +160,11 @@ def _replayed(
     """Write the files of one record and return the rest, or raise a fault."""
     if not draws:
         return _into_file(recording, files.log, files.force, progress, asked)
+    accel = asked["accel"]
     with read_faults(columns_asked=False):
         whole = recording.log()
-    result = in_memory(whole, progress, **asked)
+        own = None if accel is None else accel.log()
+    result = in_memory(whole, progress, **{**asked, "accel": own})
     files.write(result, progress)
     return result
 

@@ -4,7 +4,7 @@ from zerorate.io.atomic import atomic_path, check_writable
 from zerorate.io.clocks.grid import ClockReport
 from zerorate.io.counts import RawCounts, raw_counts
 from zerorate.io.log import Log, LogError, Recording
-from zerorate.io.logfile import LogFile, open_log
+from zerorate.io.logfile import LogFile, open_imu, open_log
 from zerorate.io.reading import read_log
 from zerorate.io.recording import read_recording
 from zerorate.io.split import split_log
@@ -19,6 +19,7 @@ __all__ = [
     "Recording",
     "atomic_path",
     "check_writable",
+    "open_imu",
     "open_log",
     "raw_counts",
     "read_log",

@@ -10,9 +10,10 @@ import numpy as np
 
 from zerorate.io.clocks.repeats import HEAD, repeated
 from zerorate.io.clocks.sensor_clock import Clock
-from zerorate.io.counts import Scale
+from zerorate.io.counts import Scale, Scaling
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Header, Log, LogError
+from zerorate.io.names import meaning_of
 from zerorate.io.reading import (
     Asked,
     Selection,
@@ -29,7 +30,7 @@ from zerorate.io.span import Span
 from zerorate.io.table import Column, Table, as_numbers
 from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["LogFile", "open_log"]
+__all__ = ["LogFile", "open_imu", "open_log"]
 
 
 @dataclass(frozen=True)
@@ -127,6 +128,7 @@ class _Rows:
 
 
 _ROWS: Final = 1 << 17
+_AXES: Final = 3
 
 
 @dataclass(frozen=True)
@@ -190,17 +192,78 @@ def open_log(
     Of a Parquet file the time column alone is read here; any other format is loaded whole.
     """
     asked = Asked.of(rate, columns, topic, scale, start, stop)
+    return _opened(path, asked, unit, accel=False)[0]
+
+
+def open_imu(
+    path: LogSource,
+    rate: float | None = None,
+    columns: str | int | Sequence[str | int] | None = None,
+    unit: str | None = None,
+    topic: str | None = None,
+    *,
+    scale: Scale = None,
+    start: float | None = None,
+    stop: float | None = None,
+) -> tuple[LogFile, LogFile | None]:
+    """Return the log that `open_log` returns, and that of its accelerometer.
+
+    The accelerometer is the one of the same table that is named like the gyro, or the only one. It
+    is None if there is none, if it has not three axes or cannot be read, and where a log is of
+    several gyros.
+    """
+    asked = Asked.of(rate, columns, topic, scale, start, stop)
+    return _opened(path, asked, unit, accel=True)
+
+
+def _opened(
+    path: LogSource, asked: Asked, unit: str | None, *, accel: bool
+) -> tuple[LogFile, LogFile | None]:
     label = label_of(path)
     try:
         kind, content = opened(path)
         table = content.chosen(asked.topic)
         told = {"source": label, "format": kind}
         chosen = selected(table, asked.rate, asked.columns, one_group(unit, asked.scaling))
-        if chosen.table.pieces is None:
-            return LogFile.of(*all_within(asked.span, logs_of(chosen, told)))
-        return _in_pieces(chosen, told, label, asked.span)
+        gyro = _of_selection(chosen, told, label, asked.span)
+        return gyro, _accelerometer(chosen, told, label, asked) if accel else None
     except LogError as error:
         raise LogError(f"{label}: {error}") from None
+
+
+def _of_selection(chosen: Selection, told: dict[str, str], label: str, span: Span) -> LogFile:
+    if chosen.table.pieces is None:
+        return LogFile.of(*all_within(span, logs_of(chosen, told)))
+    return _in_pieces(chosen, told, label, span)
+
+
+def _accelerometer(
+    gyro: Selection, told: dict[str, str], label: str, asked: Asked
+) -> LogFile | None:
+    places = _beside(gyro)
+    if len(places) != _AXES:
+        return None
+    grouped = one_group(None, Scaling())
+    try:
+        chosen = selected(gyro.table, asked.rate, places, grouped)
+        return _of_selection(chosen, told, label, asked.span)
+    except LogError:
+        return None
+
+
+def _beside(gyro: Selection) -> list[int]:
+    """Return the columns of the accelerometer of a gyro."""
+    found: dict[str, list[int]] = {}
+    for index, name in enumerate(gyro.table.names or ()):
+        meaning = meaning_of(name)
+        if meaning is not None and meaning.kind == "accel":
+            found.setdefault(meaning.sensor, []).append(index)
+    meanings = map(meaning_of, gyro.names)
+    sensors = {meaning.sensor for meaning in meanings if meaning is not None}
+    if len(sensors) > 1:
+        return []
+    only = next(iter(found.values())) if len(found) == 1 else []
+    return found.get(next(iter(sensors), ""), only)
 
 
 def _in_pieces(chosen: Selection, told: dict[str, str], label: str, span: Span) -> LogFile:

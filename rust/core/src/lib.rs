@@ -40,7 +40,7 @@ pub use drift::{
     Zones,
 };
 pub use error::Error;
-pub use rest::{Event, RestDetector, RestLimits, Tick};
+pub use rest::{Event, MotionAware, MotionDetector, RestDetector, RestLimits, Tick};
 pub use score::exponential_mean;
 #[cfg(feature = "std")]
 pub use stream::Bank;

@@ -40,7 +40,7 @@ mod _native {
     #[pymodule_export]
     use crate::math::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
     #[pymodule_export]
-    use crate::rest::RestDetector;
+    use crate::rest::{MotionDetector, RestDetector};
     #[pymodule_export]
     use crate::score::{ReplayScores, exponential_mean};
     use pyo3::prelude::*;

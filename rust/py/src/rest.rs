@@ -1,8 +1,10 @@
-//! The rest detector for Python.
+//! The detectors of rest and of motion for Python.
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use zerorate_core::{Bank, Error, RestDetector as Core, RestLimits, checkpoint};
+use zerorate_core::{
+    Bank, Error, MotionDetector as MotionCore, RestDetector as Core, RestLimits, checkpoint,
+};
 
 use crate::common::errors::NativeError;
 use crate::common::streaming::{self, Shared, call, reading, streaming, text};
@@ -19,7 +21,8 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// look alike: a new level that stands still is taken for rest after 10 s and about 11 s for each
 /// deviation of the samples that it lies off, 60 s at most; so is a new noise, such as an engine's.
 /// What was known before is kept and returned to in 1.5 s. Turning at less than about half of the
-/// samples' deviation is not noticed, and passes for drift.
+/// samples' deviation is not noticed, and passes for drift. An accelerometer tells many of these
+/// from rest: ``MotionDetector``.
 ///
 /// One that is not finite is a missing sample. A channel is judged by itself. One object serves one
 /// thread at a time.
@@ -58,10 +61,11 @@ pub struct RestDetector {
 streaming!(
     RestDetector,
     update: "Takes one sample, returns whether the sensor rests: float to bool, with channels (k,)
-    to (k,).",
+    to (k,). ``moving`` says that the body is known to move, as a ``MotionDetector`` tells.",
     process: "Whether the sensor rests after each sample of a batch: (n,) to (n,), with channels
-    (n, k) to (n, k), bool; the interpreter lock is released.",
-    out
+    (n, k) to (n, k), bool; the interpreter lock is released. ``moving``, bool, (n,), is where the
+    body is known to move, as a ``MotionDetector`` tells; one thread does it then.",
+    moving
 );
 
 #[pymethods]
@@ -108,6 +112,10 @@ impl RestDetector {
 }
 
 impl RestDetector {
+    fn check_motion(&self) -> PyResult<()> {
+        Ok(())
+    }
+
     fn restored(bytes: &[u8]) -> Result<Self, Error> {
         let (channels, bank) = checkpoint::restore(bytes)?;
         Self::of(channels, bank)
@@ -118,6 +126,114 @@ impl RestDetector {
     }
 
     fn first(&self) -> &Core<f64> {
+        &self.shared.bank.streams()[0]
+    }
+}
+
+/// Whether a body moves, told from its accelerometer alone while samples arrive.
+///
+/// A gyro that turns slowly at one rate gives what one with a bias gives at rest. In the axes of a
+/// body that turns, gravity turns as well, unless it turns about the vertical. Means of 1, 2, 4, …, 64
+/// ticks of a quarter second are compared with the ones before: where they differ by more than the
+/// samples' noise explains, and by more than gravity turned by 0.4 degrees, the body moves. A turn of
+/// 0.4 deg/s about a level axis is seen within 2 s, one of 0.05 deg/s after half a minute. Motion is
+/// over when none has been seen for half as long again as it took to see, and, for a minute at most,
+/// when the samples are about as quiet as before it. True says that the body moves, False that nothing
+/// is known.
+///
+/// Nothing depends on the unit, nor on the axes. A sample of which an axis is not finite is a missing
+/// one. One object serves one thread at a time.
+///
+/// Parameters
+/// ----------
+/// rate : float
+///     Samples a second.
+/// channels : int, optional
+///     Number of accelerometers side by side; ``None`` is a single one.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of range.
+///
+/// Examples
+/// --------
+/// A minute of rest, then one in which a body turns at 2 deg/s about a level axis:
+///
+/// >>> import numpy as np, zerorate as zr
+/// >>> rng, t = np.random.default_rng(1), np.arange(12_000) / 100.0
+/// >>> angle = np.radians(2.0) * np.maximum(t - 60.0, 0.0)
+/// >>> accel = 9.81 * np.stack((np.zeros_like(t), np.sin(angle), np.cos(angle)), axis=1)
+/// >>> accel += 0.03 * rng.standard_normal(accel.shape)
+/// >>> gyro = 0.3 + 2.0 * (t > 60.0) + 0.1 * rng.standard_normal(12_000)
+/// >>> moving = zr.MotionDetector(rate=100.0).process(accel)
+/// >>> bool(moving[:6000].any()), float(moving[6200:].mean()) > 0.9
+/// (False, True)
+///
+/// What it knows keeps a turn from being learned as a bias:
+///
+/// >>> plain, told = zr.DriftFilter(rate=100.0), zr.DriftFilter(rate=100.0)
+/// >>> _, _ = plain.process(gyro), told.process(gyro, moving=moving)
+/// >>> round(plain.bias, 1), round(told.bias, 1)
+/// (2.3, 0.3)
+#[pyclass(generic, module = "zerorate")]
+#[derive(Debug)]
+pub struct MotionDetector {
+    shared: Shared<Bank<MotionCore>>,
+}
+
+streaming!(
+    MotionDetector,
+    update: "Takes one sample of the accelerometer, returns whether the body moves: (3,) to bool,
+    with channels (k, 3) to (k,).",
+    process: "Whether the body moves after each sample of a batch: (n, 3) to (n,), with channels
+    (n, k, 3) to (n, k), bool; the interpreter lock is released.",
+    out
+);
+
+#[pymethods]
+impl MotionDetector {
+    #[new]
+    #[pyo3(signature = (rate, *, channels=None))]
+    fn new(rate: f64, channels: Option<i128>) -> PyResult<Self> {
+        let channels = streaming::channels(channels)?;
+        let detector = MotionCore::new(rate).map_err(NativeError::from)?;
+        let bank = Bank::new(&detector, channels.unwrap_or(1)).map_err(NativeError::from)?;
+        Ok(Self::of(channels, bank).map_err(NativeError::from)?)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let arguments = [("rate", text(this.first().rate()), "")];
+        Ok(call("MotionDetector", &arguments, this.shared.channels))
+    }
+
+    /// Whether the body is known to move: bool, with channels (k,).
+    #[getter]
+    fn moving<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        let flags = this.shared.bank.streams().iter().map(MotionCore::is_moving).collect();
+        this.shared.numbers(slf.py(), flags)
+    }
+
+    /// Samples a second.
+    #[getter]
+    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(reading(slf)?.first().rate())
+    }
+}
+
+impl MotionDetector {
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        let (channels, bank) = checkpoint::restore(bytes)?;
+        Self::of(channels, bank)
+    }
+
+    fn of(channels: Option<usize>, bank: Bank<MotionCore>) -> Result<Self, Error> {
+        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
+    }
+
+    fn first(&self) -> &MotionCore {
         &self.shared.bank.streams()[0]
     }
 }

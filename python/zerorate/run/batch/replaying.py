@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from zerorate.calibrate.calibration import Calibration
-from zerorate.calibrate.choice import corrected_gyro
-from zerorate.io import LogFile, open_log, read_recording
+from zerorate.calibrate.choice import corrected_gyro, own_accel
+from zerorate.io import LogFile, open_imu, read_recording
 from zerorate.io.log import notes_of
 from zerorate.io.names import canonical_unit
 from zerorate.options import with_limits
@@ -43,18 +43,19 @@ _NUMBERS: Final = (
 
 def _filtered(settings: "Settings", source: Path, output: Path) -> Made:
     """Filter a log into a file."""
-    recording = _opened(settings, source)
+    recording, accel = _opened(settings, source)
     options = dict(settings.options)
     method = options.pop("method")
     options = with_limits(options, [method], recording.header.unit)
-    result = replay_to_file(recording, output, methods=[method], force=True, **options)
+    accel = accel if settings.accel else None
+    result = replay_to_file(recording, output, accel=accel, methods=[method], force=True, **options)
     return Made(_rows(result), (*notes_of(result.header), *unlearned(result)))
 
 
-def _opened(settings: "Settings", source: Path) -> LogFile:
-    """Return a log block by block; one that is to be corrected first, in memory."""
+def _opened(settings: "Settings", source: Path) -> tuple[LogFile, LogFile | None]:
+    """Return a log block by block, one that is to be corrected first in memory; its accelerometer."""
     if settings.calibration is None:
-        return open_log(source, **settings.reading)
+        return open_imu(source, **settings.reading)
     reading = dict(settings.reading)
     if reading["unit"] is not None:
         listed = map(canonical_unit, reading["unit"].split(","))
@@ -63,7 +64,9 @@ def _opened(settings: "Settings", source: Path) -> LogFile:
         }
     calibration = Calibration.from_json(settings.calibration)
     asked = reading["columns"] is not None
-    return LogFile.of(corrected_gyro(read_recording(source, **reading), calibration, asked=asked))
+    imu = read_recording(source, **reading)
+    gyro, accel = corrected_gyro(imu, calibration, asked=asked), own_accel(imu, calibration)
+    return LogFile.of(gyro), None if accel is None else LogFile.of(accel)
 
 
 def _rows(result: Summary) -> tuple[Row, ...]:

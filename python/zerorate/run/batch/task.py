@@ -58,6 +58,9 @@ class Settings:
     calibration : Calibration, optional
         What the gyro of each log is corrected by before it is filtered, for "replay" alone. Each
         log is then read as a whole, with its accelerometer.
+    accel : bool
+        Whether the accelerometer beside a gyro, if there is one, tells motion from rest, for
+        "replay" alone; default yes.
     **options
         Arguments of `zerorate.DriftFilter`, for "replay" alone, with its defaults: method "auto",
         output "compensated". Of a log whose unit is known `rest_limit` is 3 deg/s and `bias_limit`
@@ -65,7 +68,7 @@ class Settings:
 
     Attributes
     ----------
-    command, format
+    command, format, accel
         As given, or the defaults.
     calibration : str or None
         As JSON, so that workers need no file, and so that another calibration is another result.
@@ -85,6 +88,7 @@ class Settings:
     format: str
     options: Mapping[str, Any]
     calibration: str | None
+    accel: bool
 
     def __init__(
         self,
@@ -99,6 +103,7 @@ class Settings:
         stop: float | None = None,
         format: str | None = None,
         calibration: Calibration | None = None,
+        accel: bool = True,
         **options: Unpack[StreamOptions],
     ) -> None:
         # Refused here is what would otherwise fail in every log.
@@ -135,6 +140,7 @@ class Settings:
             format=form,
             options=chosen,
             calibration=None if calibration is None else calibration.to_json(),
+            accel=accel,
         )
 
     @property

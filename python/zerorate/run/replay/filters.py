@@ -55,7 +55,7 @@ class Filters:
     """New filters of k axes by method, the last of which is the chosen one and is watched.
 
     Each is given those of the options that its method uses, and the limit of rest where the unit
-    of the log is known.
+    of the log is known. Those that hold in motion are told where the body is known to move.
     """
 
     def __init__(
@@ -64,6 +64,7 @@ class Filters:
         methods: Sequence[str],
         output: Output,
         options: FilterOptions,
+        moving: Booleans | None = None,
     ) -> None:
         listed, channels = _checked(methods), header.channels
         given = cast(dict[str, Any], options)
@@ -77,6 +78,7 @@ class Filters:
         self.holds = self.chosen.params["motion"] == "hold"
         self.notes = self.holds or self.chosen.method == "auto" or self.output == "compensated"
         self.limit: Final = self.chosen.params["limit"]
+        self.moving: Final = moving
         self._moments = moments(header.n)
         self._known = np.zeros(channels, dtype=np.bool_)
 
@@ -103,8 +105,9 @@ class Filters:
         low, high = np.searchsorted(self._moments, (first, first + raw.shape[1]), side="right")
         stops = (self._moments[low:high] - first).tolist()
         # The chosen one, which is noted meanwhile, takes longest.
-        job = executor.submit(chosen.watched, raw, stops, self.recorder, noted)
-        jobs = {method: executor.submit(run.through, raw) for method, run in others}
+        moving = None if self.moving is None else self.moving[first : first + raw.shape[1]]
+        job = executor.submit(chosen.watched, raw, stops, self.recorder, noted, moving)
+        jobs = {method: executor.submit(run.through, raw, moving) for method, run in others}
         return {method: other.result() for method, other in jobs.items()} | {name: job.result()}
 
     def _blank_before_first(self, raw: Floats, drift: dict[str, Floats]) -> None:
@@ -124,16 +127,22 @@ class _Run:
         # The filter refuses a method that it does not know.
         arguments = {**options, "method": method, "output": "estimate"}
         self.filter = DriftFilter(rate, channels=channels, **arguments)
+        self._holds = self.filter.params["motion"] == "hold"
         self._seconds = 0.0
 
-    def through(self, raw: Floats) -> Floats:
+    def through(self, raw: Floats, moving: Booleans | None) -> Floats:
         """Return the drift of a block (k, n)."""
         drift = np.empty_like(raw)
-        self._advance(raw, drift)
+        self._advance(raw, drift, None, moving)
         return drift
 
     def watched(
-        self, raw: Floats, stops: Sequence[int], recorder: Recorder, noted: _Noted | None
+        self,
+        raw: Floats,
+        stops: Sequence[int],
+        recorder: Recorder,
+        noted: _Noted | None,
+        moving: Booleans | None,
     ) -> Floats:
         """Return the drift of a block, note the state at some of its samples, and fill `noted`."""
         drift = np.empty_like(raw)
@@ -141,16 +150,22 @@ class _Run:
         for stop in dict.fromkeys((*stops, raw.shape[1])):
             part = np.s_[:, first:stop]
             piece = None if noted is None else (noted[0][part], noted[1][part], noted[2][part])
-            self._advance(raw[part], drift[part], piece)
+            known = None if moving is None else moving[first:stop]
+            self._advance(raw[part], drift[part], piece, known)
             if stop in stops:
                 recorder.take(self.filter)
             first = stop
         return drift
 
-    def _advance(self, raw: Floats, drift: Floats, noted: _Noted | None = None) -> None:
+    def _advance(
+        self, raw: Floats, drift: Floats, noted: _Noted | None, moving: Booleans | None
+    ) -> None:
+        told = moving if self._holds else None
+        if told is not None and noted is None:
+            noted = _room(raw)
         # Only the processor's time of this thread counts.
         begin = time.thread_time()
-        self.filter._replay(raw, drift, noted)
+        self.filter._replay(raw, drift, noted, told)
         self._seconds += time.thread_time() - begin
 
     @property

@@ -2,14 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Final, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io import Log, LogError, LogFile, atomic_path, write_log
+from zerorate.io import Log, LogError, LogFile, Recording, atomic_path, write_log
 from zerorate.io.missing import floats
 from zerorate.io.readers.parquet import TIME_NAME, RowGroups, about
 from zerorate.io.reading import notes_on_missing
@@ -21,6 +21,7 @@ from zerorate.run.replay.allan import AllanCurves, allan_curves
 from zerorate.run.replay.filters import Block, Filters, Output, within_range
 from zerorate.run.replay.history import memory
 from zerorate.run.replay.measures import Measures
+from zerorate.run.replay.motion import motion_of, note_on_motion
 from zerorate.run.replay.result import (
     Readings,
     Replay,
@@ -30,7 +31,7 @@ from zerorate.run.replay.result import (
     extra_names,
 )
 from zerorate.run.workers import Behind, ahead, workers
-from zerorate.types import Floats
+from zerorate.types import Booleans, Floats
 
 __all__ = ["ROWS", "replay", "replay_to_file"]
 
@@ -39,8 +40,9 @@ ROWS: Final = 1 << 15
 
 
 def replay(
-    log: Log,
+    log: Log | Recording,
     *,
+    accel: Log | None = None,
     methods: Sequence[str] = METHODS,
     output: Output = "compensated",
     truth: npt.ArrayLike | None = None,
@@ -53,8 +55,12 @@ def replay(
 
     Parameters
     ----------
-    log : Log
-        The recording.
+    log : Log or Recording
+        The log of a gyro; or a recording with one, and with its accelerometer if that is there.
+    accel : Log, optional
+        Accelerometer of three axes of the same body, on a clock of the same zero, in any unit. Where
+        it shows that the body moves, what the gyro gives is not taken for rest, by the methods that
+        hold in motion.
     methods : sequence of str
         Methods of `zerorate.DriftFilter`, all different. The last is the chosen one, whose
         history is kept; by default the one that tunes itself, after the published ones.
@@ -81,7 +87,7 @@ def replay(
     Raises
     ------
     LogError
-        If no axis holds a sample.
+        If no axis holds a sample, there is no gyro, or an accelerometer has not three axes.
     ValueError
         If a method or an argument is not valid, no method uses an option, or `truth` has another
         shape than the data.
@@ -95,8 +101,11 @@ def replay(
     ['kf', 'akf', 'fading', 'robust', 'auto']
     """
     report = silent if progress is None else progress
+    if isinstance(log, Recording):
+        log, accel = _sensors(log, accel)
     source = LogFile.of(log)
-    filters = Filters(source.header, methods, output, options)
+    source, moving = _with_motion(source, None if accel is None else LogFile.of(accel))
+    filters = Filters(source.header, methods, output, options, moving)
     known = None if truth is None else _like(truth, log)
     measures = Measures(source.header, list(filters.runs), horizons, filters.holds, known)
     series = _Series(log.data.shape, list(filters.runs), filters.notes)
@@ -112,6 +121,7 @@ def replay_to_file(
     recording: LogFile,
     path: Path,
     *,
+    accel: LogFile | None = None,
     methods: Sequence[str] = METHODS,
     output: Output = "compensated",
     horizons: Sequence[float] = (10.0, 60.0),
@@ -131,6 +141,8 @@ def replay_to_file(
         As of `zerorate.io.open_log`.
     path : Path
         The file to write, whole or not at all.
+    accel : LogFile, optional
+        As of `replay`; of its record a byte a sample is kept.
     methods, output, horizons, progress, **options
         As of `replay`.
     force : bool
@@ -170,6 +182,7 @@ def replay_to_file(
     if path.suffix.lower() != ".parquet":
         result = replay(
             recording.log(),
+            accel=None if accel is None else accel.log(),
             methods=methods,
             output=output,
             horizons=horizons,
@@ -179,14 +192,34 @@ def replay_to_file(
         )
         write_log(result.filtered_log, path, force=force, beside=result.beside)
         return result
+    recording, moving = _with_motion(recording, accel)
     header = recording.header
-    filters = Filters(header, methods, output, options)
+    filters = Filters(header, methods, output, options, moving)
     measures = Measures(header, list(filters.runs), horizons, filters.holds)
     with atomic_path(path, force) as temporary:
         with _FilteredFile(temporary, recording, filters) as file:
             sinks = (measures.take, file.take)
             _drive(recording, filters, sinks, silent if progress is None else progress, rows)
         return _summary(recording, filters, measures, horizons)
+
+
+def _sensors(recording: Recording, accel: Log | None) -> tuple[Log, Log | None]:
+    """Return the gyro of a recording, and the accelerometer that is given or its own."""
+    if recording.gyro is None:
+        raise LogError(f"{recording.source}: there is no gyro")
+    own = recording.accel
+    if accel is None and own is not None and own.channels == 3:
+        accel = own
+    return recording.gyro, accel
+
+
+def _with_motion(gyro: LogFile, accel: LogFile | None) -> tuple[LogFile, Booleans | None]:
+    """Return the log of a gyro, whose notes tell of the accelerometer, and where that moves."""
+    if accel is None:
+        return gyro, None
+    moving = motion_of(accel, gyro)
+    header = gyro.header.noting([note_on_motion(accel, moving, gyro.header.rate)])
+    return replace(gyro, header=header), moving
 
 
 def _drive(

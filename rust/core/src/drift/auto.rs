@@ -16,7 +16,7 @@ use super::sensor::{Interim, SensorModel};
 use super::{Behaviour, Drift, DriftNumber, DriftStream, Snapshot, Status, Tally, params};
 use crate::error::Error;
 use crate::math::{Limits, Real};
-use crate::rest::{Event, RestDetector, RestLimits, Tick};
+use crate::rest::{Event, MotionAware, RestDetector, RestLimits, Tick};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Number, Startup, Stream, Traced, Watch};
 
@@ -306,6 +306,27 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         }
     }
 
+    /// Takes one sample of a body that is known to be `moving`, or of which nothing is known.
+    #[inline(always)]
+    fn step(&mut self, z: T, moving: bool) -> T {
+        self.samples_seen += 1;
+        self.saturated = self.params.behaviour.saturates(z);
+        let z = if self.saturated { T::of(f64::NAN) } else { z };
+        self.tally.saturated += u64::from(self.saturated);
+        self.missing = !z.finite();
+        self.innovation = T::zero();
+        if !self.missing {
+            self.follow(z);
+        }
+        if begins(self.status) {
+            self.start(z);
+        }
+        if let Some(tick) = self.detector.observe_while(z, moving) {
+            self.take(&tick);
+        }
+        self.params.behaviour.output(z, self.estimate)
+    }
+
     /// A level, zero for one that no bias has.
     fn believed(&self, level: T) -> T {
         match self.params.limits.bias {
@@ -344,28 +365,20 @@ impl<T: Number> Stream for AutoFilter<T> {
 
     #[inline]
     fn update(&mut self, z: T) -> T {
-        self.samples_seen += 1;
-        self.saturated = self.params.behaviour.saturates(z);
-        let z = if self.saturated { T::of(f64::NAN) } else { z };
-        self.tally.saturated += u64::from(self.saturated);
-        self.missing = !z.finite();
-        self.innovation = T::zero();
-        if !self.missing {
-            self.follow(z);
-        }
-        if begins(self.status) {
-            self.start(z);
-        }
-        if let Some(tick) = self.detector.observe(z) {
-            self.take(&tick);
-        }
-        self.params.behaviour.output(z, self.estimate)
+        self.step(z, false)
     }
 
     fn reset(&mut self) {
         if let Ok(new) = Self::new(self.params) {
             *self = new;
         }
+    }
+}
+
+impl<T: Number> MotionAware for AutoFilter<T> {
+    #[inline]
+    fn update_while(&mut self, z: T, moving: bool) -> T {
+        self.step(z, moving)
     }
 }
 

@@ -19,7 +19,7 @@ use super::{
 use crate::allan::AllanNoise;
 use crate::error::Error;
 use crate::math::{Limits, Real, Symmetric, choose, vector};
-use crate::rest::RestLimits;
+use crate::rest::{MotionAware, RestLimits};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Number, Output, Scaling, Shape, Startup, Stream, Traced, Watch};
 
@@ -597,6 +597,8 @@ impl<T: DriftNumber, const N: usize, const M: usize> Stream for DriftFilter<T, N
         T::process_block(filters, block);
     }
 }
+
+impl<T: DriftNumber, const N: usize, const M: usize> MotionAware for DriftFilter<T, N, M> {}
 
 impl<T: DriftNumber, const N: usize, const M: usize> Traced for DriftFilter<T, N, M> {
     type Snapshot = Snapshot<T, N, M>;

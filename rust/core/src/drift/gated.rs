@@ -14,7 +14,7 @@ use crate::math::sound::is_count;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Stream, Traced};
 
-use crate::rest::{Event, RestDetector, RestLimits, Tick};
+use crate::rest::{Event, MotionAware, RestDetector, RestLimits, Tick};
 
 /// A filter that takes every sample for rest.
 pub trait PublishedFilter<T, const N: usize, const M: usize>:
@@ -81,14 +81,14 @@ where
     }
 
     #[inline]
-    fn step(&mut self, z: T) -> T {
+    fn step(&mut self, z: T, moving: bool) -> T {
         let Behaviour { hold_in_motion, reject_outliers, .. } = self.behaviour;
         if !hold_in_motion && !reject_outliers {
             return self.filter.update(z);
         }
         let accepted = if reject_outliers { self.detector.judged(z) } else { z };
         self.filter.update(if self.at_rest { accepted } else { T::of(f64::NAN) });
-        if let Some(tick) = self.detector.observe(z) {
+        if let Some(tick) = self.detector.observe_while(z, moving) {
             self.tally.add(&tick);
             if hold_in_motion {
                 self.take(&tick);
@@ -131,13 +131,7 @@ where
 
     #[inline]
     fn update(&mut self, z: T) -> T {
-        self.samples_seen += 1;
-        self.saturated = self.behaviour.saturates(z);
-        let z = if self.saturated { T::of(f64::NAN) } else { z };
-        self.tally.saturated += u64::from(self.saturated);
-        self.missing = !z.finite();
-        let estimate = self.step(z);
-        self.behaviour.output(z, estimate)
+        self.update_while(z, false)
     }
 
     fn reset(&mut self) {
@@ -146,6 +140,23 @@ where
         self.at_last_rests = [self.filter; 2];
         (self.at_rest, self.missing, self.saturated) = (true, false, false);
         (self.samples_seen, self.tally) = (0, Tally::default());
+    }
+}
+
+impl<T, const N: usize, const M: usize, F> MotionAware for RestGated<T, N, M, F>
+where
+    T: DriftNumber,
+    F: PublishedFilter<T, N, M>,
+{
+    #[inline]
+    fn update_while(&mut self, z: T, moving: bool) -> T {
+        self.samples_seen += 1;
+        self.saturated = self.behaviour.saturates(z);
+        let z = if self.saturated { T::of(f64::NAN) } else { z };
+        self.tally.saturated += u64::from(self.saturated);
+        self.missing = !z.finite();
+        let estimate = self.step(z, moving);
+        self.behaviour.output(z, estimate)
     }
 }
 

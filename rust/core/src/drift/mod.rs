@@ -33,7 +33,7 @@ use serde::{Deserialize, Serialize};
 pub use start::Start;
 
 use self::options::Options;
-use crate::rest::Tick;
+use crate::rest::{MotionAware, Tick};
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Traced};
 
@@ -124,7 +124,7 @@ pub struct Drift<T> {
 }
 
 /// What every drift filter tells in addition to its outputs.
-pub trait DriftStream<T>: Traced<Input = T, Output = T> + Checkpoint {
+pub trait DriftStream<T>: Traced<Input = T, Output = T> + MotionAware + Checkpoint {
     /// The parts of a [`Start`], for filters that can be started.
     const START: &'static [Field] = &[];
 

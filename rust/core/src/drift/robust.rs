@@ -22,6 +22,7 @@ use super::{
 };
 use crate::error::Error;
 use crate::math::{Limits, Real, Symmetric};
+use crate::rest::MotionAware;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Number, Scaling, Stream, Traced};
 
@@ -254,6 +255,8 @@ impl<T: Number, const N: usize, const M: usize> Checkpoint for RobustFilter<T, N
         self.filter.is_like(&other.filter) && self.gate.law == other.gate.law
     }
 }
+
+impl<T: DriftNumber, const N: usize, const M: usize> MotionAware for RobustFilter<T, N, M> {}
 
 impl<T: DriftNumber, const N: usize, const M: usize> DriftStream<T> for RobustFilter<T, N, M> {
     const START: &'static [Field] = DriftFilter::<T, N, M>::START;

@@ -77,13 +77,14 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         }
     }
 
-    /// Takes a tick; returns what changed.
-    pub(super) fn take(&mut self, seen: &TickSums<T>) -> Option<Event> {
+    /// Takes a tick, which cannot be one of rest if the body is known to be `moving`; returns what
+    /// changed.
+    pub(super) fn take(&mut self, seen: &TickSums<T>, moving: bool) -> Option<Event> {
         let possible = self.still.take(seen);
         match self.known {
-            None => self.begin(possible, seen),
-            Some(known) if self.at_rest => self.rest(known, possible, seen),
-            Some(known) => self.motion(known, possible, seen),
+            None => self.begin(possible && !moving, seen),
+            Some(known) if self.at_rest => self.rest(known, possible && !moving, seen),
+            Some(known) => self.motion(known, possible, moving, seen),
         }
     }
 
@@ -177,15 +178,26 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Decision<T> {
         Event::Restart
     }
 
-    fn motion(&mut self, known: RestModel<T>, possible: bool, seen: &TickSums<T>) -> Option<Event> {
+    fn motion(
+        &mut self,
+        known: RestModel<T>,
+        possible: bool,
+        moving: bool,
+        seen: &TickSums<T>,
+    ) -> Option<Event> {
         self.proven |= is_quieter(known.noise.variance, seen.variance, seen.step);
         if !possible {
             self.candidate = Candidate::none();
             (self.back, self.near_earlier) = (Run::none(), Run::none());
             return None;
         }
-        self.candidate.take(seen);
         self.back.take(known.is_near(seen), seen.level);
+        if moving {
+            // That the level known is back is no news: it may be by the time that the motion is over.
+            (self.candidate, self.near_earlier) = (Candidate::none(), Run::none());
+            return None;
+        }
+        self.candidate.take(seen);
         if !self.still.lasts() {
             return None;
         }

@@ -8,13 +8,15 @@
 //! No gyroscope tells slow turning at one rate from a bias, and no sensor keeps its bias or its
 //! noise for ever. So a level not known before is taken for rest if it stands still: after 10 s,
 //! and about 11 s for each deviation of the samples that it lies off, 60 s at most. What was known
-//! before is kept and returned to in one and a half seconds.
+//! before is kept and returned to in one and a half seconds. Of many such turns an accelerometer knows
+//! better: [`MotionDetector`].
 
 mod bounds;
 mod candidate;
 mod decision;
 mod gate;
 mod model;
+mod motion;
 mod repeats;
 mod still;
 mod sums;
@@ -24,6 +26,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use self::decision::{Decision, Times};
+pub use self::motion::MotionDetector;
 use self::ticker::{TickSums, Ticker};
 use crate::error::{Error, check_positive, check_rate};
 use crate::math::{Limits, Real};
@@ -116,8 +119,15 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     /// Takes one sample; returns the tick that it completes.
     #[inline(always)]
     pub fn observe(&mut self, z: T) -> Option<Tick<T>> {
+        self.observe_while(z, false)
+    }
+
+    /// The same where something else may know of motion, such as a [`MotionDetector`]: a tick at
+    /// whose end the body is `moving` is never one of rest.
+    #[inline(always)]
+    pub fn observe_while(&mut self, z: T, moving: bool) -> Option<Tick<T>> {
         let seen = self.ticker.observe(z)?;
-        Some(self.decided(&seen))
+        Some(self.decided(&seen, moving))
     }
 
     /// Whether the sensor rests, as far as the last tick tells.
@@ -169,13 +179,13 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.decision = Decision::new(times, self.limits);
     }
 
-    fn decided(&mut self, seen: &TickSums<T>) -> Tick<T> {
+    fn decided(&mut self, seen: &TickSums<T>, moving: bool) -> Tick<T> {
         let event = match (self.ticker.is_lost(), seen.count > 0) {
             (true, _) => {
                 self.restart();
                 Some(Event::Restart)
             }
-            (false, true) => self.decision.take(seen),
+            (false, true) => self.decision.take(seen, moving),
             (false, false) => None,
         };
         if let Some(variance) = self.decision.begun(event) {
@@ -188,6 +198,25 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     }
 }
 
+/// A stream that can be told that the body moves, as a [`MotionDetector`] may know.
+pub trait MotionAware: Stream {
+    /// Takes one sample of a body that is known to be `moving`, or of which nothing is known. A
+    /// stream that takes every sample for rest does so here too.
+    #[inline]
+    fn update_while(&mut self, input: Self::Input, moving: bool) -> Self::Output {
+        let _ = moving;
+        self.update(input)
+    }
+}
+
+impl<T: Number> MotionAware for RestDetector<T> {
+    #[inline]
+    fn update_while(&mut self, z: T, moving: bool) -> bool {
+        self.observe_while(z, moving);
+        self.at_rest()
+    }
+}
+
 impl<T: Number> Stream for RestDetector<T> {
     type Input = T;
     type Output = bool;
@@ -195,8 +224,7 @@ impl<T: Number> Stream for RestDetector<T> {
     /// Returns whether the sensor rests.
     #[inline]
     fn update(&mut self, z: T) -> bool {
-        self.observe(z);
-        self.at_rest()
+        self.update_while(z, false)
     }
 
     fn reset(&mut self) {

@@ -214,6 +214,20 @@ pub fn named(
     Err(PyValueError::new_err(format!("{name} must have shape {expected}, got {got}")))
 }
 
+/// The flags of an argument by its name, one a sample, copied.
+pub fn flags(name: &str, given: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<bool>> {
+    let array = given.py().import("numpy")?.call_method1("ascontiguousarray", (given,))?;
+    let array = array.cast::<PyArrayDyn<bool>>().map_err(|_| {
+        let dtype = array.getattr("dtype").map_or(String::new(), |d| format!(" of dtype {d}"));
+        PyTypeError::new_err(format!("{name} must be a bool array, got one{dtype}"))
+    })?;
+    if array.shape() != [n] {
+        let (expected, got) = (tuple(&[n]), tuple(array.shape()));
+        return Err(PyValueError::new_err(format!("{name} must have shape {expected}, got {got}")));
+    }
+    Ok(memory::copied(array.try_readonly()?.as_slice()?).map_err(NativeError::from)?)
+}
+
 fn check_shape(fits: bool, expected: &str, shape: &[usize]) -> PyResult<()> {
     if fits {
         return Ok(());

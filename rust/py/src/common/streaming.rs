@@ -12,7 +12,7 @@ use pyo3::types::{PyBytes, PyTuple};
 use pyo3::{IntoPyObjectExt, PyClass};
 use zerorate_core::checkpoint::{self, Checkpoint};
 use zerorate_core::stream::{Field, Input, Output, Parts, Shape, Values, sizes};
-use zerorate_core::{Bank, Error, Stream, memory};
+use zerorate_core::{Bank, Error, MotionAware, Stream, memory};
 
 use super::arrays::{self, Samples};
 use super::errors::{NativeError, in_use};
@@ -92,6 +92,39 @@ impl<S: Stream + Checkpoint + Clone + Send + Sync + 'static> AnyBank for Bank<S>
 
     fn save(&self, channels: Option<usize>) -> Result<Vec<u8>, Error> {
         checkpoint::save(channels, self)
+    }
+}
+
+/// A bank whose streams can be told that the body moves.
+pub trait MotionBank: AnyBank {
+    /// Takes rows, at the end of each of which the body is known to move, or nothing is known of it.
+    fn process_while(
+        &mut self,
+        rows: &[f64],
+        moving: &[bool],
+        numbers: &mut [f64],
+        flags: &mut [bool],
+    );
+}
+
+impl<S> MotionBank for Bank<S>
+where
+    S: MotionAware + Checkpoint + Clone + Send + Sync + 'static,
+{
+    fn process_while(
+        &mut self,
+        rows: &[f64],
+        moving: &[bool],
+        numbers: &mut [f64],
+        flags: &mut [bool],
+    ) {
+        let (streams, width) = (self.streams_mut(), S::Input::NUMBERS);
+        let (n, f) = (S::Output::NUMBERS, S::Output::FLAGS);
+        for (k, sample) in rows.chunks_exact(width).enumerate() {
+            let (row, channel) = (k / streams.len(), k % streams.len());
+            let output = streams[channel].update_while(S::Input::read(sample), moving[row]);
+            output.write(&mut numbers[k * n..][..n], &mut flags[k * f..][..f]);
+        }
     }
 }
 
@@ -193,6 +226,12 @@ impl<B: AnyBank + ?Sized> Shared<B> {
     #[inline]
     pub fn update_row<'py>(&mut self, py: Python<'py>, row: &[f64]) -> PyResult<Bound<'py, PyAny>> {
         self.bank.update(row, &mut self.numbers, &mut self.flags);
+        self.answer(py)
+    }
+
+    /// What the last row gave.
+    #[inline]
+    fn answer<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match (self.output, self.channels) {
             (Kind::Number, None) => self.numbers[0].into_bound_py_any(py),
             (Kind::Number, Some(_)) => Ok(arrays::small(py, &self.numbers)),
@@ -239,13 +278,13 @@ impl<B: AnyBank + ?Sized> Shared<B> {
                 py.None().into_bound_py_any(py)
             }
             Kind::Number | Kind::Array => {
-                let run = |bank: &mut B, rows: &[f64], out: &mut [f64]| {
+                let run = |bank: &mut B, _, rows: &[f64], out: &mut [f64]| {
                     bank.process(rows, out, &mut [], threads)
                 };
                 self.fill(py, samples, out, threads, run)
             }
             Kind::Flag => {
-                let run = |bank: &mut B, rows: &[f64], out: &mut [bool]| {
+                let run = |bank: &mut B, _, rows: &[f64], out: &mut [bool]| {
                     bank.process(rows, &mut [], out, threads)
                 };
                 self.fill(py, samples, out, threads, run)
@@ -269,14 +308,15 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         mut samples: Samples<'py>,
         out: Option<&Bound<'py, PyAny>>,
         threads: usize,
-        run: impl Fn(&mut B, &[f64], &mut [T]) -> Result<(), Error> + Sync,
+        run: impl Fn(&mut B, Range<usize>, &[f64], &mut [T]) -> Result<(), Error> + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (width, row) = (self.axes.iter().product(), self.row_axes());
         let shape: Vec<usize> = std::iter::once(samples.shape()[0]).chain(row).collect();
         let (bank, row) = (&mut *self.bank, shape[1..].iter().product());
         let mut work = |rows: &[f64], out: &mut [T]| {
             in_pieces(py, bank, shape[0], threads, |bank, piece| {
-                run(bank, &rows[places(piece.clone(), width)], &mut out[places(piece, row)])
+                let rows = &rows[places(piece.clone(), width)];
+                run(bank, piece.clone(), rows, &mut out[places(piece, row)])
             })
         };
         let Some(out) = out else {
@@ -370,6 +410,39 @@ impl<B: AnyBank + ?Sized> Shared<B> {
     }
 }
 
+impl<B: MotionBank + ?Sized> Shared<B> {
+    /// [`update`](Self::update) where the body is known to move.
+    pub fn update_moving<'py>(&mut self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let row = match self.channels {
+            None => vec![arrays::sample(z)?],
+            Some(_) => arrays::row(z, &self.axes)?,
+        };
+        self.bank.process_while(&row, &[true], &mut self.numbers, &mut self.flags);
+        self.answer(z.py())
+    }
+
+    /// [`process`](Self::process) of samples with what is known of the body's motion at each.
+    pub fn process_while<'py>(
+        &mut self,
+        z: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        moving: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (py, samples) = (z.py(), arrays::samples(z, &self.axes)?);
+        let moving = arrays::flags("moving", moving, samples.shape()[0])?;
+        match self.output {
+            Kind::Flag => self.fill(py, samples, out, 1, |bank, piece, rows, out: &mut [bool]| {
+                bank.process_while(rows, &moving[piece], &mut [], out);
+                Ok(())
+            }),
+            _ => self.fill(py, samples, out, 1, |bank, piece, rows, out: &mut [f64]| {
+                bank.process_while(rows, &moving[piece], out, &mut []);
+                Ok(())
+            }),
+        }
+    }
+}
+
 /// The call that makes such an object: arguments with the text of their value and of their default,
 /// which is left out.
 pub fn call(class: &str, arguments: &[(&str, String, &str)], channels: Option<usize>) -> String {
@@ -424,8 +497,49 @@ pub fn arrays_of<'py>(
 }
 
 /// The methods that all streaming classes share. `out` names those that have an output to put
-/// somewhere. A class whose samples are several arguments has its own `update` and `process`.
+/// somewhere; `moving` those that may be told that the body moves, after `check_motion`. A class whose
+/// samples are several arguments has its own `update` and `process`.
 macro_rules! streaming {
+    ($class:ident, update: $update:literal, process: $process:literal, moving) => {
+        streaming!($class);
+
+        #[pymethods]
+        impl $class {
+            #[doc = $update]
+            #[pyo3(signature = (z, moving=false))]
+            #[inline]
+            fn update<'py>(
+                slf: &Bound<'py, Self>,
+                z: &Bound<'py, PyAny>,
+                moving: bool,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                let mut this = $crate::common::streaming::exclusive(slf)?;
+                if !moving {
+                    return this.shared.update(z);
+                }
+                this.check_motion()?;
+                this.shared.update_moving(z)
+            }
+
+            #[doc = $process]
+            #[pyo3(signature = (z, out=None, threads=None, moving=None))]
+            fn process<'py>(
+                slf: &Bound<'py, Self>,
+                z: &Bound<'py, PyAny>,
+                out: Option<&Bound<'py, PyAny>>,
+                threads: Option<i128>,
+                moving: Option<&Bound<'py, PyAny>>,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                let mut this = $crate::common::streaming::exclusive(slf)?;
+                let Some(moving) = moving else {
+                    return this.shared.process(z, out, threads);
+                };
+                $crate::common::streaming::threads(threads)?;
+                this.check_motion()?;
+                this.shared.process_while(z, out, moving)
+            }
+        }
+    };
     ($class:ident, update: $update:literal, process: $process:literal $(, $out:ident)?) => {
         streaming!(@process $class, $process $(, $out)?);
         streaming!($class);

@@ -13,7 +13,7 @@ use zerorate_core::{
 };
 
 use crate::common::errors::NativeError;
-use crate::common::streaming::AnyBank;
+use crate::common::streaming::MotionBank;
 
 /// Samples of a channel that are worked on before the next channel's.
 const ROWS: usize = 512;
@@ -28,7 +28,7 @@ pub struct Noted<'a> {
 }
 
 /// A bank of drift filters of one method and order.
-pub trait DriftBank: AnyBank {
+pub trait DriftBank: MotionBank {
     fn options(&self) -> Options;
     fn samples_seen(&self) -> u64;
     fn guard_counts(&self) -> Vec<u64>;
@@ -43,8 +43,9 @@ pub trait DriftBank: AnyBank {
     fn readings(&self) -> &'static [Field];
     /// Numbers and flags of a snapshot of each channel.
     fn snapshots(&self) -> Result<(Vec<f64>, Vec<bool>), Error>;
-    /// Puts down those after each sample.
-    fn trace(&mut self, rows: &[f64], parts: &mut Parts) -> Result<(), Error>;
+    /// Puts down those after each sample; `moving` is empty, or says of each row whether the body is
+    /// known to move.
+    fn trace(&mut self, rows: &[f64], moving: &[bool], parts: &mut Parts) -> Result<(), Error>;
     /// The parts of a start, and the numbers of each channel's, for filters that were started.
     fn starts(&self) -> Option<(&'static [Field], Vec<f64>)>;
     /// Forgets the drift but not the noise; false if it can't.
@@ -54,6 +55,7 @@ pub trait DriftBank: AnyBank {
         &mut self,
         rows: Range<usize>,
         z: &[&[f64]],
+        moving: &[bool],
         bias: &mut [&mut [f64]],
         noted: &mut Noted<'_>,
     );
@@ -113,10 +115,21 @@ where
         Ok((numbers, flags))
     }
 
-    fn trace(&mut self, rows: &[f64], parts: &mut Parts) -> Result<(), Error> {
+    fn trace(&mut self, rows: &[f64], moving: &[bool], parts: &mut Parts) -> Result<(), Error> {
         let channels = self.streams().len();
+        if moving.is_empty() {
+            return parts.add_rows(channels, rows, channels, |rows, numbers, flags| {
+                Bank::trace(self, rows, numbers, flags);
+            });
+        }
+        let (n, f) = sizes(F::Snapshot::FIELDS);
+        let mut moving = moving.iter().flat_map(|one| std::iter::repeat_n(*one, channels));
         parts.add_rows(channels, rows, channels, |rows, numbers, flags| {
-            Bank::trace(self, rows, numbers, flags);
+            for (i, (z, moving)) in rows.iter().zip(&mut moving).enumerate() {
+                let filter = &mut self.streams_mut()[i % channels];
+                filter.update_while(*z, moving);
+                filter.snapshot().write(&mut numbers[i * n..][..n], &mut flags[i * f..][..f]);
+            }
         })
     }
 
@@ -136,12 +149,13 @@ where
         &mut self,
         rows: Range<usize>,
         z: &[&[f64]],
+        moving: &[bool],
         bias: &mut [&mut [f64]],
         noted: &mut Noted<'_>,
     ) {
         for (c, filter) in self.streams_mut().iter_mut().enumerate() {
             for i in rows.clone() {
-                filter.update(z[c][i]);
+                filter.update_while(z[c][i], moving.get(i).copied().unwrap_or(false));
                 let drift = filter.drift();
                 (bias[c][i], noted.sigma[c][i]) = (drift.bias, drift.sigma);
                 noted.at_rest[c][i] = drift.at_rest;

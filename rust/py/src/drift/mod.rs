@@ -144,7 +144,9 @@ streaming!(
     update: "Takes one sample and returns what ``output`` says at once, the compensated rate unless
     asked otherwise: float to float, with channels (k,) to (k,), in the unit of the sample.
 
-    None or NaN is a missing sample: NaN is returned, or the estimate.",
+    None or NaN is a missing sample: NaN is returned, or the estimate. ``moving`` says that the body
+    is known to move, as a ``MotionDetector`` tells from its accelerometer: what the gyro gives is
+    then no bias, however still it stands.",
     process: "Filters a batch, equal to the last bit to ``update`` sample by sample.
 
     Parameters
@@ -157,13 +159,16 @@ streaming!(
     threads : int, optional
         Threads over which several channels may be spread: as far as they do not share a vector
         register, and as it pays. The result does not depend on it.
+    moving : array_like of bool, shape (n,), optional
+        Where the body is known to move, as a ``MotionDetector`` tells from its accelerometer; one
+        thread does it then. Only with a filter that holds in motion.
 
     Returns
     -------
     ndarray, float64, shape of ``z``
         What ``output`` says, the compensated rate unless asked otherwise, in the unit of ``z``.
         The interpreter lock is released meanwhile.",
-    out
+    moving
 );
 
 #[pymethods]
@@ -217,20 +222,22 @@ impl DriftFilter {
     }
 
     /// ``process`` for a replay: a row an axis in, (k, n), the drift out, and, if asked for,
-    /// what the trace says of its deviation, of rest and of a stuck sensor. The interpreter lock is
-    /// released.
-    #[pyo3(signature = (z, out, noted=None))]
+    /// what the trace says of its deviation, of rest and of a stuck sensor; ``moving`` is that of
+    /// ``process``, and needs what is noted. The interpreter lock is released.
+    #[pyo3(signature = (z, out, noted=None, moving=None))]
     fn _replay(
         slf: &Bound<'_, Self>,
         z: PyReadonlyArray2<'_, f64>,
         mut out: PyReadwriteArray2<'_, f64>,
         mut noted: Option<NotedArrays<'_>>,
+        moving: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let mut this = exclusive(slf)?;
         let shape = [this.shared.channels.unwrap_or(1), z.shape()[1]];
         arrays::check("z", z.shape(), &shape)?;
         arrays::check("out", out.shape(), &shape)?;
         let mut noted = noted.as_mut().map(|noted| rows_of(noted, &shape)).transpose()?;
+        let moving = this.motion(moving, shape[1])?;
         let z = z.as_array();
         let z = arrays::rows("z", &z)?;
         let mut out = arrays::rows_mut("out", out.as_array_mut())?;
@@ -241,7 +248,7 @@ impl DriftFilter {
             1,
             |filters, piece| match &mut noted {
                 Some(noted) => {
-                    filters.drift_rows(piece, &z, &mut out, noted);
+                    filters.drift_rows(piece, &z, &moving, &mut out, noted);
                     Ok(())
                 }
                 None => bank::process_rows(filters, piece, &z, &mut out),
@@ -250,16 +257,23 @@ impl DriftFilter {
     }
 
     /// Like ``process``, but returns a ``Trace`` of all that the filter knew after each sample.
-    fn trace(slf: &Bound<'_, Self>, z: &Bound<'_, PyAny>) -> PyResult<Trace> {
+    #[pyo3(signature = (z, moving=None))]
+    fn trace(
+        slf: &Bound<'_, Self>,
+        z: &Bound<'_, PyAny>,
+        moving: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Trace> {
         let py = z.py();
         let mut this = exclusive(slf)?;
         let axes: Vec<usize> = this.shared.channels.into_iter().collect();
         let samples = arrays::samples(z, &axes)?;
+        let moving = this.motion(moving, samples.shape()[0])?;
         let (rows, bank) = (samples.values()?, &mut *this.shared.bank);
         let (n, fields, channels) = (samples.shape()[0], bank.readings(), bank.channels());
         let mut parts = Parts::new(fields, n * channels).map_err(NativeError::from)?;
         in_pieces(py, bank, n, 1, |bank, piece| {
-            bank.trace(&rows[places(piece, channels)], &mut parts)
+            let moving = if moving.is_empty() { &[] } else { &moving[piece.clone()] };
+            bank.trace(&rows[places(piece, channels)], moving, &mut parts)
         })?;
         let arrays = arrays_of(py, parts, &this.shared.batch_axes(n))?;
         let named = PyDict::new(py);
@@ -446,6 +460,22 @@ impl DriftFilter {
     fn restored(bytes: &[u8]) -> Result<Self, Error> {
         let (channels, bank) = bank::restored(bytes)?;
         Ok(Self { options: bank.options(), shared: Shared::new(channels, bank)? })
+    }
+
+    /// What is known of the body's motion at each of so many samples; empty if nothing is.
+    fn motion(&self, moving: Option<&Bound<'_, PyAny>>, n: usize) -> PyResult<Vec<bool>> {
+        let Some(moving) = moving else { return Ok(vec![]) };
+        self.check_motion()?;
+        arrays::flags("moving", moving, n)
+    }
+
+    fn check_motion(&self) -> PyResult<()> {
+        match self.options.behaviour.hold_in_motion {
+            true => Ok(()),
+            false => Err(PyValueError::new_err(
+                "moving is for motion='hold': this filter takes every sample for rest",
+            )),
+        }
     }
 
     fn reading<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {

@@ -1,0 +1,292 @@
+//! Motion told from an accelerometer: in the axes of a body that turns, gravity does not stand still.
+//!
+//! Nothing is known of unit, bias or noise, and gravity itself is the measure. Means of 1, 2, 4, …,
+//! 64 successive ticks are each compared with the one before: where gravity has turned, or the body
+//! is pushed, they differ by more than the samples' noise explains. About the vertical nothing is
+//! seen of a turn, and of a slow one little before it has lasted.
+
+use serde::{Deserialize, Serialize};
+
+use super::LEAST;
+use super::decision::Times;
+use crate::error::{Error, check_rate};
+use crate::math::sound::{is_size, is_within};
+use crate::stream::Stream;
+use crate::stream::checkpoint::Checkpoint;
+
+/// Means of up to 64 ticks: sixteen seconds.
+const SCALES: usize = 7;
+
+/// Part of gravity by which means differ at least where a body moves: a turn of 0.4 degrees. Cheap
+/// accelerometers at rest jump by a third of it.
+const TURN: f64 = 1.0 / 150.0;
+
+/// Square of a difference over its variance that chance does not reach. The variance is that of all
+/// axes together, so even noise on one axis alone is five deviations away.
+const CERTAIN: f64 = 25.0;
+
+/// Samples of a tick at most that count as independent: a sensor's filter makes neighbours alike.
+const INDEPENDENT: u32 = 8;
+
+/// Variance over that of the quiet ticks above which a body that has moved shakes on.
+const LOUD: f64 = 4.0;
+
+/// Ticks for which a loud one prolongs a motion.
+const SHAKEN: u32 = 3;
+
+/// How fast the variance of quiet ticks is followed downwards and upwards, a tick.
+const FALL: f64 = 1.0 / 8.0;
+const RISE: f64 = 1.0 / 240.0;
+
+/// Largest component; squares of it are far from overflowing.
+const MOST: f64 = 1e75;
+
+/// Tells that a body moves, from its accelerometer alone; that it does not, nobody can.
+///
+/// Neither the unit of the samples nor the axes that they are given in matter.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct MotionDetector {
+    rate: f64,
+    length: u32,
+    /// Ticks for which loud ones prolong a motion at most: a new noise may be an engine's.
+    patience: u32,
+    position: u32,
+    sums: Sums,
+    scales: [Successive; SCALES],
+    /// Ticks that are still motion.
+    left: u32,
+    /// Ticks since gravity was last seen to turn.
+    since: u32,
+    /// Variance of a sample while no motion is seen.
+    quiet: Option<f64>,
+}
+
+/// Sums over the samples of a tick, about the first of them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Sums {
+    count: u32,
+    origin: [f64; 3],
+    sum: [f64; 3],
+    squares: f64,
+}
+
+/// The mean of some ticks, and its variance, that of all axes together.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Mean {
+    level: [f64; 3],
+    variance: f64,
+}
+
+/// Means of so many ticks, one after the other.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Successive {
+    last: Option<Mean>,
+    /// The last one is the first half of a mean twice as long.
+    halves: bool,
+}
+
+impl MotionDetector {
+    /// A detector for `rate` samples a second.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if the rate is not a positive number.
+    pub fn new(rate: f64) -> Result<Self, Error> {
+        check_rate(rate)?;
+        let times = Times::new(rate);
+        Ok(Self {
+            rate,
+            length: times.tick,
+            patience: times.long,
+            position: 0,
+            sums: Sums::none(),
+            scales: [Successive::NONE; SCALES],
+            left: 0,
+            since: times.long,
+            quiet: None,
+        })
+    }
+
+    /// Whether the body moves, as far as the last tick tells.
+    pub fn is_moving(&self) -> bool {
+        self.left > 0
+    }
+
+    /// Samples a second.
+    pub fn rate(&self) -> f64 {
+        self.rate
+    }
+
+    /// Ends a tick; one of few samples goes on in the next.
+    fn end_tick(&mut self) {
+        self.position = 0;
+        self.left = self.left.saturating_sub(1);
+        self.since = (self.since + 1).min(self.patience);
+        if self.sums.count >= LEAST {
+            let (mean, variance) = self.sums.told();
+            self.sums = Sums::none();
+            self.judge(mean, variance);
+        }
+    }
+
+    fn judge(&mut self, mean: Mean, variance: f64) {
+        if let Some(scale) = self.turned(mean) {
+            // What took so long to be seen may go on for as long before it is seen again.
+            self.left = self.left.max((3 << scale) - 1);
+            self.since = 0;
+            self.scales = [Successive::NONE; SCALES];
+        } else if self.is_moving() && self.shakes(variance) {
+            self.left = self.left.max(SHAKEN);
+        }
+        if !self.is_moving() {
+            let quiet = self.quiet.unwrap_or(variance);
+            let share = if variance < quiet { FALL } else { RISE };
+            self.quiet = Some(quiet + (variance - quiet) * share);
+        }
+    }
+
+    /// The shortest scale at which gravity stands otherwise than before.
+    fn turned(&mut self, tick: Mean) -> Option<usize> {
+        let mut mean = tick;
+        for (scale, successive) in self.scales.iter_mut().enumerate() {
+            let before = successive.last.replace(mean);
+            if before.is_some_and(|before| mean.differs(&before)) {
+                return Some(scale);
+            }
+            let first = before.filter(|_| successive.halves);
+            successive.halves = !successive.halves;
+            mean = first?.joined(&mean);
+        }
+        None
+    }
+
+    /// Whether a tick of a motion is louder than rest; nothing is known before a rest.
+    fn shakes(&self, variance: f64) -> bool {
+        self.since < self.patience && self.quiet.is_some_and(|quiet| variance > LOUD * quiet)
+    }
+}
+
+impl Sums {
+    fn none() -> Self {
+        Self { count: 0, origin: [0.0; 3], sum: [0.0; 3], squares: 0.0 }
+    }
+
+    fn add(&mut self, sample: [f64; 3]) {
+        let sample = sample.map(|x| x.clamp(-MOST, MOST));
+        if self.count == 0 {
+            self.origin = sample;
+        }
+        self.count += 1;
+        for i in 0..3 {
+            let distance = sample[i] - self.origin[i];
+            self.sum[i] += distance;
+            self.squares += distance * distance;
+        }
+    }
+
+    /// Their mean, and the variance of a sample.
+    fn told(&self) -> (Mean, f64) {
+        let n = f64::from(self.count);
+        let above = self.sum.map(|x| x / n);
+        let variance = ((self.squares - n * square(above)) / (n - 1.0)).max(0.0);
+        let level = core::array::from_fn(|i| self.origin[i] + above[i]);
+        let variance_of_mean = variance / f64::from(self.count.min(INDEPENDENT));
+        (Mean { level, variance: variance_of_mean }, variance)
+    }
+}
+
+impl Mean {
+    /// The mean of two equally long ones.
+    fn joined(&self, next: &Self) -> Self {
+        let level = core::array::from_fn(|i| 0.5 * (self.level[i] + next.level[i]));
+        Self { level, variance: 0.25 * (self.variance + next.variance) }
+    }
+
+    /// Whether gravity has turned, beyond what noise explains.
+    fn differs(&self, before: &Self) -> bool {
+        let change = square(core::array::from_fn(|i| self.level[i] - before.level[i]));
+        let noise = CERTAIN * (self.variance + before.variance);
+        change > noise && change > TURN * TURN * square(self.level)
+    }
+}
+
+impl Successive {
+    const NONE: Self = Self { last: None, halves: false };
+}
+
+fn square(x: [f64; 3]) -> f64 {
+    x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
+}
+
+impl Stream for MotionDetector {
+    type Input = [f64; 3];
+    type Output = bool;
+
+    /// Takes a sample of all axes, missing if one of them is; returns whether the body moves.
+    #[inline]
+    fn update(&mut self, sample: [f64; 3]) -> bool {
+        if sample.iter().all(|x| x.is_finite()) {
+            self.sums.add(sample);
+        }
+        self.position += 1;
+        if self.position >= self.length {
+            self.end_tick();
+        }
+        self.is_moving()
+    }
+
+    fn reset(&mut self) {
+        if let Ok(fresh) = Self::new(self.rate) {
+            *self = fresh;
+        }
+    }
+}
+
+impl Checkpoint for MotionDetector {
+    const TAG: &'static str = "motion-detector";
+    const VERSION: u16 = 1;
+
+    fn is_sound(&self) -> bool {
+        Self::new(self.rate).is_ok_and(|fresh| {
+            (self.length, self.patience) == (fresh.length, fresh.patience)
+                && self.position < self.length
+                && self.sums.is_sound(self.position)
+                && self.scales.iter().all(Successive::is_sound)
+                && self.left < 3 << (SCALES - 1)
+                && self.since <= self.patience
+                && self.quiet.is_none_or(is_variance)
+        })
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.rate, self.position) == (other.rate, other.position)
+    }
+}
+
+impl Sums {
+    /// Whether samples can have made it, at most `position` of them in this tick.
+    fn is_sound(&self, position: u32) -> bool {
+        // A few wait for those of the next tick.
+        let most = 2.0 * MOST * f64::from(self.count);
+        self.count < position + LEAST
+            && is_vector(self.origin, MOST)
+            && is_vector(self.sum, most)
+            && is_size(self.squares, 6.0 * MOST * most)
+    }
+}
+
+impl Successive {
+    fn is_sound(&self) -> bool {
+        // Means are rounded.
+        let is_mean = |mean: Mean| is_vector(mean.level, 3.0 * MOST) && is_variance(mean.variance);
+        self.last.is_none_or(is_mean) && (self.last.is_some() || !self.halves)
+    }
+}
+
+fn is_vector(x: [f64; 3], most: f64) -> bool {
+    x.iter().all(|x| is_within(*x, most))
+}
+
+/// A variance that samples within the bounds can have.
+fn is_variance(x: f64) -> bool {
+    is_size(x, 24.0 * MOST * MOST)
+}
