@@ -67,6 +67,10 @@ results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and
 	$(BIN)/python examples/wavelet_figures.py
 	$(BIN)/python examples/calibration_study.py
 	$(BIN)/python examples/temperature_study.py
+	$(BIN)/python examples/attitude_study.py
+	$(BIN)/python examples/attitude_methods.py
+	$(BIN)/python examples/attitude_figures.py
+	$(BIN)/python examples/rest_accel.py
 
 compare: $(STAMP) ## Compare all methods on simulated gyros and on the recordings in RECORDINGS
 	$(BIN)/zerorate compare --simulated --rate 100 $(RECORDINGS)/adis16405_static_100hz_run1.parquet

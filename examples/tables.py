@@ -9,6 +9,7 @@ WORDS: Final = (
     "process noise G0",
     "sensor",
     "recording",
+    "limits",
     "axis",
     "filter",
     "order",

@@ -14,6 +14,7 @@ CLASSES = {
     "auto": lambda k: zr.DriftFilter(rate=100.0, method="auto", channels=k),
     "least-squares": lambda k: zr.RecursiveLeastSquares(channels=k),
     "noise": lambda k: zr.AllanNoise(channels=k),
+    "motion": lambda k: zr.MotionDetector(rate=100.0, channels=k),
     "rest": lambda k: zr.RestDetector(rate=100.0, channels=k),
     "streaming": lambda k: zr.StreamingAllan(rate=100.0, octaves=24, channels=k),
     "corrector": lambda k: zr.ImuCorrector(np.eye(3), np.zeros(3), channels=k),

@@ -179,7 +179,9 @@ impl Attitude {
             && let Some(row) = given.usual()
         {
             let mut orientation = [0.0; 4];
-            this.shared.bank.update(&row, &mut orientation, &mut []);
+            let out = &mut orientation;
+            // A batch of one: with all the instructions that the processor has, which batches ask for.
+            this.shared.bank.process(&row, out, &mut [], 1).map_err(NativeError::from)?;
             return Ok(arrays::small(slf.py(), &orientation));
         }
         let row = match floats.is_empty() {
