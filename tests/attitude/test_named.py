@@ -4,6 +4,7 @@ import inspect
 import re
 from pathlib import Path
 
+import ahrs
 import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
@@ -178,7 +179,7 @@ def test_madgwick_mends_at_twice_beta_at_most():
 
 @pytest.mark.parametrize("mag", [True, False])
 def test_madgwick_is_that_of_another_package(mag):
-    filters = pytest.importorskip("ahrs").filters
+    filters = ahrs.filters
     motion = moved(seconds=4.0)
     f = zr.Attitude(RATE, method="madgwick", mag=mag, frame="nwu", beta=0.1)
     q = f.process(motion.gyro, motion.accel, *([motion.mag] if mag else []))

@@ -57,6 +57,8 @@ const WEIGHED: f64 = 100.0;
 /// Square of the share of a field that is level, from which on the noise of its direction grows: of
 /// a dip of 72 degrees.
 const LEVEL: f64 = 0.1;
+/// The same of a field that tells no heading at all, as far as its size can be rounded.
+const VERTICAL: f64 = 1e-12;
 /// Longest time that a field stands for, s.
 const FIELD_HOLDS: f64 = 1.0;
 /// Variances of the heading at the start, rad²: to be found by a magnetometer, and chosen.
@@ -323,10 +325,10 @@ impl Auto {
         let field = sums.field / sums.fields;
         let seconds = core::mem::take(&mut self.field_age);
         let Some(doubt) = self.magnet.observe(&field, seconds, rate) else { return };
-        if seconds <= 0.0 || (field.x == 0.0 && field.y == 0.0) {
+        let level_squared = field.x * field.x + field.y * field.y;
+        if seconds <= 0.0 || level_squared <= VERTICAL * field.norm_squared() {
             return;
         }
-        let level_squared = field.x * field.x + field.y * field.y;
         let steep = (LEVEL * field.norm_squared() / level_squared).max(1.0);
         let noise = square(FIELD) / seconds * doubt * steep;
         let gain = self.errors.heading() / (self.errors.heading() + noise);
