@@ -1973,7 +1973,7 @@ class WaveletDenoiser(Generic[_Number, _Flag]):
         """Octaves that are denoised."""
     @property
     def mode(self) -> _Shrinking:
-        """"hard" or "soft"."""
+        """What is left of a coefficient: "hard" or "soft"."""
     @property
     def threshold(self) -> float:
         """In deviations of the noise."""

@@ -131,7 +131,7 @@ def replay(
 def _opened(
     reading: Reading, source: LogSource, known: Calibration | None
 ) -> tuple[LogFile, LogFile | None]:
-    """Return a log block by block, one that is to be corrected first in memory; its accelerometer."""
+    """Return a log in blocks, one that is to be corrected first in memory; its accelerometer."""
     if known is None:
         return reading.read(open_imu, source)
     gyro, accel = corrected_imu(reading, source, known)

@@ -378,7 +378,7 @@ impl WaveletDenoiser {
         Ok(reading(slf)?.first().params().level)
     }
 
-    /// "hard" or "soft".
+    /// What is left of a coefficient: "hard" or "soft".
     #[getter]
     fn mode(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
         Ok(reading(slf)?.first().params().mode.name())

@@ -53,7 +53,7 @@ def _filtered(settings: "Settings", source: Path, output: Path) -> Made:
 
 
 def _opened(settings: "Settings", source: Path) -> tuple[LogFile, LogFile | None]:
-    """Return a log block by block, one that is to be corrected first in memory; its accelerometer."""
+    """Return a log in blocks, one that is to be corrected first in memory; its accelerometer."""
     if settings.calibration is None:
         return open_imu(source, **settings.reading)
     reading = dict(settings.reading)

@@ -58,9 +58,9 @@ def replay(
     log : Log or Recording
         The log of a gyro; or a recording with one, and with its accelerometer if that is there.
     accel : Log, optional
-        Accelerometer of three axes of the same body, on a clock of the same zero, in any unit. Where
-        it shows that the body moves, what the gyro gives is not taken for rest, by the methods that
-        hold in motion.
+        Accelerometer of three axes of the same body, on a clock of the same zero, in any unit.
+        Where it shows that the body moves, what the gyro gives is not taken for rest, by the
+        methods that hold in motion.
     methods : sequence of str
         Methods of `zerorate.DriftFilter`, all different. The last is the chosen one, whose
         history is kept; by default the one that tunes itself, after the published ones.

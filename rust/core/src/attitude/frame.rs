@@ -23,8 +23,9 @@ impl Frame {
         let half = FRAC_1_SQRT_2;
         match self {
             Self::Enu => Quaternion::new(1.0, 0.0, 0.0, 0.0),
-            // Half a turn about the line between east and north.
-            Self::Ned => Quaternion::new(0.0, half, half, 0.0),
+            // Half a turn about the line between east and north: of the two quaternions that which
+            // makes of a level sensor 1, not -1.
+            Self::Ned => Quaternion::new(0.0, -half, -half, 0.0),
             // A quarter of a turn about up, clockwise.
             Self::Nwu => Quaternion::new(half, 0.0, 0.0, -half),
         }
@@ -38,7 +39,7 @@ impl Frame {
         let (w, x, y, z, half) = (enu.w, enu.i, enu.j, enu.k, FRAC_1_SQRT_2);
         match self {
             Self::Enu => [w, x, y, z],
-            Self::Ned => [-half * (x + y), half * (w + z), half * (w - z), half * (y - x)],
+            Self::Ned => [half * (x + y), -half * (w + z), half * (z - w), half * (x - y)],
             Self::Nwu => [half * (w + z), half * (x + y), half * (y - x), half * (z - w)],
         }
     }

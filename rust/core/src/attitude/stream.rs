@@ -66,7 +66,7 @@ impl AttitudeParams {
         match (self.mag, self.frame) {
             (true, frame) => frame.from_enu(),
             (false, Frame::Enu | Frame::Nwu) => Frame::Enu.from_enu(),
-            (false, Frame::Ned) => Quaternion::new(0.0, 1.0, 0.0, 0.0),
+            (false, Frame::Ned) => Quaternion::new(0.0, -1.0, 0.0, 0.0),
         }
     }
 
@@ -76,7 +76,7 @@ impl AttitudeParams {
         match (self.mag, self.frame) {
             (true, frame) => frame.components(enu),
             (false, Frame::Enu | Frame::Nwu) => Frame::Enu.components(enu),
-            (false, Frame::Ned) => [-enu.i, enu.w, -enu.k, enu.j],
+            (false, Frame::Ned) => [enu.i, -enu.w, enu.k, -enu.j],
         }
     }
 
