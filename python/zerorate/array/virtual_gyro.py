@@ -17,6 +17,7 @@ __all__ = [
     "Parts",
     "VirtualGyro",
     "WeightsName",
+    "drift_freedom",
     "drift_weights",
     "fit_noise",
     "shrunk",
@@ -35,6 +36,7 @@ _LEAST_SECONDS: Final = 900.0
 _TRUSTED: Final = 200.0
 _ROUNDS: Final = 50
 _SETTLED: Final = 1e-10
+_NEXT_TO_NOTHING: Final = 1e-13
 _TOO_FEW: Final = (
     "a virtual gyro needs two averaging times, an octave apart, that fit twice into an eighth of "
     "the record"
@@ -163,6 +165,14 @@ def shrunk(covariance: Floats, shrinkage: float) -> Floats:
     return off
 
 
+def drift_freedom(tau: Floats, matrix: Floats, edf: Floats) -> float:
+    """Return how many degrees of freedom covariances leave for the drift: the median of gyros."""
+    strengths = _strengths(tau, np.einsum("tii->ti", matrix), edf)
+    variances = _basis(tau) @ strengths
+    _, errors = _least_squares(tau, variances, _trust(edf)[:, None] / (2.0 * variances**2))
+    return float(np.median(2.0 * (strengths[1] / errors[1]) ** 2))
+
+
 def fit_noise(tau: Floats, matrix: Floats, edf: Floats) -> Noise:
     """Return white noise and drift that fit Allan covariances best.
 
@@ -214,13 +224,19 @@ def _check(
         raise ValueError(_TOO_FEW)
     still = np.flatnonzero(~np.any(np.einsum("tii->ti", parts.matrix) > 0.0, axis=0))
     if still.size:
-        raise ValueError(f"{names[still[0]]} does not vary: leave it out of the array")
+        raise ValueError(
+            f"{names[still[0]]} does not vary, or by nothing beside the others: "
+            "leave it out of the array"
+        )
 
 
 def _least(covariance: Floats) -> Floats:
     """Return the weights of sum 1 that have the least variance, shape (N,)."""
     sizes = np.sqrt(np.diag(covariance))
-    solved = np.linalg.solve(covariance / np.outer(sizes, sizes), sizes.min() / sizes) / sizes
+    correlation = covariance / np.outer(sizes, sizes)
+    # That of copies of one gyro is singular.
+    correlation[np.diag_indices_from(correlation)] += _NEXT_TO_NOTHING
+    solved = np.linalg.solve(correlation, sizes.min() / sizes) / sizes
     weights: Floats = solved / solved.sum()
     return weights
 
@@ -321,6 +337,10 @@ def _log_gain(parts: Parts, curves: Floats, which: list[int], horizon: float) ->
     if np.count_nonzero(seen) < 2:
         raise ValueError(_TOO_FEW)
     variances = curves[:, which].sum(axis=1)[seen] / counts[seen, None]
+    if not np.all(np.any(variances > 0.0, axis=0)):
+        raise ValueError(
+            "the mean of the gyros does not vary: some are others with the sign turned"
+        )
     edf = (parts.edf * counts / parts.terms)[seen]
     weighted, mean = np.array(_shares(horizon)) @ _strengths(parts.tau[seen], variances, edf)
     return 0.5 * math.log(mean / weighted)
