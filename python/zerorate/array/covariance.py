@@ -114,7 +114,9 @@ class AllanCovariance:
         T seconds, for chance correlations look as useful as true ones.
 
         The gain is found on each eighth of the record with weights from the other seven, and its
-        standard error by leaving out one eighth at a time.
+        standard error by leaving out one eighth at a time. It is that of the Allan deviations
+        themselves as far as the horizon is among those that are well known, and beyond of the
+        noise that fits them.
 
         Examples
         --------

@@ -28,12 +28,15 @@ __all__ = [
 WeightsName: TypeAlias = Literal["drift", "white", "mean"]
 _NAMES: Final = ("drift", "white", "mean")
 
-# Estimates of a record as long as this count as one degree of freedom of its drift.
+# Seconds of record that give the drift one degree of freedom, if drift and white noise are as
+# strong as each other at some 200 s.
 _PER_FREEDOM: Final = 256.0
 _LEAST_SECONDS: Final = 900.0
 """Record that drift weights need for each gyro."""
 # No gyro follows white noise and a walk closer than some ten per cent.
 _TRUSTED: Final = 200.0
+# Deviations to a fifth.
+_WELL_KNOWN: Final = 12.0
 _ROUNDS: Final = 50
 _SETTLED: Final = 1e-10
 _NEXT_TO_NOTHING: Final = 1e-13
@@ -213,9 +216,9 @@ def _check(
     least = _LEAST_SECONDS * len(names)
     if weights == "drift" and seconds < least:
         raise ValueError(
-            f"drift weights of {len(names)} gyros need {least / 3600.0:g} h at rest, this record "
-            f"holds {seconds / 3600.0:.3g} h: drift is slow, so that a shorter record shows chance "
-            "correlations, which cost more than the true ones bring; use weights='mean' or "
+            f"drift weights of {len(names)} gyros need {least / 3600.0:g} h at rest ({least:g} s), "
+            f"this record holds {seconds:g} s: drift is slow, so that a shorter record shows "
+            "chance correlations, which cost more than the true ones bring; use weights='mean' or "
             "'white', or record for longer"
         )
     if weights == "mean":
@@ -342,5 +345,20 @@ def _log_gain(parts: Parts, curves: Floats, which: list[int], horizon: float) ->
             "the mean of the gyros does not vary: some are others with the sign turned"
         )
     edf = (parts.edf * counts / parts.terms)[seen]
-    weighted, mean = np.array(_shares(horizon)) @ _strengths(parts.tau[seen], variances, edf)
+    weighted, mean = _variances_at(horizon, parts.tau[seen], variances, edf)
     return 0.5 * math.log(mean / weighted)
+
+
+def _variances_at(horizon: float, tau: Floats, variances: Floats, edf: Floats) -> Floats:
+    """Return Allan variances at a horizon, up to a factor, of curves of shape (t, k).
+
+    Between averaging times that are well known they need no model, which real noise may not
+    follow. Beyond them it is that of white noise and a walk.
+    """
+    known = tau[edf >= _WELL_KNOWN]
+    if known.size and known[0] <= horizon <= known[-1] and np.all(variances > 0.0):
+        at = math.log(horizon)
+        between = [np.interp(at, np.log(tau), np.log(curve)) for curve in variances.T]
+        return np.exp(between)
+    found: Floats = np.array(_shares(horizon)) @ _strengths(tau, variances, edf)
+    return found
