@@ -26,6 +26,7 @@ from zerorate._native import (
     WaveletDenoiser,
     __version__,
 )
+from zerorate.array import AllanCovariance, VirtualGyro, allan_covariance
 from zerorate.calibrate import CalibrationError, calibrate
 from zerorate.denoise import Denoised, denoise
 from zerorate.io import (
@@ -78,6 +79,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DEVICES",
     "AccelErrors",
+    "AllanCovariance",
     "AllanNoise",
     "AllanResult",
     "Attitude",
@@ -118,9 +120,11 @@ __all__ = [
     "TemperatureModel",
     "Tilt",
     "Trace",
+    "VirtualGyro",
     "WaveletDenoiser",
     "__version__",
     "allan",
+    "allan_covariance",
     "calibrate",
     "calibrate_rate_table",
     "compare",
