@@ -14,6 +14,7 @@ from zerorate._native import (
     AllanNoise,
     Attitude,
     DriftFilter,
+    GyroArray,
     ImuCorrector,
     MotionDetector,
     RecursiveLeastSquares,
@@ -25,6 +26,7 @@ from zerorate._native import (
     WaveletDenoiser,
     __version__,
 )
+from zerorate.array import AllanCovariance, VirtualGyro, allan_covariance
 from zerorate.calibrate import CalibrationError, calibrate
 from zerorate.denoise import Denoised, denoise
 from zerorate.io import (
@@ -77,6 +79,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DEVICES",
     "AccelErrors",
+    "AllanCovariance",
     "AllanNoise",
     "AllanResult",
     "Attitude",
@@ -93,6 +96,7 @@ __all__ = [
     "FittedModel",
     "FittedRate",
     "GyroErrors",
+    "GyroArray",
     "ImuCorrector",
     "Integrated",
     "Log",
@@ -116,9 +120,11 @@ __all__ = [
     "TemperatureModel",
     "Tilt",
     "Trace",
+    "VirtualGyro",
     "WaveletDenoiser",
     "__version__",
     "allan",
+    "allan_covariance",
     "calibrate",
     "calibrate_rate_table",
     "compare",

@@ -99,6 +99,7 @@ LOGS = {
     "read_log": lambda z: zr.read_log({"wx": z}, rate=RATE).data,
     "read_recording": lambda z: zr.read_recording({"wx": z}, rate=RATE).gyro.data,
     "allan": lambda z: zr.allan(z, RATE).deviation,
+    "allan_covariance": lambda z: zr.allan_covariance(rows(z, 2), RATE).matrix,
     "whittle": lambda z: zr.whittle(z, RATE),
     "dynamic_allan": lambda z: zr.dynamic_allan(z, RATE, window=5.0).deviation,
     "replay": lambda z: (

@@ -17,6 +17,8 @@
 #![deny(unsafe_code)]
 
 pub mod allan;
+#[cfg(feature = "std")]
+pub mod array;
 pub mod attitude;
 pub mod calibrate;
 #[cfg(feature = "std")]

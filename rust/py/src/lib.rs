@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod allan;
+mod array;
 mod attitude;
 mod calibrate;
 mod common;
@@ -20,6 +21,8 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use crate::allan::{AllanNoise, StreamingAllan};
+    #[pymodule_export]
+    use crate::array::GyroArray;
     #[pymodule_export]
     use crate::attitude::{Attitude, Tilt, attitude_options, tilt_options};
     #[pymodule_export]

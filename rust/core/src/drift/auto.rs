@@ -138,6 +138,31 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.model.map(|model| (model.white_noise(), model.process_noise()))
     }
 
+    /// Variance of a sample's white noise, once both the noise and the drift are known.
+    #[cfg(feature = "std")]
+    pub(crate) fn settled_noise(&self) -> Option<T> {
+        self.model.as_ref().filter(|_| !begins(self.status)).map(SensorModel::white_noise)
+    }
+
+    /// Whether the sensor gives the same sample again and again.
+    #[inline(always)]
+    #[cfg(feature = "std")]
+    pub(crate) fn is_stuck(&self) -> bool {
+        self.detector.is_stuck()
+    }
+
+    /// Samples in a tick.
+    #[cfg(feature = "std")]
+    pub(crate) fn tick_length(&self) -> u32 {
+        self.detector.tick_length()
+    }
+
+    /// What it was made of.
+    #[cfg(feature = "std")]
+    pub(crate) fn params(&self) -> &AutoParams {
+        &self.params
+    }
+
     /// The sensor was switched off and on: its drift is forgotten, its noise is not.
     pub fn switch_on(&mut self) {
         self.experienced = self.model.is_some();

@@ -194,6 +194,17 @@ pub fn threads(given: Option<i128>) -> PyResult<usize> {
 
 impl<B: AnyBank + ?Sized> Shared<B> {
     pub fn new(channels: Option<usize>, bank: Box<B>) -> Result<Self, Error> {
+        let vector = (bank.width() > 1).then_some(bank.width());
+        let axes = channels.into_iter().chain(vector).collect();
+        Self::shaped(channels, axes, bank)
+    }
+
+    /// A single signal whose samples have these axes.
+    pub fn with_axes(axes: Vec<usize>, bank: Box<B>) -> Result<Self, Error> {
+        Self::shaped(None, axes, bank)
+    }
+
+    fn shaped(channels: Option<usize>, axes: Vec<usize>, bank: Box<B>) -> Result<Self, Error> {
         let output = match bank.fields() {
             [] => Kind::Nothing,
             [Field { shape: Shape::Flag, .. }] => Kind::Flag,
@@ -205,8 +216,6 @@ impl<B: AnyBank + ?Sized> Shared<B> {
             [one] => axes_of(one.shape),
             _ => vec![],
         };
-        let vector = (bank.width() > 1).then_some(bank.width());
-        let axes = channels.into_iter().chain(vector).collect();
         let (count, sizes) = (channels.unwrap_or(1), sizes(bank.fields()));
         let numbers = memory::filled(0.0, count.saturating_mul(sizes.0))?;
         let flags = memory::filled(false, count.saturating_mul(sizes.1))?;
@@ -342,6 +351,11 @@ impl<B: AnyBank + ?Sized> Shared<B> {
         let mut writable = array.try_readwrite()?;
         work(samples.values()?, writable.as_slice_mut()?)?;
         Ok(out.clone())
+    }
+
+    /// Axes of one row of samples.
+    pub fn axes(&self) -> &[usize] {
+        &self.axes
     }
 
     /// Axes of what is returned for one row, if it is one part.
@@ -557,6 +571,18 @@ macro_rules! streaming {
         }
     };
     ($class:ident) => {
+        streaming!(@state $class);
+
+        #[pymethods]
+        impl $class {
+            /// Number of signals, None for a single one.
+            #[getter]
+            fn channels(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
+                Ok($crate::common::streaming::reading(slf)?.shared.channels)
+            }
+        }
+    };
+    (@state $class:ident) => {
         #[pymethods]
         impl $class {
             /// Back to before the first sample, with the same parameters.
@@ -596,11 +622,6 @@ macro_rules! streaming {
                 Ok((slf.get_type().getattr("from_bytes")?, (Self::to_bytes(slf)?,)))
             }
 
-            /// Number of signals, None for a single one.
-            #[getter]
-            fn channels(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
-                Ok($crate::common::streaming::reading(slf)?.shared.channels)
-            }
         }
     };
     (@process $class:ident, $process:literal, out) => {

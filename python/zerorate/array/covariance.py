@@ -1,0 +1,431 @@
+"""Allan covariances of gyros side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate import _native
+from zerorate.array.virtual_gyro import Parts, VirtualGyro, WeightsName, weigh
+from zerorate.io import Log
+from zerorate.io.log import checked_rate
+from zerorate.io.missing import floats
+from zerorate.noise.freedom import freedoms
+from zerorate.noise.kinds import KINDS, TauGrid, factors, seconds
+from zerorate.noise.quantities import check_unit
+from zerorate.noise.records import size_of
+from zerorate.types import Booleans, Floats, Integers
+
+__all__ = ["AllanCovariance", "allan_covariance"]
+
+_KIND: Final = KINDS["oadev"]
+_PARTS: Final = 8
+# Terms at a time, which the cache holds.
+_CHUNK: Final = 1 << 13
+
+
+@dataclass(frozen=True, eq=False)
+class AllanCovariance:
+    """Overlapping Allan covariances of N gyros that were recorded side by side.
+
+    Attributes
+    ----------
+    tau : ndarray, shape (t,)
+        Averaging times, s.
+    matrix : ndarray, shape (t, N, N)
+        Covariances, in `unit` squared; NaN where gaps leave no term. On the diagonal stand the
+        squared Allan deviations.
+    edf : ndarray, shape (t,)
+        Equivalent degrees of freedom: the median of those of the gyros.
+    terms : ndarray of int, shape (t,)
+        Terms that each covariance is the mean of.
+    seconds : float
+        Length of the record without the samples at which a gyro misses, s.
+    rate : float
+        Samples per second, Hz.
+    unit : str
+        Unit of the record; ``"unit"`` where it is not known.
+    names : tuple of str
+        One name a gyro.
+    notes : tuple of str
+        What was done to the input and what to beware of, a sentence each.
+    """
+
+    tau: Floats
+    matrix: Floats
+    edf: Floats
+    terms: Integers
+    seconds: float
+    rate: float
+    unit: str
+    names: tuple[str, ...]
+    notes: tuple[str, ...]
+    _parts: Parts = field(repr=False)
+
+    def __repr__(self) -> str:
+        """Return the number of gyros, averaging times and unit."""
+        return (
+            f"AllanCovariance({len(self.names)} gyros at {self.tau.size} averaging times, "
+            f"{self.tau[0]:g} to {self.tau[-1]:g} s, {self.seconds:g} s of record)"
+        )
+
+    @property
+    def correlation(self) -> Floats:
+        """Correlations, shape (t, N, N); NaN for a gyro that does not vary."""
+        sizes = np.sqrt(np.einsum("tii->ti", self.matrix))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            correlation: Floats = self.matrix / sizes[:, :, None] / sizes[:, None, :]
+        return np.clip(correlation, -1.0, 1.0)
+
+    def virtual_gyro(self, horizon: float = 60.0, weights: WeightsName = "drift") -> VirtualGyro:
+        """Return weights that make one gyro of all, and what they gain over the plain mean.
+
+        Parameters
+        ----------
+        horizon : float, default 60.0
+            Averaging time at which the deviation is to be least, and for which the gain is given,
+            s. A long one thinks of drift alone, a short one of white noise. Infinity is allowed.
+        weights : {"drift", "white", "mean"}, default "drift"
+            "drift" uses what the gyros' drifts have in common. "white" looks at white noise
+            alone, whatever the horizon. "mean" is the plain mean.
+
+        Returns
+        -------
+        VirtualGyro
+
+        Raises
+        ------
+        ValueError
+            For drift weights from less than a quarter of an hour of record for each gyro, if a
+            gyro does not vary, if fewer than two averaging times are left, or an argument is not
+            as described.
+
+        Notes
+        -----
+        R. J. Vaccaro, A. S. Zaki, "Reduced-drift virtual gyro from an array of low-cost gyros",
+        Sensors 17(2):352, 2017: white noise R and drift Q follow from the covariances
+        R/tau + Q tau/3, and w = C⁻¹1 / (1ᵀC⁻¹1) has the least variance of all weights of sum 1.
+        C is the covariance at the horizon; Q is moved to its diagonal by N / (N + T/256 s) after
+        T seconds, for chance correlations look as useful as true ones.
+
+        The gain is found on each eighth of the record with weights from the other seven, and its
+        standard error by leaving out one eighth at a time. It is that of the Allan deviations
+        themselves as far as the horizon is among those that are well known, and beyond of the
+        noise that fits them.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import zerorate as zr
+        >>> rng = np.random.default_rng(1)
+        >>> walks = np.cumsum(rng.standard_normal((7200, 3)) * [1.0, 1.0, 3.0], axis=0)
+        >>> r = zr.allan_covariance(walks + rng.standard_normal((7200, 3)), rate=1.0)
+        >>> found = r.virtual_gyro()
+        >>> print(f"{found.weights[2]:.2f} of the poor one; gain {found.gain:.1f}")
+        0.04 of the poor one; gain 1.8
+        """
+        return weigh(self._parts, self.seconds, horizon, weights, self.names)
+
+
+def allan_covariance(
+    z: npt.ArrayLike | Log,
+    rate: float | None = None,
+    taus: TauGrid | Sequence[float] | npt.ArrayLike = "octave",
+    *,
+    unit: str | None = None,
+    names: Sequence[str] | None = None,
+    bridge: int = 0,
+) -> AllanCovariance:
+    """Return the overlapping Allan covariances of gyros that were recorded side by side, at rest.
+
+    They say at which averaging times the gyros' noises go together: hardly at short ones, where
+    noise is white, and perhaps at long ones, where temperature or a supply moves all of them.
+
+    Parameters
+    ----------
+    z : array_like, shape (n, N), or Log
+        Rates about one axis of N gyros, turned into common axes, in `unit`; those that are not
+        finite are missing. A `Log` brings its own rate, unit and names.
+    rate : float
+        Samples per second, Hz.
+    taus : {"octave", "decade", "all"} or sequence of float
+        Averaging times: doubling, ten to a decade, every one, or seconds. Seconds are rounded to
+        whole samples, which `notes` then says.
+    unit : str, optional
+        Unit of `z`: "deg/s", "rad/s", ...
+    names : sequence of str, optional
+        One name a gyro.
+    bridge : int, default 0
+        Gaps of at most so many samples of a gyro are filled in a straight line. Every other gap
+        costs the terms that would reach across it, for all gyros: so the matrices stay
+        covariances, positive semidefinite, and correlations within ±1.
+
+    Returns
+    -------
+    AllanCovariance
+        With `virtual_gyro`.
+
+    Raises
+    ------
+    ValueError
+        If `z` does not have two dimensions, the record is too short, never holds a sample of
+        every gyro at once, or an argument is not as described.
+
+    Notes
+    -----
+    An element is the mean of products of two gyros' differences between neighbouring means over
+    tau, halved. Work is O(n N²) for each tau.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import zerorate as zr
+    >>> rng = np.random.default_rng(1)
+    >>> own = rng.standard_normal((20_000, 2))
+    >>> common = np.cumsum(0.1 * rng.standard_normal((20_000, 1)), axis=0)
+    >>> r = zr.allan_covariance(own + common, rate=100.0)
+    >>> print(f"{r.correlation[3, 0, 1]:.2f} at {r.tau[3]:g} s")
+    0.18 at 0.08 s
+    >>> print(f"{r.correlation[10, 0, 1]:.2f} at {r.tau[10]:g} s")
+    1.00 at 10.24 s
+    """
+    if isinstance(z, Log):
+        return allan_covariance(
+            z.data, z.rate if rate is None else rate, taus,
+            unit=unit or z.unit, names=names or z.names, bridge=bridge,
+        )  # fmt: skip
+    hertz, unit, record = checked_rate(rate), check_unit(unit), _checked(z, bridge)
+    n, gyros = record.shape
+    labels = _names(names, gyros)
+    m, said = factors(taus, _KIND, hertz, _longest(n, hertz))
+    missing = n - np.count_nonzero(np.isfinite(record), axis=0)
+    _bridge(record, bridge)
+    complete = _complete(record, labels)
+    edf = _edf(record, m)
+    phase, size = _phase(record, complete)
+    sums = _sums(phase, complete, m)
+    matrix, tau = _mean(sums.products, sums.terms), seconds(m, _KIND, hertz)
+    lost = n - int(np.count_nonzero(complete))
+    with np.errstate(over="ignore"):
+        scaled = matrix * size * size
+    return AllanCovariance(
+        tau=tau,
+        matrix=scaled,
+        edf=edf,
+        terms=sums.terms,
+        seconds=(n - lost) / hertz,
+        rate=hertz,
+        unit=unit,
+        names=labels,
+        notes=(
+            *said,
+            *_on_gaps(n, lost, missing, bridge, labels),
+            *_on_terms(sums.terms, tau),
+        ),
+        _parts=_parts(sums, matrix, tau, edf),
+    )
+
+
+def _checked(z: npt.ArrayLike, bridge: int) -> Floats:
+    """Return a copy of the record, NaN for all that is not finite."""
+    record = floats(z, "z")
+    if record.ndim == 3:
+        raise ValueError(
+            "z must have shape (n, N), the rates of N gyros about one axis, "
+            f"got {record.shape}: take one axis at a time, z[:, :, 0]"
+        )
+    if record.ndim != 2 or 0 in record.shape:
+        raise ValueError(
+            f"z must have shape (n, N), a column for each of N gyros, got {record.shape}"
+        )
+    if bridge < 0:
+        raise ValueError(f"bridge must not be negative, got {bridge}")
+    return np.where(np.isfinite(record), record, np.nan)
+
+
+def _longest(n: int, rate: float) -> int:
+    """Return the largest averaging factor of a record of n samples."""
+    if n < 2:
+        raise ValueError(
+            f"z is too short for any averaging time: it needs 2 samples ({2 / rate:g} s), got {n}"
+        )
+    return _native.longest_factor(_KIND.name, n)
+
+
+def _names(names: Sequence[str] | None, gyros: int) -> tuple[str, ...]:
+    if names is None:
+        return tuple(f"gyro {i + 1}" for i in range(gyros))
+    listed = (names,) if isinstance(names, str) else tuple(names)
+    if len(listed) != gyros:
+        raise ValueError(f"names must have one entry a gyro: {gyros}, got {len(listed)}")
+    return listed
+
+
+def _bridge(record: Floats, longest: int) -> None:
+    """Fill gaps of at most so many samples, each gyro's own, in a straight line, in place."""
+    if longest == 0:
+        return
+    for z in record.T:
+        present = np.flatnonzero(np.isfinite(z))
+        gaps = np.diff(present) - 1
+        for gap in np.flatnonzero((gaps > 0) & (gaps <= longest)):
+            first, last = present[gap], present[gap + 1]
+            z[first : last + 1] = np.linspace(z[first], z[last], last - first + 1)
+
+
+def _complete(record: Floats, names: tuple[str, ...]) -> Booleans:
+    """Return at which samples every gyro is there, shape (n,); the record is NaN at the others."""
+    finite = np.isfinite(record)
+    empty = np.flatnonzero(~finite.any(axis=0))
+    if empty.size:
+        raise ValueError(f"{names[empty[0]]} holds no finite sample: leave it out of the array")
+    complete = np.asarray(finite.all(axis=1))
+    if not complete.any():
+        raise ValueError("at no time is there a sample of every gyro")
+    record[~complete] = np.nan
+    return complete
+
+
+def _edf(record: Floats, m: Integers) -> Floats:
+    """Return the degrees of freedom at each averaging time, the median of those of the gyros."""
+    _, terms, found = _native.allan_deviations(record, m, _KIND.name, 0, None)
+    columns = zip(terms.reshape(m.size, -1).T, found.reshape(m.size, -1).T, strict=True)
+    each = [freedoms(_KIND, m, t, e, len(record)) for t, e in columns]
+    edf: Floats = np.median(each, axis=0)
+    return edf
+
+
+def _phase(record: Floats, complete: Booleans) -> tuple[Floats, float]:
+    """Return running sums about the mean, shape (n + 1, N), and the unit that they are in.
+
+    The record becomes zero where a gyro is missing. The mean is found about a sample, so that an
+    offset costs no precision, and the unit is a power of two, so that it rounds nothing.
+    """
+    record -= record[np.argmax(complete)]
+    record[~complete] = 0.0
+    size = size_of(record)
+    record /= size
+    record -= record.sum(axis=0) / np.count_nonzero(complete)
+    record[~complete] = 0.0
+    phase = np.zeros((len(record) + 1, record.shape[1]))
+    np.cumsum(record, axis=0, out=phase[1:])
+    return phase, size
+
+
+class _Sums(NamedTuple):
+    """Sums of products of terms: of the whole record, and of its parts for some averaging times."""
+
+    products: Floats
+    terms: Integers
+    octaves: Integers
+    inside: Floats
+    beside: Floats
+    n_inside: Floats
+    n_beside: Floats
+
+
+def _sums(phase: Floats, complete: Booleans, m: Integers) -> _Sums:
+    gaps = np.zeros(len(phase), dtype=np.int64)
+    np.cumsum(~complete, out=gaps[1:])
+    edges = np.linspace(0, complete.size, _PARTS + 1).astype(np.int64)
+    gyros = phase.shape[1]
+    products, terms = np.empty((m.size, gyros, gyros)), np.empty(m.size, dtype=np.int64)
+    # One of each octave: more share nearly all of what they know.
+    octaves = np.unique(np.frexp(m)[1], return_index=True)[1]
+    kept = []
+    for i, factor in enumerate(m):
+        cuts, each, counts = _between_cuts(phase, gaps, int(factor), edges)
+        products[i], terms[i] = each.sum(axis=0), counts.sum()
+        if i in octaves:
+            kept.append(_by_part(cuts, each, counts, edges, int(factor)))
+    return _Sums(products, terms, octaves, *(np.stack(found) for found in zip(*kept, strict=True)))
+
+
+def _between_cuts(
+    phase: Floats, gaps: Integers, m: int, edges: Integers
+) -> tuple[Integers, Floats, Integers]:
+    """Return places among the terms, and sums and numbers of the terms between them.
+
+    A term begins at its place and ends 2 m samples later; the places are those at which one
+    begins to reach into a part of the record, or to leave one.
+    """
+    last = len(phase) - 2 * m
+    cuts = np.unique(np.clip(np.concatenate((edges, edges - 2 * m + 1)), 0, last))
+    each = np.zeros((cuts.size - 1, phase.shape[1], phase.shape[1]))
+    counts = np.zeros(cuts.size - 1, dtype=np.int64)
+    for k, (start, stop) in enumerate(pairwise(cuts)):
+        for first in range(start, stop, _CHUNK):
+            end = min(first + _CHUNK, stop)
+            terms = _terms(phase, gaps, m, first, end)
+            each[k] += terms.T @ terms
+            counts[k] += len(terms)
+    return cuts, each, counts
+
+
+def _terms(phase: Floats, gaps: Integers, m: int, first: int, end: int) -> Floats:
+    """Return the differences of neighbouring means, over the root of two, that cross no gap."""
+    terms = phase[first + m : end + m] * -2.0
+    terms += phase[first:end]
+    terms += phase[first + 2 * m : end + 2 * m]
+    terms /= m * np.sqrt(2.0)
+    whole = gaps[first + 2 * m : end + 2 * m] == gaps[first:end]
+    return terms if whole.all() else terms[whole]
+
+
+def _by_part(
+    cuts: Integers, each: Floats, counts: Integers, edges: Integers, m: int
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return sums over the terms within each part and over those that touch none of it."""
+    starts, stops = cuts[:-1], cuts[1:]
+    left, right = edges[:-1, None], edges[1:, None]
+    inside = ((starts >= left) & (stops <= right - 2 * m + 1)).astype(np.float64)
+    beside = ((stops <= left - 2 * m + 1) | (starts >= right)).astype(np.float64)
+    within, apart = (np.tensordot(which, each, axes=1) for which in (inside, beside))
+    return within, apart, inside @ counts, beside @ counts
+
+
+def _mean(products: Floats, terms: Integers) -> Floats:
+    """Return means of products, NaN where there are none."""
+    with np.errstate(invalid="ignore"):
+        mean: Floats = products / terms[:, None, None]
+    return mean
+
+
+def _parts(sums: _Sums, matrix: Floats, tau: Floats, edf: Floats) -> Parts:
+    """Return what a virtual gyro follows from: averaging times that have a term."""
+    seen = sums.terms[sums.octaves] > 0
+    which = sums.octaves[seen]
+    return Parts(
+        tau[which],
+        edf[which],
+        sums.terms[which].astype(np.float64),
+        matrix[which],
+        sums.inside[seen],
+        sums.beside[seen],
+        sums.n_inside[seen],
+        sums.n_beside[seen],
+    )
+
+
+def _on_gaps(
+    n: int, lost: int, missing: Integers, bridge: int, names: tuple[str, ...]
+) -> Iterator[str]:
+    """Yield notes on samples that are missing."""
+    filled = f"; gaps of up to {bridge} are bridged" if bridge else ""
+    for name, lacking in zip(names, missing, strict=True):
+        if lacking:
+            yield f"{name}: {lacking} of {n} samples are missing{filled}"
+    if lost > missing.max():
+        yield f"at {lost} of {n} samples a gyro is missing"
+
+
+def _on_terms(terms: Integers, tau: Floats) -> Iterator[str]:
+    """Yield a note on the averaging times for which the gaps leave no term."""
+    empty = np.flatnonzero(terms == 0)
+    if empty.size:
+        yield f"gaps leave no term from {tau[empty[0]]:g} s on: bridge= fills short ones"

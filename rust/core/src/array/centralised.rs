@@ -1,0 +1,85 @@
+//! The two stages of Liu, He & Zhao: a Kalman filter for each gyro, then one for all of them. Both
+//! take the rate itself for a random walk.
+
+use serde::{Deserialize, Serialize};
+
+use super::MOST;
+use crate::error::Error;
+use crate::memory;
+
+/// Variance of the walk's step over that of the measurement, in both stages: at rest the first then
+/// leaves a quarter of the deviation, about what its authors report.
+const PROCESS_NOISE: f64 = 0.014;
+
+/// Filters of all sensors and axes, and of all axes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Centralised {
+    pub(super) first: Vec<Walk>,
+    pub(super) second: Vec<Walk>,
+    pub(super) took: Vec<bool>,
+}
+
+/// A random walk, with variances over that of its measurement.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Walk {
+    /// NaN before the first sample.
+    pub(super) level: f64,
+    pub(super) variance: f64,
+}
+
+const NEW: Walk = Walk { level: f64::NAN, variance: 1.0 };
+
+impl Centralised {
+    pub(super) fn new(sensors: usize, axes: usize) -> Result<Self, Error> {
+        Ok(Self {
+            first: memory::filled(NEW, sensors * axes)?,
+            second: memory::filled(NEW, axes)?,
+            took: memory::filled(false, sensors * axes)?,
+        })
+    }
+
+    pub(super) fn restart(&mut self) {
+        self.first.fill(NEW);
+        self.second.fill(NEW);
+    }
+
+    /// Takes the samples of an axis; returns how many there were.
+    #[inline(always)]
+    pub(super) fn take(&mut self, axis: usize, axes: usize, z: &[f64], limit: Option<f64>) -> u32 {
+        let (mut sum, mut count) = (0.0, 0);
+        for place in (axis..z.len()).step_by(axes) {
+            let there = z[place].is_finite() && limit.is_none_or(|limit| z[place].abs() < limit);
+            self.took[place] = there;
+            self.first[place].step(if there { z[place].clamp(-MOST, MOST) } else { f64::NAN });
+            if there {
+                (sum, count) = (sum + self.first[place].level, count + 1);
+            }
+        }
+        self.second[axis].step(if count > 0 { sum / f64::from(count) } else { f64::NAN });
+        count
+    }
+
+    pub(super) fn rate(&self, axis: usize) -> f64 {
+        self.second[axis].level
+    }
+
+    pub(super) fn took(&self, place: usize) -> bool {
+        self.took[place]
+    }
+}
+
+impl Walk {
+    #[inline(always)]
+    fn step(&mut self, z: f64) {
+        if self.level.is_nan() {
+            self.level = z;
+            return;
+        }
+        self.variance = (self.variance + PROCESS_NOISE).min(1e6);
+        if !z.is_nan() {
+            let gain = self.variance / (self.variance + 1.0);
+            self.level += gain * (z - self.level);
+            self.variance = gain;
+        }
+    }
+}

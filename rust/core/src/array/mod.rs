@@ -1,0 +1,445 @@
+//! Many gyros of one body as one.
+//!
+//! Each learns its own drift, axis by axis. At rest their noise decides how much each counts, in
+//! motion their scale errors, which are alike; who disagrees with the others is left out until it has
+//! agreed again for a while. A single gyro has nobody to agree with: it is its drift filter, equal to
+//! the last bit.
+
+mod centralised;
+mod noise;
+mod octaves;
+mod params;
+mod sound;
+mod vote;
+
+use serde::{Deserialize, Serialize};
+
+use self::centralised::Centralised;
+use self::noise::Noise;
+pub use self::octaves::Covariance;
+pub use self::params::{ArrayParams, Fusion, Weights};
+use self::vote::Vote;
+use crate::drift::{AutoFilter, DriftStream};
+use crate::error::Error;
+use crate::memory;
+use crate::stream::Stream;
+
+/// Largest sample that sums are made of; squares and their sums are far from overflowing.
+const MOST: f64 = 1e75;
+
+/// Gyros of one body, with `A` axes each, as one gyro.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GyroArray<const A: usize> {
+    params: ArrayParams,
+    /// Axis by axis of the first sensor, then of the next.
+    filters: Vec<AutoFilter<f64>>,
+    centralised: Centralised,
+    noise: Noise,
+    vote: Vote,
+    /// Samples of a tick, and those that this one has.
+    length: u32,
+    position: u32,
+    samples: u64,
+    /// Where the body rests, axis by axis.
+    at_rest: Vec<bool>,
+    weights: Vec<f64>,
+    used: Vec<bool>,
+    /// How each sensor's last sample was, and its rates in the axes of the body.
+    seen: Vec<Seen>,
+    rates: Vec<f64>,
+    /// Samples in the axes of the body.
+    raw: Vec<f64>,
+    sorted: Vec<f64>,
+}
+
+/// What a sensor's last sample was like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+enum Seen {
+    Whole,
+    Missing,
+    Saturated,
+    Stuck,
+}
+
+/// How far a sensor can be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Health {
+    /// Nothing speaks against it.
+    Good,
+    /// Some of its last sample was missing.
+    Missing,
+    /// Some of it was at the end of the sensor's range.
+    Saturated,
+    /// It gives the same sample again and again.
+    Stuck,
+    /// It disagrees with the others, or has not yet agreed with them for long enough.
+    Excluded,
+    /// Two sensors are left that disagree: nobody knows which of them is wrong.
+    Disputed,
+}
+
+impl Health {
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Missing => "missing",
+            Self::Saturated => "saturated",
+            Self::Stuck => "stuck",
+            Self::Excluded => "excluded",
+            Self::Disputed => "disputed",
+        }
+    }
+}
+
+impl<const A: usize> GyroArray<A> {
+    /// An array before its first sample.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for one out of range, [`Error::Memory`] if there is none for it.
+    pub fn new(params: ArrayParams) -> Result<Self, Error> {
+        params.check(A)?;
+        let n = params.sensors;
+        let filter = AutoFilter::new(params.of_filter())?;
+        let length = filter.tick_length();
+        Ok(Self {
+            filters: memory::filled(filter, n * A)?,
+            centralised: Centralised::new(n, A)?,
+            noise: Noise::new(n, A)?,
+            vote: Vote::new(n, A)?,
+            length,
+            position: 0,
+            samples: 0,
+            at_rest: memory::filled(false, A)?,
+            weights: memory::filled(0.0, n * A)?,
+            used: memory::filled(false, n * A)?,
+            seen: memory::filled(Seen::Whole, n)?,
+            rates: memory::filled(f64::NAN, n * A)?,
+            raw: memory::filled(f64::NAN, n * A)?,
+            sorted: memory::filled(0.0, n)?,
+            params,
+        })
+    }
+
+    /// What it was made of.
+    pub fn params(&self) -> &ArrayParams {
+        &self.params
+    }
+
+    /// Takes a sample of every sensor, axis by axis; puts down the rate of the body.
+    #[inline]
+    pub fn update(&mut self, z: &[f64], rate: &mut [f64]) {
+        self.samples += 1;
+        if self.params.fusion == Fusion::Centralised {
+            return self.centralise(z, rate);
+        }
+        for sensor in 0..self.params.sensors {
+            self.take(sensor, &z[sensor * A..][..A]);
+        }
+        if self.params.sensors == 1 {
+            self.alone(rate);
+        } else {
+            self.fuse(rate);
+        }
+        self.position += 1;
+        if self.position >= self.length {
+            self.end_tick();
+        }
+    }
+
+    /// Back to before the first sample.
+    pub fn reset(&mut self) {
+        if let Ok(fresh) = Self::new(self.params.clone()) {
+            *self = fresh;
+        }
+    }
+
+    /// The sensors were switched off and on: their biases are forgotten, their noise is not, nor who
+    /// was wrong.
+    pub fn power_on(&mut self) {
+        self.filters.iter_mut().for_each(|filter| {
+            filter.power_on();
+        });
+        self.centralised.restart();
+        self.noise.interrupt();
+        self.vote.forget_tick();
+        self.position = 0;
+        self.at_rest.fill(false);
+    }
+
+    /// One sensor through its filters, into the axes of the body.
+    #[inline(always)]
+    fn take(&mut self, sensor: usize, z: &[f64]) {
+        let filters = &mut self.filters[sensor * A..][..A];
+        let (mut rates, mut seen) = ([0.0; A], Seen::Whole);
+        for axis in 0..A {
+            rates[axis] = filters[axis].update(z[axis]);
+            if filters[axis].is_stuck() {
+                seen = Seen::Stuck;
+                if self.params.sensors > 1 {
+                    rates[axis] = f64::NAN;
+                }
+            } else if !rates[axis].is_finite() && seen != Seen::Stuck {
+                let saturated = z[axis].is_finite();
+                seen = if saturated || seen == Seen::Saturated {
+                    Seen::Saturated
+                } else {
+                    Seen::Missing
+                };
+            }
+        }
+        self.seen[sensor] = seen;
+        let (to, raw) = (&mut self.rates[sensor * A..][..A], &mut self.raw[sensor * A..][..A]);
+        match self.params.rotation::<A>(sensor) {
+            Some(rotation) => {
+                rotate::<A>(rotation, &rates, to);
+                rotate::<A>(rotation, z, raw);
+            }
+            None => {
+                to.copy_from_slice(&rates);
+                raw.copy_from_slice(z);
+            }
+        }
+    }
+
+    fn alone(&mut self, rate: &mut [f64]) {
+        rate.copy_from_slice(&self.rates);
+        for axis in 0..A {
+            self.used[axis] = self.rates[axis].is_finite();
+            self.weights[axis] = f64::from(u8::from(self.used[axis]));
+            self.noise.add(axis, self.raw[axis], self.rates[axis], 2 * self.position < self.length);
+        }
+    }
+
+    #[inline(always)]
+    fn fuse(&mut self, rate: &mut [f64]) {
+        let mut centre = [f64::NAN; A];
+        for axis in 0..A {
+            centre[axis] = self.median(axis);
+        }
+        let speed = self.vote.note_speed(&centre);
+        for axis in 0..A {
+            self.judge(axis, centre[axis], speed);
+            rate[axis] = self.mean(axis, centre[axis], speed);
+        }
+        let first_half = 2 * self.position < self.length;
+        for place in 0..self.rates.len() {
+            self.noise.add(place, self.raw[place], self.rates[place], first_half);
+        }
+    }
+
+    /// The middle of the rates of those that may have a say.
+    #[inline(always)]
+    fn median(&mut self, axis: usize) -> f64 {
+        let mut count = 0;
+        for sensor in 0..self.params.sensors {
+            let place = sensor * A + axis;
+            let counts = self.vote.counts(sensor, place, axis) && self.rates[place].is_finite();
+            self.used[place] = counts;
+            if counts {
+                self.sorted[count] = self.rates[place];
+                count += 1;
+            }
+        }
+        let sorted = &mut self.sorted[..count];
+        sorted.sort_unstable_by(f64::total_cmp);
+        match count {
+            0 => f64::NAN,
+            _ => 0.5 * sorted[(count - 1) / 2] + 0.5 * sorted[count / 2],
+        }
+    }
+
+    /// Leaves samples out that are far from the middle.
+    #[inline(always)]
+    fn judge(&mut self, axis: usize, centre: f64, speed: f64) {
+        let used = self.used.iter().skip(axis).step_by(A).filter(|used| **used).count();
+        self.vote.note_voters(axis, used);
+        if used < 2 {
+            return;
+        }
+        for sensor in 0..self.params.sensors {
+            let place = sensor * A + axis;
+            let far = self.vote.is_far(place, self.rates[place], centre, speed);
+            self.used[place] &= !(far && used > 2);
+        }
+        self.vote.note_centre(axis, centre);
+    }
+
+    /// The mean by weight of those that are used.
+    #[inline(always)]
+    fn mean(&mut self, axis: usize, centre: f64, speed: f64) -> f64 {
+        let motion = self.noise.motion(axis, self.params.scale_error * speed);
+        let (mut sum, mut all) = (0.0, 0.0);
+        for sensor in 0..self.params.sensors {
+            let place = sensor * A + axis;
+            let weight = match self.used[place] {
+                true => self.noise.weight(&self.params.weights, place, motion),
+                false => 0.0,
+            };
+            self.weights[place] = weight;
+            all += weight;
+        }
+        if all <= 0.0 {
+            return centre;
+        }
+        for sensor in 0..self.params.sensors {
+            let place = sensor * A + axis;
+            self.weights[place] /= all;
+            if self.used[place] {
+                sum += self.weights[place] * self.rates[place];
+            }
+        }
+        sum
+    }
+
+    #[cold]
+    fn end_tick(&mut self) {
+        self.position = 0;
+        let n = self.params.sensors;
+        for axis in 0..A {
+            let resting = |sensor: &usize| self.rests(*sensor, axis);
+            let resting = (0..n).filter(|i| !self.vote.is_excluded(*i)).filter(resting).count();
+            let judged = (0..n).filter(|i| !self.vote.is_excluded(*i)).count();
+            self.at_rest[axis] = 2 * resting > judged;
+        }
+        for sensor in 0..n {
+            for axis in 0..A {
+                let calm = self.at_rest[axis]
+                    && self.rests(sensor, axis)
+                    && !self.vote.is_excluded(sensor);
+                let sigma = self.deviation(sensor, axis);
+                self.noise.end_sensor(sensor * A + axis, calm, self.length);
+                self.vote.know(sensor * A + axis, sigma);
+            }
+        }
+        for axis in 0..A {
+            self.noise.end_tick(axis, self.at_rest[axis]);
+        }
+        if n > 1 {
+            self.vote.end_tick(A, self.ticks(vote::BACK));
+        }
+    }
+
+    /// So many seconds in ticks.
+    fn ticks(&self, seconds: f64) -> u32 {
+        (seconds * self.params.rate / f64::from(self.length)).round().clamp(1.0, 1e6) as u32
+    }
+
+    /// Axes of a sensor that one of the body is made of.
+    fn parts(&self, sensor: usize, axis: usize) -> impl Iterator<Item = (usize, f64)> {
+        let rotation =
+            self.params.rotation::<A>(sensor).map(|r| core::array::from_fn(|k| r[axis * A + k]));
+        let entries: [f64; A] =
+            rotation.unwrap_or_else(|| core::array::from_fn(|k| if k == axis { 1.0 } else { 0.0 }));
+        entries.into_iter().enumerate().filter(|(_, x)| *x != 0.0)
+    }
+
+    fn rests(&self, sensor: usize, axis: usize) -> bool {
+        self.parts(sensor, axis).all(|(k, _)| self.filters[sensor * A + k].drift().at_rest)
+    }
+
+    /// Deviation of a sensor's white noise on an axis of the body; NaN as long as it is not known.
+    fn deviation(&self, sensor: usize, axis: usize) -> f64 {
+        let variance: f64 = self
+            .parts(sensor, axis)
+            .map(|(k, x)| x * x * self.filters[sensor * A + k].settled_noise().unwrap_or(f64::NAN))
+            .sum();
+        variance.sqrt()
+    }
+
+    fn centralise(&mut self, z: &[f64], rate: &mut [f64]) {
+        for sensor in 0..self.params.sensors {
+            let (from, to) = (&z[sensor * A..][..A], &mut self.rates[sensor * A..][..A]);
+            match self.params.rotation::<A>(sensor) {
+                Some(rotation) => rotate::<A>(rotation, from, to),
+                None => to.copy_from_slice(from),
+            }
+        }
+        for axis in 0..A {
+            let count = self.centralised.take(axis, A, &self.rates, self.params.limit);
+            rate[axis] = self.centralised.rate(axis);
+            for sensor in 0..self.params.sensors {
+                let place = sensor * A + axis;
+                self.used[place] = self.centralised.took(place);
+                let part = if self.used[place] { 1.0 / f64::from(count) } else { 0.0 };
+                self.weights[place] = part;
+            }
+        }
+    }
+}
+
+/// What is known after the last sample.
+impl<const A: usize> GyroArray<A> {
+    /// Biases of all sensors in their own axes, sensor by sensor.
+    pub fn biases(&self) -> impl Iterator<Item = f64> {
+        self.filters.iter().map(|filter| filter.bias())
+    }
+
+    /// How much each sensor counted, axis by axis of the body; zero where it did not.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// Which samples were used, axis by axis of the body.
+    pub fn used(&self) -> &[bool] {
+        &self.used
+    }
+
+    /// Which sensors are left out since they disagree with the others.
+    pub fn excluded(&self) -> impl Iterator<Item = bool> {
+        (0..self.params.sensors).map(|sensor| self.vote.is_excluded(sensor))
+    }
+
+    /// Whether sensors disagree and nobody knows which of them is wrong.
+    pub fn is_disputed(&self) -> bool {
+        self.vote.is_disputed()
+    }
+
+    /// Where the body rests, axis by axis.
+    pub fn at_rest(&self) -> &[bool] {
+        &self.at_rest
+    }
+
+    /// Samples so far.
+    pub fn samples_seen(&self) -> u64 {
+        self.samples
+    }
+
+    /// How far each sensor can be trusted.
+    pub fn health(&self) -> impl Iterator<Item = Health> {
+        (0..self.params.sensors).map(|sensor| match self.seen[sensor] {
+            _ if self.vote.is_excluded(sensor) => Health::Excluded,
+            Seen::Stuck => Health::Stuck,
+            Seen::Saturated => Health::Saturated,
+            Seen::Missing => Health::Missing,
+            Seen::Whole if self.vote.is_disputed() => Health::Disputed,
+            Seen::Whole => Health::Good,
+        })
+    }
+
+    /// Allan covariances at rest on an axis of the body, octave by octave.
+    pub fn covariances(&self, axis: usize) -> impl Iterator<Item = Covariance<'_>> {
+        self.noise.covariances(axis)
+    }
+
+    /// Samples of a tick.
+    pub fn tick_length(&self) -> u32 {
+        self.length
+    }
+}
+
+/// A sample in the axes of the body; of an axis that is missing, all that it is a part of are.
+#[inline(always)]
+fn rotate<const A: usize>(rotation: &[f64], from: &[f64], to: &mut [f64]) {
+    for (row, place) in rotation.chunks_exact(A).zip(to) {
+        *place = 0.0;
+        for (entry, x) in row.iter().zip(from) {
+            if *entry != 0.0 {
+                *place += entry * x;
+            }
+        }
+        if !place.is_finite() {
+            *place = f64::NAN;
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! What sensors of an array show at rest, and how much each of them counts for that.
+
+use serde::{Deserialize, Serialize};
+
+use super::MOST;
+use super::octaves::{Covariance, Octaves};
+use super::params::Weights;
+use crate::error::Error;
+use crate::memory;
+
+/// Octaves of one and of four seconds.
+const SECOND: usize = 2;
+const FOUR: usize = 4;
+
+/// Differences below which a variance tells nothing.
+const TELLING: u32 = 8;
+
+/// Variances over those of the others, as far as they count.
+const LEAST: f64 = 1e-2;
+const MOST_RATIO: f64 = 1e4;
+
+/// Allan variances of all sensors, of half a tick, of one and of four seconds, learned from ticks at
+/// rest that are followed by another, and the weights that follow from them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Noise {
+    pub(super) axes: usize,
+    /// Sensor by sensor, axis by axis.
+    pub(super) ticks: Vec<Halves>,
+    pub(super) halves: Vec<Variance>,
+    /// Axis by axis.
+    pub(super) octaves: Vec<Octaves>,
+    /// Variance over that of the others; of white noise alone; of the array's at one second.
+    pub(super) ratios: Vec<f64>,
+    pub(super) white: Vec<f64>,
+    pub(super) second: Vec<f64>,
+}
+
+/// Sums over the halves of a tick, and what the tick before was like.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Halves {
+    pub(super) sums: [f64; 2],
+    pub(super) counts: [u32; 2],
+    /// Means of the halves of a tick at rest that waits for the next one; NaN for none.
+    pub(super) waiting: [f64; 2],
+    /// The same that has been followed by another.
+    pub(super) followed: [f64; 2],
+}
+
+/// Mean of squared differences.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Variance {
+    pub(super) sum: f64,
+    pub(super) count: u32,
+}
+
+const NONE: [f64; 2] = [f64::NAN; 2];
+
+impl Noise {
+    pub(super) fn new(sensors: usize, axes: usize) -> Result<Self, Error> {
+        let mut octaves = memory::room(axes)?;
+        for _ in 0..axes {
+            octaves.push(Octaves::new(sensors)?);
+        }
+        let tick = Halves { sums: [0.0; 2], counts: [0; 2], waiting: NONE, followed: NONE };
+        Ok(Self {
+            axes,
+            ticks: memory::filled(tick, sensors * axes)?,
+            halves: memory::filled(Variance { sum: 0.0, count: 0 }, sensors * axes)?,
+            octaves,
+            ratios: memory::filled(1.0, sensors * axes)?,
+            white: memory::filled(1.0, sensors * axes)?,
+            second: memory::filled(f64::NAN, axes)?,
+        })
+    }
+
+    /// Adds a sample, of which the rate says whether it is there.
+    #[inline(always)]
+    pub(super) fn add(&mut self, place: usize, raw: f64, rate: f64, first_half: bool) {
+        if rate.is_finite() && raw.is_finite() {
+            let (half, tick) = (usize::from(!first_half), &mut self.ticks[place]);
+            tick.sums[half] += raw.clamp(-MOST, MOST);
+            tick.counts[half] += 1;
+        }
+    }
+
+    /// What a rate costs in weight, where a part of it is wrong.
+    #[inline(always)]
+    pub(super) fn motion(&self, axis: usize, wrong: f64) -> f64 {
+        let ratio = wrong.min(MOST) * (wrong.min(MOST) / self.second[axis]);
+        // Unknown, or against no noise at all: all count alike.
+        if ratio.is_nan() { 0.0 } else { ratio.min(1e12) }
+    }
+
+    #[inline(always)]
+    pub(super) fn weight(&self, kind: &Weights, place: usize, motion: f64) -> f64 {
+        match kind {
+            Weights::Auto => 1.0 / (self.ratios[place] + motion),
+            Weights::Mean => 1.0,
+            Weights::White => 1.0 / self.white[place],
+            Weights::Given(weights) => weights[place],
+        }
+    }
+
+    /// Ends the tick of one axis of a sensor, which was calm or not.
+    pub(super) fn end_sensor(&mut self, place: usize, calm: bool, length: u32) {
+        let tick = &mut self.ticks[place];
+        let whole = tick.counts.iter().all(|count| 4 * count > length);
+        let means = [0, 1].map(|k| tick.sums[k] / f64::from(tick.counts[k].max(1)));
+        tick.followed = if calm { tick.waiting } else { NONE };
+        tick.waiting = if calm && whole { means } else { NONE };
+        (tick.sums, tick.counts) = ([0.0; 2], [0; 2]);
+        let [first, second] = tick.followed;
+        if !first.is_nan() {
+            let variance = &mut self.halves[place];
+            variance.sum += 0.5 * (second - first) * (second - first);
+            variance.count = variance.count.saturating_add(1);
+        }
+    }
+
+    /// Ends the tick of an axis, on which the body rests or not.
+    pub(super) fn end_tick(&mut self, axis: usize, at_rest: bool) {
+        if !at_rest {
+            return self.octaves[axis].interrupt();
+        }
+        let followed = self.ticks.iter().skip(axis).step_by(self.axes);
+        self.octaves[axis]
+            .take(followed.map(|tick| 0.5 * tick.followed[0] + 0.5 * tick.followed[1]));
+        self.weigh(axis);
+    }
+
+    /// No tick follows another.
+    pub(super) fn interrupt(&mut self) {
+        self.octaves.iter_mut().for_each(Octaves::interrupt);
+        for tick in &mut self.ticks {
+            *tick = Halves { sums: [0.0; 2], counts: [0; 2], waiting: NONE, followed: NONE };
+        }
+    }
+
+    pub(super) fn covariances(&self, axis: usize) -> impl Iterator<Item = Covariance<'_>> {
+        self.octaves[axis].covariances()
+    }
+
+    /// Variances of a sensor at the three averaging times.
+    fn variances(&self, sensor: usize, axis: usize) -> [(f64, u32); 3] {
+        let half = self.halves[sensor * self.axes + axis];
+        let octaves = &self.octaves[axis];
+        [
+            (half.sum / f64::from(half.count.max(1)), half.count),
+            octaves.variance(sensor, SECOND),
+            octaves.variance(sensor, FOUR),
+        ]
+    }
+
+    fn weigh(&mut self, axis: usize) {
+        let sensors = self.octaves[axis].sensors;
+        let means: [f64; 3] = core::array::from_fn(|time| self.mean(axis, time));
+        self.second[axis] = means[1];
+        for sensor in 0..sensors {
+            let (mut sum, mut count) = (0.0, 0);
+            for (time, (variance, differences)) in
+                self.variances(sensor, axis).into_iter().enumerate()
+            {
+                let ratio = variance / means[time];
+                if differences >= TELLING && ratio.is_finite() {
+                    let ratio = ratio.clamp(LEAST, MOST_RATIO);
+                    (sum, count) = (sum + ratio, count + 1);
+                    if time == 0 {
+                        self.white[sensor * self.axes + axis] = ratio;
+                    }
+                }
+            }
+            let ratio = if count > 0 { sum / f64::from(count) } else { 1.0 };
+            self.ratios[sensor * self.axes + axis] = ratio;
+        }
+    }
+
+    /// Mean of the sensors' variances at one averaging time, NaN as long as there is none.
+    fn mean(&self, axis: usize, time: usize) -> f64 {
+        let (mut sum, mut count) = (0.0, 0);
+        for sensor in 0..self.octaves[axis].sensors {
+            let (variance, differences) = self.variances(sensor, axis)[time];
+            if differences >= TELLING {
+                (sum, count) = (sum + variance, count + 1);
+            }
+        }
+        sum / f64::from(count)
+    }
+}

@@ -1,0 +1,133 @@
+//! Parameters of an array.
+
+use serde::{Deserialize, Serialize};
+
+use crate::drift::{AutoParams, Behaviour};
+use crate::error::{Error, check_positive, check_rate};
+use crate::rest::RestLimits;
+
+/// Most sensors of an array: covariances grow with their square.
+const SENSORS_MAX: usize = 256;
+
+/// Distance of a rotation from one that is orthonormal, at most.
+const ORTHONORMAL: f64 = 1e-6;
+
+/// How sensors become one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Fusion {
+    /// Biases learned at rest, weights, and a vote.
+    Voted,
+    /// Two stages of Kalman filters that take the rate for a random walk, as Liu, He & Zhao have it.
+    Centralised,
+}
+
+/// How much each sensor counts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Weights {
+    /// By its noise at rest, by its scale error in motion.
+    Auto,
+    /// As much as any other.
+    Mean,
+    /// By its white noise alone.
+    White,
+    /// As given, sensor by sensor, axis by axis of the body.
+    Given(Vec<f64>),
+}
+
+/// Parameters of a [`GyroArray`](super::GyroArray).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ArrayParams {
+    /// Samples a second.
+    pub rate: f64,
+    /// Number of gyros.
+    pub sensors: usize,
+    /// Their names.
+    pub labels: Vec<String>,
+    /// Sensor by sensor, row by row: from its axes to those of the body; None where all are aligned.
+    pub rotations: Option<Vec<f64>>,
+    /// Size at which a sample is at the end of the sensor's range.
+    pub limit: Option<f64>,
+    /// What rest can be.
+    pub limits: RestLimits,
+    /// How much each counts.
+    pub weights: Weights,
+    /// Deviation of the sensors' scale factors from one.
+    pub scale_error: f64,
+    /// How they become one.
+    pub fusion: Fusion,
+}
+
+impl ArrayParams {
+    /// Parameters of the drift filter of each axis.
+    pub(super) fn of_filter(&self) -> AutoParams {
+        let behaviour = Behaviour { limit: self.limit, ..Behaviour::default() };
+        AutoParams { rate: self.rate, behaviour, limits: self.limits, ..AutoParams::default() }
+    }
+
+    /// The rotation of a sensor, row by row.
+    #[inline(always)]
+    pub(super) fn rotation<const A: usize>(&self, sensor: usize) -> Option<&[f64]> {
+        self.rotations.as_deref().map(|rotations| &rotations[sensor * A * A..][..A * A])
+    }
+
+    pub(super) fn check(&self, axes: usize) -> Result<(), Error> {
+        check_rate(self.rate)?;
+        let n = self.sensors;
+        if n == 0 || n > SENSORS_MAX {
+            let expected = "from 1 to 256";
+            return Err(Error::Parameter { name: "sensors", expected, value: n as f64 });
+        }
+        if self.labels.len() != n {
+            let (name, value) = ("labels", self.labels.len() as f64);
+            return Err(Error::Parameter { name, expected: "one a sensor", value });
+        }
+        if !(0.0..=1.0).contains(&self.scale_error) {
+            let (name, value) = ("scale_error", self.scale_error);
+            return Err(Error::Parameter { name, expected: "from 0 to 1", value });
+        }
+        self.limit.map_or(Ok(()), |limit| check_positive("limit", "a positive number", limit))?;
+        self.limits.checked()?;
+        self.check_rotations(axes)?;
+        self.check_weights(axes)
+    }
+
+    fn check_rotations(&self, axes: usize) -> Result<(), Error> {
+        let Some(rotations) = &self.rotations else { return Ok(()) };
+        let name = "rotations";
+        if rotations.len() != self.sensors * axes * axes {
+            let expected = "one matrix a sensor";
+            return Err(Error::Parameter { name, expected, value: rotations.len() as f64 });
+        }
+        for (sensor, r) in rotations.chunks_exact(axes * axes).enumerate() {
+            if !is_orthonormal(r, axes) {
+                let expected = "orthonormal to 1e-6: the first that is not is of sensor";
+                return Err(Error::Parameter { name, expected, value: sensor as f64 });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_weights(&self, axes: usize) -> Result<(), Error> {
+        let Weights::Given(weights) = &self.weights else { return Ok(()) };
+        let (name, sound) = ("weights", |w: &f64| (0.0..=1.0).contains(w));
+        if weights.len() != self.sensors * axes || !weights.iter().all(sound) {
+            let expected = "from 0 to 1, one a sensor";
+            return Err(Error::Parameter { name, expected, value: weights.len() as f64 });
+        }
+        for axis in 0..axes {
+            let sum: f64 = weights.iter().skip(axis).step_by(axes).sum();
+            if !(sum > 1e-9) {
+                let expected = "above zero for some sensor on every axis";
+                return Err(Error::Parameter { name, expected, value: sum });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn is_orthonormal(r: &[f64], axes: usize) -> bool {
+    let product =
+        |i: usize, j: usize| -> f64 { (0..axes).map(|k| r[i * axes + k] * r[j * axes + k]).sum() };
+    let expected = |i, j| if i == j { 1.0 } else { 0.0 };
+    (0..axes).all(|i| (0..axes).all(|j| (product(i, j) - expected(i, j)).abs() <= ORTHONORMAL))
+}

@@ -1,0 +1,132 @@
+//! Whether an array that was read can be one.
+
+use super::centralised::{Centralised, Walk};
+use super::noise::{Halves, Noise};
+use super::octaves::{OCTAVES, Octave, Octaves};
+use super::vote::{Standing, Vote};
+use super::{GyroArray, MOST};
+use crate::math::sound::{is_count, is_sample, is_size, is_within};
+use crate::stream::checkpoint::Checkpoint;
+
+/// Squares of the largest differences.
+const SQUARE: f64 = 4.0 * MOST * MOST;
+
+impl<const A: usize> Checkpoint for GyroArray<A> {
+    const TAG: &'static str = "gyro-array";
+    const VERSION: u16 = 1;
+    const SIZES: [u8; 2] = [A as u8, 0];
+
+    fn is_sound(&self) -> bool {
+        let (n, params) = (self.params.sensors, &self.params);
+        if params.check(A).is_err() {
+            return false;
+        }
+        let sizes = [
+            (self.filters.len(), n * A),
+            (self.at_rest.len(), A),
+            (self.weights.len(), n * A),
+            (self.used.len(), n * A),
+            (self.seen.len(), n),
+            (self.rates.len(), n * A),
+            (self.raw.len(), n * A),
+            (self.sorted.len(), n),
+        ];
+        sizes.iter().all(|(found, expected)| found == expected)
+            && is_count(self.samples)
+            && self.filters.iter().all(|filter| {
+                filter.params() == &params.of_filter()
+                    && self.length == filter.tick_length()
+                    && filter.is_sound()
+            })
+            && self.position < self.length
+            && self.weights.iter().all(|w| is_size(*w, 1.0 + 1e-9))
+            && self.centralised.is_sound(n, A)
+            && self.noise.is_sound(n, A, self.position)
+            && self.vote.is_sound(n, A, self.position)
+    }
+}
+
+impl Centralised {
+    fn is_sound(&self, sensors: usize, axes: usize) -> bool {
+        let is_walk = |walk: &Walk| {
+            is_sample(walk.level, MOST) && 0.0 < walk.variance && walk.variance <= 1e6
+        };
+        (self.first.len(), self.second.len(), self.took.len())
+            == (sensors * axes, axes, sensors * axes)
+            && self.first.iter().chain(&self.second).all(is_walk)
+    }
+}
+
+impl Noise {
+    fn is_sound(&self, sensors: usize, axes: usize, position: u32) -> bool {
+        let all = sensors * axes;
+        let sizes = [self.ticks.len(), self.halves.len(), self.ratios.len(), self.white.len()];
+        self.axes == axes
+            && sizes.iter().all(|size| *size == all)
+            && (self.octaves.len(), self.second.len()) == (axes, axes)
+            && self.ticks.iter().all(|tick| tick.is_sound(position))
+            && self.halves.iter().all(|one| is_size(one.sum, SQUARE * f64::from(one.count)))
+            && self.octaves.iter().all(|octaves| octaves.is_sound(sensors))
+            && self.ratios.iter().chain(&self.white).all(|x| (1e-2..=1e4).contains(x))
+            && self.second.iter().all(|x| x.is_nan() || is_size(*x, SQUARE))
+    }
+}
+
+impl Halves {
+    fn is_sound(&self, position: u32) -> bool {
+        let counts = self.counts.iter().map(|count| u64::from(*count)).sum::<u64>();
+        counts <= u64::from(position)
+            && (0..2).all(|k| is_within(self.sums[k], MOST * f64::from(self.counts[k])))
+            && self.waiting.iter().chain(&self.followed).all(|x| is_sample(*x, 2.0 * MOST))
+    }
+}
+
+impl Octaves {
+    fn is_sound(&self, sensors: usize) -> bool {
+        self.sensors == sensors
+            && self.all.len() == OCTAVES
+            && self.mean.len() == sensors
+            && self.mean.iter().all(|x| is_sample(*x, 2.0 * MOST))
+            && self.all.iter().all(|octave| octave.is_sound(sensors))
+    }
+}
+
+impl Octave {
+    fn is_sound(&self, sensors: usize) -> bool {
+        let most = 4.0 * SQUARE;
+        (self.last.len(), self.half.len()) == (sensors, sensors)
+            && (self.products.len(), self.counts.len()) == (sensors * sensors, sensors * sensors)
+            && self.last.iter().chain(&self.half).all(|x| is_sample(*x, 2.0 * MOST))
+            && self.products.iter().zip(&self.counts).enumerate().all(|(place, (x, count))| {
+                let least = if place % (sensors + 1) == 0 { 0.0 } else { -most };
+                let count = f64::from(*count);
+                least * count <= *x && *x <= most * count
+            })
+    }
+}
+
+impl Vote {
+    fn is_sound(&self, sensors: usize, axes: usize, position: u32) -> bool {
+        let (all, samples) = (sensors * axes, f64::from(position));
+        (self.sums.len(), self.sigmas.len(), self.standings.len()) == (all, all, sensors)
+            && (self.squares.len(), self.voters.len(), self.known.len()) == (axes, axes, axes)
+            && self.sums.iter().all(|sums| {
+                sums.far <= sums.count
+                    && sums.count <= position
+                    && is_within(sums.difference, MOST * samples)
+                    && is_within(sums.product, SQUARE * samples)
+            })
+            && self.sigmas.iter().all(|x| x.is_nan() || is_size(*x, MOST))
+            && self.squares.iter().all(|x| is_size(*x, SQUARE * samples))
+            && self.voters.iter().all(|count| *count as usize <= sensors)
+            && is_size(self.speeds, SQUARE * samples)
+            && self.samples <= position
+            && self.standings.iter().all(Standing::is_sound)
+    }
+}
+
+impl Standing {
+    fn is_sound(&self) -> bool {
+        is_size(self.exposed, 2.0 * MOST) && self.agreed < 1 << 20
+    }
+}

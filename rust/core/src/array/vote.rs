@@ -1,0 +1,205 @@
+//! Who disagrees with the others, and who agrees again.
+
+use serde::{Deserialize, Serialize};
+
+use super::MOST;
+use crate::error::Error;
+use crate::memory;
+
+/// Deviations, and part of the rate, by which a single sample is off.
+const SAMPLE_SIGMA: f64 = 6.0;
+const SAMPLE_RATE: f64 = 0.5;
+
+/// The same for means over a tick: sensors that work differ by a fiftieth of the rate at most.
+const TICK_SIGMA: f64 = 9.0;
+const TICK_RATE: f64 = 0.1;
+
+/// Samples of a tick that tell anything.
+const LEAST: u32 = 4;
+
+/// Seconds of agreement after which a sensor is back.
+pub(super) const BACK: f64 = 10.0;
+
+/// Part of the rate that has shown a fault, above which agreement counts.
+const LIKE: f64 = 0.3;
+
+/// Differences from the middle, sample by sample and summed over a tick.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Vote {
+    /// Sensor by sensor, axis by axis.
+    pub(super) sums: Vec<Sums>,
+    /// Deviation of a sample, NaN as long as it is not known.
+    pub(super) sigmas: Vec<f64>,
+    /// Axis by axis: sums of squares of the middle; how many have a say; whether one of them knows its
+    /// noise and bias.
+    pub(super) squares: Vec<f64>,
+    pub(super) voters: Vec<u32>,
+    pub(super) known: Vec<bool>,
+    /// Sum of the squared speed, and samples of the tick.
+    pub(super) speeds: f64,
+    pub(super) samples: u32,
+    pub(super) standings: Vec<Standing>,
+    pub(super) disputed: bool,
+}
+
+/// Differences of a sensor from the middle on one axis.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Sums {
+    pub(super) count: u32,
+    pub(super) far: u32,
+    pub(super) difference: f64,
+    /// Times the middle: what a wrong scale, sign or axis shows, however the motion alternates.
+    pub(super) product: f64,
+}
+
+/// How a sensor stands with the others.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Standing {
+    pub(super) excluded: bool,
+    /// Rate at which it was last seen to be wrong.
+    pub(super) exposed: f64,
+    /// Ticks since, in which it agreed at a rate that would have shown it.
+    pub(super) agreed: u32,
+}
+
+impl Vote {
+    pub(super) fn new(sensors: usize, axes: usize) -> Result<Self, Error> {
+        Ok(Self {
+            sums: memory::filled(Sums::default(), sensors * axes)?,
+            sigmas: memory::filled(f64::NAN, sensors * axes)?,
+            squares: memory::filled(0.0, axes)?,
+            voters: memory::filled(0, axes)?,
+            known: memory::filled(false, axes)?,
+            speeds: 0.0,
+            samples: 0,
+            standings: memory::filled(
+                Standing { excluded: false, exposed: 0.0, agreed: 0 },
+                sensors,
+            )?,
+            disputed: false,
+        })
+    }
+
+    pub(super) fn is_excluded(&self, sensor: usize) -> bool {
+        self.standings[sensor].excluded
+    }
+
+    pub(super) fn is_disputed(&self) -> bool {
+        self.disputed
+    }
+
+    /// Whether a sensor has a say: who does not know its bias has none beside one that does.
+    #[inline(always)]
+    pub(super) fn counts(&self, sensor: usize, place: usize, axis: usize) -> bool {
+        !self.standings[sensor].excluded && (!self.known[axis] || !self.sigmas[place].is_nan())
+    }
+
+    /// How fast the body turns, by the middle of all axes.
+    #[inline(always)]
+    pub(super) fn note_speed(&mut self, centre: &[f64]) -> f64 {
+        let bounded = |x: &f64| if x.is_nan() { 0.0 } else { x.clamp(-MOST, MOST) };
+        let square: f64 = centre.iter().map(bounded).map(|x| x * x).sum();
+        self.speeds += square;
+        self.samples += 1;
+        square.sqrt()
+    }
+
+    #[inline(always)]
+    pub(super) fn note_voters(&mut self, axis: usize, voters: usize) {
+        self.voters[axis] = self.voters[axis].max(voters as u32);
+    }
+
+    #[inline(always)]
+    pub(super) fn note_centre(&mut self, axis: usize, centre: f64) {
+        let centre = centre.clamp(-MOST, MOST);
+        self.squares[axis] += centre * centre;
+    }
+
+    /// Sums up how far a rate is from the middle; returns whether it is out of the question.
+    #[inline(always)]
+    pub(super) fn is_far(&mut self, place: usize, rate: f64, centre: f64, speed: f64) -> bool {
+        if rate.is_nan() {
+            return false;
+        }
+        let difference = (rate - centre).clamp(-MOST, MOST);
+        let far = difference.abs() > SAMPLE_SIGMA * self.sigmas[place] + SAMPLE_RATE * speed;
+        let sums = &mut self.sums[place];
+        sums.count += 1;
+        sums.far += u32::from(far);
+        sums.difference += difference;
+        sums.product += difference * centre.clamp(-MOST, MOST);
+        far
+    }
+
+    /// Deviation of a sensor's samples on an axis, NaN if it or the bias is not known.
+    pub(super) fn know(&mut self, place: usize, sigma: f64) {
+        self.sigmas[place] = sigma.min(MOST);
+        if sigma.is_nan() {
+            self.sigmas[place] = f64::NAN;
+        }
+    }
+
+    /// Ends a tick: leaves sensors out and takes them back after so many ticks of agreement.
+    pub(super) fn end_tick(&mut self, axes: usize, back: u32) {
+        let speed = (self.speeds / f64::from(self.samples.max(1))).sqrt();
+        let n = self.standings.len();
+        let wrong =
+            |vote: &Self, sensor| (0..axes).any(|axis| vote.disagrees(sensor, axes, axis, speed));
+        let judged = self.standings.iter().filter(|one| !one.excluded).count();
+        let accused = (0..n).filter(|i| !self.is_excluded(*i) && wrong(self, *i)).count();
+        // Of two nobody knows which is wrong, nor where half of all are.
+        self.disputed = accused > 0 && 2 * accused >= judged;
+        for sensor in 0..n {
+            let (wrong, present) = (wrong(self, sensor), self.was_judged(sensor, axes));
+            let standing = &mut self.standings[sensor];
+            match (standing.excluded, wrong) {
+                (false, true) if !self.disputed => {
+                    *standing = Standing { excluded: true, exposed: speed, agreed: 0 };
+                }
+                (true, true) => *standing = Standing { excluded: true, exposed: speed, agreed: 0 },
+                (true, false) if present && speed >= LIKE * standing.exposed => {
+                    standing.agreed += 1;
+                    standing.excluded = standing.agreed < back;
+                }
+                _ => {}
+            }
+        }
+        for axis in 0..axes {
+            let known = self.sigmas.iter().skip(axis).step_by(axes).enumerate();
+            let known = known.filter(|(i, sigma)| !self.standings[*i].excluded && !sigma.is_nan());
+            self.known[axis] = known.count() > 0;
+        }
+        self.forget_tick();
+    }
+
+    pub(super) fn forget_tick(&mut self) {
+        self.sums.fill(Sums::default());
+        self.squares.fill(0.0);
+        self.voters.fill(0);
+        (self.speeds, self.samples) = (0.0, 0);
+    }
+
+    /// Whether a sensor was compared on every axis on which there was something to compare with.
+    fn was_judged(&self, sensor: usize, axes: usize) -> bool {
+        (0..axes).all(|axis| {
+            let place = sensor * axes + axis;
+            self.sums[place].count >= LEAST && !self.sigmas[place].is_nan()
+        })
+    }
+
+    fn disagrees(&self, sensor: usize, axes: usize, axis: usize, speed: f64) -> bool {
+        let place = sensor * axes + axis;
+        let (sums, sigma) = (self.sums[place], self.sigmas[place]);
+        if sums.count < LEAST || sigma.is_nan() || self.voters[axis] < 2 {
+            return false;
+        }
+        let n = f64::from(sums.count);
+        // Two are each off their middle by half their difference.
+        let part = if self.voters[axis] == 2 { 0.5 } else { 1.0 };
+        let along = sums.product / self.squares[axis].sqrt();
+        2 * sums.far > sums.count
+            || (sums.difference / n).abs()
+                > part * (TICK_SIGMA * sigma / n.sqrt() + TICK_RATE * speed)
+            || along.abs() > part * (TICK_SIGMA * sigma + TICK_RATE * n.sqrt() * speed)
+    }
+}

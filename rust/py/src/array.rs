@@ -1,0 +1,617 @@
+//! Arrays of gyros for Python.
+
+use std::any::Any;
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyTuple};
+use zerorate_core::array::{ArrayParams, Fusion, GyroArray as Core, Health, Weights};
+use zerorate_core::checkpoint::{self, Label};
+use zerorate_core::stream::{Field, Shape};
+use zerorate_core::{Bank, Error, RestLimits, memory};
+
+use crate::common::arrays;
+use crate::common::errors::NativeError;
+use crate::common::streaming::{self, AnyBank, Shared, call, exclusive, reading, streaming, text};
+use crate::common::work::in_pieces;
+
+/// One array, of which only the box knows how many axes it has.
+trait ArrayBank: AnyBank {
+    fn params(&self) -> &ArrayParams;
+    fn axes(&self) -> usize;
+    fn biases(&self) -> Vec<f64>;
+    fn weights(&self) -> Vec<f64>;
+    fn used(&self) -> Vec<bool>;
+    fn excluded(&self) -> Vec<bool>;
+    fn is_disputed(&self) -> bool;
+    fn at_rest(&self) -> Vec<bool>;
+    fn health(&self) -> Vec<Health>;
+    fn samples_seen(&self) -> u64;
+    fn power_on(&mut self);
+    fn covariances(&self, axis: usize) -> Covariances;
+}
+
+/// Averaging times in s, covariances and how many differences they are of.
+struct Covariances {
+    taus: Vec<f64>,
+    matrices: Vec<f64>,
+    counts: Vec<f64>,
+}
+
+/// A bank of one.
+struct One<const A: usize>(Bank<Core<A>>);
+
+impl<const A: usize> One<A> {
+    fn new(params: ArrayParams) -> Result<Self, Error> {
+        Ok(Self(Bank::of(vec![Core::new(params)?])))
+    }
+
+    fn array(&self) -> &Core<A> {
+        &self.0.streams()[0]
+    }
+}
+
+const NUMBER: [Field; 1] = [Field { name: "rate", shape: Shape::Number }];
+const VECTOR: [Field; 1] = [Field { name: "rate", shape: Shape::Vector(3) }];
+
+impl<const A: usize> AnyBank for One<A> {
+    fn width(&self) -> usize {
+        self.array().params().sensors * A
+    }
+
+    fn fields(&self) -> &'static [Field] {
+        if A == 1 { &NUMBER } else { &VECTOR }
+    }
+
+    fn channels(&self) -> usize {
+        1
+    }
+
+    fn bytes(&self) -> usize {
+        size_of::<Core<A>>()
+    }
+
+    fn twin(&self) -> Result<Box<dyn Any + Send>, Error> {
+        Ok(Box::new(Self(self.0.clone())))
+    }
+
+    fn become_twin(&mut self, twin: Box<dyn Any + Send>) {
+        if let Ok(twin) = twin.downcast::<Self>() {
+            *self = *twin;
+        }
+    }
+
+    fn update(&mut self, row: &[f64], numbers: &mut [f64], _: &mut [bool]) {
+        self.0.streams_mut()[0].update(row, numbers);
+    }
+
+    fn process(
+        &mut self,
+        rows: &[f64],
+        numbers: &mut [f64],
+        _: &mut [bool],
+        _: usize,
+    ) -> Result<(), Error> {
+        let (width, array) = (self.width(), &mut self.0.streams_mut()[0]);
+        for (row, rate) in rows.chunks_exact(width).zip(numbers.chunks_exact_mut(A)) {
+            array.update(row, rate);
+        }
+        Ok(())
+    }
+
+    fn reset(&mut self) {
+        self.0.streams_mut()[0].reset();
+    }
+
+    fn save(&self, channels: Option<usize>) -> Result<Vec<u8>, Error> {
+        checkpoint::save(channels, &self.0)
+    }
+}
+
+impl<const A: usize> ArrayBank for One<A> {
+    fn params(&self) -> &ArrayParams {
+        self.array().params()
+    }
+
+    fn axes(&self) -> usize {
+        A
+    }
+
+    fn biases(&self) -> Vec<f64> {
+        self.array().biases().collect()
+    }
+
+    fn weights(&self) -> Vec<f64> {
+        self.array().weights().to_vec()
+    }
+
+    fn used(&self) -> Vec<bool> {
+        self.array().used().to_vec()
+    }
+
+    fn excluded(&self) -> Vec<bool> {
+        self.array().excluded().collect()
+    }
+
+    fn is_disputed(&self) -> bool {
+        self.array().is_disputed()
+    }
+
+    fn at_rest(&self) -> Vec<bool> {
+        self.array().at_rest().to_vec()
+    }
+
+    fn health(&self) -> Vec<Health> {
+        self.array().health().collect()
+    }
+
+    fn samples_seen(&self) -> u64 {
+        self.array().samples_seen()
+    }
+
+    fn power_on(&mut self) {
+        self.0.streams_mut()[0].power_on();
+    }
+
+    fn covariances(&self, axis: usize) -> Covariances {
+        let (array, n) = (self.array(), self.params().sensors);
+        let tick = f64::from(array.tick_length()) / self.params().rate;
+        let mut found = Covariances { taus: vec![], matrices: vec![], counts: vec![] };
+        for octave in array.covariances(axis) {
+            if (0..n).all(|i| octave.count(i, i) == 0) {
+                continue;
+            }
+            found.taus.push(f64::from(octave.ticks) * tick);
+            for (i, j) in (0..n * n).map(|k| (k / n, k % n)) {
+                found.matrices.push(octave.of(i, j));
+                found.counts.push(f64::from(octave.count(i, j)));
+            }
+        }
+        found
+    }
+}
+
+/// Many gyros of one body as one, live or at once.
+///
+/// Each sensor learns its own drift, axis by axis, as a ``DriftFilter`` does; then all are turned into
+/// the axes of the body. At rest they count by their noise, found from Allan variances over an eighth of
+/// a second, one and four seconds; in motion, where scale errors decide, nearly alike. A sample far
+/// from the middle of the others is not used. A sensor that disagrees over a quarter of a second is
+/// left out, whatever is wrong with it (offset, sign, scale, exchanged axes, spikes), until it has agreed
+/// for 10 s at a rate that would have shown the fault. Of two sensors that disagree nobody knows which is
+/// wrong: both are used, and ``health`` says ``"disputed"``.
+///
+/// N sensors have about sqrt(N) times less noise than one, and seldom more than 1.2 times that. A single
+/// one is a ``DriftFilter``, equal to the last bit. A sample that is not finite is missing, as is one of a
+/// sensor that is stuck; where nothing is left the rate is NaN. One object serves one thread at a time.
+///
+/// Parameters
+/// ----------
+/// rate : float
+///     Samples a second.
+/// sensors : int, optional
+///     Number of gyros, 1 to 256; may be left out where ``rotations`` says it.
+/// axes : {3, 1}
+///     Axes of each gyro.
+/// rotations : array_like, shape (sensors, 3, 3), optional
+///     From each sensor's axes to those of the body; by default all are aligned.
+/// limit : float, optional
+///     Size at which a sample is at the end of the sensors' range, and missing.
+/// rest_limit, bias_limit : float, optional
+///     As of ``DriftFilter``.
+/// weights : {"auto", "mean", "white"} or array_like, shape (sensors,) or (sensors, axes)
+///     How much each counts: by noise and scale error; alike; by white noise alone; or as given, such as
+///     those of ``allan_covariance(z, rate).virtual_gyro()``.
+/// scale_error : float
+///     Deviation of the sensors' scale factors, 0 to 1.
+/// method : {"auto", "centralised"}
+///     ``"centralised"`` is the published filter of two stages, for comparison: it takes the rate itself
+///     for a random walk, removes no bias, and lags behind every motion.
+/// labels : sequence of str, optional
+///     Names of the sensors; by default ``"1"``, ``"2"``, …
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of range, or an array has another shape.
+///
+/// References
+/// ----------
+/// Method ``"centralised"``: J. Liu, B. He, Y. Zhao, of which only the abstract is at hand; process
+/// noise and order of both stages are chosen so that they do at rest what it reports.
+///
+/// Examples
+/// --------
+/// Four gyros at rest, one of which fails:
+///
+/// >>> import numpy as np, zerorate as zr
+/// >>> rng = np.random.default_rng(1)
+/// >>> z = [0.5, -0.2, 0.1] + 0.1 * rng.standard_normal((6000, 4, 3))
+/// >>> array = zr.GyroArray(rate=100.0, sensors=4)
+/// >>> rate = array.process(z)
+/// >>> bool(rate[1000:].std() < 0.06), array.health
+/// (True, ('good', 'good', 'good', 'good'))
+/// >>> z[:, 2, 0] *= -1.0
+/// >>> z[::2, :, 0] += 20.0 * np.sign(np.array([1.0, 1.0, -1.0, 1.0]))
+/// >>> _ = array.process(z)
+/// >>> array.health
+/// ('good', 'good', 'excluded', 'good')
+#[pyclass(module = "zerorate")]
+#[derive(Debug)]
+pub struct GyroArray {
+    shared: Shared<dyn ArrayBank>,
+}
+
+streaming!(@state GyroArray);
+streaming!(
+    @process GyroArray,
+    "What ``update`` returns for each sample of a batch: (n, sensors, 3) to (n, 3), with one axis
+    (n, sensors) to (n,); the interpreter lock is released. ``threads`` changes nothing: an array is
+    one signal.",
+    out
+);
+
+#[pymethods]
+impl GyroArray {
+    #[new]
+    #[pyo3(signature = (
+        rate, sensors=None, *, axes=3, rotations=None, limit=None, rest_limit=None, bias_limit=None,
+        weights=None, scale_error=0.01, method="auto", labels=None
+    ), text_signature = "(rate, sensors=None, *, axes=3, rotations=None, limit=None, rest_limit=None, \
+        bias_limit=None, weights='auto', scale_error=0.01, method='auto', labels=None)")]
+    // The arguments are those of the class in Python.
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        rate: f64,
+        sensors: Option<i128>,
+        axes: i128,
+        rotations: Option<&Bound<'_, PyAny>>,
+        limit: Option<f64>,
+        rest_limit: Option<f64>,
+        bias_limit: Option<f64>,
+        weights: Option<&Bound<'_, PyAny>>,
+        scale_error: f64,
+        method: &str,
+        labels: Option<Vec<String>>,
+    ) -> PyResult<Self> {
+        if !matches!(axes, 1 | 3) {
+            return Err(PyValueError::new_err(format!("axes must be 1 or 3, got {axes}")));
+        }
+        let axes = axes as usize;
+        let rotations = rotations.map(|given| matrices(given, axes)).transpose()?;
+        let told = rotations
+            .as_ref()
+            .map(|all| all.len() / (axes * axes))
+            .or(labels.as_ref().map(Vec::len));
+        let sensors = match (sensors, told) {
+            (Some(given), _) => streaming::positive("sensors", given)?,
+            (None, Some(told)) => told,
+            (None, None) => {
+                return Err(PyTypeError::new_err(
+                    "sensors must be given, or rotations, which say it",
+                ));
+            }
+        };
+        let labels =
+            labels.unwrap_or_else(|| (1..=sensors.min(256)).map(|k| k.to_string()).collect());
+        let limits = RestLimits { rest: rest_limit, bias: bias_limit };
+        let weights =
+            weights.map_or(Ok(Weights::Auto), |given| weights_of(given, sensors, axes))?;
+        let fusion = fusion_of(method)?;
+        let params = ArrayParams {
+            rate,
+            sensors,
+            labels,
+            rotations,
+            limit,
+            limits,
+            weights,
+            scale_error,
+            fusion,
+        };
+        Ok(Self::of(params, axes).map_err(NativeError::from)?)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let bank = &this.shared.bank;
+        let (params, axes) = (bank.params(), bank.axes());
+        let optional = |x: Option<f64>| x.map_or("None".to_owned(), text);
+        let usual: Vec<String> = (1..=params.sensors).map(|k| k.to_string()).collect();
+        let rotations = params.rotations.as_deref().map_or("None".to_owned(), |all| {
+            let one = |r: &[f64]| list(r.chunks_exact(axes).map(row));
+            list(all.chunks_exact(axes * axes).map(one))
+        });
+        let weights = match &params.weights {
+            Weights::Given(all) if axes == 1 => row(all),
+            Weights::Given(all) => list(all.chunks_exact(axes).map(row)),
+            known => format!("'{}'", weights_name(known)),
+        };
+        let arguments = [
+            ("rate", text(params.rate), ""),
+            ("sensors", params.sensors.to_string(), ""),
+            ("axes", axes.to_string(), "3"),
+            ("rotations", rotations, "None"),
+            ("limit", optional(params.limit), "None"),
+            ("rest_limit", optional(params.limits.rest), "None"),
+            ("bias_limit", optional(params.limits.bias), "None"),
+            ("weights", weights, "'auto'"),
+            ("scale_error", text(params.scale_error), "0.01"),
+            ("method", format!("'{}'", method_name(params.fusion)), "'auto'"),
+            (
+                "labels",
+                format!("{:?}", params.labels).replace('"', "'"),
+                &format!("{usual:?}").replace('"', "'"),
+            ),
+        ];
+        Ok(call("GyroArray", &arguments, None))
+    }
+
+    /// Takes one sample of every sensor, returns the rate of the body: (sensors, 3) to (3,), with
+    /// one axis (sensors,) to float; NaN where no sensor is left.
+    fn update<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        exclusive(slf)?.shared.update(z)
+    }
+
+    /// Like ``process``, but returns by name what was known after each sample: ``rate`` (n, 3); ``bias``
+    /// (n, sensors, 3) in each sensor's own axes; ``weights`` and ``used`` (n, sensors, 3);
+    /// ``excluded`` (n, sensors); ``disputed`` (n,); ``at_rest`` (n, 3). With one axis the last axis is
+    /// not there.
+    fn trace<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+        let py = z.py();
+        let mut this = exclusive(slf)?;
+        let axes = this.shared.axes().to_vec();
+        let samples = arrays::samples(z, &axes)?;
+        let (n, rows, bank) = (samples.shape()[0], samples.values()?, &mut *this.shared.bank);
+        let (width, count) = (bank.width(), bank.axes());
+        let mut seen = Seen::new(n, bank.params().sensors, count).map_err(NativeError::from)?;
+        in_pieces(py, bank, n, 1, |bank, piece| {
+            for i in piece {
+                seen.add(bank, &rows[i * width..][..width]);
+            }
+            Ok::<(), Error>(())
+        })?;
+        seen.named(py, n, &axes)
+    }
+
+    /// The sensors were switched off and on: their biases are forgotten, their noise is not.
+    fn power_on(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.shared.bank.power_on();
+        Ok(())
+    }
+
+    /// Allan covariances at rest so far, of one axis of the body: averaging times in s (m,), covariances
+    /// (m, sensors, sensors) in the unit of the samples squared, and of how many differences of
+    /// successive means each is (m, sensors, sensors).
+    #[pyo3(signature = (axis=0))]
+    fn covariance<'py>(slf: &Bound<'py, Self>, axis: i128) -> PyResult<Bound<'py, PyTuple>> {
+        let py = slf.py();
+        let this = reading(slf)?;
+        let (bank, axes) = (&this.shared.bank, this.shared.bank.axes());
+        let Some(axis) = usize::try_from(axis).ok().filter(|axis| *axis < axes) else {
+            return Err(PyValueError::new_err(format!("axis must be below {axes}, got {axis}")));
+        };
+        let Covariances { taus, matrices, counts } = bank.covariances(axis);
+        let (m, n) = (taus.len(), bank.params().sensors);
+        let shape = [m, n, n];
+        let parts = [
+            arrays::array(py, taus, &[m])?,
+            arrays::array(py, matrices, &shape)?,
+            arrays::array(py, counts, &shape)?,
+        ];
+        PyTuple::new(py, parts)
+    }
+
+    /// Samples a second.
+    #[getter]
+    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(reading(slf)?.shared.bank.params().rate)
+    }
+
+    /// Number of gyros.
+    #[getter]
+    fn sensors(slf: &Bound<'_, Self>) -> PyResult<usize> {
+        Ok(reading(slf)?.shared.bank.params().sensors)
+    }
+
+    /// Axes of each gyro.
+    #[getter]
+    fn axes(slf: &Bound<'_, Self>) -> PyResult<usize> {
+        Ok(reading(slf)?.shared.bank.axes())
+    }
+
+    /// Names of the sensors.
+    #[getter]
+    fn labels<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(slf.py(), &reading(slf)?.shared.bank.params().labels)
+    }
+
+    /// Bias of each sensor in its own axes: (sensors, 3), with one axis (sensors,).
+    #[getter]
+    fn bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        arrays::array(slf.py(), this.shared.bank.biases(), this.shared.axes())
+    }
+
+    /// Share of each sensor in the last rate, zero where it was not used: (sensors, 3), with one axis
+    /// (sensors,).
+    #[getter]
+    fn weights<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        arrays::array(slf.py(), this.shared.bank.weights(), this.shared.axes())
+    }
+
+    /// How far each sensor can be trusted: ``"good"``, ``"missing"``, ``"saturated"``, ``"stuck"``,
+    /// ``"excluded"`` or ``"disputed"``.
+    #[getter]
+    fn health<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let health = reading(slf)?.shared.bank.health();
+        PyTuple::new(slf.py(), health.into_iter().map(Health::name))
+    }
+
+    /// Where the body rests: (3,), with one axis (1,).
+    #[getter]
+    fn at_rest<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(arrays::small(slf.py(), &reading(slf)?.shared.bank.at_rest()))
+    }
+
+    /// Samples so far, the missing ones included.
+    #[getter]
+    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
+        Ok(reading(slf)?.shared.bank.samples_seen())
+    }
+}
+
+impl GyroArray {
+    fn of(params: ArrayParams, axes: usize) -> Result<Self, Error> {
+        let sensors = params.sensors;
+        let bank: Box<dyn ArrayBank> = match axes {
+            1 => Box::new(One::<1>::new(params)?),
+            _ => Box::new(One::<3>::new(params)?),
+        };
+        Self::shared(bank, sensors, axes)
+    }
+
+    fn shared(bank: Box<dyn ArrayBank>, sensors: usize, axes: usize) -> Result<Self, Error> {
+        let row = if axes == 1 { vec![sensors] } else { vec![sensors, axes] };
+        Ok(Self { shared: Shared::with_axes(row, bank)? })
+    }
+
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        let one = Label::of::<Core<1>>();
+        if checkpoint::label(bytes)? == one {
+            let bank = One::<1>(checkpoint::restore(bytes)?.1);
+            let sensors = bank.params().sensors;
+            return Self::shared(Box::new(bank), sensors, 1);
+        }
+        let bank = One::<3>(checkpoint::restore(bytes)?.1);
+        let sensors = bank.params().sensors;
+        Self::shared(Box::new(bank), sensors, 3)
+    }
+}
+
+/// What was known after each sample.
+struct Seen {
+    rate: Vec<f64>,
+    bias: Vec<f64>,
+    weights: Vec<f64>,
+    used: Vec<bool>,
+    excluded: Vec<bool>,
+    disputed: Vec<bool>,
+    at_rest: Vec<bool>,
+    axes: usize,
+}
+
+impl Seen {
+    fn new(n: usize, sensors: usize, axes: usize) -> Result<Self, Error> {
+        let all = n.saturating_mul(sensors).saturating_mul(axes);
+        Ok(Self {
+            rate: memory::room(n * axes)?,
+            bias: memory::room(all)?,
+            weights: memory::room(all)?,
+            used: memory::room(all)?,
+            excluded: memory::room(n * sensors)?,
+            disputed: memory::room(n)?,
+            at_rest: memory::room(n * axes)?,
+            axes,
+        })
+    }
+
+    fn add(&mut self, bank: &mut dyn ArrayBank, row: &[f64]) {
+        let mut rate = [0.0; 3];
+        bank.update(row, &mut rate[..self.axes], &mut []);
+        self.rate.extend(&rate[..self.axes]);
+        self.bias.extend(bank.biases());
+        self.weights.extend(bank.weights());
+        self.used.extend(bank.used());
+        self.excluded.extend(bank.excluded());
+        self.disputed.push(bank.is_disputed());
+        self.at_rest.extend(bank.at_rest());
+    }
+
+    fn named<'py>(self, py: Python<'py>, n: usize, axes: &[usize]) -> PyResult<Bound<'py, PyDict>> {
+        let all: Vec<usize> = [&[n], axes].concat();
+        let one: Vec<usize> = [&[n], &axes[1..]].concat();
+        let named = PyDict::new(py);
+        named.set_item("rate", arrays::array(py, self.rate, &one)?)?;
+        named.set_item("bias", arrays::array(py, self.bias, &all)?)?;
+        named.set_item("weights", arrays::array(py, self.weights, &all)?)?;
+        named.set_item("used", arrays::array(py, self.used, &all)?)?;
+        named.set_item("excluded", arrays::array(py, self.excluded, &all[..2])?)?;
+        named.set_item("disputed", arrays::array(py, self.disputed, &[n])?)?;
+        named.set_item("at_rest", arrays::array(py, self.at_rest, &one)?)?;
+        Ok(named)
+    }
+}
+
+fn fusion_of(method: &str) -> PyResult<Fusion> {
+    match method {
+        "auto" => Ok(Fusion::Voted),
+        "centralised" => Ok(Fusion::Centralised),
+        other => Err(PyValueError::new_err(format!(
+            "method must be 'auto' or 'centralised', got '{other}'"
+        ))),
+    }
+}
+
+fn method_name(fusion: Fusion) -> &'static str {
+    match fusion {
+        Fusion::Voted => "auto",
+        Fusion::Centralised => "centralised",
+    }
+}
+
+fn weights_name(weights: &Weights) -> &'static str {
+    match weights {
+        Weights::Auto => "auto",
+        Weights::Mean => "mean",
+        Weights::White => "white",
+        Weights::Given(_) => "given",
+    }
+}
+
+fn weights_of(given: &Bound<'_, PyAny>, sensors: usize, axes: usize) -> PyResult<Weights> {
+    if let Ok(name) = given.extract::<&str>() {
+        return match name {
+            "auto" => Ok(Weights::Auto),
+            "mean" => Ok(Weights::Mean),
+            "white" => Ok(Weights::White),
+            "drift" => Err(PyValueError::new_err(
+                "weights='drift' needs a long record at rest, which a live array does not have: give \
+                 the weights of allan_covariance(z, rate).virtual_gyro()",
+            )),
+            other => Err(PyValueError::new_err(format!(
+                "weights must be 'auto', 'mean', 'white' or an array, got '{other}'"
+            ))),
+        };
+    }
+    let expected = format!("({sensors},) or ({sensors}, {axes})");
+    let found = arrays::named("weights", given, &expected, |shape| {
+        shape == [sensors] || shape == [sensors, axes]
+    })?;
+    let all: Vec<f64> = match found.values.len() == sensors {
+        true => found.values.iter().flat_map(|w| std::iter::repeat_n(*w, axes)).collect(),
+        false => found.values,
+    };
+    if !all.iter().all(|w| *w >= 0.0) {
+        return Err(PyValueError::new_err("weights must not be negative"));
+    }
+    let largest = all.iter().fold(0.0_f64, |most, w| most.max(*w));
+    Ok(Weights::Given(if largest > 1.0 { all.iter().map(|w| w / largest).collect() } else { all }))
+}
+
+fn matrices(given: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<f64>> {
+    if axes != 3 {
+        return Err(PyValueError::new_err("rotations are for three axes"));
+    }
+    let fits = |shape: &[usize]| shape.len() == 3 && shape[0] > 0 && shape[1..] == [3, 3];
+    Ok(arrays::named("rotations", given, "(sensors, 3, 3)", fits)?.values)
+}
+
+fn row(numbers: &[f64]) -> String {
+    list(numbers.iter().map(|x| text(*x)))
+}
+
+fn list(parts: impl Iterator<Item = String>) -> String {
+    format!("[{}]", parts.collect::<Vec<_>>().join(", "))
+}
