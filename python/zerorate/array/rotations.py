@@ -1,0 +1,442 @@
+"""Rotations of the sensors of an array: found from common motion, and kept in a file."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import DriftFilter
+from zerorate.io.log import LogError, checked_rate
+from zerorate.io.missing import floats
+from zerorate.io.saved import check_format, finite_numbers, part, restored
+from zerorate.metrics import rotations as quaternions
+from zerorate.noise.exports import written
+from zerorate.options import with_limits
+from zerorate.types import Booleans, Floats
+
+__all__ = ["Rotations", "find_rotations", "read_rotations"]
+
+_FORMAT: Final = "zerorate rotations"
+_VERSION: Final = 1
+_MODEL: Final = "rate in the axes of the first sensor = matrix times rate in the sensor's own axes"
+
+_TICK: Final = 0.125
+"""Seconds that are averaged: sensors do not sample at the same moment, and means mind that less."""
+_LEAST_SECONDS: Final = 3.0
+_MOVED: Final = 6.0
+"""Medians of the means at rest, above which a mean is motion."""
+_PARTS: Final = 10
+"""Parts of the motion that are left out in turn."""
+_PLANAR: Final = 0.1
+"""Least share that a second direction has in the motion, over the first."""
+_EVEN: Final = 0.04
+"""Least mean square rate about a direction, over that about the first, that counts as much."""
+_STRANGE: Final = 0.5
+"""Share of the rate that may be left when a sensor is turned into the axes of the first."""
+_ORTHONORMAL: Final = 1e-6
+_UNIT_LENGTH: Final = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Rotations:
+    """How the N sensors of an array are turned against the first.
+
+    Parameters
+    ----------
+    matrices : ndarray, shape (N, 3, 3)
+        Each turns rates in the sensor's axes into those of the first.
+    errors : ndarray, shape (N,)
+        Standard error of the angle of each, deg: 0 for the first, NaN where it is not known.
+    labels : tuple of str
+        One a sensor.
+    residuals : ndarray, shape (N,)
+        RMS of what is left between a turned sensor and the first, over the RMS rate of the first;
+        NaN where it is not known. Errors of scale and of axes that are not at right angles remain.
+    seconds : float
+        Motion of which they were found; NaN where it is not known.
+    """
+
+    matrices: Floats
+    errors: Floats
+    labels: tuple[str, ...]
+    residuals: Floats
+    seconds: float
+
+    @property
+    def angles(self) -> Floats:
+        """Angle by which each sensor is turned, shape (N,), deg, 0 to 180."""
+        return np.rad2deg(quaternions.angle(quaternions.of_matrices(self.matrices)))
+
+    def of(self, labels: Sequence[str]) -> Floats:
+        """Return the matrices of sensors in this order, shape (N, 3, 3); ValueError without one."""
+        known = dict(zip(self.labels, self.matrices, strict=True))
+        missing = [label for label in labels if label not in known]
+        if missing:
+            raise ValueError(
+                f"there is no rotation of {', '.join(missing)}; known: {', '.join(known)}"
+            )
+        return np.stack([known[label] for label in labels])
+
+    def to_json(self, path: str | os.PathLike[str] | None = None, *, force: bool = False) -> str:
+        """Return the rotations as JSON, for `read_rotations`, exact to the last bit.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            A file to write as well. Default: none.
+        force : bool
+            Whether to replace an existing file; default no.
+
+        Raises
+        ------
+        OSError
+            If the file exists (without `force`) or cannot be written.
+        """
+        matrices = dict(zip(self.labels, self.matrices.tolist(), strict=True))
+        head = {"format": _FORMAT, "version": _VERSION, "model": _MODEL}
+        lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
+        listed = [f"    {json.dumps(label)}: {json.dumps(m)}" for label, m in matrices.items()]
+        known = dict(zip(self.labels, _or_none(self.errors), strict=True))
+        text = "\n".join(
+            (
+                "{",
+                *lines,
+                '  "rotations": {',
+                ",\n".join(listed),
+                "  },",
+                f'  "errors_deg": {json.dumps(known)}',
+                "}\n",
+            )
+        )
+        return written(text, path, force)
+
+
+def find_rotations(
+    z: npt.ArrayLike,
+    rate: float,
+    *,
+    unit: str | None = None,
+    limit: float | None = None,
+    labels: Sequence[str] | None = None,
+) -> Rotations:
+    """Return how sensors that move together are turned against the first of them.
+
+    Biases are taken off as they are learned at rest. Means over an eighth of a second in motion
+    then give the rotation that brings the rates of each sensor closest to those of the first:
+    Wahba's problem, by singular values. All directions of the motion count alike, however much of
+    it each has, so that scale errors do not turn the result. The standard errors are those of a
+    jackknife over ten parts of the motion, so they hold what parts disagree about, whatever the
+    cause. Axes that are not at right angles have no rotation of their own: what is found lies
+    between them.
+
+    Parameters
+    ----------
+    z : array_like, shape (n, N, 3)
+        Rates in the sensors' own axes, in any one unit; samples not finite are missing. The record
+        has to hold rests, as some seconds before the motion, and turns about two directions or
+        more.
+    rate : float
+        Samples per second, Hz.
+    unit : str, optional
+        Of the rates. Where it is known, what is fast is never taken for rest.
+    limit : float, optional
+        Size at which a sample is at the end of the sensors' range: the eighths of a second with
+        such samples are left out. Default: none.
+    labels : sequence of str, optional
+        Names of the sensors; default "1", "2" and so on.
+
+    Returns
+    -------
+    Rotations
+        Of all sensors; that of the first is the identity.
+
+    Raises
+    ------
+    LogError
+        If a sensor never rests, there are under 3 s of common motion, the motion is about one
+        direction alone, or a sensor does not turn as the first does or has mirrored axes.
+    ValueError
+        If `z` has another shape, or an argument is not valid.
+
+    References
+    ----------
+    G. Wahba, "A Least Squares Estimate of Satellite Attitude", SIAM Review 7(3):409, 1965; solution
+    by singular values: F. L. Markley, "Attitude Determination using Vector Observations and the
+    Singular Value Decomposition", J. Astronautical Sciences 36(3):245, 1988.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import zerorate as zr
+    >>> rng = np.random.default_rng(1)
+    >>> turns = np.zeros((6000, 3))
+    >>> turns[2000:] = 50.0 * np.sin(np.arange(4000)[:, None] / [40.0, 57.0, 91.0])
+    >>> other = np.stack([-turns[:, 1], turns[:, 0], turns[:, 2]], axis=1)
+    >>> z = np.stack([turns, other], axis=1) + 0.1 * rng.standard_normal((6000, 2, 3))
+    >>> found = find_rotations(z, rate=100.0, unit="deg/s")
+    >>> print(found.matrices[1].round(2) + 0.0)
+    [[ 0.  1.  0.]
+     [-1.  0.  0.]
+     [ 0.  0.  1.]]
+    >>> bool(found.errors[1] < 0.05)
+    True
+    """
+    samples, hertz = _samples(z), checked_rate(rate)
+    names = _names(labels, samples.shape[1])
+    rates, rest = _without_bias(samples, hertz, unit, limit, names)
+    length = max(round(_TICK * hertz), 1)
+    means = _ticks(rates, length)
+    means = means[_moving(means, _ticks(rest, length) == 1.0)]
+    pairs = [_Pair.of(means, k, length / hertz) for k in range(len(names))]
+    for name, pair in zip(names, pairs, strict=True):
+        pair.check(name, names[0])
+    return Rotations(
+        np.stack([np.eye(3), *(pair.rotation for pair in pairs[1:])]),
+        np.array([0.0, *(pair.error for pair in pairs[1:])]),
+        names,
+        np.array([0.0, *(pair.residual for pair in pairs[1:])]),
+        min(pair.seconds for pair in pairs),
+    )
+
+
+class _Pair(NamedTuple):
+    """Means of the rates of the first sensor and of another in motion, shape (m, 3) each."""
+
+    first: Floats
+    other: Floats
+    seconds: float
+
+    @classmethod
+    def of(cls, means: Floats, k: int, tick: float) -> _Pair:
+        """Return those means of all sensors that both have, of so many seconds each."""
+        there = np.isfinite(means[:, (0, k)]).all(axis=(1, 2))
+        return cls(means[there, 0], means[there, k], float(there.sum() * tick))
+
+    @property
+    def rotation(self) -> Floats:
+        """The rotation that brings the other closest to the first."""
+        return _closest(self.other.T @ self.first, self.first.T @ self.first)
+
+    @property
+    def residual(self) -> float:
+        """RMS of what is left, over that of the first."""
+        left = self.first - self.other @ self.rotation.T
+        return float(np.sqrt(np.sum(left**2) / np.sum(self.first**2)))
+
+    @property
+    def error(self) -> float:
+        """Standard error of the rotation's angle, deg, by leaving out parts of the motion."""
+        whole = self.rotation
+        across, squares = (_sums(one, self.first) for one in (self.other, self.first))
+        others = zip(across.sum(axis=0) - across, squares.sum(axis=0) - squares, strict=True)
+        turns = np.stack([_turn(_closest(*sums) @ whole.T) for sums in others])
+        spread = np.sum((turns - turns.mean(axis=0)) ** 2)
+        return float(np.rad2deg(np.sqrt(spread * (_PARTS - 1) / _PARTS)))
+
+    def check(self, name: str, first: str) -> None:
+        """Raise LogError unless the two have moved enough, and as one body."""
+        if self.seconds < _LEAST_SECONDS:
+            raise LogError(
+                f"rotations need {_LEAST_SECONDS:g} s of motion, and '{name}' moves together with "
+                f"'{first}' for {self.seconds:.3g} s"
+            )
+        for label, rates in ((first, self.first), (name, self.other)):
+            _check_directions(label, rates)
+        if name == first:
+            return
+        if self._is_mirrored():
+            raise LogError(
+                f"the axes of '{name}' are mirrored against those of '{first}': one has another "
+                "sign, or two are exchanged"
+            )
+        if self.residual > _STRANGE:
+            raise LogError(
+                f"'{name}' does not turn as '{first}' does: however it is turned, "
+                f"{100.0 * self.residual:.0f} % of the rate are left"
+            )
+
+    def _is_mirrored(self) -> bool:
+        """Whether mirrored axes would leave less than half of what is left of the rate."""
+        u, sizes, v = np.linalg.svd(self.other.T @ self.first)
+        mirrored = np.sum(self.first**2) + np.sum(self.other**2) - 2.0 * sizes.sum()
+        own = mirrored + 4.0 * sizes[2]
+        return bool(np.linalg.det(u @ v) < 0.0 and mirrored < 0.25 * own)
+
+
+def _samples(z: npt.ArrayLike) -> Floats:
+    samples = floats(z, "z")
+    if samples.ndim != 3 or samples.shape[2] != 3 or 0 in samples.shape:
+        raise ValueError(f"z must have shape (n, sensors, 3), got {samples.shape}")
+    return samples
+
+
+def _names(labels: Sequence[str] | None, sensors: int) -> tuple[str, ...]:
+    names = tuple(str(i + 1) for i in range(sensors)) if labels is None else tuple(labels)
+    if len(names) != sensors or len(set(names)) < sensors:
+        raise ValueError(f"labels must be {sensors} different names, got {names}")
+    return names
+
+
+def _without_bias(
+    z: Floats, rate: float, unit: str | None, limit: float | None, names: Sequence[str]
+) -> tuple[Floats, Booleans]:
+    """Return the rates less their biases, and where each sensor rests, shape (n, N)."""
+    n, sensors, _ = z.shape
+    limits = with_limits({}, ["auto"], unit)
+    filter_ = DriftFilter(rate, channels=3 * sensors, limit=limit, **limits)
+    trace = filter_.trace(z.reshape(n, -1))
+    rest = (trace.at_rest & ~trace.stuck).reshape(z.shape)
+    rested: Booleans = np.all(rest.any(axis=0), axis=1)
+    for i, name in enumerate(names):
+        if not rested[i]:
+            lacks = "never rests" if np.isfinite(z[:, i]).any() else "holds no sample"
+            raise LogError(f"'{name}' {lacks}, so its bias is not known")
+    bias = np.where(rest, trace.bias.reshape(z.shape), np.nan)
+    bad = (trace.missing | trace.saturated | trace.stuck).reshape(z.shape)
+    rates = np.where(bad, np.nan, z - _filled(bias))
+    still: Booleans = np.all(rest, axis=2)
+    return rates, still
+
+
+def _filled(bias: Floats) -> Floats:
+    """Return biases that hold until the next rest; before the first rest they are that one's."""
+    known = np.isfinite(bias)
+    rows = np.arange(len(bias))[:, np.newaxis, np.newaxis]
+    last = np.maximum.accumulate(np.where(known, rows, -1), axis=0)
+    last = np.where(last < 0, known.argmax(axis=0), last)
+    return np.take_along_axis(bias, last, axis=0)
+
+
+def _ticks(series: npt.NDArray[np.float64 | np.bool_], length: int) -> Floats:
+    """Return the means of so many samples each, NaN where one is missing."""
+    count = len(series) // length
+    ticks = series[: count * length].reshape(count, length, *series.shape[1:])
+    means: Floats = ticks.mean(axis=1)
+    return means
+
+
+def _moving(means: Floats, rest: Booleans) -> Booleans:
+    """Return which means, shape (m,), are far larger than at rest, in most sensors."""
+    sizes = np.linalg.norm(means, axis=2)
+    known = np.isfinite(sizes)
+    still = [sizes[rest[:, k] & known[:, k], k] for k in range(sizes.shape[1])]
+    # The onset of a motion passes for rest: no mean of squares.
+    usual = np.array([np.median(one) if one.size else 0.0 for one in still])
+    moves = np.sum(known & (sizes > _MOVED * usual), axis=1)
+    most: Booleans = 2 * moves > np.sum(known, axis=1)
+    return most
+
+
+def _check_directions(name: str, rates: Floats) -> None:
+    """Raise LogError unless a sensor turns about two directions at least."""
+    _, sizes, directions = np.linalg.svd(rates, full_matrices=False)
+    if sizes[1] < _PLANAR * sizes[0]:
+        x, y, z = directions[0]
+        raise LogError(
+            f"rotations need turns about two directions: '{name}' turns about ({x:.2f}, {y:.2f}, "
+            f"{z:.2f}) alone, the next direction has {100.0 * sizes[1] / sizes[0]:.1f} % of that"
+        )
+
+
+def _sums(one: Floats, other: Floats) -> Floats:
+    """Return the sums of products of two series (m, 3) over each part, shape (parts, 3, 3)."""
+    products = one[:, :, np.newaxis] * other[:, np.newaxis]
+    starts = np.linspace(0, len(products), _PARTS, endpoint=False).astype(np.intp)
+    sums: Floats = np.add.reduceat(products, starts, axis=0)
+    return sums
+
+
+def _closest(across: Floats, squares: Floats) -> Floats:
+    """Return the rotation R that brings v closest to u, of the sums of v u^T and of u u^T.
+
+    Directions of u count alike, down to a share of motion in which noise would decide.
+    """
+    sizes, directions = np.linalg.eigh(squares)
+    even = directions / np.maximum(sizes, _EVEN * sizes[-1]) @ directions.T
+    v, _, u = np.linalg.svd(across @ even)
+    sign = np.sign(np.linalg.det(v @ u))
+    rotation: Floats = u.T @ np.diag([1.0, 1.0, sign]) @ v.T
+    return rotation
+
+
+def _turn(rotation: Floats) -> Floats:
+    """Return the vector of a small rotation, rad."""
+    across = rotation - rotation.T
+    return 0.5 * np.array([across[2, 1], across[0, 2], across[1, 0]])
+
+
+def read_rotations(source: str | os.PathLike[str]) -> Rotations:
+    """Return rotations that were written, or put down by hand.
+
+    Parameters
+    ----------
+    source : str or path
+        A file, or JSON itself: ``format`` "zerorate rotations", ``version`` 1, and ``rotations``,
+        for each label of a sensor a matrix of three rows, or a quaternion w, x, y, z. Both turn
+        rates in the sensor's own axes into those of the body.
+
+    Raises
+    ------
+    ValueError
+        If it is no such JSON, or a matrix is no rotation to 1e-6; a quaternion has to have a length
+        of 1 to 1e-3. The message names the sensor.
+    OSError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> text = '{"format": "zerorate rotations", "version": 1, "rotations": {"a": [1, 0, 0, 0], '
+    >>> read_rotations(text + '"b": [[0, -1, 0], [-1, 0, 0], [0, 0, -1]]}}').angles
+    array([  0., 180.])
+    """
+    return restored(source, _FORMAT, _built)
+
+
+def _built(content: object) -> Rotations:
+    check_format(content, _FORMAT, _VERSION)
+    listed: Mapping[str, object] = part(content, "rotations", dict)
+    if not listed:
+        raise ValueError("'rotations' must have an entry for each sensor, got none")
+    matrices = np.stack([_rotation(label, given) for label, given in listed.items()])
+    errors = dict.fromkeys(listed, np.nan)
+    if isinstance(content, dict) and "errors_deg" in content:
+        known = part(content, "errors_deg", dict)
+        errors |= {
+            label: float(finite_numbers(label, known[label], ()))
+            for label in listed
+            if known.get(label) is not None
+        }
+    unknown = np.full(len(matrices), np.nan)
+    return Rotations(matrices, np.array([*errors.values()]), tuple(listed), unknown, np.nan)
+
+
+def _rotation(label: str, given: object) -> Floats:
+    """Return the rotation of a sensor, given as a matrix or as a quaternion."""
+    if isinstance(given, list) and len(given) == 4:
+        return _of_quaternion(label, finite_numbers(label, given, (4,)))
+    matrix = finite_numbers(label, given, (3, 3))
+    off = np.abs(matrix @ matrix.T - np.eye(3)).max()
+    if off > _ORTHONORMAL or np.linalg.det(matrix) < 0.0:
+        mirrored = "its determinant is -1" if off <= _ORTHONORMAL else f"it is off by {off:.2g}"
+        raise ValueError(f"the matrix of '{label}' is no rotation: {mirrored}")
+    return matrix
+
+
+def _of_quaternion(label: str, q: Floats) -> Floats:
+    length = float(np.linalg.norm(q))
+    if abs(length - 1.0) > _UNIT_LENGTH:
+        raise ValueError(f"the quaternion of '{label}' must have length 1, got {length:.4g}")
+    w, x, y, z = q / length
+    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    matrix: Floats = np.eye(3) + 2.0 * w * across + 2.0 * across @ across
+    return matrix
+
+
+def _or_none(values: Floats) -> list[float | None]:
+    return [value if np.isfinite(value) else None for value in values.tolist()]
