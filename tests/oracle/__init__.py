@@ -1,6 +1,7 @@
 """A slow, literal NumPy twin of the core: the printed formulas, sample by sample."""
 
 from oracle.allan_noise import AllanNoise
+from oracle.array import GyroArray
 from oracle.attitude import Attitude
 from oracle.auto import AutoFilter
 from oracle.drift import DriftFilter
@@ -19,6 +20,7 @@ __all__ = [
     "AutoFilter",
     "DriftFilter",
     "GatedFilter",
+    "GyroArray",
     "LeastSquares",
     "MotionDetector",
     "RecursiveLeastSquares",

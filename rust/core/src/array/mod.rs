@@ -314,6 +314,7 @@ impl<const A: usize> GyroArray<A> {
         }
         for axis in 0..A {
             self.noise.end_tick(axis, self.at_rest[axis]);
+            self.vote.know_centre(axis, A);
         }
         if n > 1 {
             self.vote.end_tick(A, self.ticks(vote::BACK));
@@ -344,7 +345,10 @@ impl<const A: usize> GyroArray<A> {
             .parts(sensor, axis)
             .map(|(k, x)| x * x * self.filters[sensor * A + k].settled_noise().unwrap_or(f64::NAN))
             .sum();
-        variance.sqrt()
+        // No rate is known better than to a step of the output.
+        let step =
+            self.parts(sensor, axis).map(|(k, x)| x * self.filters[sensor * A + k].resolution());
+        (variance + step.map(|x| x * x).sum::<f64>()).sqrt()
     }
 
     fn centralise(&mut self, z: &[f64], rate: &mut [f64]) {

@@ -116,7 +116,8 @@ impl Vote {
                     && is_within(sums.difference, MOST * samples)
                     && is_within(sums.product, SQUARE * samples)
             })
-            && self.sigmas.iter().all(|x| x.is_nan() || is_size(*x, MOST))
+            && self.sigmas.iter().all(|x| x.is_nan() || is_size(*x, 2.0 * MOST))
+            && self.sorted.len() == sensors
             && self.squares.iter().all(|x| is_size(*x, SQUARE * samples))
             && self.voters.iter().all(|count| *count as usize <= sensors)
             && is_size(self.speeds, SQUARE * samples)

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use core::f64::consts::FRAC_PI_2;
+
 use super::MOST;
 use crate::error::Error;
 use crate::memory;
@@ -14,8 +16,15 @@ const SAMPLE_RATE: f64 = 0.5;
 const TICK_SIGMA: f64 = 9.0;
 const TICK_RATE: f64 = 0.1;
 
+/// Times what sensors usually differ by in the same tick, where something is alike for all: motion that
+/// they are not quite synchronous in, biases that change with the pose.
+const TYPICAL: f64 = 5.0;
+
 /// Samples of a tick that tell anything.
 const LEAST: u32 = 4;
+
+/// Axes that a gyro has at most.
+const AXES_MAX: usize = 3;
 
 /// Seconds of agreement after which a sensor is back.
 pub(super) const BACK: f64 = 10.0;
@@ -40,6 +49,7 @@ pub(super) struct Vote {
     pub(super) samples: u32,
     pub(super) standings: Vec<Standing>,
     pub(super) disputed: bool,
+    pub(super) sorted: Vec<f64>,
 }
 
 /// Differences of a sensor from the middle on one axis.
@@ -77,6 +87,7 @@ impl Vote {
                 sensors,
             )?,
             disputed: false,
+            sorted: memory::filled(0.0, sensors)?,
         })
     }
 
@@ -133,9 +144,28 @@ impl Vote {
 
     /// Deviation of a sensor's samples on an axis, NaN if it or the bias is not known.
     pub(super) fn know(&mut self, place: usize, sigma: f64) {
-        self.sigmas[place] = sigma.min(MOST);
-        if sigma.is_nan() {
-            self.sigmas[place] = f64::NAN;
+        // Not so for NaN.
+        self.sigmas[place] = if sigma > MOST { MOST } else { sigma };
+    }
+
+    /// Takes the noise of the middle into account, once the sensors' own is known: that of a median
+    /// of normal distributions, by their density there.
+    pub(super) fn know_centre(&mut self, axis: usize, axes: usize) {
+        let (mut density, mut count) = (0.0, 0);
+        for (sensor, standing) in self.standings.iter().enumerate() {
+            let sigma = self.sigmas[sensor * axes + axis];
+            if !standing.excluded && !sigma.is_nan() {
+                (density, count) = (density + 1.0 / sigma.max(f64::MIN_POSITIVE), count + 1);
+            }
+        }
+        self.known[axis] = count > 0;
+        if count == 0 {
+            return;
+        }
+        let centre = (FRAC_PI_2 * f64::from(count)).sqrt() / density;
+        for sigma in self.sigmas.iter_mut().skip(axis).step_by(axes) {
+            // NaN stays.
+            *sigma = sigma.hypot(centre);
         }
     }
 
@@ -143,8 +173,13 @@ impl Vote {
     pub(super) fn end_tick(&mut self, axes: usize, back: u32) {
         let speed = (self.speeds / f64::from(self.samples.max(1))).sqrt();
         let n = self.standings.len();
-        let wrong =
-            |vote: &Self, sensor| (0..axes).any(|axis| vote.disagrees(sensor, axes, axis, speed));
+        let mut typical = [[0.0; 2]; AXES_MAX];
+        for (axis, typical) in typical.iter_mut().enumerate().take(axes) {
+            *typical = [0, 1].map(|kind| self.typical(axis, axes, kind));
+        }
+        let wrong = |vote: &Self, sensor| {
+            (0..axes).any(|axis| vote.disagrees(sensor * axes + axis, axis, speed, typical[axis]))
+        };
         let judged = self.standings.iter().filter(|one| !one.excluded).count();
         let accused = (0..n).filter(|i| !self.is_excluded(*i) && wrong(self, *i)).count();
         // Of two nobody knows which is wrong, nor where half of all are.
@@ -187,8 +222,26 @@ impl Vote {
         })
     }
 
-    fn disagrees(&self, sensor: usize, axes: usize, axis: usize, speed: f64) -> bool {
-        let place = sensor * axes + axis;
+    /// What sensors differ by from the middle in this tick, the middle of them: in the mean, and along
+    /// the motion; nothing of two, which differ alike.
+    fn typical(&mut self, axis: usize, axes: usize, kind: usize) -> f64 {
+        let mut count = 0;
+        for sensor in 0..self.standings.len() {
+            let sums = self.sums[sensor * axes + axis];
+            if !self.standings[sensor].excluded && sums.count >= LEAST {
+                self.sorted[count] = sums.off(self.squares[axis])[kind];
+                count += 1;
+            }
+        }
+        if count < 3 {
+            return 0.0;
+        }
+        let sorted = &mut self.sorted[..count];
+        sorted.sort_unstable_by(f64::total_cmp);
+        sorted[(count - 1) / 2]
+    }
+
+    fn disagrees(&self, place: usize, axis: usize, speed: f64, typical: [f64; 2]) -> bool {
         let (sums, sigma) = (self.sums[place], self.sigmas[place]);
         if sums.count < LEAST || sigma.is_nan() || self.voters[axis] < 2 {
             return false;
@@ -196,10 +249,20 @@ impl Vote {
         let n = f64::from(sums.count);
         // Two are each off their middle by half their difference.
         let part = if self.voters[axis] == 2 { 0.5 } else { 1.0 };
-        let along = sums.product / self.squares[axis].sqrt();
+        let [mean, along] = sums.off(self.squares[axis]);
+        let root = n.sqrt();
         2 * sums.far > sums.count
-            || (sums.difference / n).abs()
-                > part * (TICK_SIGMA * sigma / n.sqrt() + TICK_RATE * speed)
-            || along.abs() > part * (TICK_SIGMA * sigma + TICK_RATE * n.sqrt() * speed)
+            || mean
+                > part * (TICK_SIGMA * sigma / root + TICK_RATE * speed).max(TYPICAL * typical[0])
+            || along
+                > part * (TICK_SIGMA * sigma + TICK_RATE * root * speed).max(TYPICAL * typical[1])
+    }
+}
+
+impl Sums {
+    /// Differences from the middle: in the mean, and along the motion.
+    fn off(&self, squares: f64) -> [f64; 2] {
+        let along = if squares > 0.0 { self.product / squares.sqrt() } else { 0.0 };
+        [self.difference.abs() / f64::from(self.count), along.abs()]
     }
 }

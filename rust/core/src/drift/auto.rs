@@ -151,6 +151,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> AutoFilter<T> {
         self.detector.is_stuck()
     }
 
+    /// Smallest step of the samples so far.
+    #[cfg(feature = "std")]
+    pub(crate) fn resolution(&self) -> T {
+        self.detector.resolution()
+    }
+
     /// Samples in a tick.
     #[cfg(feature = "std")]
     pub(crate) fn tick_length(&self) -> u32 {

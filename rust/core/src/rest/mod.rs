@@ -157,6 +157,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.ticker.judged(z)
     }
 
+    /// Smallest step of the samples so far, zero if there was none.
+    #[cfg(feature = "std")]
+    pub(crate) fn resolution(&self) -> T {
+        self.ticker.resolution()
+    }
+
     /// What rest can be.
     pub fn limits(&self) -> RestLimits {
         self.limits

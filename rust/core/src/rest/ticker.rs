@@ -257,6 +257,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         choose(self.step < T::MAX, self.step * self.inverse, T::zero()).at_most(self.bound)
     }
 
+    /// The same in the unit of the samples.
+    #[cfg(feature = "std")]
+    pub(super) fn resolution(&self) -> T {
+        choose(self.step < T::MAX, self.step, T::zero())
+    }
+
     /// Few samples are judged with those of the next ticks.
     fn wait(&mut self) {
         self.waited += 1;
