@@ -10,6 +10,7 @@ from typing import Annotated, Any, Final
 import typer
 
 from zerorate.calibrate.calibration import Calibration
+from zerorate.cli.array import ARRAY, ArrayOptions, refuse_with_array, replay_arrays
 from zerorate.cli.calibrations import corrected_imu, read_calibration
 from zerorate.cli.errors import (
     DataFault,
@@ -91,6 +92,33 @@ def replay(
         ),
     ] = None,
     no_accel: NoAccel = False,
+    array: Annotated[
+        bool,
+        typer.Option(
+            "--array",
+            help="Make one gyro of all gyros of the log, which belong to one body. Of --columns "
+            "three in a row are a sensor if they are named x, y, z.",
+            rich_help_panel=ARRAY,
+        ),
+    ] = False,
+    rotations: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="From each sensor's axes to those of the body (JSON); 'find' finds them from the "
+            "log's motion and writes them. Default: all are aligned.",
+            rich_help_panel=ARRAY,
+        ),
+    ] = None,
+    weights: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WORD",
+            help="How much each sensor counts: auto (by noise at rest, by scale errors in motion), "
+            "mean (alike), white (by white noise), or numbers, e.g. 0.5,0.3,0.2. Default: auto.",
+            rich_help_panel=ARRAY,
+        ),
+    ] = None,
     options: Mapping[str, Any],
 ) -> None:
     """Remove the bias from every axis of a log.
@@ -98,6 +126,11 @@ def replay(
     Prints what was learned and how good it is, and writes the filtered log and a figure. The
     default method, auto, needs no settings.
     """
+    asked_of_array = ArrayOptions.of(rotations, weights)
+    if array:
+        refuse_with_array(options, only=only, calibration=calibration, no_accel=no_accel)
+    elif asked_of_array.given:
+        raise UsageFault(f"{asked_of_array.given} needs --array")
     method = options["method"]
     methods = (method,) if only else (*baselines(method), method)
     check_filter_options(options, methods)
@@ -107,6 +140,9 @@ def replay(
     shape = (format, figure_format, not no_figure, force, log)
     found = records(log, reading.group_by)
     outputs = [Outputs.of(place.of_part(one.ending), *shape) for one in found]
+    if array:
+        replay_arrays(reading, found, [one.paths for one in outputs], force, asked_of_array, given)
+        return
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
             recording, accel = _opened(reading, one.source, known)

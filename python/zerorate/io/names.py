@@ -118,7 +118,10 @@ _GYRO = re.compile(
     r"gyr|angular_?(vel|rate)|ang_?vel|omega|(rotation|turn|yaw|pitch|roll)_?rate"
     r"|(^|_)(w|g|rate)(_rs_s)?_?[xyz]$|^rate$"
 )
-_NOT_GYRO = re.compile(r"temp|bias|acc|cov|sigma|std|status|valid|flag|mag|at_rest|stuck|saturated")
+_NOT_GYRO = re.compile(
+    r"temp|bias|acc|cov|sigma|std|status|valid|flag|mag|at_rest|stuck|saturated"
+    r"|(^|_)(weight|excluded)_"
+)
 _ACCELEROMETER = re.compile(r"acc|(^|_)specific_force|(^|_)a(_m_s_s)?_?[xyz]$")
 _NOT_ACCELEROMETER = re.compile(r"temp|bias|gyr|ang|cov|sigma|std|status|valid|flag|mag")
 _OF_TIME: Final = {

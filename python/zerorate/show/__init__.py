@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from zerorate.show.allan_figure import plot_allan, plot_characterisation
     from zerorate.show.allan_table import format_allan, format_allan_notes
+    from zerorate.show.array_figure import plot_array
+    from zerorate.show.array_table import format_array, format_array_notes, format_rotations
     from zerorate.show.attitude_figure import plot_attitude
     from zerorate.show.attitude_study import plot_attitude_study
     from zerorate.show.attitude_table import format_attitude
@@ -29,6 +31,8 @@ __all__ = [
     "WIDTH",
     "format_allan",
     "format_allan_notes",
+    "format_array",
+    "format_array_notes",
     "format_attitude",
     "format_calibration",
     "format_compare",
@@ -36,9 +40,11 @@ __all__ = [
     "format_learned",
     "format_notes",
     "format_regret",
+    "format_rotations",
     "format_table",
     "identification_page",
     "plot_allan",
+    "plot_array",
     "plot_attitude",
     "plot_attitude_study",
     "plot_calibration",
@@ -52,6 +58,8 @@ __all__ = [
 _PLACES: Final = {
     "allan_figure": ("plot_allan", "plot_characterisation"),
     "allan_table": ("format_allan", "format_allan_notes"),
+    "array_figure": ("plot_array",),
+    "array_table": ("format_array", "format_array_notes", "format_rotations"),
     "attitude_figure": ("plot_attitude",),
     "attitude_study": ("plot_attitude_study",),
     "attitude_table": ("format_attitude",),

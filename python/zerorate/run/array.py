@@ -1,0 +1,354 @@
+"""The log of an array through `zerorate.GyroArray`: one gyro of many, and how each of them did."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import GyroArray, allan_deviations
+from zerorate.array.logs import ArrayLog
+from zerorate.io.log import Log, LogError
+from zerorate.options import with_limits
+from zerorate.progress import Progress, silent
+from zerorate.run.replay.measures import onset
+from zerorate.types import Booleans, Floats, Integers
+
+__all__ = [
+    "OUT",
+    "ArrayAllan",
+    "ArrayReplay",
+    "Weights",
+    "replay_array",
+]
+
+Weights: TypeAlias = Literal["auto", "mean", "white"]
+Columns: TypeAlias = dict[str, Floats | Booleans]
+
+_ROWS: Final = 1 << 14
+_SECOND: Final = 1.0
+
+OUT: Final = ("used", "missing", "saturated", "excluded", "left out")
+"""What became of the samples of a sensor, by their numbers in `ArrayReplay.fate`.
+
+Those left out are far from all others, of a sensor that is stuck, or of one that does not know its
+bias yet while others do.
+"""
+_USED, _MISSING, _SATURATED, _EXCLUDED, _LEFT_OUT = range(len(OUT))
+
+
+@dataclass(frozen=True, eq=False)
+class ArrayAllan:
+    """Overlapping Allan deviations at rest, the bias taken off all alike, in the unit of the log.
+
+    Parameters
+    ----------
+    taus : ndarray, shape (m,)
+        Averaging times, s: octaves, and one second or what is closest to it.
+    sensors : ndarray, shape (N, axes, m)
+        Of each sensor in the axes of the body; NaN where no two clusters in a row are whole.
+    mean : ndarray, shape (axes, m)
+        Of the plain mean of all sensors.
+    fused : ndarray, shape (axes, m)
+        Of the array's rate.
+    second : int
+        Where one second stands among the averaging times.
+    """
+
+    taus: Floats
+    sensors: Floats
+    mean: Floats
+    fused: Floats
+    second: int
+
+    def gains(self) -> tuple[Floats, Floats]:
+        """Return the gain over the plain mean and over one sensor, (axes + 1, m), last of all axes.
+
+        Squares are averaged over the sensors, and over the axes.
+        """
+        squares = [np.concatenate((s, s.mean(axis=0, keepdims=True))) for s in self._squares()]
+        one, mean, fused = squares
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.sqrt(mean / fused), np.sqrt(one / fused)
+
+    def _squares(self) -> tuple[Floats, Floats, Floats]:
+        return np.mean(self.sensors**2, axis=0), self.mean**2, self.fused**2
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ArrayReplay:
+    """The log of an array after its replay; N sensors, n samples.
+
+    Parameters
+    ----------
+    log : ArrayLog
+        What was read.
+    rotations : ndarray, shape (N, 3, 3), or None
+        From each sensor's axes to those of the body; None where all are taken as aligned.
+    params : mapping
+        Further arguments that make the array anew.
+    rate : ndarray, shape (n, 3) or (n,)
+        The rate of the body, its bias taken off; NaN where no sensor is left.
+    weights : ndarray, shape (n, N)
+        Share of each sensor in the rate, the mean over the axes; 0 where it was not used.
+    fate : ndarray of int8, shape (n, N)
+        What became of each sample, see `OUT`.
+    disputed : ndarray of bool, shape (n,)
+        Where sensors disagreed and nobody knew which was wrong.
+    at_rest : ndarray of bool, shape (n, axes)
+        Where the body rested.
+    bias : ndarray, shape (N, 3) or (N,)
+        Of each sensor in its own axes, at the end.
+    health : tuple of str
+        Of each sensor at the end.
+    allan : ArrayAllan or None
+        Allan deviations; None where the body never rested.
+    speed : float
+        Samples of all sensors a second of computing on one core, with all that is noted.
+    """
+
+    log: ArrayLog
+    rotations: Floats | None
+    params: Mapping[str, Any]
+    rate: Floats
+    weights: Floats
+    fate: npt.NDArray[np.int8]
+    disputed: Booleans
+    at_rest: Booleans
+    bias: Floats
+    health: tuple[str, ...]
+    allan: ArrayAllan | None
+    speed: float
+
+    @property
+    def shares(self) -> Floats:
+        """Share of the samples of each sensor that came to each of `OUT`, shape (N, 5)."""
+        return np.stack([(self.fate == kind).mean(axis=0) for kind in range(len(OUT))], axis=1)
+
+    @property
+    def rests(self) -> Booleans:
+        """Where the body rested about all axes for certain, shape (n,)."""
+        return _certain(self.at_rest, self.log.rate)
+
+    @property
+    def mean_weights(self) -> Floats:
+        """Mean of the weights at rest, shape (N,); of all samples where there is no rest."""
+        rests = self.rests
+        means: Floats = self.weights[rests if rests.any() else slice(None)].mean(axis=0)
+        return means
+
+    @property
+    def filtered_log(self) -> Log:
+        """The rate of the body as the log of one gyro."""
+        return self.log.fused(self.rate)
+
+    @property
+    def beside(self) -> Columns:
+        """Columns written next to it: rest, dispute, and of each sensor weight and exclusion."""
+        columns: Columns = {}
+        for i, axis in enumerate(self.log.axes):
+            columns[f"at_rest_{axis}" if axis else "at_rest"] = self.at_rest[:, i]
+        columns["disputed"] = self.disputed
+        for k, label in enumerate(self.log.labels):
+            columns[f"weight_{label}"] = self.weights[:, k]
+            columns[f"excluded_{label}"] = self.fate[:, k] == _EXCLUDED
+        return columns
+
+    def excluded_spans(self, sensor: int) -> list[tuple[float, float]]:
+        """Return when a sensor was excluded, from and to in s from the first sample."""
+        edges = np.diff(np.pad((self.fate[:, sensor] == _EXCLUDED).astype(np.int8), 1))
+        starts, ends = (np.flatnonzero(edges == way) / self.log.rate for way in (1, -1))
+        return list(zip(starts.tolist(), ends.tolist(), strict=True))
+
+
+def replay_array(
+    log: ArrayLog,
+    *,
+    rotations: npt.ArrayLike | None = None,
+    weights: Weights | npt.ArrayLike = "auto",
+    progress: Progress | None = None,
+    **options: Any,  # noqa: ANN401
+) -> ArrayReplay:
+    """Make one gyro of the sensors of a log, sample by sample as live, and note how each did.
+
+    Parameters
+    ----------
+    log : ArrayLog
+        As of `zerorate.array.logs.array_log`.
+    rotations : array_like, shape (N, 3, 3), optional
+        From each sensor's axes to those of the body, such as those of
+        `zerorate.array.rotations.find_rotations`; by default all are aligned.
+    weights : {"auto", "mean", "white"} or array_like
+        As of `zerorate.GyroArray`.
+    progress : callable, optional
+        Called with a step's name and the fraction of it that is done.
+    **options
+        Other arguments of `zerorate.GyroArray`: ``limit``, ``rest_limit``, ``bias_limit``,
+        ``scale_error``, ``method``. Where the unit is known, the limits of what rest can be are
+        those of `zerorate.options.LIMITS` unless they are given.
+
+    Returns
+    -------
+    ArrayReplay
+        Rate, weights, what became of the samples, Allan deviations.
+
+    Raises
+    ------
+    LogError
+        If no sensor holds a sample.
+    ValueError
+        If an argument is not valid.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> z = [0.5, -0.2, 0.1, 0.0] + 0.1 * rng.standard_normal((6000, 4))
+    >>> log = ArrayLog(np.arange(6000) / 100.0, 100.0, z, tuple("abcd"), "deg/s", ("z",))
+    >>> result = replay_array(log)
+    >>> result.filtered_log
+    Log(6000 samples at 100 Hz, 60 s, deg/s: gyro_z)
+    >>> over_mean, over_one = result.allan.gains()
+    >>> print(over_one[-1, result.allan.second].round(1))
+    2.0
+    """
+    if not np.isfinite(log.data).any():
+        raise LogError("no sensor holds a sample: all are missing")
+    report = silent if progress is None else progress
+    known = with_limits(options, ["auto"], log.unit)
+    given = None if rotations is None else np.asarray(rotations, dtype=np.float64)
+    array = GyroArray(
+        log.rate,
+        log.sensors,
+        axes=len(log.axes),
+        rotations=given,
+        weights=weights,
+        labels=list(log.labels),
+        **known,
+    )
+    seen = _Seen(log, given, known.get("limit"))
+    for first in range(0, log.n, _ROWS):
+        seen.take(array, first)
+        report("filtering", min(first + _ROWS, log.n) / log.n)
+    allan = seen.allan()
+    report("measuring", 1.0)
+    return ArrayReplay(
+        log=log,
+        rotations=given,
+        params={"weights": weights, **known},
+        rate=seen.rate if log.data.ndim == 3 else seen.rate[:, 0],
+        weights=seen.weights,
+        fate=seen.fate,
+        disputed=seen.disputed,
+        at_rest=seen.at_rest,
+        bias=np.asarray(array.bias),
+        health=tuple(array.health),
+        allan=allan,
+        speed=log.data.size / seen.seconds if seen.seconds > 0.0 else np.nan,
+    )
+
+
+class _Seen:
+    """What is noted of an array, block by block."""
+
+    def __init__(self, log: ArrayLog, rotations: Floats | None, limit: float | None) -> None:
+        n, sensors, axes = log.n, log.sensors, len(log.axes)
+        self._log, self._rotations, self._limit = log, rotations, limit
+        self._residuals = np.empty((n, sensors, axes))
+        self.rate = np.empty((n, axes))
+        self.weights = np.empty((n, sensors))
+        self.fate = np.empty((n, sensors), np.int8)
+        self.disputed = np.empty(n, np.bool_)
+        self.at_rest = np.empty((n, axes), np.bool_)
+        self.seconds = 0.0
+
+    def take(self, array: GyroArray, first: int) -> None:
+        """Give the array one block, and note what it says."""
+        here = np.s_[first : first + _ROWS]
+        z = np.ascontiguousarray(self._log.data[here])
+        begin = time.thread_time()
+        found = array.trace(z)
+        self.seconds += time.thread_time() - begin
+        with_axes = {key: _with_axes(found[key], z.ndim) for key in ("weights", "used", "bias")}
+        samples = _with_axes(z, z.ndim)
+        self.rate[here] = found["rate"].reshape(len(z), -1)
+        self.at_rest[here] = found["at_rest"].reshape(len(z), -1)
+        self.weights[here] = with_axes["weights"].mean(axis=2)
+        self.disputed[here] = found["disputed"]
+        used: Booleans = np.all(with_axes["used"], axis=2)
+        self.fate[here] = _fate(samples, used, found["excluded"], self._limit)
+        self._residuals[here] = self._turned(samples - with_axes["bias"])
+
+    def _turned(self, rates: Floats) -> Floats:
+        """Return rates in the axes of the body."""
+        if self._rotations is None:
+            return rates
+        turned: Floats = np.einsum("kij,nkj->nki", self._rotations, rates)
+        return turned
+
+    def allan(self) -> ArrayAllan | None:
+        """Return the Allan deviations at rest; None without rest."""
+        rest = _certain(self.at_rest, self._log.rate)
+        if not rest.any():
+            return None
+        sensors, axes = self._residuals.shape[1:]
+        # At rest no sensor that works is at the end of its range.
+        rates = np.where(rest[:, np.newaxis, np.newaxis], self._residuals, np.nan)
+        fused = np.where(rest[:, np.newaxis], self.rate, np.nan)
+        every = np.concatenate((rates.reshape(len(rest), -1), _mean(rates), fused), axis=1)
+        factors, second = _factors(self._log.n, self._log.rate)
+        deviations, _, _ = allan_deviations(every, factors.tolist())
+        curves = np.split(deviations.T, (sensors * axes, (sensors + 1) * axes))
+        return ArrayAllan(
+            factors / self._log.rate,
+            curves[0].reshape(sensors, axes, -1),
+            curves[1],
+            curves[2],
+            second,
+        )
+
+
+def _with_axes(values: npt.NDArray[Any], ndim: int) -> npt.NDArray[Any]:
+    """Return values (n, N, axes), of one axis too."""
+    return values if ndim == 3 else values[:, :, np.newaxis]
+
+
+def _fate(
+    z: Floats, used: Booleans, excluded: Booleans, limit: float | None
+) -> npt.NDArray[np.int8]:
+    """Return what became of the samples z (n, N, axes) of each sensor."""
+    fate = np.where(used, _USED, _LEFT_OUT).astype(np.int8)
+    fate[excluded] = _EXCLUDED
+    if limit is not None:
+        fate[(np.abs(z) >= limit).any(axis=2)] = _SATURATED
+    fate[~np.isfinite(z).all(axis=2)] = _MISSING
+    return fate
+
+
+def _certain(rest: Booleans, rate: float) -> Booleans:
+    """Return where all axes (n, axes) rest, but for samples in which a motion may have begun."""
+    certain: Booleans = np.all(rest, axis=1)
+    before = onset(rate)
+    for i in np.flatnonzero(certain[:-1] & ~certain[1:]) + 1:
+        certain[max(0, i - before) : i] = False
+    return certain
+
+
+def _mean(rates: Floats) -> Floats:
+    """Return the plain mean of the sensors that are there, of rates (n, N, axes)."""
+    there = np.isfinite(rates)
+    count = there.sum(axis=1)
+    total = np.where(there, rates, 0.0).sum(axis=1)
+    means: Floats = np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
+    return means
+
+
+def _factors(n: int, rate: float) -> tuple[Integers, int]:
+    """Return the lengths of clusters in samples, and where among them one second stands."""
+    octaves = [1 << i for i in range(max(1, (n // 4).bit_length()))]
+    second = min(max(round(_SECOND * rate), 1), max(n // 4, 1))
+    factors = np.unique([*octaves, second])
+    return factors, int(np.flatnonzero(factors == second)[0])

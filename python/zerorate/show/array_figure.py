@@ -1,0 +1,228 @@
+"""The figure of an array: Allan deviations, and how much each sensor counted over time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.run.array import OUT, ArrayReplay
+from zerorate.show.scales import limits, outline, parts
+from zerorate.show.style import (
+    BLACK,
+    BLUE,
+    FONT,
+    GREEN,
+    GREY,
+    ORANGE,
+    SKY,
+    VERMILION,
+    new_figure,
+    style_decades,
+    style_panels,
+    time_unit,
+    write_caption,
+    write_in_middle,
+    write_legend,
+    write_title,
+)
+from zerorate.types import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["plot_array"]
+
+# Millimetres.
+_WIDTH: Final = 180.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 15.0, 15.0, 8.5, 19.0
+_ALLAN: Final = 62.0
+_BETWEEN: Final = 20.0
+_APART: Final = 5.0
+_RATE: Final = 24.0
+_ROW: Final = 4.2
+"""Height of a sensor's row."""
+_LEAST_ROWS: Final = 40.0
+_BAR, _BAR_GAP = 2.2, 2.0
+_LETTER: Final = 1.06
+
+_TIMES: Final = 200
+_MOST_WEIGHT: Final = 3.0
+"""Times the plain mean's weight, that is the deepest shade at most."""
+_GREY: Final = "#9A9A9A"
+_AXES: Final = (BLUE, ORANGE, GREEN)
+_MISSING, _SATURATED, _EXCLUDED, _LEFT_OUT = 1, 2, 3, 4
+
+
+def plot_array(replay: ArrayReplay) -> Figure:
+    """Return a figure of the Allan deviations, the rate and the weights over time.
+
+    Parameters
+    ----------
+    replay : ArrayReplay
+        As of `zerorate.run.array.replay_array`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Left, root mean squares over the axes: each sensor, their plain mean, the array. Right: the
+        rate, and a row for each sensor, shaded by its weight over that of a plain mean; where it
+        was excluded the row is vermilion.
+
+    Raises
+    ------
+    ImportError
+        Without matplotlib, of the extra ``plot``.
+    """
+    rows = max(_ROW * replay.log.sensors, _LEAST_ROWS)
+    height = _BOTTOM + rows + _APART + _RATE + _TOP
+    figure = new_figure(_WIDTH, height)
+
+    def place(left: float, bottom: float, width: float, tall: float) -> Axes:
+        sides = left / _WIDTH, bottom / height, width / _WIDTH, tall / height
+        return figure.add_axes(sides)
+
+    right = _LEFT + _ALLAN + _BETWEEN
+    wide = _WIDTH - right - _RIGHT
+    allan = place(_LEFT, _BOTTOM, _ALLAN, rows + _APART + _RATE)
+    weights = place(right, _BOTTOM, wide, rows)
+    rate = place(right, _BOTTOM + rows + _APART, wide, _RATE)
+    bar = place(right + wide + _BAR_GAP, _BOTTOM, _BAR, rows)
+    _draw_allan(allan, replay)
+    _draw_rate(rate, replay)
+    _draw_weights(weights, bar, replay)
+    style_panels([allan, rate])
+    style_panels([weights])
+    bar.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
+    bar.yaxis.label.set_fontsize(FONT)
+    _label_rows(weights, replay)
+    if replay.allan is not None:
+        style_decades(allan)
+    write_title(figure, height, _title(replay))
+    write_caption(figure, height, fill(_caption(replay), int(_WIDTH / _LETTER)))
+    return figure
+
+
+def _title(replay: ArrayReplay) -> str:
+    log = replay.log
+    source = Path(str(log.meta.get("source", "array"))).name
+    return f"{source}: {log.sensors} gyros, {log.n:,} samples at {log.rate:.4g} Hz"
+
+
+def _draw_allan(axes: Axes, replay: ArrayReplay) -> None:
+    allan = replay.allan
+    axes.set_xlabel("averaging time [s]")
+    axes.set_ylabel(f"Allan deviation [{replay.log.unit}]")
+    if allan is None:
+        write_in_middle(axes, "the body never rested")
+        return
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    octaves = np.flatnonzero(np.isin(allan.taus, allan.taus[0] * 2.0 ** np.arange(allan.taus.size)))
+    taus = allan.taus[octaves]
+    for k, one in enumerate(_over_axes(allan.sensors)[:, octaves]):
+        label = "each sensor" if k == 0 else f"_{k}"
+        axes.plot(taus, one, color=_GREY, lw=0.5, label=label)
+    for curve, colour, label in ((allan.mean, SKY, "plain mean"), (allan.fused, BLACK, "array")):
+        axes.plot(taus, _over_axes(curve)[octaves], color=colour, lw=1.2, label=label)
+    axes.grid(which="major", color=GREY, lw=0.3)
+    write_legend(axes, "lower left", 1, 1.6)
+
+
+def _over_axes(deviations: Floats) -> Floats:
+    """Return the root mean squares over the axes, of deviations (..., axes, m)."""
+    means: Floats = np.sqrt(np.mean(deviations**2, axis=-2))
+    return means
+
+
+def _draw_rate(axes: Axes, replay: ArrayReplay) -> None:
+    log = replay.log
+    _, seconds = time_unit(log.n / log.rate)
+    series = replay.rate.reshape(log.n, -1)
+    for i, letter in enumerate(log.axes):
+        time, values = outline(series[:, i], log.rate)
+        axes.plot(time / seconds, values, color=_AXES[i], lw=0.5, label=letter or "rate")
+    axes.set_ylim(*limits(series.ravel(), 0.1, 0.35))
+    axes.set_xlim(0.0, log.n / log.rate / seconds)
+    axes.set_ylabel(f"rate [{log.unit}]")
+    axes.tick_params(labelbottom=False)
+    write_legend(axes, "upper right", 3)
+
+
+def _draw_weights(axes: Axes, bar: Axes, replay: ArrayReplay) -> None:
+    """Draw a row for each sensor: its weight, or what kept it out for most of a while."""
+    from matplotlib.colors import to_rgb
+
+    log = replay.log
+    name, seconds = time_unit(log.n / log.rate)
+    weights, fate = _by_time(replay)
+    duration = log.n / log.rate / seconds
+    extent = (0.0, duration, log.sensors - 0.5, -0.5)
+    most = max(min(float(np.nanmax(weights, initial=1.0)), _MOST_WEIGHT), 1.5)
+    image = axes.imshow(
+        weights.T, aspect="auto", extent=extent, cmap="Blues", vmin=0.0, vmax=most,
+        interpolation="nearest",
+    )  # fmt: skip
+    cover = np.zeros((*fate.T.shape, 4))
+    for kind, colour in ((_MISSING, _GREY), (_EXCLUDED, VERMILION), (_LEFT_OUT, ORANGE)):
+        cover[kind == fate.T] = (*to_rgb(colour), 1.0)
+    axes.imshow(cover, aspect="auto", extent=extent, interpolation="nearest")
+    axes.set_xlim(0.0, duration)
+    axes.set_xlabel(f"time [{name}]")
+    scale = axes.figure.colorbar(
+        image, cax=bar, extend="max" if most == _MOST_WEIGHT else "neither"
+    )
+    scale.set_label("weight over that in a plain mean")
+    scale.outline.set_linewidth(0.5)
+
+
+def _label_rows(axes: Axes, replay: ArrayReplay) -> None:
+    """Name the rows, as many as there is room for."""
+    log = replay.log
+    axes.set_yticks(range(log.sensors), log.labels)
+    axes.tick_params(axis="y", labelsize=FONT - 0.5, length=0.0)
+
+
+def _by_time(replay: ArrayReplay) -> tuple[Floats, npt.NDArray[np.int8]]:
+    """Return of each while the mean weight where used, times N, and what most samples came to.
+
+    Both have shape (whiles, N). A sensor that was excluded in a while at all is so shown.
+    """
+    log = replay.log
+    starts = parts(log.n, _TIMES)
+    used = replay.fate == OUT.index("used")
+    counts = np.add.reduceat(used, starts, axis=0, dtype=np.int64)
+    sums = np.add.reduceat(np.where(used, replay.weights, 0.0), starts, axis=0)
+    lengths = np.diff(np.append(starts, log.n))[:, np.newaxis]
+    fate = np.zeros(counts.shape, np.int8)
+    for kind in (_LEFT_OUT, _MISSING, _EXCLUDED):
+        share = np.add.reduceat(replay.fate == kind, starts, axis=0, dtype=np.int64) / lengths
+        fate[share > (0.0 if kind == _EXCLUDED else 0.5)] = kind
+    weights = np.divide(sums, counts, out=np.full(sums.shape, np.nan), where=counts > 0)
+    return weights * log.sensors, fate
+
+
+def _caption(replay: ArrayReplay) -> str:
+    sentences = [
+        "Allan deviations: root mean squares over the axes, at rest, the bias taken off all alike."
+        if len(replay.log.axes) == 3
+        else "Allan deviations: at rest, the bias taken off all alike."
+    ]
+    if replay.allan is not None and replay.log.sensors > 1:
+        mean, one = (float(gain[-1, replay.allan.second]) for gain in replay.allan.gains())
+        seconds = float(replay.allan.taus[replay.allan.second])
+        if np.isfinite(one):
+            sentences.append(
+                f"At {seconds:.3g} s the plain mean has {mean:.2f} times the array's, one sensor "
+                f"{one:.2f} times."
+            )
+    sentences.append(
+        "Weights: at rest by noise, in motion by scale errors, which are alike. Vermilion: "
+        "excluded, for it disagreed with the others; orange: stuck or far off for most of the "
+        "while; grey: missing."
+    )
+    return " ".join(sentences)

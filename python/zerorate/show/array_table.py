@@ -1,0 +1,154 @@
+"""The replay of an array as plain text: how each sensor did, and what the array gains."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from zerorate.array.rotations import Rotations
+from zerorate.io.log import notes_of
+from zerorate.numerals import NOTHING, or_dash, significant
+from zerorate.run.array import OUT, ArrayReplay
+from zerorate.show.tables import Table, as_text, bulleted
+from zerorate.types import Floats
+
+__all__ = ["format_array", "format_array_notes", "format_rotations"]
+
+_SPANS: Final = 3
+"""Spans of an exclusion that are listed."""
+_GAINS: Final = ("mean over array", "sensor over array")
+
+
+def format_array(replay: ArrayReplay) -> str:
+    """Return a table with a row a sensor, the plain mean and the array, and the gains."""
+    kinds = [i for i in range(len(OUT)) if i == 0 or replay.shares[:, i].any()]
+    head = ("", *(OUT[i] for i in kinds), "weight")
+    rows = [*_sensor_rows(replay, kinds)]
+    if replay.allan is None:
+        note = "In % of the samples. The body never rested."
+        return as_text(Table(_title(replay), head, tuple(rows), note=note))
+    at, axes = replay.allan.second, replay.log.axes
+    whole = [
+        ("plain mean", replay.allan.mean[:, at]),
+        ("array", replay.allan.fused[:, at]),
+        *(
+            (name, gains[: len(axes), at])
+            for name, gains in zip(_GAINS, replay.allan.gains(), strict=True)
+        ),
+    ]
+    empty = ("",) * (len(head) - 1)
+    deviations = replay.allan.sensors[:, :, at]
+    listed = [(*row, *_numbers(one)) for row, one in zip(rows, deviations, strict=True)]
+    listed += [(name, *empty, *_numbers(values)) for name, values in whole]
+    return as_text(
+        Table(_title(replay), (*head, *_columns(axes)), tuple(listed), note=_note(replay))
+    )
+
+
+def _numbers(values: Floats) -> tuple[str, ...]:
+    return tuple(map(or_dash, values.tolist()))
+
+
+def _columns(axes: Sequence[str]) -> tuple[str, ...]:
+    return tuple(axes) if len(axes) > 1 else ("Allan",)
+
+
+def _title(replay: ArrayReplay) -> str:
+    log = replay.log
+    return f"{log.sensors} gyros, {log.n:,} samples at {log.rate:.4g} Hz"
+
+
+def _sensor_rows(replay: ArrayReplay, kinds: Sequence[int]) -> Iterator[tuple[str, ...]]:
+    """Yield the label of each sensor, what became of its samples, and its weight at rest."""
+    weights = replay.mean_weights.tolist()
+    for label, shares, weight in zip(replay.log.labels, replay.shares, weights, strict=True):
+        yield label, *map(_percent, shares[kinds].tolist()), f"{weight:.3f}"
+
+
+def _percent(share: float) -> str:
+    """Return a share in per cent: zero is zero, and a little is not."""
+    if share == 0.0:
+        return "0"
+    return f"{100.0 * share:.1f}" if share >= 5e-4 else "<0.1"
+
+
+def _note(replay: ArrayReplay) -> str:
+    """Return what the columns are, and the gains of all axes together."""
+    assert replay.allan is not None
+    at, sensors = replay.allan.second, replay.log.sensors
+    seconds = significant(float(replay.allan.taus[at]))
+    columns = ", ".join(_columns(replay.log.axes))
+    said = (
+        f"{OUT[0]} and so on: % of the samples. weight: mean at rest. {columns}: Allan deviation "
+        f"at rest and {seconds} s, {replay.log.unit}."
+    )
+    mean, one = (float(gain[-1, at]) for gain in replay.allan.gains())
+    if sensors == 1 or not np.isfinite(one):
+        return said
+    return (
+        f"{said} All axes together the plain mean has {mean:.2f} times the array's, one sensor "
+        f"{one:.2f} times; sqrt({sensors}) is {np.sqrt(sensors):.2f}."
+    )
+
+
+def format_rotations(rotations: Rotations) -> str:
+    """Return a table of how sensors are turned against the first."""
+    rows = [
+        (label, f"{angle:.2f}", or_dash(error), _percent(residual), _axes(matrix))
+        for label, angle, error, residual, matrix in zip(
+            rotations.labels,
+            rotations.angles,
+            rotations.errors,
+            rotations.residuals,
+            rotations.matrices,
+            strict=True,
+        )
+    ]
+    head = ("", "angle, deg", "error", "left, %", "axes of the first are nearest to")
+    title = f"Rotations against {rotations.labels[0]}, from {rotations.seconds:.3g} s of motion"
+    return as_text(Table(title, head, tuple(rows)))
+
+
+def _axes(matrix: Floats) -> str:
+    """Return which of a sensor's axes lie along those of the first: ``-y, -x, -z``."""
+    nearest = np.argmax(np.abs(matrix), axis=1)
+    signs = np.where(matrix[np.arange(3), nearest] < 0.0, "-", "")
+    return ", ".join(f"{sign}{'xyz'[i]}" for sign, i in zip(signs, nearest, strict=True))
+
+
+def format_array_notes(replay: ArrayReplay, further: Sequence[str] = ()) -> str:
+    """Return what to know about the log and the sensors, a sentence each."""
+    return bulleted([*notes_of(replay.filtered_log), *further, *_notes(replay)])
+
+
+def _notes(replay: ArrayReplay) -> Iterator[str]:
+    log = replay.log
+    if replay.rotations is None and len(log.axes) == 3 and log.sensors > 1:
+        yield "all sensors are taken as aligned, for no rotations were given"
+    for k, label in enumerate(log.labels):
+        spans = replay.excluded_spans(k)
+        if spans:
+            yield f"{label} disagreed with the others and was excluded: {_listed(spans)}"
+        if replay.health[k] != "good":
+            yield f"{label} is {replay.health[k]} at the end"
+    if replay.disputed.any():
+        seconds = replay.disputed.sum() / log.rate
+        yield (
+            f"for {seconds:.4g} s sensors disagreed and nobody knew which was wrong: all were used"
+        )
+    lost = ~np.isfinite(replay.rate.reshape(log.n, -1)).all(axis=1)
+    if lost.any():
+        yield f"no sensor was left in {int(lost.sum())} of {log.n} samples: the rate is NaN there"
+    yield (
+        "the log of the array holds its rate without bias, and beside it rest, weight_LABEL and "
+        "excluded_LABEL of each sensor"
+    )
+
+
+def _listed(spans: Sequence[tuple[float, float]]) -> str:
+    """Return the first spans, and how many there are more."""
+    shown = ", ".join(f"{start:.4g} to {end:.4g} s" for start, end in spans[:_SPANS])
+    more = len(spans) - _SPANS
+    return f"{shown} and {more} more" if more > 0 else shown or NOTHING
