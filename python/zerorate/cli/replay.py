@@ -130,7 +130,7 @@ def replay(
     if array:
         refuse_with_array(options, only=only, calibration=calibration, no_accel=no_accel)
     elif asked_of_array.given:
-        raise UsageFault(f"{asked_of_array.given} needs --array")
+        raise UsageFault(f"only --array takes {asked_of_array.given}")
     method = options["method"]
     methods = (method,) if only else (*baselines(method), method)
     check_filter_options(options, methods)

@@ -264,6 +264,7 @@ class _Seen:
         self.disputed = np.empty(n, np.bool_)
         self.at_rest = np.empty((n, axes), np.bool_)
         self.seconds = 0.0
+        self._excluded = np.zeros(sensors, np.bool_)
 
     def take(self, array: GyroArray, first: int) -> None:
         """Give the array one block, and note what it says."""
@@ -279,7 +280,10 @@ class _Seen:
         self.weights[here] = with_axes["weights"].mean(axis=2)
         self.disputed[here] = found["disputed"]
         used: Booleans = np.all(with_axes["used"], axis=2)
-        self.fate[here] = _fate(samples, used, found["excluded"], self._limit)
+        # What is found at the end of a sample holds from the next one on.
+        excluded = np.concatenate((self._excluded[np.newaxis], found["excluded"]))
+        self._excluded = excluded[-1]
+        self.fate[here] = _fate(samples, used, excluded[:-1], self._limit)
         self._residuals[here] = self._turned(samples - with_axes["bias"])
 
     def _turned(self, rates: Floats) -> Floats:
