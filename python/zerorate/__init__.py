@@ -57,6 +57,8 @@ from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
+    from zerorate.array.logs import ArrayLog, array_log
+    from zerorate.array.rotations import Rotations, find_rotations, read_rotations
     from zerorate.attitude.estimate import AttitudeEstimate, estimate_attitude
     from zerorate.calibrate import Calibration, find_rests
     from zerorate.calibrate.comparison import (
@@ -82,6 +84,7 @@ __all__ = [
     "AllanCovariance",
     "AllanNoise",
     "AllanResult",
+    "ArrayLog",
     "Attitude",
     "AttitudeEstimate",
     "Calibration",
@@ -95,8 +98,8 @@ __all__ = [
     "DynamicAllan",
     "FittedModel",
     "FittedRate",
-    "GyroErrors",
     "GyroArray",
+    "GyroErrors",
     "ImuCorrector",
     "Integrated",
     "Log",
@@ -111,6 +114,7 @@ __all__ = [
     "Recording",
     "RecursiveLeastSquares",
     "RestDetector",
+    "Rotations",
     "SimulatedMotion",
     "SimulatedSession",
     "Sinusoid",
@@ -125,6 +129,7 @@ __all__ = [
     "__version__",
     "allan",
     "allan_covariance",
+    "array_log",
     "calibrate",
     "calibrate_rate_table",
     "compare",
@@ -134,6 +139,7 @@ __all__ = [
     "dynamic_allan",
     "estimate_attitude",
     "find_rests",
+    "find_rotations",
     "fit_rate",
     "identify",
     "integrate",
@@ -142,6 +148,7 @@ __all__ = [
     "raw_counts",
     "read_log",
     "read_recording",
+    "read_rotations",
     "simulate",
     "simulate_motion",
     "simulate_session",
@@ -159,6 +166,7 @@ _LATER = {
     "live": "live",
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
+    "ArrayLog": "array.logs",
     "AttitudeEstimate": "attitude.estimate",
     "Calibration": "calibrate.calibration",
     "CalibrationComparison": "calibrate.comparison",
@@ -169,16 +177,20 @@ _LATER = {
     "MovedParameter": "calibrate.comparison",
     "RateTable": "calibrate.rate.rate_table",
     "RateTableAxis": "calibrate.rate.rate_table",
+    "Rotations": "array.rotations",
     "SimulatedMotion": "simulate.motion",
     "SimulatedSession": "simulate.session",
     "TemperatureBias": "calibrate.temperature",
     "TemperatureModel": "calibrate.temperature",
+    "array_log": "array.logs",
     "calibrate_rate_table": "calibrate.rate.rate_table",
     "find_rests": "calibrate.fit.rests",
     "compare_calibrations": "calibrate.comparison",
     "estimate_attitude": "attitude.estimate",
+    "find_rotations": "array.rotations",
     "fit_rate": "calibrate.rate.reference",
     "integrate": "calibrate.rate.angle",
+    "read_rotations": "array.rotations",
     "simulate_motion": "simulate.motion",
     "simulate_session": "simulate.session",
 }

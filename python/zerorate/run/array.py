@@ -68,7 +68,7 @@ class ArrayAllan:
     def gains(self) -> tuple[Floats, Floats]:
         """Return the gain over the plain mean and over one sensor, (axes + 1, m), last of all axes.
 
-        Squares are averaged over the sensors, and over the axes.
+        Squares are averaged over the sensors that have one, and over the axes.
         """
         squares = [np.concatenate((s, s.mean(axis=0, keepdims=True))) for s in self._squares()]
         one, mean, fused = squares
@@ -76,7 +76,7 @@ class ArrayAllan:
             return np.sqrt(mean / fused), np.sqrt(one / fused)
 
     def _squares(self) -> tuple[Floats, Floats, Floats]:
-        return np.mean(self.sensors**2, axis=0), self.mean**2, self.fused**2
+        return _mean(self.sensors**2, axis=0), self.mean**2, self.fused**2
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -302,7 +302,7 @@ class _Seen:
         # At rest no sensor that works is at the end of its range.
         rates = np.where(rest[:, np.newaxis, np.newaxis], self._residuals, np.nan)
         fused = np.where(rest[:, np.newaxis], self.rate, np.nan)
-        every = np.concatenate((rates.reshape(len(rest), -1), _mean(rates), fused), axis=1)
+        every = np.concatenate((rates.reshape(len(rest), -1), _mean(rates, axis=1), fused), axis=1)
         factors, second = _factors(self._log.n, self._log.rate)
         deviations, _, _ = allan_deviations(every, factors.tolist())
         curves = np.split(deviations.T, (sensors * axes, (sensors + 1) * axes))
@@ -341,11 +341,11 @@ def _certain(rest: Booleans, rate: float) -> Booleans:
     return certain
 
 
-def _mean(rates: Floats) -> Floats:
-    """Return the plain mean of the sensors that are there, of rates (n, N, axes)."""
-    there = np.isfinite(rates)
-    count = there.sum(axis=1)
-    total = np.where(there, rates, 0.0).sum(axis=1)
+def _mean(values: Floats, axis: int) -> Floats:
+    """Return the mean of the values that are there; NaN of none."""
+    there = np.isfinite(values)
+    count = there.sum(axis=axis)
+    total = np.where(there, values, 0.0).sum(axis=axis)
     means: Floats = np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
     return means
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.run.array import OUT, ArrayReplay
+from zerorate.show.array_table import title
 from zerorate.show.scales import limits, outline, parts
 from zerorate.show.style import (
     BLACK,
@@ -100,7 +101,7 @@ def plot_array(replay: ArrayReplay) -> Figure:
     bar.tick_params(labelsize=FONT - 0.5, width=0.5, length=2.0, pad=1.5)
     bar.yaxis.label.set_fontsize(FONT)
     _label_rows(weights, replay)
-    if replay.allan is not None:
+    if allan.get_yscale() == "log":
         style_decades(allan)
     write_title(figure, height, _title(replay))
     write_caption(figure, height, fill(_caption(replay), int(_WIDTH / _LETTER)))
@@ -108,9 +109,8 @@ def plot_array(replay: ArrayReplay) -> Figure:
 
 
 def _title(replay: ArrayReplay) -> str:
-    log = replay.log
-    source = Path(str(log.meta.get("source", "array"))).name
-    return f"{source}: {log.sensors} gyros, {log.n:,} samples at {log.rate:.4g} Hz"
+    source = Path(str(replay.log.meta.get("source", "array"))).name
+    return f"{source}: {title(replay)}"
 
 
 def _draw_allan(axes: Axes, replay: ArrayReplay) -> None:
@@ -119,6 +119,9 @@ def _draw_allan(axes: Axes, replay: ArrayReplay) -> None:
     axes.set_ylabel(f"Allan deviation [{replay.log.unit}]")
     if allan is None:
         write_in_middle(axes, "the body never rested")
+        return
+    if not (allan.sensors > 0.0).any():
+        write_in_middle(axes, "all samples at rest are equal")
         return
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -136,7 +139,7 @@ def _draw_allan(axes: Axes, replay: ArrayReplay) -> None:
 def _over_axes(deviations: Floats) -> Floats:
     """Return the root mean squares over the axes, of deviations (..., axes, m)."""
     means: Floats = np.sqrt(np.mean(deviations**2, axis=-2))
-    return means
+    return np.where(means > 0.0, means, np.nan)
 
 
 def _draw_rate(axes: Axes, replay: ArrayReplay) -> None:

@@ -14,7 +14,7 @@ from zerorate.run.array import OUT, ArrayReplay
 from zerorate.show.tables import Table, as_text, bulleted
 from zerorate.types import Floats
 
-__all__ = ["format_array", "format_array_notes", "format_rotations"]
+__all__ = ["format_array", "format_array_notes", "format_rotations", "title"]
 
 _SPANS: Final = 3
 """Spans of an exclusion that are listed."""
@@ -27,8 +27,8 @@ def format_array(replay: ArrayReplay) -> str:
     head = ("", *(OUT[i] for i in kinds), "weight")
     rows = [*_sensor_rows(replay, kinds)]
     if replay.allan is None:
-        note = "In % of the samples. The body never rested."
-        return as_text(Table(_title(replay), head, tuple(rows), note=note))
+        note = "In % of the samples. The body never rested: no bias and no noise is known."
+        return as_text(Table(title(replay), head, tuple(rows), note=note))
     at, axes = replay.allan.second, replay.log.axes
     whole = [
         ("plain mean", replay.allan.mean[:, at]),
@@ -41,9 +41,10 @@ def format_array(replay: ArrayReplay) -> str:
     empty = ("",) * (len(head) - 1)
     deviations = replay.allan.sensors[:, :, at]
     listed = [(*row, *_numbers(one)) for row, one in zip(rows, deviations, strict=True)]
-    listed += [(name, *empty, *_numbers(values)) for name, values in whole]
+    if replay.log.sensors > 1:
+        listed += [(name, *empty, *_numbers(values)) for name, values in whole]
     return as_text(
-        Table(_title(replay), (*head, *_columns(axes)), tuple(listed), note=_note(replay))
+        Table(title(replay), (*head, *_columns(axes)), tuple(listed), note=_note(replay))
     )
 
 
@@ -55,9 +56,15 @@ def _columns(axes: Sequence[str]) -> tuple[str, ...]:
     return tuple(axes) if len(axes) > 1 else ("Allan",)
 
 
-def _title(replay: ArrayReplay) -> str:
+def title(replay: ArrayReplay) -> str:
+    """Return how many sensors and samples there are, and the rate."""
     log = replay.log
-    return f"{log.sensors} gyros, {log.n:,} samples at {log.rate:.4g} Hz"
+    gyros, samples = _counted(log.sensors, "gyro"), _counted(log.n, "sample")
+    return f"{gyros}, {samples} at {log.rate:.4g} Hz"
+
+
+def _counted(count: int, thing: str) -> str:
+    return f"{count:,} {thing}" if count == 1 else f"{count:,} {thing}s"
 
 
 def _sensor_rows(replay: ArrayReplay, kinds: Sequence[int]) -> Iterator[tuple[str, ...]]:
