@@ -133,9 +133,13 @@ fn adapt_large<T: Real, const N: usize>(
     };
     let (step, guarded) = bounded_step(&sample, weight, left);
     G.settle(large);
+    let before = *G;
     add_rank_one(G, step, &column);
     G.settle(large);
-    guarded
+    // Of a G that is all but singular the headroom is rounding: such a step is not made.
+    let broken = large & !G.semidefinite();
+    G.assign_where(broken, &before);
+    guarded | broken
 }
 
 /// `(e² - S)/(k S²)`, the factor of `S K (S K)ᵀ`, or as far as the headroom allows.

@@ -91,6 +91,13 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
         }
     }
 
+    /// Takes over another one in some lanes.
+    #[inline(always)]
+    pub fn assign_where(&mut self, lanes: T::SimdBool, other: &Self) {
+        let old = *self;
+        self.assign(|i, j| choose(lanes, other.at(i, j), old.at(i, j)));
+    }
+
     /// A matrix by the elements of its upper triangle.
     #[inline(always)]
     pub fn from_upper(element: impl Fn(usize, usize) -> T) -> Self {
@@ -120,30 +127,36 @@ where
         (0..N).all(|i| is_size(self.at(i, i), bound))
             && below.into_iter().all(|place| self.upper[place] == T::zero())
             && self.trace() <= bound
-            && self.is_semidefinite()
+            && self.semidefinite()
     }
+}
 
-    /// By Cholesky's method on the correlations, so that no size of a component hides another.
-    fn is_semidefinite(&self) -> bool {
-        let scale = vector::<T, N>(|i| T::one() / (self.at(i, i) + T::TINY).simd_sqrt());
-        let one = T::one() + T::ROUNDING * T::of(N as f64 * UNSETTLED);
+impl<T: Real, const N: usize> Symmetric<T, N> {
+    /// Where it is semidefinite, to what [`settle`](Self::settle) allows for rounding: by Cholesky's
+    /// method on the correlations, so that no size of a component hides another.
+    pub(crate) fn semidefinite(&self) -> T::SimdBool {
+        let scale = vector::<T, N>(|i| T::one() / (self.at(i, i) + T::tiny()).simd_sqrt());
+        let rounding = T::limit(<T::Element as Limits>::ROUNDING);
+        let one = T::one() + rounding * T::of(N as f64 * UNSETTLED);
         let mut rest = Self::from_upper(|i, j| match i == j {
             true => one,
             false => self.at(i, j) * scale[i] * scale[j],
         });
+        // Of a variance below zero nothing is left; not so for NaN.
+        let mut so = self.at(0, 0).simd_ge(T::zero());
         for j in 0..N {
             let pivot = rest.at(j, j);
-            // Not so for NaN.
-            if !(pivot > T::zero() && pivot <= one) {
-                return false;
-            }
+            so = so
+                & self.at(j, j).simd_ge(T::zero())
+                & pivot.simd_gt(T::zero())
+                & pivot.simd_le(one);
             for i in j + 1..N {
                 for h in i..N {
                     rest.set(i, h, rest.at(i, h) - rest.at(j, i) * rest.at(j, h) / pivot);
                 }
             }
         }
-        true
+        so
     }
 }
 

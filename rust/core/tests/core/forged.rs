@@ -11,8 +11,9 @@ use zerorate_core::calibrate::{
 use zerorate_core::checkpoint::{self, Checkpoint};
 use zerorate_core::stream::{Input, Number, Output};
 use zerorate_core::{
-    AutoFilter, AutoParams, Behaviour, DriftFilter, Params, RecursiveLeastSquares, RestDetector,
-    RestGated, RestLimits, RlsParams, RobustFilter, RobustParams, Stream, Traced, Zones,
+    AutoFilter, AutoParams, Behaviour, DriftFilter, Method, Params, RecursiveLeastSquares,
+    RestDetector, RestGated, RestLimits, RlsParams, RobustFilter, RobustParams, Stream, Traced,
+    Zones,
 };
 
 const HEADER: usize = 30;
@@ -163,6 +164,41 @@ fn samples() -> impl Strategy<Value = Vec<f64>> {
     let calm = prop::collection::vec(-1.0..1.0, 0..400);
     let wild = prop::collection::vec(any_sample(), 0..100);
     (calm, wild).prop_map(|(calm, wild)| [calm, wild].concat())
+}
+
+/// Samples of many sizes after which the process noise of three coefficients is all but singular.
+#[rustfmt::skip]
+const SINGULAR: [f64; 57] = [
+    0.0, 0.0, 0.0, 0.0618568901204795, 0.0, 0.0, 0.0, 0.0,
+    0.7711163650895846, 0.22975555181225762, 0.0, 0.0, 0.0, 0.25792284837502477, 0.009605448854506362, 0.87701369222827,
+    0.19129260252629912, 0.0, 0.0, 0.0, f64::NAN, 4.644521327465089, 9.703405180121782, 0.0,
+    9.302015396596445, 0.0, 8.344022303509357, f64::NAN, 0.0, 6.910500637189414, f64::NAN, 7.732472967187351,
+    0.0, f64::NAN, 6.354781026585029, 5.728589507565876, -4.628749683531777, 1000000000000.0, -9.149499249617486, 0.0,
+    -3.750990458331009, 0.0, 4.745179737214887, 0.0, f64::NAN, 2.9068567078564866, f64::NAN, f64::NAN,
+    0.0, -6.8195388956052305, f64::NAN, 0.0, 5.449130801172018, 1.686650421495426e21, 0.0, f64::NAN,
+    0.0,
+];
+
+#[test]
+fn a_process_noise_that_is_all_but_singular() {
+    let params = Params {
+        rate: 100.0,
+        method: Method::Fading,
+        fading: 0.01,
+        noise: AllanKind::Allan,
+        adapt_for: Some(0.0),
+        forgetting_factor: 0.5,
+        process_noise: 0.4136157407899172,
+        process_noise_memory: 429.0851958349029,
+        startup: 0.45121569971536873,
+        scale: None,
+    };
+    let mut filter = DriftFilter::<f64, 4, 7>::new(params).expect("valid parameters");
+    for (k, z) in SINGULAR.into_iter().enumerate() {
+        filter.update(z);
+        let restored = checkpoint::read::<DriftFilter<f64, 4, 7>>(&saved(&filter));
+        assert!(restored.is_ok(), "refused after sample {k}");
+    }
 }
 
 proptest! {

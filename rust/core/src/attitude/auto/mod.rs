@@ -547,7 +547,7 @@ mod tests {
             fields in prop::collection::vec(
                 prop::option::weighted(0.8, prop::array::uniform3(-1e3..1e3_f64)), 400..600),
         ) {
-            let (with, without) = (followed(&fields), followed(&vec![None; fields.len()]));
+            let (with, without) = (followed(&fields), followed(&[None; 600][..fields.len()]));
             prop_assert_eq!(with.strapdown, without.strapdown);
             prop_assert_eq!((with.bias, with.matrix), (without.bias, without.matrix));
             prop_assert_eq!(with.velocity, without.velocity);
