@@ -146,6 +146,8 @@ class GyroArray:
         settled = [[s not in BEGINS for s in f.status] for f in self.filters]
         white[~np.array(settled)] = np.nan
         noise = white + self.steps**2
+        for sums in (self.compared, self.far, self.differences, self.products):
+            sums[np.isnan(self.sigma)] = 0
         self.sigma = np.sqrt(np.where(entries, self.R**2 * noise[:, np.newaxis], 0.0).sum(axis=-1))
         for a in range(3):
             own = self.sigma[np.isfinite(self.sigma[:, a]) & ~self.excluded, a]

@@ -27,6 +27,9 @@ use crate::stream::Stream;
 /// Largest sample that sums are made of; squares and their sums are far from overflowing.
 const MOST: f64 = 1e75;
 
+/// Part of their sizes that weights, some of which may be negative, must add up to.
+const LEFT: f64 = 0.25;
+
 /// Gyros of one body, with `A` axes each, as one gyro.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GyroArray<const A: usize> {
@@ -269,7 +272,7 @@ impl<const A: usize> GyroArray<A> {
     #[inline(always)]
     fn mean(&mut self, axis: usize, centre: f64, speed: f64) -> f64 {
         let motion = self.noise.motion(axis, self.params.scale_error * speed);
-        let (mut sum, mut all) = (0.0, 0.0);
+        let (mut sum, mut size) = (0.0, 0.0);
         for sensor in 0..self.params.sensors {
             let place = sensor * A + axis;
             let weight = match self.used[place] {
@@ -277,19 +280,35 @@ impl<const A: usize> GyroArray<A> {
                 false => 0.0,
             };
             self.weights[place] = weight;
-            all += weight;
+            (sum, size) = (sum + weight, size + weight.abs());
         }
-        if all <= 0.0 {
+        // Weights that all but cancel, once some sensors are out, say nothing of those that are left.
+        if sum <= LEFT * size {
+            sum = self.count_alike(axis);
+        }
+        if sum <= 0.0 {
             return centre;
         }
+        let mut rate = 0.0;
         for sensor in 0..self.params.sensors {
             let place = sensor * A + axis;
-            self.weights[place] /= all;
+            self.weights[place] /= sum;
             if self.used[place] {
-                sum += self.weights[place] * self.rates[place];
+                rate += self.weights[place] * self.rates[place];
             }
         }
-        sum
+        rate
+    }
+
+    /// Gives all that are used the same weight; returns how many there are.
+    #[cold]
+    fn count_alike(&mut self, axis: usize) -> f64 {
+        let mut count = 0.0;
+        for place in (axis..self.used.len()).step_by(A) {
+            self.weights[place] = f64::from(u8::from(self.used[place]));
+            count += self.weights[place];
+        }
+        count
     }
 
     #[cold]

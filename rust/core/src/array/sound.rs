@@ -4,12 +4,15 @@ use super::centralised::{Centralised, Walk};
 use super::noise::{Halves, Noise};
 use super::octaves::{OCTAVES, Octave, Octaves};
 use super::vote::{Standing, Vote};
-use super::{GyroArray, MOST};
+use super::{GyroArray, LEFT, MOST};
 use crate::math::sound::{is_count, is_sample, is_size, is_within};
 use crate::stream::checkpoint::Checkpoint;
 
 /// Squares of the largest differences.
 const SQUARE: f64 = 4.0 * MOST * MOST;
+
+/// Largest share of a sensor, of others that are negative.
+const MOST_WEIGHT: f64 = 1.0 / LEFT + 1e-9;
 
 impl<const A: usize> Checkpoint for GyroArray<A> {
     const TAG: &'static str = "gyro-array";
@@ -39,7 +42,7 @@ impl<const A: usize> Checkpoint for GyroArray<A> {
                     && filter.is_sound()
             })
             && self.position < self.length
-            && self.weights.iter().all(|w| is_size(*w, 1.0 + 1e-9))
+            && self.weights.iter().all(|w| w.abs() <= MOST_WEIGHT)
             && self.centralised.is_sound(n, A)
             && self.noise.is_sound(n, A, self.position)
             && self.vote.is_sound(n, A, self.position)

@@ -144,6 +144,10 @@ impl Vote {
 
     /// Deviation of a sensor's samples on an axis, NaN if it or the bias is not known.
     pub(super) fn know(&mut self, place: usize, sigma: f64) {
+        if self.sigmas[place].is_nan() {
+            // Up to now its rate had the bias in it.
+            self.sums[place] = Sums::default();
+        }
         // Not so for NaN.
         self.sigmas[place] = if sigma > MOST { MOST } else { sigma };
     }
