@@ -183,7 +183,8 @@ FAULTS = {
     "spikes": lambda z, rng: z + 50.0 * (rng.random(z.shape) < 0.01),
     "missing": lambda z, rng: np.full_like(z, np.nan),
 }
-SAID = {"stuck": "stuck", "missing": "missing"}
+SAID = {"stuck": "stuck", "missing": "missing", "spikes": "good"}
+"""Single spikes are left out, the sensor is not."""
 
 
 @pytest.mark.parametrize("name", FAULTS)

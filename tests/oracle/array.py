@@ -70,6 +70,7 @@ class GyroArray:
         self.sums, self.counts = np.zeros((2, *shape)), np.zeros((2, *shape), dtype=int)
         self.compared, self.far = np.zeros(shape, dtype=int), np.zeros(shape, dtype=int)
         self.differences, self.products = np.zeros(shape), np.zeros(shape)
+        self.largest, self.along = np.zeros(shape), np.zeros(shape)
         self.squares, self.voters, self.speeds = np.zeros(3), np.zeros(3, dtype=int), 0.0
 
     def update(self, z):
@@ -91,18 +92,20 @@ class GyroArray:
         voters = counts.sum(axis=0)
         self.voters = np.maximum(self.voters, voters)
         rate = np.full(3, np.nan)
-        self.weights = np.zeros((self.n, 3))
+        self.weights, left_out = np.zeros((self.n, 3)), np.zeros(self.n, dtype=bool)
         for a in range(3):
             used = counts[:, a].copy()
             if voters[a] >= 2:
-                used &= ~(self.compare(a, r[:, a], middle[a], speed) & (voters[a] > 2))
+                far = self.compare(a, r[:, a], middle[a], speed) & (voters[a] > 2)
+                used, left_out = used & ~far, left_out | far
             weight = np.where(used, self.weight(a, speed), 0.0)
             if weight.sum() > 0.0:
                 self.weights[:, a] = weight / weight.sum()
                 rate[a] = np.sum(self.weights[used, a] * r[used, a])
             else:
                 rate[a] = middle[a]
-        there, half = np.isfinite(own), int(2 * self.position >= self.length)
+        there = np.isfinite(own) & ~left_out[:, np.newaxis]
+        half = int(2 * self.position >= self.length)
         self.sums[half] += np.where(there, z, 0.0)
         self.counts[half] += there
         self.position += 1
@@ -124,6 +127,8 @@ class GyroArray:
         near = there & ~far
         self.differences[near, a] += d[near]
         self.products[near, a] += d[near] * middle
+        larger = near & (np.abs(d) > np.abs(self.largest[:, a]))
+        self.largest[larger, a], self.along[larger, a] = d[larger], d[larger] * middle
         self.squares[a] += middle**2
         return far
 
@@ -146,8 +151,9 @@ class GyroArray:
         settled = [[s not in BEGINS for s in f.status] for f in self.filters]
         white[~np.array(settled)] = np.nan
         noise = white + self.steps**2
-        for sums in (self.compared, self.far, self.differences, self.products):
-            sums[np.isnan(self.sigma)] = 0
+        sums = self.differences, self.products, self.largest, self.along
+        for one in (self.compared, self.far, *sums):
+            one[np.isnan(self.sigma)] = 0
         self.sigma = np.sqrt(np.where(entries, self.R**2 * noise[:, np.newaxis], 0.0).sum(axis=-1))
         for a in range(3):
             own = self.sigma[np.isfinite(self.sigma[:, a]) & ~self.excluded, a]
@@ -197,9 +203,12 @@ class GyroArray:
 
     def vote(self):
         speed = np.sqrt(self.speeds / self.length)
-        n = np.maximum(self.compared - self.far, 1)
+        n = np.maximum(self.compared - self.far - 1, 1)
         norms = np.sqrt(np.where(self.squares > 0.0, self.squares, np.inf))
-        self.off = np.abs(self.differences) / n, np.abs(self.products) / norms
+        self.off = (
+            np.abs(self.differences - self.largest) / n,
+            np.abs(self.products - self.along) / norms,
+        )
         wrong = np.array([self.disagrees(i, speed) for i in range(self.n)])
         accused = (wrong & ~self.excluded).sum()
         self.disputed = bool(accused > 0 and 2 * accused >= (~self.excluded).sum())

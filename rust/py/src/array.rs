@@ -177,7 +177,7 @@ impl<const A: usize> ArrayBank for One<A> {
 /// the axes of the body. At rest they count by their noise, found from Allan variances over an eighth of
 /// a second, one and four seconds; in motion, where scale errors decide, nearly alike. A sample far
 /// from the middle of the others is not used. A sensor that disagrees over a quarter of a second is
-/// left out, whatever is wrong with it (offset, sign, scale, exchanged axes, spikes), until it has agreed
+/// left out, whatever is wrong with it (offset, sign, scale, exchanged axes, noise), until it has agreed
 /// for 10 s at a rate that would have shown the fault. Of two sensors that disagree nobody knows which is
 /// wrong: both are used, and ``health`` says ``"disputed"``.
 ///
@@ -355,8 +355,8 @@ impl GyroArray {
 
     /// Like ``process``, but returns by name what was known after each sample: ``rate`` (n, 3); ``bias``
     /// (n, sensors, 3) in each sensor's own axes; ``weights`` and ``used`` (n, sensors, 3);
-    /// ``excluded`` (n, sensors); ``disputed`` (n,); ``at_rest`` (n, 3). With one axis the last axis is
-    /// not there.
+    /// ``excluded`` (n, sensors), ``disputed`` (n,), and ``at_rest`` (n, 3), which are as the sample
+    /// leaves them. With one axis the last axis is not there.
     fn trace<'py>(slf: &Bound<'py, Self>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
         let py = z.py();
         let mut this = exclusive(slf)?;

@@ -50,6 +50,8 @@ pub struct GyroArray<const A: usize> {
     /// How each sensor's last sample was, and its rates in the axes of the body.
     seen: Vec<Seen>,
     rates: Vec<f64>,
+    /// Which of its own axes gave a rate that is near those of the others.
+    near: Vec<bool>,
     /// The same in order of size, axis by axis.
     sorted: Vec<f64>,
 }
@@ -117,6 +119,7 @@ impl<const A: usize> GyroArray<A> {
             used: memory::filled(false, n * A)?,
             seen: memory::filled(Seen::Whole, n)?,
             rates: memory::filled(f64::NAN, n * A)?,
+            near: memory::filled(false, n * A)?,
             sorted: memory::filled(f64::INFINITY, n * A)?,
             params,
         })
@@ -142,6 +145,7 @@ impl<const A: usize> GyroArray<A> {
         } else {
             self.fuse(rate);
         }
+        self.noise.add(z, &self.near, 2 * self.position < self.length);
         self.position += 1;
         if self.position >= self.length {
             self.end_tick();
@@ -190,7 +194,9 @@ impl<const A: usize> GyroArray<A> {
             }
         }
         self.seen[sensor] = seen;
-        self.noise.add(sensor, z, &rates, 2 * self.position < self.length);
+        for axis in 0..A {
+            self.near[sensor * A + axis] = rates[axis].is_finite();
+        }
         let turned = self.turned(sensor, &rates);
         self.rates[sensor * A..][..A].copy_from_slice(&turned);
     }
@@ -256,7 +262,10 @@ impl<const A: usize> GyroArray<A> {
                 let place = sensor * A + axis;
                 if counts[axis] > 1 {
                     let far = self.vote.is_far(place, self.rates[place], centre[axis], speed);
-                    self.used[place] &= !(far && counts[axis] > 2);
+                    if far && counts[axis] > 2 {
+                        self.used[place] = false;
+                        self.near[sensor * A..][..A].fill(false);
+                    }
                 }
             }
         }

@@ -82,14 +82,13 @@ impl Noise {
         })
     }
 
-    /// Adds a sensor's sample, of which its rates say which axes are there.
+    /// Adds the samples of all sensors, of those axes that are near the others'.
     #[inline(always)]
-    pub(super) fn add(&mut self, sensor: usize, z: &[f64], rates: &[f64], first_half: bool) {
-        let (half, sums) = (usize::from(!first_half), &mut self.sums[sensor * z.len()..]);
-        for ((sums, z), rate) in sums.iter_mut().zip(z).zip(rates) {
-            let there = rate.is_finite();
-            sums.sums[half] += if there { z.clamp(-MOST, MOST) } else { 0.0 };
-            sums.counts[half] += u32::from(there);
+    pub(super) fn add(&mut self, z: &[f64], near: &[bool], first_half: bool) {
+        let half = usize::from(!first_half);
+        for ((sums, z), near) in self.sums.iter_mut().zip(z).zip(near) {
+            sums.sums[half] += if *near { z.clamp(-MOST, MOST) } else { 0.0 };
+            sums.counts[half] += u32::from(*near);
         }
     }
 

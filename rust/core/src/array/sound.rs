@@ -31,6 +31,7 @@ impl<const A: usize> Checkpoint for GyroArray<A> {
             (self.used.len(), n * A),
             (self.seen.len(), n),
             (self.rates.len(), n * A),
+            (self.near.len(), n * A),
             (self.sorted.len(), n * A),
         ];
         sizes.iter().all(|(found, expected)| found == expected)
@@ -129,6 +130,8 @@ impl Vote {
                     && sums.count <= position
                     && is_within(sums.difference, MOST * samples)
                     && is_within(sums.product, SQUARE * samples)
+                    && is_within(sums.largest[0], 2.0 * MOST)
+                    && is_within(sums.largest[1], SQUARE)
             })
             && self.sigmas.iter().all(|x| x.is_nan() || is_size(*x, 2.0 * MOST))
             && self.sorted.len() == sensors

@@ -61,6 +61,8 @@ pub(super) struct Sums {
     pub(super) difference: f64,
     /// Times the middle: what a wrong scale, sign or axis shows, however the motion alternates.
     pub(super) product: f64,
+    /// What the sample that is furthest off adds to both: one spike is no fault of the sensor.
+    pub(super) largest: [f64; 2],
 }
 
 /// How a sensor stands with the others.
@@ -141,8 +143,12 @@ impl Vote {
         sums.far += u32::from(far);
         // One that is left out says nothing of the others.
         let near = if far { 0.0 } else { difference };
+        let product = near * centre.clamp(-MOST, MOST);
         sums.difference += near;
-        sums.product += near * centre.clamp(-MOST, MOST);
+        sums.product += product;
+        if near.abs() > sums.largest[0].abs() {
+            sums.largest = [near, product];
+        }
         far
     }
 
@@ -268,10 +274,11 @@ impl Vote {
 }
 
 impl Sums {
-    /// Differences from the middle: in the mean, and along the motion.
+    /// Differences from the middle without the largest: in the mean, and along the motion.
     fn off(&self, squares: f64) -> [f64; 2] {
-        let along = if squares > 0.0 { self.product / squares.sqrt() } else { 0.0 };
-        let near = self.count - self.far;
-        [self.difference.abs() / f64::from(near.max(1)), along.abs()]
+        let product = self.product - self.largest[1];
+        let along = if squares > 0.0 { product / squares.sqrt() } else { 0.0 };
+        let near = (self.count - self.far).saturating_sub(1).max(1);
+        [(self.difference - self.largest[0]).abs() / f64::from(near), along.abs()]
     }
 }
