@@ -307,6 +307,24 @@ proptest! {
     }
 }
 
+#[cfg(feature = "std")]
+proptest! {
+    // So has this one.
+    #![proptest_config(ProptestConfig {
+        cases: ProptestConfig::default().cases / 16,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
+
+    #[test]
+    fn arrays(
+        samples in samples(), after in prop::collection::vec(any_sample(), 40), first in 0..STRIDE,
+        limit in prop::sample::select(vec![None, Some(9.0)]),
+    ) {
+        check(crate::array::Three::new(limit)?, sound, &samples, &after, first)?;
+    }
+}
+
 proptest! {
     // A state has many numbers, and each is forged into many: a case takes long.
     #![proptest_config(ProptestConfig {
@@ -326,7 +344,7 @@ proptest! {
     }
 }
 
-/// The orientation, and whether the state could be saved again: what else it tells is not known of a
+/// What is returned, and whether the state could be saved again: what else it tells is not known of a
 /// force that is none.
 fn sound<S: Stream + Checkpoint>(stream: &S, output: S::Output) -> Vec<f64> {
     let mut told = numbers(output);

@@ -3,6 +3,8 @@
 #[macro_use]
 mod common;
 
+#[cfg(feature = "std")]
+mod array;
 mod auto;
 #[cfg(feature = "parallel")]
 mod contract;
