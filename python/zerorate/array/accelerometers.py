@@ -1,0 +1,494 @@
+"""Accelerometers of an array as one, at one point of the body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.io.log import checked_rate
+from zerorate.io.missing import floats
+from zerorate.types import Booleans, Floats, Integers
+from zerorate.units import canonical, convert, kind
+
+__all__ = ["FusedAccelerometers", "fuse_accelerometers"]
+
+AccelWeights: TypeAlias = Literal["auto", "mean", "white"]
+
+_G: Final = 9.80665
+_MOST_ACCEL: Final = 1e9
+"""m/s^2 that no sensor gives: beyond it a sample is missing."""
+_MOST_RATE: Final = 1e6
+"""The same in rad/s."""
+_MOST_LEVER: Final = 1e3
+"""Metres to a sensor."""
+_ORTHONORMAL: Final = 1e-6
+
+_TICK: Final = 0.25
+"""Seconds over which sensors are compared."""
+_BACK: Final = 10.0
+"""Seconds of agreement after which a sensor is back."""
+_VOTERS: Final = 3
+"""Sensors of which one can be told to be wrong."""
+_TYPICAL: Final = 5.0
+"""Times what half of the sensors differ by in the same tick: biases, motion without levers."""
+_SIGMAS: Final = 9.0
+_SAMPLE_SHARE, _TICK_SHARE = 0.5, 0.1
+"""Parts of the acceleration, gravity at least, by which a sample and the mean of a tick are off."""
+
+_QUIET: Final = 4
+"""One in so many ticks, the quietest, tells the noise."""
+_FLOOR: Final = 1e-6 * _G
+"""Least deviation of a sensor, m/s^2."""
+_STILL: Final = 1e-6
+"""Least deviation of the rate's derivative, rad/s^2; and, of the derivative, the least part."""
+_RIDGE: Final = 1e-12
+"""Part of the spread of the positions that keeps equations solvable."""
+
+
+@dataclass(frozen=True, eq=False)
+class FusedAccelerometers:
+    """One accelerometer in the place of N, and how each of them did; n samples.
+
+    Attributes
+    ----------
+    accel : ndarray, shape (n, 3)
+        Specific force in the axes of the body, in `unit`: at the origin of the positions, or at the
+        mean place of the sensors where none are given. NaN where no sensor is left.
+    weights : ndarray, shape (n, N)
+        Share of each sensor; 0 where it was not used.
+    excluded : ndarray of bool, shape (n, N)
+        Where a sensor was left out, for it was far from the others.
+    residual : ndarray, shape (N,)
+        RMS over samples and axes of what is left of each sensor's difference from all, in `unit`;
+        NaN for one that was never used.
+    angular_acceleration : ndarray, shape (n, 3), or None
+        Of the body, in the unit of the rate per second, from accelerometers and rate; None without
+        positions.
+    unit : str
+        Of the accelerations.
+    """
+
+    accel: Floats
+    weights: Floats
+    excluded: Booleans
+    residual: Floats
+    angular_acceleration: Floats | None
+    unit: str
+
+    def __repr__(self) -> str:
+        """Return the number of sensors and samples, and what is left between the sensors."""
+        n, sensors = self.weights.shape
+        left = float(np.sqrt(np.nanmean(self.residual**2))) if n else np.nan
+        return (
+            f"FusedAccelerometers({sensors} sensors, {n} samples, {left:.3g} {self.unit} left "
+            "between them)"
+        )
+
+
+def fuse_accelerometers(
+    accel: npt.ArrayLike,
+    rate_fused: npt.ArrayLike,
+    rate: float,
+    *,
+    rotations: npt.ArrayLike | None = None,
+    positions: npt.ArrayLike | None = None,
+    weights: AccelWeights | npt.ArrayLike = "auto",
+    limit: float | None = None,
+    scale_error: float = 0.01,
+    gyro_unit: str = "rad/s",
+    accel_unit: str = "m/s^2",
+) -> FusedAccelerometers:
+    """Return one accelerometer of N on one body, at one point of it.
+
+    A sensor at the lever arm l feels f + alpha x l + omega x (omega x l). Omega is the rate of the
+    array; alpha, the angular acceleration, follows by least squares from differences between the
+    accelerometers, and from the change of the rate as far as that is smooth: at rest the rate tells
+    it better, in fast motion the accelerometers do. A mean over sensors that lie evenly around the
+    origin needs no lever arms; they matter where a sensor is missing or weighs less, where the
+    point lies elsewhere, and to tell a faulty sensor from motion.
+
+    From three sensors on, one is left out while it is far from the middle of the others: a sample
+    at once, a sensor when the mean of a quarter second is, and for the 10 s after that. Offsets and
+    scale errors of cheap sensors do not suffice, nor does a twist of a few degrees.
+
+    Nothing is calibrated here: the result has the weighted mean of the sensors' offsets and scale
+    errors, and a sensor that drops out leaves a step. `zerorate.calibrate` removes both.
+
+    Parameters
+    ----------
+    accel : array_like, shape (n, N, 3)
+        Specific forces in the sensors' own axes, in `accel_unit`. A sample of which an axis is not
+        finite is missing.
+    rate_fused : array_like, shape (n, 3)
+        Rate of the body at the same times, its bias taken off, in `gyro_unit`: that of
+        `zerorate.GyroArray`. Without positions it is not used.
+    rate : float
+        Samples per second, Hz.
+    rotations : array_like, shape (N, 3, 3), optional
+        From each sensor's axes to those of the body; by default all are aligned.
+    positions : array_like, shape (N, 3), optional
+        Of the sensors in the axes of the body, m, from the point for which the result is wanted.
+    weights : {"auto", "mean", "white"} or array_like, shape (N,)
+        By noise and scale error; alike; by noise alone; or as given. An accelerometer always feels
+        gravity, so "auto" is close to the mean unless a sensor is far noisier than others.
+    limit : float, optional
+        Size at which a sample is at the end of the sensors' range, and missing, in `accel_unit`.
+    scale_error : float, default 0.01
+        Deviation of the sensors' scale factors, 0 to 1; less after a calibration.
+    gyro_unit, accel_unit : str
+        Units of the samples, as in `zerorate.units`.
+
+    Returns
+    -------
+    FusedAccelerometers
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape, a matrix is no rotation, or an argument is out of range.
+
+    References
+    ----------
+    I. Skog, J.-O. Nilsson, P. Händel, J. Jaldén, "Inertial Sensor Arrays, Maximum Likelihood, and
+    Cramér-Rao Bound", IEEE Trans. Signal Processing 64(16):4218, 2016: the model of the lever arms.
+
+    Examples
+    --------
+    Two sensors on a turntable, 10 cm from its axis and 20 cm; the axis itself feels gravity alone:
+
+    >>> import numpy as np
+    >>> import zerorate as zr
+    >>> omega = np.tile([0.0, 0.0, 2.0], (500, 1))
+    >>> accel = np.tile([[-0.4, 0.0, 9.81], [-0.8, 0.0, 9.81]], (500, 1, 1))
+    >>> places = [[0.1, 0.0, 0.0], [0.2, 0.0, 0.0]]
+    >>> found = zr.fuse_accelerometers(accel, omega, rate=100.0, positions=places)
+    >>> print(found.accel[0].round(6) + 0.0)
+    [0.   0.   9.81]
+    """
+    hertz, units = checked_rate(rate), _Units.of(gyro_unit, accel_unit)
+    samples = _samples(accel)
+    n, sensors, _ = samples.shape
+    matrices, levers = _rotations(rotations, sensors), _positions(positions, sensors)
+    given = _given(weights, sensors)
+    if not 0.0 <= scale_error <= 1.0:
+        raise ValueError(f"scale_error must be from 0 to 1, got {scale_error}")
+    omega = _rates(rate_fused, n) * units.rate
+    there = _present(samples, limit, units.accel)
+    force = np.where(there[:, :, np.newaxis], samples * units.accel, np.nan)
+    if matrices is not None:
+        force = np.einsum("kij,nkj->nki", matrices, force)
+    motion = None if levers is None else _Motion.of(omega, hertz, levers)
+    noise = _noise(force, hertz)
+    middle, excluded = _vote(force, motion, noise, hertz)
+    size = np.maximum(np.linalg.norm(middle, axis=1), _G)
+    # Where nobody is left there is no middle.
+    variances = _variances(given, noise, scale_error * np.where(np.isfinite(size), size, _G))
+    information = np.where(there & ~excluded, 1.0 / variances, 0.0)
+    solved = _solved(force, information, motion)
+    turns = solved.turns if motion is not None else None
+    return FusedAccelerometers(
+        accel=solved.force / units.accel,
+        weights=solved.weights,
+        excluded=excluded & there,
+        residual=_residual(solved.left, solved.weights > 0.0) / units.accel,
+        angular_acceleration=None if turns is None else turns / units.rate,
+        unit=units.name,
+    )
+
+
+class _Units(NamedTuple):
+    """What samples are multiplied by, to rad/s and m/s^2, and the name of the second unit."""
+
+    rate: float
+    accel: float
+    name: str
+
+    @classmethod
+    def of(cls, gyro_unit: str, accel_unit: str) -> _Units:
+        for name, unit, expected in (
+            ("gyro_unit", gyro_unit, "rate"),
+            ("accel_unit", accel_unit, "acceleration"),
+        ):
+            if kind(unit) != expected:
+                raise ValueError(f"{name} must be a unit of {expected}, got '{unit}'")
+        return cls(
+            convert(1.0, gyro_unit, "rad/s"),
+            convert(1.0, accel_unit, "m/s^2"),
+            canonical(accel_unit),
+        )
+
+
+class _Motion(NamedTuple):
+    """How the body turns, in SI.
+
+    Sensors' positions (N, 3) and what turning alone does there (n, N, 3); the derivative of the
+    rate (n, 3) and the inverse of its variance (n,).
+    """
+
+    levers: Floats
+    turning: Floats
+    change: Floats
+    certainty: Floats
+
+    @classmethod
+    def of(cls, omega: Floats, rate: float, levers: Floats) -> _Motion:
+        outward = np.cross(omega[:, np.newaxis], np.cross(omega[:, np.newaxis], levers))
+        change, variance = _derivative(omega, rate)
+        certainty = np.divide(1.0, variance, out=np.zeros_like(variance), where=variance > 0.0)
+        return cls(levers, outward, change, certainty)
+
+    @property
+    def felt(self) -> Floats:
+        """What sensors feel for their lever arms, (n, N, 3), by the rate alone."""
+        return self.turning + np.cross(self.change[:, np.newaxis], self.levers)
+
+
+def _derivative(omega: Floats, rate: float) -> tuple[Floats, Floats]:
+    """Return the derivative (n, 3), zero where it is not known, and its variance (n,), 0 there.
+
+    What the slopes to the last and to the next sample differ by, tells how wrong their mean is:
+    motion that is too fast for the samples, or noise.
+    """
+    slopes = np.diff(omega, axis=0) * rate
+    edge = np.full((1, 3), np.nan)
+    before, after = np.concatenate((edge, slopes)), np.concatenate((slopes, edge))
+    both = 0.5 * (before + after)
+    one = np.where(np.isfinite(before), before, after)
+    change = np.where(np.isfinite(both), both, one)
+    doubt = np.where(np.isfinite(both), after - before, one)
+    variance = np.mean(doubt**2, axis=1)
+    # Of its neighbours too, for slopes may agree by chance.
+    padded = np.pad(variance, 1, constant_values=np.nan)
+    variance = np.fmax(np.fmax(padded[:-2], padded[2:]), variance)
+    known = np.isfinite(change).all(axis=1) & np.isfinite(variance)
+    floor = (_STILL * np.linalg.norm(np.where(known[:, np.newaxis], change, 0.0), axis=1)) ** 2
+    return (
+        np.where(known[:, np.newaxis], change, 0.0),
+        np.where(known, variance + floor + _STILL**2, 0.0),
+    )
+
+
+def _samples(accel: npt.ArrayLike) -> Floats:
+    samples = floats(accel, "accel")
+    if samples.ndim != 3 or samples.shape[2] != 3 or 0 in samples.shape:
+        raise ValueError(f"accel must have shape (n, sensors, 3), got {samples.shape}")
+    return samples
+
+
+def _rates(rate_fused: npt.ArrayLike, n: int) -> Floats:
+    rates = floats(rate_fused, "rate_fused")
+    if rates.shape != (n, 3):
+        raise ValueError(f"rate_fused must have shape ({n}, 3), as accel has, got {rates.shape}")
+    return np.where(np.abs(rates) <= _MOST_RATE, rates, np.nan)
+
+
+def _rotations(rotations: npt.ArrayLike | None, sensors: int) -> Floats | None:
+    if rotations is None:
+        return None
+    matrices = floats(rotations, "rotations")
+    if matrices.shape != (sensors, 3, 3):
+        raise ValueError(f"rotations must have shape ({sensors}, 3, 3), got {matrices.shape}")
+    for k, matrix in enumerate(matrices):
+        off = np.abs(matrix @ matrix.T - np.eye(3)).max()
+        # Not so for NaN.
+        if not (off <= _ORTHONORMAL and np.linalg.det(matrix) > 0.0):
+            raise ValueError(f"the matrix of sensor {k + 1} is no rotation")
+    return matrices
+
+
+def _positions(positions: npt.ArrayLike | None, sensors: int) -> Floats | None:
+    if positions is None:
+        return None
+    levers = floats(positions, "positions")
+    if levers.shape != (sensors, 3):
+        raise ValueError(f"positions must have shape ({sensors}, 3), in m, got {levers.shape}")
+    if not (np.abs(levers) <= _MOST_LEVER).all():
+        raise ValueError(f"positions must be finite, within {_MOST_LEVER:g} m")
+    return levers
+
+
+def _given(weights: str | npt.ArrayLike, sensors: int) -> Floats | str:
+    """Return the word, or numbers of mean 1."""
+    if isinstance(weights, str):
+        if weights not in ("auto", "mean", "white"):
+            raise ValueError(f"weights must be auto, mean, white or numbers, got '{weights}'")
+        return weights
+    numbers = floats(weights, "weights")
+    if numbers.shape != (sensors,) or not (np.isfinite(numbers) & (numbers >= 0.0)).all():
+        raise ValueError(f"weights must be {sensors} numbers, none negative")
+    largest = float(numbers.max())
+    if largest == 0.0:
+        raise ValueError("weights must not all be zero")
+    scaled: Floats = numbers / largest
+    scaled /= scaled.mean()
+    return scaled
+
+
+def _present(samples: Floats, limit: float | None, factor: float) -> Booleans:
+    """Return which samples (n, N) are there on all axes, and not at the end of the range."""
+    most = _MOST_ACCEL / factor
+    if limit is not None:
+        if not limit > 0.0:
+            raise ValueError(f"limit must be positive, got {limit}")
+        most = min(most, np.nextafter(limit, 0.0))
+    there: Booleans = np.all(np.abs(samples) <= most, axis=2)
+    return there
+
+
+def _starts(n: int, rate: float) -> Integers:
+    """Return where ticks begin."""
+    return np.arange(0, n, max(round(_TICK * rate), 1))
+
+
+def _tick_means(values: Floats, starts: Integers) -> tuple[Floats, Integers]:
+    """Return the means over each tick of the values (n, N, 3) that are there, and their number."""
+    there = np.isfinite(values)
+    counts = np.add.reduceat(there, starts, axis=0, dtype=np.int64)
+    sums = np.add.reduceat(np.where(there, values, 0.0), starts, axis=0)
+    means = np.divide(sums, counts, out=np.full(sums.shape, np.nan), where=counts > 0)
+    return means, counts[:, :, 0]
+
+
+def _noise(force: Floats, rate: float) -> Floats:
+    """Return the deviation of the samples of each sensor on an axis, shape (N,).
+
+    It is that of steps from sample to sample, in the quarter of the ticks in which most sensors are
+    quietest; for a sensor that is not there then it is the others'.
+    """
+    steps = 0.5 * np.diff(force, axis=0, prepend=force[:1]) ** 2
+    squares = _tick_means(steps, _starts(len(force), rate))[0].mean(axis=2)
+    loud = _median(squares[:, :, np.newaxis])[:, 0]
+    order = np.argsort(loud, kind="stable")
+    known = order[: max(int(np.isfinite(loud).sum()) // _QUIET, 1)]
+    quiet = squares[known]
+    there = np.isfinite(quiet)
+    sums = np.where(there, quiet, 0.0).sum(axis=0)
+    means = np.divide(sums, there.sum(axis=0), out=np.full(sums.shape, np.nan), where=there.any(0))
+    usual = float(_median(means[np.newaxis, :, np.newaxis])[0, 0])
+    return np.sqrt(np.where(np.isfinite(means), means, usual if np.isfinite(usual) else 0.0))
+
+
+def _median(values: Floats) -> Floats:
+    """Return the medians (n, k) over the sensors of values (n, N, k), of those that are there."""
+    # NaN come last.
+    ranked = np.sort(values, axis=1)
+    counts = np.isfinite(values).sum(axis=1, keepdims=True)
+    low = np.take_along_axis(ranked, np.maximum(counts - 1, 0) // 2, axis=1)
+    high = np.take_along_axis(ranked, np.minimum(counts // 2, values.shape[1] - 1), axis=1)
+    return 0.5 * (low + high)[:, 0]
+
+
+def _vote(
+    force: Floats, motion: _Motion | None, noise: Floats, rate: float
+) -> tuple[Floats, Booleans]:
+    """Return the middle of the sensors (n, 3), and which of them (n, N) are far from it."""
+    alike = force
+    if motion is not None:
+        felt = motion.felt
+        alike = force - np.where(np.isfinite(felt), felt, 0.0)
+    middle = _median(alike)
+    apart = alike - middle[:, np.newaxis]
+    size = np.maximum(np.linalg.norm(middle, axis=1), _G)
+    far = _far(apart, noise, _SAMPLE_SHARE * size)
+    starts = _starts(len(force), rate)
+    means, counts = _tick_means(apart, starts)
+    sizes = _tick_means(np.broadcast_to(size[:, np.newaxis, np.newaxis], (len(size), 1, 1)), starts)
+    out = _far(means, noise / np.sqrt(np.maximum(counts, 1)), _TICK_SHARE * sizes[0][:, 0, 0])
+    spikes = np.add.reduceat(far, starts, axis=0, dtype=np.int64)
+    out |= 2 * spikes > counts
+    lengths = np.diff(np.append(starts, len(force)))
+    return middle, far | np.repeat(_held(out, rate, int(lengths[0])), lengths, axis=0)
+
+
+def _far(apart: Floats, noise: Floats, tolerated: Floats) -> Booleans:
+    """Return which differences (m, N, 3) from the middle are larger than the others explain."""
+    sizes = np.linalg.norm(apart, axis=2)
+    typical = _median(sizes[:, :, np.newaxis])
+    bound = _TYPICAL * typical + _SIGMAS * noise + tolerated[:, np.newaxis]
+    several = np.isfinite(sizes).sum(axis=1, keepdims=True) >= _VOTERS
+    far: Booleans = several & (sizes > bound)
+    return far
+
+
+def _held(out: Booleans, rate: float, length: int) -> Booleans:
+    """Return which ticks (m, N) are of a sensor that was out less than ten seconds ago."""
+    ticks = np.arange(len(out))[:, np.newaxis]
+    last = np.maximum.accumulate(np.where(out, ticks, -len(out) - 1), axis=0)
+    held: Booleans = (last >= 0) & ((ticks - last) * length <= _BACK * rate)
+    return held
+
+
+def _variances(given: Floats | str, noise: Floats, scale: Floats) -> Floats:
+    """Return the variances (n, N) by which sensors weigh; `scale` (n,) is that of scale errors."""
+    each = noise**2 + _FLOOR**2
+    alike = np.square(scale)[:, np.newaxis]
+    if isinstance(given, str):
+        if given == "white":
+            return np.broadcast_to(each, (len(scale), len(each)))
+        total: Floats = (each if given == "auto" else each.mean()) + alike
+        return np.broadcast_to(total, (len(scale), len(each)))
+    with np.errstate(divide="ignore"):
+        divided: Floats = (each.mean() + alike) / given
+    return divided
+
+
+class _Solved(NamedTuple):
+    """Force (n, 3), weights (n, N), angular acceleration (n, 3), differences left (n, N, 3)."""
+
+    force: Floats
+    weights: Floats
+    turns: Floats
+    left: Floats
+
+
+def _solved(force: Floats, information: Floats, motion: _Motion | None) -> _Solved:
+    """Return the force at the origin, by least squares.
+
+    About their weighted mean place the sensors tell the angular acceleration alone, as a rigid body
+    with their information for masses would: of inertia J, J alpha = sum of r x force.
+    """
+    at_all = np.isfinite(force).all(axis=2) & (information > 0.0)
+    if motion is not None:
+        force = force - motion.turning
+        at_all &= np.isfinite(motion.turning).all(axis=2)
+    held = np.where(at_all[:, :, np.newaxis], force, 0.0)
+    u = np.where(at_all, information, 0.0)
+    total = u.sum(axis=1, keepdims=True)
+    weights = np.divide(u, total, out=np.zeros_like(u), where=total > 0.0)
+    mean = np.einsum("nk,nki->ni", weights, held)
+    mean[total[:, 0] == 0.0] = np.nan
+    left = held - mean[:, np.newaxis]
+    turns = np.full(mean.shape, np.nan)
+    if motion is not None:
+        place = weights @ motion.levers
+        arms = motion.levers - place[:, np.newaxis]
+        turns = _turns(arms, np.where(at_all[:, :, np.newaxis], left, 0.0), u, motion)
+        turns[total[:, 0] == 0.0] = np.nan
+        mean = mean - np.cross(turns, place)
+        left = left - np.cross(turns[:, np.newaxis], arms)
+    return _Solved(mean, weights, turns, left)
+
+
+def _turns(arms: Floats, left: Floats, u: Floats, motion: _Motion) -> Floats:
+    """Return the angular acceleration (n, 3) of differences from the mean at arms (n, N, 3)."""
+    squares = np.einsum("nk,nki,nkj->nij", u, arms, arms)
+    spread = np.trace(squares, axis1=1, axis2=2)
+    moment = np.einsum("nk,nki->ni", u, np.cross(arms, left))
+    ridge = np.maximum(_RIDGE * spread, np.finfo(float).tiny)
+    known = motion.certainty + ridge
+    inertia = (spread + known)[:, np.newaxis, np.newaxis] * np.eye(3) - squares
+    wanted = moment + motion.certainty[:, np.newaxis] * motion.change
+    solved: Floats = np.linalg.solve(inertia, wanted[:, :, np.newaxis])[:, :, 0]
+    return solved
+
+
+def _residual(left: Floats, used: Booleans) -> Floats:
+    """Return the RMS over the used samples and the axes, of each sensor."""
+    squares = np.where(used[:, :, np.newaxis], left, 0.0) ** 2
+    counts = 3 * used.sum(axis=0)
+    sums = squares.sum(axis=(0, 2))
+    means: Floats = np.divide(sums, counts, out=np.full(sums.shape, np.nan), where=counts > 0)
+    return np.sqrt(means)
