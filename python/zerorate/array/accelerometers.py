@@ -38,12 +38,19 @@ _SIGMAS: Final = 9.0
 _SAMPLE_SHARE, _TICK_SHARE = 0.5, 0.1
 """Parts of the acceleration, gravity at least, by which a sample and the mean of a tick are off."""
 
+_DOUBTS: Final = 3.0
+"""Deviations of the rate's derivative, times the lever arm."""
+_SOME_LEVER: Final = 0.05
+"""Metres between sensors whose positions are not given."""
+
 _QUIET: Final = 4
 """One in so many ticks, the quietest, tells the noise."""
 _FLOOR: Final = 1e-6 * _G
 """Least deviation of a sensor, m/s^2."""
 _STILL: Final = 1e-6
 """Least deviation of the rate's derivative, rad/s^2; and, of the derivative, the least part."""
+_FAST: Final = 35.0
+"""rad/s, 2000 deg/s: rates beyond are what gyros miss."""
 _RIDGE: Final = 1e-12
 """Part of the spread of the positions that keeps equations solvable."""
 
@@ -65,8 +72,8 @@ class FusedAccelerometers:
         RMS over samples and axes of what is left of each sensor's difference from all, in `unit`;
         NaN for one that was never used.
     angular_acceleration : ndarray, shape (n, 3), or None
-        Of the body, in the unit of the rate per second, from accelerometers and rate; None without
-        positions.
+        Of the body, in the unit of the rate per second, from accelerometers and rate; NaN where the
+        rate is. None without positions.
     unit : str
         Of the accelerations.
     """
@@ -111,8 +118,9 @@ def fuse_accelerometers(
     point lies elsewhere, and to tell a faulty sensor from motion.
 
     From three sensors on, one is left out while it is far from the middle of the others: a sample
-    at once, a sensor when the mean of a quarter second is, and for the 10 s after that. Offsets and
-    scale errors of cheap sensors do not suffice, nor does a twist of a few degrees.
+    at once, a sensor when the mean of a quarter second is, and for the 10 s after that. Far is a
+    tenth of gravity and five times what the others usually differ by, so calibrated sensors show
+    smaller faults. In fast turns, where lever arms are less certain, only larger ones are seen.
 
     Nothing is calibrated here: the result has the weighted mean of the sensors' offsets and scale
     errors, and a sensor that drops out leaves a step. `zerorate.calibrate` removes both.
@@ -124,7 +132,9 @@ def fuse_accelerometers(
         finite is missing.
     rate_fused : array_like, shape (n, 3)
         Rate of the body at the same times, its bias taken off, in `gyro_unit`: that of
-        `zerorate.GyroArray`. Without positions it is not used.
+        `zerorate.GyroArray`. Without positions it only tells where sensors may differ; with them,
+        where it is not finite, the force at the origin follows from how it changes from sensor to
+        sensor.
     rate : float
         Samples per second, Hz.
     rotations : array_like, shape (N, 3, 3), optional
@@ -182,7 +192,10 @@ def fuse_accelerometers(
         force = np.einsum("kij,nkj->nki", matrices, force)
     motion = None if levers is None else _Motion.of(omega, hertz, levers)
     noise = _noise(force, hertz)
-    middle, excluded = _vote(force, motion, noise, hertz)
+    if motion is None:
+        middle, excluded = _vote(force, _without_levers(omega, hertz, sensors), noise, hertz)
+    else:
+        middle, excluded = _vote(force - motion.felt, motion.doubt, noise, hertz)
     size = np.maximum(np.linalg.norm(middle, axis=1), _G)
     # Where nobody is left there is no middle.
     variances = _variances(given, noise, scale_error * np.where(np.isfinite(size), size, _G))
@@ -224,26 +237,48 @@ class _Units(NamedTuple):
 class _Motion(NamedTuple):
     """How the body turns, in SI.
 
-    Sensors' positions (N, 3) and what turning alone does there (n, N, 3); the derivative of the
-    rate (n, 3) and the inverse of its variance (n,).
+    Sensors' positions (N, 3); at which samples (n,) the rate is known, and what turning alone does
+    to the sensors there (n, N, 3); the derivative of the rate (n, 3) and the inverse of its
+    variance (n,).
     """
 
     levers: Floats
+    known: Booleans
     turning: Floats
     change: Floats
     certainty: Floats
 
     @classmethod
     def of(cls, omega: Floats, rate: float, levers: Floats) -> _Motion:
-        outward = np.cross(omega[:, np.newaxis], np.cross(omega[:, np.newaxis], levers))
+        known: Booleans = np.all(np.isfinite(omega), axis=1)
+        turn = np.where(known[:, np.newaxis], omega, 0.0)[:, np.newaxis]
+        outward = np.cross(turn, np.cross(turn, levers))
         change, variance = _derivative(omega, rate)
         certainty = np.divide(1.0, variance, out=np.zeros_like(variance), where=variance > 0.0)
-        return cls(levers, outward, change, certainty)
+        return cls(levers, known, outward, change, certainty * known)
 
     @property
     def felt(self) -> Floats:
         """What sensors feel for their lever arms, (n, N, 3), by the rate alone."""
         return self.turning + np.cross(self.change[:, np.newaxis], self.levers)
+
+    @property
+    def doubt(self) -> Floats:
+        """By how much that may be wrong against the mean place, (n, N); infinite without a rate."""
+        sure = np.sqrt(self.certainty)[:, np.newaxis]
+        arms = np.linalg.norm(self.levers - self.levers.mean(axis=0), axis=1)
+        unknown = np.full((len(sure), len(arms)), np.inf)
+        doubt: Floats = np.divide(_DOUBTS * arms, sure, out=unknown, where=sure > 0.0)
+        return doubt
+
+
+def _without_levers(omega: Floats, rate: float, sensors: int) -> Floats:
+    """Return what lever arms that are not known may do, (n, N)."""
+    change, variance = _derivative(omega, rate)
+    size = np.square(np.linalg.norm(omega, axis=1)) + np.linalg.norm(change, axis=1)
+    size += _DOUBTS * np.sqrt(variance)
+    doubt = np.where(np.isfinite(size) & (variance > 0.0), _SOME_LEVER * size, np.inf)
+    return np.repeat(doubt[:, np.newaxis], sensors, axis=1)
 
 
 def _derivative(omega: Floats, rate: float) -> tuple[Floats, Floats]:
@@ -381,25 +416,25 @@ def _median(values: Floats) -> Floats:
     return 0.5 * (low + high)[:, 0]
 
 
-def _vote(
-    force: Floats, motion: _Motion | None, noise: Floats, rate: float
-) -> tuple[Floats, Booleans]:
-    """Return the middle of the sensors (n, 3), and which of them (n, N) are far from it."""
-    alike = force
-    if motion is not None:
-        felt = motion.felt
-        alike = force - np.where(np.isfinite(felt), felt, 0.0)
+def _vote(alike: Floats, doubt: Floats, noise: Floats, rate: float) -> tuple[Floats, Booleans]:
+    """Return the middle of the sensors (n, 3), and which of them (n, N) are far from it.
+
+    They should be `alike` but for `doubt` (n, N), which is infinite where nothing can be said.
+    """
     middle = _median(alike)
     apart = alike - middle[:, np.newaxis]
-    size = np.maximum(np.linalg.norm(middle, axis=1), _G)
-    far = _far(apart, noise, _SAMPLE_SHARE * size)
-    starts = _starts(len(force), rate)
-    means, counts = _tick_means(apart, starts)
-    sizes = _tick_means(np.broadcast_to(size[:, np.newaxis, np.newaxis], (len(size), 1, 1)), starts)
-    out = _far(means, noise / np.sqrt(np.maximum(counts, 1)), _TICK_SHARE * sizes[0][:, 0, 0])
+    size = np.maximum(np.linalg.norm(middle, axis=1), _G)[:, np.newaxis]
+    far = _far(apart, noise, _SAMPLE_SHARE * size + doubt)
+    starts = _starts(len(alike), rate)
+    judged = np.isfinite(doubt + size)
+    means, counts = _tick_means(np.where(judged[:, :, np.newaxis], apart, np.nan), starts)
+    tolerated, _ = _tick_means(
+        np.where(judged, _TICK_SHARE * size + doubt, np.nan)[:, :, np.newaxis], starts
+    )
+    out = _far(means, noise / np.sqrt(np.maximum(counts, 1)), tolerated[:, :, 0])
     spikes = np.add.reduceat(far, starts, axis=0, dtype=np.int64)
-    out |= 2 * spikes > counts
-    lengths = np.diff(np.append(starts, len(force)))
+    out |= (2 * spikes > counts) & (counts > 0)
+    lengths = np.diff(np.append(starts, len(alike)))
     return middle, far | np.repeat(_held(out, rate, int(lengths[0])), lengths, axis=0)
 
 
@@ -407,7 +442,7 @@ def _far(apart: Floats, noise: Floats, tolerated: Floats) -> Booleans:
     """Return which differences (m, N, 3) from the middle are larger than the others explain."""
     sizes = np.linalg.norm(apart, axis=2)
     typical = _median(sizes[:, :, np.newaxis])
-    bound = _TYPICAL * typical + _SIGMAS * noise + tolerated[:, np.newaxis]
+    bound = _TYPICAL * typical + _SIGMAS * noise + tolerated
     several = np.isfinite(sizes).sum(axis=1, keepdims=True) >= _VOTERS
     far: Booleans = several & (sizes > bound)
     return far
@@ -450,39 +485,48 @@ def _solved(force: Floats, information: Floats, motion: _Motion | None) -> _Solv
     About their weighted mean place the sensors tell the angular acceleration alone, as a rigid body
     with their information for masses would: of inertia J, J alpha = sum of r x force.
     """
-    at_all = np.isfinite(force).all(axis=2) & (information > 0.0)
     if motion is not None:
         force = force - motion.turning
-        at_all &= np.isfinite(motion.turning).all(axis=2)
-    held = np.where(at_all[:, :, np.newaxis], force, 0.0)
-    u = np.where(at_all, information, 0.0)
-    total = u.sum(axis=1, keepdims=True)
-    weights = np.divide(u, total, out=np.zeros_like(u), where=total > 0.0)
+    held = np.where(information[:, :, np.newaxis] > 0.0, force, 0.0)
+    total = information.sum(axis=1)
+    nobody = total == 0.0
+    weights = information / np.where(nobody, 1.0, total)[:, np.newaxis]
     mean = np.einsum("nk,nki->ni", weights, held)
-    mean[total[:, 0] == 0.0] = np.nan
-    left = held - mean[:, np.newaxis]
+    left = np.where(information[:, :, np.newaxis] > 0.0, held - mean[:, np.newaxis], 0.0)
     turns = np.full(mean.shape, np.nan)
     if motion is not None:
         place = weights @ motion.levers
         arms = motion.levers - place[:, np.newaxis]
-        turns = _turns(arms, np.where(at_all[:, :, np.newaxis], left, 0.0), u, motion)
-        turns[total[:, 0] == 0.0] = np.nan
-        mean = mean - np.cross(turns, place)
-        left = left - np.cross(turns[:, np.newaxis], arms)
+        change = _changes(arms, left, information, motion)
+        mean = mean - np.einsum("nij,nj->ni", change, place)
+        left = left - np.einsum("nij,nkj->nki", change, arms)
+        turns = np.stack([change[:, 2, 1], change[:, 0, 2], change[:, 1, 0]], axis=1)
+        turns[nobody | ~motion.known] = np.nan
+    mean[nobody] = np.nan
     return _Solved(mean, weights, turns, left)
 
 
-def _turns(arms: Floats, left: Floats, u: Floats, motion: _Motion) -> Floats:
-    """Return the angular acceleration (n, 3) of differences from the mean at arms (n, N, 3)."""
+def _changes(arms: Floats, left: Floats, u: Floats, motion: _Motion) -> Floats:
+    """Return by how much the force changes with the place, (n, 3, 3): times an arm it is a force.
+
+    Differences from the mean at arms (n, N, 3) tell it. Where the rate is known it is a cross
+    product with the angular acceleration, which the rate tells as well; else it is anything, of a
+    size as in turning as fast as a rate is at the end of its range.
+    """
     squares = np.einsum("nk,nki,nkj->nij", u, arms, arms)
     spread = np.trace(squares, axis1=1, axis2=2)
+    ridge = np.maximum(_RIDGE * spread, np.finfo(float).tiny) + motion.certainty
+    inertia = (spread + ridge)[:, np.newaxis, np.newaxis] * np.eye(3) - squares
     moment = np.einsum("nk,nki->ni", u, np.cross(arms, left))
-    ridge = np.maximum(_RIDGE * spread, np.finfo(float).tiny)
-    known = motion.certainty + ridge
-    inertia = (spread + known)[:, np.newaxis, np.newaxis] * np.eye(3) - squares
-    wanted = moment + motion.certainty[:, np.newaxis] * motion.change
-    solved: Floats = np.linalg.solve(inertia, wanted[:, :, np.newaxis])[:, :, 0]
-    return solved
+    moment += motion.certainty[:, np.newaxis] * motion.change
+    x, y, z = np.linalg.solve(inertia, moment[:, :, np.newaxis])[:, :, 0].T
+    zero = np.zeros_like(x)
+    changes: Floats = np.stack([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
+    lost = np.flatnonzero(~motion.known)
+    across = np.einsum("nk,nki,nkj->nij", u[lost], arms[lost], left[lost])
+    free = np.linalg.solve(squares[lost] + np.eye(3) / _FAST**4, across)
+    changes[lost] = free.transpose(0, 2, 1)
+    return changes
 
 
 def _residual(left: Floats, used: Booleans) -> Floats:
