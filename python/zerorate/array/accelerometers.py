@@ -193,12 +193,12 @@ def fuse_accelerometers(
     motion = None if levers is None else _Motion.of(omega, hertz, levers)
     noise = _noise(force, hertz)
     if motion is None:
-        middle, excluded = _vote(force, _without_levers(omega, hertz, sensors), noise, hertz)
+        excluded = _vote(force, _without_levers(omega, hertz, sensors), noise, hertz)
     else:
-        middle, excluded = _vote(force - motion.felt, motion.doubt, noise, hertz)
-    size = np.maximum(np.linalg.norm(middle, axis=1), _G)
-    # Where nobody is left there is no middle.
-    variances = _variances(given, noise, scale_error * np.where(np.isfinite(size), size, _G))
+        excluded = _vote(force - motion.felt, motion.doubt, noise, hertz)
+    size = _median(np.linalg.norm(force, axis=2)[:, :, np.newaxis])[:, 0]
+    # Where nobody is left there is none.
+    variances = _variances(given, noise, scale_error * np.fmax(size, _G))
     information = np.where(there & ~excluded, 1.0 / variances, 0.0)
     solved = _solved(force, information, motion)
     turns = solved.turns if motion is not None else None
@@ -416,8 +416,8 @@ def _median(values: Floats) -> Floats:
     return 0.5 * (low + high)[:, 0]
 
 
-def _vote(alike: Floats, doubt: Floats, noise: Floats, rate: float) -> tuple[Floats, Booleans]:
-    """Return the middle of the sensors (n, 3), and which of them (n, N) are far from it.
+def _vote(alike: Floats, doubt: Floats, noise: Floats, rate: float) -> Booleans:
+    """Return which sensors (n, N) are far from the middle of all.
 
     They should be `alike` but for `doubt` (n, N), which is infinite where nothing can be said.
     """
@@ -435,7 +435,7 @@ def _vote(alike: Floats, doubt: Floats, noise: Floats, rate: float) -> tuple[Flo
     spikes = np.add.reduceat(far, starts, axis=0, dtype=np.int64)
     out |= (2 * spikes > counts) & (counts > 0)
     lengths = np.diff(np.append(starts, len(alike)))
-    return middle, far | np.repeat(_held(out, rate, int(lengths[0])), lengths, axis=0)
+    return far | np.repeat(_held(out, rate, int(lengths[0])), lengths, axis=0)
 
 
 def _far(apart: Floats, noise: Floats, tolerated: Floats) -> Booleans:

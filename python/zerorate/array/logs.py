@@ -281,11 +281,11 @@ def _accelerometers(source: Recording, found: Sequence[_Sensor], told: list[str]
     owners = dict(zip(gyros, range(len(found)), strict=True))
     named = zip(_devices([*logs.items()]), logs.values(), strict=True)
     beside = {owners[device]: log for device, log in named if device in owners}
-    fault = next(
-        filter(None, (_why_not(first, log, [*beside.values()]) for log in beside.values())), None
-    )
-    if fault is not None:
-        told.append(f"the accelerometers are left out: {fault}")
+    faults = [fault for log in beside.values() if (fault := _why_not(first, log)) is not None]
+    if len({log.unit for log in beside.values()}) > 1:
+        faults.append("they differ in unit")
+    if faults:
+        told.append(f"the accelerometers are left out: {faults[0]}")
         return {}
     return beside
 
@@ -306,15 +306,13 @@ def _device(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "_", _KIND_WORDS.sub("_", name.lower())).strip("_")
 
 
-def _why_not(gyro: Log, log: Log, others: Sequence[Log]) -> str | None:
+def _why_not(gyro: Log, log: Log) -> str | None:
     """Return why an accelerometer cannot stand beside the gyros, None if it can."""
     called = ", ".join(log.names)
     if log.channels != 3:
         return f"{called} has not three axes"
     if log.unit not in UNITS or UNITS[log.unit].kind != "acceleration":
         return f"the unit of {called} is not known"
-    if any(other.unit != log.unit for other in others):
-        return "they differ in unit"
     if log.n != gyro.n or np.abs(log.time - gyro.time).max() * gyro.rate > _APART:
         return f"{called} is not on the clock of the gyros"
     return None
