@@ -6,10 +6,12 @@ Markdown. The array of eight IMUs on a board, 13 mm from its middle, is turned b
 arms, with those by the derivative of the rate, and as `zerorate.fuse_accelerometers` finds them;
 and by how much the fused acceleration changes when one of the eight is missing. Second, the noise
 at rest. Third, what the angular acceleration is like. Fourth, what is left after constant errors of
-each sensor are fitted. Last, errors against the truth in simulated motion.
+each sensor are fitted. Fifth, faults of one sensor, and fast motion without the rate. Last, errors
+against the truth in simulated motion.
 """
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -227,6 +229,71 @@ def limits(board: Board) -> str:
     return table(title, ("model", "left"), rows, markdown=True)
 
 
+def _stuck(x: Floats) -> None:
+    x[5000:15000] = x[5000]
+
+
+def _full_scale(x: Floats) -> None:
+    x[5000:8750] = 16.0 * G
+
+
+def _spikes(x: Floats) -> None:
+    rng = np.random.default_rng(1)
+    hit = rng.random(len(x)) < 0.01
+    x[hit] += 50.0 * rng.choice([-1.0, 1.0], (int(hit.sum()), 3))
+
+
+FAULTS: dict[str, Callable[[Floats], object]] = {
+    "stuck": _stuck,
+    "full scale": _full_scale,
+    "1 % spikes of 50 m/s^2": _spikes,
+    "wrong sign": lambda x: np.multiply(x, [-1.0, 1.0, 1.0], out=x),
+    "x and y exchanged": lambda x: np.copyto(x, x[:, [1, 0, 2]]),
+    "scale 1.3": lambda x: np.multiply(x, 1.3, out=x),
+    "offset 3 m/s^2": lambda x: np.add(x, 3.0, out=x),
+    "offset 1 m/s^2": lambda x: np.add(x, 1.0, out=x),
+}
+
+
+def faults(board: Board) -> str:
+    """Return the fifth table: by how much a fault of the third sensor changes what is fused."""
+    rows = []
+    for name, put in FAULTS.items():
+        cells: list[str] = []
+        for clean in (board.raw, board.calibrated):
+            z = clean.copy()
+            put(z[5000:, 2])
+            fused = board.fused(z, levers=True)
+            changes = (
+                fused.accel - board.fused(clean, levers=True).accel,
+                z.mean(axis=1) - clean.mean(axis=1),
+            )
+            for change in changes:
+                cells.append(f"{rms(change[board.moving]):.3f} / {rms(change[board.rest]):.3f}")
+            cells.append(str(int(np.delete(fused.excluded, 2, axis=1).sum())))
+        rows.append((name, *cells))
+    head = ("sensor", "raw, fused", "mean", "others out", "calibrated, fused", "mean", "others out")
+    return table("One of eight is wrong, m/s^2 in motion / at rest", head, rows, markdown=True)
+
+
+def without_rate(board: Board) -> str:
+    """Return what is lost with the rate above 700 deg/s, with seven sensors."""
+    fast = board.moving & (np.linalg.norm(board.omega, axis=1) > np.radians(700.0))
+    lost, force = board.omega.copy(), board.calibrated.copy()
+    whole = board.fused(force, levers=True).accel
+    lost[fast], force[:, 2] = np.nan, np.nan
+    rows = []
+    for name, omega, places in (
+        ("rate and lever arms", board.omega, POSITIONS),
+        ("lever arms alone", lost, POSITIONS),
+        ("neither", lost, None),
+    ):
+        found = zr.fuse_accelerometers(force, omega, board.rate, positions=places)
+        rows.append((name, f"{rms((found.accel - whole)[fast]):.3f}"))
+    title = "Seven of eight above 700 deg/s, m/s^2 RMS from all eight"
+    return table(title, ("model", "change"), rows, markdown=True)
+
+
 def simulated(rate: float, rng: np.random.Generator) -> tuple[Floats, Floats, Floats]:
     """Return the rate (n, 3), forces at the sensors (n, 8, 3) and at the origin.
 
@@ -290,7 +357,7 @@ def errors(rate: float, sizes: tuple[float, float, float], seed: int) -> list[fl
 def main() -> None:
     """Print the tables."""
     board = Board(Path(sys.argv[1]) if len(sys.argv) > 1 else BESIDE)
-    for part in (between, noise, turning, limits):
+    for part in (between, noise, turning, limits, faults, without_rate):
         print(part(board), flush=True)
     print(truth())
 

@@ -60,13 +60,18 @@ def rms(values):
 
 
 class TestWithoutNoise:
-    """The rate's derivative is known to a little; the accelerometers decide, and exactly."""
+    """The rate's derivative is wrong by (2 pi f / rate)^2 / 6 at a frequency f, 0.26 % at 4 Hz.
+
+    The accelerometers know the angular acceleration exactly, so that less is left.
+    """
+
+    DERIVATIVE = 2.7e-3
 
     def test_the_force_is_that_at_the_origin(self):
         body = Body()
         found = body.fuse()
-        # In motion the derivative has a share of some 1e-4 beside eight accelerometers.
-        assert body.error(found) < 1e-2 * np.abs(np.cross(body.alpha, CORNERS.mean(axis=0))).max()
+        felt = np.cross(body.alpha, CORNERS.mean(axis=0))
+        assert body.error(found) < self.DERIVATIVE * np.abs(felt).max()
         assert not found.excluded.any()
         assert (found.weights > 0.0).all()
 
@@ -75,7 +80,7 @@ class TestWithoutNoise:
         found = body.fuse()
         by_rate = np.gradient(body.omega, 1.0 / RATE, axis=0)
         wrong = rms(found.angular_acceleration - body.alpha)
-        assert wrong < 0.02 * rms(body.alpha)
+        assert rms(by_rate - body.alpha) < self.DERIVATIVE * rms(body.alpha)
         assert wrong < 0.5 * rms(by_rate - body.alpha)
 
     def test_at_a_constant_rate_it_is_exact(self):
@@ -99,7 +104,7 @@ class TestWithoutNoise:
         z = body.z.copy()
         z[:, 3] = np.nan
         without, found = body.fuse(z, positions=None), body.fuse(z)
-        assert rms(found.accel - body.force) < 0.02 * rms(without.accel - body.force)
+        assert rms(found.accel - body.force) < self.DERIVATIVE * rms(without.accel - body.force)
         assert (found.weights[:, 3] == 0.0).all()
         assert np.isnan(found.residual[3])
 
@@ -118,7 +123,7 @@ class TestWithoutNoise:
     def test_one_sensor_is_brought_to_the_origin_by_the_rate(self):
         body = Body(places=CORNERS[:1])
         left = rms(body.fuse().accel - body.force)
-        assert left < 0.05 * rms(body.z[:, 0] - body.force)
+        assert left < self.DERIVATIVE * rms(body.z[:, 0] - body.force)
 
 
 class TestNoise:
@@ -214,7 +219,6 @@ class TestMissing:
     def test_at_the_end_of_the_range(self):
         body = Body(noise=0.02)
         z, gone = body.z.copy(), body.z.copy()
-        z[1500:1600, 0, 0] = 20.0
         gone[1500:1600, 0] = np.nan
         most = 2.0 * np.abs(body.z).max()
         z[1500:1600, 0, 0] = most

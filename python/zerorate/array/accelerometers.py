@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple, TypeAlias
 
@@ -118,9 +119,10 @@ def fuse_accelerometers(
     point lies elsewhere, and to tell a faulty sensor from motion.
 
     From three sensors on, one is left out while it is far from the middle of the others: a sample
-    at once, a sensor when the mean of a quarter second is, and for the 10 s after that. Far is a
-    tenth of gravity and five times what the others usually differ by, so calibrated sensors show
-    smaller faults. In fast turns, where lever arms are less certain, only larger ones are seen.
+    at once, a sensor when the mean of a quarter second is, until it has agreed for 10 s in which so
+    large a fault would have been seen. Far is a tenth of gravity and five times what the others
+    usually differ by, so calibrated sensors show smaller faults. In fast turns, where lever arms
+    are less certain, only larger ones are seen.
 
     Nothing is calibrated here: the result has the weighted mean of the sensors' offsets and scale
     errors, and a sensor that drops out leaves a step. `zerorate.calibrate` removes both.
@@ -424,35 +426,45 @@ def _vote(alike: Floats, doubt: Floats, noise: Floats, rate: float) -> Booleans:
     middle = _median(alike)
     apart = alike - middle[:, np.newaxis]
     size = np.maximum(np.linalg.norm(middle, axis=1), _G)[:, np.newaxis]
-    far = _far(apart, noise, _SAMPLE_SHARE * size + doubt)
+    sizes, bounds = _compared(apart, noise, _SAMPLE_SHARE * size + doubt)
+    far: Booleans = sizes > bounds
     starts = _starts(len(alike), rate)
     judged = np.isfinite(doubt + size)
     means, counts = _tick_means(np.where(judged[:, :, np.newaxis], apart, np.nan), starts)
     tolerated, _ = _tick_means(
         np.where(judged, _TICK_SHARE * size + doubt, np.nan)[:, :, np.newaxis], starts
     )
-    out = _far(means, noise / np.sqrt(np.maximum(counts, 1)), tolerated[:, :, 0])
+    sizes, bounds = _compared(means, noise / np.sqrt(np.maximum(counts, 1)), tolerated[:, :, 0])
     spikes = np.add.reduceat(far, starts, axis=0, dtype=np.int64)
-    out |= (2 * spikes > counts) & (counts > 0)
+    out = (sizes > bounds) | ((2 * spikes > counts) & (counts > 0))
     lengths = np.diff(np.append(starts, len(alike)))
-    return far | np.repeat(_held(out, rate, int(lengths[0])), lengths, axis=0)
+    held = _held(out, sizes, bounds, math.ceil(_BACK * rate / lengths[0]))
+    return far | np.repeat(held, lengths, axis=0)
 
 
-def _far(apart: Floats, noise: Floats, tolerated: Floats) -> Booleans:
-    """Return which differences (m, N, 3) from the middle are larger than the others explain."""
+def _compared(apart: Floats, noise: Floats, tolerated: Floats) -> tuple[Floats, Floats]:
+    """Return how far sensors are from the middle (m, N), and what the others explain of it.
+
+    Both are NaN where a sensor is missing, and the bound is infinite where too few are there.
+    """
     sizes = np.linalg.norm(apart, axis=2)
     typical = _median(sizes[:, :, np.newaxis])
-    bound = _TYPICAL * typical + _SIGMAS * noise + tolerated
     several = np.isfinite(sizes).sum(axis=1, keepdims=True) >= _VOTERS
-    far: Booleans = several & (sizes > bound)
-    return far
+    bounds: Floats = _TYPICAL * typical + _SIGMAS * noise + tolerated
+    return sizes, np.where(several, bounds, np.inf)
 
 
-def _held(out: Booleans, rate: float, length: int) -> Booleans:
-    """Return which ticks (m, N) are of a sensor that was out less than ten seconds ago."""
-    ticks = np.arange(len(out))[:, np.newaxis]
-    last = np.maximum.accumulate(np.where(out, ticks, -len(out) - 1), axis=0)
-    held: Booleans = (last >= 0) & ((ticks - last) * length <= _BACK * rate)
+def _held(out: Booleans, sizes: Floats, bounds: Floats, back: int) -> Booleans:
+    """Return in which ticks (m, N) a sensor is out.
+
+    It is back after so many ticks in which it was not, and would have been by what it was last.
+    """
+    held = np.empty_like(out)
+    seen, agreed = np.zeros(out.shape[1]), np.full(out.shape[1], back)
+    for t, now in enumerate(out):
+        seen = np.where(now, np.fmax(sizes[t], bounds[t]), seen)
+        agreed = np.where(now, 0, agreed + (np.isfinite(sizes[t]) & (bounds[t] < seen)))
+        held[t] = agreed < back
     return held
 
 
