@@ -220,7 +220,7 @@ class TestWeights:
                 "--weights takes auto, mean, white or numbers with commas between, got 'best'",
             ),
             ("1,2", "--weights takes one number for each of the 3 sensors, got 2"),
-            ("1,-1,1", "weights must not be negative"),
+            ("1,-1,0", "sum is above zero on every axis"),
         ],
     )
     def test_what_is_no_weight(self, cli, log, out, typed, told):

@@ -81,7 +81,6 @@ class GyroArray:
         stuck = np.array([f.stuck for f in self.filters])
         own[stuck] = np.nan
         r = self.turned(own)
-        raw = self.turned(np.where(np.isfinite(own), z, np.nan))
         counts = np.isfinite(r) & ~self.excluded[:, np.newaxis]
         counts &= np.isfinite(self.sigma) | ~self.known
         middle = np.array(
@@ -103,8 +102,8 @@ class GyroArray:
                 rate[a] = np.sum(self.weights[used, a] * r[used, a])
             else:
                 rate[a] = middle[a]
-        there, half = np.isfinite(r), int(2 * self.position >= self.length)
-        self.sums[half] += np.where(there, raw, 0.0)
+        there, half = np.isfinite(own), int(2 * self.position >= self.length)
+        self.sums[half] += np.where(there, z, 0.0)
         self.counts[half] += there
         self.position += 1
         if self.position == self.length:
@@ -122,8 +121,9 @@ class GyroArray:
         far = there & (np.abs(d) > 6.0 * self.sigma[:, a] + 0.5 * speed)
         self.compared[:, a] += there
         self.far[:, a] += far
-        self.differences[there, a] += d[there]
-        self.products[there, a] += d[there] * middle
+        near = there & ~far
+        self.differences[near, a] += d[near]
+        self.products[near, a] += d[near] * middle
         self.squares[a] += middle**2
         return far
 
@@ -146,6 +146,8 @@ class GyroArray:
         settled = [[s not in BEGINS for s in f.status] for f in self.filters]
         white[~np.array(settled)] = np.nan
         noise = white + self.steps**2
+        for sums in (self.compared, self.far, self.differences, self.products):
+            sums[np.isnan(self.sigma)] = 0
         self.sigma = np.sqrt(np.where(entries, self.R**2 * noise[:, np.newaxis], 0.0).sum(axis=-1))
         for a in range(3):
             own = self.sigma[np.isfinite(self.sigma[:, a]) & ~self.excluded, a]
@@ -157,9 +159,12 @@ class GyroArray:
         self.begin_tick()
 
     def learn(self, calm):
-        means = self.sums / np.maximum(self.counts, 1)
+        means = np.where(
+            4 * self.counts > self.length, self.sums / np.maximum(self.counts, 1), np.nan
+        )
+        means = np.array([self.turned(half) for half in means])
         followed = np.where(calm, self.waiting, np.nan)
-        whole = (4 * self.counts > self.length).all(axis=0)
+        whole = np.isfinite(means).all(axis=0)
         self.waiting = np.where(calm & whole, means, np.nan)
         there = np.isfinite(followed).all(axis=0)
         self.halves[there] += 0.5 * (followed[1] - followed[0])[there] ** 2
@@ -192,7 +197,7 @@ class GyroArray:
 
     def vote(self):
         speed = np.sqrt(self.speeds / self.length)
-        n = np.maximum(self.compared, 1)
+        n = np.maximum(self.compared - self.far, 1)
         norms = np.sqrt(np.where(self.squares > 0.0, self.squares, np.inf))
         self.off = np.abs(self.differences) / n, np.abs(self.products) / norms
         wrong = np.array([self.disagrees(i, speed) for i in range(self.n)])

@@ -593,10 +593,10 @@ fn weights_of(given: &Bound<'_, PyAny>, sensors: usize, axes: usize) -> PyResult
         true => found.values.iter().flat_map(|w| std::iter::repeat_n(*w, axes)).collect(),
         false => found.values,
     };
-    if !all.iter().all(|w| *w >= 0.0) {
-        return Err(PyValueError::new_err("weights must not be negative"));
+    if !all.iter().all(|w| w.is_finite()) {
+        return Err(PyValueError::new_err("weights must be finite"));
     }
-    let largest = all.iter().fold(0.0_f64, |most, w| most.max(*w));
+    let largest = all.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
     Ok(Weights::Given(if largest > 1.0 { all.iter().map(|w| w / largest).collect() } else { all }))
 }
 

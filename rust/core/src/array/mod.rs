@@ -27,6 +27,9 @@ use crate::stream::Stream;
 /// Largest sample that sums are made of; squares and their sums are far from overflowing.
 const MOST: f64 = 1e75;
 
+/// Part of their sizes that weights, some of which may be negative, must add up to.
+const LEFT: f64 = 0.25;
+
 /// Gyros of one body, with `A` axes each, as one gyro.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GyroArray<const A: usize> {
@@ -47,8 +50,7 @@ pub struct GyroArray<const A: usize> {
     /// How each sensor's last sample was, and its rates in the axes of the body.
     seen: Vec<Seen>,
     rates: Vec<f64>,
-    /// Samples in the axes of the body.
-    raw: Vec<f64>,
+    /// The same in order of size, axis by axis.
     sorted: Vec<f64>,
 }
 
@@ -115,8 +117,7 @@ impl<const A: usize> GyroArray<A> {
             used: memory::filled(false, n * A)?,
             seen: memory::filled(Seen::Whole, n)?,
             rates: memory::filled(f64::NAN, n * A)?,
-            raw: memory::filled(f64::NAN, n * A)?,
-            sorted: memory::filled(0.0, n)?,
+            sorted: memory::filled(f64::INFINITY, n * A)?,
             params,
         })
     }
@@ -189,16 +190,17 @@ impl<const A: usize> GyroArray<A> {
             }
         }
         self.seen[sensor] = seen;
-        let (to, raw) = (&mut self.rates[sensor * A..][..A], &mut self.raw[sensor * A..][..A]);
+        self.noise.add(sensor, z, &rates, 2 * self.position < self.length);
+        let turned = self.turned(sensor, &rates);
+        self.rates[sensor * A..][..A].copy_from_slice(&turned);
+    }
+
+    /// Rates of a sensor in the axes of the body.
+    #[inline(always)]
+    fn turned(&self, sensor: usize, rates: &[f64; A]) -> [f64; A] {
         match self.params.rotation::<A>(sensor) {
-            Some(rotation) => {
-                rotate::<A>(rotation, &rates, to);
-                rotate::<A>(rotation, z, raw);
-            }
-            None => {
-                to.copy_from_slice(&rates);
-                raw.copy_from_slice(z);
-            }
+            Some(rotation) => rotated(rotation, rates),
+            None => *rates,
         }
     }
 
@@ -207,89 +209,106 @@ impl<const A: usize> GyroArray<A> {
         for axis in 0..A {
             self.used[axis] = self.rates[axis].is_finite();
             self.weights[axis] = f64::from(u8::from(self.used[axis]));
-            self.noise.add(axis, self.raw[axis], self.rates[axis], 2 * self.position < self.length);
         }
     }
 
     #[inline(always)]
     fn fuse(&mut self, rate: &mut [f64]) {
-        let mut centre = [f64::NAN; A];
-        for axis in 0..A {
-            centre[axis] = self.median(axis);
-        }
+        let (centre, counts) = self.median();
         let speed = self.vote.note_speed(&centre);
+        self.vote.note_centre(&centre, &counts);
+        self.judge(&centre, &counts, speed);
+        self.weigh(speed);
         for axis in 0..A {
-            self.judge(axis, centre[axis], speed);
-            rate[axis] = self.mean(axis, centre[axis], speed);
-        }
-        let first_half = 2 * self.position < self.length;
-        for place in 0..self.rates.len() {
-            self.noise.add(place, self.raw[place], self.rates[place], first_half);
+            rate[axis] = self.mean(axis, centre[axis]);
         }
     }
 
-    /// The middle of the rates of those that may have a say.
+    /// The middle of the rates of those that may have a say, and how many those are, axis by axis.
     #[inline(always)]
-    fn median(&mut self, axis: usize) -> f64 {
-        let mut count = 0;
+    fn median(&mut self) -> ([f64; A], [usize; A]) {
+        let mut counts = [0; A];
         for sensor in 0..self.params.sensors {
-            let place = sensor * A + axis;
-            let counts = self.vote.counts(sensor, place, axis) && self.rates[place].is_finite();
-            self.used[place] = counts;
-            if counts {
-                self.sorted[count] = self.rates[place];
-                count += 1;
+            let mut row = [f64::INFINITY; A];
+            for axis in 0..A {
+                let place = sensor * A + axis;
+                let counts_here =
+                    self.vote.counts(sensor, place, axis) && self.rates[place].is_finite();
+                self.used[place] = counts_here;
+                row[axis] = if counts_here { self.rates[place] } else { f64::INFINITY };
+                counts[axis] += usize::from(counts_here);
             }
+            insert(&mut self.sorted[..(sensor + 1) * A], row);
         }
-        let sorted = &mut self.sorted[..count];
-        sorted.sort_unstable_by(f64::total_cmp);
-        match count {
+        let at = |place: usize, axis: usize| self.sorted[place * A + axis];
+        let middle = |axis: usize| match counts[axis] {
             0 => f64::NAN,
-            _ => 0.5 * sorted[(count - 1) / 2] + 0.5 * sorted[count / 2],
-        }
+            count => 0.5 * at((count - 1) / 2, axis) + 0.5 * at(count / 2, axis),
+        };
+        (core::array::from_fn(middle), counts)
     }
 
     /// Leaves samples out that are far from the middle.
     #[inline(always)]
-    fn judge(&mut self, axis: usize, centre: f64, speed: f64) {
-        let used = self.used.iter().skip(axis).step_by(A).filter(|used| **used).count();
-        self.vote.note_voters(axis, used);
-        if used < 2 {
-            return;
-        }
+    fn judge(&mut self, centre: &[f64; A], counts: &[usize; A], speed: f64) {
         for sensor in 0..self.params.sensors {
-            let place = sensor * A + axis;
-            let far = self.vote.is_far(place, self.rates[place], centre, speed);
-            self.used[place] &= !(far && used > 2);
+            for axis in 0..A {
+                let place = sensor * A + axis;
+                if counts[axis] > 1 {
+                    let far = self.vote.is_far(place, self.rates[place], centre[axis], speed);
+                    self.used[place] &= !(far && counts[axis] > 2);
+                }
+            }
         }
-        self.vote.note_centre(axis, centre);
+    }
+
+    /// Puts down how much each counts that is used.
+    #[inline(always)]
+    fn weigh(&mut self, speed: f64) {
+        let wrong = self.params.scale_error * speed;
+        let motion: [f64; A] = core::array::from_fn(|axis| self.noise.motion(axis, wrong));
+        for sensor in 0..self.params.sensors {
+            for axis in 0..A {
+                let place = sensor * A + axis;
+                let weight = self.noise.weight(&self.params.weights, place, motion[axis]);
+                self.weights[place] = if self.used[place] { weight } else { 0.0 };
+            }
+        }
     }
 
     /// The mean by weight of those that are used.
     #[inline(always)]
-    fn mean(&mut self, axis: usize, centre: f64, speed: f64) -> f64 {
-        let motion = self.noise.motion(axis, self.params.scale_error * speed);
-        let (mut sum, mut all) = (0.0, 0.0);
-        for sensor in 0..self.params.sensors {
-            let place = sensor * A + axis;
-            let weight = match self.used[place] {
-                true => self.noise.weight(&self.params.weights, place, motion),
-                false => 0.0,
-            };
-            self.weights[place] = weight;
-            all += weight;
+    fn mean(&mut self, axis: usize, centre: f64) -> f64 {
+        let (mut sum, mut size) = (0.0, 0.0);
+        for weight in self.weights.iter().skip(axis).step_by(A) {
+            (sum, size) = (sum + weight, size + weight.abs());
         }
-        if all <= 0.0 {
+        // Weights that all but cancel, once some sensors are out, say nothing of those that are left.
+        if sum <= LEFT * size {
+            sum = self.count_alike(axis);
+        }
+        if sum <= 0.0 {
             return centre;
         }
-        for sensor in 0..self.params.sensors {
-            let place = sensor * A + axis;
-            self.weights[place] /= all;
+        let mut rate = 0.0;
+        for place in (axis..self.used.len()).step_by(A) {
+            self.weights[place] /= sum;
             if self.used[place] {
-                sum += self.weights[place] * self.rates[place];
+                rate += self.weights[place] * self.rates[place];
             }
         }
-        sum
+        rate
+    }
+
+    /// Gives all that are used the same weight; returns how many there are.
+    #[cold]
+    fn count_alike(&mut self, axis: usize) -> f64 {
+        let mut count = 0.0;
+        for place in (axis..self.used.len()).step_by(A) {
+            self.weights[place] = f64::from(u8::from(self.used[place]));
+            count += self.weights[place];
+        }
+        count
     }
 
     #[cold]
@@ -303,12 +322,15 @@ impl<const A: usize> GyroArray<A> {
             self.at_rest[axis] = 2 * resting > judged;
         }
         for sensor in 0..n {
+            let halves = self.noise.take_halves::<A>(sensor, self.length);
+            let halves = halves.map(|means| self.turned(sensor, &means));
             for axis in 0..A {
                 let calm = self.at_rest[axis]
                     && self.rests(sensor, axis)
                     && !self.vote.is_excluded(sensor);
+                let means = if calm { halves.map(|half| half[axis]) } else { noise::NONE };
                 let sigma = self.deviation(sensor, axis);
-                self.noise.end_sensor(sensor * A + axis, calm, self.length);
+                self.noise.end_place(sensor * A + axis, means, calm);
                 self.vote.know(sensor * A + axis, sigma);
             }
         }
@@ -353,11 +375,9 @@ impl<const A: usize> GyroArray<A> {
 
     fn centralise(&mut self, z: &[f64], rate: &mut [f64]) {
         for sensor in 0..self.params.sensors {
-            let (from, to) = (&z[sensor * A..][..A], &mut self.rates[sensor * A..][..A]);
-            match self.params.rotation::<A>(sensor) {
-                Some(rotation) => rotate::<A>(rotation, from, to),
-                None => to.copy_from_slice(from),
-            }
+            let own = core::array::from_fn(|axis| z[sensor * A + axis]);
+            let turned = self.turned(sensor, &own);
+            self.rates[sensor * A..][..A].copy_from_slice(&turned);
         }
         for axis in 0..A {
             let count = self.centralised.take(axis, A, &self.rates, self.params.limit);
@@ -434,16 +454,27 @@ impl<const A: usize> GyroArray<A> {
 
 /// A sample in the axes of the body; of an axis that is missing, all that it is a part of are.
 #[inline(always)]
-fn rotate<const A: usize>(rotation: &[f64], from: &[f64], to: &mut [f64]) {
-    for (row, place) in rotation.chunks_exact(A).zip(to) {
-        *place = 0.0;
-        for (entry, x) in row.iter().zip(from) {
-            if *entry != 0.0 {
-                *place += entry * x;
-            }
+fn rotated<const A: usize>(rotation: &[f64], from: &[f64; A]) -> [f64; A] {
+    core::array::from_fn(|i| {
+        let mut sum = 0.0;
+        for k in 0..A {
+            let entry = rotation[i * A + k];
+            sum += if entry == 0.0 { 0.0 } else { entry * from[k] };
         }
-        if !place.is_finite() {
-            *place = f64::NAN;
+        if sum.is_finite() { sum } else { f64::NAN }
+    })
+}
+
+/// Puts a row into those that are sorted axis by axis, by exchanges alone: which of two numbers is the
+/// larger no branch could foretell.
+#[inline(always)]
+fn insert<const A: usize>(sorted: &mut [f64], mut row: [f64; A]) {
+    let last = sorted.len() - A;
+    for other in sorted[..last].chunks_exact_mut(A) {
+        for (mine, theirs) in row.iter_mut().zip(other) {
+            let (less, more) = if *mine < *theirs { (*mine, *theirs) } else { (*theirs, *mine) };
+            (*theirs, *mine) = (less, more);
         }
     }
+    sorted[last..].copy_from_slice(&row);
 }

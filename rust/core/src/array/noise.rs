@@ -24,7 +24,9 @@ const MOST_RATIO: f64 = 1e4;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Noise {
     pub(super) axes: usize,
-    /// Sensor by sensor, axis by axis.
+    /// Sensor by sensor, in its own axes.
+    pub(super) sums: Vec<Sums>,
+    /// The same in the axes of the body.
     pub(super) ticks: Vec<Halves>,
     pub(super) halves: Vec<Variance>,
     /// Axis by axis.
@@ -35,14 +37,19 @@ pub(super) struct Noise {
     pub(super) second: Vec<f64>,
 }
 
-/// Sums over the halves of a tick, and what the tick before was like.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) struct Halves {
+/// Sums over the halves of a tick.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Sums {
     pub(super) sums: [f64; 2],
     pub(super) counts: [u32; 2],
-    /// Means of the halves of a tick at rest that waits for the next one; NaN for none.
+}
+
+/// Means of the halves of ticks at rest; NaN for none.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Halves {
+    /// Of a tick that waits for the next one.
     pub(super) waiting: [f64; 2],
-    /// The same that has been followed by another.
+    /// Of one that has been followed by another.
     pub(super) followed: [f64; 2],
 }
 
@@ -53,7 +60,8 @@ pub(super) struct Variance {
     pub(super) count: u32,
 }
 
-const NONE: [f64; 2] = [f64::NAN; 2];
+/// No mean.
+pub(super) const NONE: [f64; 2] = [f64::NAN; 2];
 
 impl Noise {
     pub(super) fn new(sensors: usize, axes: usize) -> Result<Self, Error> {
@@ -61,9 +69,10 @@ impl Noise {
         for _ in 0..axes {
             octaves.push(Octaves::new(sensors)?);
         }
-        let tick = Halves { sums: [0.0; 2], counts: [0; 2], waiting: NONE, followed: NONE };
+        let tick = Halves { waiting: NONE, followed: NONE };
         Ok(Self {
             axes,
+            sums: memory::filled(Sums::default(), sensors * axes)?,
             ticks: memory::filled(tick, sensors * axes)?,
             halves: memory::filled(Variance { sum: 0.0, count: 0 }, sensors * axes)?,
             octaves,
@@ -73,13 +82,14 @@ impl Noise {
         })
     }
 
-    /// Adds a sample, of which the rate says whether it is there.
+    /// Adds a sensor's sample, of which its rates say which axes are there.
     #[inline(always)]
-    pub(super) fn add(&mut self, place: usize, raw: f64, rate: f64, first_half: bool) {
-        if rate.is_finite() && raw.is_finite() {
-            let (half, tick) = (usize::from(!first_half), &mut self.ticks[place]);
-            tick.sums[half] += raw.clamp(-MOST, MOST);
-            tick.counts[half] += 1;
+    pub(super) fn add(&mut self, sensor: usize, z: &[f64], rates: &[f64], first_half: bool) {
+        let (half, sums) = (usize::from(!first_half), &mut self.sums[sensor * z.len()..]);
+        for ((sums, z), rate) in sums.iter_mut().zip(z).zip(rates) {
+            let there = rate.is_finite();
+            sums.sums[half] += if there { z.clamp(-MOST, MOST) } else { 0.0 };
+            sums.counts[half] += u32::from(there);
         }
     }
 
@@ -101,14 +111,31 @@ impl Noise {
         }
     }
 
-    /// Ends the tick of one axis of a sensor, which was calm or not.
-    pub(super) fn end_sensor(&mut self, place: usize, calm: bool, length: u32) {
+    /// Means of the halves of a sensor's tick in its own axes, NaN for half a tick of which less than
+    /// half is there; the next tick begins.
+    pub(super) fn take_halves<const A: usize>(
+        &mut self,
+        sensor: usize,
+        length: u32,
+    ) -> [[f64; A]; 2] {
+        let mut means = [[f64::NAN; A]; 2];
+        for (axis, sums) in self.sums[sensor * A..][..A].iter_mut().enumerate() {
+            for half in 0..2 {
+                if 4 * sums.counts[half] > length {
+                    means[half][axis] = sums.sums[half] / f64::from(sums.counts[half]);
+                }
+            }
+            *sums = Sums::default();
+        }
+        means
+    }
+
+    /// Ends the tick of a sensor on an axis of the body, which was calm or not.
+    pub(super) fn end_place(&mut self, place: usize, means: [f64; 2], calm: bool) {
         let tick = &mut self.ticks[place];
-        let whole = tick.counts.iter().all(|count| 4 * count > length);
-        let means = [0, 1].map(|k| tick.sums[k] / f64::from(tick.counts[k].max(1)));
         tick.followed = if calm { tick.waiting } else { NONE };
-        tick.waiting = if calm && whole { means } else { NONE };
-        (tick.sums, tick.counts) = ([0.0; 2], [0; 2]);
+        let whole = means.iter().all(|mean| !mean.is_nan());
+        tick.waiting = if whole { means } else { NONE };
         let [first, second] = tick.followed;
         if !first.is_nan() {
             let variance = &mut self.halves[place];
@@ -131,24 +158,21 @@ impl Noise {
     /// No tick follows another.
     pub(super) fn interrupt(&mut self) {
         self.octaves.iter_mut().for_each(Octaves::interrupt);
-        for tick in &mut self.ticks {
-            *tick = Halves { sums: [0.0; 2], counts: [0; 2], waiting: NONE, followed: NONE };
-        }
+        self.ticks.fill(Halves { waiting: NONE, followed: NONE });
+        self.sums.fill(Sums::default());
     }
 
     pub(super) fn covariances(&self, axis: usize) -> impl Iterator<Item = Covariance<'_>> {
         self.octaves[axis].covariances()
     }
 
-    /// Variances of a sensor at the three averaging times.
-    fn variances(&self, sensor: usize, axis: usize) -> [(f64, u32); 3] {
+    /// Variance of a sensor at one of the three averaging times, and of how many differences it is.
+    fn variance(&self, sensor: usize, axis: usize, time: usize) -> (f64, u32) {
+        if time > 0 {
+            return self.octaves[axis].variance(sensor, [SECOND, FOUR][time - 1]);
+        }
         let half = self.halves[sensor * self.axes + axis];
-        let octaves = &self.octaves[axis];
-        [
-            (half.sum / f64::from(half.count.max(1)), half.count),
-            octaves.variance(sensor, SECOND),
-            octaves.variance(sensor, FOUR),
-        ]
+        (half.sum / f64::from(half.count.max(1)), half.count)
     }
 
     fn weigh(&mut self, axis: usize) {
@@ -157,10 +181,9 @@ impl Noise {
         self.second[axis] = means[1];
         for sensor in 0..sensors {
             let (mut sum, mut count) = (0.0, 0);
-            for (time, (variance, differences)) in
-                self.variances(sensor, axis).into_iter().enumerate()
-            {
-                let ratio = variance / means[time];
+            for (time, mean) in means.iter().enumerate() {
+                let (variance, differences) = self.variance(sensor, axis, time);
+                let ratio = variance / mean;
                 if differences >= TELLING && ratio.is_finite() {
                     let ratio = ratio.clamp(LEAST, MOST_RATIO);
                     (sum, count) = (sum + ratio, count + 1);
@@ -178,7 +201,7 @@ impl Noise {
     fn mean(&self, axis: usize, time: usize) -> f64 {
         let (mut sum, mut count) = (0.0, 0);
         for sensor in 0..self.octaves[axis].sensors {
-            let (variance, differences) = self.variances(sensor, axis)[time];
+            let (variance, differences) = self.variance(sensor, axis, time);
             if differences >= TELLING {
                 (sum, count) = (sum + variance, count + 1);
             }

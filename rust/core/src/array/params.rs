@@ -109,15 +109,15 @@ impl ArrayParams {
 
     fn check_weights(&self, axes: usize) -> Result<(), Error> {
         let Weights::Given(weights) = &self.weights else { return Ok(()) };
-        let (name, sound) = ("weights", |w: &f64| (0.0..=1.0).contains(w));
+        let (name, sound) = ("weights", |w: &f64| (-1.0..=1.0).contains(w));
         if weights.len() != self.sensors * axes || !weights.iter().all(sound) {
-            let expected = "from 0 to 1, one a sensor";
+            let expected = "from -1 to 1, one a sensor";
             return Err(Error::Parameter { name, expected, value: weights.len() as f64 });
         }
         for axis in 0..axes {
             let sum: f64 = weights.iter().skip(axis).step_by(axes).sum();
-            if !(sum > 1e-9) {
-                let expected = "above zero for some sensor on every axis";
+            if sum <= 1e-9 {
+                let expected = "such that their sum is above zero on every axis";
                 return Err(Error::Parameter { name, expected, value: sum });
             }
         }

@@ -1,15 +1,18 @@
 //! Whether an array that was read can be one.
 
 use super::centralised::{Centralised, Walk};
-use super::noise::{Halves, Noise};
+use super::noise::{Halves, Noise, Sums};
 use super::octaves::{OCTAVES, Octave, Octaves};
 use super::vote::{Standing, Vote};
-use super::{GyroArray, MOST};
+use super::{GyroArray, LEFT, MOST};
 use crate::math::sound::{is_count, is_sample, is_size, is_within};
 use crate::stream::checkpoint::Checkpoint;
 
 /// Squares of the largest differences.
 const SQUARE: f64 = 4.0 * MOST * MOST;
+
+/// Largest share of a sensor, of others that are negative.
+const MOST_WEIGHT: f64 = 1.0 / LEFT + 1e-9;
 
 impl<const A: usize> Checkpoint for GyroArray<A> {
     const TAG: &'static str = "gyro-array";
@@ -28,8 +31,7 @@ impl<const A: usize> Checkpoint for GyroArray<A> {
             (self.used.len(), n * A),
             (self.seen.len(), n),
             (self.rates.len(), n * A),
-            (self.raw.len(), n * A),
-            (self.sorted.len(), n),
+            (self.sorted.len(), n * A),
         ];
         sizes.iter().all(|(found, expected)| found == expected)
             && is_count(self.samples)
@@ -39,7 +41,7 @@ impl<const A: usize> Checkpoint for GyroArray<A> {
                     && filter.is_sound()
             })
             && self.position < self.length
-            && self.weights.iter().all(|w| is_size(*w, 1.0 + 1e-9))
+            && self.weights.iter().all(|w| w.abs() <= MOST_WEIGHT)
             && self.centralised.is_sound(n, A)
             && self.noise.is_sound(n, A, self.position)
             && self.vote.is_sound(n, A, self.position)
@@ -60,11 +62,18 @@ impl Centralised {
 impl Noise {
     fn is_sound(&self, sensors: usize, axes: usize, position: u32) -> bool {
         let all = sensors * axes;
-        let sizes = [self.ticks.len(), self.halves.len(), self.ratios.len(), self.white.len()];
+        let sizes = [
+            self.sums.len(),
+            self.ticks.len(),
+            self.halves.len(),
+            self.ratios.len(),
+            self.white.len(),
+        ];
         self.axes == axes
             && sizes.iter().all(|size| *size == all)
             && (self.octaves.len(), self.second.len()) == (axes, axes)
-            && self.ticks.iter().all(|tick| tick.is_sound(position))
+            && self.sums.iter().all(|sums| sums.is_sound(position))
+            && self.ticks.iter().all(Halves::is_sound)
             && self.halves.iter().all(|one| is_size(one.sum, SQUARE * f64::from(one.count)))
             && self.octaves.iter().all(|octaves| octaves.is_sound(sensors))
             && self.ratios.iter().chain(&self.white).all(|x| (1e-2..=1e4).contains(x))
@@ -72,12 +81,17 @@ impl Noise {
     }
 }
 
-impl Halves {
+impl Sums {
     fn is_sound(&self, position: u32) -> bool {
         let counts = self.counts.iter().map(|count| u64::from(*count)).sum::<u64>();
         counts <= u64::from(position)
             && (0..2).all(|k| is_within(self.sums[k], MOST * f64::from(self.counts[k])))
-            && self.waiting.iter().chain(&self.followed).all(|x| is_sample(*x, 2.0 * MOST))
+    }
+}
+
+impl Halves {
+    fn is_sound(&self) -> bool {
+        self.waiting.iter().chain(&self.followed).all(|x| is_sample(*x, 2.0 * MOST))
     }
 }
 

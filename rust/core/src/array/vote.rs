@@ -56,6 +56,7 @@ pub(super) struct Vote {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sums {
     pub(super) count: u32,
+    /// Those that are left out; the rest makes up the sums.
     pub(super) far: u32,
     pub(super) difference: f64,
     /// Times the middle: what a wrong scale, sign or axis shows, however the motion alternates.
@@ -115,15 +116,16 @@ impl Vote {
         square.sqrt()
     }
 
+    /// Adds the middle, of so many sensors.
     #[inline(always)]
-    pub(super) fn note_voters(&mut self, axis: usize, voters: usize) {
-        self.voters[axis] = self.voters[axis].max(voters as u32);
-    }
-
-    #[inline(always)]
-    pub(super) fn note_centre(&mut self, axis: usize, centre: f64) {
-        let centre = centre.clamp(-MOST, MOST);
-        self.squares[axis] += centre * centre;
+    pub(super) fn note_centre(&mut self, centre: &[f64], counts: &[usize]) {
+        for (axis, (centre, count)) in centre.iter().zip(counts).enumerate() {
+            self.voters[axis] = self.voters[axis].max(*count as u32);
+            if *count > 1 {
+                let centre = centre.clamp(-MOST, MOST);
+                self.squares[axis] += centre * centre;
+            }
+        }
     }
 
     /// Sums up how far a rate is from the middle; returns whether it is out of the question.
@@ -137,13 +139,19 @@ impl Vote {
         let sums = &mut self.sums[place];
         sums.count += 1;
         sums.far += u32::from(far);
-        sums.difference += difference;
-        sums.product += difference * centre.clamp(-MOST, MOST);
+        // One that is left out says nothing of the others.
+        let near = if far { 0.0 } else { difference };
+        sums.difference += near;
+        sums.product += near * centre.clamp(-MOST, MOST);
         far
     }
 
     /// Deviation of a sensor's samples on an axis, NaN if it or the bias is not known.
     pub(super) fn know(&mut self, place: usize, sigma: f64) {
+        if self.sigmas[place].is_nan() {
+            // Up to now its rate had the bias in it.
+            self.sums[place] = Sums::default();
+        }
         // Not so for NaN.
         self.sigmas[place] = if sigma > MOST { MOST } else { sigma };
     }
@@ -263,6 +271,7 @@ impl Sums {
     /// Differences from the middle: in the mean, and along the motion.
     fn off(&self, squares: f64) -> [f64; 2] {
         let along = if squares > 0.0 { self.product / squares.sqrt() } else { 0.0 };
-        [self.difference.abs() / f64::from(self.count), along.abs()]
+        let near = self.count - self.far;
+        [self.difference.abs() / f64::from(near.max(1)), along.abs()]
     }
 }

@@ -188,6 +188,8 @@ pub struct FieldErrors {
 const SPREAD: f64 = 5.0 * core::f64::consts::PI / 180.0;
 /// Largest tangent of a dip.
 const STEEPEST: f64 = 10.0;
+/// Variance of a tilt of which nothing is known, rad²: it cannot be further off than half a turn.
+const ANY_TILT: f64 = core::f64::consts::PI * core::f64::consts::PI;
 
 impl FieldErrors {
     /// Takes a correction of the heading: its gain and noise, the level and the vertical part of the
@@ -196,7 +198,7 @@ impl FieldErrors {
         let rest = 1.0 - gain;
         self.white = rest * rest * self.white + gain * gain * noise;
         let slope = (parts[1].abs() / parts[0]).min(STEEPEST);
-        self.tilted += gain * (slope * ComplexField::sqrt(tilt) - self.tilted);
+        self.tilted += gain * (slope * ComplexField::sqrt(tilt.min(ANY_TILT)) - self.tilted);
     }
 
     /// The variance of the heading, if this is what white noise makes of it.
@@ -208,5 +210,21 @@ impl FieldErrors {
 
     pub fn is_sound(&self) -> bool {
         (0.0..=1e3).contains(&self.white) && (0.0..=1e2).contains(&self.tilted)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::FieldErrors;
+
+    /// However unsure the tilt is, the heading's deviation by it is that of half a turn at most.
+    #[test]
+    fn an_unknown_tilt_leaves_the_field_errors_sound() {
+        let mut errors = FieldErrors::default();
+        for _ in 0..100 {
+            errors.observe(0.5, 1.0, [1e-30, 1.0], 1e12);
+        }
+        assert!(errors.is_sound(), "{errors:?}");
+        assert!(errors.tilted > 30.0, "{errors:?}");
     }
 }

@@ -1,0 +1,204 @@
+"""What an array gains on the recording of eight IMUs, and what a fault of one costs.
+
+``python examples/array_recording.py RECORDING`` (``mimu4444_array8_62hz_exp1.parquet``) prints three
+tables in Markdown. The gyros of even number are mounted upside down, with x and y exchanged.
+
+First, noise at rest, from the fourth rest on: the RMS over the axes for the fused rate, the plain
+mean and one sensor, as Allan deviations, and as the angle lost in 10 s in which all biases are held.
+Second, faults of the third gyro, from 200 s on (stuck and at full scale: for 60 s): the RMS change
+of the rate in motion and at rest, against that of the median of all and of their plain mean.
+Third, the published filter of two stages.
+"""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import zerorate as zr
+from tables import table
+from zerorate.types import Booleans, Floats
+
+LIMIT = 1998.0
+TURNED = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+TAUS = (0.1, 1.0, 8.0)
+FOURTH = 3
+HORIZON = 10.0
+FAULTY, BEGIN, LASTS = 2, 200.0, 60.0
+
+
+def read(path: str) -> tuple[Floats, float, Floats]:
+    """Return samples (n, 8, 3) in deg/s, their rate and the rotations."""
+    log = zr.array_log(zr.read_recording(Path(path)))
+    rotations = np.stack([np.eye(3) if k % 2 == 0 else TURNED for k in range(8)])
+    return log.data, 62.5, rotations
+
+
+def runs(flags: Booleans, least: int) -> list[slice]:
+    """Return where flags are set for so many samples at least."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(int), [0]))))
+    pairs = zip(edges[::2], edges[1::2], strict=True)
+    return [slice(a, b) for a, b in pairs if b - a >= least]
+
+
+def inner(rest: slice, rate: float) -> slice:
+    """Return a rest without the two seconds in which it is noticed, and those before motion."""
+    return slice(rest.start + round(2.0 * rate), rest.stop - round(2.0 * rate))
+
+
+def certain(flags: Booleans, rate: float) -> Booleans:
+    """Return where the body rests for certain."""
+    sure = np.zeros_like(flags)
+    for rest in runs(flags, round(5.0 * rate)):
+        sure[inner(rest, rate)] = True
+    return sure
+
+
+def rms(values: Floats) -> float:
+    """Return the root of the mean square of what is there."""
+    return float(np.sqrt(np.nanmean(values**2)))
+
+
+def differences(x: Floats, m: int) -> Floats:
+    """Return the differences of successive means of m samples, overlapping."""
+    sums = np.concatenate((np.zeros((1, *x.shape[1:])), np.cumsum(x, axis=0)))
+    means: Floats = (sums[m:] - sums[:-m]) / m
+    return (means[m:] - means[:-m]) / np.sqrt(2.0)
+
+
+def noise(trace: dict[str, Floats], turned: Floats, rate: float) -> list[list[str]]:
+    """Return the rows of the first table."""
+    rests = runs(trace["at_rest"].all(axis=1), round(15.0 * rate))
+    settled = [inner(r, rate) for r in rests[FOURTH:]]
+    mean = turned.mean(axis=1)
+    rows = []
+    for tau in TAUS:
+        m = round(tau * rate)
+        three = [
+            rms(np.concatenate([differences(x[r], m) for r in settled if r.stop - r.start > 2 * m]))
+            for x in (trace["rate"], mean, turned)
+        ]
+        rows.append(row(f"Allan deviation at {tau:g} s, deg/s", three))
+    return [*rows, row(f"angle lost in {HORIZON:g} s, deg", coasted(trace, turned, rate, settled))]
+
+
+def coasted(
+    trace: dict[str, Floats], turned: Floats, rate: float, settled: list[slice]
+) -> list[float]:
+    """Return the angle lost by the fused rate, the mean and one sensor with biases and weights held."""
+    m = round(HORIZON * rate)
+    lost: list[list[Floats]] = [[], [], []]
+    for rest in settled:
+        for begin in range(rest.start, rest.stop - m, m // 4):
+            angles = (turned[begin : begin + m] - trace["bias"][begin]).sum(axis=0) / rate
+            weights = trace["weights"][begin]
+            for kind, angle in enumerate(((weights * angles).sum(0), angles.mean(0), angles)):
+                lost[kind].append(angle)
+    return [rms(np.stack(kind)) for kind in lost]
+
+
+def row(name: str, three: list[float]) -> list[str]:
+    """Return a row: the fused one, and by how much it is better than the mean and than one."""
+    fused, mean, one = three
+    return [name, f"{fused:.4f}", f"{mean:.4f}", f"{one:.4f}", *_over(fused, mean, one)]
+
+
+def _over(fused: float, *others: float) -> list[str]:
+    return [f"{other / fused:.2f}" for other in others]
+
+
+def held(z: Floats, value: Floats | float, rate: float) -> Floats:
+    """Return samples that are the same for a while."""
+    z = z.copy()
+    z[: round(LASTS * rate)] = value
+    return z
+
+
+def faults(rate: float) -> dict[str, Callable[[Floats], Floats]]:
+    """Return what may happen to the samples (n, 3) of one gyro."""
+    rng = np.random.default_rng(1)
+    return {
+        "stuck for 60 s": lambda z: held(z, z[0], rate),
+        "full scale for 60 s": lambda z: held(z, 1999.0, rate),
+        "sign": lambda z: -z,
+        "x and y exchanged": lambda z: z[:, [1, 0, 2]],
+        "scale 1.3": lambda z: 1.3 * z,
+        "1 % spikes of 50 deg/s": lambda z: z + 50.0 * (rng.random(z.shape) < 0.01),
+        "offset 5 deg/s": lambda z: z + 5.0,
+    }
+
+
+class Study:
+    """The recording, and what the array makes of it."""
+
+    def __init__(self, path: str) -> None:
+        self.z, self.rate, self.rotations = read(path)
+        self.clean = self.fused(self.z)
+        # Biases in the axes of the body, too.
+        self.clean["bias"] = self.turned(self.clean["bias"])
+        self.begin = round(BEGIN * self.rate)
+        later = np.arange(len(self.z)) >= self.begin
+        at_rest = self.clean["at_rest"].all(axis=1)
+        self.rest, self.moving = later & certain(at_rest, self.rate), later & ~at_rest
+
+    def fused(self, samples: Floats) -> dict[str, Floats]:
+        return zr.GyroArray(self.rate, rotations=self.rotations, limit=LIMIT).trace(samples)
+
+    def turned(self, samples: Floats) -> Floats:
+        return np.einsum("sij,nsj->nsi", self.rotations, samples)
+
+    def changes(self, before: Floats, after: Floats) -> str:
+        change = after - before
+        return f"{rms(change[self.moving]):.3f} / {rms(change[self.rest]):.3f}"
+
+    def noise(self) -> str:
+        head = ["at rest", "fused", "mean", "one", "over the mean", "over one"]
+        rows = noise(self.clean, self.turned(self.z), self.rate)
+        excluded = self.clean["excluded"].any(axis=0).sum()
+        title = f"Noise of eight gyros; {excluded} ever excluded"
+        return table(title, head, rows, markdown=True)
+
+    def faults(self) -> str:
+        rows = []
+        for name, fault in faults(self.rate).items():
+            samples = self.z.copy()
+            samples[self.begin :, FAULTY] = fault(self.z[self.begin :, FAULTY])
+            found = self.fused(samples)
+            cells = [self.changes(self.clean["rate"], found["rate"])]
+            for of_all in (np.median, np.mean):
+                cells.append(
+                    self.changes(*(of_all(self.turned(x), axis=1) for x in (self.z, samples)))
+                )
+            others = np.delete(found["excluded"], FAULTY, axis=1).any(axis=0).sum()
+            rows.append([name, *cells, str(others)])
+        head = ["fault of the third", "fused", "median", "mean", "others excluded"]
+        return table("RMS change in motion / at rest, deg/s", head, rows, markdown=True)
+
+    def published(self) -> str:
+        z = self.z[:, ::2]
+        array = zr.GyroArray(self.rate, 4, limit=LIMIT, method="centralised")
+        rests = runs(self.rest, 4 * round(self.rate))
+        rows = []
+        for name, x in (("one", z[:, 0]), ("mean", z.mean(axis=1)), ("two stages", array.process(z))):
+            bias = x[self.rest].mean(axis=0)
+            error = (x - bias - self.clean["rate"])[self.moving, 2]
+            rests_of = [x[r, 2] for r in rests]
+            deviation = rms(np.concatenate([one - one.mean() for one in rests_of]))
+            allan = rms(np.concatenate([differences(one, round(self.rate)) for one in rests_of]))
+            rows.append([name, f"{deviation:.4f}", f"{allan:.4f}", f"{rms(error):.0f}"])
+        speed = rms(self.clean["rate"][self.moving, 2])
+        title = f"Axis z of gyros 1, 3, 5, 7; {speed:.0f} deg/s RMS in motion"
+        head = ["rate", "deviation at rest", "Allan deviation at 1 s", "difference in motion"]
+        return table(title, head, rows, markdown=True)
+
+
+def main(path: str) -> None:
+    """Print the tables."""
+    study = Study(path)
+    for told in (study.noise(), study.faults(), study.published()):
+        print(told)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
