@@ -7,6 +7,7 @@ import pytest
 
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
+from zerorate.array import accelerometers
 from zerorate.array.accelerometers import fuse_accelerometers
 from zerorate.array.logs import ArrayLog, array_log
 from zerorate.array.rotations import read_rotations
@@ -197,6 +198,19 @@ class TestInvariance:
         z = np.einsum("kji,nkj->nki", matrices, body.z)
         found, plain = body.fuse(z, rotations=matrices), body.fuse()
         np.testing.assert_allclose(found.accel, plain.accel, rtol=0, atol=1e-9)
+
+    @pytest.mark.parametrize("positions", [None, CORNERS])
+    def test_parts_in_which_it_is_computed(self, positions, monkeypatch):
+        body = Body(noise=0.02)
+        z = body.z.copy()
+        z[1300:1700, 4] += 6.0
+        z[2100:2200, 1] = np.nan
+        whole = body.fuse(z, positions=positions)
+        monkeypatch.setattr(accelerometers, "_ROWS", 1)
+        parts = body.fuse(z, positions=positions)
+        for name in ("accel", "weights", "excluded", "angular_acceleration"):
+            np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
+        np.testing.assert_allclose(parts.residual, whole.residual, rtol=1e-12)
 
     def test_one_sensor_without_positions_is_itself(self):
         body = Body(places=CORNERS[:1], noise=0.02)

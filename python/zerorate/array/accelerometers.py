@@ -27,6 +27,8 @@ _MOST_LEVER: Final = 1e3
 """Metres to a sensor."""
 _ORTHONORMAL: Final = 1e-6
 
+_ROWS: Final = 1 << 13
+"""Samples at a time."""
 _TICK: Final = 0.25
 """Seconds over which sensors are compared."""
 _BACK: Final = 10.0
@@ -89,7 +91,8 @@ class FusedAccelerometers:
     def __repr__(self) -> str:
         """Return the number of sensors and samples, and what is left between the sensors."""
         n, sensors = self.weights.shape
-        left = float(np.sqrt(np.nanmean(self.residual**2))) if n else np.nan
+        known = self.residual[np.isfinite(self.residual)]
+        left = float(np.sqrt(np.mean(known**2))) if known.size else np.nan
         return (
             f"FusedAccelerometers({sensors} sensors, {n} samples, {left:.3g} {self.unit} left "
             "between them)"
@@ -194,22 +197,23 @@ def fuse_accelerometers(
         force = np.einsum("kij,nkj->nki", matrices, force)
     motion = None if levers is None else _Motion.of(omega, hertz, levers)
     noise = _noise(force, hertz)
-    if motion is None:
-        excluded = _vote(force, _without_levers(omega, hertz, sensors), noise, hertz)
-    else:
-        excluded = _vote(force - motion.felt, motion.doubt, noise, hertz)
-    size = _median(np.linalg.norm(force, axis=2)[:, :, np.newaxis])[:, 0]
-    # Where nobody is left there is none.
-    variances = _variances(given, noise, scale_error * np.fmax(size, _G))
-    information = np.where(there & ~excluded, 1.0 / variances, 0.0)
-    solved = _solved(force, information, motion)
-    turns = solved.turns if motion is not None else None
+    blocks = _blocks(n, hertz)
+    doubt = _without_levers(omega, hertz) if motion is None else None
+    votes = [_voted(force[here], motion, doubt, here, noise, hertz) for here in blocks]
+    excluded = _excluded(votes, hertz) & there
+    found = _Found(n, sensors)
+    for here in blocks:
+        size = _median(np.linalg.norm(force[here], axis=2)[:, :, np.newaxis])[:, 0]
+        # Where nobody is left there is none.
+        variances = _variances(given, noise, scale_error * np.fmax(size, _G))
+        usable = there[here] & ~excluded[here]
+        found.take(here, force[here], np.where(usable, 1.0 / variances, 0.0), motion)
     return FusedAccelerometers(
-        accel=solved.force / units.accel,
-        weights=solved.weights,
-        excluded=excluded & there,
-        residual=_residual(solved.left, solved.weights > 0.0) / units.accel,
-        angular_acceleration=None if turns is None else turns / units.rate,
+        accel=found.force / units.accel,
+        weights=found.weights,
+        excluded=excluded,
+        residual=found.residual / units.accel,
+        angular_acceleration=None if motion is None else found.turns / units.rate,
         unit=units.name,
     )
 
@@ -239,25 +243,39 @@ class _Units(NamedTuple):
 class _Motion(NamedTuple):
     """How the body turns, in SI.
 
-    Sensors' positions (N, 3); at which samples (n,) the rate is known, and what turning alone does
-    to the sensors there (n, N, 3); the derivative of the rate (n, 3) and the inverse of its
-    variance (n,).
+    Sensors' positions (N, 3); the rate (n, 3), zero where it is not known, and where it is known
+    (n,); its derivative (n, 3) and the inverse of the variance of that (n,).
     """
 
     levers: Floats
+    omega: Floats
     known: Booleans
-    turning: Floats
     change: Floats
     certainty: Floats
 
     @classmethod
     def of(cls, omega: Floats, rate: float, levers: Floats) -> _Motion:
         known: Booleans = np.all(np.isfinite(omega), axis=1)
-        turn = np.where(known[:, np.newaxis], omega, 0.0)[:, np.newaxis]
-        outward = np.cross(turn, np.cross(turn, levers))
         change, variance = _derivative(omega, rate)
         certainty = np.divide(1.0, variance, out=np.zeros_like(variance), where=variance > 0.0)
-        return cls(levers, known, outward, change, certainty * known)
+        turns = np.where(known[:, np.newaxis], omega, 0.0)
+        return cls(levers, turns, known, change, certainty * known)
+
+    def part(self, here: slice) -> _Motion:
+        """Return the same of some samples."""
+        return _Motion(
+            self.levers,
+            self.omega[here],
+            self.known[here],
+            self.change[here],
+            self.certainty[here],
+        )
+
+    @property
+    def turning(self) -> Floats:
+        """What turning alone does to the sensors, (n, N, 3)."""
+        turn = self.omega[:, np.newaxis]
+        return np.cross(turn, np.cross(turn, self.levers))
 
     @property
     def felt(self) -> Floats:
@@ -274,13 +292,13 @@ class _Motion(NamedTuple):
         return doubt
 
 
-def _without_levers(omega: Floats, rate: float, sensors: int) -> Floats:
-    """Return what lever arms that are not known may do, (n, N)."""
+def _without_levers(omega: Floats, rate: float) -> Floats:
+    """Return what lever arms that are not known may do, (n, 1)."""
     change, variance = _derivative(omega, rate)
     size = np.square(np.linalg.norm(omega, axis=1)) + np.linalg.norm(change, axis=1)
     size += _DOUBTS * np.sqrt(variance)
     doubt = np.where(np.isfinite(size) & (variance > 0.0), _SOME_LEVER * size, np.inf)
-    return np.repeat(doubt[:, np.newaxis], sensors, axis=1)
+    return doubt[:, np.newaxis]
 
 
 def _derivative(omega: Floats, rate: float) -> tuple[Floats, Floats]:
@@ -418,7 +436,39 @@ def _median(values: Floats) -> Floats:
     return 0.5 * (low + high)[:, 0]
 
 
-def _vote(alike: Floats, doubt: Floats, noise: Floats, rate: float) -> Booleans:
+def _blocks(n: int, rate: float) -> list[slice]:
+    """Return parts of whole ticks, small enough for the memory."""
+    length = max(round(_TICK * rate), 1)
+    step = length * max(_ROWS // length, 1)
+    return [slice(first, min(first + step, n)) for first in range(0, n, step)]
+
+
+class _Vote(NamedTuple):
+    """Samples that are far (n, N); of each tick who is, how far, and how far nobody wonders."""
+
+    far: Booleans
+    out: Booleans
+    sizes: Floats
+    bounds: Floats
+
+
+def _voted(
+    force: Floats,
+    motion: _Motion | None,
+    doubt: Floats | None,
+    here: slice,
+    noise: Floats,
+    rate: float,
+) -> _Vote:
+    """Return the vote on some samples; `doubt` is that without lever arms."""
+    if motion is None:
+        assert doubt is not None
+        return _vote(force, np.broadcast_to(doubt[here], force.shape[:2]), noise, rate)
+    part = motion.part(here)
+    return _vote(force - part.felt, part.doubt, noise, rate)
+
+
+def _vote(alike: Floats, doubt: Floats, noise: Floats, rate: float) -> _Vote:
     """Return which sensors (n, N) are far from the middle of all.
 
     They should be `alike` but for `doubt` (n, N), which is infinite where nothing can be said.
@@ -437,9 +487,17 @@ def _vote(alike: Floats, doubt: Floats, noise: Floats, rate: float) -> Booleans:
     sizes, bounds = _compared(means, noise / np.sqrt(np.maximum(counts, 1)), tolerated[:, :, 0])
     spikes = np.add.reduceat(far, starts, axis=0, dtype=np.int64)
     out = (sizes > bounds) | ((2 * spikes > counts) & (counts > 0))
-    lengths = np.diff(np.append(starts, len(alike)))
+    return _Vote(far, out, sizes, bounds)
+
+
+def _excluded(votes: list[_Vote], rate: float) -> Booleans:
+    """Return which sensors (n, N) are left out."""
+    far, out, sizes, bounds = (np.concatenate(parts) for parts in zip(*votes, strict=True))
+    starts = _starts(len(far), rate)
+    lengths = np.diff(np.append(starts, len(far)))
     held = _held(out, sizes, bounds, math.ceil(_BACK * rate / lengths[0]))
-    return far | np.repeat(held, lengths, axis=0)
+    excluded: Booleans = far | np.repeat(held, lengths, axis=0)
+    return excluded
 
 
 def _compared(apart: Floats, noise: Floats, tolerated: Floats) -> tuple[Floats, Floats]:
@@ -480,6 +538,33 @@ def _variances(given: Floats | str, noise: Floats, scale: Floats) -> Floats:
     with np.errstate(divide="ignore"):
         divided: Floats = (each.mean() + alike) / given
     return divided
+
+
+class _Found:
+    """What is found, part by part: force and turns (n, 3), weights (n, N), residual (N,)."""
+
+    def __init__(self, n: int, sensors: int) -> None:
+        self.force, self.turns = np.empty((n, 3)), np.empty((n, 3))
+        self.weights = np.empty((n, sensors))
+        self._squares, self._counts = np.zeros(sensors), np.zeros(sensors)
+
+    def take(self, here: slice, force: Floats, information: Floats, motion: _Motion | None) -> None:
+        """Solve for some samples."""
+        solved = _solved(force, information, None if motion is None else motion.part(here))
+        self.force[here], self.turns[here] = solved.force, solved.turns
+        self.weights[here] = solved.weights
+        used = solved.weights > 0.0
+        self._squares += np.sum(
+            np.where(used[:, :, np.newaxis], solved.left, 0.0) ** 2, axis=(0, 2)
+        )
+        self._counts += 3 * used.sum(axis=0)
+
+    @property
+    def residual(self) -> Floats:
+        """The RMS of what is left over the used samples and the axes, of each sensor."""
+        unknown = np.full(self._counts.shape, np.nan)
+        means: Floats = np.divide(self._squares, self._counts, out=unknown, where=self._counts > 0)
+        return np.sqrt(means)
 
 
 class _Solved(NamedTuple):
@@ -539,12 +624,3 @@ def _changes(arms: Floats, left: Floats, u: Floats, motion: _Motion) -> Floats:
     free = np.linalg.solve(squares[lost] + np.eye(3) / _FAST**4, across)
     changes[lost] = free.transpose(0, 2, 1)
     return changes
-
-
-def _residual(left: Floats, used: Booleans) -> Floats:
-    """Return the RMS over the used samples and the axes, of each sensor."""
-    squares = np.where(used[:, :, np.newaxis], left, 0.0) ** 2
-    counts = 3 * used.sum(axis=0)
-    sums = squares.sum(axis=(0, 2))
-    means: Floats = np.divide(sums, counts, out=np.full(sums.shape, np.nan), where=counts > 0)
-    return np.sqrt(means)
