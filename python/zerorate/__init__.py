@@ -57,6 +57,7 @@ from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics
+    from zerorate.array.accelerometers import FusedAccelerometers, fuse_accelerometers
     from zerorate.array.logs import ArrayLog, array_log
     from zerorate.array.rotations import Rotations, find_rotations, read_rotations
     from zerorate.attitude.estimate import AttitudeEstimate, estimate_attitude
@@ -98,6 +99,7 @@ __all__ = [
     "DynamicAllan",
     "FittedModel",
     "FittedRate",
+    "FusedAccelerometers",
     "GyroArray",
     "GyroErrors",
     "ImuCorrector",
@@ -141,6 +143,7 @@ __all__ = [
     "find_rests",
     "find_rotations",
     "fit_rate",
+    "fuse_accelerometers",
     "identify",
     "integrate",
     "live",
@@ -171,6 +174,7 @@ _LATER = {
     "Calibration": "calibrate.calibration",
     "CalibrationComparison": "calibrate.comparison",
     "FittedRate": "calibrate.rate.reference",
+    "FusedAccelerometers": "array.accelerometers",
     "GyroErrors": "simulate.session",
     "Integrated": "calibrate.rate.angle",
     "MotionErrors": "simulate.motion",
@@ -189,6 +193,7 @@ _LATER = {
     "estimate_attitude": "attitude.estimate",
     "find_rotations": "array.rotations",
     "fit_rate": "calibrate.rate.reference",
+    "fuse_accelerometers": "array.accelerometers",
     "integrate": "calibrate.rate.angle",
     "read_rotations": "array.rotations",
     "simulate_motion": "simulate.motion",

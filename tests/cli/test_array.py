@@ -53,6 +53,15 @@ def turned(tmp_path_factory):
     return write(tmp_path_factory.mktemp("array") / "board.csv", columns(turned=(2,)))
 
 
+@pytest.fixture(scope="module")
+def with_accel(tmp_path_factory):
+    found, random = columns(), np.random.default_rng(2)
+    for k in range(1, 4):
+        accel = [0.0, 0.0, 1.0] + 0.003 * random.standard_normal((N, 3))
+        found |= {f"imu{k}_accel_{axis}_g": accel[:, i] for i, axis in enumerate("xyz")}
+    return write(tmp_path_factory.mktemp("array") / "board.csv", found)
+
+
 class TestFiles:
     def test_it_writes_a_log_and_a_figure(self, cli, log, out):
         code, text, errors = cli(log, "-o", out)
@@ -153,6 +162,45 @@ class TestRotations:
         code, _, errors = cli(log, "-o", out, "--rotations", tmp_path / "none.json")
         assert code == 2
         check_line(errors, "none.json: No such file")
+
+
+class TestAccelerometers:
+    def test_they_are_written_beside_the_rate(self, cli, log, with_accel, out):
+        code, text, errors = cli(with_accel, "-o", out, "--no-figure")
+        assert (code, errors) == (0, "")
+        both = zr.read_recording(out / "board-zerorate.parquet")
+        assert both.names == ("gyro", "accel")
+        # Three of 3 mg.
+        assert both.accel.data[:, 0].std() == pytest.approx(0.003 / np.sqrt(3.0), rel=0.05)
+        lines = text.splitlines()
+        first = lines.index("Accelerometers as one, lever arms not known")
+        assert [line.split()[0] for line in lines[first + 2 : first + 5]] == [
+            "imu1",
+            "imu2",
+            "imu3",
+        ]
+        assert "fused without lever arms" in one_line(text)
+        assert "Accelerometers" not in cli(log, "-o", out, "--no-figure", "--force")[1]
+
+    def test_positions_stand_with_the_rotations(self, cli, with_accel, out, tmp_path):
+        known = {"format": "zerorate rotations", "version": 1}
+        known["rotations"] = {f"imu{k}": [1, 0, 0, 0] for k in (3, 2, 1)}
+        known["positions"] = {f"imu{k}": [0.01 * k, 0.0, 0.0] for k in (3, 2, 1)}
+        path = tmp_path / "board.json"
+        path.write_text(json.dumps(known))
+        code, text, _ = cli(with_accel, "-o", out, "--no-figure", "--rotations", path)
+        assert code == 0
+        assert "Accelerometers as one, at the origin of the positions" in text
+        assert "without lever arms" not in one_line(text)
+
+    def test_positions_that_are_none(self, cli, with_accel, out, tmp_path):
+        known = {"format": "zerorate rotations", "version": 1, "positions": {"imu1": [0, 0, 0]}}
+        known["rotations"] = {f"imu{k}": [1, 0, 0, 0] for k in (1, 2, 3)}
+        path = tmp_path / "board.json"
+        path.write_text(json.dumps(known))
+        code, _, errors = cli(with_accel, "-o", out, "--rotations", path)
+        assert (code, names(out)) == (2, [])
+        check_line(errors, "there is no position of imu2, imu3")
 
 
 class TestWeights:

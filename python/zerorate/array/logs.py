@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, NamedTuple
@@ -11,12 +12,18 @@ import numpy as np
 from zerorate.io.log import Log, LogError, Recording, checked_rate
 from zerorate.io.names import looks_like_gyro, meaning_of, plain, split_unit
 from zerorate.types import Floats
+from zerorate.units import UNITS
 
 __all__ = ["ArrayLog", "array_log"]
 
 _AXES: Final = ("x", "y", "z")
 _APART: Final = 0.5
 """Periods by which clocks may differ and still be one."""
+_KIND_WORDS: Final = re.compile(
+    r"gyroscope|gyrometer|gyro|gyr|accelerometer|acceleration|accel|acc"
+    r"|(?<![a-z])(?:g|a|w|f|rate)(?![a-z])"
+)
+"""Words that say gyro or accelerometer, and not of which device."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +47,11 @@ class ArrayLog:
         ``("x", "y", "z")``; of one axis its letter, or nothing where it is not known.
     meta : mapping
         As of `zerorate.Log`.
+    accel : ndarray, shape (n, N, 3), or None
+        Accelerometers of the same devices in ``accel_unit``, in the sensors' own axes; NaN marks a
+        missing sample, or a device without one.
+    accel_unit : str
+        Of all accelerometers.
 
     Examples
     --------
@@ -61,6 +73,8 @@ class ArrayLog:
     unit: str = "unit"
     axes: tuple[str, ...] = _AXES
     meta: Mapping[str, Any] = field(default_factory=dict)
+    accel: Floats | None = None
+    accel_unit: str = "unit"
 
     def __post_init__(self) -> None:
         """Check that the parts agree."""
@@ -69,6 +83,8 @@ class ArrayLog:
         expected = (n, sensors, 3) if axes == 3 else (n, sensors)
         if self.data.shape != expected:
             raise LogError(f"data must have shape {expected}, got {self.data.shape}")
+        if self.accel is not None and self.accel.shape != (n, sensors, 3):
+            raise LogError(f"accel must have shape {(n, sensors, 3)}, got {self.accel.shape}")
         if len(set(self.labels)) < sensors:
             raise LogError(f"labels must differ, got {', '.join(self.labels)}")
 
@@ -114,7 +130,8 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
     -------
     ArrayLog
         Labels are what names say of a sensor, ``imu1`` of ``imu1_gyro_x_dps``; else the names of
-        the logs.
+        the logs. Accelerometers of three axes go with the gyros that their names belong to; they
+        are left out, with a note, where they are not on the clock of the gyros, or not of one unit.
 
     Raises
     ------
@@ -128,6 +145,8 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
         _check_alike(first, other)
     data = np.stack([sensor.log.data for sensor in found], axis=1)
     letters = _letters(found)
+    told: list[str] = []
+    beside = _accelerometers(source, found, told) if isinstance(source, Recording) else {}
     return ArrayLog(
         first.log.time,
         first.log.rate,
@@ -135,7 +154,8 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
         _labels([sensor.label for sensor in found], [sensor.name for sensor in found]),
         first.log.unit,
         letters,
-        _meta([sensor.log for sensor in found]),
+        _meta([sensor.log for sensor in found], told),
+        **_stacked(beside, len(found)),
     )
 
 
@@ -251,7 +271,66 @@ def _called(sensor: _Sensor) -> str:
     return f"'{sensor.name}' ({', '.join(sensor.log.names)})"
 
 
-def _meta(logs: Sequence[Log]) -> dict[str, Any]:
+def _accelerometers(source: Recording, found: Sequence[_Sensor], told: list[str]) -> dict[int, Log]:
+    """Return the accelerometers by the places of their gyros; none, and why, if they do not fit."""
+    first = found[0].log
+    logs = {name: log for name, log in source.items() if _is_of(source, log, "accel")}
+    if first.channels != 3 or not logs:
+        return {}
+    gyros = _devices([(sensor.name, sensor.log) for sensor in found])
+    owners = dict(zip(gyros, range(len(found)), strict=True))
+    named = zip(_devices([*logs.items()]), logs.values(), strict=True)
+    beside = {owners[device]: log for device, log in named if device in owners}
+    faults = [fault for log in beside.values() if (fault := _why_not(first, log)) is not None]
+    if len({log.unit for log in beside.values()}) > 1:
+        faults.append("they differ in unit")
+    if faults:
+        told.append(f"the accelerometers are left out: {faults[0]}")
+        return {}
+    return beside
+
+
+def _is_of(source: Recording, log: Log, kind: str) -> bool:
+    return any(log is other for other in source.of_kind(kind))
+
+
+def _devices(logs: Sequence[tuple[str, Log]]) -> list[str]:
+    """Return what names of channels say of a log's device, else what the names of logs say."""
+    by_channel = [_device(plain(split_unit(log.names[0])[0])[:-1]) for _, log in logs]
+    if len(set(by_channel)) == len(logs):
+        return by_channel
+    return [_device(name) for name, _ in logs]
+
+
+def _device(name: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "_", _KIND_WORDS.sub("_", name.lower())).strip("_")
+
+
+def _why_not(gyro: Log, log: Log) -> str | None:
+    """Return why an accelerometer cannot stand beside the gyros, None if it can."""
+    called = ", ".join(log.names)
+    if log.channels != 3:
+        return f"{called} has not three axes"
+    if log.unit not in UNITS or UNITS[log.unit].kind != "acceleration":
+        return f"the unit of {called} is not known"
+    if log.n != gyro.n or np.abs(log.time - gyro.time).max() * gyro.rate > _APART:
+        return f"{called} is not on the clock of the gyros"
+    return None
+
+
+def _stacked(beside: Mapping[int, Log], sensors: int) -> dict[str, Any]:
+    """Return the arguments of an array's log for its accelerometers, NaN where there is none."""
+    if not beside:
+        return {}
+    one = next(iter(beside.values()))
+    accel = np.full((one.n, sensors, 3), np.nan)
+    for place, log in beside.items():
+        accel[:, place] = log.data
+    return {"accel": accel, "accel_unit": one.unit}
+
+
+def _meta(logs: Sequence[Log], told: Sequence[str]) -> dict[str, Any]:
     """Return the metadata of the first log, with the notes of all."""
-    notes = dict.fromkeys(note for log in logs for note in log.meta.get("notes", ()))
+    each = (note for log in logs for note in log.meta.get("notes", ()))
+    notes = dict.fromkeys((*each, *told))
     return {**logs[0].meta, "notes": tuple(notes)}

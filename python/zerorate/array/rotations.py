@@ -60,6 +60,8 @@ class Rotations:
         NaN where it is not known. Errors of scale and of axes that are not at right angles remain.
     seconds : float
         Motion of which they were found; NaN where it is not known.
+    positions : ndarray, shape (N, 3), or None
+        Of the sensors in the axes of the body, m, as they were put down; they are never found.
     """
 
     matrices: Floats
@@ -67,6 +69,7 @@ class Rotations:
     labels: tuple[str, ...]
     residuals: Floats
     seconds: float
+    positions: Floats | None = None
 
     @property
     def angles(self) -> Floats:
@@ -110,11 +113,19 @@ class Rotations:
                 '  "rotations": {',
                 ",\n".join(listed),
                 "  },",
+                *self._places(),
                 f'  "errors_deg": {json.dumps(known)}',
                 "}\n",
             )
         )
         return written(text, path, force)
+
+    def _places(self) -> list[str]:
+        """Return the line of JSON that holds the positions, if there are any."""
+        if self.positions is None:
+            return []
+        known = dict(zip(self.labels, self.positions.tolist(), strict=True))
+        return [f'  "positions": {json.dumps(known)},']
 
 
 def find_rotations(
@@ -379,7 +390,8 @@ def read_rotations(source: str | os.PathLike[str]) -> Rotations:
     source : str or path
         A file, or JSON itself: ``format`` "zerorate rotations", ``version`` 1, and ``rotations``,
         for each label of a sensor a matrix of three rows, or a quaternion w, x, y, z. Both turn
-        rates in the sensor's own axes into those of the body.
+        rates in the sensor's own axes into those of the body. ``positions`` may hold x, y, z of
+        each sensor in the axes of the body, m.
 
     Raises
     ------
@@ -414,7 +426,21 @@ def _built(content: object) -> Rotations:
             if known.get(label) is not None
         }
     unknown = np.full(len(matrices), np.nan)
-    return Rotations(matrices, np.array([*errors.values()]), tuple(listed), unknown, np.nan)
+    return Rotations(
+        matrices, np.array([*errors.values()]), tuple(listed), unknown, np.nan,
+        _positions(content, tuple(listed)),
+    )  # fmt: skip
+
+
+def _positions(content: object, labels: Sequence[str]) -> Floats | None:
+    """Return the positions of the sensors, if the content holds any."""
+    if not isinstance(content, dict) or content.get("positions") is None:
+        return None
+    known = part(content, "positions", dict)
+    missing = [label for label in labels if label not in known]
+    if missing:
+        raise ValueError(f"there is no position of {', '.join(missing)}")
+    return np.stack([finite_numbers(f"position of {k}", known[k], (3,)) for k in labels])
 
 
 def _rotation(label: str, given: object) -> Floats:

@@ -122,7 +122,7 @@ def _read_rotations(path: Path) -> Rotations:
 def _read(reading: Reading, record: Record) -> ArrayLog:
     from zerorate.array.logs import array_log
 
-    recording = reading.read(read_recording, record.source, only=["gyro"])
+    recording = reading.read(read_recording, record.source, only=["gyro", "accel"])
     with _naming(recording.source):
         return array_log(recording)
 
@@ -141,17 +141,21 @@ def _replayed(
         if len(log.axes) != 3:
             raise UsageFault("--rotations is for gyros of three axes, and these have one")
         known = known or _found(log, options)
-    matrices = None
+    matrices = positions = None
     if known is not None:
         matrices = known.of(log.labels)
         known = replace(known, **_rows(known, log.labels))
+        positions = known.positions
     weights: Any = asked.weights
     if isinstance(weights, list) and len(weights) != log.sensors:
         raise UsageFault(
             f"--weights takes one number for each of the {log.sensors} sensors, got {len(weights)}"
         )
     arguments = {name: value for name, value in options.items() if name in _USED[1:]}
-    result = replay_array(log, rotations=matrices, weights=weights, progress=progress, **arguments)
+    result = replay_array(
+        log, rotations=matrices, positions=positions, weights=weights, progress=progress,
+        **arguments,
+    )  # fmt: skip
     return result, known
 
 
@@ -163,6 +167,7 @@ def _rows(known: Rotations, labels: Sequence[str]) -> dict[str, Any]:
         "errors": known.errors[places],
         "residuals": known.residuals[places],
         "labels": tuple(labels),
+        "positions": None if known.positions is None else known.positions[places],
     }
 
 
@@ -175,11 +180,17 @@ def _found(log: ArrayLog, options: Mapping[str, Any]) -> Rotations:
 
 
 def _print(result: ArrayReplay, rotations: Rotations | None, files: Sequence[Path]) -> None:
-    from zerorate.show import format_array, format_array_notes, format_rotations
+    from zerorate.show import (
+        format_accelerometers,
+        format_array,
+        format_array_notes,
+        format_rotations,
+    )
 
     turned = None if rotations is None else format_rotations(rotations)
     notes = format_array_notes(result, [*_not_aligned(result)])
-    print("\n\n".join(filter(None, (format_array(result), turned, in_options(notes)))))
+    accel = None if result.accel is None else format_accelerometers(result)
+    print("\n\n".join(filter(None, (format_array(result), accel, turned, in_options(notes)))))
     print_written(files)
 
 

@@ -11,12 +11,15 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import GyroArray, allan_deviations
+from zerorate.array.accelerometers import FusedAccelerometers, fuse_accelerometers
 from zerorate.array.logs import ArrayLog
 from zerorate.io.log import Log, LogError
+from zerorate.io.names import with_suffix
 from zerorate.options import with_limits
 from zerorate.progress import Progress, silent
 from zerorate.run.replay.measures import onset
 from zerorate.types import Booleans, Floats, Integers
+from zerorate.units import UNITS
 
 __all__ = [
     "OUT",
@@ -109,6 +112,10 @@ class ArrayReplay:
         Allan deviations; None where the body never rested.
     speed : float
         Samples of all sensors a second of computing on one core, with all that is noted.
+    accel : FusedAccelerometers or None
+        The accelerometers as one; None where the log has none.
+    accel_allan : ArrayAllan or None
+        Allan deviations of the accelerometers at rest, in their unit.
     """
 
     log: ArrayLog
@@ -123,6 +130,8 @@ class ArrayReplay:
     health: tuple[str, ...]
     allan: ArrayAllan | None
     speed: float
+    accel: FusedAccelerometers | None = None
+    accel_allan: ArrayAllan | None = None
 
     @property
     def shares(self) -> Floats:
@@ -148,8 +157,11 @@ class ArrayReplay:
 
     @property
     def beside(self) -> Columns:
-        """Columns written next to it: rest, dispute, and of each sensor weight and exclusion."""
+        """Columns next to it: acceleration, rest, dispute; of each sensor weight and exclusion."""
         columns: Columns = {}
+        if self.accel is not None:
+            for i, axis in enumerate("xyz"):
+                columns[with_suffix(f"accel_{axis}", self.accel.unit)] = self.accel.accel[:, i]
         for i, axis in enumerate(self.log.axes):
             columns[f"at_rest_{axis}" if axis else "at_rest"] = self.at_rest[:, i]
         columns["disputed"] = self.disputed
@@ -169,6 +181,7 @@ def replay_array(
     log: ArrayLog,
     *,
     rotations: npt.ArrayLike | None = None,
+    positions: npt.ArrayLike | None = None,
     weights: Weights | npt.ArrayLike = "auto",
     progress: Progress | None = None,
     **options: Any,  # noqa: ANN401
@@ -182,6 +195,8 @@ def replay_array(
     rotations : array_like, shape (N, 3, 3), optional
         From each sensor's axes to those of the body, such as those of
         `zerorate.array.rotations.find_rotations`; by default all are aligned.
+    positions : array_like, shape (N, 3), optional
+        Of the sensors in the axes of the body, m, for the accelerometers of the log, if it has any.
     weights : {"auto", "mean", "white"} or array_like
         As of `zerorate.GyroArray`.
     progress : callable, optional
@@ -234,6 +249,8 @@ def replay_array(
         seen.take(array, first)
         report("filtering", min(first + _ROWS, log.n) / log.n)
     allan = seen.allan()
+    accel = _accelerometers(log, seen.rate, given, positions)
+    measured = None if accel is None else _accel_allan(log, accel, given, seen.at_rest)
     report("measuring", 1.0)
     return ArrayReplay(
         log=log,
@@ -248,7 +265,32 @@ def replay_array(
         health=tuple(array.health),
         allan=allan,
         speed=log.data.size / seen.seconds if seen.seconds > 0.0 else np.nan,
+        accel=accel,
+        accel_allan=measured,
     )
+
+
+def _accelerometers(
+    log: ArrayLog, rate: Floats, rotations: Floats | None, positions: npt.ArrayLike | None
+) -> FusedAccelerometers | None:
+    """Return the accelerometers of the log as one."""
+    if log.accel is None or len(log.axes) != 3:
+        return None
+    known = log.unit in UNITS and UNITS[log.unit].kind == "rate"
+    if positions is not None and not known:
+        raise ValueError(f"positions need rates of a known unit, got '{log.unit}'")
+    return fuse_accelerometers(
+        log.accel, rate, log.rate, rotations=rotations, positions=positions,
+        gyro_unit=log.unit if known else "rad/s", accel_unit=log.accel_unit,
+    )  # fmt: skip
+
+
+def _accel_allan(
+    log: ArrayLog, fused: FusedAccelerometers, rotations: Floats | None, at_rest: Booleans
+) -> ArrayAllan | None:
+    assert log.accel is not None
+    accel = log.accel if rotations is None else np.einsum("kij,nkj->nki", rotations, log.accel)
+    return _allan(accel, fused.accel, at_rest, log.rate)
 
 
 class _Seen:
@@ -295,24 +337,25 @@ class _Seen:
 
     def allan(self) -> ArrayAllan | None:
         """Return the Allan deviations at rest; None without rest."""
-        rest = _certain(self.at_rest, self._log.rate)
-        if not rest.any():
-            return None
-        sensors, axes = self._residuals.shape[1:]
-        # At rest no sensor that works is at the end of its range.
-        rates = np.where(rest[:, np.newaxis, np.newaxis], self._residuals, np.nan)
-        fused = np.where(rest[:, np.newaxis], self.rate, np.nan)
-        every = np.concatenate((rates.reshape(len(rest), -1), _mean(rates, axis=1), fused), axis=1)
-        factors, second = _factors(self._log.n, self._log.rate)
-        deviations, _, _ = allan_deviations(every, factors.tolist())
-        curves = np.split(deviations.T, (sensors * axes, (sensors + 1) * axes))
-        return ArrayAllan(
-            factors / self._log.rate,
-            curves[0].reshape(sensors, axes, -1),
-            curves[1],
-            curves[2],
-            second,
-        )
+        return _allan(self._residuals, self.rate, self.at_rest, self._log.rate)
+
+
+def _allan(sensors: Floats, fused: Floats, at_rest: Booleans, rate: float) -> ArrayAllan | None:
+    """Return the Allan deviations at rest of sensors (n, N, axes) and of the one (n, axes)."""
+    rest = _certain(at_rest, rate)
+    if not rest.any():
+        return None
+    n, count, axes = sensors.shape
+    # At rest no sensor that works is at the end of its range.
+    each = np.where(rest[:, np.newaxis, np.newaxis], sensors, np.nan)
+    one = np.where(rest[:, np.newaxis], fused, np.nan)
+    every = np.concatenate((each.reshape(n, -1), _mean(each, axis=1), one), axis=1)
+    factors, second = _factors(n, rate)
+    deviations, _, _ = allan_deviations(every, factors.tolist())
+    curves = np.split(deviations.T, (count * axes, (count + 1) * axes))
+    return ArrayAllan(
+        factors / rate, curves[0].reshape(count, axes, -1), curves[1], curves[2], second
+    )
 
 
 def _with_axes(values: npt.NDArray[Any], ndim: int) -> npt.NDArray[Any]:

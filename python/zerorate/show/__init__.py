@@ -10,7 +10,12 @@ if TYPE_CHECKING:
     from zerorate.show.allan_figure import plot_allan, plot_characterisation
     from zerorate.show.allan_table import format_allan, format_allan_notes
     from zerorate.show.array_figure import plot_array
-    from zerorate.show.array_table import format_array, format_array_notes, format_rotations
+    from zerorate.show.array_table import (
+        format_accelerometers,
+        format_array,
+        format_array_notes,
+        format_rotations,
+    )
     from zerorate.show.attitude_figure import plot_attitude
     from zerorate.show.attitude_study import plot_attitude_study
     from zerorate.show.attitude_table import format_attitude
@@ -29,6 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "WIDTH",
+    "format_accelerometers",
     "format_allan",
     "format_allan_notes",
     "format_array",
@@ -59,7 +65,12 @@ _PLACES: Final = {
     "allan_figure": ("plot_allan", "plot_characterisation"),
     "allan_table": ("format_allan", "format_allan_notes"),
     "array_figure": ("plot_array",),
-    "array_table": ("format_array", "format_array_notes", "format_rotations"),
+    "array_table": (
+        "format_accelerometers",
+        "format_array",
+        "format_array_notes",
+        "format_rotations",
+    ),
     "attitude_figure": ("plot_attitude",),
     "attitude_study": ("plot_attitude_study",),
     "attitude_table": ("format_attitude",),

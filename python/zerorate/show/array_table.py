@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.array.accelerometers import FusedAccelerometers
 from zerorate.array.rotations import Rotations
 from zerorate.io.log import notes_of
 from zerorate.numerals import NOTHING, or_dash, significant
@@ -14,7 +15,13 @@ from zerorate.run.array import OUT, ArrayReplay
 from zerorate.show.tables import Table, as_text, bulleted
 from zerorate.types import Floats
 
-__all__ = ["format_array", "format_array_notes", "format_rotations", "title"]
+__all__ = [
+    "format_accelerometers",
+    "format_array",
+    "format_array_notes",
+    "format_rotations",
+    "title",
+]
 
 _SPANS: Final = 3
 """Spans of an exclusion that are listed."""
@@ -100,6 +107,57 @@ def _note(replay: ArrayReplay) -> str:
     )
 
 
+def format_accelerometers(replay: ArrayReplay) -> str:
+    """Return a table with a row an accelerometer, the plain mean and all as one, and the gains."""
+    fused = replay.accel
+    assert fused is not None
+    used = fused.weights > 0.0
+    shares = (used, ~used & ~fused.excluded, fused.excluded)
+    left = [or_dash(value) for value in fused.residual.tolist()]
+    rows = [
+        (
+            label,
+            *(_percent(float(kind[:, k].mean())) for kind in shares),
+            _weight(fused, k),
+            left[k],
+        )
+        for k, label in enumerate(replay.log.labels)
+    ]
+    head: tuple[str, ...] = ("", "used", "missing", "excluded", "weight", f"left, {fused.unit}")
+    place = (
+        "at the origin of the positions"
+        if fused.angular_acceleration is not None
+        else ("lever arms not known")
+    )
+    title = f"Accelerometers as one, {place}"
+    allan = replay.accel_allan
+    if allan is None:
+        return as_text(Table(title, head, tuple(rows), note="In % of the samples."))
+    at, empty = allan.second, ("",) * (len(head) - 1)
+    listed = [
+        (*row, *_numbers(one)) for row, one in zip(rows, allan.sensors[:, :, at], strict=True)
+    ]
+    listed += [
+        (name, *empty, *_numbers(values))
+        for name, values in (
+            ("plain mean", allan.mean[:, at]),
+            ("array", allan.fused[:, at]),
+            *((name, g[:3, at]) for name, g in zip(_GAINS, allan.gains(), strict=True)),
+        )
+    ]  # fmt: skip
+    note = (
+        "used and so on: % of the samples. left: RMS difference of the sensor from the array, "
+        "lever arms taken off if they are known. x, y, z: Allan deviation at rest and "
+        f"{significant(float(allan.taus[at]))} s, {fused.unit}."
+    )
+    return as_text(Table(title, (*head, *"xyz"), tuple(listed), note=note))
+
+
+def _weight(fused: FusedAccelerometers, sensor: int) -> str:
+    """Return the mean weight of a sensor."""
+    return f"{float(fused.weights[:, sensor].mean()):.3f}"
+
+
 def format_rotations(rotations: Rotations) -> str:
     """Return a table of how sensors are turned against the first."""
     rows = [
@@ -148,6 +206,11 @@ def _notes(replay: ArrayReplay) -> Iterator[str]:
     lost = ~np.isfinite(replay.rate.reshape(log.n, -1)).all(axis=1)
     if lost.any():
         yield f"no sensor was left in {int(lost.sum())} of {log.n} samples: the rate is NaN there"
+    if replay.accel is not None and replay.accel.angular_acceleration is None:
+        yield (
+            'the accelerometers are fused without lever arms: "positions" in the file of '
+            "--rotations gives them"
+        )
     yield (
         "the log of the array holds its rate without bias, and beside it rest, weight_LABEL and "
         "excluded_LABEL of each sensor"
