@@ -1,10 +1,10 @@
 """What an array gains on the recording of eight IMUs, and what a fault of one costs.
 
-``python examples/array_recording.py RECORDING`` (``mimu4444_array8_62hz_exp1.parquet``) prints three
-tables in Markdown. The gyros of even number are mounted upside down, with x and y exchanged.
+``python examples/array_recording.py RECORDING`` (``mimu4444_array8_62hz_exp1.parquet``) prints
+three tables in Markdown. The gyros of even number are mounted upside down, with x and y exchanged.
 
 First, noise at rest, from the fourth rest on: the RMS over the axes for the fused rate, the plain
-mean and one sensor, as Allan deviations, and as the angle lost in 10 s in which all biases are held.
+mean and one sensor, as Allan deviations, and as the angle lost in 10 s with all biases held.
 Second, faults of the third gyro, from 200 s on (stuck and at full scale: for 60 s): the RMS change
 of the rate in motion and at rest, against that of the median of all and of their plain mean.
 Third, the published filter of two stages.
@@ -20,7 +20,7 @@ import zerorate as zr
 from tables import table
 from zerorate.types import Booleans, Floats
 
-LIMIT = 1998.0
+LIMIT = 1997.9
 TURNED = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 TAUS = (0.1, 1.0, 8.0)
 FOURTH = 3
@@ -86,7 +86,7 @@ def noise(trace: dict[str, Floats], turned: Floats, rate: float) -> list[list[st
 def coasted(
     trace: dict[str, Floats], turned: Floats, rate: float, settled: list[slice]
 ) -> list[float]:
-    """Return the angle lost by the fused rate, the mean and one sensor with biases and weights held."""
+    """Return the angle lost by the fused rate, the mean and one sensor, all held."""
     m = round(HORIZON * rate)
     lost: list[list[Floats]] = [[], [], []]
     for rest in settled:
@@ -143,16 +143,20 @@ class Study:
         self.rest, self.moving = later & certain(at_rest, self.rate), later & ~at_rest
 
     def fused(self, samples: Floats) -> dict[str, Floats]:
+        """Return what the array makes of samples, and what it knew then."""
         return zr.GyroArray(self.rate, rotations=self.rotations, limit=LIMIT).trace(samples)
 
     def turned(self, samples: Floats) -> Floats:
+        """Return samples in the axes of the body."""
         return np.einsum("sij,nsj->nsi", self.rotations, samples)
 
     def changes(self, before: Floats, after: Floats) -> str:
+        """Return the RMS change in motion and at rest."""
         change = after - before
         return f"{rms(change[self.moving]):.3f} / {rms(change[self.rest]):.3f}"
 
     def noise(self) -> str:
+        """Return the first table."""
         head = ["at rest", "fused", "mean", "one", "over the mean", "over one"]
         rows = noise(self.clean, self.turned(self.z), self.rate)
         excluded = self.clean["excluded"].any(axis=0).sum()
@@ -160,6 +164,7 @@ class Study:
         return table(title, head, rows, markdown=True)
 
     def faults(self) -> str:
+        """Return the second table."""
         rows = []
         for name, fault in faults(self.rate).items():
             samples = self.z.copy()
@@ -176,11 +181,16 @@ class Study:
         return table("RMS change in motion / at rest, deg/s", head, rows, markdown=True)
 
     def published(self) -> str:
+        """Return the third table."""
         z = self.z[:, ::2]
         array = zr.GyroArray(self.rate, 4, limit=LIMIT, method="centralised")
         rests = runs(self.rest, 4 * round(self.rate))
         rows = []
-        for name, x in (("one", z[:, 0]), ("mean", z.mean(axis=1)), ("two stages", array.process(z))):
+        for name, x in (
+            ("one", z[:, 0]),
+            ("mean", z.mean(axis=1)),
+            ("two stages", array.process(z)),
+        ):
             bias = x[self.rest].mean(axis=0)
             error = (x - bias - self.clean["rate"])[self.moving, 2]
             rests_of = [x[r, 2] for r in rests]

@@ -226,7 +226,7 @@ def test_the_way_back():
 
 
 def test_of_two_nobody_knows():
-    true, z = body(9000, 2, 13, rate=100.0)
+    _, z = body(9000, 2, 13, rate=100.0)
     z[7000:, 0] *= -1.0
     array = zr.GyroArray(100.0, 2)
     trace = array.trace(z)
@@ -262,7 +262,7 @@ def test_switched_off_and_on():
     array = zr.GyroArray(100.0, 3)
     array.process(z)
     array.power_on()
-    shifted = array.process(z + [[2.0], [-3.0], [1.0]])
+    shifted = array.process(z + np.array([[2.0], [-3.0], [1.0]]))
     assert np.abs(shifted[500:].mean(axis=0)).max() < 0.1
     assert not array.trace(z[:10])["excluded"].any()
 
@@ -288,7 +288,10 @@ def test_the_published_one_lags():
         ({"sensors": 2, "axes": 2}, "axes must be 1 or 3, got 2"),
         ({"sensors": 2, "limit": 0.0}, "limit must be a positive number"),
         ({"sensors": 2, "scale_error": -0.1}, "scale_error must be from 0 to 1"),
-        ({"sensors": 2, "weights": "median"}, "weights must be 'auto', 'mean', 'white' or an array"),
+        (
+            {"sensors": 2, "weights": "median"},
+            "weights must be 'auto', 'mean', 'white' or an array",
+        ),
         ({"sensors": 2, "weights": "drift"}, "needs a long record at rest"),
         ({"sensors": 2, "weights": [1.0, 1.0, 1.0]}, r"weights must have shape \(2,\) or \(2, 3\)"),
         ({"sensors": 2, "weights": [0.0, 0.0]}, "sum is above zero on every axis"),

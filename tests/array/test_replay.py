@@ -153,8 +153,8 @@ class TestColumns:
 def replayed():
     path = RECORDINGS / "mimu4444_array8_62hz_exp1.parquet"
     log = array_log(zr.read_recording(path, only=["gyro"]))
-    turned = find_rotations(log.data, log.rate, unit=log.unit, limit=1998.0)
-    return replay_array(log, rotations=turned.matrices, limit=1998.0)
+    turned = find_rotations(log.data, log.rate, unit=log.unit, limit=1997.9)
+    return replay_array(log, rotations=turned.matrices, limit=1997.9)
 
 
 @needs_recordings

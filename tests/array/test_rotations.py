@@ -233,7 +233,7 @@ def log():
 
 @pytest.fixture(scope="module")
 def found(log):
-    return find_rotations(log.data, log.rate, unit=log.unit, limit=1998.0, labels=log.labels)
+    return find_rotations(log.data, log.rate, unit=log.unit, limit=1997.9, labels=log.labels)
 
 
 @needs_recordings
@@ -254,7 +254,7 @@ class TestBoardOfEight:
     def test_halves_of_the_record_agree(self, log):
         half = log.n // 2
         one, other = (
-            find_rotations(part, log.rate, unit=log.unit, limit=1998.0)
+            find_rotations(part, log.rate, unit=log.unit, limit=1997.9)
             for part in (log.data[:half], log.data[half:])
         )
         off = [angle(*pair) for pair in zip(one.matrices[1:], other.matrices[1:], strict=True)]

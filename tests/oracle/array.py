@@ -115,7 +115,9 @@ class GyroArray:
 
     def turned(self, z):
         """In the axes of the body; an axis is missing only if a part of it is."""
-        parts = np.where(self.R != 0.0, self.R * np.where(np.isfinite(z), z, 0.0)[:, np.newaxis], 0.0)
+        parts = np.where(
+            self.R != 0.0, self.R * np.where(np.isfinite(z), z, 0.0)[:, np.newaxis], 0.0
+        )
         lost = ((self.R != 0.0) & ~np.isfinite(z)[:, np.newaxis]).any(axis=-1)
         return np.where(lost, np.nan, parts.sum(axis=-1))
 

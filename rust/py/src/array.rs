@@ -236,7 +236,7 @@ impl<const A: usize> ArrayBank for One<A> {
 /// >>> _ = array.process(z)
 /// >>> array.health
 /// ('good', 'good', 'excluded', 'good')
-#[pyclass(module = "zerorate")]
+#[pyclass(module = "zerorate", generic)]
 #[derive(Debug)]
 pub struct GyroArray {
     shared: Shared<dyn ArrayBank>,
