@@ -92,7 +92,10 @@ impl Sums {
 
 impl Halves {
     fn is_sound(&self) -> bool {
-        self.waiting.iter().chain(&self.followed).all(|x| is_sample(*x, 2.0 * MOST))
+        // Both halves of a tick, or none.
+        [self.waiting, self.followed].iter().all(|tick| {
+            tick.iter().all(|x| is_sample(*x, 2.0 * MOST)) && tick[0].is_nan() == tick[1].is_nan()
+        })
     }
 }
 

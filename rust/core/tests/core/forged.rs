@@ -325,6 +325,23 @@ proptest! {
     }
 }
 
+/// A tick of which half is there would refuse itself later.
+#[test]
+fn half_a_tick() {
+    let mut stream = crate::array::Three::new(None).expect("valid parameters");
+    (0..16).for_each(|_| _ = stream.update([0.0, 0.0, 5.0]));
+    let bytes = saved(&stream);
+    let nan = f64::NAN.to_le_bytes();
+    for place in HEADER..bytes.len() - CHECKSUM {
+        let Ok(mut other) = checkpoint::read::<crate::array::Three>(&forged(&bytes, place, &nan))
+        else {
+            continue;
+        };
+        (0..41).for_each(|_| _ = other.update([0.0; 3]));
+        assert!(other.is_sound(), "{place}");
+    }
+}
+
 proptest! {
     // A state has many numbers, and each is forged into many: a case takes long.
     #![proptest_config(ProptestConfig {
