@@ -1446,11 +1446,14 @@ class GyroArray(Generic[_Number]):
     rate : float
         Samples a second.
     sensors : int, optional
-        Number of gyros, 1 to 256; may be left out where ``rotations`` says it.
+        Number of gyros, 1 to 256; may be left out where ``rotations`` or ``calibrations`` say it.
     axes : {3, 1}
         Axes of each gyro.
     rotations : array_like, shape (sensors, 3, 3), optional
         From each sensor's axes to those of the body; by default all are aligned.
+    calibrations : sequence of Calibration or of array_like, shape (3, 3), optional
+        One a sensor, for samples in the unit of the array: scale and misalignment of each are corrected,
+        in its own axes. Biases are learned, and g-sensitivity is left: ``Calibration.apply`` removes it.
     limit : float, optional
         Size at which a sample is at the end of the sensors' range, and missing.
     rest_limit, bias_limit : float, optional
@@ -1517,6 +1520,7 @@ class GyroArray(Generic[_Number]):
         *,
         axes: Literal[3] = 3,
         rotations: npt.ArrayLike | None = None,
+        calibrations: Sequence[Calibration | npt.ArrayLike] | None = None,
         limit: float | None = None,
         rest_limit: float | None = None,
         bias_limit: float | None = None,
@@ -1533,6 +1537,7 @@ class GyroArray(Generic[_Number]):
         *,
         axes: int,
         rotations: npt.ArrayLike | None = None,
+        calibrations: Sequence[Calibration | npt.ArrayLike] | None = None,
         limit: float | None = None,
         rest_limit: float | None = None,
         bias_limit: float | None = None,

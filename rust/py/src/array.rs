@@ -190,11 +190,14 @@ impl<const A: usize> ArrayBank for One<A> {
 /// rate : float
 ///     Samples a second.
 /// sensors : int, optional
-///     Number of gyros, 1 to 256; may be left out where ``rotations`` says it.
+///     Number of gyros, 1 to 256; may be left out where ``rotations`` or ``calibrations`` say it.
 /// axes : {3, 1}
 ///     Axes of each gyro.
 /// rotations : array_like, shape (sensors, 3, 3), optional
 ///     From each sensor's axes to those of the body; by default all are aligned.
+/// calibrations : sequence of Calibration or of array_like, shape (3, 3), optional
+///     One a sensor, for samples in the unit of the array: scale and misalignment of each are corrected,
+///     in its own axes. Biases are learned, and g-sensitivity is left: ``Calibration.apply`` removes it.
 /// limit : float, optional
 ///     Size at which a sample is at the end of the sensors' range, and missing.
 /// rest_limit, bias_limit : float, optional
@@ -255,9 +258,9 @@ streaming!(
 impl GyroArray {
     #[new]
     #[pyo3(signature = (
-        rate, sensors=None, *, axes=3, rotations=None, limit=None, rest_limit=None, bias_limit=None,
+        rate, sensors=None, *, axes=3, rotations=None, calibrations=None, limit=None, rest_limit=None, bias_limit=None,
         weights=None, scale_error=0.01, method="auto", labels=None
-    ), text_signature = "(rate, sensors=None, *, axes=3, rotations=None, limit=None, rest_limit=None, \
+    ), text_signature = "(rate, sensors=None, *, axes=3, rotations=None, calibrations=None, limit=None, rest_limit=None, \
         bias_limit=None, weights='auto', scale_error=0.01, method='auto', labels=None)")]
     // The arguments are those of the class in Python.
     #[allow(clippy::too_many_arguments)]
@@ -266,6 +269,7 @@ impl GyroArray {
         sensors: Option<i128>,
         axes: i128,
         rotations: Option<&Bound<'_, PyAny>>,
+        calibrations: Option<&Bound<'_, PyAny>>,
         limit: Option<f64>,
         rest_limit: Option<f64>,
         bias_limit: Option<f64>,
@@ -278,9 +282,11 @@ impl GyroArray {
             return Err(PyValueError::new_err(format!("axes must be 1 or 3, got {axes}")));
         }
         let axes = axes as usize;
-        let rotations = rotations.map(|given| matrices(given, axes)).transpose()?;
+        let rotations = rotations.map(|given| matrices("rotations", given, axes)).transpose()?;
+        let corrections = calibrations.map(|given| corrections_of(given, axes)).transpose()?;
         let told = rotations
             .as_ref()
+            .or(corrections.as_ref())
             .map(|all| all.len() / (axes * axes))
             .or(labels.as_ref().map(Vec::len));
         let sensors = match (sensors, told) {
@@ -288,7 +294,7 @@ impl GyroArray {
             (None, Some(told)) => told,
             (None, None) => {
                 return Err(PyTypeError::new_err(
-                    "sensors must be given, or rotations, which say it",
+                    "sensors must be given, or rotations or calibrations, which say it",
                 ));
             }
         };
@@ -303,6 +309,7 @@ impl GyroArray {
             sensors,
             labels,
             rotations,
+            corrections,
             limit,
             limits,
             weights,
@@ -318,10 +325,11 @@ impl GyroArray {
         let (params, axes) = (bank.params(), bank.axes());
         let optional = |x: Option<f64>| x.map_or("None".to_owned(), text);
         let usual: Vec<String> = (1..=params.sensors).map(|k| k.to_string()).collect();
-        let rotations = params.rotations.as_deref().map_or("None".to_owned(), |all| {
+        let matrices = |given: &Option<Vec<f64>>| {
             let one = |r: &[f64]| list(r.chunks_exact(axes).map(row));
-            list(all.chunks_exact(axes * axes).map(one))
-        });
+            let all = |all: &Vec<f64>| list(all.chunks_exact(axes * axes).map(one));
+            given.as_ref().map_or("None".to_owned(), all)
+        };
         let weights = match &params.weights {
             Weights::Given(all) if axes == 1 => row(all),
             Weights::Given(all) => list(all.chunks_exact(axes).map(row)),
@@ -331,7 +339,8 @@ impl GyroArray {
             ("rate", text(params.rate), ""),
             ("sensors", params.sensors.to_string(), ""),
             ("axes", axes.to_string(), "3"),
-            ("rotations", rotations, "None"),
+            ("rotations", matrices(&params.rotations), "None"),
+            ("calibrations", matrices(&params.corrections), "None"),
             ("limit", optional(params.limit), "None"),
             ("rest_limit", optional(params.limits.rest), "None"),
             ("bias_limit", optional(params.limits.bias), "None"),
@@ -600,12 +609,18 @@ fn weights_of(given: &Bound<'_, PyAny>, sensors: usize, axes: usize) -> PyResult
     Ok(Weights::Given(if largest > 1.0 { all.iter().map(|w| w / largest).collect() } else { all }))
 }
 
-fn matrices(given: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<f64>> {
+fn matrices(name: &str, given: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<f64>> {
     if axes != 3 {
-        return Err(PyValueError::new_err("rotations are for three axes"));
+        return Err(PyValueError::new_err(format!("{name} are for three axes")));
     }
     let fits = |shape: &[usize]| shape.len() == 3 && shape[0] > 0 && shape[1..] == [3, 3];
-    Ok(arrays::named("rotations", given, "(sensors, 3, 3)", fits)?.values)
+    Ok(arrays::named(name, given, "(sensors, 3, 3)", fits)?.values)
+}
+
+/// Matrices of calibrations, which the package knows how to read.
+fn corrections_of(given: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<f64>> {
+    let rule = given.py().import("zerorate.array.calibrations")?.getattr("gyro_corrections")?;
+    matrices("calibrations", &rule.call1((given,))?, axes)
 }
 
 fn row(numbers: &[f64]) -> String {

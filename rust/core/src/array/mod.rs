@@ -34,6 +34,8 @@ const LEFT: f64 = 0.25;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GyroArray<const A: usize> {
     params: ArrayParams,
+    /// Sensor by sensor: from its samples to the axes of the body.
+    turns: Option<Vec<f64>>,
     /// Axis by axis of the first sensor, then of the next.
     filters: Vec<AutoFilter<f64>>,
     centralised: Centralised,
@@ -121,6 +123,7 @@ impl<const A: usize> GyroArray<A> {
             rates: memory::filled(f64::NAN, n * A)?,
             near: memory::filled(false, n * A)?,
             sorted: memory::filled(f64::INFINITY, n * A)?,
+            turns: params.turns::<A>()?,
             params,
         })
     }
@@ -204,10 +207,16 @@ impl<const A: usize> GyroArray<A> {
     /// Rates of a sensor in the axes of the body.
     #[inline(always)]
     fn turned(&self, sensor: usize, rates: &[f64; A]) -> [f64; A] {
-        match self.params.rotation::<A>(sensor) {
-            Some(rotation) => rotated(rotation, rates),
+        match self.turn(sensor) {
+            Some(turn) => rotated(turn, rates),
             None => *rates,
         }
+    }
+
+    /// What turns a sensor's samples, row by row.
+    #[inline(always)]
+    fn turn(&self, sensor: usize) -> Option<&[f64]> {
+        self.turns.as_deref().map(|turns| &turns[sensor * A * A..][..A * A])
     }
 
     fn alone(&mut self, rate: &mut [f64]) {
@@ -359,10 +368,9 @@ impl<const A: usize> GyroArray<A> {
 
     /// Axes of a sensor that one of the body is made of.
     fn parts(&self, sensor: usize, axis: usize) -> impl Iterator<Item = (usize, f64)> {
-        let rotation =
-            self.params.rotation::<A>(sensor).map(|r| core::array::from_fn(|k| r[axis * A + k]));
+        let turn = self.turn(sensor).map(|turn| core::array::from_fn(|k| turn[axis * A + k]));
         let entries: [f64; A] =
-            rotation.unwrap_or_else(|| core::array::from_fn(|k| if k == axis { 1.0 } else { 0.0 }));
+            turn.unwrap_or_else(|| core::array::from_fn(|k| if k == axis { 1.0 } else { 0.0 }));
         entries.into_iter().enumerate().filter(|(_, x)| *x != 0.0)
     }
 
@@ -463,11 +471,11 @@ impl<const A: usize> GyroArray<A> {
 
 /// A sample in the axes of the body; of an axis that is missing, all that it is a part of are.
 #[inline(always)]
-fn rotated<const A: usize>(rotation: &[f64], from: &[f64; A]) -> [f64; A] {
+fn rotated<const A: usize>(turn: &[f64], from: &[f64; A]) -> [f64; A] {
     core::array::from_fn(|i| {
         let mut sum = 0.0;
         for k in 0..A {
-            let entry = rotation[i * A + k];
+            let entry = turn[i * A + k];
             sum += if entry == 0.0 { 0.0 } else { entry * from[k] };
         }
         if sum.is_finite() { sum } else { f64::NAN }

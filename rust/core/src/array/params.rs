@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::drift::{AutoParams, Behaviour};
 use crate::error::{Error, check_positive, check_rate};
+use crate::memory;
 use crate::rest::RestLimits;
 
 /// Most sensors of an array: covariances grow with their square.
@@ -11,6 +12,9 @@ const SENSORS_MAX: usize = 256;
 
 /// Distance of a rotation from one that is orthonormal, at most.
 const ORTHONORMAL: f64 = 1e-6;
+
+/// Distance of an element of a correction from that of no correction, at most.
+const CORRECTION: f64 = 0.5;
 
 /// How sensors become one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -45,6 +49,9 @@ pub struct ArrayParams {
     pub labels: Vec<String>,
     /// Sensor by sensor, row by row: from its axes to those of the body; None where all are aligned.
     pub rotations: Option<Vec<f64>>,
+    /// Likewise: what a calibration says of scale and misalignment, `rate = correction · sample`, taken
+    /// before the rotation.
+    pub corrections: Option<Vec<f64>>,
     /// Size at which a sample is at the end of the sensor's range.
     pub limit: Option<f64>,
     /// What rest can be.
@@ -64,10 +71,24 @@ impl ArrayParams {
         AutoParams { rate: self.rate, behaviour, limits: self.limits, ..AutoParams::default() }
     }
 
-    /// The rotation of a sensor, row by row.
-    #[inline(always)]
-    pub(super) fn rotation<const A: usize>(&self, sensor: usize) -> Option<&[f64]> {
-        self.rotations.as_deref().map(|rotations| &rotations[sensor * A * A..][..A * A])
+    /// Sensor by sensor, row by row: from its samples to the axes of the body; None where they are that.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if there is none.
+    pub(super) fn turns<const A: usize>(&self) -> Result<Option<Vec<f64>>, Error> {
+        let (Some(turns), Some(corrections)) = (&self.rotations, &self.corrections) else {
+            let only = self.rotations.as_ref().or(self.corrections.as_ref());
+            return only.map(|only| memory::copied(only)).transpose();
+        };
+        let mut all = memory::filled(0.0, turns.len())?;
+        let pairs = turns.chunks_exact(A * A).zip(corrections.chunks_exact(A * A));
+        for (product, (r, c)) in all.chunks_exact_mut(A * A).zip(pairs) {
+            for (place, x) in product.iter_mut().enumerate() {
+                let (i, j) = (place / A, place % A);
+                *x = (0..A).map(|k| r[i * A + k] * c[k * A + j]).sum();
+            }
+        }
+        Ok(Some(all))
     }
 
     pub(super) fn check(&self, axes: usize) -> Result<(), Error> {
@@ -88,6 +109,7 @@ impl ArrayParams {
         self.limit.map_or(Ok(()), |limit| check_positive("limit", "a positive number", limit))?;
         self.limits.checked()?;
         self.check_rotations(axes)?;
+        self.check_corrections(axes)?;
         self.check_weights(axes)
     }
 
@@ -100,8 +122,28 @@ impl ArrayParams {
         }
         for (sensor, r) in rotations.chunks_exact(axes * axes).enumerate() {
             if !is_orthonormal(r, axes) {
-                let expected = "orthonormal to 1e-6: the first that is not is of sensor";
-                return Err(Error::Parameter { name, expected, value: sensor as f64 });
+                let expected =
+                    "orthonormal to 1e-6 (the number is that of the first sensor whose is not)";
+                return Err(Error::Parameter { name, expected, value: (sensor + 1) as f64 });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_corrections(&self, axes: usize) -> Result<(), Error> {
+        let Some(corrections) = &self.corrections else { return Ok(()) };
+        let name = "calibrations";
+        if corrections.len() != self.sensors * axes * axes {
+            let expected = "one a sensor";
+            let value = (corrections.len() / (axes * axes)) as f64;
+            return Err(Error::Parameter { name, expected, value });
+        }
+        let usual = |place: usize| if place % (axes + 1) == 0 { 1.0 } else { 0.0 };
+        for (sensor, c) in corrections.chunks_exact(axes * axes).enumerate() {
+            // Not so for NaN.
+            if !c.iter().enumerate().all(|(place, x)| (x - usual(place)).abs() <= CORRECTION) {
+                let expected = "within 0.5 of the unit matrix (the number is that of the first sensor whose is not)";
+                return Err(Error::Parameter { name, expected, value: (sensor + 1) as f64 });
             }
         }
         Ok(())

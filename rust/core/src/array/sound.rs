@@ -8,8 +8,11 @@ use super::{GyroArray, LEFT, MOST};
 use crate::math::sound::{is_count, is_sample, is_size, is_within};
 use crate::stream::checkpoint::Checkpoint;
 
+/// Largest mean of samples in the axes of the body: three of them, each times one and a half at most.
+const TURNED: f64 = 8.0 * MOST;
+
 /// Squares of the largest differences.
-const SQUARE: f64 = 4.0 * MOST * MOST;
+const SQUARE: f64 = 4.0 * TURNED * TURNED;
 
 /// Largest share of a sensor, of others that are negative.
 const MOST_WEIGHT: f64 = 1.0 / LEFT + 1e-9;
@@ -35,6 +38,7 @@ impl<const A: usize> Checkpoint for GyroArray<A> {
             (self.sorted.len(), n * A),
         ];
         sizes.iter().all(|(found, expected)| found == expected)
+            && params.turns::<A>().is_ok_and(|turns| turns == self.turns)
             && is_count(self.samples)
             && self.filters.iter().all(|filter| {
                 filter.params() == &params.of_filter()
@@ -94,7 +98,7 @@ impl Halves {
     fn is_sound(&self) -> bool {
         // Both halves of a tick, or none.
         [self.waiting, self.followed].iter().all(|tick| {
-            tick.iter().all(|x| is_sample(*x, 2.0 * MOST)) && tick[0].is_nan() == tick[1].is_nan()
+            tick.iter().all(|x| is_sample(*x, TURNED)) && tick[0].is_nan() == tick[1].is_nan()
         })
     }
 }
@@ -104,7 +108,7 @@ impl Octaves {
         self.sensors == sensors
             && self.all.len() == OCTAVES
             && self.mean.len() == sensors
-            && self.mean.iter().all(|x| is_sample(*x, 2.0 * MOST))
+            && self.mean.iter().all(|x| is_sample(*x, TURNED))
             && self.all.iter().all(|octave| octave.is_sound(sensors))
     }
 }
@@ -114,7 +118,7 @@ impl Octave {
         let most = 4.0 * SQUARE;
         (self.last.len(), self.half.len()) == (sensors, sensors)
             && (self.products.len(), self.counts.len()) == (sensors * sensors, sensors * sensors)
-            && self.last.iter().chain(&self.half).all(|x| is_sample(*x, 2.0 * MOST))
+            && self.last.iter().chain(&self.half).all(|x| is_sample(*x, TURNED))
             && self.products.iter().zip(&self.counts).enumerate().all(|(place, (x, count))| {
                 let least = if place % (sensors + 1) == 0 { 0.0 } else { -most };
                 let count = f64::from(*count);
@@ -133,10 +137,10 @@ impl Vote {
                     && sums.count <= position
                     && is_within(sums.difference, MOST * samples)
                     && is_within(sums.product, SQUARE * samples)
-                    && is_within(sums.largest[0], 2.0 * MOST)
+                    && is_within(sums.largest[0], TURNED)
                     && is_within(sums.largest[1], SQUARE)
             })
-            && self.sigmas.iter().all(|x| x.is_nan() || is_size(*x, 2.0 * MOST))
+            && self.sigmas.iter().all(|x| x.is_nan() || is_size(*x, TURNED))
             && self.sorted.len() == sensors
             && self.squares.iter().all(|x| is_size(*x, SQUARE * samples))
             && self.voters.iter().all(|count| *count as usize <= sensors)
@@ -148,6 +152,6 @@ impl Vote {
 
 impl Standing {
     fn is_sound(&self) -> bool {
-        is_size(self.exposed, 2.0 * MOST) && self.agreed < 1 << 20
+        is_size(self.exposed, TURNED) && self.agreed < 1 << 20
     }
 }

@@ -15,6 +15,7 @@ impl Three {
             sensors: 3,
             labels: ["a", "b", "c"].map(String::from).to_vec(),
             rotations: None,
+            corrections: None,
             limit,
             limits: RestLimits::default(),
             weights: Weights::Auto,
