@@ -192,7 +192,7 @@ where
             |filter: &F| (*filter.params(), filter.robust().copied(), filter.start().copied());
         let made_alike = |filter: &F| made(filter) == made(&self.filter);
         is_count(self.samples_seen)
-            && self.tally.is_within(self.samples_seen)
+            && self.tally.is_within(self.samples_seen, self.detector.pending())
             && self.filter.samples_seen() <= self.samples_seen
             && self.filter.is_sound()
             && self.at_last_rests.iter().all(|filter| made_alike(filter) && filter.is_sound())

@@ -106,9 +106,11 @@ impl Tally {
         self.stuck += u64::from(tick.stuck);
     }
 
-    /// Whether so many samples can have made it.
-    fn is_within(&self, samples: u64) -> bool {
-        [self.saturated, self.outliers, self.stuck].iter().all(|count| *count <= samples)
+    /// Whether so many samples can have made it, so many of which are yet to be judged.
+    fn is_within(&self, samples: u64, pending: u64) -> bool {
+        let judged = samples.checked_sub(pending);
+        let few = |count: u64| judged.is_some_and(|judged| count <= judged);
+        self.saturated <= samples && few(self.outliers) && few(self.stuck)
     }
 }
 

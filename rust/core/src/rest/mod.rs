@@ -157,6 +157,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
         self.ticker.judged(z)
     }
 
+    /// Samples of the tick under way of which its end may say that they are outliers, or of a stuck
+    /// sensor.
+    pub(crate) fn pending(&self) -> u64 {
+        u64::from(self.ticker.pending())
+    }
+
     /// Smallest step of the samples so far, zero if there was none.
     #[cfg(feature = "std")]
     pub(crate) fn resolution(&self) -> T {

@@ -110,6 +110,16 @@ impl Repeats {
 }
 
 impl Repeats {
+    /// Samples of this tick that may turn out to be of a stuck sensor.
+    pub(super) fn pending(&self) -> u32 {
+        self.dropped.saturating_add(self.held)
+    }
+
+    /// Samples of this tick that no sum has.
+    pub(super) fn held(&self) -> u32 {
+        self.held
+    }
+
     /// Whether samples can have made it, at most `position` of them of this tick.
     pub(super) fn is_sound(&self, position: u32) -> bool {
         self.held <= self.run.min(position)

@@ -207,6 +207,12 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
         self.repeats.is_stuck()
     }
 
+    /// Samples so far of which the end of the tick may say that they are outliers, or of a stuck sensor.
+    pub(super) fn pending(&self) -> u32 {
+        let waiting = self.plain.count.saturating_add(self.repeats.held());
+        waiting.max(self.repeats.pending())
+    }
+
     #[cold]
     fn end(&mut self) -> TickSums<T> {
         self.add_held();

@@ -16,7 +16,7 @@ impl<T: Number> AutoFilter<T> {
             && self.has_numbers()
             && self.watch.is_sound()
             && self.restarts <= self.samples_seen
-            && self.tally.is_within(self.samples_seen)
+            && self.tally.is_within(self.samples_seen, self.detector.pending())
     }
 
     /// While no drift is known, there is a model only from before the sensor was switched on.
