@@ -138,7 +138,7 @@ impl ArrayParams {
             let value = (corrections.len() / (axes * axes)) as f64;
             return Err(Error::Parameter { name, expected, value });
         }
-        let usual = |place: usize| if place % (axes + 1) == 0 { 1.0 } else { 0.0 };
+        let usual = |place: usize| if place.is_multiple_of(axes + 1) { 1.0 } else { 0.0 };
         for (sensor, c) in corrections.chunks_exact(axes * axes).enumerate() {
             // Not so for NaN.
             if !c.iter().enumerate().all(|(place, x)| (x - usual(place)).abs() <= CORRECTION) {
