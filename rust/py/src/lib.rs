@@ -11,6 +11,7 @@ mod drift;
 mod identify;
 mod least_squares;
 mod math;
+mod position;
 mod rest;
 mod score;
 
@@ -39,6 +40,8 @@ mod _native {
     use crate::least_squares::RecursiveLeastSquares;
     #[pymodule_export]
     use crate::math::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
+    #[pymodule_export]
+    use crate::position::{PositionFilter, position_options};
     #[pymodule_export]
     use crate::rest::{MotionDetector, RestDetector};
     #[pymodule_export]
