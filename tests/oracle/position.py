@@ -1,4 +1,4 @@
-"""Positions from fixes by the matrices of the textbook: states of one receiver, axes side by side."""
+"""Positions from fixes by the matrices of the textbook: one receiver, axes side by side."""
 
 import numpy as np
 

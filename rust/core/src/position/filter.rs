@@ -397,6 +397,10 @@ impl Checkpoint for PositionFilter {
     const VERSION: u16 = 1;
 
     fn is_sound(&self) -> bool {
+        // What follows counts on them.
+        if self.params.checked().is_err() {
+            return false;
+        }
         let state = match (&self.state, self.params.method) {
             (State::Aided(aided), PositionMethod::Aided) => aided.is_sound(),
             (State::Average(average), PositionMethod::MovingAverage) => {
@@ -408,8 +412,7 @@ impl Checkpoint for PositionFilter {
             (State::Course(course), PositionMethod::Heading) => course.is_sound(),
             _ => false,
         };
-        self.params.checked().is_ok()
-            && state
+        state
             && self.period == 1.0 / self.params.rate
             && is_count(self.samples)
             && (!self.held || self.params.method == PositionMethod::Heading)
