@@ -115,6 +115,7 @@ def draw(recording: Recording) -> None:
         held.plot(np.arange(part.size)[::20] / RATE, part[::20], color=colour, lw=0.7, label=name)
     mean = zr.metrics.best_ema(z[:60_000], RATE, HORIZON).estimate
     held.plot(np.arange(60_000)[::20] / RATE, mean[::20], color=GREY_TEXT, lw=1.2, label="best EMA")
+    held.set_ylim(-0.45, 0.05)
     alone.set_xlabel("time [s]")
     alone.set_ylabel("ADIS16405, z [deg/s]")
     alone.set_title("both maps left alone")

@@ -635,7 +635,7 @@ def arguments_of(kind, z):
         # East and north of both, strength, rest where the number is positive.
         numbers = np.asarray(z, dtype=float)
         plane, others = np.split(numbers[..., :4], 2, axis=-1), np.moveaxis(numbers, -1, 0)[4:]
-        return (*plane, others[0], others[1] > 0.0)
+        return (*plane, others[0], np.isfinite(others[1]) & (others[1] > 0.0))
     return (z,)
 
 

@@ -44,7 +44,9 @@ impl Input for Fix {
     #[inline(always)]
     fn read(z: &[f64]) -> Self {
         let z: &[f64; 7] = z.first_chunk().expect("as many numbers as a fix has");
-        Self { position: [z[0], z[1]], speed: [z[2], z[3]], cn0: z[4], rest: z[5] > 0.5, dt: z[6] }
+        // What is not finite is not known, a rest as little as a number.
+        let rest = z[5] > 0.5 && z[5].is_finite();
+        Self { position: [z[0], z[1]], speed: [z[2], z[3]], cn0: z[4], rest, dt: z[6] }
     }
 }
 
