@@ -29,7 +29,7 @@ FILTERED = 200_000
 
 Row = tuple[str, ...]
 GAIN_HEAD = ("recording", "axis", "units", "gain over AR, %", "left alone", "judgement")
-COAST_HEAD = ("recording", "axis", "AR, deg", "network, deg", "best EMA, deg")
+COAST_HEAD = ("recording", "axis", "AR, deg", "network, deg", "auto, deg", "best EMA, deg")
 
 
 class Linear:
@@ -84,10 +84,9 @@ def coast_rows(recording: Recording) -> list[Row]:
     for axis, z in zip(recording.axes, recording.z[:FILTERED].T, strict=True):
         network = identify.fit_network(recording.z[:, recording.axes.index(axis)])
         record = np.ascontiguousarray(z)
-        errors = [
-            zr.metrics.coasting_error(record, filtered(map_, record), RATE, HORIZON)
-            for map_ in (Linear(network.ar), network)
-        ]
+        estimates = [filtered(map_, record) for map_ in (Linear(network.ar), network)]
+        estimates.append(zr.DriftFilter(RATE, output="estimate").process(record))
+        errors = [zr.metrics.coasting_error(record, x, RATE, HORIZON) for x in estimates]
         best = zr.metrics.best_ema(record, RATE, HORIZON).error
         rows.append((recording.name, axis, *(f"{error:.2f}" for error in (*errors, best))))
     return rows

@@ -9,6 +9,7 @@ the white noise four times as large.
 """
 
 import argparse
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -88,6 +89,9 @@ class Fixes:
 
 def driven(folder: Path) -> Drive:
     """Return the drive with its standing, once a second."""
+    if not (folder / DRIVE).exists():
+        print(f"no recording {DRIVE} in {folder}; give the folder it is in", file=sys.stderr)
+        raise SystemExit(1)
     names = ["latitude_deg", "longitude_deg", "velocity_east_mps", "velocity_north_mps"]
     read = pq.read_table(folder / DRIVE, columns=names)
     latitude, longitude, *velocity = (read[name].to_numpy()[::4] for name in names)
