@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from dataclasses import dataclass, field, replace
-from typing import Final, Literal, SupportsIndex, cast
+from typing import Final, Literal, SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
@@ -79,12 +79,12 @@ class NetworkModel:
     @property
     def inputs(self) -> int:
         """Samples that a step is made from."""
-        return self.weights.shape[1]
+        return int(self.weights.shape[1])
 
     @property
     def hidden(self) -> int:
         """Units of tanh."""
-        return self.weights.shape[0]
+        return int(self.weights.shape[0])
 
     @property
     def gain_over_ar(self) -> float:
@@ -106,7 +106,7 @@ class NetworkModel:
         """Return what comes next: (…, inputs), the newest first, to (…,), unit of the record."""
         x = self._scaled(past)
         units = np.tanh(x @ self.weights.T + self.biases)
-        return cast("Floats", self.mean + self.scale * (units @ self.output + self.offset))
+        return self.mean + self.scale * (units @ self.output + self.offset)
 
     def gradient(self, past: npt.ArrayLike) -> Floats:
         """Return how much what comes next changes with each input: the shape of `past`.
@@ -114,7 +114,7 @@ class NetworkModel:
         It is the first row of the transition matrix of an extended Kalman filter.
         """
         slopes = 1.0 - np.tanh(self._scaled(past) @ self.weights.T + self.biases) ** 2
-        return cast("Floats", (slopes * self.output) @ self.weights)
+        return (slopes * self.output) @ self.weights
 
     def predict(self, z: npt.ArrayLike) -> Floats:
         """Return each sample as the ones before make it, shape (n,); NaN where one is missing."""
@@ -222,7 +222,7 @@ def _check_enough(trained: int, judged: int, weights: int) -> None:
 def _pasts(record: Floats, inputs: int) -> Floats:
     """Return the samples before each but the first ones, the newest first."""
     windows = np.lib.stride_tricks.sliding_window_view(record[:-1], inputs)
-    return cast("Floats", windows[:, ::-1])
+    return windows[:, ::-1]
 
 
 def _steps(record: Floats, inputs: int) -> tuple[Floats, Floats]:
