@@ -43,6 +43,7 @@ _AttitudeMethod: TypeAlias = Literal["auto", "complementary", "mahony", "madgwic
 _AttitudeStatus: TypeAlias = Literal[
     "starting", "rate missing", "wrong unit", "disturbed", "at rest", "moving"
 ]
+_PositionMethod: TypeAlias = Literal["aided", "moving_average", "kalman", "heading", "strength"]
 _Sample: TypeAlias = SupportsFloat | SupportsIndex | npt.ArrayLike | None
 _Floats: TypeAlias = npt.NDArray[np.float64]
 _Counts: TypeAlias = npt.NDArray[np.int64]
@@ -76,6 +77,14 @@ class _ArrayTrace(TypedDict):
     disputed: _Flags
     at_rest: _Flags
 
+class _PositionTrace(TypedDict):
+    position: _Floats
+    sigma: _Floats
+    velocity: _Floats
+    receiver_error: _Floats
+    missing: _Flags
+    held: _Flags
+
 class _TemperatureCurve(TypedDict):
     reference: float
     range: Sequence[float]
@@ -88,6 +97,7 @@ __all__ = [
     "GyroArray",
     "ImuCorrector",
     "MotionDetector",
+    "PositionFilter",
     "RecursiveLeastSquares",
     "ReplayScores",
     "RestDetector",
@@ -115,6 +125,7 @@ __all__ = [
     "lagged_products",
     "log_normal_cdf",
     "longest_factor",
+    "position_options",
     "reversals",
     "tilt_options",
     "wavelet_decomposition",
@@ -2049,6 +2060,246 @@ class Tilt(Generic[_Number]):
         """Number of signals, None for a single one."""
 
 @final
+class PositionFilter(Generic[_Number, _Flag]):
+    """Positions from the fixes of a receiver that stands or moves slowly, without most of their wandering.
+
+    A fix is metres east and north of some point near by. What the receiver or others may tell besides:
+    ``speed``, its Doppler velocity east and north in m/s; ``cn0``, the strength of the signals in dB-Hz;
+    ``rest``, whether the platform is known to stand, as a ``RestDetector`` or a wheel tells.
+
+    - **aided** uses all of them: Doppler moves the position, rest lets it stand, fixes of weak signals
+      count less, and the slow error of the receiver is a state, so that its wandering is not followed.
+    - **moving_average** is the mean of the last ``window`` fixes: late by half of them in motion.
+    - **kalman** takes the velocity for constant but for a white acceleration.
+    - **heading** does not take a step shorter than ``step`` that turns the course by more than ``turn``.
+    - **strength** is "kalman" with fixes of weak signals trusted less: a variance of ``sigma**2 *
+      10**((45 - cn0) / 10)`` below 45 dB-Hz (the sigma-epsilon form).
+
+    The last four stand in papers and are here to compare with. **Nothing here removes the slow error
+    itself**: metres that stay for minutes look like a place. It is averaged over what was seen of it.
+
+    What is missing is NaN or None: of a fix it is predicted, not corrected; an unknown velocity is the
+    last one, to ``acceleration`` times the time since; an unknown strength is a strong one. What a method
+    has no use for it does not look at. Before the first fix NaN is returned. One object serves one thread
+    at a time.
+
+    Parameters
+    ----------
+    rate : float
+        Fixes a second.
+    method : {"aided", "moving_average", "kalman", "heading", "strength"}, default "aided"
+        What is made of them.
+    channels : int, optional
+        Number of receivers side by side; ``None`` is a single one.
+    window : int, default 10
+        Of "moving_average": fixes, 1 to 64.
+    sigma : float, default 0.7
+        Of "aided", "kalman" and "strength": white noise of a fix of strong signals, an axis, m. Small
+        follows the fixes.
+    process_noise : float, default 0.5
+        Of "kalman" and "strength": power spectral density of the acceleration, m^2/s^3. Small smooths
+        and is late in turns.
+    step, turn : float, default 3.0 and pi / 3
+        Of "heading": m and rad.
+    error_sigma, error_time : float, default 2.5 and 120.0
+        Of "aided": slow error of the receiver, an axis, m, and the time in which it is forgotten, s.
+        Large ones hold more against the fixes.
+    speed_sigma : float, default 0.1
+        Of "aided": white noise of the Doppler velocity, an axis, m/s.
+    acceleration : float, default 1.0
+        Of "aided": how fast the velocity may change while it is unknown, m/s^2.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range, or is not used by the method.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> rng = np.random.default_rng(1)
+    >>> fixes = 5.0 + 0.7 * rng.standard_normal((300, 2))  # it stands at (5, 5)
+    >>> path = zr.PositionFilter(1.0).process(fixes, rest=np.ones(300, bool))
+    >>> raw, aided = (np.hypot(*np.diff(x, axis=0).T).sum() for x in (fixes, path))
+    >>> round(raw), round(aided)  # metres that were drawn
+    (362, 34)
+    >>> live = zr.PositionFilter(1.0)
+    >>> for fix in fixes:
+    ...     position = live.update(fix, speed=(0.0, 0.0), cn0=42.0)
+    >>> position.round(1).tolist(), round(live.sigma, 1)
+    ([4.9, 4.9], 1.9)
+    """
+
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["aided"] = "aided",
+        channels: None = None,
+        sigma: float = 0.7,
+        error_sigma: float = 2.5,
+        error_time: float = 120.0,
+        speed_sigma: float = 0.1,
+        acceleration: float = 1.0,
+    ) -> PositionFilter[float, bool]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["aided"] = "aided",
+        channels: int,
+        sigma: float = 0.7,
+        error_sigma: float = 2.5,
+        error_time: float = 120.0,
+        speed_sigma: float = 0.1,
+        acceleration: float = 1.0,
+    ) -> PositionFilter[_Floats, _Flags]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["moving_average"],
+        channels: None = None,
+        window: int = 10,
+    ) -> PositionFilter[float, bool]: ...
+    @overload
+    def __new__(
+        cls, rate: float, *, method: Literal["moving_average"], channels: int, window: int = 10
+    ) -> PositionFilter[_Floats, _Flags]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["kalman", "strength"],
+        channels: None = None,
+        sigma: float = 0.7,
+        process_noise: float = 0.5,
+    ) -> PositionFilter[float, bool]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["kalman", "strength"],
+        channels: int,
+        sigma: float = 0.7,
+        process_noise: float = 0.5,
+    ) -> PositionFilter[_Floats, _Flags]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["heading"],
+        channels: None = None,
+        step: float = 3.0,
+        turn: float = 1.0471975511965976,
+    ) -> PositionFilter[float, bool]: ...
+    @overload
+    def __new__(
+        cls,
+        rate: float,
+        *,
+        method: Literal["heading"],
+        channels: int,
+        step: float = 3.0,
+        turn: float = 1.0471975511965976,
+    ) -> PositionFilter[_Floats, _Flags]: ...
+    def update(
+        self,
+        position: npt.ArrayLike,
+        speed: npt.ArrayLike | None = None,
+        cn0: _Sample = None,
+        rest: _Sample = None,
+        dt: float | None = None,
+    ) -> _Floats:
+        """Takes a fix, returns the position, m east and north: (2,) to (2,), with channels (k, 2) to
+        (k, 2). ``speed`` is of the shape of ``position``, ``cn0`` and ``rest`` are a number and a bool,
+        with channels (k,); ``dt`` is the time since the fix before, s, by default one period.
+        """
+    def process(
+        self,
+        position: npt.ArrayLike,
+        speed: npt.ArrayLike | None = None,
+        cn0: npt.ArrayLike | None = None,
+        rest: npt.ArrayLike | None = None,
+        dt: npt.ArrayLike | None = None,
+        out: _Floats | None = None,
+        threads: int | None = None,
+    ) -> _Floats:
+        """What ``update`` returns for each fix of a batch: (n, 2) to (n, 2), with channels (n, k, 2) to
+        (n, k, 2); ``cn0`` and ``rest`` are (n,), with channels (n, k); ``dt`` is one time for all fixes
+        or (n,). The interpreter lock is released.
+        """
+    def trace(
+        self,
+        position: npt.ArrayLike,
+        speed: npt.ArrayLike | None = None,
+        cn0: npt.ArrayLike | None = None,
+        rest: npt.ArrayLike | None = None,
+        dt: npt.ArrayLike | None = None,
+    ) -> _PositionTrace:
+        """Like ``process``, but returns all that was known after each fix, as arrays by name: position,
+        velocity and receiver_error (n, 2), sigma, missing and held (n,); with channels (n, k, …).
+        ``missing`` says where there was no fix, ``held`` where "heading" did not take it.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
+    @staticmethod
+    def from_bytes(b: bytes) -> PositionFilter:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+    @property
+    def position(self) -> _Floats:
+        """East and north, m, NaN before the first fix: (2,), with channels (k, 2)."""
+    @property
+    def sigma(self) -> _Number:
+        """Standard deviation of ``position``, an axis, m; NaN for "moving_average" and "heading": float,
+        with channels (k,).
+        """
+    @property
+    def velocity(self) -> _Floats:
+        """Velocity east and north, m/s: of "aided" the last that was given, zero at rest; NaN for
+        "moving_average" and "heading": (2,), with channels (k, 2).
+        """
+    @property
+    def receiver_error(self) -> _Floats:
+        """Slow error that "aided" takes the receiver to have, m east and north, else NaN: (2,), with
+        channels (k, 2).
+        """
+    @property
+    def missing(self) -> _Flag:
+        """Whether the last fix was missing: bool, with channels (k,)."""
+    @property
+    def held(self) -> _Flag:
+        """Whether "heading" did not take the last fix: bool, with channels (k,)."""
+    @property
+    def samples_seen(self) -> int:
+        """Fixes given so far, missing ones included."""
+    @property
+    def rate(self) -> float:
+        """Fixes a second."""
+    @property
+    def method(self) -> _PositionMethod:
+        """What is made of the fixes."""
+    @property
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
+
+@final
 class WaveletDenoiser(Generic[_Number, _Flag]):
     """Wavelet denoising while samples arrive, late by a known number of samples.
 
@@ -2254,5 +2505,6 @@ def arma_likelihood(
 ) -> tuple[float, float, int]: ...
 def attitude_options() -> list[_Option]: ...
 def filter_options() -> list[_Option]: ...
+def position_options() -> list[_Option]: ...
 def tilt_options() -> list[_Option]: ...
 def wavelet_decomposition(z: npt.ArrayLike, wavelet: str, level: int) -> list[_Floats]: ...

@@ -40,7 +40,7 @@ Kind = Literal["order", "number", "seconds", "seconds or always", "choice", "pai
 
 @dataclass(frozen=True)
 class Option:
-    """An option of `zerorate.DriftFilter`, `Attitude` or `Tilt`.
+    """An option of `zerorate.DriftFilter`, `Attitude`, `Tilt` or `PositionFilter`.
 
     Parameters
     ----------

@@ -23,6 +23,8 @@ ROADS = {
     "named": "zr.Attitude(100.0, method='ekf', channels=8)"
     ".process(*(np.stack([wide[:9000]] * 3, axis=-1) for _ in range(3)), threads=2)",
     "tilt": "zr.Tilt(100.0, method='kalman', channels=8).process(wide, wide, threads=2)",
+    "position": "zr.PositionFilter(1.0, channels=8)"
+    ".process(np.stack([wide, wide], axis=-1), threads=2)",
     "smoothed": "zr.Attitude(100.0).smooth(*(wide[:, :3] for _ in range(3)))['quaternion']",
     "streaming": "streamed(zr.StreamingAllan(rate=100.0, octaves=4, channels=8))",
     "allan": "zr.allan(z, 100.0).deviation",

@@ -19,6 +19,7 @@ FILTERS = {
     "temperature": "zr.TemperatureFilter(rate=100.0)",
     "attitude": "zr.Attitude(rate=100.0, mag=False)",
     "tilt": "zr.Tilt(rate=100.0, method='kalman')",
+    "position": "zr.PositionFilter(rate=1.0)",
     "corrector": "zr.ImuCorrector(np.eye(3), np.zeros(3), g_sensitivity=np.eye(3))",
 }
 PROGRAM = """
@@ -55,6 +56,7 @@ f = {make}
 z = z if f.channels is None else np.stack([z] * f.channels, axis=1)
 z = np.stack([z] * 6, axis=-1) if isinstance(f, zr.ImuCorrector) else z
 z = np.stack([z] * 3, axis=-1) if isinstance(f, zr.Attitude) else z
+z = np.stack([z] * 2, axis=-1) if isinstance(f, zr.PositionFilter) else z
 z = (z, z) if isinstance(f, (zr.TemperatureFilter, zr.Attitude, zr.Tilt)) else (z,)
 f.process(*(part[:1000] for part in z))
 before = f.to_bytes()

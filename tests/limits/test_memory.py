@@ -21,6 +21,7 @@ CLASSES = {
     "temperature": lambda k: zr.TemperatureFilter(100.0, channels=k),
     "attitude": lambda k: zr.Attitude(100.0, channels=k),
     "tilt": lambda k: zr.Tilt(100.0, channels=k),
+    "position": lambda k: zr.PositionFilter(1.0, channels=k),
     "wavelet": lambda k: zr.WaveletDenoiser(rate=100.0, level=10, channels=k),
 }
 
@@ -127,6 +128,11 @@ WORK = {
     "smoothed": (
         "f = zr.Attitude(100.0)",
         "f.smooth(*2 * [z[: len(z) // 150 * 3].reshape(-1, 3)])",
+    ),
+    "position": ("f = zr.PositionFilter(1.0)", "f.process(z[: len(z) // 6 * 2].reshape(-1, 2))"),
+    "position-trace": (
+        "f = zr.PositionFilter(1.0)",
+        "f.trace(z[: len(z) // 6 * 2].reshape(-1, 2))",
     ),
     "many-channels": ("", "zr.DriftFilter(rate=100.0, method='fading', channels=len(z) // 10)"),
     "copy": (

@@ -43,6 +43,7 @@ from support.settings import (
     motion_settings,
     named_attitude_settings,
     noise_settings,
+    position_settings,
     published_settings,
     rest_settings,
     robust_as_published_settings,
@@ -55,6 +56,7 @@ from support.settings import (
     wavelet_settings,
     within_range,
 )
+from zerorate.position.options import POSITION_METHODS
 
 # The power of the samples' unit in [φ, θ, c]: none but in the constant.
 CONSTANT_LAST = "constant last"
@@ -166,6 +168,22 @@ def sound_tilt(f, z, answers):
     learned = f.bias, f.bias_sigma, f.angle_sigma
     assert np.isfinite(learned).all() if f.method == "kalman" else np.isnan(learned).all()
     assert not np.any(np.less([f.bias_sigma, f.angle_sigma], 0.0))
+
+
+def sound_position(f, z, answers):
+    """Finite from the first fix on; what came before this record is not known here."""
+    begun = np.logical_or.accumulate((np.abs(z[..., :2]) <= 1e150).all(axis=-1))
+    known = state(f)
+    assert_finite({"answers": answers[begun]})
+    if begun.size and begun[-1].all():
+        assert_finite({"position": known["position"]})
+        for name in ("sigma", "velocity"):
+            knows = f.method not in ("moving_average", "heading")
+            assert np.isfinite(known[name]).all() == knows, name
+        assert np.isfinite(known["receiver_error"]).all() == (f.method == "aided")
+    assert not np.any(known["sigma"] < 0.0)
+    # Its covariance is symmetric and positive semidefinite, or it would be refused.
+    assert type(f).from_bytes(f.to_bytes()).to_bytes() == f.to_bytes()
 
 
 def sound_wavelet(f, z, answers):
@@ -542,6 +560,27 @@ STREAMS = {
         ordinary=lambda: wide_records(ordinary_records(), 2),
         width=2,
     ),
+    "position": Stream(
+        kind=zr.PositionFilter,
+        make=lambda arguments: zr.PositionFilter(**arguments),
+        settings=position_settings,
+        examples={
+            f"position-{method}": {"rate": 1.0, "method": method} for method in POSITION_METHODS
+        },
+        properties=dict.fromkeys(("position", "sigma", "velocity", "receiver_error"), 1)
+        | dict.fromkeys(("missing", "held", "samples_seen"), 0),
+        answer=1,
+        sound=sound_position,
+        units={
+            **dict.fromkeys(("sigma", "step", "error_sigma", "speed_sigma", "acceleration"), 1),
+            "process_noise": 2,
+        },
+        records=lambda: wide_records(records(), 6),
+        ordinary=lambda: wide_records(ordinary_records(), 6),
+        width=6,
+        # Strength and rest.
+        foreign=2,
+    ),
     "temperature": Stream(
         kind=zr.TemperatureFilter,
         make=lambda arguments: zr.TemperatureFilter(**arguments),
@@ -592,6 +631,11 @@ def arguments_of(kind, z):
         # The field comes first, for its unit alone is free; it is the last argument.
         sensors = np.split(np.asarray(z), np.shape(z)[-1] // 3, axis=-1)
         return (*sensors[-2:], *sensors[:-2])
+    if kind is zr.PositionFilter:
+        # East and north of both, strength, rest where the number is positive.
+        numbers = np.asarray(z, dtype=float)
+        plane, others = np.split(numbers[..., :4], 2, axis=-1), np.moveaxis(numbers, -1, 0)[4:]
+        return (*plane, others[0], np.isfinite(others[1]) & (others[1] > 0.0))
     return (z,)
 
 

@@ -278,6 +278,40 @@ def tilt_settings(channels=None):
     )
 
 
+# Those of a PositionFilter that have a unit, by method; its defaults are metres.
+POSITION_CONSTANTS = {
+    "aided": ("sigma", "error_sigma", "speed_sigma", "acceleration"),
+    "moving_average": (),
+    "kalman": ("sigma", "process_noise"),
+    "heading": ("step",),
+    "strength": ("sigma", "process_noise"),
+}
+POSITION_OTHERS = {
+    "aided": {"error_time": [1e-6, 20.0, 1e9]},
+    "moving_average": {"window": [1, 3, 64]},
+    "heading": {"turn": [0.0, 0.5, np.pi]},
+}
+
+
+@st.composite
+def position_settings(draw, channels=None):
+    """Arguments of a PositionFilter; all that have a unit, for the defaults are of one."""
+    method = draw(st.sampled_from(list(POSITION_CONSTANTS)))
+    sizes = {name: st.sampled_from([1e-9, 0.1, 1e9]) for name in POSITION_CONSTANTS[method]}
+    others = POSITION_OTHERS.get(method, {}).items()
+    return draw(
+        st.fixed_dictionaries(
+            {
+                "rate": st.sampled_from([0.1, 1.0, 25.0]),
+                "method": st.just(method),
+                "channels": st.just(channels),
+                **sizes,
+            },
+            optional={name: st.sampled_from(few) for name, few in others},
+        )
+    )
+
+
 def wavelet_settings(channels=None):
     """Arguments of a WaveletDenoiser."""
     return st.fixed_dictionaries(

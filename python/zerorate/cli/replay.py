@@ -105,8 +105,9 @@ def replay(
         str | None,
         typer.Option(
             metavar="FILE",
-            help="From each sensor's axes to those of the body (JSON); 'find' finds them from the "
-            "log's motion and writes them. Default: all are aligned.",
+            help="From each sensor's axes to those of the body, and positions for accelerometers "
+            "(JSON); 'find' finds rotations from the log's motion and writes them. "
+            "Default: all are aligned.",
             rich_help_panel=ARRAY,
         ),
     ] = None,

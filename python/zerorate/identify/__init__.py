@@ -13,6 +13,7 @@ from zerorate.identify.correlogram import (
 )
 from zerorate.identify.filter_start import to_filter
 from zerorate.identify.identification import Identification, identify
+from zerorate.identify.network import NetworkModel, fit_network
 from zerorate.identify.normality import anderson_darling, jarque_bera
 from zerorate.identify.order import OrderSelection, select_order
 from zerorate.identify.preparation import Change, Prepared, detrend, prepare, segments
@@ -28,6 +29,7 @@ __all__ = [
     "Change",
     "Correlogram",
     "Identification",
+    "NetworkModel",
     "OrderSelection",
     "Prepared",
     "ReverseArrangements",
@@ -44,6 +46,7 @@ __all__ = [
     "far_from_average",
     "fit_ar",
     "fit_arma",
+    "fit_network",
     "hampel",
     "identify",
     "jarque_bera",

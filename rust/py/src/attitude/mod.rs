@@ -1,8 +1,8 @@
 //! Attitude for Python.
 
 mod bank;
-mod options;
-mod samples;
+pub(crate) mod options;
+pub(crate) mod samples;
 mod tilt;
 
 use std::ops::Range;

@@ -7,6 +7,7 @@ use zerorate_core::attitude::{
     BIAS_METHODS, BIAS_SIGMA_METHODS, CONSTANTS, Constant, Constants, METHODS, TILT_CONSTANTS,
     TILT_METHODS, TiltConstants,
 };
+use zerorate_core::position::POSITION_METHODS;
 
 use crate::common::streaming::{quoted, text};
 
@@ -60,7 +61,8 @@ pub fn check_field(mag: bool, given: Option<&Bound<'_, PyDict>>) -> PyResult<()>
 
 fn check_used(name: &str, method: &str, methods: &[&str]) -> PyResult<()> {
     // A method that there is not is refused by its name.
-    let known = METHODS.iter().chain(&TILT_METHODS).any(|known| *known == method);
+    let mut all = METHODS.iter().chain(&TILT_METHODS).chain(&POSITION_METHODS);
+    let known = all.any(|known| *known == method);
     if methods.contains(&method) || !known {
         return Ok(());
     }
@@ -97,7 +99,8 @@ pub fn tilt_options(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     table::<TiltConstants>(py, &TILT_METHODS, TILT_METHODS[0], meaning, TILT_CONSTANTS)
 }
 
-fn table<'py, C: Default>(
+/// A table of constants as dictionaries, after a row of the methods.
+pub fn table<'py, C: Default>(
     py: Python<'py>,
     methods: &[&str],
     usual: &str,

@@ -1,0 +1,1 @@
+"""Positions from the fixes of a receiver: the constants of each method."""

@@ -1,0 +1,484 @@
+//! The stream of fixes: which are missing, how long each took, and what each method makes of them.
+#![allow(non_snake_case)]
+
+use nalgebra::{ComplexField, SMatrix};
+use serde::{Deserialize, Serialize};
+
+use super::options::{PositionConstants, PositionMethod, PositionParams, WINDOW_MAX};
+use super::pair::{Pair, Plane, Step};
+use crate::error::Error;
+use crate::math::Real;
+use crate::math::sound::{are_within, is_count, is_within};
+use crate::stream::checkpoint::Checkpoint;
+use crate::stream::{Field, Input, Output, Shape, Stream, Traced};
+
+/// Largest coordinate and velocity of a sample, far beyond any.
+const SAMPLE_MAX: f64 = 1e150;
+/// Longest time between two samples, s.
+const SPAN_MAX: f64 = 1e9;
+/// Signals of this strength and more are strong, dB-Hz; one below zero is none.
+const STRONG: f64 = 45.0;
+/// Seconds after which nothing is known of a velocity that is missing.
+const UNKNOWN_MAX: f64 = 100.0;
+/// Times `sigma` in a second: velocity of which nothing is known but that it is one.
+const DIFFUSE: f64 = 100.0;
+
+/// A fix as it is given, NaN where something is missing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fix {
+    /// East and north, m.
+    pub position: [f64; 2],
+    /// Doppler velocity east and north, m/s.
+    pub speed: [f64; 2],
+    /// Strength of the signals, carrier over noise density, dB-Hz.
+    pub cn0: f64,
+    /// Whether the platform is known to rest.
+    pub rest: bool,
+    /// Seconds since the fix before; NaN for one period of the rate.
+    pub dt: f64,
+}
+
+impl Input for Fix {
+    const NUMBERS: usize = 7;
+
+    #[inline(always)]
+    fn read(z: &[f64]) -> Self {
+        let z: &[f64; 7] = z.first_chunk().expect("as many numbers as a fix has");
+        // What is not finite is not known, a rest as little as a number.
+        let rest = z[5] > 0.5 && z[5].is_finite();
+        Self { position: [z[0], z[1]], speed: [z[2], z[3]], cn0: z[4], rest, dt: z[6] }
+    }
+}
+
+/// Everything known after a fix.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PositionSnapshot {
+    /// East and north, m; NaN before the first fix.
+    pub position: [f64; 2],
+    /// Its standard deviation, an axis, m; NaN where the method has none.
+    pub sigma: f64,
+    /// Velocity east and north, m/s; NaN where the method has none.
+    pub velocity: [f64; 2],
+    /// Slow error of the receiver, m; NaN where the method has none.
+    pub receiver_error: [f64; 2],
+    /// Whether the fix was missing.
+    pub missing: bool,
+    /// Whether it was there and not taken.
+    pub held: bool,
+}
+
+impl Output for PositionSnapshot {
+    const FIELDS: &'static [Field] = &[
+        Field { name: "position", shape: Shape::Vector(2) },
+        Field { name: "sigma", shape: Shape::Number },
+        Field { name: "velocity", shape: Shape::Vector(2) },
+        Field { name: "receiver_error", shape: Shape::Vector(2) },
+        Field { name: "missing", shape: Shape::Flag },
+        Field { name: "held", shape: Shape::Flag },
+    ];
+
+    #[inline(always)]
+    fn write(self, numbers: &mut [f64], flags: &mut [bool]) {
+        numbers[..2].copy_from_slice(&self.position);
+        numbers[2] = self.sigma;
+        numbers[3..5].copy_from_slice(&self.velocity);
+        numbers[5..7].copy_from_slice(&self.receiver_error);
+        (flags[0], flags[1]) = (self.missing, self.held);
+    }
+}
+
+/// Positions from fixes, by one of the methods.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PositionFilter {
+    params: PositionParams,
+    period: f64,
+    /// Whether there was a fix.
+    begun: bool,
+    /// Whether the last one was missing, or not taken.
+    missing: bool,
+    held: bool,
+    samples: u64,
+    state: State,
+}
+
+/// What samples have made of each method; nothing of it is read before the first fix but what
+/// [`Aided`] knows of the velocity.
+// The moving average is the largest by far. It stays: a step may not allocate.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+enum State {
+    Aided(Aided),
+    Average(Average),
+    /// Constant velocity, for strong and for weak signals.
+    Constant(Pair),
+    Course(Course),
+}
+
+impl PositionFilter {
+    /// A filter that has seen nothing.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if a parameter is out of its range.
+    pub fn new(params: PositionParams) -> Result<Self, Error> {
+        let params = params.checked()?;
+        let state = match params.method {
+            PositionMethod::Aided => State::Aided(Aided::new()),
+            PositionMethod::MovingAverage => State::Average(Average::new()),
+            PositionMethod::Kalman | PositionMethod::Strength => State::Constant(Pair::unknown()),
+            PositionMethod::Heading => State::Course(Course::new()),
+        };
+        let period = 1.0 / params.rate;
+        Ok(Self { params, period, begun: false, missing: false, held: false, samples: 0, state })
+    }
+
+    /// What was chosen.
+    pub fn params(&self) -> &PositionParams {
+        &self.params
+    }
+
+    /// Samples given so far, missing ones included.
+    pub fn samples_seen(&self) -> u64 {
+        self.samples
+    }
+
+    /// Variance of the white noise of a fix of this strength: the sigma-ε form.
+    fn noise(&self, cn0: f64) -> f64 {
+        let sigma = self.params.constants.sigma;
+        let weighed =
+            matches!(self.params.method, PositionMethod::Strength | PositionMethod::Aided);
+        if !weighed || !cn0.is_finite() {
+            return sigma * sigma;
+        }
+        let tenths = (STRONG - cn0.clamp(0.0, STRONG)) / 10.0;
+        sigma * sigma * ComplexField::exp(core::f64::consts::LN_10 * tenths)
+    }
+
+    fn position(&self) -> Plane {
+        if !self.begun {
+            return [f64::NAN; 2];
+        }
+        match &self.state {
+            State::Aided(aided) => aided.position(),
+            State::Average(average) => average.mean,
+            State::Constant(pair) => pair.first(),
+            State::Course(course) => course.position,
+        }
+    }
+}
+
+impl Stream for PositionFilter {
+    type Input = Fix;
+    type Output = [f64; 2];
+
+    fn update(&mut self, fix: Fix) -> [f64; 2] {
+        let dt = if fix.dt >= 0.0 { fix.dt.min(SPAN_MAX) } else { self.period.min(SPAN_MAX) };
+        let (known, R) = (plane(fix.position), self.noise(fix.cn0));
+        let constants = &self.params.constants;
+        let begins = !self.begun && known.is_some();
+        self.held = false;
+        match &mut self.state {
+            State::Aided(aided) => aided.take(known, &fix, R, dt, self.begun, constants),
+            State::Average(average) => average.take(known, self.params.window()),
+            State::Course(course) => self.held = course.take(known, self.begun, constants),
+            State::Constant(pair) if begins => {
+                let speed = DIFFUSE * constants.sigma;
+                *pair = Pair::measured(known.unwrap_or_default(), R, speed * speed);
+            }
+            State::Constant(pair) if self.begun => {
+                pair.predict(&constant_velocity(constants.process_noise, dt));
+                known.into_iter().for_each(|z| pair.correct(z, R));
+            }
+            State::Constant(_) => {}
+        }
+        self.begun |= begins;
+        self.missing = known.is_none();
+        self.samples += 1;
+        self.position()
+    }
+
+    fn reset(&mut self) {
+        if let Ok(new) = Self::new(self.params) {
+            *self = new;
+        }
+    }
+}
+
+impl Traced for PositionFilter {
+    type Snapshot = PositionSnapshot;
+
+    fn snapshot(&self) -> PositionSnapshot {
+        let (mut velocity, mut receiver_error) = ([f64::NAN; 2], [f64::NAN; 2]);
+        let mut variance = f64::NAN;
+        match &self.state {
+            State::Aided(aided) if self.begun => {
+                (velocity, receiver_error) = (aided.velocity, aided.pair.second());
+                variance = aided.pair.variance_of_difference();
+            }
+            State::Constant(pair) if self.begun => {
+                (velocity, variance) = (pair.second(), pair.variance());
+            }
+            _ => {}
+        }
+        // NaN stays: `max` would pass over it.
+        let sigma = if variance < 0.0 { 0.0 } else { variance.simd_sqrt() };
+        let (position, missing, held) = (self.position(), self.missing, self.held);
+        PositionSnapshot { position, sigma, velocity, receiver_error, missing, held }
+    }
+}
+
+/// Both axes, unless one is missing.
+fn plane(given: Plane) -> Option<Plane> {
+    given.iter().all(|x| is_within(*x, SAMPLE_MAX)).then_some(given)
+}
+
+/// Position and velocity over a time T: Q = q [T³/3, T²/2; T²/2, T].
+fn constant_velocity(q: f64, dt: f64) -> Step {
+    let Q = [q * dt * dt * dt / 3.0, q * dt * dt / 2.0, q * dt];
+    Step { a: dt, f: 1.0, shift: [0.0; 2], Q }
+}
+
+/// Position p and a Gauss-Markov error g of the receiver. Both are held as what the receiver shows,
+/// s = p + g, and g, so that the first is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Aided {
+    pair: Pair,
+    /// The last velocity known, and the seconds since it.
+    velocity: Plane,
+    unknown: f64,
+    /// Whether the last sample was one at rest.
+    rests: bool,
+}
+
+impl Aided {
+    fn new() -> Self {
+        Self { pair: Pair::unknown(), velocity: [0.0; 2], unknown: UNKNOWN_MAX, rests: false }
+    }
+
+    fn position(&self) -> Plane {
+        let (shown, error) = (self.pair.first(), self.pair.second());
+        [shown[0] - error[0], shown[1] - error[1]]
+    }
+
+    fn take(
+        &mut self,
+        known: Option<Plane>,
+        fix: &Fix,
+        R: f64,
+        dt: f64,
+        begun: bool,
+        constants: &PositionConstants,
+    ) {
+        let (moved, sigma) = self.moved(fix, dt, constants);
+        let spread = constants.error_sigma * constants.error_sigma;
+        match known {
+            Some(z) if !begun => self.pair = Pair::measured(z, R, spread),
+            _ if begun => {
+                self.pair.predict(&wandering(moved, sigma, dt, spread, constants.error_time));
+                known.into_iter().for_each(|z| self.pair.correct(z, R));
+            }
+            _ => {}
+        }
+    }
+
+    /// The way since the sample before, and its deviation an axis. Of a body that rests at both ends
+    /// it is none. Where rest begins or ends it moved in between: its velocity there is zero.
+    fn moved(&mut self, fix: &Fix, dt: f64, constants: &PositionConstants) -> (Plane, f64) {
+        let rested = core::mem::replace(&mut self.rests, fix.rest);
+        let (before, unknown) = (self.velocity, self.unknown);
+        let now = if fix.rest { Some([0.0; 2]) } else { plane(fix.speed) };
+        self.unknown = if now.is_some() { 0.0 } else { (unknown + dt).min(UNKNOWN_MAX) };
+        self.velocity = now.unwrap_or(before);
+        if rested && fix.rest {
+            return ([0.0; 2], 0.0);
+        }
+        let guessed = constants.acceleration * dt.min(UNKNOWN_MAX).max(self.unknown);
+        let (mean, sigma) = match now {
+            Some(v) if unknown == 0.0 => {
+                ([0, 1].map(|i| 0.5 * (v[i] + before[i])), constants.speed_sigma)
+            }
+            _ => (self.velocity, constants.speed_sigma + guessed),
+        };
+        (mean.map(|v| v * dt), sigma * dt)
+    }
+
+    fn is_sound(&self) -> bool {
+        self.pair.is_sound()
+            && self.velocity.iter().all(|v| is_within(*v, SAMPLE_MAX))
+            && (0.0..=UNKNOWN_MAX).contains(&self.unknown)
+    }
+}
+
+/// s ← s + moved - (1 - f) g, g ← f g with f = exp(-T/τ); 1 - f without a loss of digits.
+fn wandering(moved: Plane, sigma: f64, dt: f64, spread: f64, time: f64) -> Step {
+    let lost = -ComplexField::exp_m1(-dt / time);
+    let grown = -spread * ComplexField::exp_m1(-2.0 * dt / time);
+    Step { a: -lost, f: 1.0 - lost, shift: moved, Q: [sigma * sigma + grown, grown, grown] }
+}
+
+/// The mean of the last fixes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Average {
+    /// One a column, in the order of a ring.
+    fixes: SMatrix<f64, 2, WINDOW_MAX>,
+    count: u8,
+    next: u8,
+    mean: Plane,
+}
+
+impl Average {
+    fn new() -> Self {
+        Self { fixes: SMatrix::zeros(), count: 0, next: 0, mean: [0.0; 2] }
+    }
+
+    /// A missing fix changes nothing.
+    fn take(&mut self, known: Option<Plane>, window: u8) {
+        let Some(z) = known else { return };
+        self.fixes.set_column(usize::from(self.next), &z.into());
+        self.next = (self.next + 1) % window;
+        self.count = (self.count + 1).min(window);
+        // Summed anew: a running sum would keep the rounding of every fix.
+        let count = usize::from(self.count);
+        let sum = self.fixes.columns(0, count).column_sum();
+        self.mean = [sum[0] / count as f64, sum[1] / count as f64];
+    }
+
+    fn is_sound(&self, window: u8, begun: bool) -> bool {
+        are_within(&self.fixes, SAMPLE_MAX)
+            && self.count <= window
+            && self.next == if self.count < window { self.count } else { self.next % window }
+            && (self.count > 0) == begun
+            && self.mean.iter().all(|x| is_within(*x, 2.0 * SAMPLE_MAX))
+    }
+}
+
+/// The last fix that was taken, and the step that led to it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Course {
+    position: Plane,
+    /// Zero before the first step.
+    step: Plane,
+}
+
+impl Course {
+    fn new() -> Self {
+        Self { position: [0.0; 2], step: [0.0; 2] }
+    }
+
+    /// Takes a fix; true where it is not taken. Steps begin where the last one that was taken has
+    /// ended, so that a body that really turns is followed after `step` metres.
+    fn take(&mut self, known: Option<Plane>, begun: bool, constants: &PositionConstants) -> bool {
+        let Some(z) = known else { return false };
+        if !begun {
+            self.position = z;
+            return false;
+        }
+        let step = [z[0] - self.position[0], z[1] - self.position[1]];
+        let (long, before) = (length(step), length(self.step));
+        let along = step[0] * self.step[0] + step[1] * self.step[1];
+        if long < constants.step && along < ComplexField::cos(constants.turn) * long * before {
+            return true;
+        }
+        if long > 0.0 {
+            (self.position, self.step) = (z, step);
+        }
+        false
+    }
+
+    fn is_sound(&self) -> bool {
+        let step = self.step.iter().all(|x| is_within(*x, 2.0 * SAMPLE_MAX));
+        step && self.position.iter().all(|x| is_within(*x, SAMPLE_MAX))
+    }
+}
+
+fn length(v: Plane) -> f64 {
+    (v[0] * v[0] + v[1] * v[1]).simd_sqrt()
+}
+
+impl Checkpoint for PositionFilter {
+    const TAG: &'static str = "position";
+    const VERSION: u16 = 1;
+
+    fn is_sound(&self) -> bool {
+        // What follows counts on them.
+        if self.params.checked().is_err() {
+            return false;
+        }
+        let state = match (&self.state, self.params.method) {
+            (State::Aided(aided), PositionMethod::Aided) => aided.is_sound(),
+            (State::Average(average), PositionMethod::MovingAverage) => {
+                average.is_sound(self.params.window(), self.begun)
+            }
+            (State::Constant(pair), PositionMethod::Kalman | PositionMethod::Strength) => {
+                pair.is_sound()
+            }
+            (State::Course(course), PositionMethod::Heading) => course.is_sound(),
+            _ => false,
+        };
+        state
+            && self.period == 1.0 / self.params.rate
+            && is_count(self.samples)
+            && (!self.held || self.params.method == PositionMethod::Heading)
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.params, self.samples) == (other.params, other.samples)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Fix, PositionFilter};
+    use crate::position::{POSITION_CONSTANTS, PositionConstants, PositionMethod, PositionParams};
+    use crate::stream::checkpoint::Checkpoint;
+    use crate::stream::{Stream, Traced};
+    use proptest::prelude::*;
+
+    const METHODS: [PositionMethod; 5] = [
+        PositionMethod::Aided,
+        PositionMethod::MovingAverage,
+        PositionMethod::Kalman,
+        PositionMethod::Heading,
+        PositionMethod::Strength,
+    ];
+
+    fn number() -> impl Strategy<Value = f64> {
+        let decade = -200.0..200.0_f64;
+        prop_oneof![
+            8 => (-1.0..1.0_f64, decade).prop_map(|(x, decade)| x * 10.0_f64.powf(decade)),
+            4 => -10.0..10.0_f64,
+            1 => Just(f64::NAN),
+            1 => Just(f64::INFINITY),
+        ]
+    }
+
+    fn fix() -> impl Strategy<Value = Fix> {
+        let rest = prop_oneof![3 => Just(false), 1 => Just(true)];
+        (prop::array::uniform2(number()), prop::array::uniform2(number()), number(), rest, number())
+            .prop_map(|(position, speed, cn0, rest, dt)| Fix { position, speed, cn0, rest, dt })
+    }
+
+    proptest! {
+        #[test]
+        fn no_fix_makes_an_unsound_state(
+            ends in prop::collection::vec(0..3_usize, POSITION_CONSTANTS.len()),
+            method in prop::sample::select(METHODS.to_vec()),
+            fixes in prop::collection::vec(fix(), 1..120),
+        ) {
+            let mut constants = PositionConstants::default();
+            for (row, end) in POSITION_CONSTANTS.iter().zip(ends) {
+                if end < 2 {
+                    (row.set)(&mut constants, row.range[end]);
+                }
+            }
+            let mut filter = PositionFilter::new(PositionParams { rate: 1.0, method, constants }).unwrap();
+            let mut begun = false;
+            for fix in fixes {
+                begun |= fix.position.iter().all(|x| x.abs() <= 1e150);
+                let position = filter.update(fix);
+                prop_assert!(filter.is_sound(), "{fix:?}: {filter:?}");
+                prop_assert!(position.iter().all(|x| x.is_finite() == begun));
+                prop_assert!(!(filter.snapshot().sigma < 0.0));
+            }
+        }
+    }
+}

@@ -1,0 +1,378 @@
+//! Positions from fixes, for Python.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use zerorate_core::position::{
+    POSITION_CONSTANTS, POSITION_METHODS, PositionConstants, PositionFilter as Core,
+    PositionMethod, PositionParams, PositionSnapshot,
+};
+use zerorate_core::stream::{Output, Parts};
+use zerorate_core::{Bank, Error, Traced, checkpoint, memory};
+
+use crate::attitude::{options as constants, samples};
+use crate::common::arrays::{self, Record, Samples};
+use crate::common::errors::NativeError;
+use crate::common::streaming::{
+    self, AnyBank, Shared, arrays_of, call, exclusive, quoted, reading, streaming, text,
+};
+use crate::common::work::in_pieces;
+
+/// Numbers in a sample: position, speed, strength, rest and the time since the sample before.
+const WIDTH: usize = 7;
+
+/// Positions from the fixes of a receiver that stands or moves slowly, without most of their wandering.
+///
+/// A fix is metres east and north of some point near by. What the receiver or others may tell besides:
+/// ``speed``, its Doppler velocity east and north in m/s; ``cn0``, the strength of the signals in dB-Hz;
+/// ``rest``, whether the platform is known to stand, as a ``RestDetector`` or a wheel tells.
+///
+/// - **aided** uses all of them: Doppler moves the position, rest lets it stand, fixes of weak signals
+///   count less, and the slow error of the receiver is a state, so that its wandering is not followed.
+/// - **moving_average** is the mean of the last ``window`` fixes: late by half of them in motion.
+/// - **kalman** takes the velocity for constant but for a white acceleration.
+/// - **heading** does not take a step shorter than ``step`` that turns the course by more than ``turn``.
+/// - **strength** is "kalman" with fixes of weak signals trusted less: a variance of ``sigma**2 *
+///   10**((45 - cn0) / 10)`` below 45 dB-Hz (the sigma-epsilon form).
+///
+/// The last four stand in papers and are here to compare with. **Nothing here removes the slow error
+/// itself**: metres that stay for minutes look like a place. It is averaged over what was seen of it.
+///
+/// What is missing is NaN or None: of a fix it is predicted, not corrected; an unknown velocity is the
+/// last one, to ``acceleration`` times the time since; an unknown strength is a strong one. What a method
+/// has no use for it does not look at. Before the first fix NaN is returned. One object serves one thread
+/// at a time.
+///
+/// Parameters
+/// ----------
+/// rate : float
+///     Fixes a second.
+/// method : {"aided", "moving_average", "kalman", "heading", "strength"}, default "aided"
+///     What is made of them.
+/// channels : int, optional
+///     Number of receivers side by side; ``None`` is a single one.
+/// window : int, default 10
+///     Of "moving_average": fixes, 1 to 64.
+/// sigma : float, default 0.7
+///     Of "aided", "kalman" and "strength": white noise of a fix of strong signals, an axis, m. Small
+///     follows the fixes.
+/// process_noise : float, default 0.5
+///     Of "kalman" and "strength": power spectral density of the acceleration, m^2/s^3. Small smooths
+///     and is late in turns.
+/// step, turn : float, default 3.0 and pi / 3
+///     Of "heading": m and rad.
+/// error_sigma, error_time : float, default 2.5 and 120.0
+///     Of "aided": slow error of the receiver, an axis, m, and the time in which it is forgotten, s.
+///     Large ones hold more against the fixes.
+/// speed_sigma : float, default 0.1
+///     Of "aided": white noise of the Doppler velocity, an axis, m/s.
+/// acceleration : float, default 1.0
+///     Of "aided": how fast the velocity may change while it is unknown, m/s^2.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of range, or is not used by the method.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, zerorate as zr
+/// >>> rng = np.random.default_rng(1)
+/// >>> fixes = 5.0 + 0.7 * rng.standard_normal((300, 2))  # it stands at (5, 5)
+/// >>> path = zr.PositionFilter(1.0).process(fixes, rest=np.ones(300, bool))
+/// >>> raw, aided = (np.hypot(*np.diff(x, axis=0).T).sum() for x in (fixes, path))
+/// >>> round(raw), round(aided)  # metres that were drawn
+/// (362, 34)
+/// >>> live = zr.PositionFilter(1.0)
+/// >>> for fix in fixes:
+/// ...     position = live.update(fix, speed=(0.0, 0.0), cn0=42.0)
+/// >>> position.round(1).tolist(), round(live.sigma, 1)
+/// ([4.9, 4.9], 1.9)
+#[pyclass(generic, module = "zerorate")]
+#[derive(Debug)]
+pub struct PositionFilter {
+    shared: Shared<Bank<Core>>,
+}
+
+streaming!(PositionFilter);
+
+#[pymethods]
+impl PositionFilter {
+    #[new]
+    #[pyo3(
+        signature = (rate, *, method="aided", channels=None, **constants),
+        text_signature = "(rate, *, method='aided', channels=None, window=10, sigma=0.7, \
+            process_noise=0.5, step=3.0, turn=1.0471975511965976, error_sigma=2.5, \
+            error_time=120.0, speed_sigma=0.1, acceleration=1.0)"
+    )]
+    fn new(
+        rate: f64,
+        method: &str,
+        channels: Option<i128>,
+        constants: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let channels = streaming::channels(channels)?;
+        let Some(known) = PositionMethod::of_name(method) else {
+            let methods = quoted(&POSITION_METHODS, "or");
+            return Err(PyValueError::new_err(format!("method must be {methods}, got '{method}'")));
+        };
+        let constants = constants::read("PositionFilter", POSITION_CONSTANTS, method, constants)?;
+        let filter = Core::new(PositionParams { rate, method: known, constants });
+        let bank = filter.and_then(|filter| Bank::new(&filter, channels.unwrap_or(1)));
+        let bank = bank.and_then(|bank| Self::of(channels, bank));
+        Ok(bank.map_err(NativeError::from)?)
+    }
+
+    /// Takes a fix, returns the position, m east and north: (2,) to (2,), with channels (k, 2) to
+    /// (k, 2). ``speed`` is of the shape of ``position``, ``cn0`` and ``rest`` are a number and a bool,
+    /// with channels (k,); ``dt`` is the time since the fix before, s, by default one period.
+    #[pyo3(signature = (position, speed=None, cn0=None, rest=None, dt=None))]
+    fn update<'py>(
+        slf: &Bound<'py, Self>,
+        position: &Bound<'py, PyAny>,
+        speed: Option<&Bound<'py, PyAny>>,
+        cn0: Option<&Bound<'py, PyAny>>,
+        rest: Option<&Bound<'py, PyAny>>,
+        dt: Option<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut this = exclusive(slf)?;
+        let dt = samples::checked(dt.unwrap_or(f64::NAN))?;
+        let axes: Vec<usize> = this.shared.channels.into_iter().collect();
+        let given = Given { position, speed, cn0, rest };
+        let rows = given.rows(&axes, 1, |_| dt)?;
+        this.shared.update_row(slf.py(), &rows)
+    }
+
+    /// What ``update`` returns for each fix of a batch: (n, 2) to (n, 2), with channels (n, k, 2) to
+    /// (n, k, 2); ``cn0`` and ``rest`` are (n,), with channels (n, k); ``dt`` is one time for all fixes
+    /// or (n,). The interpreter lock is released.
+    #[pyo3(signature = (
+        position, speed=None, cn0=None, rest=None, dt=None, out=None, threads=None
+    ))]
+    // The arguments are those of the method in Python.
+    #[allow(clippy::too_many_arguments)]
+    fn process<'py>(
+        slf: &Bound<'py, Self>,
+        position: &Bound<'py, PyAny>,
+        speed: Option<&Bound<'py, PyAny>>,
+        cn0: Option<&Bound<'py, PyAny>>,
+        rest: Option<&Bound<'py, PyAny>>,
+        dt: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<i128>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut this = exclusive(slf)?;
+        let batch = Given { position, speed, cn0, rest }.batch(this.shared.channels, dt)?;
+        this.shared.process_samples(slf.py(), Samples::Copied(batch), out, threads)
+    }
+
+    /// Like ``process``, but returns all that was known after each fix, as arrays by name: position,
+    /// velocity and receiver_error (n, 2), sigma, missing and held (n,); with channels (n, k, …).
+    /// ``missing`` says where there was no fix, ``held`` where "heading" did not take it.
+    #[pyo3(signature = (position, speed=None, cn0=None, rest=None, dt=None))]
+    fn trace<'py>(
+        slf: &Bound<'py, Self>,
+        position: &Bound<'py, PyAny>,
+        speed: Option<&Bound<'py, PyAny>>,
+        cn0: Option<&Bound<'py, PyAny>>,
+        rest: Option<&Bound<'py, PyAny>>,
+        dt: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (py, mut this) = (slf.py(), exclusive(slf)?);
+        let batch = Given { position, speed, cn0, rest }.batch(this.shared.channels, dt)?;
+        let (n, bank) = (batch.shape[0], &mut *this.shared.bank);
+        let width = WIDTH * bank.channels();
+        let parts = Parts::new(PositionSnapshot::FIELDS, n.saturating_mul(bank.channels()));
+        let mut parts = parts.map_err(NativeError::from)?;
+        in_pieces(py, bank, n, 1, |bank, piece| {
+            let rows = &batch.values[streaming::places(piece, width)];
+            parts.add_rows(bank.channels(), rows, width, |rows, numbers, flags| {
+                bank.trace(rows, numbers, flags);
+            })
+        })?;
+        let found = PyDict::new(py);
+        let arrays = arrays_of(py, parts, &this.shared.batch_axes(n))?;
+        for (field, array) in PositionSnapshot::FIELDS.iter().zip(arrays) {
+            found.set_item(field.name, array)?;
+        }
+        Ok(found)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let PositionParams { rate, method, constants } = *this.first().params();
+        let written = constants::written(POSITION_CONSTANTS, method.name(), &constants);
+        let mut arguments =
+            vec![("rate", text(rate), ""), ("method", format!("'{}'", method.name()), "'aided'")];
+        for (name, value, usual) in &written {
+            // A number of fixes has no point.
+            let whole = if *name == "window" { value.strip_suffix(".0") } else { None };
+            let value = if value == usual { usual } else { whole.unwrap_or(value) };
+            arguments.push((*name, value.to_owned(), usual.as_str()));
+        }
+        Ok(call("PositionFilter", &arguments, this.shared.channels))
+    }
+
+    /// East and north, m, NaN before the first fix: (2,), with channels (k, 2).
+    #[getter]
+    fn position<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, &[2], |known| known.position.to_vec())
+    }
+
+    /// Standard deviation of ``position``, an axis, m; NaN for "moving_average" and "heading": float,
+    /// with channels (k,).
+    #[getter]
+    fn sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, &[], |known| vec![known.sigma])
+    }
+
+    /// Velocity east and north, m/s: of "aided" the last that was given, zero at rest; NaN for
+    /// "moving_average" and "heading": (2,), with channels (k, 2).
+    #[getter]
+    fn velocity<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, &[2], |known| known.velocity.to_vec())
+    }
+
+    /// Slow error that "aided" takes the receiver to have, m east and north, else NaN: (2,), with
+    /// channels (k, 2).
+    #[getter]
+    fn receiver_error<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        each(slf, &[2], |known| known.receiver_error.to_vec())
+    }
+
+    /// Whether the last fix was missing: bool, with channels (k,).
+    #[getter]
+    fn missing<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        flags(slf, |known| known.missing)
+    }
+
+    /// Whether "heading" did not take the last fix: bool, with channels (k,).
+    #[getter]
+    fn held<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        flags(slf, |known| known.held)
+    }
+
+    /// Fixes given so far, missing ones included.
+    #[getter]
+    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
+        Ok(reading(slf)?.first().samples_seen())
+    }
+
+    /// Fixes a second.
+    #[getter]
+    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(reading(slf)?.first().params().rate)
+    }
+
+    /// What is made of the fixes.
+    #[getter]
+    fn method(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
+        Ok(reading(slf)?.first().params().method.name())
+    }
+}
+
+impl PositionFilter {
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        let (channels, bank) = checkpoint::restore(bytes)?;
+        Self::of(channels, bank)
+    }
+
+    fn of(channels: Option<usize>, bank: Bank<Core>) -> Result<Self, Error> {
+        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
+    }
+
+    fn first(&self) -> &Core {
+        &self.shared.bank.streams()[0]
+    }
+}
+
+/// Numbers of a shape, of each channel.
+fn each<'py>(
+    filter: &Bound<'py, PositionFilter>,
+    shape: &[usize],
+    of: fn(&PositionSnapshot) -> Vec<f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let this = reading(filter)?;
+    let values = this.shared.bank.streams().iter().flat_map(|one| of(&one.snapshot())).collect();
+    this.shared.arrays(filter.py(), values, shape)
+}
+
+/// One flag a channel.
+fn flags<'py>(
+    filter: &Bound<'py, PositionFilter>,
+    of: fn(&PositionSnapshot) -> bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let this = reading(filter)?;
+    let flags = this.shared.bank.streams().iter().map(|one| of(&one.snapshot())).collect();
+    this.shared.numbers(filter.py(), flags)
+}
+
+/// What one call gives.
+#[derive(Debug, Clone, Copy)]
+struct Given<'a, 'py> {
+    position: &'a Bound<'py, PyAny>,
+    speed: Option<&'a Bound<'py, PyAny>>,
+    cn0: Option<&'a Bound<'py, PyAny>>,
+    rest: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl Given<'_, '_> {
+    /// Side by side, `before` being the axes before those of a sample, which make `count` of them;
+    /// `dt` of each.
+    fn rows(
+        &self,
+        before: &[usize],
+        count: usize,
+        dt: impl Fn(usize) -> f64,
+    ) -> PyResult<Vec<f64>> {
+        let samples = before.iter().product::<usize>();
+        let length = samples.saturating_mul(WIDTH);
+        let mut rows = memory::filled(f64::NAN, length).map_err(NativeError::from)?;
+        let parts = [
+            ("position", 0, 2, Some(self.position)),
+            ("speed", 2, 2, self.speed),
+            ("cn0", 4, 1, self.cn0),
+            ("rest", 5, 1, self.rest),
+        ];
+        for (name, first, width, given) in parts {
+            let Some(given) = given else { continue };
+            let axes = if width > 1 { [before, &[width]].concat() } else { before.to_vec() };
+            // Python's None and bool of one sample are no arrays.
+            let values = match axes.as_slice() {
+                [] => vec![arrays::sample(given)?],
+                _ => {
+                    arrays::named(name, given, &arrays::tuple(&axes), |found| found == axes)?.values
+                }
+            };
+            for (row, values) in rows.chunks_exact_mut(WIDTH).zip(values.chunks_exact(width)) {
+                row[first..first + width].copy_from_slice(values);
+            }
+        }
+        let channels = samples / count.max(1);
+        for (k, row) in rows.chunks_exact_mut(WIDTH).enumerate() {
+            row[WIDTH - 1] = dt(k / channels.max(1));
+        }
+        Ok(rows)
+    }
+
+    /// The samples of a batch.
+    fn batch(&self, channels: Option<usize>, dt: Option<&Bound<'_, PyAny>>) -> PyResult<Record> {
+        let expected = channels.map_or("(n, 2)".to_owned(), |k| format!("(n, {k}, 2)"));
+        let after: Vec<usize> = channels.into_iter().chain([2]).collect();
+        let fits = |found: &[usize]| found.len() > 1 && found[1..] == after;
+        let n = arrays::named("position", self.position, &expected, fits)?.shape[0];
+        let dt = dt.map(|dt| samples::times(dt, n)).transpose()?;
+        let before: Vec<usize> = [n].into_iter().chain(channels).collect();
+        let values = self.rows(&before, n, |k| dt.as_ref().map_or(f64::NAN, |dt| dt[k]))?;
+        Ok(Record { values, shape: [before.as_slice(), &[WIDTH]].concat() })
+    }
+}
+
+/// The table of the constants of ``PositionFilter`` as dictionaries, as that of ``Attitude``.
+#[pyfunction]
+pub fn position_options(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let meaning = "'aided' uses Doppler, strength and rest and takes a slow receiver error for what \
+                   it is; the others are those of papers";
+    let (methods, usual) = (&POSITION_METHODS, POSITION_METHODS[0]);
+    constants::table::<PositionConstants>(py, methods, usual, meaning, POSITION_CONSTANTS)
+}
