@@ -1,10 +1,10 @@
 """The figures of `docs/explanation/arrays.md`, and what happens with eight gyros of which two fail.
 
-``python examples/array_figures.py [FOLDER]`` simulates eight gyros of a hand that rests and moves, at
-100 Hz: scale errors of 1 %, noise that differs up to fourfold; the third swaps the sign of x at 150 s, the
-sixth is stuck from 200 s to 230 s. It draws ``array.png`` as ``zerorate replay --array`` does, and
-prints the RMS errors of the array, the median, the plain mean and one sensor; default folder
-``docs/figures``.
+``python examples/array_figures.py [FOLDER]`` simulates eight gyros of a hand that rests and moves,
+at 100 Hz: scale errors of 1 %, noise that differs up to fourfold; the third swaps the sign of x at
+150 s, the sixth is stuck from 200 s to 230 s. It draws ``array.png`` as ``zerorate replay --array``
+does, and prints the RMS errors of the array, the median, the plain mean and one sensor; default
+folder ``docs/figures``.
 """
 
 import sys
