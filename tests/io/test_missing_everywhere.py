@@ -71,6 +71,7 @@ IDENTIFY = {
     "far_from_average": i.far_from_average,
     "fit_ar": lambda z: i.fit_ar(z, 1),
     "fit_arma": lambda z: i.fit_arma(z, 1, 0),
+    "fit_network": lambda z: i.fit_network(z, inputs=2, hidden=1).weights,
     "hampel": i.hampel,
     "identify": lambda z: i.identify(z, RATE, order=(1, 0)),
     "jarque_bera": i.jarque_bera,
