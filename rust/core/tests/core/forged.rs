@@ -326,6 +326,7 @@ proptest! {
 }
 
 /// A tick of which half is there would refuse itself later.
+#[cfg(feature = "std")]
 #[test]
 fn half_a_tick() {
     let mut stream = crate::array::Three::new(None).expect("valid parameters");
