@@ -30,6 +30,7 @@ pub mod identify;
 pub mod math;
 #[cfg(feature = "std")]
 pub mod memory;
+pub mod navigation;
 pub mod position;
 mod rest;
 pub mod score;

@@ -1,0 +1,354 @@
+//! The covariance of the errors: how it grows over a step, what a scalar measurement takes off it.
+
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::motion::crossed;
+
+/// Errors that are estimated: of position, velocity, orientation, biases of gyro and accelerometer.
+pub const STATES: usize = 15;
+
+/// A row, with one place more so that it fills SIMD registers.
+pub(crate) type Row = [f64; 16];
+
+/// Where each error begins.
+pub(crate) const R: usize = 0;
+pub(crate) const V: usize = 3;
+pub(crate) const PHI: usize = 6;
+pub(crate) const GYRO: usize = 9;
+pub(crate) const ACCEL: usize = 12;
+
+/// Errors, estimated less true; those of biases true less estimated.
+pub type Errors = [f64; STATES];
+
+/// Their covariance, symmetric to the bit. Each row has a sixteenth place, zero.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Covariance(pub(crate) [Row; STATES]);
+
+/// How errors at the end of a step follow from those at its start: the blocks of Φ that are neither
+/// zero nor one, a row beside all that it multiplies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transition {
+    /// From velocity, orientation and biases; those of the position stay besides.
+    position: [[f64; 12]; 3],
+    /// From velocity, orientation and biases.
+    velocity: [[f64; 12]; 3],
+    /// From orientation and the bias of the gyro.
+    attitude: [[f64; 6]; 3],
+}
+
+/// What a step's covariance depends on, as a mean over the step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Course {
+    pub seconds: f64,
+    pub attitude: Matrix3<f64>,
+    pub velocity: Vector3<f64>,
+    pub earth: Vector3<f64>,
+    pub transport: Vector3<f64>,
+    pub gravity: f64,
+}
+
+/// Variances a step adds: of white noise through the orientation, and of the walks of the biases.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Growth {
+    phi: Matrix3<f64>,
+    velocity_phi: Matrix3<f64>,
+    velocity: Matrix3<f64>,
+    gyro: Vector3<f64>,
+    accel: Vector3<f64>,
+}
+
+impl Transition {
+    /// I + FT + F²T²/2, and from the bias of the gyro to the position F³T³/6.
+    pub(crate) fn over(course: &Course) -> Self {
+        let Course { seconds: t, attitude, velocity, earth, transport, gravity } = course;
+        let (one, half) = (Matrix3::<f64>::identity(), 0.5 * t * t);
+        let skew = |v: Vector3<f64>| v.cross_matrix();
+        // v' = -(2Ω+ρ)×v - g×φ + …, φ' = -(Ω+ρ)×φ - …
+        let (coriolis, turn) = (-(earth * 2.0 + transport), -(earth + transport));
+        let fall = Vector3::new(0.0, 0.0, -gravity);
+        let carried = crossed(velocity, attitude);
+        let fallen = crossed(&fall, attitude);
+        let [from_v, by_v] = [skew(coriolis), skew(*velocity)];
+        let r = [
+            one * *t + from_v * half,
+            by_v * *t + (skew(fall) + crossed(velocity, &skew(turn))) * half,
+            fallen * (-half * t / 3.0),
+            attitude * half,
+        ];
+        let v = [
+            one + from_v * *t + crossed(&coriolis, &from_v) * half,
+            skew(fall) * *t
+                + (crossed(&coriolis, &skew(fall)) + crossed(&fall, &skew(turn))) * half,
+            carried * *t + (crossed(&coriolis, &carried) - fallen) * half,
+            attitude * *t + crossed(&coriolis, attitude) * half,
+        ];
+        let phi = [
+            one + skew(turn) * *t + crossed(&turn, &skew(turn)) * half,
+            -(attitude * *t + crossed(&turn, attitude) * half),
+        ];
+        Self { position: beside(&r), velocity: beside(&v), attitude: beside(&phi) }
+    }
+
+    /// Φ times the rows of a matrix, in place: each row of Φ has only those below it, or its own.
+    #[inline(always)]
+    fn times(&self, rows: &mut [Row; STATES]) {
+        for (i, factors) in self.position.iter().enumerate() {
+            let row = add(rows[i], factors, &rows[V..]);
+            rows[i] = row;
+        }
+        let v = [0, 1, 2].map(|i| add([0.0; 16], &self.velocity[i], &rows[V..]));
+        rows[V..PHI].copy_from_slice(&v);
+        let phi = [0, 1, 2].map(|i| add([0.0; 16], &self.attitude[i], &rows[PHI..]));
+        rows[PHI..GYRO].copy_from_slice(&phi);
+    }
+
+    /// Φ times a vector.
+    pub fn apply(&self, x: &Errors) -> Errors {
+        let mut y = *x;
+        let sum = |factors: &[f64], from: usize| {
+            factors.iter().zip(&x[from..]).map(|(f, x)| f * x).sum::<f64>()
+        };
+        for i in 0..3 {
+            y[R + i] += sum(&self.position[i], V);
+            y[V + i] = sum(&self.velocity[i], V);
+            y[PHI + i] = sum(&self.attitude[i], PHI);
+        }
+        y
+    }
+
+    /// Φᵀ times a vector.
+    pub fn apply_transposed(&self, x: &Errors) -> Errors {
+        let mut y = *x;
+        y[V..GYRO].fill(0.0);
+        for i in 0..3 {
+            for k in 0..12 {
+                y[V + k] += self.position[i][k] * x[R + i] + self.velocity[i][k] * x[V + i];
+            }
+            for k in 0..6 {
+                y[PHI + k] += self.attitude[i][k] * x[PHI + i];
+            }
+        }
+        y
+    }
+}
+
+/// Blocks of three rows side by side.
+#[inline(always)]
+fn beside<const N: usize, const W: usize>(blocks: &[Matrix3<f64>; N]) -> [[f64; W]; 3] {
+    let mut rows = [[0.0; W]; 3];
+    for (b, block) in blocks.iter().enumerate() {
+        for (i, row) in rows.iter_mut().enumerate() {
+            for j in 0..3 {
+                row[3 * b + j] = block[(i, j)];
+            }
+        }
+    }
+    rows
+}
+
+/// `row` plus rows times factors.
+#[inline(always)]
+fn add<const N: usize>(mut row: Row, factors: &[f64; N], rows: &[Row]) -> Row {
+    for (factor, other) in factors.iter().zip(rows) {
+        for (x, y) in row.iter_mut().zip(other) {
+            *x += factor * y;
+        }
+    }
+    row
+}
+
+impl Growth {
+    /// Over half a step: white noise of gyro and accelerometer, N², and walks of their biases, K².
+    pub fn over_half(course: &Course, white: [&Vector3<f64>; 2], walk: [&Vector3<f64>; 2]) -> Self {
+        let half = 0.5 * course.seconds;
+        let through = |n: &Vector3<f64>| {
+            let scaled = course.attitude * Matrix3::from_diagonal(&(n * half));
+            scaled * course.attitude.transpose()
+        };
+        let phi = through(white[0]);
+        let velocity_phi = -crossed(&course.velocity, &phi);
+        // [v×] W [v×]ᵀ = -([v×] ([v×] W)ᵀ)ᵀ…, both symmetric.
+        let carried = crossed(&course.velocity, &velocity_phi.transpose()) * -1.0;
+        let velocity = through(white[1]) + carried;
+        Self { phi, velocity_phi, velocity, gyro: walk[0] * half, accel: walk[1] * half }
+    }
+
+    /// Besides, an orientation and a velocity of which nothing was measured: variances.
+    pub fn add_unknown(&mut self, course: &Course, phi: f64, velocity: f64) {
+        let v = course.velocity.cross_matrix();
+        self.phi += Matrix3::from_diagonal_element(phi);
+        self.velocity_phi -= v * phi;
+        self.velocity += Matrix3::from_diagonal_element(velocity) - v * v * phi;
+    }
+}
+
+impl Covariance {
+    /// Of errors that have nothing to do with each other.
+    pub(crate) fn of(variances: &Errors) -> Self {
+        let mut rows = [[0.0; 16]; STATES];
+        for (i, variance) in variances.iter().enumerate() {
+            rows[i][i] = *variance;
+        }
+        Self(rows)
+    }
+
+    /// Element of a row and a column.
+    #[inline(always)]
+    pub fn at(&self, row: usize, column: usize) -> f64 {
+        self.0[row][column]
+    }
+
+    /// Φ(P + G)Φᵀ + G, G being what grows in half a step.
+    pub(crate) fn propagate(&mut self, transition: &Transition, growth: &Growth) {
+        self.grow(growth);
+        transition.times(&mut self.0);
+        self.transpose();
+        transition.times(&mut self.0);
+        self.grow(growth);
+        self.even_out();
+    }
+
+    #[inline(always)]
+    fn grow(&mut self, growth: &Growth) {
+        let p = &mut self.0;
+        for i in 0..3 {
+            for j in 0..3 {
+                p[PHI + i][PHI + j] += growth.phi[(i, j)];
+                p[V + i][PHI + j] += growth.velocity_phi[(i, j)];
+                p[PHI + j][V + i] += growth.velocity_phi[(i, j)];
+                p[V + i][V + j] += growth.velocity[(i, j)];
+            }
+            p[GYRO + i][GYRO + i] += growth.gyro[i];
+            p[ACCEL + i][ACCEL + i] += growth.accel[i];
+        }
+    }
+
+    #[inline(always)]
+    fn transpose(&mut self) {
+        for i in 0..STATES {
+            for j in 0..i {
+                let upper = self.0[j][i];
+                self.0[j][i] = self.0[i][j];
+                self.0[i][j] = upper;
+            }
+        }
+    }
+
+    /// The mean of both triangles.
+    #[inline(always)]
+    fn even_out(&mut self) {
+        for i in 0..STATES {
+            for j in 0..i {
+                let mean = 0.5 * (self.0[i][j] + self.0[j][i]);
+                self.0[i][j] = mean;
+                self.0[j][i] = mean;
+            }
+        }
+    }
+
+    /// Takes a scalar that errors move by `h`, with its noise variance. `found` are the errors that
+    /// scalars before it have found; returns the normalised innovation squared.
+    #[inline]
+    pub(crate) fn correct(&mut self, h: &Row, z: f64, noise: f64, found: &mut Errors) -> f64 {
+        let gain = add([0.0; 16], h, &self.0);
+        let (mut variance, mut innovation) = (noise, z);
+        for i in 0..STATES {
+            variance += gain[i] * h[i];
+            innovation -= found[i] * h[i];
+        }
+        let inverse = 1.0 / variance;
+        for i in 0..STATES {
+            found[i] += gain[i] * (innovation * inverse);
+            for j in 0..16 {
+                // The same bits on both sides of the diagonal.
+                self.0[i][j] -= (gain[i] * gain[j]) * inverse;
+            }
+        }
+        innovation * innovation * inverse
+    }
+
+    /// The error of the velocity is that in the frame which is believed in: one that moves has it
+    /// from the orientation as well.
+    pub(crate) fn couple(&mut self, velocity: &Vector3<f64>) {
+        let phi = Matrix3::from_fn(|i, j| self.at(PHI + i, PHI + j));
+        let velocity_phi = -crossed(velocity, &phi);
+        let carried = -crossed(velocity, &velocity_phi.transpose());
+        for i in 0..3 {
+            for j in 0..3 {
+                self.0[V + i][PHI + j] += velocity_phi[(i, j)];
+                self.0[PHI + j][V + i] += velocity_phi[(i, j)];
+                self.0[V + i][V + j] += 0.5 * (carried[(i, j)] + carried[(j, i)]);
+            }
+        }
+    }
+
+    /// Variance of a sum of some errors, with factors `h`.
+    pub(crate) fn variance<const N: usize>(&self, h: &Row, errors: [usize; N]) -> f64 {
+        let of = |i: usize| errors.iter().map(|j| self.0[i][*j] * h[*j]).sum::<f64>() * h[i];
+        errors.iter().map(|i| of(*i)).sum()
+    }
+
+    /// Adds to the variance of an error.
+    pub(crate) fn widen(&mut self, error: usize, variance: f64) {
+        self.0[error][error] += variance;
+    }
+
+    /// Sums of variances: of position, velocity and orientation.
+    pub(crate) fn sizes(&self) -> [f64; 3] {
+        [R, V, PHI].map(|i| self.at(i, i) + self.at(i + 1, i + 1) + self.at(i + 2, i + 2))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Course, STATES, Transition};
+    use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+    type Full = SMatrix<f64, STATES, STATES>;
+
+    /// F, from the differential equations.
+    fn drive(course: &Course) -> Full {
+        let mut f = Full::zeros();
+        let skew = |v: Vector3<f64>| v.cross_matrix();
+        let mut set = |i: usize, j: usize, m: Matrix3<f64>| {
+            f.fixed_view_mut::<3, 3>(i, j).copy_from(&m);
+        };
+        let c = course.attitude;
+        set(0, 3, Matrix3::identity());
+        set(0, 6, skew(course.velocity));
+        set(3, 3, -skew(course.earth * 2.0 + course.transport));
+        set(3, 6, -skew(Vector3::new(0.0, 0.0, course.gravity)));
+        set(3, 9, skew(course.velocity) * c);
+        set(3, 12, c);
+        set(6, 6, -skew(course.earth + course.transport));
+        set(6, 9, -c);
+        f
+    }
+
+    #[test]
+    fn a_step_is_the_matrix_exponential() {
+        let course = |seconds| Course {
+            seconds,
+            attitude: super::super::motion::rotation(&Vector3::new(0.3, -0.2, 2.0)),
+            velocity: Vector3::new(12.0, -7.0, 0.5),
+            earth: Vector3::new(5e-5, 0.0, -5e-5),
+            transport: Vector3::new(-1e-6, -2e-6, 1e-6),
+            gravity: 9.8,
+        };
+        for (seconds, bound) in [(0.01, 1e-10), (0.1, 1e-6), (0.5, 1e-4)] {
+            let course = course(seconds);
+            let exact = (drive(&course) * seconds).exp();
+            let transition = Transition::over(&course);
+            for k in 0..STATES {
+                let mut unit = [0.0; STATES];
+                unit[k] = 1.0;
+                let found = SVector::from(transition.apply(&unit));
+                let error = (found - exact.column(k)).amax();
+                assert!(error < bound, "{seconds} s, column {k}: {error}");
+                let row = SVector::from(transition.apply_transposed(&unit));
+                assert!((row - exact.row(k).transpose()).amax() < bound, "{seconds} s, row {k}");
+            }
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! The Earth of WGS84 at one place: gravity, radii, rates.
+
+use nalgebra::{ComplexField, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// Equatorial radius, m.
+const RADIUS: f64 = 6_378_137.0;
+/// First eccentricity squared.
+const ECCENTRICITY: f64 = 6.694_379_990_141_3e-3;
+/// Rotation, rad/s.
+const RATE: f64 = 7.292_115e-5;
+/// Normal gravity at the equator and at the poles, m/s².
+const GRAVITY: [f64; 2] = [9.780_325_335_9, 9.832_184_937_8];
+/// Polar over equatorial radius: √(1 - e²).
+const POLAR: f64 = 0.996_647_189_335_258_2;
+
+/// Latitudes beyond ±89.5° have no useful north.
+pub(crate) const LATITUDE_MAX: f64 = 1.562_069_680_534_925;
+/// Heights and depths of which something is known, m.
+pub(crate) const HEIGHT_MAX: f64 = 1e6;
+
+/// What the mechanisation needs to know of a place; it is found anew at each step of the covariance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Place {
+    /// Gravity, down, m/s².
+    pub gravity: f64,
+    /// Rotation of the Earth, rad/s.
+    pub earth: Vector3<f64>,
+    /// Radians of latitude a metre north.
+    pub north: f64,
+    /// Radians of longitude a metre east.
+    pub east: f64,
+    /// One over the radius across the meridian, with the height, 1/m; tangent of the latitude.
+    across: f64,
+    tangent: f64,
+}
+
+impl Place {
+    /// At a latitude, rad, and a height, m.
+    pub fn at(latitude: f64, height: f64) -> Self {
+        let (sine, cosine) = (ComplexField::sin(latitude), ComplexField::cos(latitude));
+        let w = 1.0 - ECCENTRICITY * sine * sine;
+        let root = ComplexField::sqrt(w);
+        let (meridian, across) = (RADIUS * (1.0 - ECCENTRICITY) / (w * root), RADIUS / root);
+        Self {
+            gravity: gravity(sine * sine, root, height),
+            earth: Vector3::new(RATE * cosine, 0.0, -RATE * sine),
+            north: 1.0 / (meridian + height),
+            east: 1.0 / ((across + height) * cosine),
+            across: 1.0 / (across + height),
+            tangent: sine / cosine,
+        }
+    }
+
+    /// How the frame of north, east and down turns while it moves, rad/s.
+    #[inline(always)]
+    pub fn transport(&self, velocity: &Vector3<f64>) -> Vector3<f64> {
+        let about_north = velocity.y * self.across;
+        Vector3::new(about_north, -velocity.x * self.north, -about_north * self.tangent)
+    }
+
+    pub(crate) fn is_sound(&self, latitude: f64, height: f64) -> bool {
+        // Found at the last step: as far away as a step can lead.
+        let now = Self::at(latitude, height);
+        let near = |x: f64, y: f64| (x - y).abs() <= 0.1 * y.abs() + 1e-12;
+        near(self.gravity, now.gravity)
+            && (self.earth - now.earth).amax() < 1e-5
+            && near(self.north, now.north)
+            && (0.0..=1.0).contains(&self.east)
+            && near(self.across, now.across)
+            && self.tangent.abs() < 200.0
+    }
+}
+
+/// Gravity on the ellipsoid and above, m/s²; latitude in rad, height in m.
+pub fn normal_gravity(latitude: f64, height: f64) -> f64 {
+    let sine = ComplexField::sin(latitude);
+    let square = sine * sine;
+    gravity(square, ComplexField::sqrt(1.0 - ECCENTRICITY * square), height)
+}
+
+/// Somigliana's formula and the gradient of a sphere.
+fn gravity(square: f64, root: f64, height: f64) -> f64 {
+    let k = POLAR * GRAVITY[1] / GRAVITY[0] - 1.0;
+    GRAVITY[0] * (1.0 + k * square) / root * (1.0 - 2.0 * height / RADIUS)
+}
+
+/// An angle from -π to π.
+pub(crate) fn wrapped(angle: f64) -> f64 {
+    use core::f64::consts::{PI, TAU};
+    if (-PI..=PI).contains(&angle) {
+        return angle;
+    }
+    let turns = ComplexField::round(angle / TAU);
+    (angle - turns * TAU).clamp(-PI, PI)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{normal_gravity, wrapped};
+
+    #[test]
+    fn gravity_is_that_of_the_tables() {
+        let degrees = [(0.0, 0.0, 9.780_325_336), (45.0, 0.0, 9.806_197_769)];
+        let more = [(90.0, 0.0, 9.832_184_938), (45.0, 1000.0, 9.803_122_828)];
+        for (latitude, height, expected) in degrees.into_iter().chain(more) {
+            let found = normal_gravity(f64::to_radians(latitude), height);
+            assert!((found - expected).abs() < 2e-9, "{latitude} {height}: {found}");
+        }
+    }
+
+    #[test]
+    fn angles_wrap() {
+        for turns in -3..=3 {
+            let found = wrapped(0.25 + f64::from(turns) * core::f64::consts::TAU);
+            assert!((found - 0.25).abs() < 1e-14);
+        }
+        assert_eq!(wrapped(-3.0), -3.0);
+    }
+}

@@ -1,0 +1,955 @@
+//! The stream: samples of the sensors, fixes of the receiver, rests and wheels.
+
+use nalgebra::{Matrix3, RealField, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::covariance::{
+    ACCEL, Course, Covariance, Errors, GYRO, Growth, PHI, R, Row, STATES, Transition, V,
+};
+use super::earth::{HEIGHT_MAX, LATITUDE_MAX, Place};
+use super::judge::{INNOVATION_MAX, Judge, Judgement};
+use super::motion::{Motion, Step, rotation};
+use super::params::{BIAS_MAX, Kind, NavigationParams, Start, Wheels};
+use crate::error::{Error, require};
+use crate::math::Real;
+
+/// Samples beyond are missing: rad/s and m/s².
+pub(crate) const SAMPLE_MAX: f64 = 1e4;
+/// Longest time between two samples, s: after a longer one the filter waits for a fix.
+const GAP: f64 = 1.0;
+/// A missing sample is the last one for so long, s, then unknown.
+const HELD: f64 = 0.1;
+/// Power densities of a rate and of a force of which nothing is measured, rad²/s and m²/s³.
+const UNKNOWN: [f64; 2] = [1.0, 25.0];
+/// Oldest fix, s, and how far one may be ahead of the sensors.
+const LATE: f64 = 1.0;
+const AHEAD: f64 = 0.1;
+/// Smallest standard deviation of a fix, m and m/s.
+const SIGMA_MIN: f64 = 1e-3;
+const SIGMA_MAX: f64 = 1e6;
+/// Of a velocity of which nothing is known, m/s.
+const UNKNOWN_VELOCITY: f64 = 10.0;
+/// Variances of level and heading that a filter gains that was wrong, or had a gap, rad².
+const WRONG: [f64; 2] = [1e-3, 0.03];
+const GAP_ANGLES: [f64; 2] = [1e-2, 0.25];
+/// Speed above which the course is a heading, m/s, and what a course is wrong by at best, rad.
+const COURSE_SPEED: f64 = 2.0;
+const COURSE_SIGMA: f64 = 0.03;
+/// Seconds between two looks at the wheels, and speed above which they tell something, m/s.
+const WHEELS_EVERY: f64 = 0.2;
+const WHEELS_SPEED: f64 = 1.0;
+/// Of a body at rest, m/s, and the speed above which one is not believed to rest.
+const REST_SIGMA: f64 = 0.05;
+const REST_SPEED: f64 = 0.5;
+/// Without a fix for so long, s, it coasts.
+const COASTING: f64 = 2.0;
+/// Bounds of a state of which something is known: m/s, and sums of variances.
+const VELOCITY_MAX: f64 = 1e5;
+pub(crate) const SIZES_MAX: [f64; 3] = [1e14, 1e10, 1e3];
+/// Largest time, s: digits enough for a microsecond.
+const TIME_MAX: f64 = 4e9;
+
+/// One sample of the sensors, body axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inertial {
+    /// s.
+    pub time: f64,
+    /// Rate, rad/s, or angle since the sample before.
+    pub gyro: Vector3<f64>,
+    /// Specific force, m/s², or velocity gained since the sample before.
+    pub accel: Vector3<f64>,
+}
+
+/// One fix of the receiver; what it does not tell is NaN.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fix {
+    /// When it was measured, s.
+    pub time: f64,
+    /// Latitude and longitude, rad, and height, m, of the antenna.
+    pub position: [f64; 3],
+    /// North, east, down, m/s.
+    pub velocity: Vector3<f64>,
+    /// Standard deviations north, east, down, m and m/s.
+    pub sigma_position: Vector3<f64>,
+    /// See `sigma_position`.
+    pub sigma_velocity: Vector3<f64>,
+}
+
+/// What became of a fix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// It was used; of a fix with a velocity at least one of the two.
+    Used,
+    /// The gate did not let it pass.
+    Rejected,
+    /// It is too old, ahead of the sensors, before the first sample, empty, or nowhere on Earth.
+    Refused,
+}
+
+/// What the filter is doing.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Status {
+    /// It waits for a first fix, or for the next one after a gap.
+    #[default]
+    Waiting,
+    /// It waits for a heading.
+    NoHeading,
+    /// It knows where it is.
+    Navigating,
+    /// So it does, without fixes.
+    Coasting,
+    /// So it does, without samples of a sensor.
+    Missing,
+}
+
+/// All that is known after a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Snapshot {
+    /// Latitude and longitude, rad, height, m; NaN before the first fix.
+    pub position: [f64; 3],
+    /// North, east, down, m/s; NaN before the first fix.
+    pub velocity: [f64; 3],
+    /// From the body's axes to north, east, down; scalar first.
+    pub attitude: [f64; 4],
+    /// Rad/s.
+    pub gyro_bias: [f64; 3],
+    /// m/s².
+    pub accel_bias: [f64; 3],
+    /// Standard deviations of position, velocity, orientation and biases at the last step of the
+    /// covariance; NaN before the first fix.
+    pub sigma: Errors,
+    /// What it is doing.
+    pub status: Status,
+}
+
+/// Somebody who watches steps, for the smoother.
+pub trait Witness {
+    /// Errors were carried over a step, by `transition` to `covariance`.
+    fn stepped(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion);
+    /// `found` was taken out of the motion.
+    fn corrected(&mut self, found: &Errors, covariance: &Covariance, motion: &Motion);
+    /// The filter began anew, with this covariance.
+    fn started(&mut self, covariance: &Covariance, motion: &Motion);
+}
+
+impl Witness for () {
+    #[inline(always)]
+    fn stepped(&mut self, _: &Transition, _: &Covariance, _: &Motion) {}
+    #[inline(always)]
+    fn corrected(&mut self, _: &Errors, _: &Covariance, _: &Motion) {}
+    #[inline(always)]
+    fn started(&mut self, _: &Covariance, _: &Motion) {}
+}
+
+/// The navigation filter.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct NavigationFilter {
+    pub(crate) params: NavigationParams,
+    pub(crate) start: Start,
+    pub(crate) motion: Motion,
+    pub(crate) gyro_bias: Vector3<f64>,
+    pub(crate) accel_bias: Vector3<f64>,
+    pub(crate) covariance: Covariance,
+    pub(crate) sigma: Errors,
+    pub(crate) judges: [Judge; 2],
+    pub(crate) sensors: Sensors,
+    pub(crate) sums: Sums,
+    pub(crate) course: Option<Place3>,
+    pub(crate) heading_known: bool,
+    pub(crate) navigating: bool,
+    /// Seconds since the start or a gap in which nothing but the gyro told of the orientation.
+    pub(crate) alone: f64,
+    /// Seconds since the wheels were looked at.
+    pub(crate) wheels: f64,
+    /// When the last fix was used; NaN before the first.
+    pub(crate) last_used: f64,
+    pub(crate) used: u64,
+    pub(crate) rejected: u64,
+    pub(crate) refused: u64,
+}
+
+/// A fix that a course is taken from: time and place.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Place3 {
+    pub time: f64,
+    pub position: [f64; 3],
+}
+
+/// The last sample, as rates and forces.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Sensors {
+    /// NaN before the first sample.
+    pub time: f64,
+    pub gyro: Vector3<f64>,
+    pub accel: Vector3<f64>,
+    /// Seconds since each was measured.
+    pub gyro_age: f64,
+    pub accel_age: f64,
+    pub samples: u64,
+}
+
+/// Sums since the last step of the covariance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Sums {
+    pub seconds: f64,
+    pub samples: f64,
+    pub attitude: Matrix3<f64>,
+    pub velocity: Vector3<f64>,
+    /// Of the rate, biases in it.
+    pub gyro: Vector3<f64>,
+    /// Seconds in which a rate or a force was unknown.
+    pub unknown: [f64; 2],
+}
+
+impl Sums {
+    fn new() -> Self {
+        Self {
+            seconds: 0.0,
+            samples: 0.0,
+            attitude: Matrix3::zeros(),
+            velocity: Vector3::zeros(),
+            gyro: Vector3::zeros(),
+            unknown: [0.0; 2],
+        }
+    }
+}
+
+impl Sensors {
+    fn new() -> Self {
+        let zero = Vector3::zeros();
+        let (gyro_age, accel_age) = (0.0, 0.0);
+        Self { time: f64::NAN, gyro: zero, accel: zero, gyro_age, accel_age, samples: 0 }
+    }
+}
+
+impl NavigationFilter {
+    /// A filter that has seen no sample.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if a parameter is out of its range.
+    pub fn new(start: Start, params: NavigationParams) -> Result<Self, Error> {
+        let (start, params) = (start.checked()?, params.checked()?);
+        Ok(Self {
+            params,
+            start,
+            motion: Motion::new(start.attitude, start.latitude, 0.0, 0.0),
+            gyro_bias: start.gyro_bias,
+            accel_bias: start.accel_bias,
+            covariance: Covariance::of(&Self::first_variances(&start)),
+            sigma: [f64::NAN; STATES],
+            judges: [Judge::new(); 2],
+            sensors: Sensors::new(),
+            sums: Sums::new(),
+            course: None,
+            heading_known: start.heading_known,
+            navigating: false,
+            alone: 0.0,
+            wheels: 0.0,
+            last_used: f64::NAN,
+            used: 0,
+            rejected: 0,
+            refused: 0,
+        })
+    }
+
+    /// Of orientation and biases; nothing is known of a position and a velocity before a fix.
+    fn first_variances(start: &Start) -> Errors {
+        let mut variances = [0.0; STATES];
+        for i in 0..3 {
+            let angle = if i < 2 { start.sigma_level } else { start.sigma_heading };
+            variances[PHI + i] = angle * angle;
+            variances[GYRO + i] = start.sigma_gyro_bias * start.sigma_gyro_bias;
+            variances[ACCEL + i] = start.sigma_accel_bias * start.sigma_accel_bias;
+        }
+        variances
+    }
+
+    /// Back to before the first sample.
+    pub fn reset(&mut self) {
+        if let Ok(new) = Self::new(self.start, self.params) {
+            *self = new;
+        }
+    }
+
+    /// Takes one sample of the sensors. One that is not finite, or too large for a sensor, is
+    /// missing: the one before for a tenth of a second, then unknown.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if its time is not later than that of the sample before; nothing has
+    /// changed then.
+    #[inline]
+    pub fn update(&mut self, sample: &Inertial) -> Result<(), Error> {
+        self.update_before(sample, &mut ())
+    }
+
+    /// The same, with a witness.
+    ///
+    /// # Errors
+    /// As of [`update`](Self::update).
+    #[inline]
+    pub fn update_before<W: Witness>(
+        &mut self,
+        sample: &Inertial,
+        witness: &mut W,
+    ) -> Result<(), Error> {
+        let dt = sample.time - self.sensors.time;
+        if !(dt > 0.0 && dt <= GAP) || sample.time.abs() > TIME_MAX {
+            return self.begin(sample);
+        }
+        let step = self.step(sample, dt);
+        if !self.navigating {
+            self.turn(&step);
+            return Ok(());
+        }
+        self.motion.advance(&step);
+        self.gather(dt);
+        if self.sums.seconds >= self.params.covariance_step - 0.25 * dt {
+            self.carry(witness);
+            self.look_at_wheels(witness);
+        }
+        Ok(())
+    }
+
+    /// The first sample, or the first after a gap.
+    #[cold]
+    fn begin(&mut self, sample: &Inertial) -> Result<(), Error> {
+        let before = self.sensors.time;
+        require(sample.time.abs() <= TIME_MAX, "t", "a time in seconds", sample.time)?;
+        require(
+            before.is_nan() || sample.time > before,
+            "t",
+            "later than that of the sample before",
+            sample.time,
+        )?;
+        if !before.is_nan() {
+            self.lose(GAP_ANGLES);
+        }
+        // The first sample of increments belongs to a time that is not known.
+        let rates = self.params.kind == Kind::Rate;
+        let zero = Vector3::zeros();
+        let known = |v: &Vector3<f64>| if rates && is_known(v) { Some(*v) } else { None };
+        let samples = self.sensors.samples + 1;
+        let gyro = known(&sample.gyro);
+        let accel = known(&sample.accel);
+        let age = |known: bool| if known { 0.0 } else { HELD };
+        self.sensors = Sensors {
+            time: sample.time,
+            gyro: gyro.unwrap_or(zero),
+            accel: accel.unwrap_or(zero),
+            gyro_age: age(gyro.is_some()),
+            accel_age: age(accel.is_some()),
+            samples,
+        };
+        Ok(())
+    }
+
+    /// What the sensors have measured since the sample before, biases removed.
+    #[inline(always)]
+    fn step(&mut self, sample: &Inertial, dt: f64) -> Step {
+        let (gyro, accel) = (self.sensors.gyro, self.sensors.accel);
+        let (now, force) = self.measured(sample, dt);
+        // Increments are means already.
+        let (rate, mean) = match self.params.kind {
+            Kind::Rate => ((gyro + now) * (0.5 * dt), (accel + force) * (0.5 * dt)),
+            Kind::Increment => (now * dt, force * dt),
+        };
+        let twelfth = dt * dt * (1.0 / 12.0);
+        let turn = rate + gyro.cross(&now) * twelfth - self.gyro_bias * dt;
+        let sculling = (gyro.cross(&force) + accel.cross(&now)) * twelfth;
+        let gain = mean + sculling + rate.cross(&mean) * 0.5 - self.accel_bias * dt;
+        let sensors = &mut self.sensors;
+        (sensors.gyro, sensors.accel, sensors.time) = (now, force, sample.time);
+        sensors.samples += 1;
+        Step { turn, gain, dt }
+    }
+
+    /// Rate and force of a sample, the last ones where they are missing.
+    #[inline(always)]
+    fn measured(&mut self, sample: &Inertial, dt: f64) -> (Vector3<f64>, Vector3<f64>) {
+        let per = if self.params.kind == Kind::Rate { 1.0 } else { 1.0 / dt };
+        let (gyro, accel) = (sample.gyro * per, sample.accel * per);
+        if !(is_known(&gyro) && is_known(&accel)) {
+            return self.held(gyro, accel, dt);
+        }
+        (self.sensors.gyro_age, self.sensors.accel_age) = (0.0, 0.0);
+        (gyro, accel)
+    }
+
+    #[cold]
+    fn held(
+        &mut self,
+        gyro: Vector3<f64>,
+        accel: Vector3<f64>,
+        dt: f64,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let level = self.motion.attitude.transpose().column(2) * self.motion.place.gravity;
+        // It turns and moves on as it did, where nothing better is known.
+        let unknown = [self.gyro_bias, (self.accel_bias - level).map(|x| x.within(SAMPLE_MAX))];
+        let mut found = [self.sensors.gyro, self.sensors.accel];
+        let ages = [&mut self.sensors.gyro_age, &mut self.sensors.accel_age];
+        for (i, (age, given)) in ages.into_iter().zip([gyro, accel]).enumerate() {
+            if is_known(&given) {
+                (found[i], *age) = (given, 0.0);
+                continue;
+            }
+            *age = (*age + dt).min(TIME_MAX);
+            if *age > HELD {
+                found[i] = unknown[i];
+                self.sums.unknown[i] += dt;
+            }
+        }
+        (found[0], found[1])
+    }
+
+    /// While nothing is known of the position, the orientation is carried on.
+    #[inline(never)]
+    fn turn(&mut self, step: &Step) {
+        self.motion.turn(step, &(self.motion.place.earth * step.dt));
+        self.motion.settle();
+        self.sums = Sums::new();
+        self.alone = (self.alone + step.dt).min(TIME_MAX);
+    }
+
+    #[inline(always)]
+    fn gather(&mut self, dt: f64) {
+        let sums = &mut self.sums;
+        sums.seconds += dt;
+        sums.samples += 1.0;
+        sums.attitude += self.motion.attitude;
+        sums.velocity += self.motion.velocity;
+        sums.gyro += self.sensors.gyro;
+    }
+
+    /// Carries the covariance to the last sample.
+    #[inline(never)]
+    fn carry<W: Witness>(&mut self, witness: &mut W) {
+        let Sums { seconds, samples, attitude, velocity, unknown, .. } = self.sums;
+        if samples == 0.0 {
+            return;
+        }
+        self.motion.settle();
+        let (earth, transport) = self.motion.frame();
+        let course = Course {
+            seconds,
+            attitude: attitude * (1.0 / samples),
+            velocity: velocity * (1.0 / samples),
+            earth,
+            transport,
+            gravity: self.motion.place.gravity,
+        };
+        let transition = Transition::over(&course);
+        let params = &self.params;
+        let mut growth = Growth::over_half(
+            &course,
+            [&params.gyro_noise, &params.accel_noise],
+            [&params.gyro_walk, &params.accel_walk],
+        );
+        if unknown != [0.0; 2] {
+            growth.add_unknown(
+                &course,
+                0.5 * UNKNOWN[0] * unknown[0],
+                0.5 * UNKNOWN[1] * unknown[1],
+            );
+        }
+        self.covariance.propagate(&transition, &growth);
+        self.sums = Sums::new();
+        self.wheels = (self.wheels + seconds).min(TIME_MAX);
+        if !self.is_somewhere() {
+            self.lose(GAP_ANGLES);
+            return;
+        }
+        self.refresh_sigma();
+        witness.stepped(&transition, &self.covariance, &self.motion);
+    }
+
+    /// Whether anything is known of where it is.
+    fn is_somewhere(&self) -> bool {
+        let sizes = self.covariance.sizes();
+        let known = sizes.iter().zip(SIZES_MAX).all(|(size, most)| *size < most);
+        known
+            && self.motion.velocity.norm_squared() < VELOCITY_MAX * VELOCITY_MAX
+            && self.motion.height.abs() < HEIGHT_MAX
+            && self.motion.latitude.abs() < LATITUDE_MAX
+    }
+
+    /// Position and velocity are lost, the orientation nearly; biases are kept.
+    #[cold]
+    fn lose(&mut self, [level, heading]: [f64; 2]) {
+        let mut variances = [0.0; STATES];
+        for i in PHI..STATES {
+            variances[i] = self.covariance.at(i, i);
+        }
+        if self.navigating {
+            self.motion.velocity = Vector3::zeros();
+        }
+        for (i, more) in [level, level, heading].into_iter().enumerate() {
+            variances[PHI + i] = (variances[PHI + i] + more).min(10.0);
+        }
+        if self.navigating && !self.is_on_earth() {
+            let place = Motion::new(self.motion.attitude, self.start.latitude, 0.0, 0.0);
+            self.motion = place;
+        }
+        self.covariance = Covariance::of(&variances);
+        self.sigma = [f64::NAN; STATES];
+        self.navigating = false;
+        self.heading_known = self.start.heading_known && !self.start.course;
+        self.course = None;
+        self.alone = 0.0;
+        self.sums = Sums::new();
+    }
+
+    fn is_on_earth(&self) -> bool {
+        let motion = &self.motion;
+        motion.height.abs() < HEIGHT_MAX && motion.latitude.abs() < LATITUDE_MAX
+    }
+
+    /// Takes a fix.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if a standard deviation that is needed is not a positive number.
+    pub fn update_gnss(&mut self, fix: &Fix) -> Result<Verdict, Error> {
+        self.update_gnss_before(fix, &mut ())
+    }
+
+    /// The same, with a witness.
+    ///
+    /// # Errors
+    /// As of [`update_gnss`](Self::update_gnss).
+    pub fn update_gnss_before<W: Witness>(
+        &mut self,
+        fix: &Fix,
+        witness: &mut W,
+    ) -> Result<Verdict, Error> {
+        let given = Given::checked(fix)?;
+        let age = self.sensors.time - fix.time;
+        let verdict = match given {
+            Some(given) if (-AHEAD..=LATE).contains(&age) => self.take(&given, age, witness),
+            _ => Verdict::Refused,
+        };
+        match verdict {
+            Verdict::Used => {
+                self.used += 1;
+                self.last_used = self.sensors.time;
+            }
+            Verdict::Rejected => self.rejected += 1,
+            Verdict::Refused => self.refused += 1,
+        }
+        Ok(verdict)
+    }
+
+    fn take<W: Witness>(&mut self, given: &Given, age: f64, witness: &mut W) -> Verdict {
+        if !self.navigating {
+            return self.start_from(given, age, witness);
+        }
+        self.carry(witness);
+        if !self.navigating {
+            return Verdict::Refused;
+        }
+        let mut found = [0.0; STATES];
+        let time = self.sensors.time;
+        let lever = self.motion.attitude * self.params.antenna;
+        let rate = self.sensors.gyro - self.gyro_bias;
+        let swing = self.motion.attitude * rate.cross(&self.params.antenna);
+        let velocity = self.motion.velocity + swing;
+        let acceleration = self.motion.acceleration;
+        let place = given.position.map(|position| {
+            let here = self.motion.offset_from(position) + lever;
+            let z = here - velocity * age + acceleration * (0.5 * age * age);
+            (limited(&z), position_rows(&lever), given.sigma_position)
+        });
+        let moved = given.velocity.map(|measured| {
+            let z = velocity - acceleration * age - measured;
+            let turned = self.motion.attitude * self.params.antenna.cross_matrix();
+            (limited(&z), velocity_rows(&velocity, &turned), given.sigma_velocity)
+        });
+        let mut used = false;
+        for (kind, measured) in [place, moved].into_iter().enumerate() {
+            if let Some((z, rows, told)) = measured {
+                self.judges[kind].learn(time, &z);
+                used |= self.judged(kind, &z, &rows, &told, &mut found);
+            }
+        }
+        if !used {
+            return Verdict::Rejected;
+        }
+        self.apply(&found, witness);
+        Verdict::Used
+    }
+
+    /// Takes one kind of measurement if it is believed.
+    fn judged(
+        &mut self,
+        kind: usize,
+        z: &Vector3<f64>,
+        rows: &[Row; 3],
+        told: &Vector3<f64>,
+        found: &mut Errors,
+    ) -> bool {
+        let judge = &self.judges[kind];
+        let noise = [0, 1, 2].map(|i| judge.noise(i, told[i] * told[i], self.params.adapt));
+        let before = (self.covariance, *found);
+        let nis = self.correct(z, rows, &noise, found);
+        match self.judges[kind].judge(self.sensors.time, nis, self.params.gate) {
+            Judgement::Take => return true,
+            Judgement::Reject => (self.covariance, *found) = before,
+            Judgement::Widen => {
+                (self.covariance, *found) = before;
+                self.widen(kind, z);
+                self.correct(z, rows, &noise, found);
+                return true;
+            }
+        }
+        false
+    }
+
+    fn correct(
+        &mut self,
+        z: &Vector3<f64>,
+        rows: &[Row; 3],
+        noise: &[f64; 3],
+        found: &mut Errors,
+    ) -> f64 {
+        (0..3).map(|i| self.covariance.correct(&rows[i], z[i], noise[i], found)).sum()
+    }
+
+    /// The filter was wrong, by as much as the fix says.
+    #[cold]
+    fn widen(&mut self, kind: usize, z: &Vector3<f64>) {
+        let first = [R, V][kind];
+        for i in 0..3 {
+            self.covariance.widen(first + i, z[i] * z[i]);
+        }
+        let [level, heading] = WRONG;
+        for (i, more) in [level, level, heading].into_iter().enumerate() {
+            self.covariance.widen(PHI + i, more);
+        }
+    }
+
+    /// Takes errors that were found out of the motion and the biases.
+    #[inline(never)]
+    fn apply<W: Witness>(&mut self, found: &Errors, witness: &mut W) {
+        let part = |i: usize| Vector3::new(found[i], found[i + 1], found[i + 2]);
+        self.motion.correct(&part(R), &part(V), &part(PHI));
+        let within = |b: Vector3<f64>| b.map(|x| x.within(BIAS_MAX));
+        self.gyro_bias = within(self.gyro_bias + part(GYRO));
+        self.accel_bias = within(self.accel_bias + part(ACCEL));
+        self.refresh_sigma();
+        witness.corrected(found, &self.covariance, &self.motion);
+    }
+
+    /// Sideways and down a wheel does not go.
+    #[inline(always)]
+    fn look_at_wheels<W: Witness>(&mut self, witness: &mut W) {
+        let Some(wheels) = self.params.wheels else { return };
+        if self.wheels >= WHEELS_EVERY - 1e-6 && self.navigating {
+            self.wheels = 0.0;
+            if self.motion.velocity.norm_squared() > WHEELS_SPEED * WHEELS_SPEED {
+                self.roll(&wheels, witness);
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn roll<W: Witness>(&mut self, wheels: &Wheels, witness: &mut W) {
+        let from_body = self.motion.attitude;
+        let rate = self.sensors.gyro - self.gyro_bias;
+        let across = from_body.transpose() * self.motion.velocity + rate.cross(&wheels.axle);
+        let axle = wheels.axle.cross_matrix();
+        let mut found = [0.0; STATES];
+        for i in [1, 2] {
+            let mut h = [0.0; 16];
+            for j in 0..3 {
+                h[V + j] = from_body[(j, i)];
+                h[GYRO + j] = -axle[(i, j)];
+            }
+            let noise = wheels.sigma * wheels.sigma;
+            self.covariance.correct(&h, across[i], noise, &mut found);
+        }
+        self.apply(&found, witness);
+    }
+
+    /// Somebody knows that the body rests since the last step of the covariance: its velocity is
+    /// zero, its rate the Earth's. False if the filter knows better, or does not know where it is.
+    pub fn update_rest(&mut self) -> bool {
+        self.update_rest_before(&mut ())
+    }
+
+    /// The same, with a witness.
+    pub fn update_rest_before<W: Witness>(&mut self, witness: &mut W) -> bool {
+        let Sums { seconds, samples, gyro, unknown, .. } = self.sums;
+        self.carry(witness);
+        let speed = self.motion.velocity.norm();
+        let sigma = (V..PHI).map(|i| self.sigma[i] * self.sigma[i]).sum::<f64>().simd_sqrt();
+        if !self.navigating || speed >= REST_SPEED + 3.0 * sigma {
+            return false;
+        }
+        let mut found = [0.0; STATES];
+        let z = self.motion.velocity;
+        let rows = velocity_rows(&z, &Matrix3::zeros());
+        self.correct(&z, &rows, &[REST_SIGMA * REST_SIGMA; 3], &mut found);
+        if samples > 0.0 && unknown[0] == 0.0 {
+            let earth = self.motion.attitude.transpose() * self.motion.place.earth;
+            let z = gyro * (1.0 / samples) - self.gyro_bias - earth;
+            for i in 0..3 {
+                let mut h = [0.0; 16];
+                h[GYRO + i] = 1.0;
+                // At least what the walk of the bias adds in a step.
+                let noise = self.params.gyro_noise[i] / seconds + 1e-14;
+                self.covariance.correct(&h, z[i], noise, &mut found);
+            }
+        }
+        self.apply(&found, witness);
+        true
+    }
+
+    /// The first fix, or the first after a gap, if the heading is known or can be.
+    fn start_from<W: Witness>(&mut self, given: &Given, age: f64, witness: &mut W) -> Verdict {
+        let Some(position) = given.position else { return Verdict::Refused };
+        let velocity = given.velocity.or_else(|| self.between(given, position));
+        self.course = Some(Place3 { time: given.time, position });
+        let speed = velocity.map_or(0.0, |v| v.xy().norm());
+        let mut heading_sigma = None;
+        if !self.heading_known {
+            let sigma = given.sigma_velocity.xy().amax();
+            let fast = speed > COURSE_SPEED && speed > 4.0 * sigma;
+            let Some(v) = velocity.filter(|_| self.start.course && fast) else {
+                return Verdict::Refused;
+            };
+            let off = RealField::atan2(v.y, v.x) - self.motion.heading();
+            self.motion.attitude = rotation(&Vector3::new(0.0, 0.0, off)) * self.motion.attitude;
+            let course = sigma / speed;
+            heading_sigma = Some((course * course + COURSE_SIGMA * COURSE_SIGMA).simd_sqrt());
+            self.heading_known = true;
+        }
+        self.begin_at(given, position, velocity, heading_sigma, age);
+        self.refresh_sigma();
+        witness.started(&self.covariance, &self.motion);
+        Verdict::Used
+    }
+
+    /// The velocity from the fix before to this one, where the receiver tells none.
+    fn between(&self, given: &Given, position: [f64; 3]) -> Option<Vector3<f64>> {
+        let before = self.course?;
+        let seconds = given.time - before.time;
+        let place = Place::at(position[0], position[2]);
+        let [latitude, longitude, height] = before.position;
+        let there = Vector3::new(
+            (position[0] - latitude) / place.north,
+            super::earth::wrapped(position[1] - longitude) / place.east,
+            height - position[2],
+        );
+        let certain = there.norm() > 5.0 * given.sigma_position.amax();
+        (seconds > 0.0 && seconds <= 2.5 && certain).then(|| there / seconds)
+    }
+
+    fn begin_at(
+        &mut self,
+        given: &Given,
+        position: [f64; 3],
+        velocity: Option<Vector3<f64>>,
+        heading_sigma: Option<f64>,
+        age: f64,
+    ) {
+        let [latitude, longitude, height] = position;
+        let mut motion = Motion::new(self.motion.attitude, latitude, longitude, height);
+        let lever = motion.attitude * self.params.antenna;
+        let rate = self.sensors.gyro - self.gyro_bias;
+        let swing = motion.attitude * rate.cross(&self.params.antenna);
+        let zero = Vector3::zeros();
+        let start = velocity.map_or(zero, |v| v - swing);
+        // Off by the lever, and by the way since the fix.
+        motion.correct(&(lever - velocity.unwrap_or(zero) * age), &zero, &zero);
+        motion.velocity = start;
+        self.motion = motion;
+        self.motion.settle();
+        let mut variances = [0.0; STATES];
+        for i in PHI..STATES {
+            variances[i] = self.covariance.at(i, i);
+        }
+        for i in 0..3 {
+            // The gyro alone has told of the orientation since its start.
+            let t = self.alone;
+            let bias = variances[GYRO + i];
+            variances[PHI + i] += (self.params.gyro_noise[i] + bias * t) * t;
+            let told = if given.velocity.is_some() {
+                given.sigma_velocity[i]
+            } else if velocity.is_some() {
+                given.sigma_position[i] * 2.0
+            } else {
+                UNKNOWN_VELOCITY
+            };
+            variances[R + i] = given.sigma_position[i] * given.sigma_position[i];
+            variances[V + i] = told * told;
+            variances[PHI + i] = variances[PHI + i].min(10.0);
+        }
+        if let Some(sigma) = heading_sigma {
+            variances[PHI + 2] = sigma * sigma;
+        }
+        self.covariance = Covariance::of(&variances);
+        // The error of the velocity is taken in the frame that is believed in.
+        self.covariance.couple(&start);
+        self.judges.iter_mut().for_each(Judge::restart);
+        self.navigating = true;
+        self.sums = Sums::new();
+        (self.alone, self.wheels) = (0.0, 0.0);
+    }
+
+    /// Standard deviations, the velocity's as its reader takes it.
+    fn refresh_sigma(&mut self) {
+        for i in 0..STATES {
+            self.sigma[i] = self.covariance.at(i, i);
+        }
+        let v = &self.motion.velocity;
+        // v̂ - v = δv + v×φ.
+        for (i, h) in velocity_rows(v, &Matrix3::zeros()).iter().enumerate() {
+            self.sigma[V + i] = self.covariance.variance(h, [V + i, PHI, PHI + 1, PHI + 2]);
+        }
+        for s in &mut self.sigma {
+            *s = s.at_least(0.0).simd_sqrt();
+        }
+    }
+
+    /// What it is doing.
+    pub fn status(&self) -> Status {
+        let sensors = &self.sensors;
+        if !self.navigating {
+            return if self.heading_known { Status::Waiting } else { Status::NoHeading };
+        }
+        if sensors.gyro_age > HELD || sensors.accel_age > HELD {
+            return Status::Missing;
+        }
+        let coasts = sensors.time - self.last_used > COASTING;
+        if coasts { Status::Coasting } else { Status::Navigating }
+    }
+
+    /// Everything known after the last sample.
+    #[inline]
+    pub fn snapshot(&self) -> Snapshot {
+        let Motion { attitude, velocity, latitude, longitude, height, .. } = &self.motion;
+        let known = |x: [f64; 3]| if self.navigating { x } else { [f64::NAN; 3] };
+        Snapshot {
+            position: known([*latitude, *longitude, *height]),
+            velocity: known((*velocity).into()),
+            attitude: quaternion(attitude),
+            gyro_bias: self.gyro_bias.into(),
+            accel_bias: self.accel_bias.into(),
+            sigma: self.sigma,
+            status: self.status(),
+        }
+    }
+
+    /// What was chosen.
+    pub fn params(&self) -> &NavigationParams {
+        &self.params
+    }
+
+    /// What was known before the first sample.
+    pub fn start(&self) -> &Start {
+        &self.start
+    }
+
+    /// The covariance of the errors at its last step.
+    pub fn covariance(&self) -> &Covariance {
+        &self.covariance
+    }
+
+    /// Time of the last sample, s; NaN before the first.
+    pub fn time(&self) -> f64 {
+        self.sensors.time
+    }
+
+    /// Samples given so far.
+    pub fn samples_seen(&self) -> u64 {
+        self.sensors.samples
+    }
+
+    /// Fixes used, rejected by the gate, and refused.
+    pub fn fixes(&self) -> [u64; 3] {
+        [self.used, self.rejected, self.refused]
+    }
+
+    /// Normalised innovations squared of the last position and velocity, 3 on average; NaN before
+    /// the first.
+    pub fn nis(&self) -> [f64; 2] {
+        [self.judges[0].nis, self.judges[1].nis]
+    }
+
+    /// Standard deviations of position and velocity that the innovations show; NaN before they do.
+    pub fn learned_noise(&self) -> [[f64; 3]; 2] {
+        self.judges.map(|judge| judge.learned())
+    }
+}
+
+/// A fix that was looked at: what is there, with deviations that a filter can stand.
+#[derive(Debug, Clone, Copy)]
+struct Given {
+    time: f64,
+    position: Option<[f64; 3]>,
+    velocity: Option<Vector3<f64>>,
+    sigma_position: Vector3<f64>,
+    sigma_velocity: Vector3<f64>,
+}
+
+impl Given {
+    /// None if nothing is there.
+    fn checked(fix: &Fix) -> Result<Option<Self>, Error> {
+        let [latitude, longitude, height] = fix.position;
+        let there = latitude.abs() < LATITUDE_MAX && longitude.abs() < 7.0;
+        let position = (there && height.abs() < HEIGHT_MAX).then_some(fix.position);
+        let velocity = is_known(&fix.velocity).then_some(fix.velocity);
+        let sigma = |name, given: bool, sigmas: &Vector3<f64>| {
+            for sigma in sigmas.iter().filter(|_| given) {
+                require(*sigma > 0.0, name, "positive", *sigma)?;
+            }
+            Ok(sigmas.map(|s| s.at_most(SIGMA_MAX).at_least(SIGMA_MIN)))
+        };
+        let sigma_position = sigma("sigma_position", position.is_some(), &fix.sigma_position)?;
+        let sigma_velocity = sigma("sigma_velocity", velocity.is_some(), &fix.sigma_velocity)?;
+        let some = position.is_some() || velocity.is_some();
+        let time = fix.time;
+        Ok(some.then_some(Self { time, position, velocity, sigma_position, sigma_velocity }))
+    }
+}
+
+/// Of a position: δr, and the lever that turns with the orientation.
+fn position_rows(lever: &Vector3<f64>) -> [Row; 3] {
+    let turned = lever.cross_matrix();
+    [0, 1, 2].map(|i| {
+        let mut h = [0.0; 16];
+        h[R + i] = 1.0;
+        (0..3).for_each(|j| h[PHI + j] = turned[(i, j)]);
+        h
+    })
+}
+
+/// Of a velocity: δv, how it turns with the orientation, and what the gyro's bias moves at the end
+/// of the lever.
+fn velocity_rows(velocity: &Vector3<f64>, lever: &Matrix3<f64>) -> [Row; 3] {
+    let turned = velocity.cross_matrix();
+    [0, 1, 2].map(|i| {
+        let mut h = [0.0; 16];
+        h[V + i] = 1.0;
+        for j in 0..3 {
+            h[PHI + j] = turned[(i, j)];
+            h[GYRO + j] = -lever[(i, j)];
+        }
+        h
+    })
+}
+
+#[inline(always)]
+fn is_known(v: &Vector3<f64>) -> bool {
+    v.x.abs() <= SAMPLE_MAX && v.y.abs() <= SAMPLE_MAX && v.z.abs() <= SAMPLE_MAX
+}
+
+fn limited(z: &Vector3<f64>) -> Vector3<f64> {
+    z.map(|x| x.within(INNOVATION_MAX))
+}
+
+/// Scalar first.
+#[inline(always)]
+fn quaternion(m: &Matrix3<f64>) -> [f64; 4] {
+    let rotation = nalgebra::Rotation3::from_matrix_unchecked(*m);
+    let q = UnitQuaternion::from_rotation_matrix(&rotation);
+    [q.w, q.i, q.j, q.k]
+}

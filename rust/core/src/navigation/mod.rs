@@ -1,0 +1,29 @@
+//! Inertial navigation aided by a satellite receiver: 15 errors, loosely coupled.
+//!
+//! North, east, down; body axes forward, right, down; SI units and radians. The mechanisation
+//! ([`Motion`]) runs at every sample, the covariance of its errors ([`Covariance`]) at steps of its
+//! own, measurements one scalar at a time. The errors are those of position, velocity, orientation
+//! and of the biases of gyro and accelerometer, in Scherzinger's form: the velocity's is taken in the
+//! frame that the filter believes in, so the specific force is not among the coefficients, which
+//! change slowly, and a heading that is wrong by a right angle still converges.
+//!
+//! B. M. Scherzinger, D. B. Reid, *Modified strapdown inertial navigator error models*, IEEE PLANS,
+//! 1994. P. G. Savage, *J. Guidance, Control, and Dynamics* 21(1) and 21(2), 1998.
+
+mod covariance;
+mod earth;
+mod filter;
+mod judge;
+mod motion;
+mod params;
+#[cfg(feature = "std")]
+mod smoother;
+mod sound;
+
+pub use covariance::{Covariance, Errors, STATES, Transition};
+pub use earth::{Place, normal_gravity};
+pub use filter::{Fix, Inertial, NavigationFilter, Snapshot, Status, Verdict, Witness};
+pub use motion::Motion;
+pub use params::{Adapt, Kind, NavigationParams, Start, Wheels};
+#[cfg(feature = "std")]
+pub use smoother::{Record, Smoothed};

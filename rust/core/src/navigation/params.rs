@@ -1,0 +1,156 @@
+//! What a person chooses of the navigation filter, and what is known before it runs.
+
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::earth::LATITUDE_MAX;
+use crate::error::{Error, check_not_negative, require};
+
+/// What a sample of the sensors is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Kind {
+    /// Rates and forces at the time of the sample.
+    #[default]
+    Rate,
+    /// Their integrals since the sample before.
+    Increment,
+}
+
+/// How the noise of fixes follows their innovations.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Adapt {
+    /// It rises above what the receiver tells where the innovations say so.
+    #[default]
+    Inflate,
+    /// It follows the innovations down as well.
+    Free,
+    /// It is what the receiver tells.
+    Fixed,
+}
+
+/// Wheels that do not slip sideways and do not leave the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Wheels {
+    /// From the sensor to the axle that does not steer, body axes, m.
+    pub axle: Vector3<f64>,
+    /// Of the velocity across, m/s.
+    pub sigma: f64,
+}
+
+/// What a person chooses.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct NavigationParams {
+    /// White noise of the axes of gyro, rad²/s, and accelerometer, m²/s³: squares.
+    pub gyro_noise: Vector3<f64>,
+    /// See `gyro_noise`.
+    pub accel_noise: Vector3<f64>,
+    /// Walks of their biases, squares, rad²/s³ and m²/s⁵.
+    pub gyro_walk: Vector3<f64>,
+    /// See `gyro_walk`.
+    pub accel_walk: Vector3<f64>,
+    /// From the sensor to the antenna, body axes, m.
+    pub antenna: Vector3<f64>,
+    /// Of a vehicle on wheels.
+    pub wheels: Option<Wheels>,
+    /// Normalised innovation squared above which a fix is not taken.
+    pub gate: f64,
+    /// What is made of the noise that a receiver tells.
+    pub adapt: Adapt,
+    /// Time between two steps of the covariance, s.
+    pub covariance_step: f64,
+    /// What a sample is.
+    pub kind: Kind,
+}
+
+/// Farthest antenna or axle, m.
+const LEVER_MAX: f64 = 1e3;
+/// Largest density of noise, its unit squared.
+const NOISE_MAX: f64 = 1e4;
+
+impl NavigationParams {
+    /// # Errors
+    /// [`Error::Parameter`] if one is out of its range.
+    pub fn checked(self) -> Result<Self, Error> {
+        let noises = [
+            ("gyro noise", &self.gyro_noise),
+            ("accel noise", &self.accel_noise),
+            ("gyro bias walk", &self.gyro_walk),
+            ("accel bias walk", &self.accel_walk),
+        ];
+        for (name, noise) in noises {
+            for x in noise.iter().copied() {
+                require((0.0..=NOISE_MAX).contains(&x), name, "from 0 to 100 (SI)", x)?;
+            }
+        }
+        let axle = self.wheels.map_or(Vector3::zeros(), |wheels| wheels.axle);
+        for (name, lever) in [("antenna", &self.antenna), ("axle", &axle)] {
+            for x in lever.iter().copied() {
+                require(x.abs() <= LEVER_MAX, name, "within 1000 m", x)?;
+            }
+        }
+        if let Some(wheels) = &self.wheels {
+            let sigma = wheels.sigma;
+            require((1e-3..=1e3).contains(&sigma), "wheel_sigma", "from 0.001 to 1000 m/s", sigma)?;
+        }
+        require(self.gate > 0.0, "gate", "a positive number", self.gate)?;
+        let step = self.covariance_step;
+        require((1e-4..=1.0).contains(&step), "covariance_step", "from 0.0001 to 1 s", step)?;
+        Ok(self)
+    }
+}
+
+/// What is known before the first sample that moves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Start {
+    /// Turns the body's axes to north, east, down; to any heading where none is known.
+    pub attitude: Matrix3<f64>,
+    /// Whether the heading is known. Else it is taken from the course once the body moves forward.
+    pub heading_known: bool,
+    /// Whether the body moves forward, so that the course may be taken for the heading.
+    pub course: bool,
+    /// Rad; that of the first fix counts once there is one.
+    pub latitude: f64,
+    /// Rad/s.
+    pub gyro_bias: Vector3<f64>,
+    /// m/s².
+    pub accel_bias: Vector3<f64>,
+    /// Standard deviations: of roll and pitch and of the heading, rad; of the biases.
+    pub sigma_level: f64,
+    /// See `sigma_level`.
+    pub sigma_heading: f64,
+    /// See `sigma_level`.
+    pub sigma_gyro_bias: f64,
+    /// See `sigma_level`.
+    pub sigma_accel_bias: f64,
+}
+
+impl Start {
+    /// # Errors
+    /// [`Error::Parameter`] if one is out of its range.
+    pub fn checked(self) -> Result<Self, Error> {
+        let skew = (self.attitude.transpose() * self.attitude - Matrix3::identity()).abs();
+        let off = skew.iter().fold(0.0, |most: f64, x| if *x <= most { most } else { *x });
+        let turned = off < 1e-6 && self.attitude.determinant() > 0.0;
+        require(turned, "attitude", "a rotation", off)?;
+        let latitude = self.latitude;
+        require(latitude.abs() <= LATITUDE_MAX, "latitude", "within 89.5 degrees", latitude)?;
+        for (name, bias) in [("gyro_bias", &self.gyro_bias), ("accel_bias", &self.accel_bias)] {
+            for x in bias.iter().copied() {
+                require(x.abs() <= BIAS_MAX, name, "within 10 rad/s or m/s^2", x)?;
+            }
+        }
+        for (name, sigma) in [
+            ("sigma_level", self.sigma_level),
+            ("sigma_heading", self.sigma_heading),
+            ("sigma_gyro_bias", self.sigma_gyro_bias),
+            ("sigma_accel_bias", self.sigma_accel_bias),
+        ] {
+            check_not_negative(name, "zero or a positive number", sigma)?;
+            require(sigma <= BIAS_MAX, name, "at most 10", sigma)?;
+        }
+        Ok(self)
+    }
+}
+
+/// Largest bias, rad/s and m/s²: beyond it a sensor is broken, or not in SI.
+pub(crate) const BIAS_MAX: f64 = 10.0;

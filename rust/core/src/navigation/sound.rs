@@ -1,0 +1,98 @@
+//! What every state of the filter keeps to; bytes that say otherwise are not one.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::covariance::{Covariance, STATES};
+use super::earth::{HEIGHT_MAX, LATITUDE_MAX};
+use super::filter::{NavigationFilter, SAMPLE_MAX, SIZES_MAX, Sensors, Sums};
+use super::motion::Motion;
+use super::params::BIAS_MAX;
+use crate::checkpoint::Checkpoint;
+use crate::math::sound::{are_within, is_count, is_size, is_within};
+
+impl Checkpoint for NavigationFilter {
+    const TAG: &'static str = "navigation";
+    const VERSION: u16 = 1;
+
+    fn is_sound(&self) -> bool {
+        let chosen = self.params.checked().is_ok() && self.start.checked().is_ok();
+        let counts = [self.used, self.rejected, self.refused, self.sensors.samples];
+        let sigma = |x: &f64| if self.navigating { is_size(*x, 1e8) } else { x.is_nan() };
+        let course = self.course.is_none_or(|course| {
+            let [latitude, longitude, height] = course.position;
+            is_within(course.time, TIME_MAX)
+                && is_within(latitude, LATITUDE_MAX)
+                && is_within(longitude, 7.0)
+                && is_within(height, HEIGHT_MAX)
+        });
+        chosen
+            && self.motion.is_sound()
+            && are_within(&self.gyro_bias, BIAS_MAX)
+            && are_within(&self.accel_bias, BIAS_MAX)
+            && self.covariance.is_sound()
+            && self.sigma.iter().all(sigma)
+            && self.judges.iter().all(|judge| judge.is_sound())
+            && self.sensors.is_sound()
+            && self.sums.is_sound()
+            && course
+            && (!self.navigating || (self.heading_known && self.sensors.time.is_finite()))
+            && is_size(self.alone, TIME_MAX)
+            && is_size(self.wheels, TIME_MAX)
+            && (self.last_used.is_nan() || is_within(self.last_used, self.sensors.time))
+            && counts.into_iter().all(is_count)
+    }
+}
+
+const TIME_MAX: f64 = 4e9;
+/// Longest time between two steps of the covariance, s: a step and a sample.
+const STEP_MAX: f64 = 2.5;
+
+impl Motion {
+    fn is_sound(&self) -> bool {
+        let square = self.attitude.transpose() * self.attitude - Matrix3::identity();
+        are_within(&square, 1e-3)
+            && self.attitude.determinant() > 0.0
+            && are_within(&self.velocity, 2e5)
+            && are_within(&self.acceleration, 1e9)
+            && is_within(self.latitude, LATITUDE_MAX + 0.1)
+            && is_within(self.longitude, 10.0)
+            && is_within(self.height, 2.0 * HEIGHT_MAX)
+            && self.place.is_sound(self.latitude, self.height)
+    }
+}
+
+impl Covariance {
+    /// Symmetric, and no error larger in company than alone.
+    fn is_sound(&self) -> bool {
+        let most = SIZES_MAX[0] * 10.0;
+        let element = |i: usize, j: usize| {
+            let (x, y) = (self.at(i, j), self.at(i, i) * self.at(j, j));
+            x == self.at(j, i) && is_within(x, most) && x * x <= y * (1.0 + 1e-6) + 1e-200
+        };
+        let rows = (0..STATES).all(|i| self.at(i, i) >= 0.0 && self.at(i, STATES) == 0.0);
+        rows && (0..STATES).all(|i| (0..STATES).all(|j| element(i, j)))
+    }
+}
+
+impl Sensors {
+    fn is_sound(&self) -> bool {
+        let rates = are_within(&self.gyro, SAMPLE_MAX) && are_within(&self.accel, SAMPLE_MAX);
+        let time =
+            if self.samples > 0 { is_within(self.time, TIME_MAX) } else { self.time.is_nan() };
+        rates && time && is_size(self.gyro_age, TIME_MAX) && is_size(self.accel_age, TIME_MAX)
+    }
+}
+
+impl Sums {
+    fn is_sound(&self) -> bool {
+        let n = self.samples;
+        let rates = Vector3::from_element(2.0 * SAMPLE_MAX * n);
+        is_size(self.seconds, STEP_MAX)
+            && is_size(n, 1e12)
+            && (n > 0.0) == (self.seconds > 0.0)
+            && are_within(&self.attitude, 2.0 * n)
+            && are_within(&self.velocity, 4e5 * n)
+            && are_within(&self.gyro, rates.x)
+            && self.unknown.iter().all(|x| is_size(*x, self.seconds * 1.001))
+    }
+}
