@@ -12,6 +12,7 @@ mod drift;
 mod identify;
 mod least_squares;
 mod math;
+mod navigation;
 mod position;
 mod rest;
 mod score;
@@ -43,6 +44,8 @@ mod _native {
     use crate::least_squares::RecursiveLeastSquares;
     #[pymodule_export]
     use crate::math::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
+    #[pymodule_export]
+    use crate::navigation::{NavigationFilter, NavigationRecord};
     #[pymodule_export]
     use crate::position::{PositionFilter, position_options};
     #[pymodule_export]

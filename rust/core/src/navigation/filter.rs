@@ -1,6 +1,6 @@
 //! The stream: samples of the sensors, fixes of the receiver, rests and wheels.
 
-use nalgebra::{Matrix3, RealField, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, RealField, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::covariance::{
@@ -41,6 +41,8 @@ const WHEELS_SPEED: f64 = 1.0;
 /// Of a body at rest, m/s, and the speed above which one is not believed to rest.
 const REST_SIGMA: f64 = 0.05;
 const REST_SPEED: f64 = 0.5;
+/// Least noise of the mean rate at rest, rad/s.
+const REST_RATE: f64 = 1e-7;
 /// Without a fix for so long, s, it coasts.
 const COASTING: f64 = 2.0;
 /// Bounds of a state of which something is known: m/s, and sums of variances.
@@ -55,9 +57,11 @@ pub struct Inertial {
     /// s.
     pub time: f64,
     /// Rate, rad/s, or angle since the sample before.
-    pub gyro: Vector3<f64>,
+    pub gyro: [f64; 3],
     /// Specific force, m/s², or velocity gained since the sample before.
-    pub accel: Vector3<f64>,
+    pub accel: [f64; 3],
+    /// Whether the body is known to rest: its velocity is zero then, its rate the Earth's.
+    pub rest: bool,
 }
 
 /// One fix of the receiver; what it does not tell is NaN.
@@ -68,11 +72,11 @@ pub struct Fix {
     /// Latitude and longitude, rad, and height, m, of the antenna.
     pub position: [f64; 3],
     /// North, east, down, m/s.
-    pub velocity: Vector3<f64>,
+    pub velocity: [f64; 3],
     /// Standard deviations north, east, down, m and m/s.
-    pub sigma_position: Vector3<f64>,
+    pub sigma_position: [f64; 3],
     /// See `sigma_position`.
-    pub sigma_velocity: Vector3<f64>,
+    pub sigma_velocity: [f64; 3],
 }
 
 /// What became of a fix.
@@ -193,6 +197,8 @@ pub(crate) struct Sensors {
 pub(crate) struct Sums {
     pub seconds: f64,
     pub samples: f64,
+    /// Samples at rest.
+    pub rests: f64,
     pub attitude: Matrix3<f64>,
     pub velocity: Vector3<f64>,
     /// Of the rate, biases in it.
@@ -206,6 +212,7 @@ impl Sums {
         Self {
             seconds: 0.0,
             samples: 0.0,
+            rests: 0.0,
             attitude: Matrix3::zeros(),
             velocity: Vector3::zeros(),
             gyro: Vector3::zeros(),
@@ -232,9 +239,9 @@ impl NavigationFilter {
         Ok(Self {
             params,
             start,
-            motion: Motion::new(start.attitude, start.latitude, 0.0, 0.0),
-            gyro_bias: start.gyro_bias,
-            accel_bias: start.accel_bias,
+            motion: Motion::new(matrix(start.attitude), start.latitude, 0.0, 0.0),
+            gyro_bias: start.gyro_bias.into(),
+            accel_bias: start.accel_bias.into(),
             covariance: Covariance::of(&Self::first_variances(&start)),
             sigma: [f64::NAN; STATES],
             judges: [Judge::new(); 2],
@@ -302,7 +309,7 @@ impl NavigationFilter {
             return Ok(());
         }
         self.motion.advance(&step);
-        self.gather(dt);
+        self.gather(dt, sample.rest);
         if self.sums.seconds >= self.params.covariance_step - 0.25 * dt {
             self.carry(witness);
             self.look_at_wheels(witness);
@@ -327,10 +334,10 @@ impl NavigationFilter {
         // The first sample of increments belongs to a time that is not known.
         let rates = self.params.kind == Kind::Rate;
         let zero = Vector3::zeros();
-        let known = |v: &Vector3<f64>| if rates && is_known(v) { Some(*v) } else { None };
+        let known = |v: [f64; 3]| (rates && is_known(&v.into())).then_some(v.into());
         let samples = self.sensors.samples + 1;
-        let gyro = known(&sample.gyro);
-        let accel = known(&sample.accel);
+        let gyro: Option<Vector3<f64>> = known(sample.gyro);
+        let accel = known(sample.accel);
         let age = |known: bool| if known { 0.0 } else { HELD };
         self.sensors = Sensors {
             time: sample.time,
@@ -367,7 +374,7 @@ impl NavigationFilter {
     #[inline(always)]
     fn measured(&mut self, sample: &Inertial, dt: f64) -> (Vector3<f64>, Vector3<f64>) {
         let per = if self.params.kind == Kind::Rate { 1.0 } else { 1.0 / dt };
-        let (gyro, accel) = (sample.gyro * per, sample.accel * per);
+        let (gyro, accel) = (Vector3::from(sample.gyro) * per, Vector3::from(sample.accel) * per);
         if !(is_known(&gyro) && is_known(&accel)) {
             return self.held(gyro, accel, dt);
         }
@@ -411,10 +418,11 @@ impl NavigationFilter {
     }
 
     #[inline(always)]
-    fn gather(&mut self, dt: f64) {
+    fn gather(&mut self, dt: f64, rest: bool) {
         let sums = &mut self.sums;
         sums.seconds += dt;
         sums.samples += 1.0;
+        sums.rests += f64::from(u8::from(rest));
         sums.attitude += self.motion.attitude;
         sums.velocity += self.motion.velocity;
         sums.gyro += self.sensors.gyro;
@@ -423,7 +431,8 @@ impl NavigationFilter {
     /// Carries the covariance to the last sample.
     #[inline(never)]
     fn carry<W: Witness>(&mut self, witness: &mut W) {
-        let Sums { seconds, samples, attitude, velocity, unknown, .. } = self.sums;
+        let sums = self.sums;
+        let Sums { seconds, samples, attitude, velocity, unknown, .. } = sums;
         if samples == 0.0 {
             return;
         }
@@ -441,8 +450,8 @@ impl NavigationFilter {
         let params = &self.params;
         let mut growth = Growth::over_half(
             &course,
-            [&params.gyro_noise, &params.accel_noise],
-            [&params.gyro_walk, &params.accel_walk],
+            [&params.gyro_noise.into(), &params.accel_noise.into()],
+            [&params.gyro_walk.into(), &params.accel_walk.into()],
         );
         if unknown != [0.0; 2] {
             growth.add_unknown(
@@ -460,6 +469,9 @@ impl NavigationFilter {
         }
         self.refresh_sigma();
         witness.stepped(&transition, &self.covariance, &self.motion);
+        if sums.rests == samples {
+            self.stand(&sums, witness);
+        }
     }
 
     /// Whether anything is known of where it is.
@@ -547,9 +559,10 @@ impl NavigationFilter {
         }
         let mut found = [0.0; STATES];
         let time = self.sensors.time;
-        let lever = self.motion.attitude * self.params.antenna;
+        let antenna = Vector3::from(self.params.antenna);
+        let lever = self.motion.attitude * antenna;
         let rate = self.sensors.gyro - self.gyro_bias;
-        let swing = self.motion.attitude * rate.cross(&self.params.antenna);
+        let swing = self.motion.attitude * rate.cross(&antenna);
         let velocity = self.motion.velocity + swing;
         let acceleration = self.motion.acceleration;
         let place = given.position.map(|position| {
@@ -559,7 +572,7 @@ impl NavigationFilter {
         });
         let moved = given.velocity.map(|measured| {
             let z = velocity - acceleration * age - measured;
-            let turned = self.motion.attitude * self.params.antenna.cross_matrix();
+            let turned = self.motion.attitude * antenna.cross_matrix();
             (limited(&z), velocity_rows(&velocity, &turned), given.sigma_velocity)
         });
         let mut used = false;
@@ -653,8 +666,9 @@ impl NavigationFilter {
     fn roll<W: Witness>(&mut self, wheels: &Wheels, witness: &mut W) {
         let from_body = self.motion.attitude;
         let rate = self.sensors.gyro - self.gyro_bias;
-        let across = from_body.transpose() * self.motion.velocity + rate.cross(&wheels.axle);
-        let axle = wheels.axle.cross_matrix();
+        let axle = Vector3::from(wheels.axle);
+        let across = from_body.transpose() * self.motion.velocity + rate.cross(&axle);
+        let axle = axle.cross_matrix();
         let mut found = [0.0; STATES];
         for i in [1, 2] {
             let mut h = [0.0; 16];
@@ -668,38 +682,29 @@ impl NavigationFilter {
         self.apply(&found, witness);
     }
 
-    /// Somebody knows that the body rests since the last step of the covariance: its velocity is
-    /// zero, its rate the Earth's. False if the filter knows better, or does not know where it is.
-    pub fn update_rest(&mut self) -> bool {
-        self.update_rest_before(&mut ())
-    }
-
-    /// The same, with a witness.
-    pub fn update_rest_before<W: Witness>(&mut self, witness: &mut W) -> bool {
-        let Sums { seconds, samples, gyro, unknown, .. } = self.sums;
-        self.carry(witness);
+    /// All samples of a step were at rest, if the filter does not know better.
+    #[inline(never)]
+    fn stand<W: Witness>(&mut self, sums: &Sums, witness: &mut W) {
         let speed = self.motion.velocity.norm();
         let sigma = (V..PHI).map(|i| self.sigma[i] * self.sigma[i]).sum::<f64>().simd_sqrt();
-        if !self.navigating || speed >= REST_SPEED + 3.0 * sigma {
-            return false;
+        if speed >= REST_SPEED + 3.0 * sigma {
+            return;
         }
         let mut found = [0.0; STATES];
         let z = self.motion.velocity;
         let rows = velocity_rows(&z, &Matrix3::zeros());
         self.correct(&z, &rows, &[REST_SIGMA * REST_SIGMA; 3], &mut found);
-        if samples > 0.0 && unknown[0] == 0.0 {
+        if sums.unknown[0] == 0.0 {
             let earth = self.motion.attitude.transpose() * self.motion.place.earth;
-            let z = gyro * (1.0 / samples) - self.gyro_bias - earth;
+            let z = sums.gyro * (1.0 / sums.samples) - self.gyro_bias - earth;
             for i in 0..3 {
                 let mut h = [0.0; 16];
                 h[GYRO + i] = 1.0;
-                // At least what the walk of the bias adds in a step.
-                let noise = self.params.gyro_noise[i] / seconds + 1e-14;
+                let noise = self.params.gyro_noise[i] / sums.seconds + REST_RATE * REST_RATE;
                 self.covariance.correct(&h, z[i], noise, &mut found);
             }
         }
         self.apply(&found, witness);
-        true
     }
 
     /// The first fix, or the first after a gap, if the heading is known or can be.
@@ -752,9 +757,10 @@ impl NavigationFilter {
     ) {
         let [latitude, longitude, height] = position;
         let mut motion = Motion::new(self.motion.attitude, latitude, longitude, height);
-        let lever = motion.attitude * self.params.antenna;
+        let antenna = Vector3::from(self.params.antenna);
+        let lever = motion.attitude * antenna;
         let rate = self.sensors.gyro - self.gyro_bias;
-        let swing = motion.attitude * rate.cross(&self.params.antenna);
+        let swing = motion.attitude * rate.cross(&antenna);
         let zero = Vector3::zeros();
         let start = velocity.map_or(zero, |v| v - swing);
         // Off by the lever, and by the way since the fix.
@@ -896,12 +902,12 @@ impl Given {
         let [latitude, longitude, height] = fix.position;
         let there = latitude.abs() < LATITUDE_MAX && longitude.abs() < 7.0;
         let position = (there && height.abs() < HEIGHT_MAX).then_some(fix.position);
-        let velocity = is_known(&fix.velocity).then_some(fix.velocity);
-        let sigma = |name, given: bool, sigmas: &Vector3<f64>| {
+        let velocity = Some(Vector3::from(fix.velocity)).filter(is_known);
+        let sigma = |name, given: bool, sigmas: &[f64; 3]| {
             for sigma in sigmas.iter().filter(|_| given) {
                 require(*sigma > 0.0, name, "positive", *sigma)?;
             }
-            Ok(sigmas.map(|s| s.at_most(SIGMA_MAX).at_least(SIGMA_MIN)))
+            Ok(Vector3::from(*sigmas).map(|s| s.at_most(SIGMA_MAX).at_least(SIGMA_MIN)))
         };
         let sigma_position = sigma("sigma_position", position.is_some(), &fix.sigma_position)?;
         let sigma_velocity = sigma("sigma_velocity", velocity.is_some(), &fix.sigma_velocity)?;
@@ -944,6 +950,12 @@ fn is_known(v: &Vector3<f64>) -> bool {
 
 fn limited(z: &Vector3<f64>) -> Vector3<f64> {
     z.map(|x| x.within(INNOVATION_MAX))
+}
+
+/// Of a unit quaternion, scalar first.
+fn matrix([w, x, y, z]: [f64; 4]) -> Matrix3<f64> {
+    let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+    *rotation.to_rotation_matrix().matrix()
 }
 
 /// Scalar first.

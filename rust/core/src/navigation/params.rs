@@ -1,6 +1,5 @@
 //! What a person chooses of the navigation filter, and what is known before it runs.
 
-use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::earth::LATITUDE_MAX;
@@ -32,7 +31,7 @@ pub enum Adapt {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Wheels {
     /// From the sensor to the axle that does not steer, body axes, m.
-    pub axle: Vector3<f64>,
+    pub axle: [f64; 3],
     /// Of the velocity across, m/s.
     pub sigma: f64,
 }
@@ -41,15 +40,15 @@ pub struct Wheels {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NavigationParams {
     /// White noise of the axes of gyro, rad²/s, and accelerometer, m²/s³: squares.
-    pub gyro_noise: Vector3<f64>,
+    pub gyro_noise: [f64; 3],
     /// See `gyro_noise`.
-    pub accel_noise: Vector3<f64>,
+    pub accel_noise: [f64; 3],
     /// Walks of their biases, squares, rad²/s³ and m²/s⁵.
-    pub gyro_walk: Vector3<f64>,
+    pub gyro_walk: [f64; 3],
     /// See `gyro_walk`.
-    pub accel_walk: Vector3<f64>,
+    pub accel_walk: [f64; 3],
     /// From the sensor to the antenna, body axes, m.
-    pub antenna: Vector3<f64>,
+    pub antenna: [f64; 3],
     /// Of a vehicle on wheels.
     pub wheels: Option<Wheels>,
     /// Normalised innovation squared above which a fix is not taken.
@@ -78,13 +77,13 @@ impl NavigationParams {
             ("accel bias walk", &self.accel_walk),
         ];
         for (name, noise) in noises {
-            for x in noise.iter().copied() {
+            for x in *noise {
                 require((0.0..=NOISE_MAX).contains(&x), name, "from 0 to 100 (SI)", x)?;
             }
         }
-        let axle = self.wheels.map_or(Vector3::zeros(), |wheels| wheels.axle);
+        let axle = self.wheels.map_or([0.0; 3], |wheels| wheels.axle);
         for (name, lever) in [("antenna", &self.antenna), ("axle", &axle)] {
-            for x in lever.iter().copied() {
+            for x in *lever {
                 require(x.abs() <= LEVER_MAX, name, "within 1000 m", x)?;
             }
         }
@@ -102,8 +101,9 @@ impl NavigationParams {
 /// What is known before the first sample that moves.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Start {
-    /// Turns the body's axes to north, east, down; to any heading where none is known.
-    pub attitude: Matrix3<f64>,
+    /// Quaternion, scalar first, from the body's axes to north, east, down; to any heading where
+    /// none is known.
+    pub attitude: [f64; 4],
     /// Whether the heading is known. Else it is taken from the course once the body moves forward.
     pub heading_known: bool,
     /// Whether the body moves forward, so that the course may be taken for the heading.
@@ -111,9 +111,9 @@ pub struct Start {
     /// Rad; that of the first fix counts once there is one.
     pub latitude: f64,
     /// Rad/s.
-    pub gyro_bias: Vector3<f64>,
+    pub gyro_bias: [f64; 3],
     /// m/s².
-    pub accel_bias: Vector3<f64>,
+    pub accel_bias: [f64; 3],
     /// Standard deviations: of roll and pitch and of the heading, rad; of the biases.
     pub sigma_level: f64,
     /// See `sigma_level`.
@@ -128,14 +128,12 @@ impl Start {
     /// # Errors
     /// [`Error::Parameter`] if one is out of its range.
     pub fn checked(self) -> Result<Self, Error> {
-        let skew = (self.attitude.transpose() * self.attitude - Matrix3::identity()).abs();
-        let off = skew.iter().fold(0.0, |most: f64, x| if *x <= most { most } else { *x });
-        let turned = off < 1e-6 && self.attitude.determinant() > 0.0;
-        require(turned, "attitude", "a rotation", off)?;
+        let square = self.attitude.iter().map(|x| x * x).sum::<f64>();
+        require((square - 1.0).abs() < 1e-6, "attitude", "a unit quaternion", square)?;
         let latitude = self.latitude;
         require(latitude.abs() <= LATITUDE_MAX, "latitude", "within 89.5 degrees", latitude)?;
         for (name, bias) in [("gyro_bias", &self.gyro_bias), ("accel_bias", &self.accel_bias)] {
-            for x in bias.iter().copied() {
+            for x in *bias {
                 require(x.abs() <= BIAS_MAX, name, "within 10 rad/s or m/s^2", x)?;
             }
         }

@@ -106,34 +106,30 @@ impl Record {
         self.nodes.is_empty()
     }
 
-    /// What all fixes say of each step, from the last to the first, handed to `put`.
-    ///
-    /// # Errors
-    /// What `put` returns.
-    pub fn smooth<E>(&self, mut put: impl FnMut(Smoothed) -> Result<(), E>) -> Result<(), E> {
+    /// What all fixes say of each step, from the last to the first.
+    pub fn smoothed(&self) -> impl Iterator<Item = Smoothed> {
         let (mut error, mut covariance) = (Column::zeros(), Full::zeros());
-        for (k, node) in self.nodes.iter().enumerate().rev() {
+        let mut next: Option<&Node> = None;
+        self.nodes.iter().rev().map(move |node| {
             let after = unpacked(&node.after);
-            let next = self.nodes.get(k + 1).filter(|next| next.transition.is_some());
-            if let (Some(next), Some(transition)) = (next, next.and_then(|n| n.transition)) {
-                let behind = unpacked(&next.before);
-                let gain = gain(&transition, &after, &behind);
+            let behind = next.replace(node);
+            if let Some((next, transition)) = behind.and_then(|n| Some((n, n.transition?))) {
+                let before = unpacked(&next.before);
+                let gain = gain(&transition, &after, &before);
                 error = gain * (Column::from(next.found) + error);
-                let change = gain * (covariance - behind) * gain.transpose();
+                let change = gain * (covariance - before) * gain.transpose();
                 covariance = after + (change + change.transpose()) * 0.5;
             } else {
                 (error, covariance) = (Column::zeros(), after);
             }
-            let found = Column::from(node.found) + error;
-            put(Smoothed {
+            Smoothed {
                 sample: node.sample,
                 begins: node.transition.is_none(),
-                before: found.into(),
+                before: (Column::from(node.found) + error).into(),
                 after: error.into(),
                 sigma: sigma(&covariance, &node.velocity),
-            })?;
-        }
-        Ok(())
+            }
+        })
     }
 }
 

@@ -89,6 +89,7 @@ impl Sums {
         let rates = Vector3::from_element(2.0 * SAMPLE_MAX * n);
         is_size(self.seconds, STEP_MAX)
             && is_size(n, 1e12)
+            && is_size(self.rests, n)
             && (n > 0.0) == (self.seconds > 0.0)
             && are_within(&self.attitude, 2.0 * n)
             && are_within(&self.velocity, 4e5 * n)

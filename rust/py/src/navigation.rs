@@ -1,0 +1,691 @@
+//! Inertial navigation aided by a satellite receiver, for Python.
+
+use std::ops::Range;
+
+use numpy::{PyArrayDyn, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use zerorate_core::navigation::{
+    Adapt, Fix, Inertial, Kind, NavigationFilter as Core, NavigationParams, Record, STATES, Start,
+    Verdict, Wheels, Witness,
+};
+use zerorate_core::{Error, checkpoint, memory};
+
+use crate::common::arrays;
+use crate::common::errors::NativeError;
+use crate::common::streaming::{exclusive, quoted, reading, text};
+
+const ADAPTS: [&str; 3] = ["inflate", "free", "fixed"];
+const KINDS: [&str; 2] = ["rate", "increment"];
+/// Words for what the filter is doing, by number.
+const STATUSES: [&str; 5] = ["waiting", "no heading", "navigating", "coasting", "missing"];
+/// Bytes that a saved filter has at most.
+const BYTES: usize = 1 << 13;
+
+/// Position, velocity and attitude of a vehicle from its gyro, accelerometer and satellite receiver.
+///
+/// A loosely coupled Kalman filter of 15 errors: position, velocity, orientation and the biases of gyro
+/// and accelerometer. The sensors are integrated at every sample; fixes of the receiver, rest and wheels
+/// correct what drifts. Body axes are forward, right, down; the earth's north, east, down, WGS84.
+///
+/// A fix is taken if its normalised innovation squared is at most ``gate``. After ten in a row that are
+/// not, the filter is taken to be wrong and finds back; in the first second after an outage there is no
+/// gate. A fix may be up to a second late. Without a known heading the filter waits, and with ``vehicle=
+/// "wheeled"`` takes it from the course above 2 m/s.
+///
+/// A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a
+/// tenth of a second, then nothing is known of it and the deviations grow. After a gap of more than a
+/// second the filter waits for a fix; biases are kept. One object serves one thread at a time.
+///
+/// Parameters
+/// ----------
+/// start : Alignment
+///     What is known before the first sample, as ``zr.align`` returns it.
+/// gyro, accel : NoiseModel or sequence of three, optional
+///     Noise of the sensors, rad/s and m/s^2, the same for all axes or one each; by default that of
+///     consumer sensors: 0.05 deg/s/sqrt(Hz) and 0.02 m/s^2/sqrt(Hz).
+/// antenna : array_like, shape (3,), default (0, 0, 0)
+///     From the sensor to the antenna, body axes, m.
+/// vehicle : {None, "wheeled"}, default None
+///     "wheeled": it does not slip sideways and does not leave the ground, used five times a second above
+///     1 m/s.
+/// axle : array_like, shape (3,), optional
+///     Of "wheeled": from the sensor to the axle that does not steer, body axes, m.
+/// wheel_sigma : float, optional
+///     Of "wheeled": deviation of the velocity across, m/s, default 0.3.
+/// gate : float, default 50.0
+///     Normalised innovation squared, of three degrees of freedom, above which a fix is not taken.
+/// adapt : {"inflate", "free", "fixed"}, default "inflate"
+///     "inflate" raises the noise that the receiver tells to the Allan variance of the innovations, "free"
+///     lowers it as well, "fixed" believes the receiver.
+/// covariance_step : float, default 0.1
+///     Time between two steps of the covariance, s.
+/// kind : {"rate", "increment"}, default "rate"
+///     Whether samples are rates and forces, or their integrals since the sample before.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter is out of range, or is not used.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, zerorate as zr
+/// >>> drive = zr.simulate_drive(120.0, seed=1)
+/// >>> start = zr.align(drive.recording(), latitude=48.0, heading=drive.heading)
+/// >>> nav = zr.NavigationFilter(start)
+/// >>> track = nav.process(drive.recording(), drive.fixes)
+/// >>> errors = np.hypot(*drive.errors(track)[track.time > 60.0, :2].T)
+/// >>> bool(np.sqrt(np.mean(errors**2)) < 1.5)  # m, of fixes of 2 m
+/// True
+#[pyclass(module = "zerorate")]
+#[derive(Debug)]
+pub struct NavigationFilter {
+    filter: Box<Core>,
+}
+
+#[pymethods]
+impl NavigationFilter {
+    #[new]
+    #[pyo3(
+        signature = (
+            start, *, gyro=None, accel=None, antenna=None, vehicle=None, axle=None,
+            wheel_sigma=None, gate=50.0, adapt="inflate", covariance_step=0.1, kind="rate"
+        ),
+        text_signature = "(start, *, gyro=None, accel=None, antenna=(0.0, 0.0, 0.0), vehicle=None, \
+            axle=None, wheel_sigma=None, gate=50.0, adapt='inflate', covariance_step=0.1, \
+            kind='rate')"
+    )]
+    // The arguments are those of the class in Python.
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        start: &Bound<'_, PyAny>,
+        gyro: Option<&Bound<'_, PyAny>>,
+        accel: Option<&Bound<'_, PyAny>>,
+        antenna: Option<&Bound<'_, PyAny>>,
+        vehicle: Option<&str>,
+        axle: Option<&Bound<'_, PyAny>>,
+        wheel_sigma: Option<f64>,
+        gate: f64,
+        adapt: &str,
+        covariance_step: f64,
+        kind: &str,
+    ) -> PyResult<Self> {
+        let py = start.py();
+        let (gyro_noise, gyro_walk) = densities(py, "gyro", gyro)?;
+        let (accel_noise, accel_walk) = densities(py, "accel", accel)?;
+        let wheels = wheels(vehicle, axle, wheel_sigma)?;
+        let antenna = lever("antenna", antenna)?;
+        let adapt = [Adapt::Inflate, Adapt::Free, Adapt::Fixed][choice("adapt", adapt, &ADAPTS)?];
+        let kind = [Kind::Rate, Kind::Increment][choice("kind", kind, &KINDS)?];
+        let params = NavigationParams {
+            gyro_noise,
+            accel_noise,
+            gyro_walk,
+            accel_walk,
+            antenna,
+            wheels,
+            gate,
+            adapt,
+            covariance_step,
+            kind,
+        };
+        let start = begun(start, wheels.is_some())?;
+        let filter = Core::new(start, params).map_err(NativeError::from)?;
+        Ok(Self { filter: Box::new(filter) })
+    }
+
+    /// Takes one sample of the sensors: its time, s, and gyro and accelerometer, rad/s and m/s^2, (3,);
+    /// ``rest`` says that the vehicle is known to stand. Returns ``status``; ValueError if the time is not
+    /// later than that of the sample before, which changes nothing.
+    #[pyo3(signature = (t, gyro, accel, rest=false))]
+    fn update<'py>(
+        slf: &Bound<'py, Self>,
+        t: f64,
+        gyro: &Bound<'py, PyAny>,
+        accel: &Bound<'py, PyAny>,
+        rest: bool,
+    ) -> PyResult<&'static str> {
+        let gyro = three("gyro", gyro)?;
+        let accel = three("accel", accel)?;
+        let mut this = exclusive(slf)?;
+        let sample = Inertial { time: t, gyro, accel, rest };
+        this.filter.update(&sample).map_err(NativeError::from)?;
+        Ok(STATUSES[this.filter.status() as usize])
+    }
+
+    /// Takes a fix of the receiver: when it was measured, s, latitude and longitude, deg, and height, m,
+    /// (3,); velocity north, east, down, m/s, (3,) or None; their deviations, one or three axes. Returns
+    /// "used", "rejected" by the gate, or "refused": over a second old, a tenth of a second ahead of the
+    /// sensors, without a number, beyond 89.5 deg. ValueError if a deviation is not positive.
+    #[pyo3(signature = (t, position, velocity=None, sigma_position=None, sigma_velocity=None),
+        text_signature = "($self, t, position, velocity=None, sigma_position=2.0, \
+            sigma_velocity=0.1)")]
+    fn update_gnss<'py>(
+        slf: &Bound<'py, Self>,
+        t: f64,
+        position: &Bound<'py, PyAny>,
+        velocity: Option<&Bound<'py, PyAny>>,
+        sigma_position: Option<&Bound<'py, PyAny>>,
+        sigma_velocity: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<&'static str> {
+        let position = three("position", position)?;
+        let velocity = velocity.map(|v| three("velocity", v)).transpose()?;
+        let fix = Fix {
+            time: t,
+            position: radians(position),
+            velocity: velocity.unwrap_or([f64::NAN; 3]),
+            sigma_position: sigmas("sigma_position", sigma_position, 2.0)?,
+            sigma_velocity: sigmas("sigma_velocity", sigma_velocity, 0.1)?,
+        };
+        let mut this = exclusive(slf)?;
+        Ok(match this.filter.update_gnss(&fix).map_err(NativeError::from)? {
+            Verdict::Used => "used",
+            Verdict::Rejected => "rejected",
+            Verdict::Refused => "refused",
+        })
+    }
+
+    /// Takes a recording with a gyro and an accelerometer on one clock, and the fixes of a receiver;
+    /// returns the `Track`: what a loop over ``update`` and ``update_gnss`` would have said after each
+    /// sample, and the smoother. ``rest``, bool (n,), says where the vehicle is known to stand;
+    /// ``time_offset`` is added to the times of the fixes, s.
+    #[pyo3(signature = (imu, gnss=None, *, rest=None, time_offset=0.0))]
+    fn process<'py>(
+        slf: &Bound<'py, Self>,
+        imu: &Bound<'py, PyAny>,
+        gnss: Option<&Bound<'py, PyAny>>,
+        rest: Option<&Bound<'py, PyAny>>,
+        time_offset: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let module = slf.py().import(intern!(slf.py(), "zerorate.navigation.processing"))?;
+        module.getattr("processed")?.call1((slf, imu, gnss, rest, time_offset))
+    }
+
+    /// What ``process`` does, with arrays: times (n,), samples (n, 3), and of m fixes the rows time,
+    /// position (deg, deg, m), velocity, deviations of both, shape (m, 13), NaN where a fix tells nothing.
+    /// A fix is taken after the first sample that is not before it. Returns what is known after each
+    /// sample by name, and with ``record`` what the smoother needs, else None. The interpreter lock is
+    /// released.
+    #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false))]
+    fn process_arrays<'py>(
+        slf: &Bound<'py, Self>,
+        time: &Bound<'py, PyAny>,
+        gyro: &Bound<'py, PyAny>,
+        accel: &Bound<'py, PyAny>,
+        fixes: &Bound<'py, PyAny>,
+        rest: Option<&Bound<'py, PyAny>>,
+        record: bool,
+    ) -> PyResult<(Bound<'py, PyDict>, Option<NavigationRecord>)> {
+        let (py, mut this) = (slf.py(), exclusive(slf)?);
+        let time = arrays::named("time", time, "(n,)", |found| found.len() == 1)?.values;
+        let n = time.len();
+        let expected = format!("({n}, 3)");
+        let fits = |found: &[usize]| found == [n, 3];
+        let gyro = arrays::named("gyro", gyro, &expected, fits)?.values;
+        let accel = arrays::named("accel", accel, &expected, fits)?.values;
+        let many = |found: &[usize]| found.len() == 2 && found[1] == FIX;
+        let fixes = arrays::named("fixes", fixes, "(m, 13)", many)?.values;
+        let rest = rest.map(|rest| arrays::flags("rest", rest, n)).transpose()?;
+        let batch = Batch { time: &time, gyro: &gyro, accel: &accel, fixes: &fixes, rest };
+        let outputs = Outputs::new(py, n)?;
+        // A batch that is interrupted or fails leaves the filter as it was.
+        let (mut filter, mut steps) = (this.filter.clone(), Record::default());
+        outputs.with(|places| {
+            let mut fixes = 0;
+            for first in (0..n).step_by(PIECE) {
+                let piece = first..n.min(first + PIECE);
+                let done = py.detach(|| match record {
+                    true => batch.run(&mut filter, piece, &mut fixes, places, &mut steps, told),
+                    false => batch.run(&mut filter, piece, &mut fixes, places, &mut (), |_, _| ()),
+                });
+                done.map_err(NativeError::from)?;
+                py.check_signals()?;
+            }
+            Ok(())
+        })?;
+        steps.checked().map_err(NativeError::from)?;
+        this.filter = filter;
+        Ok((outputs.into_dict(py)?, record.then_some(NavigationRecord { steps })))
+    }
+
+    /// Back to before the first sample, with the same parameters.
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.filter.reset();
+        Ok(())
+    }
+
+    /// Parameters and state as bytes, with versions and a checksum.
+    fn to_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
+        let mut buffer = memory::filled(0, BYTES).map_err(NativeError::from)?;
+        let this = reading(slf)?;
+        let bytes = checkpoint::write(&*this.filter, &mut buffer).map_err(NativeError::from)?;
+        Ok(PyBytes::new(slf.py(), bytes))
+    }
+
+    /// The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError if the bytes
+    /// are not one.
+    #[staticmethod]
+    fn from_bytes(b: &[u8]) -> PyResult<Self> {
+        Ok(Self { filter: Box::new(checkpoint::read(b).map_err(NativeError::from)?) })
+    }
+
+    /// An independent object in the same state.
+    fn copy(slf: &Bound<'_, Self>) -> PyResult<Self> {
+        Ok(Self { filter: reading(slf)?.filter.clone() })
+    }
+
+    fn __copy__(slf: &Bound<'_, Self>) -> PyResult<Self> {
+        Self::copy(slf)
+    }
+
+    fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Self::copy(slf)
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        Ok((slf.get_type().getattr("from_bytes")?, (Self::to_bytes(slf)?,)))
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let params = this.filter.params();
+        let of = |v: &[f64; 3]| format!("({:?}, {:?}, {:?})", v[0], v[1], v[2]);
+        let mut words = vec![STATUSES[this.filter.status() as usize].to_owned()];
+        if params.antenna != [0.0; 3] {
+            words.push(format!("antenna={}", of(&params.antenna)));
+        }
+        if let Some(wheels) = &params.wheels {
+            words.push(format!("vehicle='wheeled', axle={}", of(&wheels.axle)));
+        }
+        words.push(format!(
+            "gate={}, adapt='{}'",
+            text(params.gate),
+            ADAPTS[params.adapt as usize]
+        ));
+        Ok(format!("NavigationFilter({})", words.join(", ")))
+    }
+
+    /// Latitude and longitude, deg, and height, m, of the sensor; NaN before the first fix: (3,).
+    #[getter]
+    fn position<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        Ok(arrays::small(slf.py(), &degrees(this.filter.snapshot().position)))
+    }
+
+    /// North, east and down, m/s; NaN before the first fix: (3,).
+    #[getter]
+    fn velocity<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(arrays::small(slf.py(), &reading(slf)?.filter.snapshot().velocity))
+    }
+
+    /// Quaternion w, x, y, z from the body's axes to north, east, down: (4,).
+    #[getter]
+    fn attitude<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(arrays::small(slf.py(), &reading(slf)?.filter.snapshot().attitude))
+    }
+
+    /// Bias of the gyro, rad/s: (3,).
+    #[getter]
+    fn gyro_bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(arrays::small(slf.py(), &reading(slf)?.filter.snapshot().gyro_bias))
+    }
+
+    /// Bias of the accelerometer, m/s^2: (3,).
+    #[getter]
+    fn accel_bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(arrays::small(slf.py(), &reading(slf)?.filter.snapshot().accel_bias))
+    }
+
+    /// Standard deviations at the last step of the covariance: position and velocity north, east and
+    /// down, m and m/s, orientation about these axes, rad, biases of gyro and accelerometer, rad/s and
+    /// m/s^2; NaN before the first fix: (15,).
+    #[getter]
+    fn sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(arrays::small(slf.py(), &reading(slf)?.filter.snapshot().sigma))
+    }
+
+    /// Covariance of the errors at its last step, in the order of ``sigma``; that of the velocity is
+    /// ``v_estimated - exp(-[phi x]) v`` with phi the error of the orientation, those of biases are true
+    /// less estimated: (15, 15).
+    #[getter]
+    fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        let covariance = this.filter.covariance();
+        let places = (0..STATES * STATES).map(|k| covariance.at(k / STATES, k % STATES));
+        arrays::array(slf.py(), places.collect(), &[STATES, STATES])
+    }
+
+    /// Normalised innovations squared of the last position and velocity, 3 on average in a filter that
+    /// is consistent; NaN before the first: (2,).
+    #[getter]
+    fn nis<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(arrays::small(slf.py(), &reading(slf)?.filter.nis()))
+    }
+
+    /// Standard deviations of the receiver that the innovations show, position and velocity, m and m/s;
+    /// NaN until ten pairs of fixes were seen: (2, 3).
+    #[getter]
+    fn learned_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let learned = reading(slf)?.filter.learned_noise();
+        arrays::array(slf.py(), learned.concat(), &[2, 3])
+    }
+
+    /// "waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds, or
+    /// "missing": without samples of a sensor for a tenth of a second.
+    #[getter]
+    fn status(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
+        Ok(STATUSES[reading(slf)?.filter.status() as usize])
+    }
+
+    /// Time of the last sample, s; NaN before the first.
+    #[getter]
+    fn time(slf: &Bound<'_, Self>) -> PyResult<f64> {
+        Ok(reading(slf)?.filter.time())
+    }
+
+    /// Samples of the sensors given so far, missing ones included.
+    #[getter]
+    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
+        Ok(reading(slf)?.filter.samples_seen())
+    }
+
+    /// Fixes so far by what became of them: "used", "rejected", "refused".
+    #[getter]
+    fn fixes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let (found, counts) = (PyDict::new(slf.py()), reading(slf)?.filter.fixes());
+        for (name, count) in ["used", "rejected", "refused"].into_iter().zip(counts) {
+            found.set_item(name, count)?;
+        }
+        Ok(found)
+    }
+}
+
+/// Numbers of a fix: time, position, velocity and deviations of both.
+const FIX: usize = 13;
+
+/// A batch, as it lies in memory.
+#[derive(Debug)]
+struct Batch<'a> {
+    time: &'a [f64],
+    gyro: &'a [f64],
+    accel: &'a [f64],
+    fixes: &'a [f64],
+    rest: Option<Vec<bool>>,
+}
+
+impl Batch<'_> {
+    /// The loop over samples and fixes, from the `first_fix` on; `at` tells the witness the sample.
+    fn run<W: Witness>(
+        &self,
+        filter: &mut Core,
+        piece: Range<usize>,
+        first_fix: &mut usize,
+        places: &mut Places<'_>,
+        witness: &mut W,
+        at: impl Fn(&mut W, usize),
+    ) -> Result<(), Error> {
+        let (gyro, accel) = (self.gyro.as_chunks::<3>().0, self.accel.as_chunks::<3>().0);
+        let fixes = self.fixes.as_chunks::<FIX>().0;
+        for k in piece {
+            let rest = self.rest.as_ref().is_some_and(|rest| rest[k]);
+            let (time, gyro, accel) = (self.time[k], gyro[k], accel[k]);
+            at(witness, k);
+            filter.update_before(&Inertial { time, gyro, accel, rest }, witness)?;
+            while let Some(row) = fixes.get(*first_fix).filter(|row| row[0] <= time) {
+                filter.update_gnss_before(&fix_of(row), witness)?;
+                *first_fix += 1;
+            }
+            places.put(k, filter);
+        }
+        Ok(())
+    }
+}
+
+/// Tells a record the sample under way.
+fn told(steps: &mut Record, sample: usize) {
+    steps.sample = sample;
+}
+
+fn fix_of(row: &[f64; FIX]) -> Fix {
+    let part = |i: usize| [row[i], row[i + 1], row[i + 2]];
+    Fix {
+        time: row[0],
+        position: radians([row[1], row[2], row[3]]),
+        velocity: part(4),
+        sigma_position: part(7),
+        sigma_velocity: part(10),
+    }
+}
+
+/// What is known after each sample: name and numbers.
+const PARTS: [(&str, usize); 6] = [
+    ("position", 3),
+    ("velocity", 3),
+    ("attitude", 4),
+    ("gyro_bias", 3),
+    ("accel_bias", 3),
+    ("sigma", STATES),
+];
+
+/// Arrays for it, and the status.
+struct Outputs<'py> {
+    numbers: [Bound<'py, PyArrayDyn<f64>>; 6],
+    status: Bound<'py, PyArrayDyn<u8>>,
+}
+
+/// Their places.
+struct Places<'a> {
+    numbers: [&'a mut [f64]; 6],
+    status: &'a mut [u8],
+}
+
+impl<'py> Outputs<'py> {
+    fn new(py: Python<'py>, n: usize) -> PyResult<Self> {
+        let of = |k: usize| arrays::zeros(py, &[n, PARTS[k].1]);
+        let numbers = [of(0)?, of(1)?, of(2)?, of(3)?, of(4)?, of(5)?];
+        Ok(Self { numbers, status: arrays::zeros(py, &[n])? })
+    }
+
+    fn with(&self, work: impl FnOnce(&mut Places<'_>) -> PyResult<()>) -> PyResult<()> {
+        let [a, b, c, d, e, f] = &self.numbers;
+        let (mut a, mut b, mut c) = (a.readwrite(), b.readwrite(), c.readwrite());
+        let (mut d, mut e, mut f) = (d.readwrite(), e.readwrite(), f.readwrite());
+        let mut status = self.status.readwrite();
+        let numbers = [
+            a.as_slice_mut()?,
+            b.as_slice_mut()?,
+            c.as_slice_mut()?,
+            d.as_slice_mut()?,
+            e.as_slice_mut()?,
+            f.as_slice_mut()?,
+        ];
+        work(&mut Places { numbers, status: status.as_slice_mut()? })
+    }
+
+    fn into_dict(self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let found = PyDict::new(py);
+        for ((name, _), array) in PARTS.into_iter().zip(self.numbers) {
+            found.set_item(name, array)?;
+        }
+        found.set_item("status", self.status)?;
+        Ok(found)
+    }
+}
+
+impl Places<'_> {
+    #[inline(always)]
+    fn put(&mut self, k: usize, filter: &Core) {
+        let known = filter.snapshot();
+        let [position, velocity, attitude, gyro, accel, sigma] = &mut self.numbers;
+        position[3 * k..][..3].copy_from_slice(&degrees(known.position));
+        velocity[3 * k..][..3].copy_from_slice(&known.velocity);
+        attitude[4 * k..][..4].copy_from_slice(&known.attitude);
+        gyro[3 * k..][..3].copy_from_slice(&known.gyro_bias);
+        accel[3 * k..][..3].copy_from_slice(&known.accel_bias);
+        sigma[STATES * k..][..STATES].copy_from_slice(&known.sigma);
+        self.status[k] = known.status as u8;
+    }
+}
+
+/// The steps of a filter over a batch, as the smoother needs them: 2.8 kB each.
+#[pyclass(module = "zerorate._native", frozen)]
+#[derive(Debug)]
+pub struct NavigationRecord {
+    steps: Record,
+}
+
+#[pymethods]
+impl NavigationRecord {
+    /// Number of steps of the covariance.
+    fn __len__(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// What all fixes say of each of K steps, as arrays by name: ``sample``, the index of the sample that
+    /// it ends at; ``begins``, whether the filter began there; the errors of what it knew ``before`` and
+    /// ``after`` the measurements there, and their deviations ``sigma``, (K, 15) in the order of
+    /// `NavigationFilter.sigma`.
+    fn smoothed<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let count = self.steps.len();
+        let room = |width: usize| memory::filled(0.0, count.saturating_mul(width));
+        let mut numbers = Vec::new();
+        for _ in 0..3 {
+            numbers.push(room(STATES).map_err(NativeError::from)?);
+        }
+        let mut sample = memory::filled(0_i64, count).map_err(NativeError::from)?;
+        let mut begins = memory::filled(false, count).map_err(NativeError::from)?;
+        let (mut steps, mut left) = (self.steps.smoothed(), count);
+        while left > 0 {
+            py.detach(|| {
+                for step in steps.by_ref().take(STEPS) {
+                    left -= 1;
+                    (sample[left], begins[left]) = (step.sample as i64, step.begins);
+                    let parts = [&step.before, &step.after, &step.sigma];
+                    for (numbers, part) in numbers.iter_mut().zip(parts) {
+                        numbers[STATES * left..][..STATES].copy_from_slice(part);
+                    }
+                }
+            });
+            py.check_signals()?;
+        }
+        let found = PyDict::new(py);
+        for (name, values) in ["before", "after", "sigma"].into_iter().zip(numbers) {
+            found.set_item(name, arrays::array(py, values, &[count, STATES])?)?;
+        }
+        found.set_item("sample", arrays::array(py, sample, &[count])?)?;
+        found.set_item("begins", arrays::array(py, begins, &[count])?)?;
+        Ok(found)
+    }
+}
+
+/// Samples between two looks for signals, and steps of the smoother.
+const PIECE: usize = 1 << 17;
+const STEPS: usize = 1 << 12;
+
+/// White noise and walk of the bias of three axes, squares, of what Python says of a sensor.
+fn densities(
+    py: Python<'_>,
+    sensor: &str,
+    model: Option<&Bound<'_, PyAny>>,
+) -> PyResult<([f64; 3], [f64; 3])> {
+    let module = py.import("zerorate.navigation.noise")?;
+    let (white, walk): ([f64; 3], [f64; 3]) =
+        module.getattr("densities")?.call1((sensor, model))?.extract()?;
+    let square = |x: [f64; 3]| x.map(|x| x * x);
+    Ok((square(white), square(walk)))
+}
+
+/// What is known before the first sample, of an ``Alignment``.
+fn begun(start: &Bound<'_, PyAny>, wheeled: bool) -> PyResult<Start> {
+    let needed = "start must be an Alignment, as zr.align returns it";
+    let get = |name: &str| {
+        start.getattr(name).map_err(|_| {
+            let found = start.get_type().name().map(|name| name.to_string()).unwrap_or_default();
+            PyValueError::new_err(format!("{needed}, got {found}"))
+        })
+    };
+    let number = |name: &str| get(name)?.extract::<f64>();
+    let vector = |name: &str| get(name)?.extract::<[f64; 3]>();
+    let attitude: [f64; 4] = get("attitude")?.extract()?;
+    let heading_known: bool = get("heading_known")?.extract()?;
+    Ok(Start {
+        attitude,
+        heading_known,
+        course: wheeled || get("course")?.extract()?,
+        latitude: number("latitude")?.to_radians(),
+        gyro_bias: vector("gyro_bias")?,
+        accel_bias: vector("accel_bias")?,
+        sigma_level: number("sigma_level")?,
+        sigma_heading: number("sigma_heading")?,
+        sigma_gyro_bias: number("sigma_gyro_bias")?,
+        sigma_accel_bias: number("sigma_accel_bias")?,
+    })
+}
+
+fn wheels(
+    vehicle: Option<&str>,
+    axle: Option<&Bound<'_, PyAny>>,
+    sigma: Option<f64>,
+) -> PyResult<Option<Wheels>> {
+    match vehicle {
+        Some("wheeled") => {
+            Ok(Some(Wheels { axle: lever("axle", axle)?, sigma: sigma.unwrap_or(WHEEL_SIGMA) }))
+        }
+        Some(other) => {
+            Err(PyValueError::new_err(format!("vehicle must be None or 'wheeled', got '{other}'")))
+        }
+        None => match (axle, sigma) {
+            (None, None) => Ok(None),
+            (Some(_), _) => Err(PyValueError::new_err("axle is used by vehicle='wheeled' only")),
+            (None, Some(_)) => {
+                Err(PyValueError::new_err("wheel_sigma is used by vehicle='wheeled' only"))
+            }
+        },
+    }
+}
+
+const WHEEL_SIGMA: f64 = 0.3;
+
+fn choice(name: &str, given: &str, words: &[&str]) -> PyResult<usize> {
+    words.iter().position(|word| *word == given).ok_or_else(|| {
+        let words = quoted(words, "or");
+        PyValueError::new_err(format!("{name} must be {words}, got '{given}'"))
+    })
+}
+
+fn lever(name: &str, given: Option<&Bound<'_, PyAny>>) -> PyResult<[f64; 3]> {
+    given.map_or(Ok([0.0; 3]), |given| three(name, given))
+}
+
+/// Three numbers, NaN for what is None.
+#[inline]
+fn three(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
+    if let Some(usual) = arrays::three(given) {
+        return Ok(usual);
+    }
+    let found = arrays::named(name, given, "(3,)", |found| found == [3])?.values;
+    Ok([found[0], found[1], found[2]])
+}
+
+/// One deviation for all axes, or three.
+fn sigmas(name: &str, given: Option<&Bound<'_, PyAny>>, usual: f64) -> PyResult<[f64; 3]> {
+    let Some(given) = given else { return Ok([usual; 3]) };
+    match arrays::sample(given) {
+        Ok(one) => Ok([one; 3]),
+        Err(_) => three(name, given),
+    }
+}
+
+fn radians([latitude, longitude, height]: [f64; 3]) -> [f64; 3] {
+    [latitude.to_radians(), longitude.to_radians(), height]
+}
+
+#[inline(always)]
+fn degrees([latitude, longitude, height]: [f64; 3]) -> [f64; 3] {
+    [latitude.to_degrees(), longitude.to_degrees(), height]
+}
