@@ -72,6 +72,8 @@ if TYPE_CHECKING:
     from zerorate.calibrate.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibrate.rate.reference import FittedRate, fit_rate
     from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
+    from zerorate.navigation.fixes import Fixes
+    from zerorate.navigation.readers import read_fixes
     from zerorate.simulate.motion import MotionErrors, SimulatedMotion, simulate_motion
     from zerorate.simulate.session import (
         AccelErrors,
@@ -100,6 +102,7 @@ __all__ = [
     "DynamicAllan",
     "FittedModel",
     "FittedRate",
+    "Fixes",
     "FusedAccelerometers",
     "GyroArray",
     "GyroErrors",
@@ -151,6 +154,7 @@ __all__ = [
     "live",
     "metrics",
     "raw_counts",
+    "read_fixes",
     "read_log",
     "read_recording",
     "read_rotations",
@@ -176,6 +180,7 @@ _LATER = {
     "Calibration": "calibrate.calibration",
     "CalibrationComparison": "calibrate.comparison",
     "FittedRate": "calibrate.rate.reference",
+    "Fixes": "navigation.fixes",
     "FusedAccelerometers": "array.accelerometers",
     "GyroErrors": "simulate.session",
     "Integrated": "calibrate.rate.angle",
@@ -197,6 +202,7 @@ _LATER = {
     "fit_rate": "calibrate.rate.reference",
     "fuse_accelerometers": "array.accelerometers",
     "integrate": "calibrate.rate.angle",
+    "read_fixes": "navigation.readers",
     "read_rotations": "array.rotations",
     "simulate_motion": "simulate.motion",
     "simulate_session": "simulate.session",
