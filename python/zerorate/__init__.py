@@ -74,6 +74,7 @@ if TYPE_CHECKING:
     from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
     from zerorate.navigation.fixes import Fixes
     from zerorate.navigation.readers import read_fixes
+    from zerorate.navigation.tracks import write_geojson, write_gpx
     from zerorate.simulate.motion import MotionErrors, SimulatedMotion, simulate_motion
     from zerorate.simulate.session import (
         AccelErrors,
@@ -165,6 +166,8 @@ __all__ = [
     "units",
     "whittle",
     "worst_axis",
+    "write_geojson",
+    "write_gpx",
     "write_log",
 ]
 
@@ -206,6 +209,8 @@ _LATER = {
     "read_rotations": "array.rotations",
     "simulate_motion": "simulate.motion",
     "simulate_session": "simulate.session",
+    "write_geojson": "navigation.tracks",
+    "write_gpx": "navigation.tracks",
 }
 """Modules that are imported when they, or a name in them, are first asked for."""
 
