@@ -75,6 +75,7 @@ if TYPE_CHECKING:
     from zerorate.navigation.fixes import Fixes
     from zerorate.navigation.readers import read_fixes
     from zerorate.navigation.tracks import write_geojson, write_gpx
+    from zerorate.simulate.drive import SimulatedDrive, simulate_drive
     from zerorate.simulate.motion import MotionErrors, SimulatedMotion, simulate_motion
     from zerorate.simulate.session import (
         AccelErrors,
@@ -123,6 +124,7 @@ __all__ = [
     "RecursiveLeastSquares",
     "RestDetector",
     "Rotations",
+    "SimulatedDrive",
     "SimulatedMotion",
     "SimulatedSession",
     "Sinusoid",
@@ -160,6 +162,7 @@ __all__ = [
     "read_recording",
     "read_rotations",
     "simulate",
+    "simulate_drive",
     "simulate_motion",
     "simulate_session",
     "split_log",
@@ -192,6 +195,7 @@ _LATER = {
     "RateTable": "calibrate.rate.rate_table",
     "RateTableAxis": "calibrate.rate.rate_table",
     "Rotations": "array.rotations",
+    "SimulatedDrive": "simulate.drive",
     "SimulatedMotion": "simulate.motion",
     "SimulatedSession": "simulate.session",
     "TemperatureBias": "calibrate.temperature",
@@ -207,6 +211,7 @@ _LATER = {
     "integrate": "calibrate.rate.angle",
     "read_fixes": "navigation.readers",
     "read_rotations": "array.rotations",
+    "simulate_drive": "simulate.drive",
     "simulate_motion": "simulate.motion",
     "simulate_session": "simulate.session",
     "write_geojson": "navigation.tracks",
