@@ -72,6 +72,10 @@ if TYPE_CHECKING:
     from zerorate.calibrate.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibrate.rate.reference import FittedRate, fit_rate
     from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
+    from zerorate.navigation.fixes import Fixes
+    from zerorate.navigation.readers import read_fixes
+    from zerorate.navigation.tracks import write_geojson, write_gpx
+    from zerorate.simulate.drive import SimulatedDrive, simulate_drive
     from zerorate.simulate.motion import MotionErrors, SimulatedMotion, simulate_motion
     from zerorate.simulate.session import (
         AccelErrors,
@@ -100,6 +104,7 @@ __all__ = [
     "DynamicAllan",
     "FittedModel",
     "FittedRate",
+    "Fixes",
     "FusedAccelerometers",
     "GyroArray",
     "GyroErrors",
@@ -119,6 +124,7 @@ __all__ = [
     "RecursiveLeastSquares",
     "RestDetector",
     "Rotations",
+    "SimulatedDrive",
     "SimulatedMotion",
     "SimulatedSession",
     "Sinusoid",
@@ -151,16 +157,20 @@ __all__ = [
     "live",
     "metrics",
     "raw_counts",
+    "read_fixes",
     "read_log",
     "read_recording",
     "read_rotations",
     "simulate",
+    "simulate_drive",
     "simulate_motion",
     "simulate_session",
     "split_log",
     "units",
     "whittle",
     "worst_axis",
+    "write_geojson",
+    "write_gpx",
     "write_log",
 ]
 
@@ -176,6 +186,7 @@ _LATER = {
     "Calibration": "calibrate.calibration",
     "CalibrationComparison": "calibrate.comparison",
     "FittedRate": "calibrate.rate.reference",
+    "Fixes": "navigation.fixes",
     "FusedAccelerometers": "array.accelerometers",
     "GyroErrors": "simulate.session",
     "Integrated": "calibrate.rate.angle",
@@ -184,6 +195,7 @@ _LATER = {
     "RateTable": "calibrate.rate.rate_table",
     "RateTableAxis": "calibrate.rate.rate_table",
     "Rotations": "array.rotations",
+    "SimulatedDrive": "simulate.drive",
     "SimulatedMotion": "simulate.motion",
     "SimulatedSession": "simulate.session",
     "TemperatureBias": "calibrate.temperature",
@@ -197,9 +209,13 @@ _LATER = {
     "fit_rate": "calibrate.rate.reference",
     "fuse_accelerometers": "array.accelerometers",
     "integrate": "calibrate.rate.angle",
+    "read_fixes": "navigation.readers",
     "read_rotations": "array.rotations",
+    "simulate_drive": "simulate.drive",
     "simulate_motion": "simulate.motion",
     "simulate_session": "simulate.session",
+    "write_geojson": "navigation.tracks",
+    "write_gpx": "navigation.tracks",
 }
 """Modules that are imported when they, or a name in them, are first asked for."""
 

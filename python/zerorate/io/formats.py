@@ -17,7 +17,15 @@ from zerorate.io.readers.objects import ArrowStream, described, table_of
 from zerorate.io.table import Content, Format
 from zerorate.texts import printable
 
-__all__ = ["FORMATS", "LogSource", "format_of", "label_of", "opened"]
+__all__ = [
+    "FORMATS",
+    "LogSource",
+    "binary_format",
+    "check_readable",
+    "format_of",
+    "label_of",
+    "opened",
+]
 
 LogSource = (
     str | os.PathLike[str] | Mapping[str, npt.ArrayLike] | npt.NDArray[Any] | ArrowStream | Part
@@ -54,7 +62,7 @@ def opened(source: LogSource) -> tuple[str, Content]:
     """Return the format of a source and its content."""
     if isinstance(source, (str, os.PathLike)):
         file = Path(source)
-        _check_readable(file)
+        check_readable(file)
         form = format_of(file)
         return form.kind, guarded_content(form, file)
     if isinstance(source, Part):
@@ -63,7 +71,8 @@ def opened(source: LogSource) -> tuple[str, Content]:
     return kind, Content.of(table)
 
 
-def _check_readable(file: Path) -> None:
+def check_readable(file: Path) -> None:
+    """Raise the OSError that says why a path is no file or bag that can be read."""
     if file.is_dir() and not ros.is_bag_folder(file):
         raise IsADirectoryError(f"{file} is a folder, expected a log file or a ROS 2 bag")
     if not file.exists():
@@ -94,8 +103,13 @@ def format_of(file: Path) -> Format:
     return form
 
 
+def binary_format(head: bytes) -> Format | None:
+    """Return the format whose files begin so, None for a text."""
+    return next((form for form in _BINARY if head.startswith(form.marks)), None)
+
+
 def _check_content(form: Format, head: bytes) -> None:
-    content = next((other for other in _BINARY if head.startswith(other.marks)), _TEXT)
+    content = binary_format(head) or _TEXT
     if content is not form and not head.startswith(form.marks):
         found = "something else" if content is _TEXT else content.called
         raise LogError(f"by its suffix {form.called}, by its content {found}; rename or convert it")

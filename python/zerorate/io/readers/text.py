@@ -48,7 +48,10 @@ def _find_layout(raw: bytes) -> tuple[Layout, Metadata]:
     delimiter = _delimiter(body[min(1, len(body) - 1)].text)
     cells = [split(line.text, delimiter) for line in body[:50]]
     decimal_comma = delimiter != "," and _has_decimal_comma(cells)
-    headed = not _all_numbers(cells[0], decimal_comma)
+    told = _names_in_comment(lines, body[0], delimiter, len(cells[0]))
+    # Rows with a text in them, such as a frame, are no header below one in a comment.
+    below_names = told is not None and any(is_number(cell, decimal_comma) for cell in cells[0])
+    headed = not below_names and not _all_numbers(cells[0], decimal_comma)
     if headed and len(body) == 1:
         raise LogError(f"line {body[0].number} is a header without rows, expected numbers below it")
     first = body[1] if headed else body[0]
@@ -58,7 +61,7 @@ def _find_layout(raw: bytes) -> tuple[Layout, Metadata]:
         _check_has_number(first, row, decimal_comma)
         names = _header(cells[0], row, body[0].number, first.number)
     else:
-        names = _names_in_comment(lines, first, delimiter, len(row))
+        names = told
     layout = Layout(
         offset=first.offset,
         lines_before=first.number - 1,

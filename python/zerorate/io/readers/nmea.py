@@ -1,0 +1,276 @@
+"""NMEA 0183: the sentences GGA, RMC, GST, VTG and ZDA of a receiver, one row a fix."""
+
+from __future__ import annotations
+
+import datetime
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate.io.log import LogError
+from zerorate.io.table import Column, Content, Format, Metadata, Table
+from zerorate.texts import extra_needed
+
+__all__ = ["FORMAT", "looks_like_nmea"]
+
+_SENTENCE: Final = re.compile(rb"\$[A-Z]{2}(GGA|RMC|GST|VTG|ZDA),[^$\r\n]*")
+_ANY: Final = re.compile(rb"^[^\r\n]{0,64}?\$(?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,}),", re.MULTILINE)
+_KNOT: Final = 1852.0 / 3600.0
+_DAY: Final = 86_400.0
+
+_COLUMNS: Final = (
+    "latitude_deg",
+    "longitude_deg",
+    "height_m",
+    "velocity_north_mps",
+    "velocity_east_mps",
+    "sigma_north_m",
+    "sigma_east_m",
+    "sigma_up_m",
+    "quality",
+    "satellites",
+)
+
+
+def looks_like_nmea(head: bytes) -> bool:
+    """Whether the beginning of a file has a sentence of NMEA 0183 on one of its lines."""
+    return _ANY.search(head) is not None
+
+
+def _read(path: Path) -> Content:
+    raw = path.read_bytes()
+    if not looks_like_nmea(raw[: 1 << 16]):
+        raise LogError("no line has an NMEA sentence such as $GNGGA, expected those of a receiver")
+    reading = _Reading()
+    sentences = [found[0].rstrip() for found in _SENTENCE.finditer(raw)]
+    # Where the receiver writes none at all, nothing tells a sentence that is cut off.
+    summed = any(b"*" in sentence for sentence in sentences)
+    for sentence in sentences:
+        reading.take(sentence, summed)
+    return Content.of(_table(reading))
+
+
+FORMAT: Final = Format("nmea", "NMEA sentences", (".nmea", ".nma"), (), _read)
+
+
+@dataclass
+class _Epoch:
+    """What the sentences of one moment tell: the time of the day, s, and by ``values`` the rest."""
+
+    seconds: float
+    day: int | None = None
+    values: dict[str, float] = field(default_factory=dict)
+    at_sea: bool = False
+    void: bool = False
+
+
+class _Reading:
+    """Sentences as they come, gathered by their time."""
+
+    def __init__(self) -> None:
+        try:
+            from pynmeagps import NMEAReader
+        except ImportError:
+            raise ImportError(extra_needed("pynmeagps", "nmea", "an NMEA file")) from None
+        self._parse = NMEAReader.parse
+        self.epochs: list[_Epoch] = []
+        self.wrong = 0
+        self.unreadable = 0
+        self._takes: dict[str, Callable[[_Epoch, Any], None]] = {
+            "GGA": _take_position,
+            "RMC": _take_minimum,
+            "GST": _take_errors,
+            "VTG": _take_course,
+            "ZDA": _take_date,
+        }
+
+    def take(self, sentence: bytes, summed: bool) -> None:
+        """Add what one sentence tells; a damaged one is counted."""
+        content, _, told = sentence.partition(b"*")
+        if summed and not _sums_up(content, told):
+            self.wrong += 1
+            return
+        try:
+            found = self._parse(content + b"*00\r\n", validate=0)
+            epoch = self._epoch(found)
+            if epoch is not None:
+                self._takes[found.msgID](epoch, found)
+        except Exception:  # what garbage raises in the package has no common base
+            self.unreadable += 1
+
+    def _epoch(self, found: Any) -> _Epoch | None:  # noqa: ANN401
+        """Return the moment of a sentence: its own, or for one without a time the last."""
+        if not hasattr(found, "time"):
+            return self.epochs[-1] if self.epochs else None
+        time = found.time
+        if not isinstance(time, datetime.time):
+            return None  # no time before the first fix
+        seconds = 3600.0 * time.hour + 60.0 * time.minute + time.second + 1e-6 * time.microsecond
+        if not self.epochs or self.epochs[-1].seconds != seconds:
+            self.epochs.append(_Epoch(seconds))
+        return self.epochs[-1]
+
+
+def _sums_up(content: bytes, told: bytes) -> bool:
+    total = 0
+    for byte in content[1:]:
+        total ^= byte
+    return told[:2].upper() == b"%02X" % total
+
+
+def _take_position(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401
+    quality = _number(found.quality)
+    if not quality > 0.0:
+        epoch.void = True
+        return
+    above_sea, geoid = _number(found.alt), _number(found.sep)
+    epoch.at_sea = math.isnan(geoid) and not math.isnan(above_sea)
+    epoch.values |= {
+        "latitude_deg": _number(found.lat),
+        "longitude_deg": _number(found.lon),
+        "height_m": above_sea + (0.0 if epoch.at_sea else geoid),
+        "quality": quality,
+        "satellites": _number(found.numSV),
+    }
+
+
+def _take_minimum(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401
+    if isinstance(found.date, datetime.date):
+        epoch.day = _days(found.date)
+    if found.status != "A":
+        epoch.void = True
+        return
+    epoch.values.setdefault("latitude_deg", _number(found.lat))
+    epoch.values.setdefault("longitude_deg", _number(found.lon))
+    epoch.values |= _velocity(_KNOT * _number(found.spd), _number(found.cog))
+
+
+def _take_course(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401
+    if "velocity_north_mps" in epoch.values:
+        return
+    speed = _number(found.sogk) / 3.6
+    if math.isnan(speed):
+        speed = _KNOT * _number(found.sogn)
+    epoch.values |= _velocity(speed, _number(found.cogt))
+
+
+def _take_errors(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401
+    told = {"north": found.stdLat, "east": found.stdLong, "up": found.stdAlt}
+    epoch.values |= {f"sigma_{way}_m": _number(sigma) for way, sigma in told.items()}
+
+
+def _take_date(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401
+    if all(isinstance(part, int) for part in (found.year, found.month, found.day)):
+        epoch.day = _days(datetime.date(found.year, found.month, found.day))
+
+
+def _velocity(speed: float, course: float) -> dict[str, float]:
+    """Return north and east, m/s; receivers that stand tell a speed of zero without a course."""
+    if math.isnan(course):
+        if speed != 0.0:
+            return {}
+        course = 0.0
+    angle = math.radians(course)
+    return {
+        "velocity_north_mps": speed * math.cos(angle),
+        "velocity_east_mps": speed * math.sin(angle),
+    }
+
+
+def _number(cell: object) -> float:
+    """Return a field's number, NaN where it is blank."""
+    return float(cell) if isinstance(cell, (int, float)) else math.nan
+
+
+def _days(date: datetime.date) -> int:
+    return date.toordinal() - datetime.date(1970, 1, 1).toordinal()
+
+
+def _with_days(epochs: Sequence[_Epoch]) -> bool:
+    """Give each moment its day, counted over midnight from those dated; return if any was.
+
+    Without a date the days are counted from the first.
+    """
+    dated = [i for i, epoch in enumerate(epochs) if epoch.day is not None]
+    first = dated[0] if dated else 0
+    if not dated and epochs:
+        epochs[0].day = 0
+    for before, epoch in zip(epochs[first:], epochs[first + 1 :], strict=False):
+        if epoch.day is None:
+            epoch.day = _day(before) + _midnights(before.seconds, epoch.seconds)
+    for i in reversed(range(first)):
+        following = epochs[i + 1]
+        epochs[i].day = _day(following) - _midnights(epochs[i].seconds, following.seconds)
+    return bool(dated)
+
+
+def _day(epoch: _Epoch) -> int:
+    assert epoch.day is not None
+    return epoch.day
+
+
+def _midnights(earlier: float, later: float) -> int:
+    """Return the days that begin between two times of the day, which are hours apart at most."""
+    step = later - earlier
+    return 1 if step < -0.5 * _DAY else -1 if step > 0.5 * _DAY else 0
+
+
+def _table(reading: _Reading) -> Table:
+    dated = _with_days(reading.epochs)
+    with_fix = [epoch for epoch in reading.epochs if _has_fix(epoch)]
+    if not with_fix:
+        reasons = ", ".join(_faults(reading)) or "no sentence GGA or RMC tells a position"
+        raise LogError(f"there is no fix: {reasons}")
+    without = sum(1 for epoch in reading.epochs if epoch.void and not _has_fix(epoch))
+    time = _times(with_fix, dated)
+    columns: list[Column] = [time]
+    columns += [np.array([e.values.get(name, math.nan) for e in with_fix]) for name in _COLUMNS]
+    notes = tuple(_notes(reading, with_fix, without, dated))
+    return Table(
+        width=len(columns),
+        load=lambda wanted: [columns[i] for i in wanted],
+        names=("time_utc" if dated else "time_s", *_COLUMNS),
+        meta=Metadata(notes=notes),
+        time=0,
+    )
+
+
+def _has_fix(epoch: _Epoch) -> bool:
+    place = (epoch.values.get(name, math.nan) for name in ("latitude_deg", "longitude_deg"))
+    return not epoch.void and not any(map(math.isnan, place))
+
+
+def _times(epochs: Sequence[_Epoch], dated: bool) -> Column:
+    """Return dates to the microsecond, or seconds since the first midnight."""
+    if not dated:
+        return np.array([_DAY * _day(epoch) + epoch.seconds for epoch in epochs])
+    counts = [86_400_000_000 * _day(epoch) + round(1e6 * epoch.seconds) for epoch in epochs]
+    return np.array(counts, dtype=np.int64).view("datetime64[us]")
+
+
+def _faults(reading: _Reading) -> Iterator[str]:
+    for count, what in (
+        (reading.wrong, "with a wrong checksum or none"),
+        (reading.unreadable, "that cannot be read"),
+    ):
+        if count:
+            yield f"{count} sentence{'' if count == 1 else 's'} {what}"
+
+
+def _notes(
+    reading: _Reading, with_fix: Sequence[_Epoch], without: int, dated: bool
+) -> Iterator[str]:
+    faults = list(_faults(reading))
+    if faults:
+        yield f"left out: {', '.join(faults)}"
+    if without:
+        yield f"left out: {without} moment{'' if without == 1 else 's'} without a fix"
+    if any(epoch.at_sea for epoch in with_fix):
+        yield "heights are above mean sea level: the receiver does not tell that of the geoid"
+    if not dated:
+        yield "no sentence RMC or ZDA tells the date: times are seconds since the first midnight"

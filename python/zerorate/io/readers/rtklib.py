@@ -1,0 +1,157 @@
+"""RTKLIB's solution files: fixes in latitude, longitude and height."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from zerorate.io.clocks.iso8601 import dates
+from zerorate.io.log import LogError
+from zerorate.io.readers.parsers import decoded
+from zerorate.io.table import Column, Content, Format, Metadata, Table
+
+__all__ = ["FORMAT", "looks_like_rtklib"]
+
+_HEADER: Final = re.compile(r"^%\s*(GPST|UTC|JST)\b(.*)$")
+_ROW: Final = (
+    r"(?:\d{4}/\d\d/\d\d[ ,]+\d\d:\d\d:\d\d(?:\.\d+)?|\d{3,4}[ ,]+\d{1,6}\.\d{1,9})"
+    r"(?:[ ,\t]+[-+.\deE]+){5,}\s*$"
+)
+_LOOKS: Final = re.compile(rf"^(?:%\s*(?:GPST|UTC|JST)\b.*\(|{_ROW})".encode(), re.MULTILINE)
+_DATE: Final = re.compile(r"(\d{4})/(\d\d)/(\d\d)$")
+_WEEK: Final = 604_800
+_GPS_DAYS: Final = 3657
+"""From 1970 to the beginning of the first week of GPS, 6 January 1980."""
+
+_STANDARD: Final = (
+    "latitude(deg)", "longitude(deg)", "height(m)", "Q", "ns", "sdn(m)", "sde(m)", "sdu(m)",
+    "sdne(m)", "sdeu(m)", "sdun(m)", "age(s)", "ratio", "vn(m/s)", "ve(m/s)", "vu(m/s)",
+)  # fmt: skip
+"""Columns of a file without a header."""
+
+_NAMES: Final = {
+    "latitude": "latitude_deg",
+    "longitude": "longitude_deg",
+    "height": "height_m",
+    "q": "quality",
+    "ns": "satellites",
+    "sdn": "sigma_north_m",
+    "sde": "sigma_east_m",
+    "sdu": "sigma_up_m",
+    "vn": "velocity_north_mps",
+    "ve": "velocity_east_mps",
+    "vu": "velocity_up_mps",
+    "sdvn": "sigma_velocity_north_mps",
+    "sdve": "sigma_velocity_east_mps",
+    "sdvu": "sigma_velocity_up_mps",
+}
+_OTHERS: Final = {
+    "e-baseline": "baselines between two receivers (e/n/u)",
+    "x-ecef": "earth-centred coordinates (x/y/z)",
+    "latitude(d'\")": "degrees, minutes and seconds",
+}
+
+
+def looks_like_rtklib(head: bytes) -> bool:
+    """Whether the beginning of a file has the header or a row of a solution."""
+    return _LOOKS.search(head) is not None
+
+
+def _read(path: Path) -> Content:
+    lines = decoded(path.read_bytes()).splitlines()
+    scale, names = _header(lines)
+    rows = list(_rows(lines, names))
+    if not rows:
+        raise LogError("the file holds no fix, expected rows of a solution")
+    times = _times([row[:2] for row in rows])
+    values = np.array([row[2] for row in rows], dtype=np.float64)
+    kept = [(i, _NAMES[name]) for i, name in enumerate(map(_plain, names)) if name in _NAMES]
+    columns: list[Column] = [times, *(values[:, i] for i, _ in kept)]
+    return Content.of(
+        Table(
+            width=len(columns),
+            load=lambda wanted: [columns[i] for i in wanted],
+            names=(f"time_{scale}", *(name for _, name in kept)),
+            meta=Metadata(notes=tuple(_notes(lines, scale))),
+            time=0,
+        )
+    )
+
+
+FORMAT: Final = Format("rtklib", "a solution of RTKLIB", (".pos",), (), _read)
+
+
+def _plain(name: str) -> str:
+    return name.partition("(")[0].lower()
+
+
+def _header(lines: Sequence[str]) -> tuple[str, tuple[str, ...]]:
+    """Return the scale of time, and the names of the columns after it."""
+    for line in lines:
+        found = _HEADER.match(line)
+        if found is None:
+            continue
+        names = tuple(found[2].replace(",", " ").split())
+        first = names[0].partition("(m)")[0] if names else ""
+        if first in _OTHERS:
+            raise LogError(
+                f"the solution is in {_OTHERS[first]}, expected latitude, longitude and height "
+                "in degrees and metres: set out-solformat=llh and out-degform=deg"
+            )
+        if first != "latitude(deg)":
+            raise LogError(f"the header '{line[:60]}' does not begin with a latitude")
+        return {"GPST": "gps", "UTC": "utc", "JST": "jst"}[found[1]], names
+    return "gps", _STANDARD
+
+
+def _rows(lines: Sequence[str], names: Sequence[str]) -> Iterator[tuple[str, str, list[float]]]:
+    """Yield the two cells of the time, and all numbers after them."""
+    width = 0
+    for number, line in enumerate(lines, start=1):
+        if not line.strip() or line.startswith(("%", "#")):
+            continue
+        cells = re.split(r"\s*,\s*|\s+", line.strip())
+        width = width or len(cells)
+        if len(cells) != width or len(cells) < 5:
+            # A run that is being written, or was killed, ends within a line.
+            if number == len(lines) and width:
+                return
+            raise LogError(f"line {number} has {len(cells)} cells, expected {max(width, 5)}")
+        try:
+            values = [float(cell) for cell in cells[2:]]
+        except ValueError:
+            raise LogError(f"line {number} holds a cell that is no number") from None
+        values = values[: len(names)]
+        yield cells[0], cells[1], values + [math.nan] * (len(names) - len(values))
+
+
+def _times(rows: Sequence[tuple[str, ...]]) -> Column:
+    """Return dates to the nanosecond, from dates or from weeks and seconds of GPS."""
+    if _DATE.match(rows[0][0]):
+        found = dates([f"{day.replace('/', '-')}T{clock}" for day, clock in rows])
+        if found is None:
+            raise LogError("a time is no date such as 2024/05/01 12:00:00.000")
+        return found
+    try:
+        counts = [
+            1_000_000_000 * (_WEEK * int(week) + 86_400 * _GPS_DAYS) + round(1e9 * float(seconds))
+            for week, seconds in rows
+        ]
+    except ValueError:
+        raise LogError("a time is neither a date nor a week of GPS and its seconds") from None
+    return np.array(counts, dtype=np.int64).view("datetime64[ns]")
+
+
+def _notes(lines: Sequence[str], scale: str) -> Iterator[str]:
+    head = [line for line in lines if line.startswith("%")]
+    if not any(_HEADER.match(line) for line in head):
+        yield "there is no header: the columns are taken for those of RTKLIB's default, in GPS time"
+    if any("/geodetic" in line for line in head):
+        yield "heights are above the geoid, as RTKLIB was told to write them"
+    if scale == "gps":
+        yield "times are of GPS, which is ahead of UTC by the leap seconds"

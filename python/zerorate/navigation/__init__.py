@@ -1,0 +1,1 @@
+"""Navigation by inertial sensors and a receiver: the earth, fixes and tracks."""
