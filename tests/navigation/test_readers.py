@@ -1,5 +1,6 @@
 """Fixes from files of receivers and from tables: values, units, time, and what is damaged."""
 
+import contextlib
 import json
 import sys
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
+from support.formats import damaged
 from support.receivers import (
     SOLUTION_COLUMNS,
     SOLUTION_HEAD,
@@ -388,6 +390,25 @@ class TestFiles:
             with pytest.raises(LogError, match=name.replace(".", r"\.")):
                 zr.read_fixes(path)
 
+    @pytest.mark.parametrize("kind", ["nmea", "pos", "jsonl", "csv"])
+    def test_damage_is_told_in_one_sentence(self, tmp_path, kind):
+        path = tmp_path / f"a.{kind}"
+        match kind:
+            case "nmea":
+                nmea(path, [line for i in range(5) for line in epoch(f"12000{i}.00")])
+            case "pos":
+                rows = [solution_row(f"12:00:0{i}.000", i) for i in range(5)]
+                path.write_text(SOLUTION_HEAD + SOLUTION_COLUMNS + "".join(rows))
+            case "jsonl":
+                json_lines(path, [message(i) for i in range(5)])
+            case _:
+                bag_csv(path, [message(i) for i in range(5)])
+        whole, rng = path.read_bytes(), np.random.default_rng(8)
+        for _ in range(150):
+            path.write_bytes(damaged(whole, rng))
+            with contextlib.suppress(LogError):
+                assert 1 <= len(zr.read_fixes(path)) <= 10
+
     def test_missing_files(self, tmp_path):
         with pytest.raises(FileNotFoundError):
             zr.read_fixes(tmp_path / "none.nmea")
@@ -409,6 +430,13 @@ class TestDrive:
         mean = 0.5 * (fixes.velocity[1:] + fixes.velocity[:-1])
         driven = np.sum(mean * np.diff(fixes.time)[:, None], axis=0)
         np.testing.assert_allclose(driven, way, atol=8.0)
+
+    def test_fixes_of_an_autopilot(self):
+        fixes = zr.read_fixes(RECORDINGS / "px4_sample_log_small.ulg")
+        assert (len(fixes), fixes.epoch) == (32, None)
+        np.testing.assert_allclose(fixes.position[0], [63.4170622, 10.4082151, 66.814])
+        assert "heights are above mean sea level, as their column says" in fixes.notes
+        assert np.isfinite(fixes.velocity).all()
 
     def test_the_imu_has_its_units_and_its_clock(self):
         recording = zr.read_recording(RECORDINGS / "drive_imu_100hz.parquet")

@@ -158,13 +158,13 @@ class TestErrors:
         walk = zr.NoiseModel(rate_random_walk=1e-4)
         drives = [
             zr.simulate_drive(10.0, 20.0, seed=seed, rest=1.0, gyro=walk, accel=None)
-            for seed in range(150)
+            for seed in range(60)
         ]
         moves = np.array([drive.gyro_bias[-1] - drive.gyro_bias[0] for drive in drives])
-        # K sqrt(t) after 199 steps; 450 values: to 3.3 %.
-        assert moves.std() == pytest.approx(1e-4 * np.sqrt(9.95), rel=0.12)
+        # K sqrt(t) after 199 steps; 180 values: to 5 %.
+        assert moves.std() == pytest.approx(1e-4 * np.sqrt(9.95), rel=0.2)
         constants = np.array([drive.accel_bias[0] for drive in drives])
-        assert constants.std() == pytest.approx(0.02, rel=0.12)
+        assert constants.std() == pytest.approx(0.02, rel=0.2)
 
     def test_given_biases_are_taken(self):
         drive = zr.simulate_drive(

@@ -293,6 +293,9 @@ def _fixes(table: Table, label: str) -> Fixes:
     time, epoch = columns.time()
     place = [columns.angle(_LATITUDE, "latitude"), columns.angle(_LONGITUDE, "longitude")]
     height = columns.numbers(_HEIGHT)
+    index = _index(table, _HEIGHT)
+    if index is not None and "msl" in plain(table.label(index)).split("_"):
+        columns.notes.append("heights are above mean sea level, as their column says")
     if height is None:
         columns.notes.append("no column is a height, such as height_m: it is missing")
     position = np.column_stack([*place, np.full(len(time), np.nan) if height is None else height])
