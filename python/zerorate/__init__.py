@@ -17,6 +17,7 @@ from zerorate._native import (
     GyroArray,
     ImuCorrector,
     MotionDetector,
+    NavigationFilter,
     PositionFilter,
     RecursiveLeastSquares,
     RestDetector,
@@ -72,8 +73,11 @@ if TYPE_CHECKING:
     from zerorate.calibrate.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibrate.rate.reference import FittedRate, fit_rate
     from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
+    from zerorate.navigation.alignment import Alignment, align
     from zerorate.navigation.fixes import Fixes
+    from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
     from zerorate.navigation.readers import read_fixes
+    from zerorate.navigation.track import Track
     from zerorate.navigation.tracks import write_geojson, write_gpx
     from zerorate.simulate.drive import SimulatedDrive, simulate_drive
     from zerorate.simulate.motion import MotionErrors, SimulatedMotion, simulate_motion
@@ -87,6 +91,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DEVICES",
     "AccelErrors",
+    "Alignment",
     "AllanCovariance",
     "AllanNoise",
     "AllanResult",
@@ -115,7 +120,9 @@ __all__ = [
     "Markov",
     "MotionDetector",
     "MotionErrors",
+    "Mounting",
     "MovedParameter",
+    "NavigationFilter",
     "NoiseModel",
     "PositionFilter",
     "RateTable",
@@ -134,12 +141,15 @@ __all__ = [
     "TemperatureModel",
     "Tilt",
     "Trace",
+    "Track",
     "VirtualGyro",
     "WaveletDenoiser",
     "__version__",
+    "align",
     "allan",
     "allan_covariance",
     "array_log",
+    "body_axes",
     "calibrate",
     "calibrate_rate_table",
     "compare",
@@ -159,6 +169,7 @@ __all__ = [
     "raw_counts",
     "read_fixes",
     "read_log",
+    "read_mounting",
     "read_recording",
     "read_rotations",
     "simulate",
@@ -181,6 +192,7 @@ _LATER = {
     "live": "live",
     "metrics": "metrics",
     "AccelErrors": "simulate.session",
+    "Alignment": "navigation.alignment",
     "ArrayLog": "array.logs",
     "AttitudeEstimate": "attitude.estimate",
     "Calibration": "calibrate.calibration",
@@ -191,6 +203,7 @@ _LATER = {
     "GyroErrors": "simulate.session",
     "Integrated": "calibrate.rate.angle",
     "MotionErrors": "simulate.motion",
+    "Mounting": "navigation.mounting",
     "MovedParameter": "calibrate.comparison",
     "RateTable": "calibrate.rate.rate_table",
     "RateTableAxis": "calibrate.rate.rate_table",
@@ -200,7 +213,10 @@ _LATER = {
     "SimulatedSession": "simulate.session",
     "TemperatureBias": "calibrate.temperature",
     "TemperatureModel": "calibrate.temperature",
+    "Track": "navigation.track",
+    "align": "navigation.alignment",
     "array_log": "array.logs",
+    "body_axes": "navigation.mounting",
     "calibrate_rate_table": "calibrate.rate.rate_table",
     "find_rests": "calibrate.fit.rests",
     "compare_calibrations": "calibrate.comparison",
@@ -209,6 +225,7 @@ _LATER = {
     "fit_rate": "calibrate.rate.reference",
     "fuse_accelerometers": "array.accelerometers",
     "integrate": "calibrate.rate.angle",
+    "read_mounting": "navigation.mounting",
     "read_fixes": "navigation.readers",
     "read_rotations": "array.rotations",
     "simulate_drive": "simulate.drive",

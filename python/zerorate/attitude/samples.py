@@ -45,7 +45,12 @@ class Samples:
 
     @classmethod
     def of(
-        cls, recording: Recording, gyro: str = "gyro", accel: str | None = None, mag: bool = True
+        cls,
+        recording: Recording,
+        gyro: str = "gyro",
+        accel: str | None = None,
+        mag: bool = True,
+        what: str = "an attitude",
     ) -> Samples:
         """Return the samples of a recording.
 
@@ -60,6 +65,8 @@ class Samples:
             Names of the sensors; the accelerometer is by default that of the gyro, or the only one.
         mag : bool
             Whether to take a magnetometer, if there is one.
+        what : str
+            What needs the sensors, for messages.
 
         Raises
         ------
@@ -67,9 +74,9 @@ class Samples:
             If gyro or accelerometer are not there, not of three axes, without a sample, or not of
             a known unit.
         """
-        rates = _sensor(recording, gyro, "rate", "rad/s")
+        rates = _sensor(recording, gyro, "rate", "rad/s", what)
         forces = _sensor(
-            recording, accel or _partner(recording, gyro, "accel"), "acceleration", "m/s^2"
+            recording, accel or _partner(recording, gyro, "accel"), "acceleration", "m/s^2", what
         )
         field = _magnetometer(recording, gyro) if mag else None
         logs = [forces] if field is None else [forces, field]
@@ -91,19 +98,17 @@ class Samples:
         return _placed(log, self.log)[0]
 
 
-def _sensor(recording: Recording, name: str, kind: str, unit: str) -> Log:
+def _sensor(recording: Recording, name: str, kind: str, unit: str, what: str) -> Log:
     """Return a log of three axes in SI."""
     called = "a gyro" if kind == "rate" else "an accelerometer"
     if name not in recording:
         listed = ", ".join(recording) or "nothing"
-        raise LogError(
-            f"an attitude needs {called}; there is no {name}, the recording has: {listed}"
-        )
+        raise LogError(f"{what} needs {called}; there is no {name}, the recording has: {listed}")
     log = recording[name]
-    _check_axes(log, called)
+    _check_axes(log, called, what)
     if log.unit not in UNITS or UNITS[log.unit].kind != kind:
         raise LogError(
-            f"{', '.join(log.names)}: an attitude needs {called} of a known unit, got "
+            f"{', '.join(log.names)}: {what} needs {called} of a known unit, got "
             f"'{log.unit}'; give unit="
         )
     data = convert(log.data, log.unit, unit)
@@ -116,10 +121,10 @@ def _partner(recording: Recording, gyro: str, kind: str) -> str:
     return own if own in recording else kind
 
 
-def _check_axes(log: Log, called: str) -> None:
+def _check_axes(log: Log, called: str, what: str = "an attitude") -> None:
     if log.channels != 3:
         raise LogError(
-            f"{', '.join(log.names)}: an attitude needs {called} of three axes, got {log.channels}"
+            f"{', '.join(log.names)}: {what} needs {called} of three axes, got {log.channels}"
         )
     if not np.isfinite(log.data).all(axis=1).any():
         raise LogError(f"{', '.join(log.names)}: no sample has all three axes")

@@ -1,1 +1,8 @@
-"""Navigation by inertial sensors and a receiver: the earth, fixes and tracks."""
+"""Navigation by inertial sensors and a receiver: the earth, fixes, alignment, tracks.
+
+The filter itself is `zerorate.NavigationFilter`, of the core.
+"""
+
+from zerorate.navigation.track import STATUSES
+
+__all__ = ["STATUSES"]

@@ -305,7 +305,9 @@ impl NavigationFilter {
         }
         let step = self.step(sample, dt);
         if !self.navigating {
-            self.turn(&step);
+            if sample.time > self.start.time {
+                self.turn(&step);
+            }
             return Ok(());
         }
         self.motion.advance(&step);
@@ -535,7 +537,9 @@ impl NavigationFilter {
         let given = Given::checked(fix)?;
         let age = self.sensors.time - fix.time;
         let verdict = match given {
-            Some(given) if (-AHEAD..=LATE).contains(&age) => self.take(&given, age, witness),
+            Some(given) if given.time >= self.start.time && (-AHEAD..=LATE).contains(&age) => {
+                self.take(&given, age, witness)
+            }
             _ => Verdict::Refused,
         };
         match verdict {
@@ -897,22 +901,38 @@ struct Given {
 }
 
 impl Given {
-    /// None if nothing is there.
+    /// None if nothing is there. A height or a vertical velocity may be missing.
     fn checked(fix: &Fix) -> Result<Option<Self>, Error> {
-        let [latitude, longitude, height] = fix.position;
+        let Fix {
+            time,
+            position: [latitude, longitude, height],
+            velocity: [north, east, down],
+            ..
+        } = *fix;
         let there = latitude.abs() < LATITUDE_MAX && longitude.abs() < 7.0;
-        let position = (there && height.abs() < HEIGHT_MAX).then_some(fix.position);
-        let velocity = Some(Vector3::from(fix.velocity)).filter(is_known);
-        let sigma = |name, given: bool, sigmas: &[f64; 3]| {
-            for sigma in sigmas.iter().filter(|_| given) {
+        let flat = height.is_nan();
+        let position = (there && (flat || height.abs() < HEIGHT_MAX)).then_some([
+            latitude,
+            longitude,
+            if flat { 0.0 } else { height },
+        ]);
+        let level = down.is_nan();
+        let velocity =
+            Some(Vector3::new(north, east, if level { 0.0 } else { down })).filter(is_known);
+        let sigma = |name, told: bool, without_down: bool, sigmas: &[f64; 3]| {
+            let mut found = Vector3::from_element(SIGMA_MAX);
+            let count = if without_down { 2 } else { 3 };
+            for (place, sigma) in found.iter_mut().zip(sigmas).take(count).filter(|_| told) {
                 require(*sigma > 0.0, name, "positive", *sigma)?;
+                *place = sigma.at_most(SIGMA_MAX).at_least(SIGMA_MIN);
             }
-            Ok(Vector3::from(*sigmas).map(|s| s.at_most(SIGMA_MAX).at_least(SIGMA_MIN)))
+            Ok(found)
         };
-        let sigma_position = sigma("sigma_position", position.is_some(), &fix.sigma_position)?;
-        let sigma_velocity = sigma("sigma_velocity", velocity.is_some(), &fix.sigma_velocity)?;
+        let sigma_position =
+            sigma("sigma_position", position.is_some(), flat, &fix.sigma_position)?;
+        let sigma_velocity =
+            sigma("sigma_velocity", velocity.is_some(), level, &fix.sigma_velocity)?;
         let some = position.is_some() || velocity.is_some();
-        let time = fix.time;
         Ok(some.then_some(Self { time, position, velocity, sigma_position, sigma_velocity }))
     }
 }

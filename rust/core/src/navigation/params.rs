@@ -108,6 +108,8 @@ pub struct Start {
     pub heading_known: bool,
     /// Whether the body moves forward, so that the course may be taken for the heading.
     pub course: bool,
+    /// When the body was so, s: samples and fixes before are passed over.
+    pub time: f64,
     /// Rad; that of the first fix counts once there is one.
     pub latitude: f64,
     /// Rad/s.
@@ -130,6 +132,7 @@ impl Start {
     pub fn checked(self) -> Result<Self, Error> {
         let square = self.attitude.iter().map(|x| x * x).sum::<f64>();
         require((square - 1.0).abs() < 1e-6, "attitude", "a unit quaternion", square)?;
+        require(self.time.abs() <= 4e9, "time", "a time in seconds", self.time)?;
         let latitude = self.latitude;
         require(latitude.abs() <= LATITUDE_MAX, "latitude", "within 89.5 degrees", latitude)?;
         for (name, bias) in [("gyro_bias", &self.gyro_bias), ("accel_bias", &self.accel_bias)] {

@@ -1,0 +1,236 @@
+"""What is known of a vehicle that rests: roll, pitch, and the bias of the gyro."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from zerorate.attitude.estimate import euler_angles
+from zerorate.attitude.samples import Samples
+from zerorate.calibrate import find_rests
+from zerorate.io import LogError, Recording
+from zerorate.metrics.rotations import inverse, product
+from zerorate.navigation.earth import earth_rate
+from zerorate.types import Floats
+
+__all__ = ["Alignment", "align"]
+
+_REST: Final = 10.0
+"""Seconds at rest that an alignment needs."""
+_SHORTEST: Final = 1.0
+"""Seconds of a span that is given."""
+_GRAVITY: Final = 9.80665
+_TOLERANCE: Final = 0.1
+"""Part of gravity that the force at rest may be off."""
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """What is known of a vehicle before it moves, as `align` returns it.
+
+    Parameters
+    ----------
+    time : float
+        When the rest ended, s: the filter begins there.
+    attitude : ndarray, shape (4,)
+        Quaternion w, x, y, z from the body's axes to north, east, down.
+    latitude : float
+        deg.
+    heading_known : bool
+        Whether the heading was given; else the attitude has heading zero.
+    course : bool
+        Whether the course may be taken for the heading.
+    gyro_bias, accel_bias : ndarray, shape (3,)
+        rad/s and m/s^2.
+    sigma_level, sigma_heading : float
+        Standard deviations of roll and pitch and of the heading, rad.
+    sigma_gyro_bias, sigma_accel_bias : float
+        The same of the biases of an axis, rad/s and m/s^2.
+    """
+
+    time: float
+    attitude: Floats
+    latitude: float
+    heading_known: bool
+    course: bool
+    gyro_bias: Floats
+    accel_bias: Floats
+    sigma_level: float
+    sigma_heading: float
+    sigma_gyro_bias: float
+    sigma_accel_bias: float
+
+    def __str__(self) -> str:
+        """Say what was found, in deg."""
+        roll, pitch, yaw = np.degrees(euler_angles(self.attitude[np.newaxis])[0])
+        heading = f"heading {yaw:.2f} deg" if self.heading_known else "no heading"
+        if self.course and not self.heading_known:
+            heading = "heading from the course"
+        bias = ", ".join(f"{x:.4f}" for x in np.degrees(self.gyro_bias))
+        return (
+            f"roll {roll:.2f} deg, pitch {pitch:.2f} deg (sigma "
+            f"{math.degrees(self.sigma_level):.2f} deg), {heading}; gyro bias {bias} deg/s (sigma "
+            f"{math.degrees(self.sigma_gyro_bias):.4f} deg/s)"
+        )
+
+
+def align(
+    imu: Recording,
+    *,
+    latitude: float,
+    heading: float | Literal["course"] | None = None,
+    span: tuple[float, float] | None = None,
+    sigma_heading: float = math.radians(3.0),
+    sigma_accel_bias: float = 0.05,
+) -> Alignment:
+    """Find roll, pitch and the bias of the gyro of a vehicle that rests.
+
+    Parameters
+    ----------
+    imu : Recording
+        With a gyro and an accelerometer, axes forward, right, down (`body_axes` turns them).
+    latitude : float
+        deg, within 89.5.
+    heading : float or "course", optional
+        rad, from north over east. "course": the direction in which the vehicle moves first, above
+        2 m/s; right for what moves forward. By default it is not known, and a filter that is not of
+        a wheeled vehicle then waits for ever.
+    span : tuple of float, optional
+        From when to when the vehicle rests, s, at least one second; by default the first rest of
+        10 s that is found.
+    sigma_heading : float
+        Standard deviation of a heading that is given, rad.
+    sigma_accel_bias : float
+        What the bias of an axis of the accelerometer may be, m/s^2; roll and pitch are wrong by as
+        much over gravity.
+
+    Raises
+    ------
+    LogError
+        If the recording has no such sensors, no rest is found, the span has too few samples, or the
+        force in it is not that of gravity.
+    ValueError
+        If an argument is out of range.
+
+    Notes
+    -----
+    Roll is ``atan2(-f_y, -f_z)``, pitch ``atan2(f_x, sqrt(f_y^2 + f_z^2))`` of the mean force f.
+    The bias of the gyro is its mean less the rate of the earth; without a heading only the
+    vertical part of that is known, and the deviation says so.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(60.0, seed=1)
+    >>> start = zr.align(drive.recording(), latitude=48.0, heading=0.3)
+    >>> bool(abs(start.gyro_bias - drive.gyro_bias[0]).max() < 5 * start.sigma_gyro_bias)
+    True
+    """
+    _within("latitude", latitude, 89.5, "deg")
+    for name, sigma in (("sigma_heading", sigma_heading), ("sigma_accel_bias", sigma_accel_bias)):
+        if not 0.0 < sigma <= 10.0:
+            raise ValueError(f"{name} must be above 0 and at most 10, got {sigma}")
+    known = heading is not None and heading != "course"
+    if isinstance(heading, str) and heading != "course":
+        raise ValueError(f"heading must be an angle in rad, 'course' or None, got {heading!r}")
+    yaw = float(heading) if known else 0.0  # type: ignore[arg-type]
+    _within("heading", yaw, 4.0 * math.pi, "rad")
+    samples = Samples.of(imu, mag=False, what="an alignment")
+    first, last = _rest(imu) if span is None else _given(span)
+    gyro, accel = _between(samples, first, last)
+    force, rate = accel.mean(axis=0), gyro.mean(axis=0)
+    _check_force(force, first, last)
+    attitude = _level(force, yaw)
+    earth = earth_rate(math.radians(latitude))
+    unknown = 0.0
+    if not known:
+        unknown, earth = float(earth[0]), np.array([0.0, 0.0, earth[2]])
+    return Alignment(
+        time=last,
+        attitude=attitude,
+        latitude=float(latitude),
+        heading_known=known,
+        course=heading == "course",
+        gyro_bias=rate - _in_body(attitude, earth),
+        accel_bias=np.zeros(3),
+        sigma_level=math.hypot(sigma_accel_bias / _GRAVITY, _of_mean(accel, samples) / _GRAVITY),
+        sigma_heading=sigma_heading if known else math.pi / 2.0,
+        sigma_gyro_bias=math.hypot(_of_mean(gyro, samples), unknown),
+        sigma_accel_bias=sigma_accel_bias,
+    )
+
+
+def _within(name: str, value: float, bound: float, unit: str) -> None:
+    if not abs(value) <= bound:
+        raise ValueError(f"{name} must be within {bound:.4g} {unit}, got {value}")
+
+
+def _rest(imu: Recording) -> tuple[float, float]:
+    for rest in find_rests(imu):
+        if rest.stop - rest.start >= _REST:
+            return rest.start, rest.stop
+    raise LogError(
+        f"{imu.source}: the vehicle does not rest for {_REST:g} s, which an alignment needs: say "
+        "with span= when it rests"
+    )
+
+
+def _given(span: tuple[float, float]) -> tuple[float, float]:
+    first, last = (float(x) for x in span)
+    if not last - first >= _SHORTEST:
+        raise ValueError(f"span must be at least {_SHORTEST:g} s long, got {first:g} to {last:g} s")
+    return first, last
+
+
+def _between(samples: Samples, first: float, last: float) -> tuple[Floats, Floats]:
+    inside = (samples.log.time >= first) & (samples.log.time <= last)
+    inside &= np.isfinite(samples.gyro).all(axis=1) & np.isfinite(samples.accel).all(axis=1)
+    if inside.sum() < max(10.0, 0.5 * samples.log.rate * (last - first)):
+        raise LogError(
+            f"there are {int(inside.sum())} samples from {first:g} to {last:g} s, too few for an "
+            "alignment"
+        )
+    return samples.gyro[inside], samples.accel[inside]
+
+
+def _check_force(force: Floats, first: float, last: float) -> None:
+    size = float(np.linalg.norm(force))
+    if abs(size / _GRAVITY - 1.0) > _TOLERANCE:
+        raise LogError(
+            f"the force from {first:g} to {last:g} s is {size:.2f} m/s^2, expected that of "
+            "gravity: the accelerometer has another unit, or the vehicle moves"
+        )
+
+
+def _level(force: Floats, yaw: float) -> Floats:
+    fx, fy, fz = (float(x) for x in force)
+    roll, pitch = math.atan2(-fy, -fz), math.atan2(fx, math.hypot(fy, fz))
+    (cr, cp, cy), (sr, sp, sy) = (
+        [f(0.5 * angle) for angle in (roll, pitch, yaw)] for f in (math.cos, math.sin)
+    )
+    return np.array(
+        [
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ]
+    )
+
+
+def _in_body(attitude: Floats, vector: Floats) -> Floats:
+    turned = product(product(inverse(attitude), np.concatenate(([0.0], vector))), attitude)
+    return turned[1:]
+
+
+def _of_mean(values: Floats, samples: Samples) -> float:
+    """Return the deviation of a mean, by those of seconds: noise of samples is not white."""
+    width = max(1, round(samples.log.rate))
+    count = len(values) // width
+    if count < 3:
+        return float(values.std(axis=0).max() / math.sqrt(len(values)))
+    means = values[: count * width].reshape(count, width, 3).mean(axis=1)
+    return float(means.std(axis=0, ddof=1).max() / math.sqrt(count)) + 1e-9

@@ -1,0 +1,131 @@
+"""How sensors are mounted: turned into the axes of the body, with antenna and clock beside them."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.io import LogError, Recording
+from zerorate.types import Floats
+
+__all__ = ["Mounting", "body_axes", "read_mounting"]
+
+_KEYS = ("body_from_sensor", "antenna_from_imu_m", "imu_time_offset_s")
+_ORTHOGONAL = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Mounting:
+    """What a file says of the mounting of its sensors; None where it says nothing.
+
+    Parameters
+    ----------
+    body_from_sensor : ndarray, shape (3, 3), or None
+        Rotation from the sensor's axes to forward, right, down.
+    antenna : ndarray, shape (3,), or None
+        From the sensor to the antenna, body axes, m.
+    time_offset : float, or None
+        What the sensor's clock lacks, s: added to its times it is that of the fixes.
+    """
+
+    body_from_sensor: Floats | None = None
+    antenna: Floats | None = None
+    time_offset: float | None = None
+
+
+def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recording:
+    """Return a recording with all sensors of three axes turned into those of the body.
+
+    Parameters
+    ----------
+    recording : Recording
+        Whose gyros, accelerometers and magnetometers are turned; others stay.
+    body_from_sensor : array_like, shape (3, 3)
+        Rotation: a vector in the axes of the body is its product with one in those of the sensor.
+
+    Raises
+    ------
+    ValueError
+        If it is no rotation; a mirrored axis is none.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(40.0)
+    >>> upside_down = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
+    >>> zr.body_axes(drive.recording(), upside_down).accel.data[0].round() + 0.0
+    array([ 0., -0., 10.])
+    """
+    matrix = rotation(body_from_sensor)
+    turned = {
+        name: replace(log, data=log.data @ matrix.T) if _is_vector(name, log.channels) else log
+        for name, log in recording.items()
+    }
+    return replace(recording, logs=turned)
+
+
+def rotation(given: npt.ArrayLike) -> Floats:
+    """Return a rotation matrix, checked; ValueError if it is none."""
+    try:
+        matrix = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        matrix = np.empty(0)
+    if matrix.shape != (3, 3):
+        raise ValueError("body_from_sensor must be a matrix of shape (3, 3)")
+    off = np.abs(matrix @ matrix.T - np.eye(3)).max()
+    if not off < _ORTHOGONAL or np.linalg.det(matrix) < 0.0:
+        raise ValueError(
+            "body_from_sensor must be a rotation: rows of length 1 at right angles, not mirrored"
+        )
+    return matrix
+
+
+def _is_vector(name: str, channels: int) -> bool:
+    return channels == 3 and name.startswith(("gyro", "accel", "mag"))
+
+
+def read_mounting(path: str | os.PathLike[str]) -> Mounting:
+    """Return what a Parquet file says of the mounting of its sensors in its metadata.
+
+    The keys are body_from_sensor (a matrix as JSON), antenna_from_imu_m and imu_time_offset_s. Of a
+    file of another format nothing is known.
+
+    Raises
+    ------
+    LogError
+        If what is said cannot be read.
+    """
+    said = _metadata(path)
+    try:
+        matrix = rotation(json.loads(said[_KEYS[0]])) if _KEYS[0] in said else None
+        antenna = _vector(said[_KEYS[1]]) if _KEYS[1] in said else None
+        offset = float(said[_KEYS[2]]) if _KEYS[2] in said else None
+    except ValueError as error:
+        raise LogError(
+            f"{os.fspath(path)}: its metadata on the mounting is wrong: {error}"
+        ) from None
+    return Mounting(matrix, antenna, offset)
+
+
+def _metadata(path: str | os.PathLike[str]) -> dict[str, Any]:
+    try:
+        from pyarrow import ArrowException, parquet
+    except ImportError:
+        return {}
+    try:
+        found = parquet.read_schema(path).metadata or {}
+    except (ArrowException, OSError):
+        return {}
+    return {key.decode(): value.decode() for key, value in found.items() if key.decode() in _KEYS}
+
+
+def _vector(text: str) -> Floats:
+    numbers = np.array([float(x) for x in text.strip("[]() ").split(",")])
+    if numbers.shape != (3,):
+        raise ValueError(f"expected three numbers, got {text!r}")
+    return numbers

@@ -1,0 +1,84 @@
+"""A whole recording through the navigation filter."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import NavigationFilter
+from zerorate.attitude.samples import Samples
+from zerorate.io import Recording
+from zerorate.navigation.fixes import Fixes
+from zerorate.navigation.track import Inputs, Track, track_of
+from zerorate.types import Floats
+
+__all__ = ["processed", "rows_of"]
+
+_SIGMA_POSITION = 2.0
+_SIGMA_VELOCITY = 0.1
+
+
+def processed(
+    nav: NavigationFilter,
+    imu: Recording,
+    gnss: Fixes | None,
+    rest: npt.ArrayLike | None,
+    time_offset: float,
+) -> Track:
+    """Do what ``NavigationFilter.process`` says."""
+    samples = Samples.of(imu, mag=False, what="navigation")
+    if gnss is not None and not isinstance(gnss, Fixes):
+        raise TypeError(f"gnss must be Fixes, as zr.read_fixes returns them, got {_type(gnss)}")
+    if not math.isfinite(time_offset):
+        raise ValueError(f"time_offset must be a number of seconds, got {time_offset}")
+    fixes = None if gnss is None else gnss.shifted(time_offset)
+    time = samples.log.time
+    inputs = Inputs(
+        time,
+        samples.gyro,
+        samples.accel,
+        rows_of(fixes),
+        None if rest is None else _flags(rest, len(time)),
+    )
+    notes = [*samples.notes, *(() if gnss is None else gnss.notes)]
+    epoch = None if fixes is None else fixes.epoch
+    return track_of(nav, inputs, source=imu.source, epoch=epoch, notes=tuple(dict.fromkeys(notes)))
+
+
+def rows_of(fixes: Fixes | None) -> Floats:
+    """Return fixes as ``NavigationFilter.process_arrays`` takes them, shape (m, 13).
+
+    Where a receiver tells no deviation it is 2 m and 0.1 m/s.
+    """
+    if fixes is None:
+        return np.empty((0, 13))
+    rows = np.full((len(fixes), 13), np.nan)
+    rows[:, 0] = fixes.time
+    rows[:, 1:4] = fixes.position
+    rows[:, 7:10] = _told(fixes.sigma_position, _SIGMA_POSITION)
+    rows[:, 10:13] = _told(fixes.sigma_velocity, _SIGMA_VELOCITY)
+    if fixes.velocity is not None:
+        rows[:, 4:7] = fixes.velocity
+    return rows
+
+
+def _told(sigma: Floats | None, usual: float) -> Floats | float:
+    if sigma is None:
+        return usual
+    told: Floats = np.where(np.isnan(sigma), usual, sigma)
+    return told
+
+
+def _flags(rest: npt.ArrayLike, n: int) -> npt.NDArray[np.bool_]:
+    flags = np.asarray(rest)
+    if flags.shape != (n,) or flags.dtype != np.bool_:
+        raise ValueError(
+            f"rest must be an array of bool, shape ({n},), got {flags.dtype} of shape {flags.shape}"
+        )
+    return flags
+
+
+def _type(given: object) -> str:
+    return type(given).__name__

@@ -1,0 +1,264 @@
+"""The track of a vehicle: where it was, how sure that is, and the best estimate of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import NavigationFilter
+from zerorate.io import Log
+from zerorate.metrics.rotations import inverse, of_rotation_vectors, product
+from zerorate.navigation.earth import local_ned, moved
+from zerorate.types import Booleans, Floats
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["STATUSES", "Inputs", "Track", "track_of"]
+
+STATUSES: Final = ("waiting", "no heading", "navigating", "coasting", "missing")
+"""Words for `Track.status`, in the order of its numbers."""
+
+_BIASES: Final = {"gyro": "radps", "accel": "mps2"}
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """Arrays as ``NavigationFilter.process_arrays`` takes them, in its order."""
+
+    time: Floats
+    gyro: Floats
+    accel: Floats
+    fixes: Floats
+    rest: Booleans | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Track:
+    """The track of a vehicle over n samples of its sensors, of ``NavigationFilter.process``.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Of the samples, s.
+    position : ndarray, shape (n, 3)
+        Of the sensors: latitude and longitude, deg, height, m; NaN while nothing is known.
+    velocity : ndarray, shape (n, 3)
+        North, east, down, m/s.
+    attitude : ndarray, shape (n, 4)
+        Quaternions w, x, y, z from the body's axes to north, east, down.
+    gyro_bias, accel_bias : ndarray, shape (n, 3)
+        rad/s and m/s^2.
+    sigma : ndarray, shape (n, 15)
+        Standard deviations of position, velocity, orientation about north, east and down, and of
+        the biases; m, m/s, rad, rad/s, m/s^2.
+    status : ndarray of uint8, shape (n,)
+        What the filter was doing: an index of `zerorate.navigation.STATUSES`.
+    fixes : ndarray, shape (m, 13)
+        What was given of the receiver: time, position, velocity and their deviations.
+    counts : dict of str to int
+        How many fixes were "used", "rejected" and "refused".
+    smoothed : bool
+        Whether each sample was seen in the light of all fixes.
+    epoch : float, optional
+        Unix time at which `time` is zero.
+    source : str
+        Name of the recording.
+    notes : tuple of str
+        Sentences on what was left out or assumed.
+    """
+
+    time: Floats
+    position: Floats
+    velocity: Floats
+    attitude: Floats
+    gyro_bias: Floats
+    accel_bias: Floats
+    sigma: Floats
+    status: npt.NDArray[np.uint8]
+    fixes: Floats
+    counts: dict[str, int]
+    smoothed: bool = False
+    epoch: float | None = None
+    source: str = "the recording"
+    notes: tuple[str, ...] = ()
+    _before: NavigationFilter | None = field(default=None, compare=False)
+    _inputs: Inputs | None = field(default=None, compare=False)
+
+    @property
+    def n(self) -> int:
+        """Number of samples."""
+        return len(self.time)
+
+    @property
+    def navigating(self) -> Booleans:
+        """Where the position is known, shape (n,)."""
+        known: Booleans = np.isfinite(self.position[:, 0])
+        return known
+
+    def __repr__(self) -> str:
+        """Return size, fixes and whether it is smoothed."""
+        span = float(np.ptp(self.time)) if self.n else 0.0
+        best = ", smoothed" if self.smoothed else ""
+        counts = ", ".join(f"{count} {name}" for name, count in self.counts.items())
+        return f"Track({self.n} samples in {span:.6g} s, fixes: {counts}{best})"
+
+    def errors(
+        self,
+        position: npt.ArrayLike,
+        velocity: npt.ArrayLike | None = None,
+        attitude: npt.ArrayLike | None = None,
+    ) -> Floats:
+        """Return the track less the truth.
+
+        Parameters
+        ----------
+        position : array_like, shape (n, 3)
+            deg, deg, m.
+        velocity : array_like, shape (n, 3), optional
+            North, east, down, m/s.
+        attitude : array_like, shape (n, 4), optional
+            Quaternions w, x, y, z to north, east, down.
+
+        Returns
+        -------
+        ndarray, shape (n, 3), (n, 6) or (n, 9)
+            North, east, down: m, m/s, and the rotation vector by which the track's orientation is
+            to be turned back, rad, as `sigma` means it.
+        """
+        parts = [local_ned(self.position, np.asarray(position, dtype=np.float64))]
+        if velocity is not None:
+            parts.append(self.velocity - np.asarray(velocity, dtype=np.float64))
+        if attitude is not None:
+            back = product(np.asarray(attitude, dtype=np.float64), inverse(self.attitude))
+            back *= np.where(back[:, :1] < 0.0, -1.0, 1.0)
+            sine = np.linalg.norm(back[:, 1:], axis=1, keepdims=True)
+            angle = 2.0 * np.arctan2(sine, back[:, :1])
+            with np.errstate(invalid="ignore", divide="ignore"):
+                parts.append(np.where(sine > 0.0, angle / sine, 2.0) * back[:, 1:])
+        return np.hstack(parts)
+
+    def smooth(self) -> Track:
+        """Return the best estimate: each sample in the light of all fixes, before and after it.
+
+        The filter runs over the recording again, noting 3 kB a step of its covariance, and a
+        Rauch-Tung-Striebel smoother goes back over the steps; samples between two steps are
+        corrected by what both say. At the last sample it is the filter's estimate.
+
+        Raises
+        ------
+        ValueError
+            If this track is smoothed.
+        MemoryError
+            If there is none for the steps.
+        """
+        if self._before is None or self._inputs is None:
+            raise ValueError("this track is smoothed")
+        inputs = self._inputs
+        _, record = self._before.copy().process_arrays(
+            inputs.time, inputs.gyro, inputs.accel, inputs.fixes, inputs.rest, record=True
+        )
+        assert record is not None
+        if len(record) == 0:
+            return replace(self, smoothed=True, _before=None, _inputs=None)
+        return self._corrected(record.smoothed())
+
+    def _corrected(self, steps: dict[str, npt.NDArray[np.float64]]) -> Track:
+        error, sigma = _between_steps(self.time, steps)
+        turn = of_rotation_vectors(error[:, 6:9])
+        back = self.velocity - error[:, 3:6]
+        known = self.navigating[:, np.newaxis]
+        return replace(
+            self,
+            position=moved(self.position, -error[:, :3]),
+            velocity=_turned(turn, back),
+            attitude=np.where(known, product(turn, self.attitude), self.attitude),
+            gyro_bias=self.gyro_bias + error[:, 9:12],
+            accel_bias=self.accel_bias + error[:, 12:],
+            sigma=np.where(known, sigma, self.sigma),
+            smoothed=True,
+            _before=None,
+            _inputs=None,
+        )
+
+    def to_log(self) -> tuple[Log, dict[str, npt.NDArray[np.float64 | np.bool_]]]:
+        """Return a log of latitude, longitude and height, and the columns to be written beside it.
+
+        They are for `zerorate.write_log`: velocity, m/s, quaternion, biases, rad/s and m/s^2, their
+        deviations and those of position, velocity and orientation, status.
+        """
+        names = ("latitude_deg", "longitude_deg", "height_m")
+        meta = {"source": self.source, "notes": self.notes}
+        rate = (self.n - 1) / float(np.ptp(self.time)) if self.n > 1 else 1.0
+        ned = ("north", "east", "down")
+        beside: dict[str, npt.NDArray[np.float64 | np.bool_]] = {}
+        for axis, values in zip(ned, self.velocity.T, strict=True):
+            beside[f"velocity_{axis}_mps"] = values
+        for axis, values in zip("wxyz", self.attitude.T, strict=True):
+            beside[f"quat_{axis}"] = values
+        for kind, unit in _BIASES.items():
+            for axis, values in zip("xyz", getattr(self, f"{kind}_bias").T, strict=True):
+                beside[f"{kind}_bias_{axis}_{unit}"] = values
+        units = (("position", "m"), ("velocity", "mps"), ("tilt", "rad"))
+        for k, (kind, unit) in enumerate(units):
+            for axis, values in zip(ned, self.sigma[:, 3 * k : 3 * k + 3].T, strict=True):
+                beside[f"sigma_{kind}_{axis}_{unit}"] = values
+        beside["navigating"] = self.navigating
+        return Log(self.time, rate, self.position, names, "1", meta), beside
+
+    def plot(self) -> Figure:
+        """Return the figure; ImportError without matplotlib, of the extra ``plot``."""
+        from zerorate.show.navigation_figure import plot_track
+
+        return plot_track(self)
+
+
+def track_of(
+    nav: NavigationFilter,
+    inputs: Inputs,
+    *,
+    source: str,
+    epoch: float | None = None,
+    notes: tuple[str, ...] = (),
+) -> Track:
+    """Run a filter over arrays and return its track, which can be smoothed."""
+    before, counts = nav.copy(), nav.fixes
+    found, _ = nav.process_arrays(inputs.time, inputs.gyro, inputs.accel, inputs.fixes, inputs.rest)
+    return Track(
+        time=inputs.time,
+        fixes=inputs.fixes,
+        counts={name: count - counts[name] for name, count in nav.fixes.items()},
+        epoch=epoch,
+        source=source,
+        notes=notes,
+        _before=before,
+        _inputs=inputs,
+        **found,
+    )
+
+
+def _between_steps(
+    time: Floats, steps: dict[str, npt.NDArray[np.float64]]
+) -> tuple[Floats, Floats]:
+    """Return error and deviation at each sample, from those of the steps round it."""
+    at = steps["sample"].astype(np.intp)
+    samples = np.arange(len(time))
+    last = np.clip(np.searchsorted(at, samples, side="right") - 1, 0, len(at) - 1)
+    following = np.minimum(last + 1, len(at) - 1)
+    # A piece that begins anew says nothing of the one before it.
+    joined = (following > last) & ~steps["begins"][following].astype(bool)
+    span = time[at[following]] - time[at[last]]
+    part = np.where(joined, (time - time[at[last]]) / np.where(joined, span, 1.0), 0.0)
+    part = np.clip(part, 0.0, 1.0)[:, np.newaxis]
+    error = (1.0 - part) * steps["after"][last] + part * steps["before"][following]
+    sigma = (1.0 - part) * steps["sigma"][last] + part * steps["sigma"][following]
+    return error, sigma
+
+
+def _turned(q: Floats, vectors: Floats) -> Floats:
+    pure = np.concatenate((np.zeros((len(vectors), 1)), vectors), axis=1)
+    turned: Floats = product(product(q, pure), inverse(q))[:, 1:]
+    return turned
