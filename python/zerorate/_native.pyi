@@ -20,6 +20,11 @@ import numpy.typing as npt
 from typing_extensions import TypeVar
 
 from zerorate.calibrate.calibration import Calibration
+from zerorate.io import Recording
+from zerorate.navigation.alignment import Alignment
+from zerorate.navigation.fixes import Fixes
+from zerorate.navigation.track import Track
+from zerorate.noise import NoiseModel
 
 _Method: TypeAlias = Literal["kf", "akf", "fading", "robust", "auto"]
 _Status: TypeAlias = Literal[
@@ -31,6 +36,7 @@ _Status: TypeAlias = Literal[
     "no rest yet",
     "stuck",
 ]
+_Navigating: TypeAlias = Literal["waiting", "no heading", "navigating", "coasting", "missing"]
 _Zones: TypeAlias = tuple[float, float] | Literal["published"]
 _Motion: TypeAlias = Literal["hold", "ignore"]
 _Output: TypeAlias = Literal["compensated", "estimate"]
@@ -97,6 +103,8 @@ __all__ = [
     "GyroArray",
     "ImuCorrector",
     "MotionDetector",
+    "NavigationFilter",
+    "NavigationRecord",
     "PositionFilter",
     "RecursiveLeastSquares",
     "ReplayScores",
@@ -2058,6 +2066,209 @@ class Tilt(Generic[_Number]):
     @property
     def channels(self) -> int | None:
         """Number of signals, None for a single one."""
+
+@final
+class NavigationFilter:
+    """Position, velocity and attitude of a vehicle from its gyro, accelerometer and satellite receiver.
+
+    A loosely coupled Kalman filter of 15 errors: position, velocity, orientation and the biases of gyro
+    and accelerometer. The sensors are integrated at every sample; fixes of the receiver, rest and wheels
+    correct what drifts. Body axes are forward, right, down; the earth's north, east, down, WGS84.
+
+    A fix is taken if its normalised innovation squared is at most ``gate``. After ten in a row that are
+    not, the filter is taken to be wrong and finds back; in the first second after an outage there is no
+    gate. A fix may be up to a second late. Without a known heading the filter waits, and with ``vehicle=
+    "wheeled"`` takes it from the course above 2 m/s.
+
+    A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a
+    tenth of a second, then nothing is known of it and the deviations grow. After a gap of more than a
+    second the filter waits for a fix; biases are kept. One object serves one thread at a time.
+
+    Parameters
+    ----------
+    start : Alignment
+        What is known before the first sample, as ``zr.align`` returns it.
+    gyro, accel : NoiseModel or sequence of three, optional
+        Noise of the sensors, rad/s and m/s^2, the same for all axes or one each; by default that of
+        consumer sensors: 0.05 deg/s/sqrt(Hz) and 0.02 m/s^2/sqrt(Hz).
+    antenna : array_like, shape (3,), default (0, 0, 0)
+        From the sensor to the antenna, body axes, m.
+    vehicle : {None, "wheeled"}, default None
+        "wheeled": it does not slip sideways and does not leave the ground, used five times a second above
+        1 m/s.
+    axle : array_like, shape (3,), optional
+        Of "wheeled": from the sensor to the axle that does not steer, body axes, m.
+    wheel_sigma : float, optional
+        Of "wheeled": deviation of the velocity across, m/s, default 0.3.
+    gate : float, default 50.0
+        Normalised innovation squared, of three degrees of freedom, above which a fix is not taken.
+    adapt : {"inflate", "free", "fixed"}, default "inflate"
+        "inflate" raises the noise that the receiver tells to the Allan variance of the innovations, "free"
+        lowers it as well, "fixed" believes the receiver.
+    covariance_step : float, default 0.1
+        Time between two steps of the covariance, s.
+    kind : {"rate", "increment"}, default "rate"
+        Whether samples are rates and forces, or their integrals since the sample before.
+
+    Raises
+    ------
+    ValueError
+        A parameter is out of range, or is not used.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> drive = zr.simulate_drive(120.0, seed=1)
+    >>> start = zr.align(drive.recording(), latitude=48.0, heading="course")
+    >>> nav = zr.NavigationFilter(start)
+    >>> track = nav.process(drive.recording(), drive.fixes)
+    >>> def horizontal(track):
+    ...     errors = track.errors(drive.truth_position)[track.time > 60.0, :2]
+    ...     return float(np.sqrt((errors**2).sum(axis=1).mean()))
+    >>> horizontal(track) < 1.5, horizontal(track.smooth()) < 0.8  # m, of fixes of 2 m
+    (True, True)
+    """
+
+    def __new__(
+        cls,
+        start: Alignment,
+        *,
+        gyro: NoiseModel | Sequence[NoiseModel] | None = None,
+        accel: NoiseModel | Sequence[NoiseModel] | None = None,
+        antenna: npt.ArrayLike = (0.0, 0.0, 0.0),
+        vehicle: Literal["wheeled"] | None = None,
+        axle: npt.ArrayLike | None = None,
+        wheel_sigma: float | None = None,
+        gate: float = 50.0,
+        adapt: Literal["inflate", "free", "fixed"] = "inflate",
+        covariance_step: float = 0.1,
+        kind: Literal["rate", "increment"] = "rate",
+    ) -> Self: ...
+    def update(
+        self, t: float, gyro: npt.ArrayLike, accel: npt.ArrayLike, rest: bool = False
+    ) -> _Navigating:
+        """Takes one sample of the sensors: its time, s, and gyro and accelerometer, rad/s and m/s^2, (3,);
+        ``rest`` says that the vehicle is known to stand. Returns ``status``; ValueError if the time is not
+        later than that of the sample before, which changes nothing.
+        """
+    def update_gnss(
+        self,
+        t: float,
+        position: npt.ArrayLike,
+        velocity: npt.ArrayLike | None = None,
+        sigma_position: npt.ArrayLike = 2.0,
+        sigma_velocity: npt.ArrayLike = 0.1,
+    ) -> Literal["used", "rejected", "refused"]:
+        """Takes a fix of the receiver: when it was measured, s, latitude and longitude, deg, and height, m,
+        (3,); velocity north, east, down, m/s, (3,) or None; their deviations, one or three axes. Returns
+        "used", "rejected" by the gate, or "refused": over a second old, a tenth of a second ahead of the
+        sensors, without a number, beyond 89.5 deg. ValueError if a deviation is not positive.
+        """
+    def process(
+        self,
+        imu: Recording,
+        gnss: Fixes | None = None,
+        *,
+        rest: npt.ArrayLike | None = None,
+        time_offset: float = 0.0,
+    ) -> Track:
+        """Takes a recording with a gyro and an accelerometer on one clock, and the fixes of a receiver;
+        returns the `Track`: what a loop over ``update`` and ``update_gnss`` would have said after each
+        sample, and the smoother. ``rest``, bool (n,), says where the vehicle is known to stand;
+        ``time_offset`` is added to the times of the fixes, s.
+        """
+    def process_arrays(
+        self,
+        time: npt.ArrayLike,
+        gyro: npt.ArrayLike,
+        accel: npt.ArrayLike,
+        fixes: npt.ArrayLike,
+        rest: npt.ArrayLike | None = None,
+        record: bool = False,
+    ) -> tuple[dict[str, Any], NavigationRecord | None]:
+        """What ``process`` does, with arrays: times (n,), samples (n, 3), and of m fixes the rows time,
+        position (deg, deg, m), velocity, deviations of both, shape (m, 13), NaN where a fix tells nothing.
+        A fix is taken after the first sample that is not before it. Returns what is known after each
+        sample by name, and with ``record`` what the smoother needs, else None. The interpreter lock is
+        released.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
+    @staticmethod
+    def from_bytes(b: bytes) -> NavigationFilter:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError if the bytes
+        are not one.
+        """
+    def copy(self) -> NavigationFilter:
+        """An independent object in the same state."""
+    def __copy__(self) -> NavigationFilter: ...
+    def __deepcopy__(self, _memo: Any) -> NavigationFilter: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+    @property
+    def position(self) -> _Floats:
+        """Latitude and longitude, deg, and height, m, of the sensor; NaN before the first fix: (3,)."""
+    @property
+    def velocity(self) -> _Floats:
+        """North, east and down, m/s; NaN before the first fix: (3,)."""
+    @property
+    def attitude(self) -> _Floats:
+        """Quaternion w, x, y, z from the body's axes to north, east, down: (4,)."""
+    @property
+    def gyro_bias(self) -> _Floats:
+        """Bias of the gyro, rad/s: (3,)."""
+    @property
+    def accel_bias(self) -> _Floats:
+        """Bias of the accelerometer, m/s^2: (3,)."""
+    @property
+    def sigma(self) -> _Floats:
+        """Standard deviations at the last step of the covariance: position and velocity north, east and
+        down, m and m/s, orientation about these axes, rad, biases of gyro and accelerometer, rad/s and
+        m/s^2; NaN before the first fix: (15,).
+        """
+    @property
+    def covariance(self) -> _Floats:
+        """Covariance of the errors at its last step, in the order of ``sigma``; that of the velocity is
+        ``v_estimated - exp(-[phi x]) v`` with phi the error of the orientation, those of biases are true
+        less estimated: (15, 15).
+        """
+    @property
+    def nis(self) -> _Floats:
+        """Normalised innovations squared of the last position and velocity, 3 on average in a filter that
+        is consistent; NaN before the first: (2,).
+        """
+    @property
+    def learned_sigma(self) -> _Floats:
+        """Standard deviations of the receiver that the innovations show, position and velocity, m and m/s;
+        NaN until ten pairs of fixes were seen: (2, 3).
+        """
+    @property
+    def status(self) -> _Navigating:
+        """ "waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds, or
+        "missing": without samples of a sensor for a tenth of a second.
+        """
+    @property
+    def time(self) -> float:
+        """Time of the last sample, s; NaN before the first."""
+    @property
+    def samples_seen(self) -> int:
+        """Samples of the sensors given so far, missing ones included."""
+    @property
+    def fixes(self) -> dict[str, int]:
+        """Fixes so far by what became of them: "used", "rejected", "refused"."""
+
+@final
+class NavigationRecord:
+    """The steps of a filter over a batch, as the smoother needs them: 2.8 kB each."""
+
+    def __len__(self) -> int: ...
+    def smoothed(self) -> dict[str, Any]:
+        """What all fixes say of each of K steps, as arrays by name: ``sample``, the index of the sample that
+        it ends at; ``begins``, whether the filter began there; the errors of what it knew ``before`` and
+        ``after`` the measurements there, and their deviations ``sigma``, (K, 15) in the order of
+        `NavigationFilter.sigma`.
+        """
 
 @final
 class PositionFilter(Generic[_Number, _Flag]):
