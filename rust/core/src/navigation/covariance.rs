@@ -97,9 +97,13 @@ impl Transition {
             let row = add(rows[i], factors, &rows[V..]);
             rows[i] = row;
         }
-        let v = [0, 1, 2].map(|i| add([0.0; 16], &self.velocity[i], &rows[V..]));
+        let [a, b, c] = &self.velocity;
+        let of = |factors| add([0.0; 16], factors, &rows[V..]);
+        let v = [of(a), of(b), of(c)];
         rows[V..PHI].copy_from_slice(&v);
-        let phi = [0, 1, 2].map(|i| add([0.0; 16], &self.attitude[i], &rows[PHI..]));
+        let [a, b, c] = &self.attitude;
+        let of = |factors| add([0.0; 16], factors, &rows[PHI..]);
+        let phi = [of(a), of(b), of(c)];
         rows[PHI..GYRO].copy_from_slice(&phi);
     }
 

@@ -939,28 +939,28 @@ impl Given {
 
 /// Of a position: δr, and the lever that turns with the orientation.
 fn position_rows(lever: &Vector3<f64>) -> [Row; 3] {
+    let mut rows = [[0.0; 16]; 3];
     let turned = lever.cross_matrix();
-    [0, 1, 2].map(|i| {
-        let mut h = [0.0; 16];
+    for (i, h) in rows.iter_mut().enumerate() {
         h[R + i] = 1.0;
         (0..3).for_each(|j| h[PHI + j] = turned[(i, j)]);
-        h
-    })
+    }
+    rows
 }
 
 /// Of a velocity: δv, how it turns with the orientation, and what the gyro's bias moves at the end
 /// of the lever.
 fn velocity_rows(velocity: &Vector3<f64>, lever: &Matrix3<f64>) -> [Row; 3] {
+    let mut rows = [[0.0; 16]; 3];
     let turned = velocity.cross_matrix();
-    [0, 1, 2].map(|i| {
-        let mut h = [0.0; 16];
+    for (i, h) in rows.iter_mut().enumerate() {
         h[V + i] = 1.0;
         for j in 0..3 {
             h[PHI + j] = turned[(i, j)];
             h[GYRO + j] = -lever[(i, j)];
         }
-        h
-    })
+    }
+    rows
 }
 
 #[inline(always)]
