@@ -650,6 +650,10 @@ impl NavigationFilter {
         let within = |b: Vector3<f64>| b.map(|x| x.within(BIAS_MAX));
         self.gyro_bias = within(self.gyro_bias + part(GYRO));
         self.accel_bias = within(self.accel_bias + part(ACCEL));
+        if !self.is_somewhere() {
+            self.lose(GAP_ANGLES);
+            return;
+        }
         self.refresh_sigma();
         witness.corrected(found, &self.covariance, &self.motion);
     }
@@ -731,6 +735,10 @@ impl NavigationFilter {
             self.heading_known = true;
         }
         self.begin_at(given, position, velocity, heading_sigma, age);
+        if !self.is_somewhere() {
+            self.lose(GAP_ANGLES);
+            return Verdict::Refused;
+        }
         self.refresh_sigma();
         witness.started(&self.covariance, &self.motion);
         Verdict::Used
@@ -748,7 +756,9 @@ impl NavigationFilter {
             height - position[2],
         );
         let certain = there.norm() > 5.0 * given.sigma_position.amax();
-        (seconds > 0.0 && seconds <= 2.5 && certain).then(|| there / seconds)
+        let velocity = there / seconds;
+        let possible = seconds > 0.0 && seconds <= 2.5 && is_known(&velocity);
+        (possible && certain).then_some(velocity)
     }
 
     fn begin_at(

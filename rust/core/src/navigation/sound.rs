@@ -57,7 +57,7 @@ impl Motion {
             && is_within(self.latitude, LATITUDE_MAX + 0.1)
             && is_within(self.longitude, 10.0)
             && is_within(self.height, 2.0 * HEIGHT_MAX)
-            && self.place.is_sound(self.latitude, self.height)
+            && self.place.is_sound()
     }
 }
 

@@ -16,14 +16,14 @@ use zerorate_core::{
     Zones,
 };
 
-const HEADER: usize = 30;
-const CHECKSUM: usize = 4;
+pub const HEADER: usize = 30;
+pub const CHECKSUM: usize = 4;
 
 /// Of the places in the content, every so manyth is forged in one case.
 const STRIDE: usize = 37;
 
 /// Numbers that no filter computes, or none at that place.
-const WORDS: [f64; 20] = [
+pub const WORDS: [f64; 20] = [
     f64::NAN,
     f64::INFINITY,
     f64::NEG_INFINITY,
@@ -47,7 +47,7 @@ const WORDS: [f64; 20] = [
 ];
 
 /// A state with other bytes in its content, and the checksum that belongs to them.
-fn forged(bytes: &[u8], place: usize, content: &[u8]) -> Vec<u8> {
+pub fn forged(bytes: &[u8], place: usize, content: &[u8]) -> Vec<u8> {
     let mut body = bytes[..bytes.len() - CHECKSUM].to_vec();
     let end = body.len().min(place + content.len());
     body[place..end].copy_from_slice(&content[..end - place]);

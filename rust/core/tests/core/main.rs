@@ -15,6 +15,7 @@ mod holding;
 #[cfg(feature = "parallel")]
 mod lanes;
 mod laws;
+mod navigation;
 mod reference;
 mod rest;
 #[cfg(feature = "std")]
