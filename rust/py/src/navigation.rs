@@ -33,7 +33,7 @@ const BYTES: usize = 1 << 13;
 /// A fix is taken if its normalised innovation squared is at most ``gate``. After ten in a row that are
 /// not, the filter is taken to be wrong and finds back; in the first second after an outage there is no
 /// gate. A fix may be up to a second late. Without a known heading the filter waits, and with ``vehicle=
-/// "wheeled"`` takes it from the course above 2 m/s.
+/// "wheeled"`` takes it from the course above 1 m/s.
 ///
 /// A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a
 /// tenth of a second, then nothing is known of it and the deviations grow. After a gap of more than a

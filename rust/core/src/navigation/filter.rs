@@ -1,14 +1,16 @@
 //! The stream: samples of the sensors, fixes of the receiver, rests and wheels.
 
-use nalgebra::{Matrix3, Quaternion, RealField, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::beginning::Before;
 use super::covariance::{
     ACCEL, Course, Covariance, Errors, GYRO, Growth, PHI, R, Row, STATES, Transition, V,
 };
-use super::earth::{HEIGHT_MAX, LATITUDE_MAX, Place};
+use super::earth::{HEIGHT_MAX, LATITUDE_MAX};
+use super::fix::{Fix, Given, Verdict, position_rows, velocity_rows};
 use super::judge::{INNOVATION_MAX, Judge, Judgement};
-use super::motion::{Motion, Step, rotation};
+use super::motion::{Motion, Step};
 use super::params::{BIAS_MAX, Kind, NavigationParams, Start, Wheels};
 use crate::error::{Error, require};
 use crate::math::Real;
@@ -24,17 +26,9 @@ const UNKNOWN: [f64; 2] = [1.0, 25.0];
 /// Oldest fix, s, and how far one may be ahead of the sensors.
 const LATE: f64 = 1.0;
 const AHEAD: f64 = 0.1;
-/// Smallest standard deviation of a fix, m and m/s.
-const SIGMA_MIN: f64 = 1e-3;
-const SIGMA_MAX: f64 = 1e6;
-/// Of a velocity of which nothing is known, m/s.
-const UNKNOWN_VELOCITY: f64 = 10.0;
 /// Variances of level and heading that a filter gains that was wrong, or had a gap, rad².
 const WRONG: [f64; 2] = [1e-3, 0.03];
-const GAP_ANGLES: [f64; 2] = [1e-2, 0.25];
-/// Speed above which the course is a heading, m/s, and what a course is wrong by at best, rad.
-const COURSE_SPEED: f64 = 2.0;
-const COURSE_SIGMA: f64 = 0.03;
+pub(crate) const GAP_ANGLES: [f64; 2] = [1e-2, 0.25];
 /// Seconds between two looks at the wheels, and speed above which they tell something, m/s.
 const WHEELS_EVERY: f64 = 0.2;
 const WHEELS_SPEED: f64 = 1.0;
@@ -62,32 +56,6 @@ pub struct Inertial {
     pub accel: [f64; 3],
     /// Whether the body is known to rest: its velocity is zero then, its rate the Earth's.
     pub rest: bool,
-}
-
-/// One fix of the receiver; what it does not tell is NaN.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fix {
-    /// When it was measured, s.
-    pub time: f64,
-    /// Latitude and longitude, rad, and height, m, of the antenna.
-    pub position: [f64; 3],
-    /// North, east, down, m/s.
-    pub velocity: [f64; 3],
-    /// Standard deviations north, east, down, m and m/s.
-    pub sigma_position: [f64; 3],
-    /// See `sigma_position`.
-    pub sigma_velocity: [f64; 3],
-}
-
-/// What became of a fix.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// It was used; of a fix with a velocity at least one of the two.
-    Used,
-    /// The gate did not let it pass.
-    Rejected,
-    /// It is too old, ahead of the sensors, before the first sample, empty, or nowhere on Earth.
-    Refused,
 }
 
 /// What the filter is doing.
@@ -158,7 +126,7 @@ pub struct NavigationFilter {
     pub(crate) judges: [Judge; 2],
     pub(crate) sensors: Sensors,
     pub(crate) sums: Sums,
-    pub(crate) course: Option<Place3>,
+    pub(crate) before: Option<Before>,
     pub(crate) heading_known: bool,
     pub(crate) navigating: bool,
     /// Seconds since the start or a gap in which nothing but the gyro told of the orientation.
@@ -170,13 +138,6 @@ pub struct NavigationFilter {
     pub(crate) used: u64,
     pub(crate) rejected: u64,
     pub(crate) refused: u64,
-}
-
-/// A fix that a course is taken from: time and place.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Place3 {
-    pub time: f64,
-    pub position: [f64; 3],
 }
 
 /// The last sample, as rates and forces.
@@ -208,7 +169,7 @@ pub(crate) struct Sums {
 }
 
 impl Sums {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self {
             seconds: 0.0,
             samples: 0.0,
@@ -247,7 +208,7 @@ impl NavigationFilter {
             judges: [Judge::new(); 2],
             sensors: Sensors::new(),
             sums: Sums::new(),
-            course: None,
+            before: None,
             heading_known: start.heading_known,
             navigating: false,
             alone: 0.0,
@@ -477,7 +438,7 @@ impl NavigationFilter {
     }
 
     /// Whether anything is known of where it is.
-    fn is_somewhere(&self) -> bool {
+    pub(crate) fn is_somewhere(&self) -> bool {
         let sizes = self.covariance.sizes();
         let known = sizes.iter().zip(SIZES_MAX).all(|(size, most)| *size < most);
         known
@@ -488,7 +449,7 @@ impl NavigationFilter {
 
     /// Position and velocity are lost, the orientation nearly; biases are kept.
     #[cold]
-    fn lose(&mut self, [level, heading]: [f64; 2]) {
+    pub(crate) fn lose(&mut self, [level, heading]: [f64; 2]) {
         let mut variances = [0.0; STATES];
         for i in PHI..STATES {
             variances[i] = self.covariance.at(i, i);
@@ -507,7 +468,7 @@ impl NavigationFilter {
         self.sigma = [f64::NAN; STATES];
         self.navigating = false;
         self.heading_known = self.start.heading_known && !self.start.course;
-        self.course = None;
+        self.before = None;
         self.alone = 0.0;
         self.sums = Sums::new();
     }
@@ -555,7 +516,7 @@ impl NavigationFilter {
 
     fn take<W: Witness>(&mut self, given: &Given, age: f64, witness: &mut W) -> Verdict {
         if !self.navigating {
-            return self.start_from(given, age, witness);
+            return self.begin_from(given, age, witness);
         }
         self.carry(witness);
         if !self.navigating {
@@ -715,107 +676,8 @@ impl NavigationFilter {
         self.apply(&found, witness);
     }
 
-    /// The first fix, or the first after a gap, if the heading is known or can be.
-    fn start_from<W: Witness>(&mut self, given: &Given, age: f64, witness: &mut W) -> Verdict {
-        let Some(position) = given.position else { return Verdict::Refused };
-        let velocity = given.velocity.or_else(|| self.between(given, position));
-        self.course = Some(Place3 { time: given.time, position });
-        let speed = velocity.map_or(0.0, |v| v.xy().norm());
-        let mut heading_sigma = None;
-        if !self.heading_known {
-            let sigma = given.sigma_velocity.xy().amax();
-            let fast = speed > COURSE_SPEED && speed > 4.0 * sigma;
-            let Some(v) = velocity.filter(|_| self.start.course && fast) else {
-                return Verdict::Refused;
-            };
-            let off = RealField::atan2(v.y, v.x) - self.motion.heading();
-            self.motion.attitude = rotation(&Vector3::new(0.0, 0.0, off)) * self.motion.attitude;
-            let course = sigma / speed;
-            heading_sigma = Some((course * course + COURSE_SIGMA * COURSE_SIGMA).simd_sqrt());
-            self.heading_known = true;
-        }
-        self.begin_at(given, position, velocity, heading_sigma, age);
-        if !self.is_somewhere() {
-            self.lose(GAP_ANGLES);
-            return Verdict::Refused;
-        }
-        self.refresh_sigma();
-        witness.started(&self.covariance, &self.motion);
-        Verdict::Used
-    }
-
-    /// The velocity from the fix before to this one, where the receiver tells none.
-    fn between(&self, given: &Given, position: [f64; 3]) -> Option<Vector3<f64>> {
-        let before = self.course?;
-        let seconds = given.time - before.time;
-        let place = Place::at(position[0], position[2]);
-        let [latitude, longitude, height] = before.position;
-        let there = Vector3::new(
-            (position[0] - latitude) / place.north,
-            super::earth::wrapped(position[1] - longitude) / place.east,
-            height - position[2],
-        );
-        let certain = there.norm() > 5.0 * given.sigma_position.amax();
-        let velocity = there / seconds;
-        let possible = seconds > 0.0 && seconds <= 2.5 && is_known(&velocity);
-        (possible && certain).then_some(velocity)
-    }
-
-    fn begin_at(
-        &mut self,
-        given: &Given,
-        position: [f64; 3],
-        velocity: Option<Vector3<f64>>,
-        heading_sigma: Option<f64>,
-        age: f64,
-    ) {
-        let [latitude, longitude, height] = position;
-        let mut motion = Motion::new(self.motion.attitude, latitude, longitude, height);
-        let antenna = Vector3::from(self.params.antenna);
-        let lever = motion.attitude * antenna;
-        let rate = self.sensors.gyro - self.gyro_bias;
-        let swing = motion.attitude * rate.cross(&antenna);
-        let zero = Vector3::zeros();
-        let start = velocity.map_or(zero, |v| v - swing);
-        // Off by the lever, and by the way since the fix.
-        motion.correct(&(lever - velocity.unwrap_or(zero) * age), &zero, &zero);
-        motion.velocity = start;
-        self.motion = motion;
-        self.motion.settle();
-        let mut variances = [0.0; STATES];
-        for i in PHI..STATES {
-            variances[i] = self.covariance.at(i, i);
-        }
-        for i in 0..3 {
-            // The gyro alone has told of the orientation since its start.
-            let t = self.alone;
-            let bias = variances[GYRO + i];
-            variances[PHI + i] += (self.params.gyro_noise[i] + bias * t) * t;
-            let told = if given.velocity.is_some() {
-                given.sigma_velocity[i]
-            } else if velocity.is_some() {
-                given.sigma_position[i] * 2.0
-            } else {
-                UNKNOWN_VELOCITY
-            };
-            variances[R + i] = given.sigma_position[i] * given.sigma_position[i];
-            variances[V + i] = told * told;
-            variances[PHI + i] = variances[PHI + i].min(10.0);
-        }
-        if let Some(sigma) = heading_sigma {
-            variances[PHI + 2] = sigma * sigma;
-        }
-        self.covariance = Covariance::of(&variances);
-        // The error of the velocity is taken in the frame that is believed in.
-        self.covariance.couple(&start);
-        self.judges.iter_mut().for_each(Judge::restart);
-        self.navigating = true;
-        self.sums = Sums::new();
-        (self.alone, self.wheels) = (0.0, 0.0);
-    }
-
     /// Standard deviations, the velocity's as its reader takes it.
-    fn refresh_sigma(&mut self) {
+    pub(crate) fn refresh_sigma(&mut self) {
         for i in 0..STATES {
             self.sigma[i] = self.covariance.at(i, i);
         }
@@ -900,81 +762,8 @@ impl NavigationFilter {
     }
 }
 
-/// A fix that was looked at: what is there, with deviations that a filter can stand.
-#[derive(Debug, Clone, Copy)]
-struct Given {
-    time: f64,
-    position: Option<[f64; 3]>,
-    velocity: Option<Vector3<f64>>,
-    sigma_position: Vector3<f64>,
-    sigma_velocity: Vector3<f64>,
-}
-
-impl Given {
-    /// None if nothing is there. A height or a vertical velocity may be missing.
-    fn checked(fix: &Fix) -> Result<Option<Self>, Error> {
-        let Fix {
-            time,
-            position: [latitude, longitude, height],
-            velocity: [north, east, down],
-            ..
-        } = *fix;
-        let there = latitude.abs() < LATITUDE_MAX && longitude.abs() < 7.0;
-        let flat = height.is_nan();
-        let position = (there && (flat || height.abs() < HEIGHT_MAX)).then_some([
-            latitude,
-            longitude,
-            if flat { 0.0 } else { height },
-        ]);
-        let level = down.is_nan();
-        let velocity =
-            Some(Vector3::new(north, east, if level { 0.0 } else { down })).filter(is_known);
-        let sigma = |name, told: bool, without_down: bool, sigmas: &[f64; 3]| {
-            let mut found = Vector3::from_element(SIGMA_MAX);
-            let count = if without_down { 2 } else { 3 };
-            for (place, sigma) in found.iter_mut().zip(sigmas).take(count).filter(|_| told) {
-                require(*sigma > 0.0, name, "positive", *sigma)?;
-                *place = sigma.at_most(SIGMA_MAX).at_least(SIGMA_MIN);
-            }
-            Ok(found)
-        };
-        let sigma_position =
-            sigma("sigma_position", position.is_some(), flat, &fix.sigma_position)?;
-        let sigma_velocity =
-            sigma("sigma_velocity", velocity.is_some(), level, &fix.sigma_velocity)?;
-        let some = position.is_some() || velocity.is_some();
-        Ok(some.then_some(Self { time, position, velocity, sigma_position, sigma_velocity }))
-    }
-}
-
-/// Of a position: δr, and the lever that turns with the orientation.
-fn position_rows(lever: &Vector3<f64>) -> [Row; 3] {
-    let mut rows = [[0.0; 16]; 3];
-    let turned = lever.cross_matrix();
-    for (i, h) in rows.iter_mut().enumerate() {
-        h[R + i] = 1.0;
-        (0..3).for_each(|j| h[PHI + j] = turned[(i, j)]);
-    }
-    rows
-}
-
-/// Of a velocity: δv, how it turns with the orientation, and what the gyro's bias moves at the end
-/// of the lever.
-fn velocity_rows(velocity: &Vector3<f64>, lever: &Matrix3<f64>) -> [Row; 3] {
-    let mut rows = [[0.0; 16]; 3];
-    let turned = velocity.cross_matrix();
-    for (i, h) in rows.iter_mut().enumerate() {
-        h[V + i] = 1.0;
-        for j in 0..3 {
-            h[PHI + j] = turned[(i, j)];
-            h[GYRO + j] = -lever[(i, j)];
-        }
-    }
-    rows
-}
-
 #[inline(always)]
-fn is_known(v: &Vector3<f64>) -> bool {
+pub(crate) fn is_known(v: &Vector3<f64>) -> bool {
     v.x.abs() <= SAMPLE_MAX && v.y.abs() <= SAMPLE_MAX && v.z.abs() <= SAMPLE_MAX
 }
 

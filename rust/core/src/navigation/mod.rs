@@ -10,9 +10,11 @@
 //! B. M. Scherzinger, D. B. Reid, *Modified strapdown inertial navigator error models*, IEEE PLANS,
 //! 1994. P. G. Savage, *J. Guidance, Control, and Dynamics* 21(1) and 21(2), 1998.
 
+mod beginning;
 mod covariance;
 mod earth;
 mod filter;
+mod fix;
 mod judge;
 mod motion;
 mod params;
@@ -22,7 +24,8 @@ mod sound;
 
 pub use covariance::{Covariance, Errors, STATES, Transition};
 pub use earth::{Place, normal_gravity};
-pub use filter::{Fix, Inertial, NavigationFilter, Snapshot, Status, Verdict, Witness};
+pub use filter::{Inertial, NavigationFilter, Snapshot, Status, Witness};
+pub use fix::{Fix, Verdict};
 pub use motion::Motion;
 pub use params::{Adapt, Kind, NavigationParams, Start, Wheels};
 #[cfg(feature = "std")]

@@ -18,13 +18,6 @@ impl Checkpoint for NavigationFilter {
         let chosen = self.params.checked().is_ok() && self.start.checked().is_ok();
         let counts = [self.used, self.rejected, self.refused, self.sensors.samples];
         let sigma = |x: &f64| if self.navigating { is_size(*x, 1e8) } else { x.is_nan() };
-        let course = self.course.is_none_or(|course| {
-            let [latitude, longitude, height] = course.position;
-            is_within(course.time, TIME_MAX)
-                && is_within(latitude, LATITUDE_MAX)
-                && is_within(longitude, 7.0)
-                && is_within(height, HEIGHT_MAX)
-        });
         chosen
             && self.motion.is_sound()
             && are_within(&self.gyro_bias, BIAS_MAX)
@@ -34,7 +27,7 @@ impl Checkpoint for NavigationFilter {
             && self.judges.iter().all(|judge| judge.is_sound())
             && self.sensors.is_sound()
             && self.sums.is_sound()
-            && course
+            && self.before.is_none_or(|before| before.is_sound())
             && (!self.navigating || (self.heading_known && self.sensors.time.is_finite()))
             && is_size(self.alone, TIME_MAX)
             && is_size(self.wheels, TIME_MAX)

@@ -1,0 +1,170 @@
+//! The first fix, or the first after a gap: where the filter begins, and which way it looks.
+
+use nalgebra::{RealField, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::covariance::{Covariance, GYRO, PHI, R, STATES, V};
+use super::earth::{HEIGHT_MAX, LATITUDE_MAX, Place, wrapped};
+use super::filter::{GAP_ANGLES, NavigationFilter, Sums, Witness, is_known};
+use super::fix::{Given, Verdict};
+use super::judge::Judge;
+use super::motion::{Motion, rotation};
+use crate::math::Real;
+use crate::math::sound::is_within;
+
+/// Of a velocity of which nothing is known, m/s.
+const UNKNOWN_VELOCITY: f64 = 10.0;
+/// A course is a heading above this speed, m/s, and above so many deviations of it; it is wrong by so
+/// much at best, rad.
+const COURSE_SPEED: f64 = 1.0;
+const COURSE_DEVIATIONS: f64 = 10.0;
+const COURSE_SIGMA: f64 = 0.03;
+/// Two fixes tell a velocity if they are farther apart than so many deviations of their places, and no
+/// longer than so many seconds.
+const APART_DEVIATIONS: f64 = 7.0;
+const APART_SECONDS: f64 = 10.0;
+
+/// A fix that a velocity is reckoned from.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Before {
+    time: f64,
+    position: [f64; 3],
+}
+
+/// How the antenna moves, and the deviation of an axis.
+#[derive(Debug, Clone, Copy)]
+struct Moves {
+    velocity: Vector3<f64>,
+    sigma: Vector3<f64>,
+}
+
+impl NavigationFilter {
+    /// Begins at a fix, if it has a place and the heading is known or can be told.
+    pub(crate) fn begin_from<W: Witness>(
+        &mut self,
+        given: &Given,
+        age: f64,
+        witness: &mut W,
+    ) -> Verdict {
+        let Some(position) = given.position else { return Verdict::Refused };
+        let told = given.velocity.map(|velocity| Moves { velocity, sigma: given.sigma_velocity });
+        let moves = told.or_else(|| self.between(given, position));
+        let mut heading_sigma = None;
+        if !self.heading_known {
+            let Some(sigma) = moves.filter(|_| self.start.course).and_then(|m| self.look_along(&m))
+            else {
+                return Verdict::Refused;
+            };
+            heading_sigma = Some(sigma);
+            self.heading_known = true;
+        }
+        self.begin_at(given, position, moves, heading_sigma, age);
+        if !self.is_somewhere() {
+            self.lose(GAP_ANGLES);
+            return Verdict::Refused;
+        }
+        self.refresh_sigma();
+        witness.started(&self.covariance, &self.motion);
+        Verdict::Used
+    }
+
+    /// The velocity since a fix before, where the receiver tells none.
+    fn between(&mut self, given: &Given, position: [f64; 3]) -> Option<Moves> {
+        let now = Before { time: given.time, position };
+        let before = *self.before.get_or_insert(now);
+        let seconds = given.time - before.time;
+        let place = Place::at(position[0], position[2]);
+        let [latitude, longitude, height] = before.position;
+        let way = Vector3::new(
+            (position[0] - latitude) / place.north,
+            wrapped(position[1] - longitude) / place.east,
+            height - position[2],
+        );
+        let far = way.xy().norm() > APART_DEVIATIONS * given.sigma_position.xy().amax();
+        if far || !(0.0..=APART_SECONDS).contains(&seconds) {
+            self.before = Some(now);
+        }
+        let velocity = way / seconds;
+        let possible = seconds > 0.0 && seconds <= APART_SECONDS && is_known(&velocity);
+        // Two places, and a velocity that has changed meanwhile.
+        let sigma = given.sigma_position * (2.0 / seconds.at_least(0.1));
+        (possible && far).then_some(Moves { velocity, sigma })
+    }
+
+    /// Turns the body along its course, if it moves forward fast enough; returns the deviation.
+    fn look_along(&mut self, moves: &Moves) -> Option<f64> {
+        let (v, sigma) = (moves.velocity, moves.sigma.xy().amax());
+        let speed = v.xy().norm();
+        if speed < COURSE_SPEED || speed < COURSE_DEVIATIONS * sigma {
+            return None;
+        }
+        // The axle goes forward; what is ahead of it goes sideways in a turn.
+        let across = self.params.wheels.map_or(0.0, |wheels| {
+            let rate = self.sensors.gyro.z - self.gyro_bias.z;
+            rate * (self.params.antenna[0] - wheels.axle[0])
+        });
+        let drift = RealField::atan2(across.within(speed), speed);
+        let off = RealField::atan2(v.y, v.x) - drift - self.motion.heading();
+        self.motion.attitude = rotation(&Vector3::new(0.0, 0.0, off)) * self.motion.attitude;
+        let course = sigma / speed;
+        Some((course * course + COURSE_SIGMA * COURSE_SIGMA).simd_sqrt())
+    }
+
+    fn begin_at(
+        &mut self,
+        given: &Given,
+        position: [f64; 3],
+        moves: Option<Moves>,
+        heading_sigma: Option<f64>,
+        age: f64,
+    ) {
+        let [latitude, longitude, height] = position;
+        let mut motion = Motion::new(self.motion.attitude, latitude, longitude, height);
+        let antenna = Vector3::from(self.params.antenna);
+        let lever = motion.attitude * antenna;
+        let rate = self.sensors.gyro - self.gyro_bias;
+        let swing = motion.attitude * rate.cross(&antenna);
+        let zero = Vector3::zeros();
+        let velocity = moves.map(|moves| moves.velocity);
+        let start = velocity.map_or(zero, |v| v - swing);
+        // Off by the lever, and by the way since the fix.
+        motion.correct(&(lever - velocity.unwrap_or(zero) * age), &zero, &zero);
+        motion.velocity = start;
+        self.motion = motion;
+        self.motion.settle();
+        let mut variances = [0.0; STATES];
+        for i in PHI..STATES {
+            variances[i] = self.covariance.at(i, i);
+        }
+        for i in 0..3 {
+            // The gyro alone has told of the orientation since its start.
+            let t = self.alone;
+            let bias = variances[GYRO + i];
+            variances[PHI + i] += (self.params.gyro_noise[i] + bias * t) * t;
+            let told = moves.map_or(UNKNOWN_VELOCITY, |moves| moves.sigma[i]);
+            variances[R + i] = given.sigma_position[i] * given.sigma_position[i];
+            variances[V + i] = told * told;
+            variances[PHI + i] = variances[PHI + i].min(10.0);
+        }
+        if let Some(sigma) = heading_sigma {
+            variances[PHI + 2] = sigma * sigma;
+        }
+        self.covariance = Covariance::of(&variances);
+        // The error of the velocity is taken in the frame that is believed in.
+        self.covariance.couple(&start);
+        self.judges.iter_mut().for_each(Judge::restart);
+        self.navigating = true;
+        self.sums = Sums::new();
+        (self.alone, self.wheels) = (0.0, 0.0);
+    }
+}
+
+impl Before {
+    pub fn is_sound(&self) -> bool {
+        let [latitude, longitude, height] = self.position;
+        is_within(self.time, 4e9)
+            && is_within(latitude, LATITUDE_MAX)
+            && is_within(longitude, 7.0)
+            && is_within(height, HEIGHT_MAX)
+    }
+}

@@ -1,0 +1,112 @@
+//! A fix of the receiver: what it tells, what of it can be used, and how errors move it.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::covariance::{GYRO, PHI, R, Row, V};
+use super::earth::{HEIGHT_MAX, LATITUDE_MAX};
+use super::filter::is_known;
+use crate::error::{Error, require};
+use crate::math::Real;
+
+/// Smallest standard deviation of a fix, m and m/s, and that of what it does not tell.
+const SIGMA_MIN: f64 = 1e-3;
+const SIGMA_MAX: f64 = 1e6;
+
+/// One fix of the receiver; what it does not tell is NaN.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fix {
+    /// When it was measured, s.
+    pub time: f64,
+    /// Latitude and longitude, rad, and height, m, of the antenna.
+    pub position: [f64; 3],
+    /// North, east, down, m/s.
+    pub velocity: [f64; 3],
+    /// Standard deviations north, east, down, m and m/s.
+    pub sigma_position: [f64; 3],
+    /// See `sigma_position`.
+    pub sigma_velocity: [f64; 3],
+}
+
+/// What became of a fix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// It was used; of a fix with a velocity at least one of the two.
+    Used,
+    /// The gate did not let it pass.
+    Rejected,
+    /// It is too old, ahead of the sensors, before the first sample, empty, or nowhere on Earth.
+    Refused,
+}
+
+/// A fix that was looked at: what is there, with deviations that a filter can stand.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Given {
+    pub time: f64,
+    pub position: Option<[f64; 3]>,
+    pub velocity: Option<Vector3<f64>>,
+    pub sigma_position: Vector3<f64>,
+    pub sigma_velocity: Vector3<f64>,
+}
+
+impl Given {
+    /// None if nothing is there. A height or a vertical velocity may be missing.
+    pub fn checked(fix: &Fix) -> Result<Option<Self>, Error> {
+        let Fix {
+            time,
+            position: [latitude, longitude, height],
+            velocity: [north, east, down],
+            ..
+        } = *fix;
+        let there = latitude.abs() < LATITUDE_MAX && longitude.abs() < 7.0;
+        let flat = height.is_nan();
+        let position = (there && (flat || height.abs() < HEIGHT_MAX)).then_some([
+            latitude,
+            longitude,
+            if flat { 0.0 } else { height },
+        ]);
+        let level = down.is_nan();
+        let velocity =
+            Some(Vector3::new(north, east, if level { 0.0 } else { down })).filter(is_known);
+        let sigma = |name, told: bool, without_down: bool, sigmas: &[f64; 3]| {
+            let mut found = Vector3::from_element(SIGMA_MAX);
+            let count = if without_down { 2 } else { 3 };
+            for (place, sigma) in found.iter_mut().zip(sigmas).take(count).filter(|_| told) {
+                require(*sigma > 0.0, name, "positive", *sigma)?;
+                *place = sigma.at_most(SIGMA_MAX).at_least(SIGMA_MIN);
+            }
+            Ok(found)
+        };
+        let sigma_position =
+            sigma("sigma_position", position.is_some(), flat, &fix.sigma_position)?;
+        let sigma_velocity =
+            sigma("sigma_velocity", velocity.is_some(), level, &fix.sigma_velocity)?;
+        let some = position.is_some() || velocity.is_some();
+        Ok(some.then_some(Self { time, position, velocity, sigma_position, sigma_velocity }))
+    }
+}
+
+/// Of a position: δr, and the lever that turns with the orientation.
+pub(crate) fn position_rows(lever: &Vector3<f64>) -> [Row; 3] {
+    let mut rows = [[0.0; 16]; 3];
+    let turned = lever.cross_matrix();
+    for (i, h) in rows.iter_mut().enumerate() {
+        h[R + i] = 1.0;
+        (0..3).for_each(|j| h[PHI + j] = turned[(i, j)]);
+    }
+    rows
+}
+
+/// Of a velocity: δv, how it turns with the orientation, and what the gyro's bias moves at the end
+/// of the lever.
+pub(crate) fn velocity_rows(velocity: &Vector3<f64>, lever: &Matrix3<f64>) -> [Row; 3] {
+    let mut rows = [[0.0; 16]; 3];
+    let turned = velocity.cross_matrix();
+    for (i, h) in rows.iter_mut().enumerate() {
+        h[V + i] = 1.0;
+        for j in 0..3 {
+            h[PHI + j] = turned[(i, j)];
+            h[GYRO + j] = -lever[(i, j)];
+        }
+    }
+    rows
+}
