@@ -1,0 +1,77 @@
+"""Short simulated drives with their noise models, and alignments with errors of a known size."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import zerorate as zr
+from zerorate.navigation.earth import earth_rate, normal_gravity
+from zerorate.navigation.noise import densities
+
+RATE = 50.0
+# What simulate_drive puts in by default.
+GYRO = zr.NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-6)
+ACCEL = zr.NoiseModel(angle_random_walk=1e-3, rate_random_walk=2e-5, quantity="acceleration")
+MODELS = {"gyro": GYRO, "accel": ACCEL}
+NAMES = ("position", "velocity", "attitude", "gyro_bias", "accel_bias", "sigma")
+
+
+def drive(duration=60.0, seed=1, **arguments):
+    """Of a car that drives off after 12 s."""
+    return zr.simulate_drive(duration, RATE, seed=seed, **{"rest": 12.0, **arguments})
+
+
+def start_of(drive, time=10.0, tilt=(0.002, -0.003, 0.03), **changes):
+    """What an alignment might have found at a time, with errors of its size."""
+    k = round(time * drive.rate)
+    attitude = Rotation.from_rotvec(tilt) * rotation(drive.truth_attitude[k])
+    start = zr.Alignment(
+        time=time,
+        attitude=attitude.as_quat(scalar_first=True),
+        latitude=drive.truth_position[0, 0],
+        heading_known=True,
+        course=False,
+        gyro_bias=drive.gyro_bias[k] + 1e-4,
+        accel_bias=np.zeros(3),
+        sigma_level=0.005,
+        sigma_heading=0.05,
+        sigma_gyro_bias=1e-4,
+        sigma_accel_bias=0.05,
+    )
+    return replace(start, **changes)
+
+
+def rotation(quaternion):
+    return Rotation.from_quat(quaternion, scalar_first=True)
+
+
+def matrix(quaternion):
+    return rotation(quaternion).as_matrix()
+
+
+def noises(gyro=GYRO, accel=ACCEL):
+    """White noise and walk of the bias of three axes, of gyro and accelerometer."""
+    return [np.array(densities(*of)) for of in (("gyro", gyro), ("accel", accel))]
+
+
+def at_rest(time, latitude, heading=0.3, height=100.0):
+    """Gyro and accelerometer without error on a level body, and an alignment without error."""
+    turned = Rotation.from_euler("z", heading)
+    angle = np.radians(latitude)
+    gyro = turned.inv().apply(earth_rate(angle))
+    accel = np.array([0.0, 0.0, -float(normal_gravity(angle, height))])
+    start = zr.Alignment(
+        time=float(time[0]),
+        attitude=turned.as_quat(scalar_first=True),
+        latitude=latitude,
+        heading_known=True,
+        course=False,
+        gyro_bias=np.zeros(3),
+        accel_bias=np.zeros(3),
+        sigma_level=0.002,
+        sigma_heading=0.05,
+        sigma_gyro_bias=1e-5,
+        sigma_accel_bias=0.02,
+    )
+    return np.tile(gyro, (len(time), 1)), np.tile(accel, (len(time), 1)), start
