@@ -118,7 +118,7 @@ def _metadata(path: str | os.PathLike[str]) -> dict[str, Any]:
     except ImportError:
         return {}
     try:
-        found = parquet.read_schema(path).metadata or {}
+        found = parquet.read_schema(os.fspath(path)).metadata or {}
     except (ArrowException, OSError):
         return {}
     return {key.decode(): value.decode() for key, value in found.items() if key.decode() in _KEYS}

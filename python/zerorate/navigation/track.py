@@ -244,7 +244,7 @@ class Track:
             for axis, values in zip(ned, self.sigma[:, 3 * k : 3 * k + 3].T, strict=True):
                 beside[f"sigma_{kind}_{axis}_{unit}"] = values
         beside["navigating"] = self.navigating
-        return Log(self.time, rate, self.position, names, "1", meta), beside
+        return Log(self.time, rate, self.position, names, "deg, deg, m", meta), beside
 
     def table(self) -> str:
         """Return what became of the fixes and what is known at the end, as plain text."""

@@ -241,13 +241,18 @@ def _draw_path(axes: Axes, track: Track, longest: OutageErrors | None) -> None:
     axes.plot(end[1], end[0], "s", color=BLACK, markersize=3.0, label="end")
     if longest is not None:
         _draw_silences(axes, longest, origin)
-    known = way[there]
-    shown = [*known.min(axis=0)[:2], *known.max(axis=0)[:2]]
-    margin = 0.06 * max(shown[2] - shown[0], shown[3] - shown[1], 10.0)
-    axes.set_xlim(shown[1] - margin, shown[3] + margin)
-    axes.set_ylim(shown[0] - margin, shown[2] + margin)
-    axes.set_aspect("equal", adjustable="datalim")
+    _fit(axes, way[there, :2])
     write_legend(axes, "upper right", 1)
+
+
+def _fit(axes: Axes, way: Floats) -> None:
+    """Show all of a way, a metre north as long as one east."""
+    low, high = way.min(axis=0), way.max(axis=0)
+    middle = 0.5 * (low + high)
+    wide = (_WIDTH - _LEFT - _RIGHT) / _PATH
+    half = 0.56 * max(high[0] - low[0], (high[1] - low[1]) / wide, 10.0)
+    axes.set_ylim(middle[0] - half, middle[0] + half)
+    axes.set_xlim(middle[1] - half * wide, middle[1] + half * wide)
 
 
 def _level(position: Floats, origin: Floats) -> Floats:
@@ -310,8 +315,8 @@ def _draw_nis(axes: Axes, track: Track, nis: Floats) -> None:
     for values, (name, colour) in zip(nis.T, parts, strict=True):
         there = np.isfinite(values) & (values > 0.0)
         few = thinned(int(there.sum()))
-        style = {"color": colour, "markersize": 1.2, "label": name}
-        axes.plot(times[there][few], values[there][few], ".", **style)
+        x, y = times[there][few], values[there][few]
+        axes.plot(x, y, ".", color=colour, markersize=1.2, label=name)
     axes.axhline(_USUAL, color=BLACK, linewidth=0.6)
     axes.set_yscale("log")
     axes.set_ylabel("NIS")
@@ -353,7 +358,7 @@ def _make_room(panels: list[Axes]) -> None:
     """Leave the upper part of logarithmic panels for their legends."""
     for axes in panels:
         low, high = axes.get_ylim()
-        axes.set_ylim(low, high * (high / low) ** 0.35)
+        axes.set_ylim(low, high * (high / low) ** 0.25)
 
 
 def _draw_each(axes: Axes, chosen: OutageErrors) -> None:
@@ -362,8 +367,8 @@ def _draw_each(axes: Axes, chosen: OutageErrors) -> None:
         for k in range(chosen.n):
             own = chosen.outage == k
             since = chosen.time[own] - chosen.spans[k, 0]
-            style = {"color": _COLOURS[name], "linewidth": 0.5, "label": "" if k else name}
-            axes.plot(since, distance[own], **style)
+            label = "" if k else name
+            axes.plot(since, distance[own], color=_COLOURS[name], linewidth=0.5, label=label)
 
 
 def _draw_growth(
