@@ -46,7 +46,7 @@ from zerorate.navigation.alignment import Alignment, align
 from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
 from zerorate.navigation.readers import read_fixes
-from zerorate.navigation.track import Track
+from zerorate.navigation.track import Track, not_begun
 from zerorate.navigation.tracks import write_geojson, write_gpx
 from zerorate.noise import NoiseModel, worst_axis
 from zerorate.progress import Progress
@@ -357,7 +357,7 @@ def _in_own_words() -> Iterator[None]:
     """Name options where messages of the package name arguments."""
 
     def said(error: Exception) -> str:
-        text = re.sub(r"\bwith span=", "with --rest", str(error))
+        text = re.sub(r"\b(span|heading|time_offset)=", _named, str(error))
         return re.sub(r"^(span|gate|antenna|axle|heading|seconds)\b", _named, text)
 
     try:
@@ -369,7 +369,8 @@ def _in_own_words() -> Iterator[None]:
 
 
 def _named(found: re.Match[str]) -> str:
-    return {"span": "--rest", "seconds": "--outages"}.get(found[1], f"--{found[1]}")
+    flags = {"span": "--rest", "seconds": "--outages", "time_offset": "--time-offset"}
+    return flags.get(found[1], f"--{found[1]}")
 
 
 def _read_fixes(log: Path, gnss: Path | None) -> Fixes:
@@ -503,7 +504,7 @@ class _Asked:
         nav = NavigationFilter(start, antenna=mounted.antenna, **self.filter)
         track = nav.copy().process(recording, fixes, time_offset=mounted.time_offset)
         if not track.navigating.any():
-            raise LogError(_not_begun(track, recording))
+            raise LogError(f"the filter did not begin: {not_begun(track)}")
         nis = track.nis()
         progress("outages", 0.3)
         errors = self._outages(recording, fixes, nav, progress)
@@ -529,17 +530,6 @@ class _Asked:
             time_offset=self.mounting.time_offset,
             progress=_part(progress, 0.3, 0.7),
         )
-
-
-def _not_begun(track: Track, recording: Recording) -> str:
-    counts = track.counts
-    if not counts["used"]:
-        span = f"{track.fixes[0, 0]:.6g} to {track.fixes[-1, 0]:.6g} s"
-        return (
-            f"no fix was used: they are from {span} and the samples from {track.time[0]:.6g} to "
-            f"{track.time[-1]:.6g} s; are the clocks the same (--time-offset)?"
-        )
-    return "the heading is not known: the vehicle is not above 2 m/s; give --heading"
 
 
 def _part(progress: Progress, first: float, last: float) -> Progress:

@@ -296,16 +296,11 @@ class _Within:
 
     @classmethod
     def of(cls, track: Track, gnss: Fixes) -> _Within:
-        from zerorate.navigation.track import STATUSES
+        from zerorate.navigation.track import not_begun
 
         there = np.flatnonzero(track.navigating)
         if not there.size:
-            status = STATUSES[int(track.status[-1])] if track.n else STATUSES[0]
-            why = {
-                "waiting": "it was waiting for a fix till the end: are the clocks the same?",
-                "no heading": "its heading is not known, or the vehicle did not move",
-            }.get(status, f"its status is '{status}'")
-            raise LogError(f"{track.source}: the filter did not begin: {why}")
+            raise LogError(f"{track.source}: the filter did not begin: {not_begun(track)}")
         start = track.time[there[0]]
         until = np.flatnonzero(gnss.time <= start + _SAME)
         inside = np.flatnonzero(gnss.time <= track.time[-1])
@@ -371,7 +366,8 @@ def _errors(
     spans = np.column_stack([gnss.time[withheld.before], time[last]])
     if withheld.dropped:
         notes.append(
-            f"{withheld.dropped} outages of {length:g} s left out: the receiver has gaps there"
+            f"outages of {length:g} s left out where the receiver has gaps itself: "
+            f"{withheld.dropped}"
         )
     if not np.isfinite(end[FILTER]).all():
         notes.append(

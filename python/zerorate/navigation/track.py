@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from zerorate.metrics import Outages
 
-__all__ = ["STATUSES", "Inputs", "Track", "track_of"]
+__all__ = ["STATUSES", "Inputs", "Track", "not_begun", "track_of"]
 
 STATUSES: Final = ("waiting", "no heading", "navigating", "coasting", "missing")
 """Words for `Track.status`, in the order of its numbers."""
@@ -284,6 +284,21 @@ def track_of(
         _inputs=inputs,
         **found,
     )
+
+
+def not_begun(track: Track) -> str:
+    """Return why a filter did not begin to navigate."""
+    fixes, time = track.fixes[:, 0], track.time
+    if not len(fixes) or not len(time):
+        return "there are no fixes" if len(time) else "there are no samples"
+    if not ((fixes >= time[0]) & (fixes <= time[-1])).any():
+        return (
+            f"its samples are from {time[0]:.6g} to {time[-1]:.6g} s and the fixes from "
+            f"{fixes[0]:.6g} to {fixes[-1]:.6g} s: time_offset= moves these"
+        )
+    if STATUSES[int(track.status[-1])] == "no heading":
+        return "the heading is not known, and the vehicle not above 2 m/s: heading= says it"
+    return "no fix was used after the vehicle was aligned"
 
 
 def _between_steps(
