@@ -17,7 +17,15 @@ import typer
 
 from zerorate import NavigationFilter
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, require, writing
+from zerorate.cli.errors import (
+    DataFault,
+    UsageFault,
+    as_usage,
+    of_a_file,
+    read_faults,
+    require,
+    writing,
+)
 from zerorate.cli.options import (
     PANEL,
     FigureFormat,
@@ -375,15 +383,12 @@ def _named(found: re.Match[str]) -> str:
 
 def _read_fixes(log: Path, gnss: Path | None) -> Fixes:
     try:
-        with as_usage():
+        with read_faults(columns_asked=False):
             return read_fixes(log if gnss is None else gnss)
-    except LogError as error:
-        further = "" if gnss else "; name the file of the receiver's fixes after the log"
-        raise DataFault(f"{error}{further}") from None
-    except OSError as error:
-        raise DataFault(of_a_file(error)) from None
-    except ImportError as error:
-        raise UsageFault(str(error)) from None
+    except DataFault as fault:
+        if gnss is not None:
+            raise
+        raise DataFault(f"{fault}; name the file of the receiver's fixes after the log") from None
 
 
 @dataclass(frozen=True)
