@@ -344,11 +344,10 @@ def _noises(gyro: Path | None, accel: Path | None) -> dict[str, Any]:
 def _noise(path: Path, quantity: str) -> NoiseModel:
     """Return the model in a file, or the worst axis of those of a quantity in one of several."""
     try:
-        text = path.read_text(encoding="utf-8")
-        content = json.loads(text)
+        content = json.loads(path.read_text(encoding="utf-8"))
         axes = content.get("axes") if isinstance(content, dict) else None
         if not isinstance(axes, dict):
-            return NoiseModel.from_json(text)
+            return NoiseModel.from_json(path)
         models = [NoiseModel.from_json(json.dumps(one)) for one in axes.values() if one is not None]
         fitting = [one for one in models if one.quantity == quantity]
         if not fitting:
@@ -357,7 +356,8 @@ def _noise(path: Path, quantity: str) -> NoiseModel:
     except OSError as error:
         raise DataFault(of_a_file(error)) from None
     except ValueError as error:
-        raise DataFault(f"{path}: {error}") from None
+        text = str(error)
+        raise DataFault(text if text.startswith(str(path)) else f"{path}: {text}") from None
 
 
 @contextmanager
