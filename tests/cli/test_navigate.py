@@ -223,7 +223,7 @@ def test_what_is_no_input(cli, imu, gnss, out, tmp_path):
     (tmp_path / "model.json").write_text("[1, 2]")
     code, _, errors = cli(imu, gnss, *plain, "--gyro-noise", tmp_path / "model.json")
     assert code == 1
-    check_line(errors, "model.json: ")
+    check_line(errors, "model.json is not a zerorate noise model in JSON")
     code, _, errors = cli(imu, gnss, "-o", imu)
     assert code == 2
     check_line(errors, "-o names the log itself")

@@ -63,6 +63,8 @@ class OutageErrors:
     errors : dict of str to ndarray, shape (m, 2)
         At each of them, north and east, m: of "position held", "velocity held", "filter" and, if it
         was asked for, "smoothed".
+    sigma : ndarray, shape (m, 2)
+        Standard deviations north and east of the filter there, m.
     end : dict of str to ndarray, shape (n,)
         Horizontal distance at the last fix withheld, m; of "smoothed" the largest inside.
     """
@@ -73,6 +75,7 @@ class OutageErrors:
     outage: Integers
     position: Floats
     errors: dict[str, Floats]
+    sigma: Floats
     end: dict[str, Floats]
 
     @property
@@ -374,7 +377,10 @@ def _errors(
             f"in an outage of {length:g} s the filter lost its position, by a gap of the sensors: "
             "its error is not a number"
         )
-    return OutageErrors(length, spans, time, withheld.outage, truth, errors, end)
+    # The last sample before a fix: at the first after it the next may have been taken.
+    samples = np.searchsorted(tracks[FILTER].time, time, side="right") - 1
+    sigma = tracks[FILTER].sigma[samples, :2]
+    return OutageErrors(length, spans, time, withheld.outage, truth, errors, sigma, end)
 
 
 def _way(start: Floats, stop: Floats) -> Floats:

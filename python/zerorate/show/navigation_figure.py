@@ -199,7 +199,7 @@ def _caption(longest: OutageErrors | None, nis: Floats | None) -> str:
     if longest is not None:
         said += (
             f" Grey: outages of {longest.seconds:g} s, run apart; their paths begin at the last "
-            "fix and end at the last one withheld."
+            "fix and end, with an ellipse, at the last one withheld."
         )
     return said
 
@@ -233,9 +233,7 @@ def _draw_path(axes: Axes, track: Track, longest: OutageErrors | None) -> None:
     axes.plot(fixes[:, 1], fixes[:, 0], ".", color=ORANGE, markersize=1.5, label="fixes")
     axes.plot(way[few, 1], way[few, 0], color=BLUE, linewidth=0.7, label="track")
     for i, k in enumerate(_moments(way, there)):
-        east = way[k, 1] + 3.0 * track.sigma[k, 1] * np.cos(_ROUND)
-        north = way[k, 0] + 3.0 * track.sigma[k, 0] * np.sin(_ROUND)
-        axes.plot(east, north, color=PURPLE, linewidth=0.6, label="" if i else "3σ")
+        _draw_ellipse(axes, way[k], track.sigma[k], PURPLE, "" if i else "3σ")
     begin, end = way[there[0]], way[there[-1]]
     axes.plot(begin[1], begin[0], "o", color=BLACK, markersize=3.0, label="begin")
     axes.plot(end[1], end[0], "s", color=BLACK, markersize=3.0, label="end")
@@ -269,6 +267,12 @@ def _moments(way: Floats, there: Integers) -> Integers:
     return found
 
 
+def _draw_ellipse(axes: Axes, place: Floats, sigma: Floats, colour: str, label: str) -> None:
+    north = place[0] + 3.0 * sigma[0] * np.sin(_ROUND)
+    east = place[1] + 3.0 * sigma[1] * np.cos(_ROUND)
+    axes.plot(east, north, color=colour, linewidth=0.6, label=label)
+
+
 def _draw_silences(axes: Axes, longest: OutageErrors, origin: Floats) -> None:
     """Draw what the filter made of the way in each outage."""
     truth = _level(longest.position, origin)
@@ -279,6 +283,7 @@ def _draw_silences(axes: Axes, longest: OutageErrors, origin: Floats) -> None:
         axes.plot(guessed[own, 1], guessed[own, 0], color=VERMILION, lw=0.8, label=name)
         for ends in (guessed[own][-1], truth[own][-1]):
             axes.plot(ends[1], ends[0], "x", color=VERMILION, markersize=2.5, markeredgewidth=0.6)
+        _draw_ellipse(axes, guessed[own][-1], longest.sigma[own][-1], PURPLE, "")
 
 
 def _draw_speed(axes: Axes, track: Track, times: Floats) -> None:
