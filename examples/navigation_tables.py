@@ -102,14 +102,14 @@ def row(name, found):
 
 def main(folder):
     """Print both tables."""
-    head = ("track", *(f"{length:g} s" for length in LENGTHS))
+    head = ("filter", *(f"{length:g} s" for length in LENGTHS))
     title = "Recorded drive, end of outages, horizontal error in m: rms / median / largest"
     if (folder / IMU).exists():
         print(table(title, head, drive_rows(folder), markdown=True))
     else:
         print(f"no {IMU} in {folder}\n", file=sys.stderr)
     head = (
-        "drive",
+        "recording",
         "position, m",
         "velocity, m/s",
         "gyro bias, deg/h",
