@@ -14,7 +14,7 @@ from zerorate.calibrate import find_rests
 from zerorate.io import LogError, Recording
 from zerorate.metrics.rotations import inverse, product
 from zerorate.navigation.earth import earth_rate
-from zerorate.types import Floats
+from zerorate.types import Booleans, Floats
 
 __all__ = ["Alignment", "align"]
 
@@ -198,7 +198,7 @@ def _steady(samples: Samples, first: float, last: float) -> tuple[float, float]:
         return first, last
     values = np.concatenate((samples.gyro, samples.accel), axis=1)[begin : begin + seconds * width]
     blocks = values.reshape(seconds, width, 6)
-    there = np.isfinite(blocks).all(axis=2)
+    there: Booleans = np.isfinite(blocks).all(axis=2)
     counts = there.sum(axis=1)[:, np.newaxis]
     means = np.where(there[:, :, np.newaxis], blocks, 0.0).sum(axis=1) / np.maximum(counts, 1)
     known = counts[:, 0] > 0
