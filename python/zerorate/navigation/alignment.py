@@ -198,7 +198,7 @@ def _steady(samples: Samples, first: float, last: float) -> tuple[float, float]:
         return first, last
     values = np.concatenate((samples.gyro, samples.accel), axis=1)[begin : begin + seconds * width]
     blocks = values.reshape(seconds, width, 6)
-    there: Booleans = np.isfinite(blocks).all(axis=2)
+    there: Booleans = np.isfinite(blocks.sum(axis=2))
     counts = there.sum(axis=1)[:, np.newaxis]
     means = np.where(there[:, :, np.newaxis], blocks, 0.0).sum(axis=1) / np.maximum(counts, 1)
     known = counts[:, 0] > 0
