@@ -448,3 +448,12 @@ class TestDrive:
         stamps = column("drive_imu_100hz", "time_s")
         # Stamps are whole milliseconds, and the rate of the log has six digits over 549 s.
         assert np.abs(recording.gyro.time - stamps).max() < 1e-3 + 549 * 5e-6
+
+
+def test_a_table_of_whole_seconds_is_no_solution(tmp_path):
+    rows = (f"{t},47.9952,10.9987,498.8,-11.2,1.7,-0.2\n" for t in range(90, 120))
+    path = tmp_path / "fixes.csv"
+    path.write_text("time_s,lat,lon,alt,vn,ve,vd\n" + "".join(rows))
+    fixes = zr.read_fixes(path)
+    assert len(fixes) == 30
+    assert fixes.velocity[0].tolist() == [-11.2, 1.7, -0.2]

@@ -47,6 +47,10 @@ _COMMANDS: Final = {
         "Find which way a body points, from gyro, accelerometer and magnetometer.",
         "zerorate attitude imu.csv --unit deg/s,g --frame ned -o out",
     ),
+    "navigate": (
+        "Find the track of a vehicle from its gyro, accelerometer and satellite receiver.",
+        "zerorate navigate imu.parquet gnss.parquet --outages 10,30 --smooth -o out",
+    ),
     "simulate": (
         "Write a log of a simulated gyro and its true drift, or of an IMU to calibrate.",
         "zerorate simulate MPU-6050 -o gyro.csv --duration 600",
@@ -56,7 +60,7 @@ _COMMANDS: Final = {
 
 _ABOUT: Final = (
     "Removes the bias of MEMS gyros, live or from a log, measures their noise, calibrates them; "
-    "finds attitudes."
+    "finds attitudes and tracks."
 )
 _EPILOG: Final = "Begin with: zerorate demo. Options of a command: zerorate replay --help."
 

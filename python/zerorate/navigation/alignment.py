@@ -14,7 +14,7 @@ from zerorate.calibrate import find_rests
 from zerorate.io import LogError, Recording
 from zerorate.metrics.rotations import inverse, product
 from zerorate.navigation.earth import earth_rate
-from zerorate.types import Floats
+from zerorate.types import Booleans, Floats
 
 __all__ = ["Alignment", "align"]
 
@@ -23,6 +23,11 @@ _REST: Final = 10.0
 _SHORTEST: Final = 1.0
 """Seconds of a span that is given."""
 _GRAVITY: Final = 9.80665
+_STEADY: Final = 6.0
+_OF_MEDIAN: Final = 1.4826
+"""Standard deviation over the median distance from the median, of normal deviates."""
+_SMALL: Final = np.array([math.radians(0.05)] * 3 + [0.02] * 3)
+"""What means of a second may move in any case, rad/s and m/s^2."""
 _TOLERANCE: Final = 0.1
 """Part of gravity that the force at rest may be off."""
 
@@ -119,7 +124,9 @@ def align(
     -----
     Roll is ``atan2(-f_y, -f_z)``, pitch ``atan2(f_x, sqrt(f_y^2 + f_z^2))`` of the mean force f.
     The bias of the gyro is its mean less the rate of the earth; without a heading only the
-    vertical part of that is known, and the deviation says so.
+    vertical part of that is known, and the deviation says so. A rest that is found ends where means
+    of a second leave their median: a vehicle that moves off gently does not vary more than a noisy
+    sensor. A span that is given is believed.
 
     Examples
     --------
@@ -139,7 +146,7 @@ def align(
     yaw = float(heading) if known else 0.0  # type: ignore[arg-type]
     _within("heading", yaw, 4.0 * math.pi, "rad")
     samples = Samples.of(imu, mag=False, what="an alignment")
-    first, last = _rest(imu) if span is None else _given(span)
+    first, last = _rest(imu, samples) if span is None else _given(span)
     gyro, accel = _between(samples, first, last)
     force, rate = accel.mean(axis=0), gyro.mean(axis=0)
     _check_force(force, first, last)
@@ -168,14 +175,47 @@ def _within(name: str, value: float, bound: float, unit: str) -> None:
         raise ValueError(f"{name} must be within {bound:.4g} {unit}, got {value}")
 
 
-def _rest(imu: Recording) -> tuple[float, float]:
+def _rest(imu: Recording, samples: Samples) -> tuple[float, float]:
     for rest in find_rests(imu):
-        if rest.stop - rest.start >= _REST:
-            return rest.start, rest.stop
+        first, last = _steady(samples, rest.start, rest.stop)
+        if last - first >= _REST:
+            return first, last
     raise LogError(
         f"{imu.source}: the vehicle does not rest for {_REST:g} s, which an alignment needs: say "
         "with span= when it rests"
     )
+
+
+def _steady(samples: Samples, first: float, last: float) -> tuple[float, float]:
+    """Return the longest part of a rest whose means of a second stay what they are.
+
+    A car that moves off gently does not vary more than a noisy sensor, by which rests are found.
+    """
+    time, width = samples.log.time, max(1, round(samples.log.rate))
+    begin, end = np.searchsorted(time, [first, last])
+    seconds = (end - begin) // width
+    if seconds < _REST - 1.0:
+        return first, last
+    values = np.concatenate((samples.gyro, samples.accel), axis=1)[begin : begin + seconds * width]
+    blocks = values.reshape(seconds, width, 6)
+    there: Booleans = np.isfinite(blocks.sum(axis=2))
+    counts = there.sum(axis=1)[:, np.newaxis]
+    means = np.where(there[:, :, np.newaxis], blocks, 0.0).sum(axis=1) / np.maximum(counts, 1)
+    known = counts[:, 0] > 0
+    if not known.any():
+        return first, last
+    off = np.abs(means - np.median(means[known], axis=0))
+    off[~known] = 0.0
+    limit = np.maximum(_STEADY * _OF_MEDIAN * np.median(off[known], axis=0), _SMALL)
+    edges = np.flatnonzero(np.diff((off <= limit).all(axis=1), prepend=False, append=False))
+    runs = edges.reshape(-1, 2)
+    a, b = runs[np.argmax(runs[:, 1] - runs[:, 0])] if len(runs) else (0, 0)
+    if (a, b) == (0, seconds):
+        return first, last
+    if b < seconds:
+        b = max(a, b - 1)  # it may have begun to move in the last second
+    start = first if a == 0 else float(time[begin + a * width])
+    return start, float(time[min(begin + b * width, len(time) - 1)])
 
 
 def _given(span: tuple[float, float]) -> tuple[float, float]:

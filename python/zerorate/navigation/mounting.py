@@ -59,7 +59,7 @@ def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recordin
     >>> drive = zr.simulate_drive(40.0)
     >>> upside_down = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
     >>> zr.body_axes(drive.recording(), upside_down).accel.data[0].round() + 0.0
-    array([ 0., -0., 10.])
+    array([ 0.,  0., 10.])
     """
     matrix = rotation(body_from_sensor)
     turned = {

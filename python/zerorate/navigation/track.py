@@ -17,7 +17,9 @@ from zerorate.types import Booleans, Floats
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["STATUSES", "Inputs", "Track", "track_of"]
+    from zerorate.metrics import Outages
+
+__all__ = ["STATUSES", "Inputs", "Track", "not_begun", "track_of"]
 
 STATUSES: Final = ("waiting", "no heading", "navigating", "coasting", "missing")
 """Words for `Track.status`, in the order of its numbers."""
@@ -141,6 +143,41 @@ class Track:
                 parts.append(np.where(sine > 0.0, angle / sine, 2.0) * back[:, 1:])
         return np.hstack(parts)
 
+    def nis(self) -> Floats:
+        """Return the normalised innovations squared of each fix, shape (m, 2).
+
+        Of position and velocity, 3 on average in a filter that is consistent; also of those that
+        the gate rejected. NaN where a fix was refused, tells no velocity, or began the track; of
+        several at one sample only the last has its own. The filter runs over the recording again.
+
+        Raises
+        ------
+        ValueError
+            If this track is smoothed.
+        """
+        if self._before is None or self._inputs is None:
+            raise ValueError("this track is smoothed")
+        inputs, nav = self._inputs, self._before.copy()
+        fixes, rest = inputs.fixes, inputs.rest
+        found = np.full((len(fixes), 2), np.nan)
+        # A fix is taken after the first sample that is not before it.
+        taken = np.searchsorted(inputs.time, fixes[:, 0]) + 1
+        first, seen = 0, 0
+        for k, stop in enumerate(taken.tolist()):
+            if stop > self.n or (k + 1 < len(taken) and taken[k + 1] == stop):
+                continue
+            part = slice(first, stop)
+            flags = None if rest is None else rest[part]
+            refused = nav.fixes["refused"]
+            nav.process_arrays(
+                inputs.time[part], inputs.gyro[part], inputs.accel[part], fixes[seen : k + 1], flags
+            )
+            if nav.fixes["refused"] == refused:
+                found[k] = nav.nis
+            first, seen = stop, k + 1
+        found[np.isnan(fixes[:, 4:7]).any(axis=1), 1] = np.nan
+        return found
+
     def smooth(self) -> Track:
         """Return the best estimate: each sample in the light of all fixes, before and after it.
 
@@ -207,13 +244,22 @@ class Track:
             for axis, values in zip(ned, self.sigma[:, 3 * k : 3 * k + 3].T, strict=True):
                 beside[f"sigma_{kind}_{axis}_{unit}"] = values
         beside["navigating"] = self.navigating
-        return Log(self.time, rate, self.position, names, "1", meta), beside
+        return Log(self.time, rate, self.position, names, "deg, deg, m", meta), beside
 
-    def plot(self) -> Figure:
-        """Return the figure; ImportError without matplotlib, of the extra ``plot``."""
+    def table(self) -> str:
+        """Return what became of the fixes and what is known at the end, as plain text."""
+        from zerorate.show.navigation_table import format_track
+
+        return format_track(self)
+
+    def plot(self, outages: Outages | None = None) -> Figure:
+        """Return the figure, which marks outages of ``zerorate.metrics.outages``.
+
+        ImportError without matplotlib, of the extra ``plot``.
+        """
         from zerorate.show.navigation_figure import plot_track
 
-        return plot_track(self)
+        return plot_track(self, outages)
 
 
 def track_of(
@@ -238,6 +284,21 @@ def track_of(
         _inputs=inputs,
         **found,
     )
+
+
+def not_begun(track: Track) -> str:
+    """Return why a filter did not begin to navigate."""
+    fixes, time = track.fixes[:, 0], track.time
+    if not len(fixes) or not len(time):
+        return "there are no fixes" if len(time) else "there are no samples"
+    if not ((fixes >= time[0]) & (fixes <= time[-1])).any():
+        return (
+            f"its samples are from {time[0]:.6g} to {time[-1]:.6g} s and the fixes from "
+            f"{fixes[0]:.6g} to {fixes[-1]:.6g} s: time_offset= moves these"
+        )
+    if STATUSES[int(track.status[-1])] == "no heading":
+        return "the heading is not known, and the vehicle not above 2 m/s: heading= says it"
+    return "no fix was used after the vehicle was aligned"
 
 
 def _between_steps(

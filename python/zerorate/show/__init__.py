@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from zerorate.show.identify_figure import plot_identification
     from zerorate.show.identify_page import identification_page
     from zerorate.show.identify_tables import format_identify
+    from zerorate.show.navigation_figure import plot_outages, plot_track
+    from zerorate.show.navigation_table import format_outages, format_track
     from zerorate.show.replay_figure import plot_replay
     from zerorate.show.replay_table import format_learned, format_notes, format_table
     from zerorate.show.style import save_figure
@@ -45,9 +47,11 @@ __all__ = [
     "format_identify",
     "format_learned",
     "format_notes",
+    "format_outages",
     "format_regret",
     "format_rotations",
     "format_table",
+    "format_track",
     "identification_page",
     "plot_allan",
     "plot_array",
@@ -57,7 +61,9 @@ __all__ = [
     "plot_characterisation",
     "plot_dynamic",
     "plot_identification",
+    "plot_outages",
     "plot_replay",
+    "plot_track",
     "save_figure",
 ]
 
@@ -82,6 +88,8 @@ _PLACES: Final = {
     "identify_figure": ("plot_identification",),
     "identify_page": ("identification_page",),
     "identify_tables": ("format_identify",),
+    "navigation_figure": ("plot_outages", "plot_track"),
+    "navigation_table": ("format_outages", "format_track"),
     "replay_figure": ("plot_replay",),
     "replay_table": ("format_learned", "format_notes", "format_table"),
     "style": ("save_figure",),

@@ -22,7 +22,10 @@ _ROW: Final = (
     r"(?:\d{4}/\d\d/\d\d[ ,]+\d\d:\d\d:\d\d(?:\.\d+)?|\d{3,4}[ ,]+\d{1,6}\.\d{1,9})"
     r"(?:[ ,\t]+[-+.\deE]+){5,}\s*$"
 )
-_LOOKS: Final = re.compile(rf"^(?:%\s*(?:GPST|UTC|JST)\b.*\(|{_ROW})".encode(), re.MULTILINE)
+_LOOKS: Final = re.compile(
+    rf"^%\s*(?:GPST|UTC|JST)\b.*\(|\A(?:%[^\n]*\n|[ \t\r]*\n)*{_ROW}".encode(), re.MULTILINE
+)
+"""A row counts only at the beginning: a table of numbers below names may look like rows."""
 _DATE: Final = re.compile(r"(\d{4})/(\d\d)/(\d\d)$")
 _WEEK: Final = 604_800
 _GPS_DAYS: Final = 3657

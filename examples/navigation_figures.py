@@ -1,0 +1,41 @@
+"""The figures of `docs/how-to/navigation.md`: a track, and how errors grow in outages.
+
+``python examples/navigation_figures.py [FOLDER]`` draws ``navigation_track.png``, a simulated drive
+as ``zerorate navigate`` draws it, and ``navigation_outages.png``, the filter with and without
+wheels beside what is held; default folder ``docs/figures``.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import zerorate as zr
+from zerorate.show import plot_outages, plot_track, save_figure
+
+SEED, DURATION = 5, 400.0
+LENGTHS = (30.0,)
+# What the filter takes a sensor for of which it is told nothing.
+GYRO = zr.NoiseModel(angle_random_walk=np.radians(0.05), rate_random_walk=1e-5)
+ACCEL = zr.NoiseModel(angle_random_walk=0.02, rate_random_walk=5e-4, quantity="acceleration")
+
+
+def main(folder):
+    """Draw both figures."""
+    drive = zr.simulate_drive(
+        DURATION, seed=SEED, gyro=GYRO, accel=ACCEL, sigma_position=0.05, sigma_velocity=0.05
+    )
+    imu, fixes = drive.recording(), drive.fixes
+    start = zr.align(imu, latitude=fixes.position[0, 0], heading="course")
+    free = zr.NavigationFilter(start)
+    wheels = zr.NavigationFilter(start, vehicle="wheeled")
+    asked = {"seconds": LENGTHS, "smooth": True}
+    outages = zr.metrics.outages(imu, fixes, nav=free, **asked)
+    wheeled = zr.metrics.outages(imu, fixes, nav=wheels, **asked)
+    track = free.process(imu, fixes)
+    save_figure(plot_track(track, outages), folder / "navigation_track.png")
+    save_figure(plot_outages(outages, {"wheels": wheeled}), folder / "navigation_outages.png")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "docs/figures"))

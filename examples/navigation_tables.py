@@ -1,0 +1,127 @@
+"""How good a track is: in outages on a recorded drive, and against the truth of simulated ones.
+
+``python examples/navigation_tables.py [FOLDER]`` prints both tables in Markdown. FOLDER has the
+recordings ``drive_imu_100hz.parquet`` and ``drive_gnss_4hz.parquet`` (rtklibexplorer/GNSS_IMU,
+data/drive_0708): a car with a consumer sensor, RTK at 4 Hz, and in the metadata mounting, antenna
+and clock. Default: ../shared/data beside the checkout.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import zerorate as zr
+from recordings import BESIDE
+from tables import table
+
+IMU, GNSS = "drive_imu_100hz.parquet", "drive_gnss_4hz.parquet"
+RESTED = (0.0, 36.0)
+"""The car stands; its first bend of the road comes after."""
+AXLE = (-1.0, 0.0, 1.3)
+LENGTHS = (10.0, 30.0, 60.0)
+SEEDS = (0, 1, 2)
+SETTLED = 120.0
+"""Seconds from which on errors of simulated drives count."""
+
+
+def drive_rows(folder):
+    """Yield the rows of the recorded drive."""
+    mounting = zr.read_mounting(folder / IMU)
+    imu = zr.body_axes(zr.read_recording(folder / IMU), mounting.body_from_sensor)
+    fixes = zr.read_fixes(folder / GNSS)
+    start = zr.align(imu, latitude=fixes.position[0, 0], heading="course", span=RESTED)
+    found = {}
+    for name, wheels in (("INS", {}), ("INS + wheels", {"vehicle": "wheeled", "axle": AXLE})):
+        nav = zr.NavigationFilter(start, antenna=mounting.antenna, **wheels)
+        found[name] = zr.metrics.outages(
+            imu,
+            fixes,
+            seconds=LENGTHS,
+            nav=nav,
+            antenna=mounting.antenna,
+            smooth=True,
+            time_offset=-mounting.time_offset,
+        )
+    free, wheeled = found.values()
+    rows = (
+        ("position held", free, "position held"),
+        ("velocity held", free, "velocity held"),
+        ("INS", free, "filter"),
+        ("INS + wheels", wheeled, "filter"),
+        ("INS smoothed", free, "smoothed"),
+        ("INS + wheels, smoothed", wheeled, "smoothed"),
+    )
+    for label, outages, name in rows:
+        yield label, *(cell(outages[length], name) for length in LENGTHS)
+    yield "number of outages", *(str(free[length].n) for length in LENGTHS)
+
+
+def cell(one, name):
+    """Return rms, median and largest."""
+    values = (one.rms(name), one.median(name), one.largest(name))
+    return " / ".join(f"{x:.1f}" if x < 100.0 else f"{x:.0f}" for x in values)
+
+
+def simulated_rows():
+    """Yield the rows of simulated drives: filter and smoother, a seed each and all of them."""
+    squares = []
+    for seed in SEEDS:
+        drive = zr.simulate_drive(400.0, seed=seed)
+        imu = drive.recording()
+        start = zr.align(imu, latitude=48.0, heading="course")
+        nav = zr.NavigationFilter(start)
+        track = nav.copy().process(imu, drive.fixes)
+        found = [*errors(track, drive), *errors(track.smooth(), drive)]
+        outages = zr.metrics.outages(imu, drive.fixes, seconds=60.0, nav=nav)[60.0]
+        found += [outages.rms("velocity held"), outages.rms()]
+        squares.append(np.square(found))
+        yield row(f"seed {seed}", found)
+    yield row("all", np.sqrt(np.mean(squares, axis=0)))
+
+
+def errors(track, drive):
+    """Return the RMS errors in the plane, m, of velocity, m/s, and of the gyro's bias, deg/h."""
+    there = track.time > SETTLED
+    off = track.errors(drive.truth_position, drive.truth_velocity)[there]
+    bias = (track.gyro_bias - drive.gyro_bias)[there]
+    return (
+        np.sqrt((off[:, :2] ** 2).sum(axis=1).mean()),
+        np.sqrt((off[:, 3:] ** 2).mean()),
+        3600.0 * np.degrees(np.sqrt((bias**2).mean())),
+    )
+
+
+def row(name, found):
+    """Return a row of the simulated table."""
+    position, velocity, bias, best, best_velocity, best_bias, held, outage = found
+    numbers = f"{position:.3f}", f"{velocity:.4f}", f"{bias:.1f}"
+    smoothed = f"{best:.3f}", f"{best_velocity:.4f}", f"{best_bias:.1f}"
+    return (name, *numbers, *smoothed, f"{held:.0f}", f"{outage:.1f}")
+
+
+def main(folder):
+    """Print both tables."""
+    head = ("filter", *(f"{length:g} s" for length in LENGTHS))
+    title = "Recorded drive, end of outages, horizontal error in m: rms / median / largest"
+    if (folder / IMU).exists():
+        print(table(title, head, drive_rows(folder), markdown=True))
+    else:
+        print(f"no {IMU} in {folder}\n", file=sys.stderr)
+    head = (
+        "recording",
+        "position, m",
+        "velocity, m/s",
+        "gyro bias, deg/h",
+        "smoothed, m",
+        "m/s",
+        "deg/h",
+        "60 s held, m",
+        "60 s filter, m",
+    )
+    title = f"Simulated drives of 400 s, RMS after {SETTLED:g} s; fixes of 2 m and 0.1 m/s at 1 Hz"
+    print(table(title, head, simulated_rows(), markdown=True))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else BESIDE)

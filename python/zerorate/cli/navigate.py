@@ -1,0 +1,610 @@
+"""``zerorate navigate``: the track of a vehicle, from its inertial sensors and its receiver."""
+
+import json
+import math
+import re
+import textwrap
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import numpy as np
+import typer
+
+from zerorate import NavigationFilter
+from zerorate.cli.calibrations import naming, read_calibration, read_imu
+from zerorate.cli.errors import (
+    DataFault,
+    UsageFault,
+    as_usage,
+    of_a_file,
+    read_faults,
+    require,
+    writing,
+)
+from zerorate.cli.options import (
+    PANEL,
+    FigureFormat,
+    FigureFormatOption,
+    Force,
+    LogArgument,
+    LogFormat,
+    LogFormatOption,
+    NoFigure,
+    Output,
+    Reading,
+    parse_words,
+    with_reading_options,
+)
+from zerorate.cli.outputs import (
+    Destination,
+    check_outputs,
+    preloaded,
+    print_written,
+    progress_bar,
+    together,
+)
+from zerorate.io import LogError, Recording, write_log
+from zerorate.metrics import Outages, outages
+from zerorate.navigation.alignment import Alignment, align
+from zerorate.navigation.fixes import Fixes
+from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
+from zerorate.navigation.readers import read_fixes
+from zerorate.navigation.track import Track, not_begun
+from zerorate.navigation.tracks import write_geojson, write_gpx
+from zerorate.noise import NoiseModel, worst_axis
+from zerorate.progress import Progress
+from zerorate.run.interrupts import in_background
+from zerorate.types import Floats
+
+__all__ = ["navigate"]
+
+_FILTER: Final = "Navigation"
+_VEHICLE: Final = "The vehicle"
+_COURSE: Final = "course"
+_NONE: Final = "none"
+_MAPS: Final = ("geojson", "gpx")
+
+
+class _Vehicle(StrEnum):
+    wheeled = "wheeled"
+
+
+class _Adapt(StrEnum):
+    inflate = "inflate"
+    free = "free"
+    fixed = "fixed"
+
+
+@with_reading_options(
+    without=("group_by",),
+    help={
+        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; with a "
+        "comma between that of the accelerometer, g or m/s^2: deg/s,g.",
+        "scale": "What the values of the gyro are multiplied by, e.g. 1/131 for raw counts, and "
+        "with a comma between those of the accelerometer: 1/131,1/16384. --unit says what they "
+        "are then.",
+        "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, "
+        "e.g. MPU-6050; with --range.",
+        "range": "Range that the gyro of --device was set to, deg/s, and that of the "
+        "accelerometer, g, e.g. 250,2.",
+    },
+)
+def navigate(
+    *,
+    log: LogArgument,
+    gnss: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[GNSS]",
+            help="Fixes of the receiver: NMEA, RTKLIB, NavSatFix or a table. By default they are "
+            "in the recording.",
+            show_default=False,
+        ),
+    ] = None,
+    reading: Reading,
+    output: Output = ".",
+    lengths: Annotated[
+        str | None,
+        typer.Option(
+            "--outages",
+            metavar="S,S",
+            help="Withhold fixes for so many seconds at a time, e.g. 10,30,60, and tell the error.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = None,
+    smooth: Annotated[
+        bool,
+        typer.Option(
+            "--smooth",
+            help="See each sample in the light of all fixes, also of those that come later.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = False,
+    heading: Annotated[
+        str,
+        typer.Option(
+            metavar="DEG",
+            help="Heading at the start, deg from north over east; or 'course': the direction in "
+            "which the vehicle first moves.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = _COURSE,
+    rest: Annotated[
+        str | None,
+        typer.Option(
+            metavar="START,STOP",
+            help="When the vehicle rests at the start, s after the first sample. By default the "
+            "first 10 s at rest that are found.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = None,
+    gyro_noise: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="MODEL",
+            help="Noise of the gyro (JSON of NoiseModel, or of zerorate allan --export json). By "
+            "default that of a consumer sensor.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = None,
+    accel_noise: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="MODEL",
+            help="Noise of the accelerometer, likewise.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = None,
+    adapt: Annotated[
+        _Adapt,
+        typer.Option(
+            help="What the noise of the fixes is: raised to what they show, followed both ways, "
+            "or as the receiver tells it.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = _Adapt.inflate,
+    gate: Annotated[
+        float,
+        typer.Option(
+            metavar="NIS",
+            help="Normalised innovation squared above which a fix is not taken.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = 50.0,
+    vehicle: Annotated[
+        _Vehicle | None,
+        typer.Option(
+            help="Wheeled: it neither slips sideways nor leaves the ground.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None,
+    axle: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="Of a wheeled vehicle: from the sensors to the axle that does not steer, m "
+            "forward, right, down.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None,
+    antenna: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="From the sensors to the antenna, m forward, right, down. By default as the "
+            "file's metadata say, or 0,0,0.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None,
+    mount: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MATRIX",
+            help="Rotation from the axes of the sensors to forward, right, down: nine numbers row "
+            "by row, with commas, or a file with them or with metadata that say it; 'none' for "
+            "none. By default as the file's metadata say.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None,
+    time_offset: Annotated[
+        float | None,
+        typer.Option(
+            metavar="S",
+            help="Added to the times of the fixes. By default as the file's metadata say, or 0.",
+            show_default=False,
+            rich_help_panel=_VEHICLE,
+        ),
+    ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CAL",
+            help="Correct gyro and accelerometer by this calibration first (JSON of zerorate "
+            "calibrate).",
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
+    format: LogFormatOption = None,
+    figure_format: FigureFormatOption = None,
+    no_figure: NoFigure = False,
+    force: Force = False,
+) -> None:
+    """Find the track of a vehicle from gyro, accelerometer and the fixes of a receiver.
+
+    Writes position, velocity, attitude and biases with their standard deviations, the track for
+    maps as GeoJSON and GPX, and a figure. Prints what became of the fixes, and with --outages how
+    far the track is off without them, beside a position and a velocity that are held.
+    """
+    asked = _Asked(
+        lengths=_lengths(lengths),
+        smooth=smooth,
+        heading=_heading(heading),
+        rest=None if rest is None else _span(rest),
+        filter={
+            "gate": gate,
+            "adapt": str(adapt),
+            **_wheels(vehicle, axle),
+            **_noises(gyro_noise, accel_noise),
+        },
+        mounting=_Mounted.of(log, mount, antenna, time_offset),
+    )
+    known = None if calibration is None else read_calibration(calibration)
+    suffixes = [*LogFormat, *_MAPS, *(() if no_figure else FigureFormat)]
+    place = Destination.of(output, f"{log.stem}-zerorate-navigate", suffixes)
+    files = _Outputs.of(place, format, None if no_figure else figure_format, not no_figure, force)
+    for source in filter(None, (log, gnss)):
+        check_outputs(files.paths, force, source)
+    if not no_figure:
+        preloaded(_load_plotting)
+    with progress_bar() as progress:
+        recording = read_imu(reading, log)
+        fixes = _read_fixes(log, gnss)
+        with naming(recording), _in_own_words():
+            corrected = recording if known is None else known.apply(recording)
+            found = in_background(lambda: asked.navigated(corrected, fixes, progress))
+        files.write(found, progress)
+    print(found.text())
+    print_written(files.paths)
+
+
+def _load_plotting() -> None:
+    import matplotlib.backends.backend_agg
+    import matplotlib.figure  # noqa: F401
+
+    import zerorate.show.navigation_figure  # noqa: F401
+
+
+def _numbers(option: str, text: str, count: int, expected: str) -> list[float]:
+    try:
+        found = [float(word) for word in parse_words(option, text, expected)]
+    except ValueError:
+        found = []
+    if len(found) != count or not np.isfinite(found).all():
+        raise UsageFault(f"{option} takes {expected} with commas between, got '{text}'")
+    return found
+
+
+def _lengths(text: str | None) -> list[float]:
+    if text is None:
+        return []
+    count = text.count(",") + 1
+    found = _numbers("--outages", text, count, "lengths in s, such as 10,30,60,")
+    if min(found) <= 0.0:
+        raise UsageFault(f"--outages takes lengths above 0 s, got '{text}'")
+    return found
+
+
+def _heading(text: str) -> float | str:
+    if text == _COURSE:
+        return text
+    try:
+        degrees = float(text)
+    except ValueError:
+        degrees = math.nan
+    if not abs(degrees) <= 360.0:
+        raise UsageFault(f"--heading takes deg within 360, or 'course', got '{text}'")
+    return math.radians(degrees)
+
+
+def _span(text: str) -> tuple[float, float]:
+    start, stop = _numbers("--rest", text, 2, "two times, such as 0,20,")
+    if not stop > start:
+        raise UsageFault(f"--rest must end after it begins, got '{text}'")
+    return start, stop
+
+
+def _wheels(vehicle: _Vehicle | None, axle: str | None) -> dict[str, Any]:
+    if vehicle is None:
+        if axle is not None:
+            raise UsageFault("--axle needs --vehicle wheeled")
+        return {}
+    if axle is None:
+        return {"vehicle": str(vehicle)}
+    return {"vehicle": str(vehicle), "axle": _numbers("--axle", axle, 3, "three numbers")}
+
+
+def _noises(gyro: Path | None, accel: Path | None) -> dict[str, Any]:
+    wanted = {"gyro": (gyro, "angular rate"), "accel": (accel, "acceleration")}
+    return {
+        sensor: _noise(path, quantity)
+        for sensor, (path, quantity) in wanted.items()
+        if path is not None
+    }
+
+
+def _noise(path: Path, quantity: str) -> NoiseModel:
+    """Return the model in a file, or the worst axis of those of a quantity in one of several."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        axes = content.get("axes") if isinstance(content, dict) else None
+        if not isinstance(axes, dict):
+            return NoiseModel.from_json(path)
+        models = [NoiseModel.from_json(json.dumps(one)) for one in axes.values() if one is not None]
+        fitting = [one for one in models if one.quantity == quantity]
+        if not fitting:
+            raise ValueError(f"no axis has a model of {quantity}")
+        return worst_axis(fitting)
+    except OSError as error:
+        raise DataFault(of_a_file(error)) from None
+    except ValueError as error:
+        text = str(error)
+        raise DataFault(text if text.startswith(str(path)) else f"{path}: {text}") from None
+
+
+@contextmanager
+def _in_own_words() -> Iterator[None]:
+    """Name options where messages of the package name arguments."""
+
+    def said(error: Exception) -> str:
+        text = re.sub(r"\b(span|heading|time_offset)=", _named, str(error))
+        return re.sub(r"^(span|gate|antenna|axle|heading|seconds)\b", _named, text)
+
+    try:
+        yield
+    except LogError as error:
+        raise LogError(said(error)) from None
+    except ValueError as error:
+        raise ValueError(said(error)) from None
+
+
+def _named(found: re.Match[str]) -> str:
+    flags = {"span": "--rest", "seconds": "--outages", "time_offset": "--time-offset"}
+    return flags.get(found[1], f"--{found[1]}")
+
+
+def _read_fixes(log: Path, gnss: Path | None) -> Fixes:
+    try:
+        with read_faults(columns_asked=False):
+            return read_fixes(log if gnss is None else gnss)
+    except DataFault as fault:
+        if gnss is not None:
+            raise
+        raise DataFault(f"{fault}; name the file of the receiver's fixes after the log") from None
+
+
+@dataclass(frozen=True)
+class _Mounted:
+    """Where the sensors are, and a sentence on where that is known from."""
+
+    matrix: Floats | None
+    antenna: Sequence[float]
+    time_offset: float
+    note: str
+
+    @classmethod
+    def of(
+        cls, log: Path, mount: str | None, antenna: str | None, time_offset: float | None
+    ) -> "_Mounted":
+        """Return what options say, and metadata where options say nothing."""
+        with as_usage():
+            told = read_mounting(log) if log.is_file() else Mounting()
+            given, source = (told, log) if mount is None else _mounting(mount)
+        parts = {"mounting": given.body_from_sensor is not None}
+        lever = [0.0] * 3
+        if antenna is not None:
+            lever = _numbers("--antenna", antenna, 3, "three numbers")
+        elif given.antenna is not None or told.antenna is not None:
+            own = given.antenna if given.antenna is not None else told.antenna
+            lever = [float(x) for x in np.asarray(own)]
+            parts["antenna"] = True
+        offset = 0.0
+        if time_offset is not None:
+            offset = time_offset
+        elif given.time_offset is not None or told.time_offset is not None:
+            own_offset = given.time_offset if given.time_offset is not None else told.time_offset
+            offset = -float(own_offset or 0.0)
+            parts["time offset"] = True
+        if not math.isfinite(offset):
+            raise UsageFault(f"--time-offset takes seconds, got {offset}")
+        named = [name for name, there in parts.items() if there]
+        note = ""
+        if named and source is not None:
+            values = f"antenna {', '.join(f'{x:g}' for x in lever)} m, time offset {offset:g} s"
+            listed = " and ".join(filter(None, (", ".join(named[:-1]), named[-1])))
+            note = f"{listed} by the metadata of {source.name} ({values})"
+        return cls(given.body_from_sensor, lever, offset, note)
+
+
+def _mounting(text: str) -> tuple[Mounting, Path | None]:
+    """Return what ``--mount`` says, and the file whose metadata say it."""
+    if text == _NONE:
+        return Mounting(), None
+    words = re.split(r"[\s,\[\]]+", text)
+    path = Path(text)
+    if path.is_file():
+        told = read_mounting(path)
+        if told.body_from_sensor is not None:
+            return told, path
+        try:
+            words = re.split(r"[\s,\[\]]+", path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError):
+            words = []
+    try:
+        numbers = [float(word) for word in filter(None, words)]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 9:
+        raise UsageFault(
+            "--mount takes nine numbers of a rotation with commas between, a file with them, or "
+            f"'none', got '{text}'"
+        )
+    return Mounting(np.reshape(numbers, (3, 3))), None
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What there is to say and to write."""
+
+    start: Alignment
+    track: Track
+    nis: Floats
+    outages: Outages | None
+
+    def text(self) -> str:
+        """Return the alignment, the tables of the track, and that of outages."""
+        from zerorate.show import WIDTH, format_outages, format_track
+
+        table = format_track(self.track, nis=self.nis)
+        title, rest = table.split("\n", 1)
+        aligned = textwrap.fill(f"Alignment: {self.start}", WIDTH, subsequent_indent="  ")
+        parts = [title, aligned, rest.strip("\n")]
+        if self.outages is not None:
+            parts.append(format_outages(self.outages))
+        return "\n\n".join(parts)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What the options say of the filter."""
+
+    lengths: Sequence[float]
+    smooth: bool
+    heading: float | str
+    rest: tuple[float, float] | None
+    filter: dict[str, Any]
+    mounting: _Mounted
+
+    def navigated(self, recording: Recording, fixes: Fixes, progress: Progress) -> _Found:
+        """Return the track, and errors in outages if they were asked for."""
+        mounted = self.mounting
+        if mounted.matrix is not None:
+            recording = body_axes(recording, mounted.matrix)
+        progress("navigating", 0.1)
+        first = recording.gyro.time[0] if recording.gyro is not None else 0.0
+        start = align(
+            recording,
+            latitude=float(fixes.position[0, 0]),
+            heading=self.heading,  # type: ignore[arg-type]
+            span=None if self.rest is None else (first + self.rest[0], first + self.rest[1]),
+        )
+        nav = NavigationFilter(start, antenna=mounted.antenna, **self.filter)
+        track = nav.copy().process(recording, fixes, time_offset=mounted.time_offset)
+        if not track.navigating.any():
+            raise LogError(f"the filter did not begin: {not_begun(track)}")
+        nis = track.nis()
+        progress("outages", 0.3)
+        errors = self._outages(recording, fixes, nav, progress)
+        if self.smooth:
+            progress("smoothing", 0.7)
+            track = track.smooth()
+        if mounted.note:
+            track = replace(track, notes=(mounted.note, *track.notes))
+        return _Found(start, track, nis, errors)
+
+    def _outages(
+        self, recording: Recording, fixes: Fixes, nav: NavigationFilter, progress: Progress
+    ) -> Outages | None:
+        if not self.lengths:
+            return None
+        return outages(
+            recording,
+            fixes,
+            seconds=self.lengths,
+            nav=nav,
+            antenna=self.mounting.antenna,
+            smooth=self.smooth,
+            time_offset=self.mounting.time_offset,
+            progress=_part(progress, 0.3, 0.7),
+        )
+
+
+def _part(progress: Progress, first: float, last: float) -> Progress:
+    return lambda step, done: progress(step, first + (last - first) * done)
+
+
+@dataclass(frozen=True)
+class _Outputs:
+    """The files of a track: a log, two for maps and a figure, None for none; all whole or none."""
+
+    log: Path
+    geojson: Path
+    gpx: Path
+    figure: Path | None
+    force: bool
+
+    @classmethod
+    def of(
+        cls,
+        place: Destination,
+        log_format: LogFormat | None,
+        figure_format: FigureFormat | None,
+        draws: bool,
+        force: bool,
+    ) -> "_Outputs":
+        """Return the files, after checking that what they need is installed."""
+        chosen = place.choose("--format", log_format, LogFormat.parquet)
+        if chosen is LogFormat.parquet:
+            require("pyarrow", "io")
+        figure = None
+        if draws:
+            require("matplotlib", "plot")
+            drawn = place.choose("--figure-format", figure_format, FigureFormat.png)
+            figure = place.file(f".{drawn}")
+        geojson, gpx = (place.file(f".{suffix}") for suffix in _MAPS)
+        return cls(place.file(f".{chosen}"), geojson, gpx, figure, force)
+
+    @property
+    def paths(self) -> list[Path]:
+        """The files to write."""
+        return [
+            self.log,
+            self.geojson,
+            self.gpx,
+            *([] if self.figure is None else [self.figure]),
+        ]
+
+    def write(self, found: _Found, progress: Progress) -> None:
+        """Draw the figure while another thread writes the rest; rename when all are whole."""
+        log, beside = found.track.to_log()
+        with (
+            writing(),
+            together(self.paths, self.force) as temporary,
+            ThreadPoolExecutor(1) as executor,
+        ):
+            writers: list[Callable[[], None]] = [
+                lambda: write_log(log, temporary[0], beside=beside),
+                lambda: write_geojson(temporary[1], found.track, force=True),
+                lambda: write_gpx(temporary[2], found.track, force=True),
+            ]
+            jobs = [executor.submit(one) for one in writers]
+            if self.figure is not None:
+                progress("drawing", 0.8)
+                _draw(found, temporary[3])
+            progress("writing", 0.9)
+            for job in jobs:
+                job.result()
+
+
+def _draw(found: _Found, path: Path) -> None:
+    from zerorate.show import plot_track, save_figure
+
+    save_figure(plot_track(found.track, found.outages, found.nis), path)

@@ -1,0 +1,427 @@
+"""Errors of a navigation filter while its receiver is silent, beside those of doing nothing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.io import LogError
+from zerorate.metrics.channels import positive
+from zerorate.metrics.rotations import inverse, product
+from zerorate.progress import Progress, silent
+from zerorate.types import Booleans, Floats, Integers
+
+if TYPE_CHECKING:
+    from zerorate import NavigationFilter
+    from zerorate.io import Recording
+    from zerorate.navigation.fixes import Fixes
+    from zerorate.navigation.track import Track
+
+__all__ = [
+    "FILTER",
+    "POSITION_HELD",
+    "SMOOTHED",
+    "VELOCITY_HELD",
+    "OutageErrors",
+    "Outages",
+    "outages",
+]
+
+POSITION_HELD: Final = "position held"
+VELOCITY_HELD: Final = "velocity held"
+FILTER: Final = "filter"
+SMOOTHED: Final = "smoothed"
+"""Names of what is compared."""
+
+_SAME: Final = 1e-6
+"""Seconds by which times are one: those of fixes add up with rounding."""
+_LATE: Final = 0.1
+"""Part of an outage that its last fix may come before its end."""
+
+
+@dataclass(frozen=True, eq=False)
+class OutageErrors:
+    """Horizontal errors in n outages of one length, with m fixes withheld in all.
+
+    Parameters
+    ----------
+    seconds : float
+        Length of an outage.
+    spans : ndarray, shape (n, 2)
+        Times of the last fix before an outage and of the last one withheld in it, s.
+    time : ndarray, shape (m,)
+        Of the fixes withheld, on the clock of the inertial sensors, s.
+    outage : ndarray of int, shape (m,)
+        The outage that each is in.
+    position : ndarray, shape (m, 3)
+        Of these fixes: latitude and longitude, deg, height, m.
+    errors : dict of str to ndarray, shape (m, 2)
+        At each of them, north and east, m: of "position held", "velocity held", "filter" and, if it
+        was asked for, "smoothed".
+    sigma : ndarray, shape (m, 2)
+        Standard deviations north and east of the filter there, m.
+    end : dict of str to ndarray, shape (n,)
+        Horizontal distance at the last fix withheld, m; of "smoothed" the largest inside.
+    """
+
+    seconds: float
+    spans: Floats
+    time: Floats
+    outage: Integers
+    position: Floats
+    errors: dict[str, Floats]
+    sigma: Floats
+    end: dict[str, Floats]
+
+    @property
+    def n(self) -> int:
+        """Number of outages."""
+        return len(self.spans)
+
+    def rms(self, name: str = FILTER) -> float:
+        """Return the root mean square of `end`, m."""
+        return math.sqrt(float(np.mean(self.end[name] ** 2)))
+
+    def median(self, name: str = FILTER) -> float:
+        """Return the median of `end`, m."""
+        return float(np.median(self.end[name]))
+
+    def largest(self, name: str = FILTER) -> float:
+        """Return the largest of `end`, m."""
+        return float(np.max(self.end[name]))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Outages:
+    """Errors in outages of several lengths, as `outages` returns them.
+
+    Parameters
+    ----------
+    lengths : tuple of OutageErrors
+        One a length, in the order asked for.
+    source : str
+        Name of the recording.
+    notes : tuple of str
+        Sentences on what was left out or assumed.
+    """
+
+    lengths: tuple[OutageErrors, ...]
+    source: str = "the recording"
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, seconds: float) -> OutageErrors:
+        """Return the errors of one length; KeyError if it was not asked for."""
+        for one in self.lengths:
+            if one.seconds == seconds:
+                return one
+        raise KeyError(seconds)
+
+    def table(self) -> str:
+        """Return the errors as plain text."""
+        from zerorate.show.navigation_table import format_outages
+
+        return format_outages(self)
+
+    def __str__(self) -> str:
+        """Return the table."""
+        return self.table()
+
+    def __repr__(self) -> str:
+        """Say how many there are of each length, and what the filter's errors are."""
+        said = (f"{one.n} of {one.seconds:g} s: {one.rms():.3g} m rms" for one in self.lengths)
+        return f"Outages({', '.join(said)})"
+
+
+def outages(
+    imu: Recording,
+    gnss: Fixes,
+    *,
+    seconds: float | Sequence[float] = (10.0, 30.0, 60.0),
+    nav: NavigationFilter | None = None,
+    antenna: npt.ArrayLike = (0.0, 0.0, 0.0),
+    smooth: bool = False,
+    first: float = 60.0,
+    between: float = 30.0,
+    rest: npt.ArrayLike | None = None,
+    time_offset: float = 0.0,
+    progress: Progress = silent,
+) -> Outages:
+    """Return how far a navigation filter is off after outages of the receiver.
+
+    Fixes are withheld, and the filter's track compared with them. Beside it stand a position and a
+    velocity that are held from the last fix on: on a slow platform these may be better.
+
+    Parameters
+    ----------
+    imu : Recording
+        As ``NavigationFilter.process`` takes it, in the axes of the body.
+    gnss : Fixes
+        Of the receiver; what is withheld of them counts as true.
+    seconds : float or sequence of float
+        Lengths of outages; the filter runs once for each. Default 10, 30 and 60.
+    nav : NavigationFilter, optional
+        A filter that has seen no sample, which is copied and not changed. By default one that is
+        aligned by the first rest, takes the course for its heading, and has the default noise.
+    antenna : array_like, shape (3,)
+        From the sensors to the antenna, body axes, m; the same as of `nav`.
+    smooth : bool
+        Whether to smooth as well; of that the largest error inside an outage is told.
+    first : float
+        Seconds from the fix at which the filter began to the first outage. Default 60.
+    between : float
+        Seconds from the end of an outage to the next, in which fixes are used. Default 30.
+    rest : array_like of bool, shape (n,), optional
+        Where the vehicle is known to stand.
+    time_offset : float
+        Added to the times of the fixes, s.
+    progress : callable
+        Called with a step's name and the fraction that is done.
+
+    Returns
+    -------
+    Outages
+        Errors by length; ``print`` shows RMS, median and largest.
+
+    Raises
+    ------
+    LogError
+        If there are no fixes, or the filter did not begin.
+    ValueError
+        If an argument is out of range, the filter has seen samples, or there is no room for an
+        outage of a length that was asked for.
+
+    Notes
+    -----
+    Where a receiver tells no velocity, the one that is held is of the last two positions. Errors
+    are those of the antenna, interpolated between samples. The fixes have errors too: what is
+    smaller than theirs is not seen.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(240.0, seed=1)
+    >>> found = zr.metrics.outages(drive.recording(), drive.fixes, seconds=30.0)
+    >>> found[30.0].n, found[30.0].rms() < found[30.0].rms("velocity held")
+    (2, True)
+    """
+    from zerorate.navigation.fixes import Fixes
+
+    if not isinstance(gnss, Fixes):
+        raise TypeError(
+            f"gnss must be Fixes, as zr.read_fixes returns them, got {type(gnss).__name__}"
+        )
+    asked = _lengths(seconds)
+    lever = _lever(antenna)
+    _at_least("first", first)
+    positive("between", between)
+    if len(gnss) == 0:
+        raise LogError(f"{gnss.source}: there are no fixes to withhold")
+    template = _aligned(imu, gnss, lever) if nav is None else nav
+    if template.samples_seen:
+        raise ValueError(
+            f"nav must be a filter that has seen no sample, this one has {template.samples_seen}"
+        )
+    steps = len(asked) * (1 + smooth) + 1
+    progress("navigating", 0.0)
+    known: dict[str, Any] = {"rest": rest, "time_offset": time_offset}
+    undisturbed = template.copy().process(imu, gnss, **known)
+    fixes = _Within.of(undisturbed, gnss.shifted(time_offset))
+    notes: list[str] = []
+    found = []
+    for i, length in enumerate(asked):
+        done = 1 + i * (1 + smooth)
+        progress(f"{length:g} s", done / steps)
+        withheld = fixes.withheld(length, first, between)
+        track = template.copy().process(imu, gnss.chosen(~withheld.all_of(len(gnss))), **known)
+        tracks = {FILTER: track}
+        if smooth:
+            progress("smoothing", (done + 1) / steps)
+            tracks[SMOOTHED] = track.smooth()
+        found.append(_errors(length, withheld, fixes.gnss, tracks, lever, notes))
+    return Outages(tuple(found), imu.source, tuple(dict.fromkeys(notes)))
+
+
+def _lengths(seconds: float | Sequence[float]) -> list[float]:
+    given = np.atleast_1d(np.asarray(seconds, dtype=np.float64))
+    if given.ndim != 1 or not given.size:
+        raise ValueError("seconds must be a number or several, such as (10, 30, 60)")
+    return list(dict.fromkeys(positive("seconds", float(one)) for one in given))
+
+
+def _lever(antenna: npt.ArrayLike) -> Floats:
+    lever = np.asarray(antenna, dtype=np.float64)
+    if lever.shape != (3,) or not np.isfinite(lever).all():
+        raise ValueError(f"antenna must be three finite numbers, got {antenna!r}")
+    return lever
+
+
+def _at_least(name: str, value: float) -> None:
+    if not 0.0 <= value < math.inf:
+        raise ValueError(f"{name} must be a number from 0, got {value}")
+
+
+def _aligned(imu: Recording, gnss: Fixes, lever: Floats) -> NavigationFilter:
+    from zerorate import NavigationFilter
+    from zerorate.navigation.alignment import align
+
+    start = align(imu, latitude=float(gnss.position[0, 0]), heading="course")
+    return NavigationFilter(start, antenna=lever)
+
+
+@dataclass(frozen=True, eq=False)
+class _Withheld:
+    """Indices of fixes that are withheld, of the last before each outage, and of each outage."""
+
+    fixes: Integers
+    outage: Integers
+    before: Integers
+    dropped: int
+
+    def all_of(self, n: int) -> Booleans:
+        """Return which of n fixes are withheld."""
+        which = np.zeros(n, dtype=np.bool_)
+        which[self.fixes] = True
+        return which
+
+
+@dataclass(frozen=True, eq=False)
+class _Within:
+    """Fixes on the clock of a track, and from which time to which they can be withheld."""
+
+    gnss: Fixes
+    began: float
+    last: float
+
+    @classmethod
+    def of(cls, track: Track, gnss: Fixes) -> _Within:
+        from zerorate.navigation.track import not_begun
+
+        there = np.flatnonzero(track.navigating)
+        if not there.size:
+            raise LogError(f"{track.source}: the filter did not begin: {not_begun(track)}")
+        start = track.time[there[0]]
+        until = np.flatnonzero(gnss.time <= start + _SAME)
+        inside = np.flatnonzero(gnss.time <= track.time[-1])
+        return cls(gnss, float(gnss.time[until[-1]]), float(gnss.time[inside[-1]]))
+
+    def withheld(self, length: float, first: float, between: float) -> _Withheld:
+        """Return what is withheld in outages of a length."""
+        time, begin = self.gnss.time, self.began + first
+        count = math.floor((self.last + _SAME - begin - length) / (length + between)) + 1
+        if count < 1:
+            raise ValueError(
+                f"there is no room for an outage of {length:g} s: the filter began at "
+                f"{self.began:g} s, and {first:g} s later there are "
+                f"{max(self.last - begin, 0.0):.4g} s of fixes left"
+            )
+        starts = begin + (length + between) * np.arange(count)
+        edges = np.searchsorted(time, [starts + _SAME, starts + length + _SAME])
+        usual = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+        slack = max(_LATE * length, 1.5 * usual)
+        ends = [
+            (int(a), int(b))
+            for start, a, b in zip(starts, *edges, strict=True)
+            if b > a and start + length - time[b - 1] < slack and start - time[a - 1] < slack
+        ]
+        if not ends:
+            raise ValueError(
+                f"there is no room for an outage of {length:g} s: the receiver has gaps itself"
+            )
+        befores = np.array([a - 1 for a, _ in ends])
+        if np.isin(befores, [b - 1 for _, b in ends]).any():
+            raise ValueError(f"between must leave a fix between outages, got {between:g} s")
+        return _Withheld(
+            np.concatenate([np.arange(a, b) for a, b in ends]),
+            np.repeat(np.arange(len(ends)), [b - a for a, b in ends]),
+            befores,
+            count - len(ends),
+        )
+
+
+def _errors(
+    length: float,
+    withheld: _Withheld,
+    gnss: Fixes,
+    tracks: dict[str, Track],
+    lever: Floats,
+    notes: list[str],
+) -> OutageErrors:
+    """Return the errors at the fixes withheld, and at the end of each outage."""
+    chosen, before = withheld.fixes, withheld.before[withheld.outage]
+    time, truth = gnss.time[chosen], gnss.position[chosen]
+    since = (time - gnss.time[before])[:, np.newaxis]
+    errors = {
+        POSITION_HELD: -_way(gnss.position[before], truth),
+        VELOCITY_HELD: _held(gnss, withheld.before, notes)[withheld.outage] * since
+        - _way(gnss.position[before], truth),
+    }
+    errors |= {name: _off(track, time, truth, lever) for name, track in tracks.items()}
+    last = np.flatnonzero(np.diff(withheld.outage, append=-1))
+    distance = {name: np.hypot(*error.T) for name, error in errors.items()}
+    end = {name: values[last] for name, values in distance.items()}
+    if SMOOTHED in tracks:
+        end[SMOOTHED] = np.maximum.reduceat(distance[SMOOTHED], np.r_[0, last[:-1] + 1])
+    spans = np.column_stack([gnss.time[withheld.before], time[last]])
+    if withheld.dropped:
+        notes.append(
+            f"outages of {length:g} s left out where the receiver has gaps itself: "
+            f"{withheld.dropped}"
+        )
+    if not np.isfinite(end[FILTER]).all():
+        notes.append(
+            f"in an outage of {length:g} s the filter lost its position, by a gap of the sensors: "
+            "its error is not a number"
+        )
+    # The last sample before a fix: at the first after it the next may have been taken.
+    samples = np.searchsorted(tracks[FILTER].time, time, side="right") - 1
+    sigma = tracks[FILTER].sigma[samples, :2]
+    return OutageErrors(length, spans, time, withheld.outage, truth, errors, sigma, end)
+
+
+def _way(start: Floats, stop: Floats) -> Floats:
+    """Return metres north and east from places to others; heights may be missing."""
+    from zerorate.navigation.earth import local_ned
+
+    level = start.copy()
+    level[:, 2] = np.nan_to_num(level[:, 2])
+    return local_ned(stop, level)[:, :2]
+
+
+def _held(gnss: Fixes, before: Integers, notes: list[str]) -> Floats:
+    """Return the velocity north and east that is known at fixes."""
+    told = np.full((len(before), 2), np.nan)
+    if gnss.velocity is not None:
+        told = gnss.velocity[before, :2].copy()
+    missing = ~np.isfinite(told).all(axis=1)
+    if missing.any():
+        now = before[missing]
+        earlier = np.maximum(now - 1, 0)
+        passed = (gnss.time[now] - gnss.time[earlier])[:, np.newaxis]
+        way = _way(gnss.position[earlier], gnss.position[now])
+        told[missing] = np.where(passed > 0.0, way / np.where(passed > 0.0, passed, 1.0), 0.0)
+        notes.append("velocity held: the receiver tells none, it is of the last two positions")
+    return told
+
+
+def _off(track: Track, time: Floats, truth: Floats, lever: Floats) -> Floats:
+    """Return how far north and east of the truth the antenna of a track is at some times."""
+    after = np.clip(np.searchsorted(track.time, time), 1, track.n - 1)
+    before = after - 1
+    span = track.time[after] - track.time[before]
+    part = ((time - track.time[before]) / span)[:, np.newaxis]
+    ends = [
+        _turned(track.attitude[k], lever)[:, :2] - _way(track.position[k], truth)
+        for k in (before, after)
+    ]
+    return (1.0 - part) * ends[0] + part * ends[1]
+
+
+def _turned(attitude: Floats, lever: Floats) -> Floats:
+    pure = np.tile(np.concatenate(([0.0], lever)), (len(attitude), 1))
+    turned: Floats = product(product(attitude, pure), inverse(attitude))[:, 1:]
+    return turned

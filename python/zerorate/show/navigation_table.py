@@ -1,0 +1,150 @@
+"""A track as plain text: its fixes, what is known at the end; errors after outages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from zerorate.attitude.estimate import euler_angles
+from zerorate.navigation.track import STATUSES
+from zerorate.numerals import with_error
+from zerorate.show.tables import Table, as_text, bulleted
+
+if TYPE_CHECKING:
+    from zerorate.metrics import OutageErrors, Outages
+    from zerorate.navigation.track import Track
+    from zerorate.types import Floats
+
+__all__ = ["format_outages", "format_track", "track_title"]
+
+_INSIDE: Final = {"smoothed": "smoothed, largest inside"}
+"""What a row is called where its name does not say it."""
+
+
+def format_track(track: Track, *, nis: Floats | None = None) -> str:
+    """Return the tables of a track, at most `WIDTH` columns wide.
+
+    Parameters
+    ----------
+    track : Track
+        What to show.
+    nis : ndarray, shape (m, 2), optional
+        What `Track.nis` returned.
+
+    Returns
+    -------
+    str
+        Lines without an end: what became of the fixes, how long the filter did what, what is known
+        at the end with its standard deviations, notes.
+    """
+    return "\n\n".join(filter(None, _parts(track, nis)))
+
+
+def format_outages(outages: Outages) -> str:
+    """Return the errors after outages as a table, position and velocity held first.
+
+    Parameters
+    ----------
+    outages : Outages
+        As `zerorate.metrics.outages` returns them.
+
+    Returns
+    -------
+    str
+        Lines without an end.
+    """
+    rows = tuple(row for one in outages.lengths for row in _of_length(one))
+    head = ("outage", "", "n", "rms", "median", "largest")
+    title = "Horizontal error at the end of outages of the receiver, m"
+    notes = f"Notes\n{bulleted(outages.notes)}" if outages.notes else ""
+    return "\n\n".join(filter(None, (as_text(Table(title, head, rows, words=2)), notes)))
+
+
+def track_title(track: Track) -> str:
+    """Return what a track is of."""
+    best = ", smoothed" if track.smoothed else ""
+    return f"{Path(track.source).name}{best}"
+
+
+def _of_length(one: OutageErrors) -> Iterator[tuple[str, ...]]:
+    for i, name in enumerate(one.end):
+        values = (one.rms(name), one.median(name), one.largest(name))
+        first = (f"{one.seconds:g} s", str(one.n)) if i == 0 else ("", "")
+        yield first[0], _INSIDE.get(name, name), first[1], *(_metres(v) for v in values)
+
+
+def _metres(value: float) -> str:
+    return f"{value:.1f}" if value < 100.0 else f"{value:.0f}"
+
+
+def _parts(track: Track, nis: Floats | None) -> Iterator[str]:
+    yield f"Track of {track_title(track)}"
+    yield as_text(_fixes(track, nis))
+    yield as_text(_states(track))
+    there = np.flatnonzero(track.navigating)
+    if there.size:
+        yield as_text(_end(track, int(there[-1])))
+        yield as_text(_biases(track, int(there[-1])))
+    if track.notes:
+        yield f"Notes\n{bulleted(track.notes)}"
+
+
+def _fixes(track: Track, nis: Floats | None) -> Table:
+    rows = [(name, str(count)) for name, count in track.counts.items()]
+    note = ""
+    if nis is not None:
+        for name, values in zip(("position", "velocity"), nis.T, strict=True):
+            there = np.isfinite(values)
+            if there.any():
+                rows.append((f"NIS of {name}, mean", f"{values[there].mean():.2f}"))
+                rows.append((f"NIS of {name}, median", f"{np.median(values[there]):.2f}"))
+        note = (
+            "NIS: normalised innovation squared, with the rejected; mean 3 and median 2.4 if "
+            "deviations are right."
+        )
+    return Table("Fixes", (), tuple(rows), note=note)
+
+
+def _states(track: Track) -> Table:
+    span = float(np.ptp(track.time)) / max(track.n - 1, 1)
+    counts = np.bincount(track.status, minlength=len(STATUSES))
+    rows = [
+        (name, f"{count * span:.1f}", f"{100.0 * count / max(track.n, 1):.1f}")
+        for name, count in zip(STATUSES, counts.tolist(), strict=True)
+        if count
+    ]
+    return Table("Time", ("", "s", "%"), tuple(rows))
+
+
+def _end(track: Track, last: int) -> Table:
+    latitude, longitude, height = track.position[last].tolist()
+    sigma = track.sigma[last]
+    euler = np.degrees(euler_angles(track.attitude[last : last + 1])[0])
+    rows = [
+        ("latitude, deg; north, m", f"{latitude:.8f}", f"{sigma[0]:.2g}"),
+        ("longitude, deg; east, m", f"{longitude:.8f}", f"{sigma[1]:.2g}"),
+        ("height, m", f"{height:.2f}", f"{sigma[2]:.2g}"),
+    ]
+    ways = zip(("north", "east", "down"), track.velocity[last], sigma[3:6], strict=True)
+    rows += [(f"velocity {way}, m/s", f"{v:.3f}", f"{s:.2g}") for way, v, s in ways]
+    tilt = float(np.degrees(np.hypot(*sigma[6:8])))
+    heading = float(np.degrees(sigma[8]))
+    rows += [
+        ("roll, deg", f"{euler[0]:.2f}", f"{tilt:.2g}"),
+        ("pitch, deg", f"{euler[1]:.2f}", f"{tilt:.2g}"),
+        ("heading, deg", f"{euler[2] % 360.0:.2f}", f"{heading:.2g}"),
+    ]
+    return Table("At the end", ("", "", "σ"), tuple(rows))
+
+
+def _biases(track: Track, last: int) -> Table:
+    gyro = np.degrees(track.gyro_bias[last]), np.degrees(track.sigma[last, 9:12])
+    accel = track.accel_bias[last], track.sigma[last, 12:15]
+    rows = tuple(
+        (name, unit, *(with_error(float(v), float(s)) for v, s in zip(*both, strict=True)))
+        for name, unit, both in (("gyro", "deg/s", gyro), ("accelerometer", "m/s^2", accel))
+    )
+    return Table("Bias at the end", ("", "", "x", "y", "z"), rows, words=2, note="With ± σ.")

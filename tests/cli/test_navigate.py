@@ -1,0 +1,261 @@
+"""``zerorate navigate``: files, tables, and a line for every fault."""
+
+import json
+import re
+from functools import partial
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+import zerorate as zr
+from support.commands import check_line, names, one_line
+from support.recordings import RECORDINGS, needs_recordings
+
+DRIVE = zr.simulate_drive(110.0, 50.0, seed=2, antenna=(0.5, 0.0, -1.0))
+TURN = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+"""From the body's axes to those of a sensor that is mounted askew."""
+
+
+def imu_columns(turn=None):
+    found = {"time_s": DRIVE.time}
+    for name, values in (("gyro_{}_radps", DRIVE.gyro), ("accel_{}_mps2", DRIVE.accel)):
+        shown = values if turn is None else values @ turn.T
+        found |= {name.format(axis): shown[:, i] for i, axis in enumerate("xyz")}
+    return found
+
+
+def fix_columns():
+    fixes = DRIVE.fixes
+    ways = ("north", "east", "down")
+    found = {"time_s": fixes.time}
+    found |= dict(zip(("latitude_deg", "longitude_deg", "height_m"), fixes.position.T, strict=True))
+    found |= {f"velocity_{w}_mps": v for w, v in zip(ways, fixes.velocity.T, strict=True)}
+    return found
+
+
+def write(path, columns):
+    rows = np.column_stack([*columns.values()])
+    np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.17g")
+    return path
+
+
+def write_parquet(path, columns, **meta):
+    table = pa.table(columns).replace_schema_metadata(meta)
+    pq.write_table(table, path)
+    return path
+
+
+@pytest.fixture
+def cli(call):
+    """Run ``zerorate navigate``; return its code, stdout and stderr."""
+    return partial(call, "navigate")
+
+
+@pytest.fixture
+def imu(tmp_path):
+    return write(tmp_path / "imu.csv", imu_columns())
+
+
+@pytest.fixture
+def gnss(tmp_path):
+    return write(tmp_path / "gnss.csv", fix_columns())
+
+
+def expected(smooth=False, recording=None, antenna=(0.0, 0.0, 0.0), **options):
+    recording = recording or zr.read_recording(imu_columns())
+    start = zr.align(recording, latitude=DRIVE.fixes.position[0, 0], heading="course")
+    fixes = zr.read_fixes(fix_columns())
+    track = zr.NavigationFilter(start, antenna=antenna, **options).process(recording, fixes)
+    return track.smooth() if smooth else track
+
+
+def test_it_writes_a_log_maps_and_a_figure(cli, imu, gnss, out):
+    code, text, errors = cli(imu, gnss, "-o", out)
+    assert (code, errors) == (0, "")
+    stem = "imu-zerorate-navigate"
+    assert names(out) == [f"{stem}.{x}" for x in ("geojson", "gpx", "parquet", "png")]
+    assert text.startswith("Track of imu.csv\n\nAlignment: roll ")
+    assert "NIS of position, mean" in text
+    assert "outages" not in text
+    found, track = zr.read_fixes(out / f"{stem}.parquet"), expected()
+    there = track.navigating
+    np.testing.assert_allclose(found.position, track.position[there], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.velocity, track.velocity[there], rtol=0, atol=1e-12)
+    line = json.loads((out / f"{stem}.geojson").read_text())["features"][0]["geometry"]
+    assert len(line["coordinates"]) == there.sum()
+    assert (out / f"{stem}.gpx").read_text().count("<trkpt") == there.sum()
+
+
+def test_held_stands_beside_the_filter(cli, imu, gnss, out):
+    options = ("--outages", "5,10", "--smooth", "--no-figure", "-o", out / "a.csv")
+    code, text, _ = cli(imu, gnss, *options)
+    assert code == 0
+    assert names(out) == ["a.csv", "a.geojson", "a.gpx"]
+    assert "Track of imu.csv, smoothed" in text
+    assert text.count("position held") == text.count("velocity held") == 2
+    assert text.count("smoothed, largest inside") == 2
+    found = zr.read_fixes(out / "a.csv")
+    track = expected(smooth=True)
+    np.testing.assert_allclose(found.position, track.position[track.navigating], atol=1e-9)
+
+
+def test_options_reach_the_filter(cli, imu, gnss, out, tmp_path):
+    model = zr.NoiseModel(angle_random_walk=2e-4, rate_random_walk=3e-6)
+    model.to_json(tmp_path / "gyro.json")
+    axes = {"axes": {"ax": None, "gx": json.loads(model.to_json())}}
+    force = zr.NoiseModel(angle_random_walk=2e-3, rate_random_walk=3e-5, quantity="acceleration")
+    axes["axes"]["ay"] = json.loads(force.to_json())
+    (tmp_path / "models.json").write_text(json.dumps(axes))
+    options = ("--vehicle", "wheeled", "--axle=-1,0,1", "--antenna", "0.5,0,-1", "--gate", "30")
+    noise = ("--gyro-noise", tmp_path / "gyro.json", "--accel-noise", tmp_path / "models.json")
+    code, _, errors = cli(
+        imu, gnss, *options, *noise, "--adapt", "fixed", "-o", out / "a.npz", "--no-figure"
+    )
+    assert (code, errors) == (0, "")
+    track = expected(
+        vehicle="wheeled",
+        axle=(-1.0, 0.0, 1.0),
+        antenna=(0.5, 0.0, -1.0),
+        gate=30.0,
+        adapt="fixed",
+        gyro=model,
+        accel=force,
+    )
+    found = zr.read_fixes(out / "a.npz")
+    np.testing.assert_allclose(found.position, track.position[track.navigating], atol=1e-12)
+
+
+def test_a_mounting_is_read_typed_and_left_alone(cli, gnss, out, tmp_path):
+    meta = {
+        "body_from_sensor": json.dumps(TURN.T.tolist()),
+        "antenna_from_imu_m": "[0.5, 0, -1]",
+        "imu_time_offset_s": "-0.02",
+    }
+    log = write_parquet(tmp_path / "imu.parquet", imu_columns(TURN), **meta)
+    plain = ("--no-figure", "--force", "-o")
+    code, text, _ = cli(log, gnss, *plain, out / "a.npz")
+    assert code == 0
+    told = "mounting, antenna and time offset by the metadata of imu.parquet (antenna 0.5, 0, -1 m"
+    assert told in one_line(text)
+    assert "time offset 0.02 s)" in one_line(text)
+    typed = ",".join(str(x) for x in TURN.T.ravel())
+    other = write(tmp_path / "askew.csv", imu_columns(TURN))
+    (tmp_path / "mount.json").write_text(json.dumps(TURN.T.tolist()))
+    beside = ("--antenna", "0.5,0,-1", "--time-offset", "0.02")
+    for mount in (typed, tmp_path / "mount.json", log):
+        code, text, _ = cli(other, gnss, "--mount", mount, *beside, *plain, out / "b.npz")
+        assert code == 0
+        one, two = (zr.read_fixes(out / name).position for name in ("a.npz", "b.npz"))
+        np.testing.assert_allclose(one, two, rtol=0, atol=1e-12)
+    code, text, _ = cli(log, gnss, "--mount", "none", *beside, *plain, out / "c.npz")
+    assert (code, "metadata" in text) == (0, False)
+    assert not np.allclose(zr.read_fixes(out / "c.npz").position, one, rtol=0, atol=1e-6)
+
+
+def test_one_file_may_hold_both(cli, out, tmp_path):
+    table = imu_columns()
+    fixes = fix_columns()
+    every = np.searchsorted(DRIVE.time, fixes.pop("time_s"))
+    for name, values in fixes.items():
+        table[name] = np.full(DRIVE.time.size, np.nan)
+        table[name][every] = values
+    log = write_parquet(tmp_path / "both.parquet", table)
+    code, text, errors = cli(log, "-o", out, "--no-figure")
+    assert (code, errors) == (0, "")
+    used = int(re.search(r"used +(\d+)", text)[1])
+    assert used == expected().counts["used"]
+
+
+def test_a_heading_and_a_rest_may_be_given(cli, imu, gnss, out):
+    yaw = 2.0 * np.arctan2(DRIVE.truth_attitude[0, 3], DRIVE.truth_attitude[0, 0])
+    options = (f"--heading={np.degrees(yaw):.3f}", "--rest", "1,25")
+    code, text, _ = cli(imu, gnss, *options, "-o", out, "--no-figure")
+    assert code == 0
+    assert "heading from the course" not in text
+    assert re.search(r"waiting +2\d\.\d", text)
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "match"),
+    [
+        (("--outages", "10,x"), 2, "--outages takes lengths in s, such as 10,30,60, with commas"),
+        (("--outages", "10,-3"), 2, "--outages takes lengths above 0 s"),
+        (("--outages", "90"), 2, "there is no room for an outage of 90 s"),
+        (("--vehicle", "boat"), 2, "--vehicle takes wheeled"),
+        (("--axle", "1,0,0"), 2, "--axle needs --vehicle wheeled"),
+        (("--vehicle", "wheeled", "--axle", "1,0"), 2, "--axle takes three numbers with commas"),
+        (("--antenna", "1,0,zero"), 2, "--antenna takes three numbers with commas between"),
+        (("--mount", "1,0,0,0"), 2, "--mount takes nine numbers of a rotation"),
+        (("--mount", "1,0,0,0,1,0,0,0,-1"), 2, "must be a rotation"),
+        (("--heading", "north"), 2, "--heading takes deg within 360, or 'course', got 'north'"),
+        (("--rest", "20"), 2, "--rest takes two times"),
+        (("--rest", "20,10"), 2, "--rest must end after it begins"),
+        (("--rest", "1,1.5"), 2, "--rest must be at least 1 s long"),
+        (("--rest", "500,520"), 1, "imu.csv: there are 0 samples from 500 to 520 s"),
+        (("--gate", "-1"), 2, "--gate must be"),
+        (("--adapt", "never"), 2, "--adapt takes inflate, free or fixed, got 'never'"),
+        (("--time-offset", "1e5"), 1, "imu.csv: the filter did not begin: its samples are from 0"),
+        (("--gyro-noise", "none.json"), 1, "none.json: No such file"),
+        (("--calibration", "none.json"), 1, "none.json: No such file"),
+        (("-o", "a.xlsx"), 2, "-o takes a folder, or a file as parquet, csv, npz, geojson, gpx"),
+    ],
+)
+def test_refusals(cli, imu, gnss, out, options, code, match):
+    found, text, errors = cli(imu, gnss, "-o", out, *options)
+    assert (found, text) == (code, "")
+    check_line(errors, match)
+    assert names(out) == []
+
+
+def test_what_is_no_input(cli, imu, gnss, out, tmp_path):
+    plain = ("-o", out, "--no-figure")
+    code, _, errors = cli(imu, *plain)
+    assert code == 1
+    check_line(errors, "name the file of the receiver's fixes after the log")
+    code, _, errors = cli(imu, tmp_path / "none.nmea", *plain)
+    assert code == 1
+    check_line(errors, "none.nmea does not exist")
+    code, _, errors = cli(gnss, imu, *plain)
+    assert code == 1
+    check_line(errors, "imu.csv: no column is a latitude")
+    (tmp_path / "model.json").write_text("[1, 2]")
+    code, _, errors = cli(imu, gnss, *plain, "--gyro-noise", tmp_path / "model.json")
+    assert code == 1
+    check_line(errors, "model.json is not a zerorate noise model in JSON")
+    code, _, errors = cli(imu, gnss, "-o", imu)
+    assert code == 2
+    check_line(errors, "-o names the log itself")
+    assert names(out) == []
+
+
+def test_a_vehicle_that_stands_has_no_heading(cli, gnss, out, tmp_path):
+    still = zr.simulate_drive(30.0, 50.0, kind="rest")
+    columns = {"time_s": still.time}
+    for name, values in (("gyro_{}_radps", still.gyro), ("accel_{}_mps2", still.accel)):
+        columns |= {name.format(axis): values[:, i] for i, axis in enumerate("xyz")}
+    log = write(tmp_path / "still.csv", columns)
+    fixes = {"time_s": still.fixes.time}
+    fixes |= dict(zip(("lat", "lon", "alt"), still.fixes.position.T, strict=True))
+    fixes = write(tmp_path / "fixes.csv", fixes)
+    code, _, errors = cli(log, fixes, "-o", out, "--no-figure", "--rest", "0,12")
+    assert code == 1
+    check_line(errors, "the heading is not known, and the vehicle not above 2 m/s: --heading says")
+
+
+def test_nothing_is_replaced_unasked(cli, imu, gnss, out):
+    assert cli(imu, gnss, "-o", out, "--no-figure")[0] == 0
+    code, _, errors = cli(imu, gnss, "-o", out, "--no-figure")
+    assert code == 2
+    check_line(errors, "exists already; pass --force")
+    assert cli(imu, gnss, "-o", out, "--no-figure", "--force")[0] == 0
+
+
+@needs_recordings
+def test_a_log_of_a_flight_controller_holds_both(cli, out):
+    log = RECORDINGS / "px4_sample_log_small.ulg"
+    options = ("--rest", "0,2", "--heading", "30", "--no-figure", "-o", out)
+    code, text, errors = cli(log, *options)
+    assert (code, errors) == (0, "")
+    assert re.search(r"used +22\n", text)
