@@ -21,7 +21,8 @@ UNKNOWN, UNKNOWN_VELOCITY = (1.0, 25.0), 10.0
 WRONG = np.array([1e-3, 1e-3, 0.03])
 LOST = np.array([1e-2, 1e-2, 0.25])
 ANGLE_MAX = 10.0
-COURSE_SPEED, COURSE_SIGMA, COURSE_SECONDS = 2.0, 0.03, 2.5
+COURSE_SPEED, COURSE_DEVIATIONS, COURSE_SIGMA = 1.0, 10.0, 0.03
+APART_DEVIATIONS, APART_SECONDS = 7.0, 10.0
 WHEELS_EVERY, WHEELS_SPEED = 0.2, 1.0
 REST_SIGMA, REST_SPEED, REST_RATE = 0.05, 0.5, 1e-7
 SIZES_MAX = (1e14, 1e10, 1e3)
@@ -486,28 +487,32 @@ class Navigation:
         """The first fix, or the first after a gap."""
         if p is None:
             return "refused"
-        told, v = v is not None, self.between(t, p, sigma_p) if v is None else v
-        self.before = (t, p)
+        if v is None:
+            v, sigma_v = self.between(t, p, sigma_p)
         heading_variance = None
         if not self.heading_known:
-            # Of a velocity that is not told nothing is known here.
-            sigma = np.max(sigma_v[:2]) if told else SIGMAS[1]
-            speed = 0.0 if v is None else np.hypot(v[0], v[1])
-            if not (self.by_course and speed > COURSE_SPEED and speed > 4.0 * sigma):
+            if v is None or not self.by_course:
                 return "refused"
-            off = np.arctan2(v[1], v[0]) - np.arctan2(self.C[1, 0], self.C[0, 0])
+            sigma, speed = np.max(sigma_v[:2]), np.hypot(v[0], v[1])
+            if speed < COURSE_SPEED or speed < COURSE_DEVIATIONS * sigma:
+                return "refused"
+            # In a turn an antenna ahead of the axle goes sideways.
+            ahead = self.antenna[0] - self.axle[0] if self.wheeled else 0.0
+            drift = np.arctan2(np.clip((self.w - self.b_g)[2] * ahead, -speed, speed), speed)
+            off = np.arctan2(v[1], v[0]) - drift - np.arctan2(self.C[1, 0], self.C[0, 0])
             self.C = rotation(np.array([0.0, 0.0, off])) @ self.C
             heading_variance = (sigma / speed) ** 2 + COURSE_SIGMA**2
             self.heading_known = True
-        sigma_of_v = sigma_v if told else np.full(3, UNKNOWN_VELOCITY) if v is None else 2 * sigma_p
-        v = np.zeros(3) if v is None else v
-        self.begin_at(age, p, v, sigma_p, sigma_of_v, told or v.any(), heading_variance)
+        moves = v is not None
+        if not moves:
+            v, sigma_v = np.zeros(3), np.full(3, UNKNOWN_VELOCITY)
+        self.begin_at(age, p, v, sigma_p, sigma_v, moves, heading_variance)
         return "used"
 
     def between(self, t, p, sigma_p):
-        """The velocity from the fix before to this one."""
+        """The velocity since a fix before that was far enough away, and its deviation."""
         if self.before is None:
-            return None
+            self.before = (t, p)
         then, there = self.before
         seconds, place = t - then, Place(p[0], p[2])
         way = np.array(
@@ -517,8 +522,12 @@ class Navigation:
                 there[2] - p[2],
             ]
         )
-        certain = np.linalg.norm(way) > 5.0 * np.max(sigma_p)
-        return way / seconds if 0.0 < seconds <= COURSE_SECONDS and certain else None
+        far = np.hypot(way[0], way[1]) > APART_DEVIATIONS * np.max(sigma_p[:2])
+        if far or not 0.0 <= seconds <= APART_SECONDS:
+            self.before = (t, p)
+        if not far or not 0.0 < seconds <= APART_SECONDS:
+            return None, None
+        return way / seconds, sigma_p * 2.0 / max(seconds, 0.1)
 
     def begin_at(self, age, p, v, sigma_p, sigma_v, moves, heading_variance):
         self.latitude, self.longitude, self.height = p
