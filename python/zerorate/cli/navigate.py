@@ -100,7 +100,6 @@ def navigate(
     gnss: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[GNSS]",
             help="Fixes of the receiver: NMEA, RTKLIB, NavSatFix or a table. By default they are "
             "in the recording.",
             show_default=False,
