@@ -1,12 +1,13 @@
 """How good a track is: in outages on a recorded drive, and against the truth of simulated ones.
 
-``python examples/navigation_tables.py [FOLDER]`` prints both tables in Markdown. FOLDER has the
+``python examples/navigation_tables.py [FOLDER]`` prints three tables in Markdown. FOLDER has the
 recordings ``drive_imu_100hz.parquet`` and ``drive_gnss_4hz.parquet`` (rtklibexplorer/GNSS_IMU,
 data/drive_0708): a car with a consumer sensor, RTK at 4 Hz, and in the metadata mounting, antenna
 and clock. Default: ../shared/data beside the checkout.
 """
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 import zerorate as zr
 from recordings import BESIDE
 from tables import table
+from zerorate.navigation.earth import moved
 
 IMU, GNSS = "drive_imu_100hz.parquet", "drive_gnss_4hz.parquet"
 RESTED = (0.0, 36.0)
@@ -21,6 +23,10 @@ RESTED = (0.0, 36.0)
 AXLE = (-1.0, 0.0, 1.3)
 LENGTHS = (10.0, 30.0, 60.0)
 SEEDS = (0, 1, 2)
+GYRO = zr.NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-6)
+ACCEL = zr.NoiseModel(angle_random_walk=1e-3, rate_random_walk=2e-5, quantity="acceleration")
+"""Noise of simulated drives."""
+ACCEL_BIAS = 0.02
 SETTLED = 120.0
 """Seconds from which on errors of simulated drives count."""
 
@@ -39,7 +45,6 @@ def drive_rows(folder):
             fixes,
             seconds=LENGTHS,
             nav=nav,
-            antenna=mounting.antenna,
             smooth=True,
             time_offset=-mounting.time_offset,
         )
@@ -68,9 +73,7 @@ def simulated_rows():
     squares = []
     for seed in SEEDS:
         drive = zr.simulate_drive(400.0, seed=seed)
-        imu = drive.recording()
-        start = zr.align(imu, latitude=48.0, heading="course")
-        nav = zr.NavigationFilter(start)
+        imu, nav = drive.recording(), told(drive)
         track = nav.copy().process(imu, drive.fixes)
         found = [*errors(track, drive), *errors(track.smooth(), drive)]
         outages = zr.metrics.outages(imu, drive.fixes, seconds=60.0, nav=nav)[60.0]
@@ -78,6 +81,80 @@ def simulated_rows():
         squares.append(np.square(found))
         yield row(f"seed {seed}", found)
     yield row("all", np.sqrt(np.mean(squares, axis=0)))
+
+
+def told(drive, **options):
+    """Return a filter that is told the noise of the sensors, and what their biases may be."""
+    start = zr.align(
+        drive.recording(), latitude=48.0, heading="course", sigma_accel_bias=ACCEL_BIAS
+    )
+    return zr.NavigationFilter(start, gyro=GYRO, accel=ACCEL, **options)
+
+
+def receiver_rows():
+    """Yield what receivers that are not as they say cost: RMS in the plane over all seeds."""
+    drives = [zr.simulate_drive(400.0, seed=seed) for seed in SEEDS]
+    for name, spoilt in RECEIVERS.items():
+        found = []
+        for options in ADAPTS.values():
+            squares = []
+            for drive in drives:
+                fixes = spoilt(drive.fixes, np.random.default_rng(1))
+                track = told(drive, **options).process(drive.recording(), fixes)
+                squares.append(errors(track, drive)[0] ** 2)
+            found.append(f"{np.sqrt(np.mean(squares)):.3f}")
+        yield name, *found
+
+
+def says(position, velocity):
+    """Return a receiver that tells other deviations than it has."""
+
+    def spoilt(fixes, _):
+        n = len(fixes)
+        return replace(
+            fixes,
+            sigma_position=np.full((n, 3), position),
+            sigma_velocity=np.full((n, 3), velocity),
+        )
+
+    return spoilt
+
+
+def spikes(fixes, random):
+    """Return fixes of which one in twenty is 30 m off."""
+    which = random.random(len(fixes)) < 0.05
+    off = random.standard_normal((len(fixes), 3))
+    off *= 30.0 / np.linalg.norm(off, axis=1, keepdims=True)
+    return replace(fixes, position=moved(fixes.position, which[:, np.newaxis] * off))
+
+
+def louder(fixes, random):
+    """Return fixes with five times the noise for 100 s."""
+    which = ((fixes.time > 200.0) & (fixes.time < 300.0))[:, np.newaxis]
+    more = np.sqrt(24.0) * which * random.standard_normal((2, len(fixes), 3))
+    return replace(
+        fixes,
+        position=moved(fixes.position, 2.0 * more[0]),
+        velocity=fixes.velocity + 0.1 * more[1],
+    )
+
+
+RECEIVERS = {
+    "as it says, 2 m and 0.1 m/s": lambda fixes, _: fixes,
+    "says 0.4 and 0.02": says(0.4, 0.02),
+    "says 10 and 0.5": says(10.0, 0.5),
+    "says 0.4 and 0.5": says(0.4, 0.5),
+    "says 10 and 0.02": says(10.0, 0.02),
+    "one fix in twenty 30 m off": spikes,
+    "noise five times for 100 s": louder,
+}
+ADAPTS = {
+    "fixed, no gate": {"adapt": "fixed", "gate": 1e9},
+    "fixed, gate 16.27": {"adapt": "fixed", "gate": 16.27},
+    "fixed, gate 50": {"adapt": "fixed"},
+    "free, gate 50": {"adapt": "free"},
+    "inflate, gate 50": {},
+}
 
 
 def errors(track, drive):
@@ -101,7 +178,7 @@ def row(name, found):
 
 
 def main(folder):
-    """Print both tables."""
+    """Print the tables."""
     head = ("filter", *(f"{length:g} s" for length in LENGTHS))
     title = "Recorded drive, end of outages, horizontal error in m: rms / median / largest"
     if (folder / IMU).exists():
@@ -121,6 +198,8 @@ def main(folder):
     )
     title = f"Simulated drives of 400 s, RMS after {SETTLED:g} s; fixes of 2 m and 0.1 m/s at 1 Hz"
     print(table(title, head, simulated_rows(), markdown=True))
+    title = "The same with receivers that are not as they say, RMS in the plane, m"
+    print(table(title, ("receiver", *ADAPTS), receiver_rows(), markdown=True))
 
 
 if __name__ == "__main__":

@@ -2078,7 +2078,7 @@ class NavigationFilter:
     A fix is taken if its normalised innovation squared is at most ``gate``. After ten in a row that are
     not, the filter is taken to be wrong and finds back; in the first second after an outage there is no
     gate. A fix may be up to a second late. Without a known heading the filter waits, and with ``vehicle=
-    "wheeled"`` takes it from the course above 2 m/s.
+    "wheeled"`` takes it from the course above 1 m/s.
 
     A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a
     tenth of a second, then nothing is known of it and the deviations grow. After a gap of more than a
@@ -2248,6 +2248,9 @@ class NavigationFilter:
         """ "waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds, or
         "missing": without samples of a sensor for a tenth of a second.
         """
+    @property
+    def antenna(self) -> _Floats:
+        """From the sensor to the antenna, body axes, m: (3,)."""
     @property
     def time(self) -> float:
         """Time of the last sample, s; NaN before the first."""

@@ -529,7 +529,6 @@ class _Asked:
             fixes,
             seconds=self.lengths,
             nav=nav,
-            antenna=self.mounting.antenna,
             smooth=self.smooth,
             time_offset=self.mounting.time_offset,
             progress=_part(progress, 0.3, 0.7),

@@ -143,7 +143,7 @@ def outages(
     *,
     seconds: float | Sequence[float] = (10.0, 30.0, 60.0),
     nav: NavigationFilter | None = None,
-    antenna: npt.ArrayLike = (0.0, 0.0, 0.0),
+    antenna: npt.ArrayLike | None = None,
     smooth: bool = False,
     first: float = 60.0,
     between: float = 30.0,
@@ -167,8 +167,8 @@ def outages(
     nav : NavigationFilter, optional
         A filter that has seen no sample, which is copied and not changed. By default one that is
         aligned by the first rest, takes the course for its heading, and has the default noise.
-    antenna : array_like, shape (3,)
-        From the sensors to the antenna, body axes, m; the same as of `nav`.
+    antenna : array_like, shape (3,), optional
+        Without `nav`, which has its own: from the sensors to the antenna, body axes, m.
     smooth : bool
         Whether to smooth as well; of that the largest error inside an outage is told.
     first : float
@@ -216,12 +216,13 @@ def outages(
             f"gnss must be Fixes, as zr.read_fixes returns them, got {type(gnss).__name__}"
         )
     asked = _lengths(seconds)
-    lever = _lever(antenna)
     _at_least("first", first)
     positive("between", between)
     if len(gnss) == 0:
         raise LogError(f"{gnss.source}: there are no fixes to withhold")
-    template = _aligned(imu, gnss, lever) if nav is None else nav
+    if nav is not None and antenna is not None:
+        raise ValueError("antenna is for a filter that is made here: nav has its own")
+    template = _aligned(imu, gnss, _lever(antenna)) if nav is None else nav
     if template.samples_seen:
         raise ValueError(
             f"nav must be a filter that has seen no sample, this one has {template.samples_seen}"
@@ -242,7 +243,7 @@ def outages(
         if smooth:
             progress("smoothing", (done + 1) / steps)
             tracks[SMOOTHED] = track.smooth()
-        found.append(_errors(length, withheld, fixes.gnss, tracks, lever, notes))
+        found.append(_errors(length, withheld, fixes.gnss, tracks, template.antenna, notes))
     return Outages(tuple(found), imu.source, tuple(dict.fromkeys(notes)))
 
 
@@ -253,8 +254,8 @@ def _lengths(seconds: float | Sequence[float]) -> list[float]:
     return list(dict.fromkeys(positive("seconds", float(one)) for one in given))
 
 
-def _lever(antenna: npt.ArrayLike) -> Floats:
-    lever = np.asarray(antenna, dtype=np.float64)
+def _lever(antenna: npt.ArrayLike | None) -> Floats:
+    lever = np.asarray((0.0, 0.0, 0.0) if antenna is None else antenna, dtype=np.float64)
     if lever.shape != (3,) or not np.isfinite(lever).all():
         raise ValueError(f"antenna must be three finite numbers, got {antenna!r}")
     return lever

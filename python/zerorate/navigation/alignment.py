@@ -101,8 +101,8 @@ def align(
         deg, within 89.5.
     heading : float or "course", optional
         rad, from north over east. "course": the direction in which the vehicle moves first, above
-        1 m/s and ten deviations of its velocity; right for what moves forward. By default it is not known, and a filter that is not of
-        a wheeled vehicle then waits for ever.
+        1 m/s and ten deviations of its velocity; right for what moves forward. By default it is
+        not known, and a filter that is not of a wheeled vehicle then waits for ever.
     span : tuple of float, optional
         From when to when the vehicle rests, s, at least one second; by default the first rest of
         10 s that is found.

@@ -384,6 +384,12 @@ impl NavigationFilter {
         Ok(STATUSES[reading(slf)?.filter.status() as usize])
     }
 
+    /// From the sensor to the antenna, body axes, m: (3,).
+    #[getter]
+    fn antenna<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(arrays::small(slf.py(), &reading(slf)?.filter.params().antenna))
+    }
+
     /// Time of the last sample, s; NaN before the first.
     #[getter]
     fn time(slf: &Bound<'_, Self>) -> PyResult<f64> {
