@@ -169,7 +169,8 @@ def test_every_function_of_samples_is_in_the_table():
     def functions(module):
         return {n for n in module.__all__ if inspect.isfunction(getattr(module, n))}
 
-    assert functions(zr.metrics) == METRICS.keys()
+    # Outages take recordings: what the filter does with missing samples is in tests/navigation.
+    assert functions(zr.metrics) - {"outages"} == METRICS.keys()
     assert functions(zr.identify) - {"to_filter"} == IDENTIFY.keys()
 
 

@@ -29,7 +29,7 @@ def densities(sensor: str, model: Models | None) -> tuple[Axes, Axes]:
     """Return white noise and walk of the bias of three axes.
 
     The walk is the larger of the rate random walk and of the one that grows in 100 s as far as
-    the bias instability.
+    the bias instability; that of a consumer sensor where neither is known.
 
     Parameters
     ----------
@@ -66,15 +66,13 @@ def _of_axis(sensor: str, model: NoiseModel) -> tuple[float, float]:
         raise ValueError(
             f"{sensor} must be a NoiseModel of {_QUANTITY[sensor]}, got one of {model.quantity}"
         )
-    white = _known(model.angle_random_walk)
-    if white is None:
+    if not model.angle_random_walk.known:
         raise ValueError(
             f"{sensor}: the model has no angle_random_walk, the white noise that a filter needs"
         )
-    instability = _known(model.bias_instability) or 0.0
-    flicker = _FLAT * instability * math.sqrt(3.0 / _HORIZON)
-    return white, max(_known(model.rate_random_walk) or 0.0, flicker)
-
-
-def _known(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
+    walks = []
+    if model.rate_random_walk.known:
+        walks.append(float(model.rate_random_walk))
+    if model.bias_instability.known:
+        walks.append(_FLAT * float(model.bias_instability) * math.sqrt(3.0 / _HORIZON))
+    return float(model.angle_random_walk), max(walks, default=_CONSUMER[sensor][1])

@@ -1,0 +1,196 @@
+"""Tracks: their errors, the smoother, logs."""
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from zerorate.metrics.rotations import inverse, of_rotation_vectors, product
+from zerorate.navigation import STATUSES
+from zerorate.navigation.earth import moved
+
+GYRO = zr.NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-6)
+ACCEL = zr.NoiseModel(angle_random_walk=1e-3, rate_random_walk=2e-5, quantity="acceleration")
+
+
+def driven(seed=3, duration=150.0, **options):
+    """A drive, a filter that is told its noise, and the track."""
+    drive = zr.simulate_drive(duration, 50.0, seed=seed)
+    start = zr.align(
+        drive.recording(), latitude=48.0, heading="course", sigma_accel_bias=0.02, span=(0.0, 29.0)
+    )
+    nav = zr.NavigationFilter(start, gyro=GYRO, accel=ACCEL, **options)
+    return drive, nav, nav.process(drive.recording(), drive.fixes)
+
+
+def horizontal(track, drive, where=slice(None)):
+    errors = track.errors(drive.truth_position)[where, :2]
+    return np.sqrt(np.nanmean((errors**2).sum(axis=1)))
+
+
+def test_errors_are_what_was_added():
+    drive, _, track = driven(duration=60.0)
+    random = np.random.default_rng(1)
+    n = track.n
+    truth = np.tile(drive.truth_position[:1], (n, 1))
+    shift, turn = random.standard_normal((n, 3)), 0.01 * random.standard_normal((n, 3))
+    attitude = np.tile([0.5, 0.5, -0.5, 0.5], (n, 1))
+    from dataclasses import replace
+
+    known = replace(
+        track,
+        position=moved(truth, shift),
+        velocity=shift + 1.0,
+        attitude=product(inverse(of_rotation_vectors(turn)), attitude),
+    )
+    found = known.errors(truth, np.ones((n, 3)), attitude)
+    np.testing.assert_allclose(found, np.hstack([shift, shift, turn]), atol=1e-6)
+
+
+def test_the_smoother_is_better_before_the_end_and_equal_at_it():
+    drive, _, track = driven()
+    best = track.smooth()
+    known = track.navigating
+    assert horizontal(best, drive) < 0.75 * horizontal(track, drive)
+    np.testing.assert_allclose(best.position[-1], track.position[-1], rtol=0, atol=1e-12)
+    assert (best.sigma[known][:, :2] <= track.sigma[known][:, :2] * 1.001).mean() > 0.98
+    np.testing.assert_array_equal(best.navigating, known)
+    assert best.smoothed
+    with pytest.raises(ValueError, match="this track is smoothed"):
+        best.smooth()
+    # Its deviations hold.
+    errors = best.errors(drive.truth_position, drive.truth_velocity, drive.truth_attitude)[known]
+    consistency = (errors**2 / best.sigma[known][:, :9] ** 2).mean(axis=0)
+    assert (consistency < 5.0).all()
+    assert 0.2 < consistency.mean() < 2.5
+
+
+def test_the_smoother_of_exact_fixes_is_the_truth():
+    drive = zr.simulate_drive(
+        120.0, 50.0, gyro=None, accel=None, sigma_position=0.0, sigma_velocity=0.0
+    )
+    fixes = drive.fixes
+    exact = zr.Fixes(
+        fixes.time,
+        fixes.position,
+        fixes.velocity,
+        np.full((len(fixes), 3), 0.001),
+        np.full((len(fixes), 3), 0.001),
+    )
+    start = zr.align(drive.recording(), latitude=48.0, heading="course", span=(0.0, 29.0))
+    tiny = zr.NoiseModel(angle_random_walk=1e-6, rate_random_walk=1e-9)
+    force = zr.NoiseModel(1e-5, 0.0, 1e-8, quantity="acceleration")
+    track = zr.NavigationFilter(start, gyro=tiny, accel=force).process(drive.recording(), exact)
+    best = track.smooth()
+    inside = (track.time > 60.0) & (track.time < 115.0)
+    assert horizontal(best, drive, inside) < 0.02
+    off = (best.gyro_bias - drive.gyro_bias)[inside]
+    assert np.abs(off).max() < 2e-5
+
+
+def test_a_track_of_nothing_can_be_smoothed():
+    drive = zr.simulate_drive(60.0, 50.0)
+    start = zr.align(drive.recording(), latitude=48.0, heading=0.0, span=(0.0, 29.0))
+    nav = zr.NavigationFilter(start)
+    track = nav.process(drive.recording())
+    assert not track.navigating.any()
+    assert np.isnan(track.smooth().position).all()
+    assert STATUSES[track.status[-1]] == nav.status == "waiting"
+
+
+def test_a_gap_divides_the_smoother():
+    drive, nav, _ = driven()
+    keep = (drive.time < 80.0) | (drive.time > 85.0)
+    imu = {
+        "time_s": drive.time[keep],
+        "gyro_radps": drive.gyro[keep],
+        "accel_mps2": drive.accel[keep],
+    }
+    rows = nav.copy()
+    rows.reset()
+    from zerorate.navigation.processing import rows_of
+    from zerorate.navigation.track import Inputs, track_of
+
+    inputs = Inputs(imu["time_s"], imu["gyro_radps"], imu["accel_mps2"], rows_of(drive.fixes), None)
+    track = track_of(rows, inputs, source="a drive with a gap")
+    best = track.smooth()
+    truth = drive.truth_position[keep]
+    errors = np.hypot(*best.errors(truth)[best.navigating, :2].T)
+    assert np.sqrt((errors**2).mean()) < 0.8
+    assert errors.max() < 4.0
+    assert track.navigating[track.time > 86.0].all()
+
+
+def test_a_log_holds_what_is_known(tmp_path):
+    _, _, track = driven(duration=60.0)
+    log, beside = track.to_log()
+    path = tmp_path / "track.parquet"
+    pytest.importorskip("pyarrow")
+    zr.write_log(log, path, beside=beside)
+    again = zr.read_log(path, columns=["height_m"])
+    np.testing.assert_array_equal(again.data[:, 0], track.position[:, 2])
+    assert log.n == track.n
+    np.testing.assert_array_equal(log.data, track.position)
+    assert {"velocity_north_mps", "quat_w", "gyro_bias_x_radps", "sigma_position_north_m"} <= set(
+        beside
+    )
+    assert all(len(values) == track.n for values in beside.values())
+
+
+def test_wrong_input_is_refused():
+    drive, nav, _ = driven(duration=60.0)
+    fresh = nav.copy()
+    fresh.reset()
+    before = fresh.to_bytes()
+    with pytest.raises(TypeError, match=r"gnss must be Fixes, as zr.read_fixes returns them, got"):
+        fresh.process(drive.recording(), [1, 2])
+    with pytest.raises(ValueError, match=r"rest must be an array of bool, shape \(3000,\)"):
+        fresh.process(drive.recording(), rest=np.zeros(3000))
+    with pytest.raises(ValueError, match="time_offset must be a number of seconds, got nan"):
+        fresh.process(drive.recording(), drive.fixes, time_offset=np.nan)
+    with pytest.raises(ValueError, match=r"fixes.*\(m, 13\)"):
+        fresh.process_arrays(drive.time, drive.gyro, drive.accel, np.zeros((2, 4)))
+    back = drive.time.copy()
+    back[100] = back[99]
+    with pytest.raises(ValueError, match="t must be later than that of the sample before"):
+        fresh.process_arrays(back, drive.gyro, drive.accel, np.empty((0, 13)))
+    assert fresh.to_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"vehicle": "boat"}, "vehicle must be None or 'wheeled', got 'boat'"),
+        ({"axle": (0, 0, 0)}, "axle is used by vehicle='wheeled' only"),
+        ({"wheel_sigma": 0.1}, "wheel_sigma is used by vehicle='wheeled' only"),
+        ({"vehicle": "wheeled", "wheel_sigma": 0.0}, "wheel_sigma must be from 0.001 to 1000 m/s"),
+        ({"adapt": "up"}, "adapt must be 'inflate', 'free' or 'fixed', got 'up'"),
+        ({"kind": "delta"}, "kind must be 'rate' or 'increment', got 'delta'"),
+        ({"gate": 0.0}, "gate must be a positive number, got 0.0"),
+        ({"covariance_step": 5.0}, "covariance_step must be from 0.0001 to 1 s, got 5.0"),
+        ({"antenna": (0.0, 0.0)}, r"antenna.*\(3,\)"),
+        ({"antenna": (0.0, np.nan, 0.0)}, "antenna must be within 1000 m, got NaN"),
+        ({"gyro": ACCEL}, "gyro must be a NoiseModel of angular rate, got one of acceleration"),
+        ({"accel": GYRO}, "accel must be a NoiseModel of acceleration"),
+        (
+            {"gyro": zr.NoiseModel(bias_instability=1e-4)},
+            "gyro: the model has no angle_random_walk",
+        ),
+    ],
+)
+def test_wrong_parameters_are_refused(options, message):
+    drive = zr.simulate_drive(40.0, 50.0)
+    start = zr.align(drive.recording(), latitude=48.0, span=(0.0, 29.0))
+    with pytest.raises(ValueError, match=message):
+        zr.NavigationFilter(start, **options)
+
+
+def test_a_start_is_an_alignment():
+    with pytest.raises(
+        ValueError, match=r"start must be an Alignment, as zr.align returns it, got"
+    ):
+        zr.NavigationFilter((48.0, 11.0))
+    drive = zr.simulate_drive(40.0, 50.0)
+    start = zr.align(drive.recording(), latitude=48.0, span=(0.0, 29.0))
+    with pytest.raises(TypeError, match="gyro must be a NoiseModel or three of them"):
+        zr.NavigationFilter(start, gyro=[GYRO, GYRO])
+    assert zr.NavigationFilter(start, gyro=[GYRO] * 3).status == "no heading"
