@@ -16,6 +16,7 @@ from zerorate._native import (
     DriftFilter,
     GyroArray,
     ImuCorrector,
+    LinearKalman,
     MotionDetector,
     PositionFilter,
     RecursiveLeastSquares,
@@ -72,6 +73,7 @@ if TYPE_CHECKING:
     from zerorate.calibrate.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibrate.rate.reference import FittedRate, fit_rate
     from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
+    from zerorate.linear.run import LinearRun, SmoothedRun
     from zerorate.simulate.motion import MotionErrors, SimulatedMotion, simulate_motion
     from zerorate.simulate.session import (
         AccelErrors,
@@ -105,6 +107,8 @@ __all__ = [
     "GyroErrors",
     "ImuCorrector",
     "Integrated",
+    "LinearKalman",
+    "LinearRun",
     "Log",
     "LogError",
     "Markov",
@@ -122,6 +126,7 @@ __all__ = [
     "SimulatedMotion",
     "SimulatedSession",
     "Sinusoid",
+    "SmoothedRun",
     "StreamingAllan",
     "TemperatureBias",
     "TemperatureFilter",
@@ -179,6 +184,7 @@ _LATER = {
     "FusedAccelerometers": "array.accelerometers",
     "GyroErrors": "simulate.session",
     "Integrated": "calibrate.rate.angle",
+    "LinearRun": "linear.run",
     "MotionErrors": "simulate.motion",
     "MovedParameter": "calibrate.comparison",
     "RateTable": "calibrate.rate.rate_table",
@@ -186,6 +192,7 @@ _LATER = {
     "Rotations": "array.rotations",
     "SimulatedMotion": "simulate.motion",
     "SimulatedSession": "simulate.session",
+    "SmoothedRun": "linear.run",
     "TemperatureBias": "calibrate.temperature",
     "TemperatureModel": "calibrate.temperature",
     "array_log": "array.logs",

@@ -20,6 +20,7 @@ import numpy.typing as npt
 from typing_extensions import TypeVar
 
 from zerorate.calibrate.calibration import Calibration
+from zerorate.linear.run import LinearRun
 
 _Method: TypeAlias = Literal["kf", "akf", "fading", "robust", "auto"]
 _Status: TypeAlias = Literal[
@@ -2060,6 +2061,90 @@ class Tilt(Generic[_Number]):
         """Number of signals, None for a single one."""
 
 @final
+class LinearKalman(Generic[_Number]):
+    """x"""
+
+    @overload
+    def __new__(
+        cls,
+        F: npt.ArrayLike,
+        H: npt.ArrayLike,
+        Q: npt.ArrayLike,
+        R: npt.ArrayLike,
+        B: npt.ArrayLike | None = None,
+        x0: npt.ArrayLike | None = None,
+        P0: npt.ArrayLike | None = None,
+        channels: None = None,
+    ) -> LinearKalman[float]: ...
+    @overload
+    def __new__(
+        cls,
+        F: npt.ArrayLike,
+        H: npt.ArrayLike,
+        Q: npt.ArrayLike,
+        R: npt.ArrayLike,
+        B: npt.ArrayLike | None = None,
+        x0: npt.ArrayLike | None = None,
+        P0: npt.ArrayLike | None = None,
+        *,
+        channels: int,
+    ) -> LinearKalman[_Floats]: ...
+    def predict(
+        self,
+        u: _Sample = None,
+        *,
+        F: npt.ArrayLike | None = None,
+        B: npt.ArrayLike | None = None,
+        Q: npt.ArrayLike | None = None,
+    ) -> _Floats: ...
+    def update(
+        self, z: _Sample, *, H: npt.ArrayLike | None = None, R: npt.ArrayLike | None = None
+    ) -> _Floats: ...
+    def process(
+        self,
+        z: npt.ArrayLike,
+        u: npt.ArrayLike | None = None,
+        *,
+        F: npt.ArrayLike | None = None,
+        H: npt.ArrayLike | None = None,
+        Q: npt.ArrayLike | None = None,
+        R: npt.ArrayLike | None = None,
+        B: npt.ArrayLike | None = None,
+        keep: Literal["all", "state"] = "all",
+    ) -> LinearRun: ...
+    def reset(self) -> None: ...
+    def copy(self) -> Self: ...
+    def to_bytes(self) -> bytes: ...
+    @staticmethod
+    def from_bytes(b: bytes) -> LinearKalman: ...
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+    @property
+    def state(self) -> _Floats: ...
+    @property
+    def covariance(self) -> _Floats: ...
+    @property
+    def innovation(self) -> _Floats: ...
+    @property
+    def nis(self) -> _Number: ...
+    @property
+    def log_likelihood(self) -> _Number: ...
+    @property
+    def F(self) -> _Floats: ...
+    @property
+    def H(self) -> _Floats: ...
+    @property
+    def Q(self) -> _Floats: ...
+    @property
+    def R(self) -> _Floats: ...
+    @property
+    def B(self) -> _Floats: ...
+    @property
+    def channels(self) -> int | None: ...
+
+@final
 class PositionFilter(Generic[_Number, _Flag]):
     """Positions from the fixes of a receiver that stands or moves slowly, without most of their wandering.
 
@@ -2506,5 +2591,13 @@ def arma_likelihood(
 def attitude_options() -> list[_Option]: ...
 def filter_options() -> list[_Option]: ...
 def position_options() -> list[_Option]: ...
+def smooth_linear(
+    state: npt.ArrayLike,
+    covariance: npt.ArrayLike,
+    F: npt.ArrayLike,
+    Q: npt.ArrayLike,
+    B: npt.ArrayLike | None = None,
+    u: npt.ArrayLike | None = None,
+) -> tuple[_Floats, _Floats]: ...
 def tilt_options() -> list[_Option]: ...
 def wavelet_decomposition(z: npt.ArrayLike, wavelet: str, level: int) -> list[_Floats]: ...

@@ -76,7 +76,7 @@ const PIECE: usize = 1 << 26;
 /// ([101.9, 20.2], [101.9, 20.2])
 /// >>> abs(run.smooth().state[:, 0] - t**2).mean() < abs(run.state[:, 0] - t**2).mean()
 /// True
-#[pyclass(module = "zerorate")]
+#[pyclass(generic, module = "zerorate")]
 #[derive(Debug)]
 pub struct LinearKalman {
     shared: Filters,

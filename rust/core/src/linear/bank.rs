@@ -4,7 +4,7 @@
 use super::check::{check_matrix, check_state, settle_covariance};
 use super::step::{
     Advance, ELEMENT_MAX, Fixed, FixedRoom, LANES, Places, Size, VARIANCE_MAX, Work, advance,
-    correct_covariance, is_known, predict_covariance, times,
+    correct_covariance, is_known, predict_covariance, product,
 };
 use crate::error::Error;
 use crate::memory;
@@ -356,11 +356,11 @@ impl LinearBank {
                 };
                 let (mut channel, end) = (first, first + group);
                 while channel + LANES <= end {
-                    advance::<S, LANES>(size, channel, step, &mut places, work);
+                    advance::<S, LANES>(size, channel, &step, &mut places, work);
                     channel += LANES;
                 }
                 for channel in channel..end {
-                    advance::<S, 1>(size, channel, step, &mut places, work);
+                    advance::<S, 1>(size, channel, &step, &mut places, work);
                 }
             }
             self.keep(step, known);
@@ -455,7 +455,7 @@ impl Model {
                 for (told, h) in told.iter_mut().zip(&row) {
                     *told += if variance > 0.0 { h * h / variance } else { 0.0 };
                 }
-                times(1, n, n, &row, &self.F, &mut next);
+                product(false, 1, n, n, &row, &self.F, &mut next);
                 // Powers of F may leave the range.
                 let held = next.iter().map(|h| h.clamp(-ELEMENT_MAX, ELEMENT_MAX));
                 row.iter_mut().zip(held).for_each(|(row, h)| *row = h);
@@ -482,6 +482,13 @@ pub(super) struct Free {
 }
 
 impl Size for Free {
+    type States = Self;
+    const FEW: bool = false;
+
+    fn states(self) -> Self {
+        self
+    }
+
     fn n(self) -> usize {
         self.n
     }
@@ -502,7 +509,7 @@ pub(super) struct FreeRoom {
 impl FreeRoom {
     pub fn of(n: usize, m: usize) -> Result<Self, Error> {
         Ok(Self {
-            numbers: memory::filled(0.0, 3 * n * n + 5 * m * n + 2 * m * m + m + n)?,
+            numbers: memory::filled(0.0, 4 * n * n + 5 * m * n + 2 * m * m + m + n)?,
             lanes: memory::filled([0.0; LANES], 2 * n + m)?,
             counts: memory::filled(false, m)?,
         })
@@ -513,6 +520,7 @@ impl FreeRoom {
         let (a, numbers) = numbers.split_at_mut(n * n);
         let (b, numbers) = numbers.split_at_mut(n * n);
         let (c, numbers) = numbers.split_at_mut(n * n);
+        let (d, numbers) = numbers.split_at_mut(n * n);
         let (hp, numbers) = numbers.split_at_mut(m * n);
         let (v, numbers) = numbers.split_at_mut(m * n);
         let (k, numbers) = numbers.split_at_mut(m * n);
@@ -524,6 +532,6 @@ impl FreeRoom {
         let (x, lanes) = lanes.split_at_mut(n);
         let (next, w) = lanes.split_at_mut(n);
         let counts = &mut self.counts;
-        Work { a, b, c, hp, v, k, h, l, r, rk, inverse, counts, before, x, next, w }
+        Work { a, b, c, d, hp, v, k, h, l, r, rk, inverse, counts, before, x, next, w }
     }
 }

@@ -3,7 +3,7 @@
 #![allow(non_snake_case)]
 
 use super::bank::{Free, FreeRoom, Varying};
-use super::step::{Advance, Places, add_times, advance, correct_covariance, times, transpose};
+use super::step::{Advance, Places, advance, correct_covariance, product, transpose};
 use crate::error::Error;
 use crate::memory;
 use crate::work;
@@ -75,7 +75,7 @@ impl Filtered<'_> {
                 log_likelihood: &mut nothing,
             };
             for channel in 0..channels {
-                advance::<_, 1>(size, channel, step, &mut places, &mut work);
+                advance::<_, 1>(size, channel, &step, &mut places, &mut work);
             }
             let (before, after) = P.split_at_mut(next * groups * square);
             let before = &mut before[(next - 1) * groups * square..];
@@ -85,12 +85,13 @@ impl Filtered<'_> {
                 work.counts.fill(true);
                 correct_covariance(size, F, Q, P, &mut work);
                 // G Pₙₑₓₜ Gᵀ, `k` being Gᵀ.
-                transpose(n, work.k, work.a);
-                times(n, n, n, work.a, after, work.b);
-                add_times(n, n, n, work.b, work.k, P);
+                transpose(n, n, work.k, work.a);
+                product(false, n, n, n, work.a, after, work.b);
+                product(true, n, n, n, work.b, work.k, work.c);
                 for i in 0..n {
-                    for j in 0..i {
-                        P[i * n + j] = P[j * n + i];
+                    for j in i..n {
+                        P[i * n + j] += work.c[i * n + j];
+                        P[j * n + i] = P[i * n + j];
                     }
                 }
                 let members = if groups == 1 { 0..channels } else { group..group + 1 };

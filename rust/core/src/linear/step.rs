@@ -26,8 +26,14 @@ pub(super) const LANES: usize = 8;
 
 /// States and measurements.
 pub(super) trait Size: Copy {
+    /// The same states, whatever is measured: what needs no more is compiled once for them.
+    type States: Size;
+    /// Whether so little is done for them that a call would take longer.
+    const FEW: bool;
+
     fn n(self) -> usize;
     fn m(self) -> usize;
+    fn states(self) -> Self::States;
 }
 
 /// Sizes that the compiler knows.
@@ -35,9 +41,17 @@ pub(super) trait Size: Copy {
 pub(super) struct Fixed<const N: usize, const M: usize>;
 
 impl<const N: usize, const M: usize> Size for Fixed<N, M> {
+    type States = Fixed<N, 1>;
+    const FEW: bool = N <= 4;
+
     #[inline(always)]
     fn n(self) -> usize {
         N
+    }
+
+    #[inline(always)]
+    fn states(self) -> Fixed<N, 1> {
+        Fixed
     }
 
     #[inline(always)]
@@ -49,25 +63,26 @@ impl<const N: usize, const M: usize> Size for Fixed<N, M> {
 /// Room for what a step computes on its way.
 #[derive(Debug)]
 pub(super) struct Work<'a> {
-    /// Two n × n matrices, and one for the test of definiteness.
+    /// n × n: I - K H, room for two, K R Kᵀ.
     pub a: &'a mut [f64],
     pub b: &'a mut [f64],
     pub c: &'a mut [f64],
-    /// m × n: H P, the gain before L⁻¹, the gain, the rows of H that count.
+    pub d: &'a mut [f64],
+    /// m × n: H P, L⁻¹ H P, the transposed gain, the rows of H that count, R Kᵀ.
     pub hp: &'a mut [f64],
     pub v: &'a mut [f64],
     pub k: &'a mut [f64],
     pub h: &'a mut [f64],
-    /// m × m: the factor L, R of what counts, R K.
+    /// m × m: the factor L, R of what counts.
     pub l: &'a mut [f64],
     pub r: &'a mut [f64],
     pub rk: &'a mut [f64],
-    /// m: reciprocals of the diagonal of L, and what counts.
+    /// m: reciprocals of the diagonal D, and what counts.
     pub inverse: &'a mut [f64],
     pub counts: &'a mut [bool],
     /// n: variances before the step.
     pub before: &'a mut [f64],
-    /// n, n and m: states and whitened innovations of some channels.
+    /// n, n and m: states and D⁻¹ L⁻¹ y of some channels.
     pub x: &'a mut [[f64; LANES]],
     pub next: &'a mut [[f64; LANES]],
     pub w: &'a mut [[f64; LANES]],
@@ -79,6 +94,7 @@ pub(super) struct FixedRoom<const N: usize, const M: usize> {
     a: [[f64; N]; N],
     b: [[f64; N]; N],
     c: [[f64; N]; N],
+    d: [[f64; N]; N],
     hp: [[f64; N]; M],
     v: [[f64; N]; M],
     k: [[f64; N]; M],
@@ -101,6 +117,7 @@ impl<const N: usize, const M: usize> FixedRoom<N, M> {
             a: [[0.0; N]; N],
             b: [[0.0; N]; N],
             c: [[0.0; N]; N],
+            d: [[0.0; N]; N],
             hp: [[0.0; N]; M],
             v: [[0.0; N]; M],
             k: [[0.0; N]; M],
@@ -123,6 +140,7 @@ impl<const N: usize, const M: usize> FixedRoom<N, M> {
             a: self.a.as_flattened_mut(),
             b: self.b.as_flattened_mut(),
             c: self.c.as_flattened_mut(),
+            d: self.d.as_flattened_mut(),
             hp: self.hp.as_flattened_mut(),
             v: self.v.as_flattened_mut(),
             k: self.k.as_flattened_mut(),
@@ -156,20 +174,13 @@ pub(super) fn predict_covariance<S: Size>(
     P: &mut [f64],
     work: &mut Work<'_>,
 ) {
-    let n = size.n();
-    keep_diagonal(n, P, work.before);
-    times(n, n, n, F, P, work.a);
-    transpose(n, F, work.b);
-    P.copy_from_slice(Q);
-    add_times(n, n, n, work.a, work.b, P);
-    if !settle(n, P, work.c) {
-        repair(n, F, work.before, &[], &[], P, work.c);
-    }
+    transform(size.states(), F, Q, P, work.b, work.c, work.before);
 }
 
 /// The gain of the measurements that count, and P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ.
 ///
-/// With L the Cholesky factor of S = H P Hᵀ + R, `v` is L⁻¹ H P and `k` the transposed gain.
+/// With S = H P Hᵀ + R = L D Lᵀ, Cholesky's factors without roots, `v` is L⁻¹ H P and `k` the transposed
+/// gain L⁻ᵀ D⁻¹ v.
 #[inline(always)]
 pub(super) fn correct_covariance<S: Size>(
     size: S,
@@ -179,66 +190,113 @@ pub(super) fn correct_covariance<S: Size>(
     work: &mut Work<'_>,
 ) -> Weighed {
     let (n, m) = (size.n(), size.m());
+    work.h.copy_from_slice(H);
+    work.r.copy_from_slice(R);
     if work.counts.iter().any(|counts| !counts) {
-        choose(n, m, H, R, work);
-    } else {
-        work.h.copy_from_slice(H);
-        work.r.copy_from_slice(R);
+        choose(n, m, work.counts, work.h, work.r);
     }
-    times(m, n, n, work.h, P, work.hp);
-    let weighed = factorise(n, m, work);
+    product(false, m, n, n, work.h, P, work.hp);
+    let weighed = factorise(n, m, P, work);
     gain(n, m, work);
-    // I - K H.
-    work.a.fill(0.0);
+    // K R Kᵀ and I - K H, of which `k` is the transposed K.
+    product(false, m, m, n, work.r, work.k, work.rk);
+    transpose(m, n, work.k, work.hp);
+    product(true, n, m, n, work.hp, work.rk, work.d);
+    product(false, n, m, n, work.hp, work.h, work.a);
     for i in 0..n {
-        work.a[i * n + i] = 1.0;
-        for j in 0..m {
-            let k = work.k[j * n + i];
-            for h in 0..n {
-                work.a[i * n + h] -= k * work.h[j * n + h];
-            }
+        for j in 0..n {
+            let one = if i == j { 1.0 } else { 0.0 };
+            work.a[i * n + j] = one - work.a[i * n + j];
         }
     }
-    keep_diagonal(n, P, work.before);
-    times(n, n, n, work.a, P, work.b);
-    transpose(n, work.a, work.c);
-    P.fill(0.0);
-    add_times(n, n, n, work.b, work.c, P);
-    times(m, m, n, work.r, work.k, work.rk);
-    for i in 0..n {
-        for j in 0..m {
-            let k = work.k[j * n + i];
-            for h in 0..n {
-                P[i * n + h] += k * work.rk[j * n + h];
-            }
-        }
-    }
-    if !settle(n, P, work.c) {
-        repair(n, work.a, work.before, work.k, work.r, P, work.c);
-    }
+    transform(size.states(), work.a, work.d, P, work.b, work.c, work.before);
     weighed
+}
+
+/// P ← A P Aᵀ + D, of D the upper triangle.
+#[inline(always)]
+fn transform<S: Size>(
+    size: S,
+    A: &[f64],
+    D: &[f64],
+    P: &mut [f64],
+    ap: &mut [f64],
+    room: &mut [f64],
+    before: &mut [f64],
+) {
+    if S::FEW {
+        transform_here(size, A, D, P, ap, room, before);
+    } else {
+        transform_apart(size, A, D, P, ap, room, before);
+    }
+}
+
+#[inline(never)]
+fn transform_apart<S: Size>(
+    size: S,
+    A: &[f64],
+    D: &[f64],
+    P: &mut [f64],
+    ap: &mut [f64],
+    room: &mut [f64],
+    before: &mut [f64],
+) {
+    transform_here(size, A, D, P, ap, room, before);
+}
+
+#[inline(always)]
+fn transform_here<S: Size>(
+    size: S,
+    A: &[f64],
+    D: &[f64],
+    P: &mut [f64],
+    ap: &mut [f64],
+    room: &mut [f64],
+    before: &mut [f64],
+) {
+    let n = size.n();
+    let (A, D, P) = (&A[..n * n], &D[..n * n], &mut P[..n * n]);
+    let (ap, room) = (&mut ap[..n * n], &mut room[..n * n]);
+    for i in 0..n {
+        before[i] = P[i * n + i];
+    }
+    product(false, n, n, n, A, P, ap);
+    transpose(n, n, A, room);
+    product(true, n, n, n, ap, room, P);
+    let mut trace = 0.0;
+    for i in 0..n {
+        for j in i..n {
+            P[i * n + j] += D[i * n + j];
+            P[j * n + i] = P[i * n + j];
+        }
+        trace += P[i * n + i];
+    }
+    if trace > VARIANCE_MAX {
+        shrink(P, VARIANCE_MAX / trace);
+    }
+    if !is_semidefinite(n, P, n as f64 * ROUNDING, room) {
+        repair(n, A, D, before, P, room);
+    }
 }
 
 /// Makes of measurements that do not count some that say nothing: H = 0, R = 1.
 #[cold]
 #[inline(never)]
-fn choose(n: usize, m: usize, H: &[f64], R: &[f64], work: &mut Work<'_>) {
-    for i in 0..m {
-        for h in 0..n {
-            work.h[i * n + h] = if work.counts[i] { H[i * n + h] } else { 0.0 };
-        }
+fn choose(n: usize, m: usize, counts: &[bool], H: &mut [f64], R: &mut [f64]) {
+    for i in (0..m).filter(|i| !counts[*i]) {
+        H[i * n..][..n].fill(0.0);
         for j in 0..m {
-            let both = work.counts[i] && work.counts[j];
-            let alone = if i == j { 1.0 } else { 0.0 };
-            work.r[i * m + j] = if both { R[i * m + j] } else { alone };
+            (R[i * m + j], R[j * m + i]) = (0.0, 0.0);
         }
+        R[i * m + i] = 1.0;
     }
 }
 
 /// S = H P Hᵀ + R and its factor L, in place; a row that is left out has a reciprocal of zero.
 #[inline(always)]
-fn factorise(n: usize, m: usize, work: &mut Work<'_>) -> Weighed {
+fn factorise(n: usize, m: usize, P: &[f64], work: &mut Work<'_>) -> Weighed {
     let mut log_density = 0.0;
+    let P = &P[..n * n];
     for i in 0..m {
         for j in 0..=i {
             let mut sum = work.r[i * m + j];
@@ -247,12 +305,18 @@ fn factorise(n: usize, m: usize, work: &mut Work<'_>) -> Weighed {
             }
             work.l[i * m + j] = sum;
         }
+        // What rounding leaves of states that cancel each other is no knowledge.
+        let mut lost = 0.0;
+        for h in 0..n {
+            lost += work.h[i * n + h] * work.h[i * n + h] * P[h * n + h];
+        }
+        work.l[i * m + i] += (n * n) as f64 * f64::EPSILON * lost;
     }
     for j in 0..m {
         let variance = work.l[j * m + j];
         let mut pivot = variance;
         for h in 0..j {
-            pivot -= work.l[j * m + h] * work.l[j * m + h];
+            pivot -= work.l[j * m + h] * work.l[j * m + h] * diagonal(work, m, h);
         }
         let known = (n + m) as f64 * ROUNDING * variance;
         if !(pivot > known && pivot > PIVOT_MIN) {
@@ -265,13 +329,12 @@ fn factorise(n: usize, m: usize, work: &mut Work<'_>) -> Weighed {
         if work.counts[j] {
             log_density -= 0.5 * ComplexField::ln(core::f64::consts::TAU * pivot);
         }
-        let root = ComplexField::sqrt(pivot);
-        let inverse = 1.0 / root;
-        (work.l[j * m + j], work.inverse[j]) = (root, inverse);
+        let inverse = 1.0 / pivot;
+        (work.l[j * m + j], work.inverse[j]) = (pivot, inverse);
         for i in j + 1..m {
             let mut sum = work.l[i * m + j];
             for h in 0..j {
-                sum -= work.l[i * m + h] * work.l[j * m + h];
+                sum -= work.l[i * m + h] * work.l[j * m + h] * diagonal(work, m, h);
             }
             work.l[i * m + j] = sum * inverse;
         }
@@ -279,35 +342,31 @@ fn factorise(n: usize, m: usize, work: &mut Work<'_>) -> Weighed {
     Weighed { log_density }
 }
 
-/// v = L⁻¹ H P and k = L⁻ᵀ v, the transposed gain.
+/// An element of D.
+#[inline(always)]
+fn diagonal(work: &Work<'_>, m: usize, j: usize) -> f64 {
+    work.l[j * m + j]
+}
+
+/// v = L⁻¹ H P and k = L⁻ᵀ D⁻¹ v, the transposed gain.
 #[inline(always)]
 fn gain(n: usize, m: usize, work: &mut Work<'_>) {
     for j in 0..m {
         for i in 0..n {
-            work.v[j * n + i] = work.hp[j * n + i];
-        }
-        for h in 0..j {
-            let l = work.l[j * m + h];
-            for i in 0..n {
-                work.v[j * n + i] -= l * work.v[h * n + i];
+            let mut v = work.hp[j * n + i];
+            for h in 0..j {
+                v -= work.l[j * m + h] * work.v[h * n + i];
             }
-        }
-        for i in 0..n {
-            work.v[j * n + i] *= work.inverse[j];
+            work.v[j * n + i] = v;
         }
     }
     for j in (0..m).rev() {
         for i in 0..n {
-            work.k[j * n + i] = work.v[j * n + i];
-        }
-        for h in j + 1..m {
-            let l = work.l[h * m + j];
-            for i in 0..n {
-                work.k[j * n + i] -= l * work.k[h * n + i];
+            let mut k = work.v[j * n + i] * work.inverse[j];
+            for h in j + 1..m {
+                k -= work.l[h * m + j] * work.k[h * n + i];
             }
-        }
-        for i in 0..n {
-            work.k[j * n + i] *= work.inverse[j];
+            work.k[j * n + i] = k;
         }
     }
 }
@@ -321,8 +380,8 @@ pub(super) struct Advance<'a> {
     pub correct: Option<(&'a [f64], &'a [f64], Option<Weighed>)>,
 }
 
-/// What becomes of channels from the first one on: states, innovations, sums of the squares of the
-/// whitened innovations, log-likelihoods.
+/// What becomes of channels: states, innovations, sums of the squares of the whitened innovations,
+/// log-likelihoods.
 #[derive(Debug)]
 pub(super) struct Places<'a> {
     pub state: &'a mut [f64],
@@ -336,108 +395,161 @@ pub(super) struct Places<'a> {
 pub(super) fn advance<S: Size, const L: usize>(
     size: S,
     first: usize,
-    step: Advance<'_>,
+    step: &Advance<'_>,
     places: &mut Places<'_>,
     work: &mut Work<'_>,
 ) {
     let (n, m) = (size.n(), size.m());
-    let states = &mut places.state[first * n..][..L * n];
-    for i in 0..n {
-        for lane in 0..L {
-            work.x[i][lane] = states[lane * n + i];
-        }
-    }
+    let state = &mut places.state[first * n..][..L * n];
     if let Some((F, B, u)) = step.predict {
-        for i in 0..n {
-            let mut sum = [0.0; L];
-            for j in 0..n {
-                let f = F[i * n + j];
-                for lane in 0..L {
-                    sum[lane] += f * work.x[j][lane];
-                }
-            }
-            let p = B.len() / n;
-            for j in 0..p {
-                for lane in 0..L {
-                    let u = u[(first + lane) * p + j];
-                    // A missing input is none.
-                    sum[lane] += B[i * p + j] * if is_known(u) { u } else { 0.0 };
-                }
-            }
-            for lane in 0..L {
-                work.next[i][lane] = held(sum[lane]);
-            }
-        }
-        for i in 0..n {
-            for lane in 0..L {
-                work.x[i][lane] = work.next[i][lane];
-            }
-        }
+        let p = B.len() / n;
+        let u = &u[first * p..][..L * p];
+        predict_states::<S, L>(size, F, B, u, state, work.x, work.next);
     }
     if let Some((H, z, weighed)) = step.correct {
         let z = &z[first * m..][..L * m];
-        let innovations = &mut places.innovation[first * m..][..L * m];
-        let mut nis = [0.0; L];
-        for j in 0..m {
-            if weighed.is_none() || !work.counts[j] {
-                for lane in 0..L {
-                    innovations[lane * m + j] = f64::NAN;
-                    work.w[j][lane] = 0.0;
-                }
-                continue;
-            }
-            let mut y = [0.0; L];
-            for lane in 0..L {
-                y[lane] = z[lane * m + j];
-            }
-            for h in 0..n {
-                let factor = H[j * n + h];
-                for lane in 0..L {
-                    y[lane] -= factor * work.x[h][lane];
-                }
-            }
-            for lane in 0..L {
-                innovations[lane * m + j] = y[lane];
-            }
-            for h in 0..j {
-                let l = work.l[j * m + h];
-                for lane in 0..L {
-                    y[lane] -= l * work.w[h][lane];
-                }
-            }
-            for lane in 0..L {
-                let w = held(y[lane] * work.inverse[j]);
-                work.w[j][lane] = w;
-                nis[lane] += w * w;
-            }
-        }
-        if weighed.is_some() {
-            for j in 0..m {
-                for i in 0..n {
-                    let v = work.v[j * n + i];
-                    for lane in 0..L {
-                        work.x[i][lane] += v * work.w[j][lane];
-                    }
-                }
-            }
-            for i in 0..n {
-                for lane in 0..L {
-                    work.x[i][lane] = held(work.x[i][lane]);
-                }
-            }
-        }
-        for lane in 0..L {
-            let (squares, density) = match weighed {
-                Some(weighed) => (nis[lane], weighed.log_density - 0.5 * nis[lane]),
-                None => (f64::NAN, 0.0),
-            };
-            places.nis[first + lane] = squares;
-            places.log_likelihood[first + lane] = density;
+        let innovation = &mut places.innovation[first * m..][..L * m];
+        let nis = &mut places.nis[first..][..L];
+        let log_likelihood = &mut places.log_likelihood[first..][..L];
+        let Some(weighed) = weighed else {
+            innovation.fill(f64::NAN);
+            nis.fill(f64::NAN);
+            log_likelihood.fill(0.0);
+            return;
+        };
+        let gain = Gain { counts: work.counts, l: work.l, inverse: work.inverse, v: work.v };
+        correct_states::<S, L>(size, H, z, gain, state, innovation, nis, work.x, work.w);
+        for (density, nis) in log_likelihood.iter_mut().zip(nis) {
+            *density = weighed.log_density - 0.5 * *nis;
         }
     }
+}
+
+#[inline(never)]
+fn predict_states<S: Size, const L: usize>(
+    size: S,
+    F: &[f64],
+    B: &[f64],
+    u: &[f64],
+    state: &mut [f64],
+    x: &mut [[f64; LANES]],
+    next: &mut [[f64; LANES]],
+) {
+    let n = size.n();
+    let (F, x, next) = (&F[..n * n], &mut x[..n], &mut next[..n]);
+    load::<L>(n, state, x);
+    for i in 0..n {
+        let mut sum = [0.0; L];
+        for j in 0..n {
+            for lane in 0..L {
+                sum[lane] += F[i * n + j] * x[j][lane];
+            }
+        }
+        let p = B.len() / n;
+        for j in 0..p {
+            for lane in 0..L {
+                let u = u[lane * p + j];
+                // A missing input is none.
+                sum[lane] += B[i * p + j] * if is_known(u) { u } else { 0.0 };
+            }
+        }
+        for lane in 0..L {
+            next[i][lane] = held(sum[lane]);
+        }
+    }
+    store::<L>(n, next, state);
+}
+
+/// What [`correct_covariance`] leaves for the states.
+#[derive(Debug, Clone, Copy)]
+struct Gain<'a> {
+    counts: &'a [bool],
+    l: &'a [f64],
+    inverse: &'a [f64],
+    v: &'a [f64],
+}
+
+#[inline(never)]
+// What may be the same to the compiler is not.
+#[allow(clippy::too_many_arguments)]
+fn correct_states<S: Size, const L: usize>(
+    size: S,
+    H: &[f64],
+    z: &[f64],
+    Gain { counts, l, inverse, v }: Gain<'_>,
+    state: &mut [f64],
+    innovation: &mut [f64],
+    nis: &mut [f64],
+    x: &mut [[f64; LANES]],
+    w: &mut [[f64; LANES]],
+) {
+    let (n, m) = (size.n(), size.m());
+    let (H, v, l) = (&H[..m * n], &v[..m * n], &l[..m * m]);
+    let (x, w) = (&mut x[..n], &mut w[..m]);
+    load::<L>(n, state, x);
+    let mut squares = [0.0; L];
+    for j in 0..m {
+        if !counts[j] {
+            for lane in 0..L {
+                innovation[lane * m + j] = f64::NAN;
+                w[j][lane] = 0.0;
+            }
+            continue;
+        }
+        let mut y = [0.0; L];
+        for h in 0..n {
+            for lane in 0..L {
+                y[lane] += H[j * n + h] * x[h][lane];
+            }
+        }
+        for lane in 0..L {
+            y[lane] = z[lane * m + j] - y[lane];
+            innovation[lane * m + j] = y[lane];
+        }
+        for h in 0..j {
+            for lane in 0..L {
+                y[lane] -= l[j * m + h] * (l[h * m + h] * w[h][lane]);
+            }
+        }
+        for lane in 0..L {
+            let (whitened, scaled) = (held(y[lane]), held(held(y[lane]) * inverse[j]));
+            w[j][lane] = scaled;
+            squares[lane] += whitened * scaled;
+        }
+    }
+    for lane in 0..L {
+        nis[lane] = squares[lane];
+    }
+    for i in 0..n {
+        let mut sum = [0.0; L];
+        for j in 0..m {
+            for lane in 0..L {
+                sum[lane] += v[j * n + i] * w[j][lane];
+            }
+        }
+        for lane in 0..L {
+            x[i][lane] = held(x[i][lane] + sum[lane]);
+        }
+    }
+    store::<L>(n, x, state);
+}
+
+#[inline(always)]
+fn load<const L: usize>(n: usize, state: &[f64], x: &mut [[f64; LANES]]) {
+    let state = &state[..L * n];
     for i in 0..n {
         for lane in 0..L {
-            states[lane * n + i] = work.x[i][lane];
+            x[i][lane] = state[lane * n + i];
+        }
+    }
+}
+
+#[inline(always)]
+fn store<const L: usize>(n: usize, x: &[[f64; LANES]], state: &mut [f64]) {
+    let state = &mut state[..L * n];
+    for i in 0..n {
+        for lane in 0..L {
+            state[lane * n + i] = x[i][lane];
         }
     }
 }
@@ -453,30 +565,10 @@ fn held(x: f64) -> f64 {
     x.clamp(-STATE_MAX, STATE_MAX)
 }
 
+/// c = a b, of sizes rows × inner and inner × columns; of a square the `upper` triangle at least.
 #[inline(always)]
-fn keep_diagonal(n: usize, P: &[f64], diagonal: &mut [f64]) {
-    for i in 0..n {
-        diagonal[i] = P[i * n + i];
-    }
-}
-
-/// c = a b, of sizes rows × inner and inner × columns.
-#[inline(always)]
-pub(super) fn times(
-    rows: usize,
-    inner: usize,
-    columns: usize,
-    a: &[f64],
-    b: &[f64],
-    c: &mut [f64],
-) {
-    c[..rows * columns].fill(0.0);
-    add_times(rows, inner, columns, a, b, c);
-}
-
-/// c += a b.
-#[inline(always)]
-pub(super) fn add_times(
+pub(super) fn product(
+    upper: bool,
     rows: usize,
     inner: usize,
     columns: usize,
@@ -486,39 +578,45 @@ pub(super) fn add_times(
 ) {
     let (a, b, c) = (&a[..rows * inner], &b[..inner * columns], &mut c[..rows * columns]);
     for i in 0..rows {
-        for h in 0..inner {
-            let factor = a[i * inner + h];
-            for j in 0..columns {
-                c[i * columns + j] += factor * b[h * columns + j];
-            }
+        let row = &a[i * inner..][..inner];
+        let out = &mut c[i * columns..][..columns];
+        let mut j = if upper { i - i % 4 } else { 0 };
+        while j + 4 <= columns {
+            tile::<4>(row, b, columns, j, out);
+            j += 4;
+        }
+        if j + 2 <= columns {
+            tile::<2>(row, b, columns, j, out);
+            j += 2;
+        }
+        if j < columns {
+            tile::<1>(row, b, columns, j, out);
         }
     }
 }
 
+/// `W` elements of a row of a product, summed in registers.
 #[inline(always)]
-pub(super) fn transpose(n: usize, a: &[f64], b: &mut [f64]) {
-    let (a, b) = (&a[..n * n], &mut b[..n * n]);
-    for i in 0..n {
-        for j in 0..n {
-            b[j * n + i] = a[i * n + j];
+fn tile<const W: usize>(row: &[f64], b: &[f64], columns: usize, j: usize, out: &mut [f64]) {
+    let mut sum = [0.0; W];
+    for (h, factor) in row.iter().enumerate() {
+        let b = &b[h * columns + j..][..W];
+        for w in 0..W {
+            sum[w] += factor * b[w];
         }
     }
+    out[j..][..W].copy_from_slice(&sum);
 }
 
-/// Mirrors the upper triangle, limits the trace, and tells whether the matrix is semidefinite.
+/// b = aᵀ, of size rows × columns.
 #[inline(always)]
-fn settle(n: usize, P: &mut [f64], room: &mut [f64]) -> bool {
-    let mut trace = 0.0;
-    for i in 0..n {
-        trace += P[i * n + i];
-        for j in 0..i {
-            P[i * n + j] = P[j * n + i];
+pub(super) fn transpose(rows: usize, columns: usize, a: &[f64], b: &mut [f64]) {
+    let (a, b) = (&a[..rows * columns], &mut b[..rows * columns]);
+    for i in 0..rows {
+        for j in 0..columns {
+            b[j * rows + i] = a[i * columns + j];
         }
     }
-    if trace > VARIANCE_MAX {
-        shrink(P, VARIANCE_MAX / trace);
-    }
-    is_semidefinite(n, P, n as f64 * ROUNDING, room)
 }
 
 #[cold]
@@ -546,39 +644,30 @@ pub(super) fn is_semidefinite(n: usize, P: &[f64], tolerance: f64, room: &mut [f
         }
         so &= P[j * n + j] > 0.0;
         let inverse = 1.0 / pivot;
+        let (above, below) = room.split_at_mut((j + 1) * n);
+        let above = &above[j * n..];
         for i in j + 1..n {
-            let factor = room[j * n + i] * inverse;
-            for h in i..n {
-                room[i * n + h] -= factor * room[j * n + h];
+            let factor = above[i] * inverse;
+            // From an even place on: two at once.
+            for h in i - i % 2..n {
+                below[(i - j - 1) * n + h] -= factor * above[h];
             }
         }
     }
     so
 }
 
-/// Makes a covariance of A P Aᵀ + K R Kᵀ, which rounding has made indefinite: adds to each variance
-/// what rounding may have cost it, then weakens the correlations until it is one.
+/// Makes a covariance of A P Aᵀ + D, which rounding has made indefinite: adds to each variance what
+/// rounding may have cost it, then weakens the correlations until it is one.
 #[cold]
 #[inline(never)]
-fn repair(
-    n: usize,
-    A: &[f64],
-    before: &[f64],
-    k: &[f64],
-    R: &[f64],
-    P: &mut [f64],
-    room: &mut [f64],
-) {
-    let m = k.len() / n;
+fn repair(n: usize, A: &[f64], D: &[f64], before: &[f64], P: &mut [f64], room: &mut [f64]) {
     for i in 0..n {
         let mut spread = 0.0;
         for h in 0..n {
             spread += A[i * n + h].abs() * ComplexField::sqrt(before[h].max(0.0));
         }
-        for j in 0..m {
-            spread += k[j * n + i].abs() * ComplexField::sqrt(R[j * m + j].max(0.0));
-        }
-        let lost = (n + m) as f64 * ROUNDING * spread * spread;
+        let lost = n as f64 * ROUNDING * (spread * spread + D[i * n + i].max(0.0));
         let variance = P[i * n + i].max(0.0) + lost;
         P[i * n + i] = variance.min(VARIANCE_MAX);
         if variance < VARIANCE_MIN {
