@@ -47,7 +47,7 @@ const PIECE: usize = 1 << 26;
 /// x0 : array_like, shape (n,), or with channels (k, n) too, optional
 ///     Initial state, zero by default.
 /// P0 : array_like, shape (n, n), optional
-///     Its covariance. By default nothing is known: a deviation a thousand times what as many samples
+///     Its covariance. By default nothing is known: a deviation ten thousand times what as many samples
 ///     as there are states tell of each.
 /// channels : int, optional
 ///     Number of filters side by side with the same matrices; ``None`` is a single one. As long as

@@ -1,6 +1,6 @@
 //! Whether matrices can be those of a filter.
 
-use super::step::{ELEMENT_MAX, STATE_MAX, VARIANCE_MAX, is_semidefinite};
+use super::step::{ELEMENT_MAX, STATE_MAX, VARIANCE_MAX, VARIANCE_MIN, is_semidefinite};
 use crate::error::Error;
 use crate::math::sound::is_within;
 use crate::memory;
@@ -51,7 +51,7 @@ pub fn settle_covariance(
             (matrix[i * n + j], matrix[j * n + i]) = (mean, mean);
         }
     }
-    // Most often it is diagonal.
+    without_smallest(n, matrix);
     let mut stack = [0.0; 64];
     let mut heap;
     let room = match stack.get_mut(..n * n) {
@@ -64,5 +64,19 @@ pub fn settle_covariance(
     match is_semidefinite(n, matrix, INDEFINITE, room) {
         true => Ok(()),
         false => refused("positive semidefinite"),
+    }
+}
+
+/// A variance that is too small to be computed with is none.
+fn without_smallest(n: usize, matrix: &mut [f64]) {
+    for i in 0..n {
+        let variance = matrix[i * n + i];
+        let most = |j: usize| VARIANCE_MIN.sqrt() * matrix[j * n + j].abs().sqrt();
+        let tiny = (0..n).all(|j| j == i || matrix[i * n + j].abs() <= most(j));
+        if (0.0..VARIANCE_MIN).contains(&variance) && tiny {
+            for j in 0..n {
+                (matrix[i * n + j], matrix[j * n + i]) = (0.0, 0.0);
+            }
+        }
     }
 }

@@ -17,7 +17,7 @@ pub const STATE_MAX: f64 = 1e150;
 /// Variance of an innovation that none can have: nothing is divided by a smaller one.
 const PIVOT_MIN: f64 = 1e-100;
 /// Variance too small to be computed with.
-const VARIANCE_MIN: f64 = 1e-250;
+pub(super) const VARIANCE_MIN: f64 = 1e-250;
 /// What one rounding costs, relative to the terms of a sum; and what may have cost a covariance its
 /// definiteness, relative to its variances, a state.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -82,9 +82,8 @@ pub(super) struct Work<'a> {
     pub counts: &'a mut [bool],
     /// n: variances before the step.
     pub before: &'a mut [f64],
-    /// n, n and m: states and D⁻¹ L⁻¹ y of some channels.
+    /// n and m: states and D⁻¹ L⁻¹ y of some channels.
     pub x: &'a mut [[f64; LANES]],
-    pub next: &'a mut [[f64; LANES]],
     pub w: &'a mut [[f64; LANES]],
 }
 
@@ -106,7 +105,6 @@ pub(super) struct FixedRoom<const N: usize, const M: usize> {
     counts: [bool; M],
     before: [f64; N],
     x: [[f64; LANES]; N],
-    next: [[f64; LANES]; N],
     w: [[f64; LANES]; M],
 }
 
@@ -129,7 +127,6 @@ impl<const N: usize, const M: usize> FixedRoom<N, M> {
             counts: [false; M],
             before: [0.0; N],
             x: [[0.0; LANES]; N],
-            next: [[0.0; LANES]; N],
             w: [[0.0; LANES]; M],
         }
     }
@@ -152,7 +149,6 @@ impl<const N: usize, const M: usize> FixedRoom<N, M> {
             counts: &mut self.counts,
             before: &mut self.before,
             x: &mut self.x,
-            next: &mut self.next,
             w: &mut self.w,
         }
     }
@@ -190,26 +186,30 @@ pub(super) fn correct_covariance<S: Size>(
     work: &mut Work<'_>,
 ) -> Weighed {
     let (n, m) = (size.n(), size.m());
-    work.h.copy_from_slice(H);
-    work.r.copy_from_slice(R);
-    if work.counts.iter().any(|counts| !counts) {
-        choose(n, m, work.counts, work.h, work.r);
+    let Work { a, b, c, d, hp, v, k, h, l, r, rk, inverse, counts, before, .. } = work;
+    let (mut H, mut R) = (&H[..m * n], &R[..m * m]);
+    if counts.iter().any(|counts| !counts) {
+        h.copy_from_slice(H);
+        r.copy_from_slice(R);
+        choose(n, m, counts, h, r);
+        (H, R) = (h, r);
     }
-    product(false, m, n, n, work.h, P, work.hp);
-    let weighed = factorise(n, m, P, work);
-    gain(n, m, work);
+    product(false, m, n, n, H, P, hp);
+    innovation_covariance(n, m, H, R, P, hp, l);
+    let weighed = factorise(n, m, counts, l, inverse);
+    gain(n, m, hp, l, inverse, v, k);
     // K R Kᵀ and I - K H, of which `k` is the transposed K.
-    product(false, m, m, n, work.r, work.k, work.rk);
-    transpose(m, n, work.k, work.hp);
-    product(true, n, m, n, work.hp, work.rk, work.d);
-    product(false, n, m, n, work.hp, work.h, work.a);
+    product(false, m, m, n, R, k, rk);
+    transpose(m, n, k, hp);
+    product(true, n, m, n, hp, rk, d);
+    product(false, n, m, n, hp, H, a);
     for i in 0..n {
         for j in 0..n {
             let one = if i == j { 1.0 } else { 0.0 };
-            work.a[i * n + j] = one - work.a[i * n + j];
+            a[i * n + j] = one - a[i * n + j];
         }
     }
-    transform(size.states(), work.a, work.d, P, work.b, work.c, work.before);
+    transform(size.states(), a, d, P, b, c, before);
     weighed
 }
 
@@ -263,18 +263,23 @@ fn transform_here<S: Size>(
     product(false, n, n, n, A, P, ap);
     transpose(n, n, A, room);
     product(true, n, n, n, ap, room, P);
+    // Row by row, as it is read again: what stands in pieces is late.
     let mut trace = 0.0;
     for i in 0..n {
         for j in i..n {
-            P[i * n + j] += D[i * n + j];
-            P[j * n + i] = P[i * n + j];
+            room[i * n + j] = P[i * n + j] + D[i * n + j];
         }
-        trace += P[i * n + i];
+        trace += room[i * n + i];
+    }
+    for i in 0..n {
+        for j in 0..n {
+            P[i * n + j] = room[i.min(j) * n + i.max(j)];
+        }
     }
     if trace > VARIANCE_MAX {
         shrink(P, VARIANCE_MAX / trace);
     }
-    if !is_semidefinite(n, P, n as f64 * ROUNDING, room) {
+    if !is_left(n, P, n as f64 * ROUNDING, room) {
         repair(n, A, D, before, P, room);
     }
 }
@@ -292,81 +297,90 @@ fn choose(n: usize, m: usize, counts: &[bool], H: &mut [f64], R: &mut [f64]) {
     }
 }
 
-/// S = H P Hᵀ + R and its factor L, in place; a row that is left out has a reciprocal of zero.
+/// S = H P Hᵀ + R, of which the lower triangle.
 #[inline(always)]
-fn factorise(n: usize, m: usize, P: &[f64], work: &mut Work<'_>) -> Weighed {
-    let mut log_density = 0.0;
-    let P = &P[..n * n];
+fn innovation_covariance(
+    n: usize,
+    m: usize,
+    H: &[f64],
+    R: &[f64],
+    P: &[f64],
+    hp: &[f64],
+    S: &mut [f64],
+) {
+    let (P, hp, S) = (&P[..n * n], &hp[..m * n], &mut S[..m * m]);
     for i in 0..m {
         for j in 0..=i {
-            let mut sum = work.r[i * m + j];
+            let mut sum = R[i * m + j];
             for h in 0..n {
-                sum += work.hp[i * n + h] * work.h[j * n + h];
+                sum += hp[i * n + h] * H[j * n + h];
             }
-            work.l[i * m + j] = sum;
+            S[i * m + j] = sum;
         }
         // What rounding leaves of states that cancel each other is no knowledge.
-        let mut lost = 0.0;
+        let mut terms = 0.0;
         for h in 0..n {
-            lost += work.h[i * n + h] * work.h[i * n + h] * P[h * n + h];
+            terms += H[i * n + h] * H[i * n + h] * P[h * n + h];
         }
-        work.l[i * m + i] += (n * n) as f64 * f64::EPSILON * lost;
+        S[i * m + i] += (n * n) as f64 * f64::EPSILON * terms;
     }
+}
+
+/// L D Lᵀ = S in place of it, D on the diagonal; a row that is left out has a reciprocal of zero.
+#[inline(always)]
+fn factorise(n: usize, m: usize, counts: &[bool], S: &mut [f64], inverse: &mut [f64]) -> Weighed {
+    let mut log_density = 0.0;
+    let S = &mut S[..m * m];
     for j in 0..m {
-        let variance = work.l[j * m + j];
+        let variance = S[j * m + j];
         let mut pivot = variance;
         for h in 0..j {
-            pivot -= work.l[j * m + h] * work.l[j * m + h] * diagonal(work, m, h);
+            pivot -= S[j * m + h] * S[j * m + h] * S[h * m + h];
         }
         let known = (n + m) as f64 * ROUNDING * variance;
         if !(pivot > known && pivot > PIVOT_MIN) {
-            work.inverse[j] = 0.0;
+            inverse[j] = 0.0;
             for i in j..m {
-                work.l[i * m + j] = 0.0;
+                S[i * m + j] = 0.0;
             }
             continue;
         }
-        if work.counts[j] {
+        if counts[j] {
             log_density -= 0.5 * ComplexField::ln(core::f64::consts::TAU * pivot);
         }
-        let inverse = 1.0 / pivot;
-        (work.l[j * m + j], work.inverse[j]) = (pivot, inverse);
+        (S[j * m + j], inverse[j]) = (pivot, 1.0 / pivot);
         for i in j + 1..m {
-            let mut sum = work.l[i * m + j];
+            let mut sum = S[i * m + j];
             for h in 0..j {
-                sum -= work.l[i * m + h] * work.l[j * m + h] * diagonal(work, m, h);
+                sum -= S[i * m + h] * S[j * m + h] * S[h * m + h];
             }
-            work.l[i * m + j] = sum * inverse;
+            S[i * m + j] = sum * inverse[j];
         }
     }
     Weighed { log_density }
 }
 
-/// An element of D.
-#[inline(always)]
-fn diagonal(work: &Work<'_>, m: usize, j: usize) -> f64 {
-    work.l[j * m + j]
-}
-
 /// v = L⁻¹ H P and k = L⁻ᵀ D⁻¹ v, the transposed gain.
 #[inline(always)]
-fn gain(n: usize, m: usize, work: &mut Work<'_>) {
+fn gain(n: usize, m: usize, hp: &[f64], l: &[f64], inverse: &[f64], v: &mut [f64], k: &mut [f64]) {
+    let (hp, l) = (&hp[..m * n], &l[..m * m]);
+    let (v, k) = (&mut v[..m * n], &mut k[..m * n]);
     for j in 0..m {
         for i in 0..n {
-            let mut v = work.hp[j * n + i];
+            let mut sum = hp[j * n + i];
             for h in 0..j {
-                v -= work.l[j * m + h] * work.v[h * n + i];
+                sum -= l[j * m + h] * v[h * n + i];
             }
-            work.v[j * n + i] = v;
+            v[j * n + i] = sum;
         }
     }
     for j in (0..m).rev() {
         for i in 0..n {
-            let mut k = work.v[j * n + i] * work.inverse[j];
+            let mut sum = v[j * n + i] * inverse[j];
             for h in j + 1..m {
-                k -= work.l[h * m + j] * work.k[h * n + i];
+                sum -= l[h * m + j] * k[h * n + i];
             }
-            work.k[j * n + i] = k;
+            k[j * n + i] = sum;
         }
     }
 }
@@ -401,68 +415,34 @@ pub(super) fn advance<S: Size, const L: usize>(
 ) {
     let (n, m) = (size.n(), size.m());
     let state = &mut places.state[first * n..][..L * n];
-    if let Some((F, B, u)) = step.predict {
-        let p = B.len() / n;
-        let u = &u[first * p..][..L * p];
-        predict_states::<S, L>(size, F, B, u, state, work.x, work.next);
-    }
-    if let Some((H, z, weighed)) = step.correct {
-        let z = &z[first * m..][..L * m];
-        let innovation = &mut places.innovation[first * m..][..L * m];
-        let nis = &mut places.nis[first..][..L];
-        let log_likelihood = &mut places.log_likelihood[first..][..L];
-        let Some(weighed) = weighed else {
-            innovation.fill(f64::NAN);
-            nis.fill(f64::NAN);
-            log_likelihood.fill(0.0);
-            return;
-        };
-        let gain = Gain { counts: work.counts, l: work.l, inverse: work.inverse, v: work.v };
-        correct_states::<S, L>(size, H, z, gain, state, innovation, nis, work.x, work.w);
-        for (density, nis) in log_likelihood.iter_mut().zip(nis) {
-            *density = weighed.log_density - 0.5 * *nis;
-        }
+    let Some((H, z, weighed)) = step.correct else {
+        let (correct, none) = (None, &mut [0.0; L]);
+        return of_lanes::<S, L>(size, step, first, correct, state, &mut [], none, work.x, work.w);
+    };
+    let innovation = &mut places.innovation[first * m..][..L * m];
+    let nis = &mut places.nis[first..][..L];
+    let log_likelihood = &mut places.log_likelihood[first..][..L];
+    let Some(weighed) = weighed else {
+        innovation.fill(f64::NAN);
+        nis.fill(f64::NAN);
+        log_likelihood.fill(0.0);
+        let (correct, none) = (None, &mut [0.0; L]);
+        return of_lanes::<S, L>(size, step, first, correct, state, &mut [], none, work.x, work.w);
+    };
+    let z = &z[first * m..][..L * m];
+    let Work { counts, l, inverse, v, .. } = work;
+    let correct = Some(Correct { H, z, counts, l, inverse, v });
+    of_lanes::<S, L>(size, step, first, correct, state, innovation, nis, work.x, work.w);
+    for (density, nis) in log_likelihood.iter_mut().zip(nis) {
+        *density = weighed.log_density - 0.5 * *nis;
     }
 }
 
-#[inline(never)]
-fn predict_states<S: Size, const L: usize>(
-    size: S,
-    F: &[f64],
-    B: &[f64],
-    u: &[f64],
-    state: &mut [f64],
-    x: &mut [[f64; LANES]],
-    next: &mut [[f64; LANES]],
-) {
-    let n = size.n();
-    let (F, x, next) = (&F[..n * n], &mut x[..n], &mut next[..n]);
-    load::<L>(n, state, x);
-    for i in 0..n {
-        let mut sum = [0.0; L];
-        for j in 0..n {
-            for lane in 0..L {
-                sum[lane] += F[i * n + j] * x[j][lane];
-            }
-        }
-        let p = B.len() / n;
-        for j in 0..p {
-            for lane in 0..L {
-                let u = u[lane * p + j];
-                // A missing input is none.
-                sum[lane] += B[i * p + j] * if is_known(u) { u } else { 0.0 };
-            }
-        }
-        for lane in 0..L {
-            next[i][lane] = held(sum[lane]);
-        }
-    }
-    store::<L>(n, next, state);
-}
-
-/// What [`correct_covariance`] leaves for the states.
+/// What [`correct_covariance`] leaves for the states of some channels, and what they measured.
 #[derive(Debug, Clone, Copy)]
-struct Gain<'a> {
+struct Correct<'a> {
+    H: &'a [f64],
+    z: &'a [f64],
     counts: &'a [bool],
     l: &'a [f64],
     inverse: &'a [f64],
@@ -470,13 +450,13 @@ struct Gain<'a> {
 }
 
 #[inline(never)]
-// What may be the same to the compiler is not.
+// Apart from each other, or the compiler would take them for the same.
 #[allow(clippy::too_many_arguments)]
-fn correct_states<S: Size, const L: usize>(
+fn of_lanes<S: Size, const L: usize>(
     size: S,
-    H: &[f64],
-    z: &[f64],
-    Gain { counts, l, inverse, v }: Gain<'_>,
+    step: &Advance<'_>,
+    first: usize,
+    correct: Option<Correct<'_>>,
     state: &mut [f64],
     innovation: &mut [f64],
     nis: &mut [f64],
@@ -484,9 +464,34 @@ fn correct_states<S: Size, const L: usize>(
     w: &mut [[f64; LANES]],
 ) {
     let (n, m) = (size.n(), size.m());
-    let (H, v, l) = (&H[..m * n], &v[..m * n], &l[..m * m]);
-    let (x, w) = (&mut x[..n], &mut w[..m]);
+    let (x, w, nis) = (&mut x[..n], &mut w[..m], &mut nis[..L]);
     load::<L>(n, state, x);
+    if let Some((F, B, u)) = step.predict {
+        let (F, p) = (&F[..n * n], B.len() / n);
+        let u = &u[first * p..][..L * p];
+        for i in 0..n {
+            let mut sum = [0.0; L];
+            for j in 0..n {
+                for lane in 0..L {
+                    sum[lane] += F[i * n + j] * x[j][lane];
+                }
+            }
+            for j in 0..p {
+                for lane in 0..L {
+                    let u = u[lane * p + j];
+                    // A missing input is none.
+                    sum[lane] += B[i * p + j] * if is_known(u) { u } else { 0.0 };
+                }
+            }
+            for lane in 0..L {
+                state[lane * n + i] = held(sum[lane]);
+            }
+        }
+        load::<L>(n, state, x);
+    }
+    let Some(Correct { H, z, counts, l, inverse, v }) = correct else { return };
+    let (H, v, l) = (&H[..m * n], &v[..m * n], &l[..m * m]);
+    let (z, innovation) = (&z[..L * m], &mut innovation[..L * m]);
     let mut squares = [0.0; L];
     for j in 0..m {
         if !counts[j] {
@@ -512,14 +517,12 @@ fn correct_states<S: Size, const L: usize>(
             }
         }
         for lane in 0..L {
-            let (whitened, scaled) = (held(y[lane]), held(held(y[lane]) * inverse[j]));
-            w[j][lane] = scaled;
-            squares[lane] += whitened * scaled;
+            let whitened = held(y[lane]);
+            w[j][lane] = held(whitened * inverse[j]);
+            squares[lane] += whitened * w[j][lane];
         }
     }
-    for lane in 0..L {
-        nis[lane] = squares[lane];
-    }
+    nis.copy_from_slice(&squares);
     for i in 0..n {
         let mut sum = [0.0; L];
         for j in 0..m {
@@ -528,10 +531,9 @@ fn correct_states<S: Size, const L: usize>(
             }
         }
         for lane in 0..L {
-            x[i][lane] = held(x[i][lane] + sum[lane]);
+            state[lane * n + i] = held(x[i][lane] + sum[lane]);
         }
     }
-    store::<L>(n, x, state);
 }
 
 #[inline(always)]
@@ -540,16 +542,6 @@ fn load<const L: usize>(n: usize, state: &[f64], x: &mut [[f64; LANES]]) {
     for i in 0..n {
         for lane in 0..L {
             x[i][lane] = state[lane * n + i];
-        }
-    }
-}
-
-#[inline(always)]
-fn store<const L: usize>(n: usize, x: &[[f64; LANES]], state: &mut [f64]) {
-    let state = &mut state[..L * n];
-    for i in 0..n {
-        for lane in 0..L {
-            state[lane * n + i] = x[i][lane];
         }
     }
 }
@@ -629,11 +621,17 @@ fn shrink(P: &mut [f64], factor: f64) {
 /// hides another one. A state without variance must have no covariances.
 #[inline(always)]
 pub(super) fn is_semidefinite(n: usize, P: &[f64], tolerance: f64, room: &mut [f64]) -> bool {
-    let (P, room) = (&P[..n * n], &mut room[..n * n]);
     room.copy_from_slice(P);
+    is_left(n, P, tolerance, room)
+}
+
+/// The same with the upper triangle of P, or of a multiple of it, in the room.
+#[inline(always)]
+fn is_left(n: usize, P: &[f64], tolerance: f64, room: &mut [f64]) -> bool {
+    let (P, room) = (&P[..n * n], &mut room[..n * n]);
     let mut so = true;
     for j in 0..n {
-        room[j * n + j] += tolerance * P[j * n + j].abs();
+        room[j * n + j] += tolerance * room[j * n + j].abs();
     }
     for j in 0..n {
         let pivot = room[j * n + j];
