@@ -510,7 +510,7 @@ impl FreeRoom {
     pub fn of(n: usize, m: usize) -> Result<Self, Error> {
         Ok(Self {
             numbers: memory::filled(0.0, 4 * n * n + 5 * m * n + 2 * m * m + m + n)?,
-            lanes: memory::filled([0.0; LANES], n + m)?,
+            lanes: memory::filled([0.0; LANES], 2 * n + m)?,
             counts: memory::filled(false, m)?,
         })
     }
@@ -529,9 +529,10 @@ impl FreeRoom {
         let (l, numbers) = numbers.split_at_mut(m * m);
         let (r, numbers) = numbers.split_at_mut(m * m);
         let (inverse, before) = numbers.split_at_mut(m);
-        let (x, w) = lanes.split_at_mut(n);
+        let (x, lanes) = lanes.split_at_mut(n);
+        let (next, w) = lanes.split_at_mut(n);
 
         let counts = &mut self.counts;
-        Work { a, b, c, d, hp, v, k, h, l, r, rk, inverse, counts, before, x, w }
+        Work { a, b, c, d, hp, v, k, h, l, r, rk, inverse, counts, before, x, next, w }
     }
 }

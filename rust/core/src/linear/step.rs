@@ -82,8 +82,9 @@ pub(super) struct Work<'a> {
     pub counts: &'a mut [bool],
     /// n: variances before the step.
     pub before: &'a mut [f64],
-    /// n and m: states and D⁻¹ L⁻¹ y of some channels.
+    /// n, n and m: states, those predicted, and D⁻¹ L⁻¹ y of some channels.
     pub x: &'a mut [[f64; LANES]],
+    pub next: &'a mut [[f64; LANES]],
     pub w: &'a mut [[f64; LANES]],
 }
 
@@ -105,6 +106,7 @@ pub(super) struct FixedRoom<const N: usize, const M: usize> {
     counts: [bool; M],
     before: [f64; N],
     x: [[f64; LANES]; N],
+    next: [[f64; LANES]; N],
     w: [[f64; LANES]; M],
 }
 
@@ -127,6 +129,7 @@ impl<const N: usize, const M: usize> FixedRoom<N, M> {
             counts: [false; M],
             before: [0.0; N],
             x: [[0.0; LANES]; N],
+            next: [[0.0; LANES]; N],
             w: [[0.0; LANES]; M],
         }
     }
@@ -149,6 +152,7 @@ impl<const N: usize, const M: usize> FixedRoom<N, M> {
             counts: &mut self.counts,
             before: &mut self.before,
             x: &mut self.x,
+            next: &mut self.next,
             w: &mut self.w,
         }
     }
@@ -241,7 +245,19 @@ fn transform_apart<S: Size>(
     room: &mut [f64],
     before: &mut [f64],
 ) {
-    transform_here(size, A, D, P, ap, room, before);
+    widest(
+        #[inline(always)]
+        || transform_here(size, A, D, P, ap, room, before),
+    );
+}
+
+/// Does the work with the widest registers that there are; they change no bit.
+#[inline(always)]
+fn widest(work: impl FnOnce()) {
+    #[cfg(feature = "std")]
+    pulp::Arch::new().dispatch(work);
+    #[cfg(not(feature = "std"))]
+    work();
 }
 
 #[inline(always)]
@@ -417,7 +433,18 @@ pub(super) fn advance<S: Size, const L: usize>(
     let state = &mut places.state[first * n..][..L * n];
     let Some((H, z, weighed)) = step.correct else {
         let (correct, none) = (None, &mut [0.0; L]);
-        return of_lanes::<S, L>(size, step, first, correct, state, &mut [], none, work.x, work.w);
+        return of_lanes::<S, L>(
+            size,
+            step,
+            first,
+            correct,
+            state,
+            &mut [],
+            none,
+            work.x,
+            work.next,
+            work.w,
+        );
     };
     let innovation = &mut places.innovation[first * m..][..L * m];
     let nis = &mut places.nis[first..][..L];
@@ -427,12 +454,23 @@ pub(super) fn advance<S: Size, const L: usize>(
         nis.fill(f64::NAN);
         log_likelihood.fill(0.0);
         let (correct, none) = (None, &mut [0.0; L]);
-        return of_lanes::<S, L>(size, step, first, correct, state, &mut [], none, work.x, work.w);
+        return of_lanes::<S, L>(
+            size,
+            step,
+            first,
+            correct,
+            state,
+            &mut [],
+            none,
+            work.x,
+            work.next,
+            work.w,
+        );
     };
     let z = &z[first * m..][..L * m];
     let Work { counts, l, inverse, v, .. } = work;
     let correct = Some(Correct { H, z, counts, l, inverse, v });
-    of_lanes::<S, L>(size, step, first, correct, state, innovation, nis, work.x, work.w);
+    of_lanes::<S, L>(size, step, first, correct, state, innovation, nis, work.x, work.next, work.w);
     for (density, nis) in log_likelihood.iter_mut().zip(nis) {
         *density = weighed.log_density - 0.5 * *nis;
     }
@@ -461,10 +499,12 @@ fn of_lanes<S: Size, const L: usize>(
     innovation: &mut [f64],
     nis: &mut [f64],
     x: &mut [[f64; LANES]],
+    next: &mut [[f64; LANES]],
     w: &mut [[f64; LANES]],
 ) {
     let (n, m) = (size.n(), size.m());
-    let (x, w, nis) = (&mut x[..n], &mut w[..m], &mut nis[..L]);
+    let (mut x, next) = (&mut x[..n], &mut next[..n]);
+    let (w, nis, state) = (&mut w[..m], &mut nis[..L], &mut state[..L * n]);
     load::<L>(n, state, x);
     if let Some((F, B, u)) = step.predict {
         let (F, p) = (&F[..n * n], B.len() / n);
@@ -484,12 +524,15 @@ fn of_lanes<S: Size, const L: usize>(
                 }
             }
             for lane in 0..L {
-                state[lane * n + i] = held(sum[lane]);
+                next[i][lane] = held(sum[lane]);
             }
         }
-        load::<L>(n, state, x);
+        x = next;
     }
-    let Some(Correct { H, z, counts, l, inverse, v }) = correct else { return };
+    let Some(Correct { H, z, counts, l, inverse, v }) = correct else {
+        store::<L>(n, x, state);
+        return;
+    };
     let (H, v, l) = (&H[..m * n], &v[..m * n], &l[..m * m]);
     let (z, innovation) = (&z[..L * m], &mut innovation[..L * m]);
     let mut squares = [0.0; L];
@@ -531,9 +574,10 @@ fn of_lanes<S: Size, const L: usize>(
             }
         }
         for lane in 0..L {
-            state[lane * n + i] = held(x[i][lane] + sum[lane]);
+            x[i][lane] = held(x[i][lane] + sum[lane]);
         }
     }
+    store::<L>(n, x, state);
 }
 
 #[inline(always)]
@@ -542,6 +586,16 @@ fn load<const L: usize>(n: usize, state: &[f64], x: &mut [[f64; LANES]]) {
     for i in 0..n {
         for lane in 0..L {
             x[i][lane] = state[lane * n + i];
+        }
+    }
+}
+
+#[inline(always)]
+fn store<const L: usize>(n: usize, x: &[[f64; LANES]], state: &mut [f64]) {
+    let state = &mut state[..L * n];
+    for lane in 0..L {
+        for i in 0..n {
+            state[lane * n + i] = x[i][lane];
         }
     }
 }
@@ -573,6 +627,10 @@ pub(super) fn product(
         let row = &a[i * inner..][..inner];
         let out = &mut c[i * columns..][..columns];
         let mut j = if upper { i - i % 4 } else { 0 };
+        while j + 8 <= columns {
+            tile::<8>(row, b, columns, j, out);
+            j += 8;
+        }
         while j + 4 <= columns {
             tile::<4>(row, b, columns, j, out);
             j += 4;
