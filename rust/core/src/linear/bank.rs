@@ -1,10 +1,12 @@
 //! A filter whose sizes are known when it runs: channels, whole records, streaming.
 #![allow(non_snake_case)]
 
+use wide::f64x4;
+
 use super::check::{check_matrix, check_state, settle_covariance};
 use super::step::{
-    Advance, ELEMENT_MAX, Fixed, FixedRoom, LANES, Places, Size, VARIANCE_MAX, Work, advance,
-    correct_covariance, is_known, predict_covariance, product,
+    Advance, ELEMENT_MAX, Fixed, FixedRoom, LANES, Places, Size, VARIANCE_MAX, Work, advance_one,
+    advance_several, correct_covariance, is_known, predict_covariance, product,
 };
 use crate::error::Error;
 use crate::memory;
@@ -356,11 +358,11 @@ impl LinearBank {
                 };
                 let (mut channel, end) = (first, first + group);
                 while channel + LANES <= end {
-                    advance::<S, LANES>(size, channel, &step, &mut places, work);
+                    advance_several(size, channel, &step, &mut places, work);
                     channel += LANES;
                 }
                 for channel in channel..end {
-                    advance::<S, 1>(size, channel, &step, &mut places, work);
+                    advance_one(size, channel, &step, &mut places, work);
                 }
             }
             self.keep(step, known);
@@ -502,15 +504,15 @@ impl Size for Free {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct FreeRoom {
     numbers: Vec<f64>,
-    lanes: Vec<[f64; LANES]>,
+    lanes: Vec<f64x4>,
     counts: Vec<bool>,
 }
 
 impl FreeRoom {
     pub fn of(n: usize, m: usize) -> Result<Self, Error> {
         Ok(Self {
-            numbers: memory::filled(0.0, 4 * n * n + 5 * m * n + 2 * m * m + m + n)?,
-            lanes: memory::filled([0.0; LANES], 2 * n + m)?,
+            numbers: memory::filled(0.0, 4 * n * n + 5 * m * n + 2 * m * m + 2 * m + 3 * n)?,
+            lanes: memory::filled(f64x4::ZERO, 2 * n + m)?,
             counts: memory::filled(false, m)?,
         })
     }
@@ -528,11 +530,15 @@ impl FreeRoom {
         let (rk, numbers) = numbers.split_at_mut(m * n);
         let (l, numbers) = numbers.split_at_mut(m * m);
         let (r, numbers) = numbers.split_at_mut(m * m);
-        let (inverse, before) = numbers.split_at_mut(m);
-        let (x, lanes) = lanes.split_at_mut(n);
-        let (next, w) = lanes.split_at_mut(n);
+        let (inverse, numbers) = numbers.split_at_mut(m);
+        let (before, numbers) = numbers.split_at_mut(n);
+        let (x, numbers) = numbers.split_at_mut(n);
+        let (next, w) = numbers.split_at_mut(n);
+        let (xs, lanes) = lanes.split_at_mut(n);
+        let (nexts, ws) = lanes.split_at_mut(n);
+        let (one, several) = ([x, next, w], [xs, nexts, ws]);
 
         let counts = &mut self.counts;
-        Work { a, b, c, d, hp, v, k, h, l, r, rk, inverse, counts, before, x, next, w }
+        Work { a, b, c, d, hp, v, k, h, l, r, rk, inverse, counts, before, one, several }
     }
 }

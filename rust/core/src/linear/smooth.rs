@@ -3,7 +3,7 @@
 #![allow(non_snake_case)]
 
 use super::bank::{Free, FreeRoom, Varying};
-use super::step::{Advance, Places, advance, correct_covariance, product, transpose};
+use super::step::{Advance, Places, advance_one, correct_covariance, product, transpose};
 use crate::error::Error;
 use crate::memory;
 use crate::work;
@@ -75,7 +75,7 @@ impl Filtered<'_> {
                 log_likelihood: &mut nothing,
             };
             for channel in 0..channels {
-                advance::<_, 1>(size, channel, &step, &mut places, &mut work);
+                advance_one(size, channel, &step, &mut places, &mut work);
             }
             let (before, after) = P.split_at_mut(next * groups * square);
             let before = &mut before[(next - 1) * groups * square..];

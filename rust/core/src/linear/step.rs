@@ -4,7 +4,10 @@
 //! covariance, and [`advance`] takes several of them at once.
 #![allow(non_snake_case)]
 
+use core::ops::{Add, Mul, Sub};
+
 use nalgebra::ComplexField;
+use wide::{f64x2, f64x4};
 
 /// Largest element of F, B and H.
 pub const ELEMENT_MAX: f64 = 1e30;
@@ -22,7 +25,7 @@ pub(super) const VARIANCE_MIN: f64 = 1e-250;
 /// definiteness, relative to its variances, a state.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Channels of one covariance that are taken at once.
-pub(super) const LANES: usize = 8;
+pub(super) const LANES: usize = 4;
 
 /// States and measurements.
 pub(super) trait Size: Copy {
@@ -82,10 +85,11 @@ pub(super) struct Work<'a> {
     pub counts: &'a mut [bool],
     /// n: variances before the step.
     pub before: &'a mut [f64],
-    /// n, n and m: states, those predicted, and D⁻¹ L⁻¹ y of some channels.
-    pub x: &'a mut [[f64; LANES]],
-    pub next: &'a mut [[f64; LANES]],
-    pub w: &'a mut [[f64; LANES]],
+    /// n, n and m: states, those predicted, and D⁻¹ L⁻¹ y of one channel and
+    /// of several.
+    pub one: [&'a mut [f64]; 3],
+    #[cfg_attr(not(feature = "std"), allow(dead_code))]
+    pub several: [&'a mut [f64x4]; 3],
 }
 
 /// Room of a fixed size.
@@ -105,9 +109,12 @@ pub(super) struct FixedRoom<const N: usize, const M: usize> {
     inverse: [f64; M],
     counts: [bool; M],
     before: [f64; N],
-    x: [[f64; LANES]; N],
-    next: [[f64; LANES]; N],
-    w: [[f64; LANES]; M],
+    x: [f64; N],
+    next: [f64; N],
+    w: [f64; M],
+    xs: [f64x4; N],
+    nexts: [f64x4; N],
+    ws: [f64x4; M],
 }
 
 impl<const N: usize, const M: usize> FixedRoom<N, M> {
@@ -128,9 +135,12 @@ impl<const N: usize, const M: usize> FixedRoom<N, M> {
             inverse: [0.0; M],
             counts: [false; M],
             before: [0.0; N],
-            x: [[0.0; LANES]; N],
-            next: [[0.0; LANES]; N],
-            w: [[0.0; LANES]; M],
+            x: [0.0; N],
+            next: [0.0; N],
+            w: [0.0; M],
+            xs: [f64x4::ZERO; N],
+            nexts: [f64x4::ZERO; N],
+            ws: [f64x4::ZERO; M],
         }
     }
 
@@ -151,9 +161,8 @@ impl<const N: usize, const M: usize> FixedRoom<N, M> {
             inverse: &mut self.inverse,
             counts: &mut self.counts,
             before: &mut self.before,
-            x: &mut self.x,
-            next: &mut self.next,
-            w: &mut self.w,
+            one: [&mut self.x, &mut self.next, &mut self.w],
+            several: [&mut self.xs, &mut self.nexts, &mut self.ws],
         }
     }
 }
@@ -245,19 +254,7 @@ fn transform_apart<S: Size>(
     room: &mut [f64],
     before: &mut [f64],
 ) {
-    widest(
-        #[inline(always)]
-        || transform_here(size, A, D, P, ap, room, before),
-    );
-}
-
-/// Does the work with the widest registers that there are; they change no bit.
-#[inline(always)]
-fn widest(work: impl FnOnce()) {
-    #[cfg(feature = "std")]
-    pulp::Arch::new().dispatch(work);
-    #[cfg(not(feature = "std"))]
-    work();
+    transform_here(size, A, D, P, ap, room, before);
 }
 
 #[inline(always)]
@@ -420,67 +417,36 @@ pub(super) struct Places<'a> {
     pub log_likelihood: &'a mut [f64],
 }
 
-/// x ← F x + B u, then x ← x + K (z - H x), of `L` channels from `first` on.
+/// x ← F x + B u, then x ← x + K (z - H x), of the channel `first`.
 #[inline(always)]
-pub(super) fn advance<S: Size, const L: usize>(
+pub(super) fn advance_one<S: Size>(
     size: S,
     first: usize,
     step: &Advance<'_>,
     places: &mut Places<'_>,
     work: &mut Work<'_>,
 ) {
-    let (n, m) = (size.n(), size.m());
-    let state = &mut places.state[first * n..][..L * n];
-    let Some((H, z, weighed)) = step.correct else {
-        let (correct, none) = (None, &mut [0.0; L]);
-        return of_lanes::<S, L>(
-            size,
-            step,
-            first,
-            correct,
-            state,
-            &mut [],
-            none,
-            work.x,
-            work.next,
-            work.w,
-        );
-    };
-    let innovation = &mut places.innovation[first * m..][..L * m];
-    let nis = &mut places.nis[first..][..L];
-    let log_likelihood = &mut places.log_likelihood[first..][..L];
-    let Some(weighed) = weighed else {
-        innovation.fill(f64::NAN);
-        nis.fill(f64::NAN);
-        log_likelihood.fill(0.0);
-        let (correct, none) = (None, &mut [0.0; L]);
-        return of_lanes::<S, L>(
-            size,
-            step,
-            first,
-            correct,
-            state,
-            &mut [],
-            none,
-            work.x,
-            work.next,
-            work.w,
-        );
-    };
-    let z = &z[first * m..][..L * m];
-    let Work { counts, l, inverse, v, .. } = work;
-    let correct = Some(Correct { H, z, counts, l, inverse, v });
-    of_lanes::<S, L>(size, step, first, correct, state, innovation, nis, work.x, work.next, work.w);
-    for (density, nis) in log_likelihood.iter_mut().zip(nis) {
-        *density = weighed.log_density - 0.5 * *nis;
-    }
+    let Work { counts, l, inverse, v, one, .. } = work;
+    advance(size, first, step, &Gain { counts, l, inverse, v }, places, one);
 }
 
-/// What [`correct_covariance`] leaves for the states of some channels, and what they measured.
+/// The same of [`LANES`] channels from `first` on.
+#[cfg(feature = "std")]
+#[inline(always)]
+pub(super) fn advance_several<S: Size>(
+    size: S,
+    first: usize,
+    step: &Advance<'_>,
+    places: &mut Places<'_>,
+    work: &mut Work<'_>,
+) {
+    let Work { counts, l, inverse, v, several, .. } = work;
+    advance(size, first, step, &Gain { counts, l, inverse, v }, places, several);
+}
+
+/// What [`correct_covariance`] leaves for the states.
 #[derive(Debug, Clone, Copy)]
-struct Correct<'a> {
-    H: &'a [f64],
-    z: &'a [f64],
+struct Gain<'a> {
     counts: &'a [bool],
     l: &'a [f64],
     inverse: &'a [f64],
@@ -488,115 +454,176 @@ struct Correct<'a> {
 }
 
 #[inline(never)]
-// Apart from each other, or the compiler would take them for the same.
-#[allow(clippy::too_many_arguments)]
-fn of_lanes<S: Size, const L: usize>(
+fn advance<S: Size, T: Lanes>(
     size: S,
-    step: &Advance<'_>,
     first: usize,
-    correct: Option<Correct<'_>>,
-    state: &mut [f64],
-    innovation: &mut [f64],
-    nis: &mut [f64],
-    x: &mut [[f64; LANES]],
-    next: &mut [[f64; LANES]],
-    w: &mut [[f64; LANES]],
+    step: &Advance<'_>,
+    gain: &Gain<'_>,
+    places: &mut Places<'_>,
+    [x, next, w]: &mut [&mut [T]; 3],
 ) {
     let (n, m) = (size.n(), size.m());
-    let (mut x, next) = (&mut x[..n], &mut next[..n]);
-    let (w, nis, state) = (&mut w[..m], &mut nis[..L], &mut state[..L * n]);
-    load::<L>(n, state, x);
+    let state = &mut places.state[first * n..][..T::COUNT * n];
+    let (mut x, next, w) = (&mut x[..n], &mut next[..n], &mut w[..m]);
+    for i in 0..n {
+        x[i] = T::read(n, i, state);
+    }
     if let Some((F, B, u)) = step.predict {
         let (F, p) = (&F[..n * n], B.len() / n);
-        let u = &u[first * p..][..L * p];
         for i in 0..n {
-            let mut sum = [0.0; L];
+            let mut sum = T::of(0.0);
             for j in 0..n {
-                for lane in 0..L {
-                    sum[lane] += F[i * n + j] * x[j][lane];
-                }
+                sum = sum + T::of(F[i * n + j]) * x[j];
             }
             for j in 0..p {
-                for lane in 0..L {
-                    let u = u[lane * p + j];
-                    // A missing input is none.
-                    sum[lane] += B[i * p + j] * if is_known(u) { u } else { 0.0 };
-                }
+                let u = T::known(p, j, &u[first * p..][..T::COUNT * p]);
+                sum = sum + T::of(B[i * p + j]) * u;
             }
-            for lane in 0..L {
-                next[i][lane] = held(sum[lane]);
-            }
+            next[i] = sum.held();
         }
         x = next;
     }
-    let Some(Correct { H, z, counts, l, inverse, v }) = correct else {
-        store::<L>(n, x, state);
-        return;
-    };
-    let (H, v, l) = (&H[..m * n], &v[..m * n], &l[..m * m]);
-    let (z, innovation) = (&z[..L * m], &mut innovation[..L * m]);
-    let mut squares = [0.0; L];
+    if let Some((H, z, weighed)) = step.correct {
+        let z = &z[first * m..][..T::COUNT * m];
+        let innovation = &mut places.innovation[first * m..][..T::COUNT * m];
+        let nis = &mut places.nis[first..][..T::COUNT];
+        let log_likelihood = &mut places.log_likelihood[first..][..T::COUNT];
+        if let Some(weighed) = weighed {
+            let squares = correct(size, H, z, gain, innovation, x, w);
+            squares.write(1, 0, nis);
+            let density = T::of(weighed.log_density) - T::of(0.5) * squares;
+            density.write(1, 0, log_likelihood);
+        } else {
+            innovation.fill(f64::NAN);
+            nis.fill(f64::NAN);
+            log_likelihood.fill(0.0);
+        }
+    }
+    for i in 0..n {
+        x[i].write(n, i, state);
+    }
+}
+
+/// x ← x + K (z - H x); the square of the innovation relative to S.
+#[inline(always)]
+fn correct<S: Size, T: Lanes>(
+    size: S,
+    H: &[f64],
+    z: &[f64],
+    gain: &Gain<'_>,
+    innovation: &mut [f64],
+    x: &mut [T],
+    w: &mut [T],
+) -> T {
+    let (n, m) = (size.n(), size.m());
+    let (H, v, l) = (&H[..m * n], &gain.v[..m * n], &gain.l[..m * m]);
+    let mut squares = T::of(0.0);
     for j in 0..m {
-        if !counts[j] {
-            for lane in 0..L {
-                innovation[lane * m + j] = f64::NAN;
-                w[j][lane] = 0.0;
-            }
+        if !gain.counts[j] {
+            T::of(f64::NAN).write(m, j, innovation);
+            w[j] = T::of(0.0);
             continue;
         }
-        let mut y = [0.0; L];
+        let mut y = T::of(0.0);
         for h in 0..n {
-            for lane in 0..L {
-                y[lane] += H[j * n + h] * x[h][lane];
-            }
+            y = y + T::of(H[j * n + h]) * x[h];
         }
-        for lane in 0..L {
-            y[lane] = z[lane * m + j] - y[lane];
-            innovation[lane * m + j] = y[lane];
-        }
+        y = T::read(m, j, z) - y;
+        y.write(m, j, innovation);
         for h in 0..j {
-            for lane in 0..L {
-                y[lane] -= l[j * m + h] * (l[h * m + h] * w[h][lane]);
-            }
+            y = y - T::of(l[j * m + h] * l[h * m + h]) * w[h];
         }
-        for lane in 0..L {
-            let whitened = held(y[lane]);
-            w[j][lane] = held(whitened * inverse[j]);
-            squares[lane] += whitened * w[j][lane];
-        }
+        let whitened = y.held();
+        w[j] = (whitened * T::of(gain.inverse[j])).held();
+        squares = squares + whitened * w[j];
     }
-    nis.copy_from_slice(&squares);
     for i in 0..n {
-        let mut sum = [0.0; L];
+        let mut sum = T::of(0.0);
         for j in 0..m {
-            for lane in 0..L {
-                sum[lane] += v[j * n + i] * w[j][lane];
-            }
+            sum = sum + T::of(v[j * n + i]) * w[j];
         }
-        for lane in 0..L {
-            x[i][lane] = held(x[i][lane] + sum[lane]);
-        }
+        x[i] = (x[i] + sum).held();
     }
-    store::<L>(n, x, state);
+    squares
 }
 
-#[inline(always)]
-fn load<const L: usize>(n: usize, state: &[f64], x: &mut [[f64; LANES]]) {
-    let state = &state[..L * n];
-    for i in 0..n {
-        for lane in 0..L {
-            x[i][lane] = state[lane * n + i];
-        }
+/// The number of one channel, or those of several: to each the same is done.
+trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    const COUNT: usize;
+
+    fn of(x: f64) -> Self;
+    /// The number at a place of each channel's row, of `width` numbers.
+    fn read(width: usize, place: usize, rows: &[f64]) -> Self;
+    /// The same of an input; a missing one is none.
+    fn known(width: usize, place: usize, rows: &[f64]) -> Self;
+    fn write(self, width: usize, place: usize, rows: &mut [f64]);
+    /// Within ±[`STATE_MAX`].
+    fn held(self) -> Self;
+}
+
+impl Lanes for f64 {
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn read(_: usize, place: usize, rows: &[f64]) -> Self {
+        rows[place]
+    }
+
+    #[inline(always)]
+    fn known(_: usize, place: usize, rows: &[f64]) -> Self {
+        if is_known(rows[place]) { rows[place] } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn write(self, _: usize, place: usize, rows: &mut [f64]) {
+        rows[place] = self;
+    }
+
+    #[inline(always)]
+    fn held(self) -> Self {
+        self.clamp(-STATE_MAX, STATE_MAX)
     }
 }
 
-#[inline(always)]
-fn store<const L: usize>(n: usize, x: &[[f64; LANES]], state: &mut [f64]) {
-    let state = &mut state[..L * n];
-    for lane in 0..L {
-        for i in 0..n {
-            state[lane * n + i] = x[i][lane];
+impl Lanes for f64x4 {
+    const COUNT: usize = LANES;
+
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        Self::splat(x)
+    }
+
+    #[inline(always)]
+    fn read(width: usize, place: usize, rows: &[f64]) -> Self {
+        let rows = &rows[..LANES * width];
+        Self::from([0, 1, 2, 3].map(|lane| rows[lane * width + place]))
+    }
+
+    #[inline(always)]
+    fn known(width: usize, place: usize, rows: &[f64]) -> Self {
+        let rows = &rows[..LANES * width];
+        Self::from([0, 1, 2, 3].map(|lane| {
+            let u = rows[lane * width + place];
+            if is_known(u) { u } else { 0.0 }
+        }))
+    }
+
+    #[inline(always)]
+    fn write(self, width: usize, place: usize, rows: &mut [f64]) {
+        let rows = &mut rows[..LANES * width];
+        for (lane, x) in self.to_array().into_iter().enumerate() {
+            rows[lane * width + place] = x;
         }
+    }
+
+    #[inline(always)]
+    fn held(self) -> Self {
+        self.fast_max(Self::splat(-STATE_MAX)).fast_min(Self::splat(STATE_MAX))
     }
 }
 
@@ -604,11 +631,6 @@ fn store<const L: usize>(n: usize, x: &[[f64; LANES]], state: &mut [f64]) {
 #[inline(always)]
 pub(super) fn is_known(z: f64) -> bool {
     z.abs() <= SAMPLE_MAX
-}
-
-#[inline(always)]
-fn held(x: f64) -> f64 {
-    x.clamp(-STATE_MAX, STATE_MAX)
 }
 
 /// c = a b, of sizes rows × inner and inner × columns; of a square the `upper` triangle at least.
@@ -627,35 +649,41 @@ pub(super) fn product(
         let row = &a[i * inner..][..inner];
         let out = &mut c[i * columns..][..columns];
         let mut j = if upper { i - i % 4 } else { 0 };
-        while j + 8 <= columns {
-            tile::<8>(row, b, columns, j, out);
-            j += 8;
-        }
         while j + 4 <= columns {
-            tile::<4>(row, b, columns, j, out);
+            tile(row, b, columns, j, out, f64x4::from, f64x4::to_array);
             j += 4;
         }
         if j + 2 <= columns {
-            tile::<2>(row, b, columns, j, out);
+            tile(row, b, columns, j, out, f64x2::from, f64x2::to_array);
             j += 2;
         }
         if j < columns {
-            tile::<1>(row, b, columns, j, out);
+            tile(row, b, columns, j, out, |[b]: [f64; 1]| b, |b| [b]);
         }
     }
 }
 
 /// `W` elements of a row of a product, summed in registers.
 #[inline(always)]
-fn tile<const W: usize>(row: &[f64], b: &[f64], columns: usize, j: usize, out: &mut [f64]) {
-    let mut sum = [0.0; W];
+fn tile<T, const W: usize>(
+    row: &[f64],
+    b: &[f64],
+    columns: usize,
+    j: usize,
+    out: &mut [f64],
+    of: impl Fn([f64; W]) -> T,
+    array: impl Fn(T) -> [f64; W],
+) where
+    T: Copy + Add<Output = T> + Mul<Output = T>,
+{
+    let mut sum = of([0.0; W]);
     for (h, factor) in row.iter().enumerate() {
-        let b = &b[h * columns + j..][..W];
-        for w in 0..W {
-            sum[w] += factor * b[w];
-        }
+        let Some(b) = b.get(h * columns + j..).and_then(|b| b.first_chunk()) else { return };
+        sum = sum + of([*factor; W]) * of(*b);
     }
-    out[j..][..W].copy_from_slice(&sum);
+    if let Some(out) = out.get_mut(j..).and_then(|out| out.first_chunk_mut()) {
+        *out = array(sum);
+    }
 }
 
 /// b = aᵀ, of size rows × columns.
