@@ -32,7 +32,7 @@ def test_gains_of_the_alpha_beta_filter():
 
 @pytest.mark.parametrize("size", [(2, 1), (9, 1)])
 def test_precise_measurements_of_what_is_unknown(size):
-    """R = 1e-12, P0 = 1e9 and Q = 0: P - K H P collapses to zero or below, Joseph's form does not."""
+    """With R = 1e-12, P0 = 1e9 and Q = 0 P - K H P collapses to zero; Joseph's form does not."""
     n, m = size
     F = np.eye(n) + np.diag(np.full(n - 1, 0.1), 1)
     kf = zr.LinearKalman(F, np.eye(m, n), np.zeros((n, n)), 1e-12 * np.eye(m), P0=1e9 * np.eye(n))
@@ -121,7 +121,7 @@ def test_measurements_that_others_determine_correct_nothing():
 
 
 def test_innovations_are_white_and_as_large_as_said():
-    """Measurements of the model itself: NIS has its mean of m, and so has the error its covariance."""
+    """Measurements of the model itself: NIS has its mean of m, the error its covariance."""
     rng = np.random.default_rng(1)
     arguments = model(3, 2)
     x = rng.multivariate_normal(arguments["x0"], arguments["P0"])

@@ -44,7 +44,7 @@ class LinearKalman:
 
 
 def joint(F, H, Q, R, z, u, B, x0, P0):
-    """State and measurements of a short record as one normal vector: its smoothed states and density.
+    """States and measurements of a short record as one normal vector: smoothed states, density.
 
     The mean and covariance of all states follow from the model; the conditional one given what was
     measured is that of the normal distribution.
