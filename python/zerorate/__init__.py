@@ -16,6 +16,7 @@ from zerorate._native import (
     DriftFilter,
     GyroArray,
     ImuCorrector,
+    LinearKalman,
     MotionDetector,
     NavigationFilter,
     PositionFilter,
@@ -73,6 +74,7 @@ if TYPE_CHECKING:
     from zerorate.calibrate.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibrate.rate.reference import FittedRate, fit_rate
     from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
+    from zerorate.linear.run import LinearRun, SmoothedRun
     from zerorate.navigation.alignment import Alignment, align
     from zerorate.navigation.fixes import Fixes
     from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
@@ -115,6 +117,8 @@ __all__ = [
     "GyroErrors",
     "ImuCorrector",
     "Integrated",
+    "LinearKalman",
+    "LinearRun",
     "Log",
     "LogError",
     "Markov",
@@ -135,6 +139,7 @@ __all__ = [
     "SimulatedMotion",
     "SimulatedSession",
     "Sinusoid",
+    "SmoothedRun",
     "StreamingAllan",
     "TemperatureBias",
     "TemperatureFilter",
@@ -202,6 +207,7 @@ _LATER = {
     "FusedAccelerometers": "array.accelerometers",
     "GyroErrors": "simulate.session",
     "Integrated": "calibrate.rate.angle",
+    "LinearRun": "linear.run",
     "MotionErrors": "simulate.motion",
     "Mounting": "navigation.mounting",
     "MovedParameter": "calibrate.comparison",
@@ -211,6 +217,7 @@ _LATER = {
     "SimulatedDrive": "simulate.drive",
     "SimulatedMotion": "simulate.motion",
     "SimulatedSession": "simulate.session",
+    "SmoothedRun": "linear.run",
     "TemperatureBias": "calibrate.temperature",
     "TemperatureModel": "calibrate.temperature",
     "Track": "navigation.track",

@@ -21,6 +21,7 @@ from typing_extensions import TypeVar
 
 from zerorate.calibrate.calibration import Calibration
 from zerorate.io import Recording
+from zerorate.linear.run import LinearRun
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.track import Track
@@ -102,6 +103,7 @@ __all__ = [
     "DriftFilter",
     "GyroArray",
     "ImuCorrector",
+    "LinearKalman",
     "MotionDetector",
     "NavigationFilter",
     "NavigationRecord",
@@ -135,6 +137,7 @@ __all__ = [
     "longest_factor",
     "position_options",
     "reversals",
+    "smooth_linear",
     "tilt_options",
     "wavelet_decomposition",
     "without_outliers",
@@ -2068,6 +2071,185 @@ class Tilt(Generic[_Number]):
         """Number of signals, None for a single one."""
 
 @final
+class LinearKalman(Generic[_Number]):
+    """The linear Kalman filter, with an input, for a model of any kind: ``x = F x + B u + w``,
+    ``z = H x + v`` with w of covariance Q and v of covariance R.
+
+    ``predict`` and ``update`` take one step, ``process`` a record; all lead to the same bits. The
+    covariance is corrected by Joseph's form, always. ``x0`` and ``P0`` belong to the time before the
+    first sample: each sample, the first too, begins with a prediction.
+
+    A measurement that is NaN, infinite or beyond 1e150 is missing, and None stands for a whole vector of
+    them: what is left of a vector corrects. A missing input counts as zero. A measurement that those
+    before it in its vector determine to rounding corrects nothing. One object serves one thread at a
+    time.
+
+    Parameters
+    ----------
+    F : array_like, shape (n, n)
+        What the state becomes in a step; n up to 256. All sizes to 8 states and 4 measurements are
+        compiled for themselves.
+    H : array_like, shape (m, n)
+        What is measured of the state.
+    Q, R : array_like, shape (n, n) and (m, m)
+        Covariances of what disturbs the state in a step, and of the noise of a measurement. Small Q
+        smooths and is late, small R follows the measurements.
+    B : array_like, shape (n, p), optional
+        What an input does to the state.
+    x0 : array_like, shape (n,), or with channels (k, n) too, optional
+        Initial state, zero by default.
+    P0 : array_like, shape (n, n), optional
+        Its covariance. By default nothing is known: a deviation ten thousand times what as many samples
+        as there are states tell of each.
+    channels : int, optional
+        Number of filters side by side with the same matrices; ``None`` is a single one. As long as
+        they miss the same samples they share one covariance, which is fast.
+
+    Raises
+    ------
+    ValueError
+        A shape is wrong, a matrix not finite, a covariance not symmetric or not positive
+        semidefinite; or P0 is needed, because the measurements tell nothing of some state.
+
+    References
+    ----------
+    R. E. Kalman, *J. Basic Engineering* 82(1), 35-45, 1960, eqs. 21-24. G. J. Bierman, *Factorization
+    Methods for Discrete Sequential Estimation*, 1977, ch. II, for Joseph's form.
+
+    Examples
+    --------
+    >>> import numpy as np, zerorate as zr
+    >>> F, B = [[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]]  # position and velocity, 10 Hz
+    >>> kf = zr.LinearKalman(F, [[1.0, 0.0]], 1e-4 * np.eye(2), [[0.25]], B)
+    >>> t = 0.1 * np.arange(1, 101)
+    >>> z = 0.5 * 2.0 * t**2 + 0.5 * np.random.default_rng(1).standard_normal(100)
+    >>> run = kf.process(z, np.full(100, 2.0))  # 2 m/s^2 were commanded
+    >>> kf.predict(2.0).round(1).tolist(), kf.update(None).round(1).tolist()
+    ([101.9, 20.2], [101.9, 20.2])
+    >>> abs(run.smooth().state[:, 0] - t**2).mean() < abs(run.state[:, 0] - t**2).mean()
+    True
+    """
+
+    @overload
+    def __new__(
+        cls,
+        F: npt.ArrayLike,
+        H: npt.ArrayLike,
+        Q: npt.ArrayLike,
+        R: npt.ArrayLike,
+        B: npt.ArrayLike | None = None,
+        x0: npt.ArrayLike | None = None,
+        P0: npt.ArrayLike | None = None,
+        channels: None = None,
+    ) -> LinearKalman[float]: ...
+    @overload
+    def __new__(
+        cls,
+        F: npt.ArrayLike,
+        H: npt.ArrayLike,
+        Q: npt.ArrayLike,
+        R: npt.ArrayLike,
+        B: npt.ArrayLike | None = None,
+        x0: npt.ArrayLike | None = None,
+        P0: npt.ArrayLike | None = None,
+        *,
+        channels: int,
+    ) -> LinearKalman[_Floats]: ...
+    def predict(
+        self,
+        u: _Sample = None,
+        *,
+        F: npt.ArrayLike | None = None,
+        B: npt.ArrayLike | None = None,
+        Q: npt.ArrayLike | None = None,
+    ) -> _Floats:
+        """The state one step on, ``x = F x + B u``, with ``P = F P F.T + Q``: (n,), with channels (k, n).
+        ``u`` is (p,), with channels (k, p), or a number for one input; None is no input. Matrices that
+        are given count for this step alone; with another B the number of inputs may be another too.
+        """
+    def update(
+        self, z: _Sample, *, H: npt.ArrayLike | None = None, R: npt.ArrayLike | None = None
+    ) -> _Floats:
+        """The state corrected by a measurement: (n,), with channels (k, n). ``z`` is (m,), with channels
+        (k, m), or a number for one measurement; None is missing as a whole. Matrices that are given
+        count for this step alone.
+        """
+    def process(
+        self,
+        z: npt.ArrayLike,
+        u: npt.ArrayLike | None = None,
+        *,
+        F: npt.ArrayLike | None = None,
+        H: npt.ArrayLike | None = None,
+        Q: npt.ArrayLike | None = None,
+        R: npt.ArrayLike | None = None,
+        B: npt.ArrayLike | None = None,
+        keep: Literal["all", "state"] = "all",
+    ) -> LinearRun:
+        """A record from the state as it is: ``predict`` and ``update`` of each sample, as a
+        ``zerorate.linear.LinearRun``. ``z`` is (n, m), with channels (n, k, m), and ``u`` (n, p) or
+        (n, k, p); the last axis may be left out where it is 1. A matrix that is given counts for this
+        record, as it is or one a sample: (n, ., .). ``keep="state"`` keeps the states alone, for many
+        filters or long records. The interpreter lock is released.
+        """
+    def reset(self) -> None:
+        """Back to before the first sample, with the same parameters."""
+    def copy(self) -> Self:
+        """An independent object in the same state."""
+    def to_bytes(self) -> bytes:
+        """Parameters and state as bytes, with versions and a checksum."""
+    @staticmethod
+    def from_bytes(b: bytes) -> LinearKalman:
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
+        """
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+    @property
+    def state(self) -> _Floats:
+        """The state: (n,), with channels (k, n)."""
+    @property
+    def covariance(self) -> _Floats:
+        """Its covariance: (n, n), with channels (k, n, n)."""
+    @property
+    def innovation(self) -> _Floats:
+        """``z - H x`` before the last ``update``, NaN where a measurement was missing and before the first:
+        (m,), with channels (k, m).
+        """
+    @property
+    def nis(self) -> _Number:
+        """Its square relative to its covariance S, ``y.T S^-1 y``, which is as large as there are
+        measurements in the mean where the model is right; NaN if all were missing: float, with channels
+        (k,).
+        """
+    @property
+    def log_likelihood(self) -> _Number:
+        """Logarithm of the density that the filter predicted for the last measurements, ``-(nis + log
+        det(2 pi S)) / 2``; 0 if all were missing, so that a sum over samples is that of a record: float,
+        with channels (k,).
+        """
+    @property
+    def F(self) -> _Floats:
+        """What the state becomes in a step: (n, n)."""
+    @property
+    def H(self) -> _Floats:
+        """What is measured of the state: (m, n)."""
+    @property
+    def Q(self) -> _Floats:
+        """Covariance of what disturbs the state in a step: (n, n)."""
+    @property
+    def R(self) -> _Floats:
+        """Covariance of the noise of a measurement: (m, m)."""
+    @property
+    def B(self) -> _Floats:
+        """What an input does to the state: (n, p); p is 0 without one."""
+    @property
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
+
+@final
 class NavigationFilter:
     """Position, velocity and attitude of a vehicle from its gyro, accelerometer and satellite receiver.
 
@@ -2722,3 +2904,11 @@ def filter_options() -> list[_Option]: ...
 def position_options() -> list[_Option]: ...
 def tilt_options() -> list[_Option]: ...
 def wavelet_decomposition(z: npt.ArrayLike, wavelet: str, level: int) -> list[_Floats]: ...
+def smooth_linear(
+    state: npt.ArrayLike,
+    covariance: npt.ArrayLike,
+    F: npt.ArrayLike,
+    Q: npt.ArrayLike,
+    B: npt.ArrayLike | None = None,
+    u: npt.ArrayLike | None = None,
+) -> tuple[_Floats, _Floats]: ...

@@ -24,6 +24,8 @@ CLASSES = {
     "position": lambda k: zr.PositionFilter(1.0, channels=k),
     "wavelet": lambda k: zr.WaveletDenoiser(rate=100.0, level=10, channels=k),
 }
+# Of one sample two calls: not among the streaming classes.
+OTHER = {"linear": lambda k: zr.LinearKalman(1.0, [[1.0]], 1.0, 1.0, channels=k)}
 
 
 def test_every_streaming_class_is_here():
@@ -31,10 +33,10 @@ def test_every_streaming_class_is_here():
 
 
 @pytest.mark.parametrize("channels", [10**12, 2**48, 2**60, 2**62, 2**63 - 1, 2**64 - 1])
-@pytest.mark.parametrize("name", CLASSES)
+@pytest.mark.parametrize("name", CLASSES | OTHER)
 def test_more_channels_than_any_memory_holds(name, channels):
     with pytest.raises(MemoryError, match="bytes of memory were refused"):
-        CLASSES[name](channels)
+        (CLASSES | OTHER)[name](channels)
 
 
 @pytest.mark.parametrize("name", CLASSES)
@@ -133,6 +135,11 @@ WORK = {
     "position-trace": (
         "f = zr.PositionFilter(1.0)",
         "f.trace(z[: len(z) // 6 * 2].reshape(-1, 2))",
+    ),
+    "linear": ("f = zr.LinearKalman(1.0, [[1.0]], 1.0, 1.0)", "f.process(z[: len(z) // 6])"),
+    "linear-smooth": (
+        "f = zr.LinearKalman(1.0, [[1.0]], 1.0, 1.0)",
+        "f.process(z[: len(z) // 6]).smooth()",
     ),
     "many-channels": ("", "zr.DriftFilter(rate=100.0, method='fading', channels=len(z) // 10)"),
     "copy": (

@@ -1,5 +1,7 @@
 //! Errors of parameters and of checkpoints, and checks of parameters.
 
+use core::fmt;
+
 use crate::stream::checkpoint::Label;
 
 /// Every error of this crate.
@@ -15,6 +17,16 @@ pub enum Error {
         expected: &'static str,
         /// What was given.
         value: f64,
+    },
+    /// A matrix cannot be one of a filter.
+    #[error("{} must be {expected}", Named(name, *step))]
+    Matrix {
+        /// The parameter's name, as users write it.
+        name: &'static str,
+        /// The step that it belongs to, if there is one a step.
+        step: Option<usize>,
+        /// What it needs to be.
+        expected: &'static str,
     },
     /// The bytes are no checkpoint of this library.
     #[error("these bytes are not a zerorate checkpoint: they do not start with its signature")]
@@ -61,6 +73,18 @@ pub enum Error {
     /// Work was asked to end before its result was there.
     #[error("stopped before the result was there")]
     Stopped,
+}
+
+/// A parameter, or that of one step.
+struct Named(&'static str, Option<usize>);
+
+impl fmt::Display for Named {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.1 {
+            None => f.write_str(self.0),
+            Some(step) => write!(f, "{}[{step}]", self.0),
+        }
+    }
 }
 
 pub(crate) fn check_positive(

@@ -27,6 +27,7 @@ pub mod drift;
 mod error;
 #[cfg(feature = "std")]
 pub mod identify;
+pub mod linear;
 pub mod math;
 #[cfg(feature = "std")]
 pub mod memory;

@@ -11,6 +11,7 @@ mod deviations;
 mod drift;
 mod identify;
 mod least_squares;
+mod linear;
 mod math;
 mod navigation;
 mod position;
@@ -42,6 +43,8 @@ mod _native {
     };
     #[pymodule_export]
     use crate::least_squares::RecursiveLeastSquares;
+    #[pymodule_export]
+    use crate::linear::{LinearKalman, smooth_linear};
     #[pymodule_export]
     use crate::math::{chi_squared_quantile, chi_squared_survival, log_normal_cdf};
     #[pymodule_export]

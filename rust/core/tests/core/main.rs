@@ -15,6 +15,8 @@ mod holding;
 #[cfg(feature = "parallel")]
 mod lanes;
 mod laws;
+#[cfg(feature = "std")]
+mod linear;
 mod navigation;
 mod reference;
 mod rest;

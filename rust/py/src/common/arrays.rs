@@ -116,7 +116,7 @@ pub fn row(z: &Bound<'_, PyAny>, axes: &[usize]) -> PyResult<Vec<f64>> {
 
 /// What loops give most often, without what NumPy asks of any other: that takes ten times as long.
 #[inline]
-fn usual_row(z: &Bound<'_, PyAny>) -> Option<Vec<f64>> {
+pub fn usual_row(z: &Bound<'_, PyAny>) -> Option<Vec<f64>> {
     if let Ok(list) = z.cast_exact::<PyList>() {
         return list.iter().map(float).collect();
     }

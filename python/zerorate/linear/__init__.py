@@ -1,0 +1,5 @@
+"""What the linear Kalman filter returns for a record."""
+
+from zerorate.linear.run import LinearRun, SmoothedRun
+
+__all__ = ["LinearRun", "SmoothedRun"]

@@ -1,0 +1,125 @@
+"""A record after the linear Kalman filter, and smoothed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from zerorate._native import smooth_linear
+from zerorate.types import Booleans, Floats
+
+__all__ = ["LinearRun", "SmoothedRun"]
+
+
+@dataclass(frozen=True)
+class SmoothedRun:
+    """What a whole record says of each of its samples."""
+
+    state: Floats
+    """(n, N), with channels (n, k, N)."""
+    covariance: Floats
+    """(n, N, N), with channels (n, k, N, N)."""
+
+
+class LinearRun:
+    """What ``LinearKalman.process`` returns: what was known after each sample of a record.
+
+    With channels every array has their axis after that of the samples. Covariances of channels that
+    share one are a read-only view of it.
+    """
+
+    def __init__(
+        self,
+        *,
+        state: Floats,
+        covariance: Floats | None = None,
+        innovation: Floats | None = None,
+        nis: Floats | None = None,
+        log_likelihood: Floats | None = None,
+        F: Floats | None = None,
+        Q: Floats | None = None,
+        B: Floats | None = None,
+        u: Floats | None = None,
+    ) -> None:
+        self.state = state
+        """(n, N)."""
+        self._kept = {
+            "covariance": covariance,
+            "innovation": innovation,
+            "nis": nis,
+            "log_likelihood": log_likelihood,
+            "F": F,
+            "Q": Q,
+        }
+        self._inputs = (B, u)
+
+    def _known(self, name: str) -> Floats:
+        kept = self._kept[name]
+        if kept is None:
+            raise ValueError("only the state of this run was kept: process(..., keep='all')")
+        return kept
+
+    @property
+    def covariance(self) -> Floats:
+        """Covariance of the state: (n, N, N)."""
+        return self._known("covariance")
+
+    @property
+    def innovation(self) -> Floats:
+        """Each measurement less what was predicted for it, NaN where it is missing: (n, m)."""
+        return self._known("innovation")
+
+    @property
+    def nis(self) -> Floats:
+        """Squares of the innovations relative to their covariance S: (n,).
+
+        As large as there are measurements in the mean where the model is right; NaN where all
+        are missing.
+        """
+        return self._known("nis")
+
+    @property
+    def log_likelihood(self) -> Floats:
+        """Logarithm of the density predicted for each sample: (n,).
+
+        The sum is that of the record. It is 0 where all measurements are missing.
+        """
+        return self._known("log_likelihood")
+
+    @property
+    def missing(self) -> Booleans:
+        """Which measurements are missing: (n, m)."""
+        return np.isnan(self.innovation)
+
+    def smooth(self) -> SmoothedRun:
+        """Return states and covariances given the whole record.
+
+        Raises
+        ------
+        ValueError
+            Only the states were kept.
+
+        References
+        ----------
+        H. E. Rauch, F. Tung, C. T. Striebel, *AIAA Journal* 3(8), 1445-1450, 1965.
+        """
+        state, covariance = self.state, self._known("covariance")
+        alone = state.ndim == 2
+        # One matrix that all channels share.
+        shared = not alone and covariance.strides[1] == 0
+        together = covariance[:, :1] if shared else covariance
+        B, u = self._inputs
+        smoothed, covariances = smooth_linear(
+            state[:, None] if alone else state,
+            together[:, None] if alone else together,
+            self._known("F"),
+            self._known("Q"),
+            B,
+            u[:, None] if u is not None and alone else u,
+        )
+        if alone:
+            return SmoothedRun(smoothed[:, 0], covariances[:, 0])
+        return SmoothedRun(smoothed, np.broadcast_to(covariances, covariance.shape))
+
+    def __repr__(self) -> str:
+        """Say how much there is."""
+        return f"<LinearRun: state {self.state.shape}>"

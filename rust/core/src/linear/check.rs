@@ -1,0 +1,82 @@
+//! Whether matrices can be those of a filter.
+
+use super::step::{ELEMENT_MAX, STATE_MAX, VARIANCE_MAX, VARIANCE_MIN, is_semidefinite};
+use crate::error::Error;
+use crate::math::sound::is_within;
+use crate::memory;
+
+/// Times its variances by which a matrix that a person computed may miss symmetry, and definiteness.
+const UNEQUAL: f64 = 1e-9;
+const INDEFINITE: f64 = 1e-10;
+
+/// Refuses elements that are not finite or too large, of a matrix or of the one of a step.
+///
+/// # Errors
+/// [`Error::Matrix`].
+pub fn check_matrix(name: &'static str, step: Option<usize>, matrix: &[f64]) -> Result<(), Error> {
+    let expected = "of finite numbers, at most 1e30 in size";
+    let fits = matrix.iter().all(|x| is_within(*x, ELEMENT_MAX));
+    if fits { Ok(()) } else { Err(Error::Matrix { name, step, expected }) }
+}
+
+/// Refuses states that are not finite or too large.
+pub(super) fn check_state(name: &'static str, x: &[f64]) -> Result<(), Error> {
+    let expected = "of finite numbers, at most 1e150 in size";
+    let fits = x.iter().all(|x| is_within(*x, STATE_MAX));
+    if fits { Ok(()) } else { Err(Error::Matrix { name, step: None, expected }) }
+}
+
+/// Refuses what is not a covariance of `n` numbers to rounding, and makes it symmetric to the bit.
+///
+/// # Errors
+/// [`Error::Matrix`], or [`Error::Memory`] if there is none.
+pub fn settle_covariance(
+    name: &'static str,
+    step: Option<usize>,
+    n: usize,
+    matrix: &mut [f64],
+) -> Result<(), Error> {
+    let refused = |expected| Err(Error::Matrix { name, step, expected });
+    if !matrix.iter().all(|x| is_within(*x, VARIANCE_MAX)) {
+        return refused("of finite numbers, at most 1e60 in size");
+    }
+    for i in 0..n {
+        for j in 0..i {
+            let (x, y) = (matrix[i * n + j], matrix[j * n + i]);
+            let sizes = matrix[i * n + i].abs().sqrt() * matrix[j * n + j].abs().sqrt();
+            if (x - y).abs() > UNEQUAL * sizes {
+                return refused("symmetric");
+            }
+            let mean = 0.5 * x + 0.5 * y;
+            (matrix[i * n + j], matrix[j * n + i]) = (mean, mean);
+        }
+    }
+    without_smallest(n, matrix);
+    let mut stack = [0.0; 64];
+    let mut heap;
+    let room = match stack.get_mut(..n * n) {
+        Some(room) => room,
+        None => {
+            heap = memory::filled(0.0, n * n)?;
+            &mut heap[..]
+        }
+    };
+    match is_semidefinite(n, matrix, INDEFINITE, room) {
+        true => Ok(()),
+        false => refused("positive semidefinite"),
+    }
+}
+
+/// A variance that is too small to be computed with is none.
+fn without_smallest(n: usize, matrix: &mut [f64]) {
+    for i in 0..n {
+        let variance = matrix[i * n + i];
+        let most = |j: usize| VARIANCE_MIN.sqrt() * matrix[j * n + j].abs().sqrt();
+        let tiny = (0..n).all(|j| j == i || matrix[i * n + j].abs() <= most(j));
+        if (0.0..VARIANCE_MIN).contains(&variance) && tiny {
+            for j in 0..n {
+                (matrix[i * n + j], matrix[j * n + i]) = (0.0, 0.0);
+            }
+        }
+    }
+}

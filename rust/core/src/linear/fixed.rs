@@ -1,0 +1,78 @@
+//! A filter of fixed size, for Rust without `std` too.
+#![allow(non_snake_case)]
+
+use super::step::{
+    Advance, Fixed, FixedRoom, Places, advance_one, correct_covariance, is_known,
+    predict_covariance,
+};
+
+/// A matrix, row after row.
+type Matrix<const R: usize, const C: usize> = [[f64; C]; R];
+
+/// State and covariance of `N` states of which `M` combinations are measured; the matrices of the model
+/// come with each step.
+///
+/// The matrices are taken as they are: finite, their elements below [`ELEMENT_MAX`](super::ELEMENT_MAX),
+/// covariances symmetric, positive semidefinite and below [`VARIANCE_MAX`](super::VARIANCE_MAX).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearKalman<const N: usize, const M: usize> {
+    /// The state.
+    pub x: [f64; N],
+    /// Its covariance.
+    pub P: Matrix<N, N>,
+}
+
+/// What a correction tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Correction<const M: usize> {
+    /// z - H x before it, NaN where a measurement is missing.
+    pub innovation: [f64; M],
+    /// Square of the innovation relative to its covariance; NaN if all is missing.
+    pub nis: f64,
+    /// Logarithm of the density that was predicted for the measurements; 0 if all is missing.
+    pub log_likelihood: f64,
+}
+
+impl<const N: usize, const M: usize> LinearKalman<N, M> {
+    /// x ← F x + B u, P ← F P Fᵀ + Q, `B` having the columns of each input one after the other.
+    pub fn predict<const I: usize>(
+        &mut self,
+        F: &Matrix<N, N>,
+        Q: &Matrix<N, N>,
+        B: &Matrix<N, I>,
+        u: &[f64; I],
+    ) {
+        let mut room = FixedRoom::<N, M>::new();
+        let mut work = room.work();
+        let (size, F) = (Fixed::<N, M>, F.as_flattened());
+        predict_covariance(size, F, Q.as_flattened(), self.P.as_flattened_mut(), &mut work);
+        let step = Advance { predict: Some((F, B.as_flattened(), u)), correct: None };
+        let state = &mut self.x;
+        let mut places =
+            Places { state, innovation: &mut [], nis: &mut [], log_likelihood: &mut [] };
+        advance_one(size, 0, &step, &mut places, &mut work);
+    }
+
+    /// x ← x + K (z - H x), P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ.
+    pub fn update(&mut self, z: &[f64; M], H: &Matrix<M, N>, R: &Matrix<M, M>) -> Correction<M> {
+        let mut room = FixedRoom::<N, M>::new();
+        let mut work = room.work();
+        let (size, H) = (Fixed::<N, M>, H.as_flattened());
+        for (counts, z) in work.counts.iter_mut().zip(z) {
+            *counts = is_known(*z);
+        }
+        let seen = work.counts.iter().any(|counts| *counts);
+        let P = self.P.as_flattened_mut();
+        let weighed = seen.then(|| correct_covariance(size, H, R.as_flattened(), P, &mut work));
+        let (mut innovation, mut nis, mut log_likelihood) = ([0.0; M], [0.0], [0.0]);
+        let mut places = Places {
+            state: &mut self.x,
+            innovation: &mut innovation,
+            nis: &mut nis,
+            log_likelihood: &mut log_likelihood,
+        };
+        let step = Advance { predict: None, correct: Some((H, z, weighed)) };
+        advance_one(size, 0, &step, &mut places, &mut work);
+        Correction { innovation, nis: nis[0], log_likelihood: log_likelihood[0] }
+    }
+}

@@ -1,0 +1,36 @@
+//! The linear Kalman filter for models of any kind, with an input:
+//!
+//! x ← F x + B u + w, z = H x + v, with w of covariance Q and v of covariance R.
+//!
+//! The covariance is corrected by Joseph's form, P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ, always: what is
+//! lost by rounding then cannot make it indefinite where the shorter forms collapse (G. J. Bierman,
+//! *Factorization Methods for Discrete Sequential Estimation*, 1977, ch. II.7).
+//!
+//! - A measurement is missing where it is not finite or beyond [`SAMPLE_MAX`]; what is left of a
+//!   vector corrects. An input that is missing counts as zero.
+//! - A measurement that those before it in its vector determine to rounding, and one without any
+//!   variance, cannot be weighed and corrects nothing.
+//! - The initial state belongs to the time before the first sample: each begins with a prediction.
+//!
+//! [`LinearKalman`] holds a filter of fixed size and needs neither `std` nor an allocator.
+//! `LinearBank` knows its sizes when it runs, has channels and takes whole records.
+
+#[cfg(feature = "std")]
+mod bank;
+#[cfg(feature = "std")]
+mod check;
+mod fixed;
+#[cfg(feature = "std")]
+mod saved;
+#[cfg(feature = "std")]
+mod smooth;
+mod step;
+
+#[cfg(feature = "std")]
+pub use bank::{Batch, Known, LinearBank, Model, Varying};
+#[cfg(feature = "std")]
+pub use check::{check_matrix, settle_covariance};
+pub use fixed::{Correction, LinearKalman};
+#[cfg(feature = "std")]
+pub use smooth::{Filtered, Smoothed};
+pub use step::{ELEMENT_MAX, SAMPLE_MAX, STATE_MAX, VARIANCE_MAX};

@@ -1,0 +1,727 @@
+//! The linear Kalman filter for Python.
+#![allow(non_snake_case)]
+
+use numpy::PyArrayMethods;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyFloat};
+use zerorate_core::Error;
+use zerorate_core::linear::{
+    Batch, Filtered, Known, LinearBank, Model, Varying, check_matrix, settle_covariance,
+};
+
+use crate::common::arrays::{self, Record};
+use crate::common::errors::NativeError;
+use crate::common::streaming::{self, exclusive, reading, streaming};
+use crate::common::work::interruptible;
+
+/// Most states, measurements and inputs.
+const SIZE_MAX: usize = 256;
+/// Multiplications between two looks for signals.
+const PIECE: usize = 1 << 26;
+
+/// The linear Kalman filter, with an input, for a model of any kind: ``x = F x + B u + w``,
+/// ``z = H x + v`` with w of covariance Q and v of covariance R.
+///
+/// ``predict`` and ``update`` take one step, ``process`` a record; all lead to the same bits. The
+/// covariance is corrected by Joseph's form, always. ``x0`` and ``P0`` belong to the time before the
+/// first sample: each sample, the first too, begins with a prediction.
+///
+/// A measurement that is NaN, infinite or beyond 1e150 is missing, and None stands for a whole vector of
+/// them: what is left of a vector corrects. A missing input counts as zero. A measurement that those
+/// before it in its vector determine to rounding corrects nothing. One object serves one thread at a
+/// time.
+///
+/// Parameters
+/// ----------
+/// F : array_like, shape (n, n)
+///     What the state becomes in a step; n up to 256. All sizes to 8 states and 4 measurements are
+///     compiled for themselves.
+/// H : array_like, shape (m, n)
+///     What is measured of the state.
+/// Q, R : array_like, shape (n, n) and (m, m)
+///     Covariances of what disturbs the state in a step, and of the noise of a measurement. Small Q
+///     smooths and is late, small R follows the measurements.
+/// B : array_like, shape (n, p), optional
+///     What an input does to the state.
+/// x0 : array_like, shape (n,), or with channels (k, n) too, optional
+///     Initial state, zero by default.
+/// P0 : array_like, shape (n, n), optional
+///     Its covariance. By default nothing is known: a deviation ten thousand times what as many samples
+///     as there are states tell of each.
+/// channels : int, optional
+///     Number of filters side by side with the same matrices; ``None`` is a single one. As long as
+///     they miss the same samples they share one covariance, which is fast.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A shape is wrong, a matrix not finite, a covariance not symmetric or not positive
+///     semidefinite; or P0 is needed, because the measurements tell nothing of some state.
+///
+/// References
+/// ----------
+/// R. E. Kalman, *J. Basic Engineering* 82(1), 35-45, 1960, eqs. 21-24. G. J. Bierman, *Factorization
+/// Methods for Discrete Sequential Estimation*, 1977, ch. II, for Joseph's form.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, zerorate as zr
+/// >>> F, B = [[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]]  # position and velocity, 10 Hz
+/// >>> kf = zr.LinearKalman(F, [[1.0, 0.0]], 1e-4 * np.eye(2), [[0.25]], B)
+/// >>> t = 0.1 * np.arange(1, 101)
+/// >>> z = 0.5 * 2.0 * t**2 + 0.5 * np.random.default_rng(1).standard_normal(100)
+/// >>> run = kf.process(z, np.full(100, 2.0))  # 2 m/s^2 were commanded
+/// >>> kf.predict(2.0).round(1).tolist(), kf.update(None).round(1).tolist()
+/// ([101.9, 20.2], [101.9, 20.2])
+/// >>> abs(run.smooth().state[:, 0] - t**2).mean() < abs(run.state[:, 0] - t**2).mean()
+/// True
+#[pyclass(generic, module = "zerorate")]
+#[derive(Debug)]
+pub struct LinearKalman {
+    shared: Filters,
+}
+
+/// What the methods of all streaming classes ask of a bank.
+#[derive(Debug)]
+struct Filters {
+    bank: LinearBank,
+    channels: Option<usize>,
+}
+
+impl Filters {
+    fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        Ok(PyBytes::new(py, &self.bank.save().map_err(NativeError::from)?))
+    }
+}
+
+streaming!(LinearKalman);
+
+#[pymethods]
+impl LinearKalman {
+    #[new]
+    #[pyo3(signature = (F, H, Q, R, B=None, x0=None, P0=None, channels=None))]
+    // The arguments are those of the class in Python.
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        F: &Bound<'_, PyAny>,
+        H: &Bound<'_, PyAny>,
+        Q: &Bound<'_, PyAny>,
+        R: &Bound<'_, PyAny>,
+        B: Option<&Bound<'_, PyAny>>,
+        x0: Option<&Bound<'_, PyAny>>,
+        P0: Option<&Bound<'_, PyAny>>,
+        channels: Option<i128>,
+    ) -> PyResult<Self> {
+        let channels = streaming::channels(channels)?;
+        let F = arrays::named("F", F, "(n, n)", square)?;
+        let n = side(&F);
+        let columns = format!("(m, {n})");
+        let H = arrays::named("H", H, &columns, |shape| is_matrix(shape) && shape[1] == n)?;
+        let m = H.shape[0];
+        let fits =
+            |sides: [usize; 2]| move |shape: &[usize]| shape == sides || single(shape, sides);
+        let Q = arrays::named("Q", Q, &arrays::tuple(&[n, n]), fits([n, n]))?;
+        let R = arrays::named("R", R, &arrays::tuple(&[m, m]), fits([m, m]))?;
+        let rows = format!("({n}, p)");
+        let B = B.map(|B| arrays::named("B", B, &rows, |shape| is_matrix(shape) && shape[0] == n));
+        let B = B.transpose()?.unwrap_or(Record { values: vec![], shape: vec![n, 0] });
+        for (name, size) in [("states", n), ("measurements", m), ("inputs", B.shape[1])] {
+            if size > SIZE_MAX {
+                let text = format!("a filter has at most {SIZE_MAX} {name}, got {size}");
+                return Err(PyValueError::new_err(text));
+            }
+        }
+        let x0 = x0.map(|x0| {
+            let each = channels.map(|k| [k, n]);
+            let expected = match channels {
+                None => arrays::tuple(&[n]),
+                Some(k) => format!("({n},) or ({k}, {n})"),
+            };
+            let fits = |shape: &[usize]| shape == [n] || each.is_some_and(|each| shape == each);
+            arrays::named("x0", x0, &expected, fits)
+        });
+        let P0 = P0.map(|P0| arrays::named("P0", P0, &arrays::tuple(&[n, n]), fits([n, n])));
+        let (x0, P0) = (x0.transpose()?, P0.transpose()?);
+        let sizes = [n, m, B.shape[1]];
+        let model =
+            Model { sizes, F: F.values, H: H.values, Q: Q.values, R: R.values, B: B.values };
+        let values = |given: &Option<Record>| given.as_ref().map(|given| given.values.clone());
+        let (x0, P0) = (values(&x0), values(&P0));
+        let bank = LinearBank::new(model, x0.as_deref(), P0.as_deref(), channels);
+        Ok(Self::of(bank.map_err(NativeError::from)?))
+    }
+
+    /// The state one step on, ``x = F x + B u``, with ``P = F P F.T + Q``: (n,), with channels (k, n).
+    /// ``u`` is (p,), with channels (k, p), or a number for one input; None is no input. Matrices that
+    /// are given count for this step alone; with another B the number of inputs may be another too.
+    #[pyo3(signature = (u=None, *, F=None, B=None, Q=None))]
+    fn predict<'py>(
+        slf: &Bound<'py, Self>,
+        u: Option<&Bound<'py, PyAny>>,
+        F: Option<&Bound<'py, PyAny>>,
+        B: Option<&Bound<'py, PyAny>>,
+        Q: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut this = exclusive(slf)?;
+        let filters = &mut this.shared;
+        let own = filters.bank.model().sizes;
+        let (F, Q) = (matrix("F", F, own)?, matrix("Q", Q, own)?);
+        let B = matrix("B", B, own)?;
+        let p = B.as_ref().map_or(own[2], |B| B.shape[1]);
+        let u = match u {
+            None => Row::None,
+            Some(u) if p == 0 => return Err(no_inputs(u)),
+            Some(u) => Row::read("u", u, filters.channels, p)?,
+        };
+        let batch = Batch {
+            steps: 1,
+            predicts: true,
+            F: F.as_ref().map(|F| Varying::same(&F.values)),
+            Q: Q.as_ref().map(|Q| Varying::same(&Q.values)),
+            B: B.as_ref().map(|B| Varying::same(&B.values)),
+            u: u.values(),
+            ..Batch::default()
+        };
+        filters.bank.run(&batch, &mut Known::nothing());
+        filters.state(slf.py())
+    }
+
+    /// The state corrected by a measurement: (n,), with channels (k, n). ``z`` is (m,), with channels
+    /// (k, m), or a number for one measurement; None is missing as a whole. Matrices that are given
+    /// count for this step alone.
+    #[pyo3(signature = (z, *, H=None, R=None))]
+    fn update<'py>(
+        slf: &Bound<'py, Self>,
+        z: &Bound<'py, PyAny>,
+        H: Option<&Bound<'py, PyAny>>,
+        R: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut this = exclusive(slf)?;
+        let filters = &mut this.shared;
+        let own = filters.bank.model().sizes;
+        let (H, R) = (matrix("H", H, own)?, matrix("R", R, own)?);
+        let z = match z.is_none() {
+            true => Row::Many(vec![f64::NAN; filters.bank.innovation().len()]),
+            false => Row::read("z", z, filters.channels, own[1])?,
+        };
+        let batch = Batch {
+            steps: 1,
+            corrects: true,
+            H: H.as_ref().map(|H| Varying::same(&H.values)),
+            R: R.as_ref().map(|R| Varying::same(&R.values)),
+            z: z.values(),
+            ..Batch::default()
+        };
+        filters.bank.run(&batch, &mut Known::nothing());
+        filters.state(slf.py())
+    }
+
+    /// A record from the state as it is: ``predict`` and ``update`` of each sample, as a
+    /// ``zerorate.linear.LinearRun``. ``z`` is (n, m), with channels (n, k, m), and ``u`` (n, p) or
+    /// (n, k, p); the last axis may be left out where it is 1. A matrix that is given counts for this
+    /// record, as it is or one a sample: (n, ., .). ``keep="state"`` keeps the states alone, for many
+    /// filters or long records. The interpreter lock is released.
+    #[pyo3(signature = (z, u=None, *, F=None, H=None, Q=None, R=None, B=None, keep="all"))]
+    // The arguments are those of the method in Python.
+    #[allow(clippy::too_many_arguments)]
+    fn process<'py>(
+        slf: &Bound<'py, Self>,
+        z: &Bound<'py, PyAny>,
+        u: Option<&Bound<'py, PyAny>>,
+        F: Option<&Bound<'py, PyAny>>,
+        H: Option<&Bound<'py, PyAny>>,
+        Q: Option<&Bound<'py, PyAny>>,
+        R: Option<&Bound<'py, PyAny>>,
+        B: Option<&Bound<'py, PyAny>>,
+        keep: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let all = match keep {
+            "all" => true,
+            "state" => false,
+            _ => {
+                let text = format!("keep must be 'all' or 'state', got '{keep}'");
+                return Err(PyValueError::new_err(text));
+            }
+        };
+        let mut this = exclusive(slf)?;
+        let filters = &mut this.shared;
+        let (channels, own) = (filters.channels, filters.bank.model().sizes);
+        let axes: Vec<usize> = channels.into_iter().collect();
+        let z = record("z", z, None, &axes, own[1])?;
+        let steps = z.shape[0];
+        let (F, Q) = (matrices("F", F, steps, own)?, matrices("Q", Q, steps, own)?);
+        let (H, R) = (matrices("H", H, steps, own)?, matrices("R", R, steps, own)?);
+        let B = matrices("B", B, steps, own)?;
+        let p = B.as_ref().map_or(own[2], |B| B.shape[B.shape.len() - 1]);
+        let u = match u {
+            None => Record { values: vec![], shape: vec![] },
+            Some(u) if p == 0 => return Err(no_inputs(u)),
+            Some(u) => record("u", u, Some(steps), &axes, p)?,
+        };
+        let batch = Batch {
+            steps,
+            predicts: true,
+            F: F.as_ref().map(|F| varying(F)),
+            Q: Q.as_ref().map(|Q| varying(Q)),
+            B: B.as_ref().map(|B| varying(B)),
+            u: &u.values,
+            corrects: true,
+            H: H.as_ref().map(|H| varying(H)),
+            R: R.as_ref().map(|R| varying(R)),
+            z: &z.values,
+        };
+        let [n, m, _] = own;
+        let covariances = filters.bank.covariances(&z.values);
+        let shape = |sizes: &[usize]| [&[steps][..], &axes, sizes].concat();
+        let kept = |shape: Vec<usize>| if all { shape } else { vec![0] };
+        let state = arrays::zeros::<f64>(py, &shape(&[n]))?;
+        // One covariance of all channels is shown as theirs.
+        let groups: Vec<usize> = channels.map(|_| covariances).into_iter().collect();
+        let shown = [&[steps][..], &groups, &[n, n]].concat();
+        let covariance = arrays::zeros::<f64>(py, &kept(shown))?;
+        let innovation = arrays::zeros::<f64>(py, &kept(shape(&[m])))?;
+        let nis = arrays::zeros::<f64>(py, &kept(shape(&[])))?;
+        let log_likelihood = arrays::zeros::<f64>(py, &kept(shape(&[])))?;
+        {
+            let mut places = [
+                state.try_readwrite()?,
+                covariance.try_readwrite()?,
+                innovation.try_readwrite()?,
+                nis.try_readwrite()?,
+                log_likelihood.try_readwrite()?,
+            ];
+            let [state, covariance, innovation, nis, log_likelihood] = &mut places;
+            let mut known = Known {
+                state: state.as_slice_mut()?,
+                covariance: covariance.as_slice_mut()?,
+                innovation: innovation.as_slice_mut()?,
+                nis: nis.as_slice_mut()?,
+                log_likelihood: log_likelihood.as_slice_mut()?,
+            };
+            filters.process(py, &batch, &mut known)?;
+        }
+        let found = PyDict::new(py);
+        found.set_item("state", state)?;
+        if all {
+            found.set_item("covariance", across(covariance.into_any(), channels, covariances)?)?;
+            found.set_item("innovation", innovation)?;
+            found.set_item("nis", nis)?;
+            found.set_item("log_likelihood", log_likelihood)?;
+            let model = filters.bank.model();
+            let given = |given: Option<Record>, own: &[f64], sides: [usize; 2]| match given {
+                Some(Record { values, shape }) => arrays::array(py, values, &shape),
+                None => arrays::array(py, own.to_vec(), &sides),
+            };
+            found.set_item("F", given(F, &model.F, [n, n])?)?;
+            found.set_item("Q", given(Q, &model.Q, [n, n])?)?;
+            if !u.values.is_empty() {
+                found.set_item("B", given(B, &model.B, [n, own[2]])?)?;
+                found.set_item("u", arrays::array(py, u.values, &u.shape)?)?;
+            }
+        }
+        py.import("zerorate.linear.run")?.getattr("LinearRun")?.call((), Some(&found))
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = reading(slf)?;
+        let [n, m, p] = this.shared.bank.model().sizes;
+        let channels = this.shared.channels.map_or(String::new(), |k| format!(", {k} channels"));
+        let s = |count: usize| if count == 1 { "" } else { "s" };
+        Ok(format!(
+            "<LinearKalman: {n} state{}, {m} measurement{}, {p} input{}{channels}>",
+            s(n),
+            s(m),
+            s(p)
+        ))
+    }
+
+    /// The state: (n,), with channels (k, n).
+    #[getter]
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        reading(slf)?.shared.state(slf.py())
+    }
+
+    /// Its covariance: (n, n), with channels (k, n, n).
+    #[getter]
+    fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        let filters = &this.shared;
+        let n = filters.bank.model().sizes[0];
+        let P = filters.bank.covariance();
+        let groups = P.len() / (n * n);
+        let axes: Vec<usize> = filters.channels.map(|_| groups).into_iter().collect();
+        let shown = arrays::array(slf.py(), P.to_vec(), &[&axes, &[n, n][..]].concat())?;
+        // Own elements, not a view of one matrix.
+        across(shown, filters.channels, groups)?.call_method0("copy")
+    }
+
+    /// ``z - H x`` before the last ``update``, NaN where a measurement was missing and before the first:
+    /// (m,), with channels (k, m).
+    #[getter]
+    fn innovation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        let filters = &this.shared;
+        filters.arrays(slf.py(), filters.bank.innovation(), &[filters.bank.model().sizes[1]])
+    }
+
+    /// Its square relative to its covariance S, ``y.T S^-1 y``, which is as large as there are
+    /// measurements in the mean where the model is right; NaN if all were missing: float, with channels
+    /// (k,).
+    #[getter]
+    fn nis<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        this.shared.arrays(slf.py(), this.shared.bank.nis(), &[])
+    }
+
+    /// Logarithm of the density that the filter predicted for the last measurements, ``-(nis + log
+    /// det(2 pi S)) / 2``; 0 if all were missing, so that a sum over samples is that of a record: float,
+    /// with channels (k,).
+    #[getter]
+    fn log_likelihood<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = reading(slf)?;
+        this.shared.arrays(slf.py(), this.shared.bank.log_likelihood(), &[])
+    }
+
+    /// What the state becomes in a step: (n, n).
+    #[getter]
+    fn F<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        own(slf, |model| (&model.F, [0, 0]))
+    }
+
+    /// What is measured of the state: (m, n).
+    #[getter]
+    fn H<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        own(slf, |model| (&model.H, [1, 0]))
+    }
+
+    /// Covariance of what disturbs the state in a step: (n, n).
+    #[getter]
+    fn Q<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        own(slf, |model| (&model.Q, [0, 0]))
+    }
+
+    /// Covariance of the noise of a measurement: (m, m).
+    #[getter]
+    fn R<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        own(slf, |model| (&model.R, [1, 1]))
+    }
+
+    /// What an input does to the state: (n, p); p is 0 without one.
+    #[getter]
+    fn B<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        own(slf, |model| (&model.B, [0, 2]))
+    }
+}
+
+impl LinearKalman {
+    fn of(bank: LinearBank) -> Self {
+        Self { shared: Filters { channels: bank.channels(), bank } }
+    }
+
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        LinearBank::restore(bytes).map(Self::of)
+    }
+}
+
+impl Filters {
+    /// The states of all channels.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.arrays(py, self.bank.state(), &[self.bank.model().sizes[0]])
+    }
+
+    /// Numbers of each channel.
+    fn arrays<'py>(
+        &self,
+        py: Python<'py>,
+        values: &[f64],
+        shape: &[usize],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        match (self.channels, shape) {
+            (None, []) => Ok(PyFloat::new(py, values[0]).into_any()),
+            (None, _) => Ok(arrays::small(py, values)),
+            (Some(k), _) => arrays::array(py, values.to_vec(), &[&[k], shape].concat()),
+        }
+    }
+
+    /// Takes a record piece by piece; if it is interrupted, the filters are as they were before.
+    fn process(
+        &mut self,
+        py: Python<'_>,
+        batch: &Batch<'_>,
+        known: &mut Known<'_>,
+    ) -> PyResult<()> {
+        let [n, m, p] = self.bank.model().sizes;
+        let step = self.bank.count() * (n + 1) * (n + m + p);
+        let length = (PIECE / step.saturating_mul(n + m)).max(1);
+        if batch.steps <= length {
+            py.detach(|| self.bank.run(batch, known));
+            return Ok(());
+        }
+        let before = self.bank.twin().map_err(NativeError::from)?;
+        let count = self.bank.count();
+        let inputs = batch.u.len() / batch.steps;
+        let rows = |all: usize| all / batch.steps;
+        let widths = [
+            rows(known.state.len()),
+            rows(known.covariance.len()),
+            rows(known.innovation.len()),
+            rows(known.nis.len()),
+            rows(known.log_likelihood.len()),
+        ];
+        for first in (0..batch.steps).step_by(length) {
+            let steps = length.min(batch.steps - first);
+            let part = Batch {
+                steps,
+                F: batch.F.map(|F| F.from(first)),
+                Q: batch.Q.map(|Q| Q.from(first)),
+                B: batch.B.map(|B| B.from(first)),
+                u: &batch.u[first * inputs..][..steps * inputs],
+                H: batch.H.map(|H| H.from(first)),
+                R: batch.R.map(|R| R.from(first)),
+                z: &batch.z[first * count * m..][..steps * count * m],
+                ..*batch
+            };
+            let mut known = Known {
+                state: &mut known.state[first * widths[0]..][..steps * widths[0]],
+                covariance: &mut known.covariance[first * widths[1]..][..steps * widths[1]],
+                innovation: &mut known.innovation[first * widths[2]..][..steps * widths[2]],
+                nis: &mut known.nis[first * widths[3]..][..steps * widths[3]],
+                log_likelihood: &mut known.log_likelihood[first * widths[4]..][..steps * widths[4]],
+            };
+            py.detach(|| self.bank.run(&part, &mut known));
+            if let Err(error) = py.check_signals() {
+                self.bank = before;
+                return Err(error);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// States and covariances of a record that was filtered, given all that comes after each: those that
+/// ``LinearRun.smooth`` returns. ``state`` is (n, k, N), ``covariance`` (n, k, N, N) or (n, 1, N, N),
+/// ``u`` (n, k, p).
+#[pyfunction]
+#[pyo3(signature = (state, covariance, F, Q, B=None, u=None))]
+pub fn smooth_linear<'py>(
+    py: Python<'py>,
+    state: &Bound<'py, PyAny>,
+    covariance: &Bound<'py, PyAny>,
+    F: &Bound<'py, PyAny>,
+    Q: &Bound<'py, PyAny>,
+    B: Option<&Bound<'py, PyAny>>,
+    u: Option<&Bound<'py, PyAny>>,
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    let state = arrays::named("state", state, "(n, k, N)", |shape| shape.len() == 3)?;
+    let [steps, channels, n] = [state.shape[0], state.shape[1], state.shape[2]];
+    let fits = |shape: &[usize]| shape == [steps, channels, n, n] || shape == [steps, 1, n, n];
+    let covariance = arrays::named("covariance", covariance, "(n, k, N, N)", fits)?;
+    let own = [n, n, 0];
+    let F = matrices("F", Some(F), steps, own)?.unwrap_or(nothing());
+    let Q = matrices("Q", Some(Q), steps, own)?.unwrap_or(nothing());
+    let B = matrices("B", B, steps, own)?.unwrap_or(nothing());
+    let p = B.shape[B.shape.len() - 1];
+    let fits = |shape: &[usize]| shape == [steps, channels, p];
+    let u = u.map(|u| arrays::named("u", u, "(n, k, p)", fits));
+    let u = u.transpose()?.unwrap_or(nothing());
+    let filtered = Filtered {
+        n,
+        channels,
+        state: &state.values,
+        covariance: &covariance.values,
+        predict: [varying(&F), varying(&Q), varying(&B)],
+        u: &u.values,
+    };
+    let samples = state.values.len().saturating_mul(n);
+    let smoothed = interruptible(py, samples, || filtered.smooth())?.map_err(NativeError::from)?;
+    Ok((
+        arrays::array(py, smoothed.state, &state.shape)?,
+        arrays::array(py, smoothed.covariance, &covariance.shape)?,
+    ))
+}
+
+fn nothing() -> Record {
+    Record { values: vec![], shape: vec![0, 0] }
+}
+
+/// The numbers of one step.
+enum Row {
+    None,
+    One([f64; 1]),
+    Many(Vec<f64>),
+}
+
+impl Row {
+    /// Of each channel, a number alone where there is one.
+    fn read(
+        name: &str,
+        given: &Bound<'_, PyAny>,
+        channels: Option<usize>,
+        size: usize,
+    ) -> PyResult<Self> {
+        if size == 1
+            && channels.is_none()
+            && let Ok(value) = given.cast_exact::<PyFloat>()
+        {
+            return Ok(Self::One([value.value()]));
+        }
+        let axes: Vec<usize> = channels.into_iter().chain([size]).collect();
+        // What loops give most often.
+        if let [size] = axes[..]
+            && let Some(values) = arrays::usual_row(given)
+            && values.len() == size
+        {
+            return Ok(Self::Many(values));
+        }
+        let fits =
+            |shape: &[usize]| shape == axes || (size == 1 && shape == &axes[..axes.len() - 1]);
+        let values = arrays::named(name, given, &arrays::tuple(&axes), fits)?.values;
+        Ok(Self::Many(values))
+    }
+
+    fn values(&self) -> &[f64] {
+        match self {
+            Self::None => &[],
+            Self::One(value) => value,
+            Self::Many(values) => values,
+        }
+    }
+}
+
+/// The rows of a batch, copied: `size` numbers a channel, whose axis may be left out if it is one.
+fn record(
+    name: &str,
+    given: &Bound<'_, PyAny>,
+    steps: Option<usize>,
+    axes: &[usize],
+    size: usize,
+) -> PyResult<Record> {
+    let full = [axes, &[size]].concat();
+    let first = steps.map_or("n".to_owned(), |n| n.to_string());
+    let rest: Vec<String> = full.iter().map(usize::to_string).collect();
+    let expected = format!("({first}, {})", rest.join(", "));
+    let mut read = arrays::named(name, given, &expected, |shape| {
+        let Some((n, shape)) = shape.split_first() else { return false };
+        steps.is_none_or(|steps| steps == *n) && (shape == full || (size == 1 && shape == axes))
+    })?;
+    read.shape = [&read.shape[..1], &full].concat();
+    Ok(read)
+}
+
+/// The matrix of a step, checked; `own` are the sizes of the filter.
+fn matrix(
+    name: &'static str,
+    given: Option<&Bound<'_, PyAny>>,
+    own: [usize; 3],
+) -> PyResult<Option<Record>> {
+    given.map(|given| read_matrices(name, given, None, own)).transpose()
+}
+
+/// The matrix of all steps, or one a step, checked.
+fn matrices(
+    name: &'static str,
+    given: Option<&Bound<'_, PyAny>>,
+    steps: usize,
+    own: [usize; 3],
+) -> PyResult<Option<Record>> {
+    given.map(|given| read_matrices(name, given, Some(steps), own)).transpose()
+}
+
+fn read_matrices(
+    name: &'static str,
+    given: &Bound<'_, PyAny>,
+    steps: Option<usize>,
+    [n, m, _]: [usize; 3],
+) -> PyResult<Record> {
+    let (rows, columns) = match name {
+        "H" => (m, Some(n)),
+        "R" => (m, Some(m)),
+        "B" => (n, None),
+        _ => (n, Some(n)),
+    };
+    let column = columns.map_or("p".to_owned(), |columns| columns.to_string());
+    let expected = match steps {
+        None => format!("({rows}, {column})"),
+        Some(steps) => format!("({rows}, {column}) or ({steps}, {rows}, {column})"),
+    };
+    let is_one = |shape: &[usize]| {
+        is_matrix(shape)
+            && shape[0] == rows
+            && columns.is_none_or(|columns| shape[1] == columns)
+            && shape[1] <= SIZE_MAX
+    };
+    let mut read = arrays::named(name, given, &expected, |shape| match (shape, steps) {
+        ([first, shape @ ..], Some(steps)) if shape.len() == 2 => *first == steps && is_one(shape),
+        ([], _) => rows == 1 && columns == Some(1),
+        _ => is_one(shape),
+    })?;
+    if read.shape.is_empty() {
+        read.shape = vec![1, 1];
+    }
+    let each = read.shape.len() == 3;
+    let size: usize = read.shape[read.shape.len() - 2..].iter().product();
+    for (step, matrix) in read.values.chunks_exact_mut(size.max(1)).enumerate() {
+        let step = each.then_some(step);
+        let checked = match name {
+            "Q" | "R" => settle_covariance(name, step, rows, matrix),
+            _ => check_matrix(name, step, matrix),
+        };
+        checked.map_err(NativeError::from)?;
+    }
+    Ok(read)
+}
+
+fn varying(read: &Record) -> Varying<'_> {
+    match read.shape[..] {
+        [_, rows, columns] => Varying::each(&read.values, rows * columns),
+        _ => Varying::same(&read.values),
+    }
+}
+
+/// One matrix that all channels have, shown as theirs.
+fn across<'py>(
+    found: Bound<'py, PyAny>,
+    channels: Option<usize>,
+    groups: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let Some(k) = channels.filter(|k| *k != groups) else { return Ok(found) };
+    let mut shape: Vec<usize> = found.getattr("shape")?.extract()?;
+    let axis = shape.len() - 3;
+    shape[axis] = k;
+    found.py().import("numpy")?.call_method1("broadcast_to", (found, shape))
+}
+
+/// One matrix of the model, by what its sides count.
+fn own<'py>(
+    filter: &Bound<'py, LinearKalman>,
+    of: fn(&Model) -> (&Vec<f64>, [usize; 2]),
+) -> PyResult<Bound<'py, PyAny>> {
+    let this = reading(filter)?;
+    let model = this.shared.bank.model();
+    let (values, sides) = of(model);
+    arrays::array(filter.py(), values.clone(), &sides.map(|side| model.sizes[side]))
+}
+
+#[cold]
+fn no_inputs(_u: &Bound<'_, PyAny>) -> PyErr {
+    PyValueError::new_err("u was given, but the filter has no B that says what an input does")
+}
+
+fn is_matrix(shape: &[usize]) -> bool {
+    shape.len() == 2 && shape.iter().all(|size| *size > 0)
+}
+
+fn square(shape: &[usize]) -> bool {
+    shape.is_empty() || is_matrix(shape) && shape[0] == shape[1]
+}
+
+/// A number where a matrix has one element.
+fn single(shape: &[usize], sides: [usize; 2]) -> bool {
+    shape.is_empty() && sides == [1, 1]
+}
+
+fn side(F: &Record) -> usize {
+    F.shape.first().copied().unwrap_or(1)
+}
