@@ -12,6 +12,12 @@ LATITUDE_MAX, HEIGHT_MAX = np.radians(89.5), 1e6
 
 SAMPLE_MAX, BIAS_MAX, VELOCITY_MAX = 1e4, 10.0, 1e5
 GAP, HELD, COASTING = 1.0, 0.1, 2.0
+# A gyro that is unknown for longer is a gap.
+UNKNOWN_MAX = 2.0
+# Least noise of a scalar, over what the errors do to it.
+NOISE_MIN = 1e-8
+# A correction after which the earth is that of another place, m.
+FAR = 1e3
 LATE, AHEAD = 1.0, 0.1
 SIGMAS = (1e-3, 1e6)
 INNOVATION_MAX = 1e8
@@ -205,8 +211,8 @@ class Navigation:
             if t > self.start.time:
                 self.turn(theta, self.place.earth * dt)
                 self.settle()
-                self.clear()
                 self.alone += dt
+            self.clear()
             return
         self.advance(theta, delta, dt)
         self.seconds += dt
@@ -326,7 +332,12 @@ class Navigation:
     def is_somewhere(self):
         sizes = [np.trace(self.P[part, part]) for part in (R, V, PHI)]
         small = all(size < most for size, most in zip(sizes, SIZES_MAX, strict=True))
-        return small and self.v @ self.v < VELOCITY_MAX**2 and self.is_on_earth()
+        return (
+            small
+            and self.ages[0] <= UNKNOWN_MAX
+            and self.v @ self.v < VELOCITY_MAX**2
+            and self.is_on_earth()
+        )
 
     def is_on_earth(self):
         return abs(self.height) < HEIGHT_MAX and abs(self.latitude) < LATITUDE_MAX
@@ -364,7 +375,7 @@ class Navigation:
         P, nis = self.P, 0.0
         for h, value, variance in zip(H, z, noise, strict=True):
             k = P @ h
-            S = h @ k + variance
+            S = h @ k + max(variance, NOISE_MIN * (h @ k))
             e = value - h @ x
             x = x + k * (e / S)
             P = P - np.outer(k, k) / S
@@ -379,6 +390,11 @@ class Navigation:
         self.height += x[2]
         self.b_g = np.clip(self.b_g + x[GYRO], -BIAS_MAX, BIAS_MAX)
         self.b_a = np.clip(self.b_a + x[ACCEL], -BIAS_MAX, BIAS_MAX)
+        if not self.is_somewhere():
+            self.lose()
+            return
+        if np.linalg.norm(x[R]) > FAR:
+            self.settle()
         self.refresh()
 
     def stand(self, mean_w, T, rate_unknown):
@@ -472,7 +488,7 @@ class Navigation:
         if not used:
             return "rejected"
         self.apply(x)
-        return "used"
+        return "used" if self.navigating else "refused"
 
     def offset_from(self, p):
         return np.array(
@@ -485,7 +501,7 @@ class Navigation:
 
     def start_from(self, t, age, p, v, sigma_p, sigma_v):
         """The first fix, or the first after a gap."""
-        if p is None:
+        if p is None or self.ages[0] > UNKNOWN_MAX:
             return "refused"
         if v is None:
             v, sigma_v = self.between(t, p, sigma_p)
@@ -506,6 +522,7 @@ class Navigation:
         moves = v is not None
         if not moves:
             v, sigma_v = np.zeros(3), np.full(3, UNKNOWN_VELOCITY)
+        sigma_v = np.minimum(sigma_v, UNKNOWN_VELOCITY)
         self.begin_at(age, p, v, sigma_p, sigma_v, moves, heading_variance)
         return "used"
 
@@ -565,7 +582,8 @@ class Navigation:
         """In deg, deg, m."""
         if not self.navigating:
             return np.full(3, np.nan)
-        return np.array([np.degrees(self.latitude), np.degrees(self.longitude), self.height])
+        longitude = np.degrees(wrapped(self.longitude))
+        return np.array([np.degrees(self.latitude), longitude, self.height])
 
     @property
     def velocity(self):

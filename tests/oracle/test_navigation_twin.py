@@ -295,11 +295,7 @@ def without(name, axis):
 
 FIXES = {
     "without velocities": {"velocity": nothing},
-    "without vertical velocities": {
-        "velocity": lambda fix: (
-            fix["velocity"] if fix["measured"] in (10.0, 30.0) else without("velocity", 2)(fix)
-        )
-    },
+    "without vertical velocities": {"velocity": without("velocity", 2)},
     "without heights": {"position": without("position", 2)},
     "without latitudes": {
         "position": lambda fix: (
@@ -371,3 +367,31 @@ def test_lost():
     pair = Pair(start_of(one), covariance_step=0.01)
     run(pair, one, between(fixes_of(one), 0.0, 30.0), gyro=gyro, accel=accel)
     assert pair.filter.status == "waiting"
+
+
+@pytest.mark.parametrize("seconds", [1.5, 2.5, 12.0])
+def test_a_gyro_that_is_missing_for_long(seconds):
+    one = drive()
+    gyro = one.gyro.copy()
+    gyro[(one.time > 20.0) & (one.time < 20.0 + seconds)] = np.nan
+    run(Pair(start_of(one)), one, fixes_of(one), gyro=gyro)
+
+
+@pytest.mark.parametrize("adapt", ["inflate", "fixed"])
+def test_a_first_fix_that_is_far_away(adapt):
+    """The earth is that of another place after the way back."""
+    one = drive(sigma_position=30.0)
+    fixes = changed(
+        between(fixes_of(one), 15.0, 99.0),
+        position=lambda fix: moved(fix["position"], [4e3 * (fix["measured"] == 15.0), 0.0, 0.0]),
+        sigma_position=lambda fix: 30.0,
+    )
+    run(Pair(start_of(one), adapt=adapt), one, fixes)
+
+
+def test_the_course_of_positions_alone():
+    one = drive(sigma_position=0.5)
+    fixes = changed(fixes_of(one), velocity=nothing, sigma_position=lambda fix: 0.5)
+    pair = Pair(start_of(one, heading_known=False, course=True, sigma_heading=1.6))
+    run(pair, one, fixes)
+    assert pair.filter.fixes["used"] > 30

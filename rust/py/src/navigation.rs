@@ -37,7 +37,8 @@ const BYTES: usize = 1 << 13;
 ///
 /// A rate or force that is not finite, or beyond 1e4 rad/s or m/s^2, is missing: the one before for a
 /// tenth of a second, then nothing is known of it and the deviations grow. After a gap of more than a
-/// second the filter waits for a fix; biases are kept. One object serves one thread at a time.
+/// second, or two without a gyro, the filter waits for a fix; biases are kept. One object serves one
+/// thread at a time.
 ///
 /// Parameters
 /// ----------

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::covariance::{Covariance, GYRO, PHI, R, STATES, V};
 use super::earth::{HEIGHT_MAX, LATITUDE_MAX, Place, wrapped};
-use super::filter::{GAP_ANGLES, NavigationFilter, Sums, Witness, is_known};
+use super::filter::{GAP_ANGLES, NavigationFilter, Sums, UNKNOWN_MAX, Witness, is_known};
 use super::fix::{Given, Verdict};
 use super::judge::Judge;
 use super::motion::{Motion, rotation};
@@ -46,7 +46,9 @@ impl NavigationFilter {
         age: f64,
         witness: &mut W,
     ) -> Verdict {
-        let Some(position) = given.position else { return Verdict::Refused };
+        let Some(position) = given.position.filter(|_| self.sensors.gyro_age <= UNKNOWN_MAX) else {
+            return Verdict::Refused;
+        };
         let told = given.velocity.map(|velocity| Moves { velocity, sigma: given.sigma_velocity });
         let moves = told.or_else(|| self.between(given, position));
         let mut heading_sigma = None;
@@ -141,7 +143,8 @@ impl NavigationFilter {
             let t = self.alone;
             let bias = variances[GYRO + i];
             variances[PHI + i] += (self.params.gyro_noise[i] + bias * t) * t;
-            let told = moves.map_or(UNKNOWN_VELOCITY, |moves| moves.sigma[i]);
+            let told =
+                moves.map_or(UNKNOWN_VELOCITY, |moves| moves.sigma[i].at_most(UNKNOWN_VELOCITY));
             variances[R + i] = given.sigma_position[i] * given.sigma_position[i];
             variances[V + i] = told * told;
             variances[PHI + i] = variances[PHI + i].min(10.0);

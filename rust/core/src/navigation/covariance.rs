@@ -4,12 +4,17 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::motion::crossed;
+use crate::math::Real;
 
 /// Errors that are estimated: of position, velocity, orientation, biases of gyro and accelerometer.
 pub const STATES: usize = 15;
 
 /// A row, with one place more so that it fills SIMD registers.
 pub(crate) type Row = [f64; 16];
+
+/// Least noise of a scalar, over what the errors do to it: below it rounding would leave variances
+/// below zero.
+const NOISE_MIN: f64 = 1e-8;
 
 /// Where each error begins.
 pub(crate) const R: usize = 0;
@@ -256,12 +261,12 @@ impl Covariance {
     #[inline]
     pub(crate) fn correct(&mut self, h: &Row, z: f64, noise: f64, found: &mut Errors) -> f64 {
         let gain = add([0.0; 16], h, &self.0);
-        let (mut variance, mut innovation) = (noise, z);
+        let (mut variance, mut innovation) = (0.0, z);
         for i in 0..STATES {
             variance += gain[i] * h[i];
             innovation -= found[i] * h[i];
         }
-        let inverse = 1.0 / variance;
+        let inverse = 1.0 / (variance + noise.at_least(NOISE_MIN * variance));
         for i in 0..STATES {
             found[i] += gain[i] * (innovation * inverse);
             for j in 0..16 {

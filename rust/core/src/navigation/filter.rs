@@ -7,7 +7,7 @@ use super::beginning::Before;
 use super::covariance::{
     ACCEL, Course, Covariance, Errors, GYRO, Growth, PHI, R, Row, STATES, Transition, V,
 };
-use super::earth::{HEIGHT_MAX, LATITUDE_MAX};
+use super::earth::{HEIGHT_MAX, LATITUDE_MAX, wrapped};
 use super::fix::{Fix, Given, Verdict, position_rows, velocity_rows};
 use super::judge::{INNOVATION_MAX, Judge, Judgement};
 use super::motion::{Motion, Step};
@@ -21,6 +21,8 @@ pub(crate) const SAMPLE_MAX: f64 = 1e4;
 const GAP: f64 = 1.0;
 /// A missing sample is the last one for so long, s, then unknown.
 const HELD: f64 = 0.1;
+/// A gyro that is unknown for so long, s, is a gap: errors of the orientation are not small any more.
+pub(crate) const UNKNOWN_MAX: f64 = 2.0;
 /// Power densities of a rate and of a force of which nothing is measured, rad²/s and m²/s³.
 const UNKNOWN: [f64; 2] = [1.0, 25.0];
 /// Oldest fix, s, and how far one may be ahead of the sensors.
@@ -37,6 +39,8 @@ const REST_SIGMA: f64 = 0.05;
 const REST_SPEED: f64 = 0.5;
 /// Least noise of the mean rate at rest, rad/s.
 const REST_RATE: f64 = 1e-7;
+/// A correction after which the Earth is that of another place, m.
+const FAR: f64 = 1e3;
 /// Without a fix for so long, s, it coasts.
 const COASTING: f64 = 2.0;
 /// Bounds of a state of which something is known: m/s, and sums of variances.
@@ -269,6 +273,7 @@ impl NavigationFilter {
             if sample.time > self.start.time {
                 self.turn(&step);
             }
+            self.sums = Sums::new();
             return Ok(());
         }
         self.motion.advance(&step);
@@ -376,7 +381,6 @@ impl NavigationFilter {
     fn turn(&mut self, step: &Step) {
         self.motion.turn(step, &(self.motion.place.earth * step.dt));
         self.motion.settle();
-        self.sums = Sums::new();
         self.alone = (self.alone + step.dt).min(TIME_MAX);
     }
 
@@ -442,6 +446,7 @@ impl NavigationFilter {
         let sizes = self.covariance.sizes();
         let known = sizes.iter().zip(SIZES_MAX).all(|(size, most)| *size < most);
         known
+            && self.sensors.gyro_age <= UNKNOWN_MAX
             && self.motion.velocity.norm_squared() < VELOCITY_MAX * VELOCITY_MAX
             && self.motion.height.abs() < HEIGHT_MAX
             && self.motion.latitude.abs() < LATITUDE_MAX
@@ -551,7 +556,7 @@ impl NavigationFilter {
             return Verdict::Rejected;
         }
         self.apply(&found, witness);
-        Verdict::Used
+        if self.navigating { Verdict::Used } else { Verdict::Refused }
     }
 
     /// Takes one kind of measurement if it is believed.
@@ -614,6 +619,9 @@ impl NavigationFilter {
         if !self.is_somewhere() {
             self.lose(GAP_ANGLES);
             return;
+        }
+        if part(R).norm_squared() > FAR * FAR {
+            self.motion.settle();
         }
         self.refresh_sigma();
         witness.corrected(found, &self.covariance, &self.motion);
@@ -710,7 +718,7 @@ impl NavigationFilter {
         let Motion { attitude, velocity, latitude, longitude, height, .. } = &self.motion;
         let known = |x: [f64; 3]| if self.navigating { x } else { [f64::NAN; 3] };
         Snapshot {
-            position: known([*latitude, *longitude, *height]),
+            position: known([*latitude, wrapped(*longitude), *height]),
             velocity: known((*velocity).into()),
             attitude: quaternion(attitude),
             gyro_bias: self.gyro_bias.into(),
@@ -781,6 +789,8 @@ fn matrix([w, x, y, z]: [f64; 4]) -> Matrix3<f64> {
 #[inline(always)]
 fn quaternion(m: &Matrix3<f64>) -> [f64; 4] {
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(*m);
-    let q = UnitQuaternion::from_rotation_matrix(&rotation);
+    let mut q = UnitQuaternion::from_rotation_matrix(&rotation);
+    // Between two steps of the covariance the matrix is stretched a little.
+    q.renormalize();
     [q.w, q.i, q.j, q.k]
 }
