@@ -27,36 +27,15 @@ class LinearRun:
     share one are a read-only view of it.
     """
 
-    def __init__(
-        self,
-        *,
-        state: Floats,
-        covariance: Floats | None = None,
-        innovation: Floats | None = None,
-        nis: Floats | None = None,
-        log_likelihood: Floats | None = None,
-        F: Floats | None = None,
-        Q: Floats | None = None,
-        B: Floats | None = None,
-        u: Floats | None = None,
-    ) -> None:
+    def __init__(self, *, state: Floats, **kept: Floats) -> None:
         self.state = state
         """(n, N)."""
-        self._kept = {
-            "covariance": covariance,
-            "innovation": innovation,
-            "nis": nis,
-            "log_likelihood": log_likelihood,
-            "F": F,
-            "Q": Q,
-        }
-        self._inputs = (B, u)
+        self._kept = kept
 
     def _known(self, name: str) -> Floats:
-        kept = self._kept[name]
-        if kept is None:
+        if name not in self._kept:
             raise ValueError("only the state of this run was kept: process(..., keep='all')")
-        return kept
+        return self._kept[name]
 
     @property
     def covariance(self) -> Floats:
@@ -107,7 +86,7 @@ class LinearRun:
         # One matrix that all channels share.
         shared = not alone and covariance.strides[1] == 0
         together = covariance[:, :1] if shared else covariance
-        B, u = self._inputs
+        B, u = self._kept.get("B"), self._kept.get("u")
         smoothed, covariances = smooth_linear(
             state[:, None] if alone else state,
             together[:, None] if alone else together,

@@ -653,12 +653,14 @@ pub(super) fn product(
             tile(row, b, columns, j, out, f64x4::from, f64x4::to_array);
             j += 4;
         }
-        if j + 2 <= columns {
+        // In smaller ones a number written alone would be read with its neighbour too soon.
+        if j + 2 <= columns && columns > 3 {
             tile(row, b, columns, j, out, f64x2::from, f64x2::to_array);
             j += 2;
         }
-        if j < columns {
+        while j < columns {
             tile(row, b, columns, j, out, |[b]: [f64; 1]| b, |b| [b]);
+            j += 1;
         }
     }
 }
