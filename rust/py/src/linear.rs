@@ -61,8 +61,8 @@ const PIECE: usize = 1 << 26;
 ///
 /// References
 /// ----------
-/// R. E. Kalman, *J. Basic Engineering* 82(1), 35-45, 1960, eqs. 21-24. G. J. Bierman, *Factorization
-/// Methods for Discrete Sequential Estimation*, 1977, ch. II, for Joseph's form.
+/// R. E. Kalman, *J. Basic Engineering* 82(1), 35-45, 1960. R. S. Bucy, P. D. Joseph, *Filtering for
+/// Stochastic Processes with Applications to Guidance*, 1968, for the form of the covariance.
 ///
 /// Examples
 /// --------

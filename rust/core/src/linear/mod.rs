@@ -2,9 +2,9 @@
 //!
 //! x ← F x + B u + w, z = H x + v, with w of covariance Q and v of covariance R.
 //!
-//! The covariance is corrected by Joseph's form, P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ, always: what is
-//! lost by rounding then cannot make it indefinite where the shorter forms collapse (G. J. Bierman,
-//! *Factorization Methods for Discrete Sequential Estimation*, 1977, ch. II.7).
+//! The covariance is corrected by Joseph's form, P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ, always: it
+//! stays definite where the shorter forms collapse (R. S. Bucy, P. D. Joseph, *Filtering for
+//! Stochastic Processes with Applications to Guidance*, 1968).
 //!
 //! - A measurement is missing where it is not finite or beyond [`SAMPLE_MAX`]; what is left of a
 //!   vector corrects. An input that is missing counts as zero.
