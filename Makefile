@@ -71,6 +71,8 @@ results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and
 	$(BIN)/python examples/attitude_methods.py
 	$(BIN)/python examples/attitude_figures.py
 	$(BIN)/python examples/array_figures.py
+	$(BIN)/python examples/navigation_tables.py
+	$(BIN)/python examples/navigation_figures.py
 	$(BIN)/python examples/rest_accel.py
 
 compare: $(STAMP) ## Compare all methods on simulated gyros and on the recordings in RECORDINGS

@@ -76,6 +76,7 @@ if TYPE_CHECKING:
     from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
     from zerorate.linear.run import LinearRun, SmoothedRun
     from zerorate.navigation.alignment import Alignment, align
+    from zerorate.navigation.clock import TimeOffset, find_time_offset
     from zerorate.navigation.fixes import Fixes
     from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
     from zerorate.navigation.readers import read_fixes
@@ -145,6 +146,7 @@ __all__ = [
     "TemperatureFilter",
     "TemperatureModel",
     "Tilt",
+    "TimeOffset",
     "Trace",
     "Track",
     "VirtualGyro",
@@ -165,6 +167,7 @@ __all__ = [
     "estimate_attitude",
     "find_rests",
     "find_rotations",
+    "find_time_offset",
     "fit_rate",
     "fuse_accelerometers",
     "identify",
@@ -220,7 +223,9 @@ _LATER = {
     "SmoothedRun": "linear.run",
     "TemperatureBias": "calibrate.temperature",
     "TemperatureModel": "calibrate.temperature",
+    "TimeOffset": "navigation.clock",
     "Track": "navigation.track",
+    "find_time_offset": "navigation.clock",
     "align": "navigation.alignment",
     "array_log": "array.logs",
     "body_axes": "navigation.mounting",

@@ -105,7 +105,7 @@ def align(
         not known, and a filter that is not of a wheeled vehicle then waits for ever.
     span : tuple of float, optional
         From when to when the vehicle rests, s, at least one second; by default the first rest of
-        10 s that is found.
+        10 s that is found, or half of it if the recording ends with it.
     sigma_heading : float
         Standard deviation of a heading that is given, rad.
     sigma_accel_bias : float
@@ -178,8 +178,11 @@ def _within(name: str, value: float, bound: float, unit: str) -> None:
 def _rest(imu: Recording, samples: Samples) -> tuple[float, float]:
     for rest in find_rests(imu):
         first, last = _steady(samples, rest.start, rest.stop)
-        if last - first >= _REST:
-            return first, last
+        if last - first < _REST:
+            continue
+        # Of one that lasts to the end some is left to navigate.
+        ends = float(samples.log.time[-1]) - last < 1.0
+        return first, first + max(_REST, 0.5 * (last - first)) if ends else last
     raise LogError(
         f"{imu.source}: the vehicle does not rest for {_REST:g} s, which an alignment needs: say "
         "with span= when it rests"

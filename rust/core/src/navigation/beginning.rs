@@ -21,7 +21,7 @@ const COURSE_DEVIATIONS: f64 = 10.0;
 const COURSE_SIGMA: f64 = 0.03;
 /// Two fixes tell a velocity if they are farther apart than so many deviations of their places, and no
 /// longer than so many seconds.
-const APART_DEVIATIONS: f64 = 7.0;
+const APART_DEVIATIONS: f64 = 20.0;
 const APART_SECONDS: f64 = 10.0;
 
 /// A fix that a velocity is reckoned from.
