@@ -154,6 +154,17 @@ def test_a_mounting_is_read_typed_and_left_alone(cli, gnss, out, tmp_path):
     assert not np.allclose(zr.read_fixes(out / "c.npz").position, one, rtol=0, atol=1e-6)
 
 
+def test_a_clock_that_is_off_is_said(cli, imu, out, tmp_path):
+    late = write(tmp_path / "late.csv", fix_columns() | {"time_s": DRIVE.fixes.time + 0.15})
+    lever = ("--antenna", "0.5,0,-1", "--no-figure", "-o", out)
+    code, text, _ = cli(imu, late, *lever)
+    assert code == 0
+    said = re.search(r"best with a time offset of (-0\.\d+) s \(sigma 0\.0", one_line(text))
+    assert float(said[1]) == pytest.approx(-0.15, abs=0.06)
+    _, text, _ = cli(imu, late, "--time-offset", said[1], *lever, "--force")
+    assert "fit best" not in one_line(text)
+
+
 def test_one_file_may_hold_both(cli, out, tmp_path):
     table = imu_columns()
     fixes = fix_columns()
@@ -241,7 +252,7 @@ def test_a_vehicle_that_stands_has_no_heading(cli, gnss, out, tmp_path):
     fixes = write(tmp_path / "fixes.csv", fixes)
     code, _, errors = cli(log, fixes, "-o", out, "--no-figure", "--rest", "0,12")
     assert code == 1
-    check_line(errors, "the heading is not known, and the vehicle not above 2 m/s: --heading says")
+    check_line(errors, "the heading is not known, and the vehicle not above 1 m/s: --heading says")
 
 
 def test_nothing_is_replaced_unasked(cli, imu, gnss, out):

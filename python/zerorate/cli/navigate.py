@@ -51,6 +51,7 @@ from zerorate.cli.outputs import (
 from zerorate.io import LogError, Recording, write_log
 from zerorate.metrics import Outages, outages
 from zerorate.navigation.alignment import Alignment, align
+from zerorate.navigation.clock import find_time_offset
 from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
 from zerorate.navigation.readers import read_fixes
@@ -67,6 +68,8 @@ _FILTER: Final = "Navigation"
 _VEHICLE: Final = "The vehicle"
 _COURSE: Final = "course"
 _NONE: Final = "none"
+_CLOCK_OFF: Final = 0.02
+"""Seconds by which the clock of the fixes may be off before it is said."""
 _MAPS: Final = ("geojson", "gpx")
 
 
@@ -515,9 +518,34 @@ class _Asked:
         if self.smooth:
             progress("smoothing", 0.7)
             track = track.smooth()
-        if mounted.note:
-            track = replace(track, notes=(mounted.note, *track.notes))
+        progress("clock", 0.9)
+        notes = filter(None, (mounted.note, self._clock(recording, fixes, start)))
+        track = replace(track, notes=(*notes, *track.notes))
         return _Found(start, track, nis, errors)
+
+    def _clock(self, recording: Recording, fixes: Fixes, start: Alignment) -> str:
+        """Return a sentence on the clock of the fixes, if it is not that of the sensors."""
+        told = self.mounting.time_offset
+        options = {k: v for k, v in self.filter.items() if k not in ("gate", "adapt")}
+        try:
+            found = find_time_offset(
+                recording,
+                fixes,
+                start,
+                time_offset=told,
+                antenna=self.mounting.antenna,
+                **options,
+            )
+        except ValueError:
+            # A receiver without velocities does not tell.
+            return ""
+        off = abs(found.seconds - told)
+        if not found.identifiable or off < max(_CLOCK_OFF, 3.0 * found.sigma):
+            return ""
+        return (
+            f"the fixes fit best with a time offset of {found.seconds:.3f} s (sigma "
+            f"{found.sigma:.3f} s), not {told:g} s: --time-offset {found.seconds:.3f}"
+        )
 
     def _outages(
         self, recording: Recording, fixes: Fixes, nav: NavigationFilter, progress: Progress

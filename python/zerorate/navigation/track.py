@@ -297,7 +297,7 @@ def not_begun(track: Track) -> str:
             f"{fixes[0]:.6g} to {fixes[-1]:.6g} s: time_offset= moves these"
         )
     if STATUSES[int(track.status[-1])] == "no heading":
-        return "the heading is not known, and the vehicle not above 2 m/s: heading= says it"
+        return "the heading is not known, and the vehicle not above 1 m/s: heading= says it"
     return "no fix was used after the vehicle was aligned"
 
 
