@@ -20,6 +20,7 @@ FILTERS = {
     "attitude": "zr.Attitude(rate=100.0, mag=False)",
     "tilt": "zr.Tilt(rate=100.0, method='kalman')",
     "position": "zr.PositionFilter(rate=1.0)",
+    "linear": "zr.LinearKalman(1.0, [[1.0]], 1.0, 1.0)",
     "corrector": "zr.ImuCorrector(np.eye(3), np.zeros(3), g_sensitivity=np.eye(3))",
 }
 PROGRAM = """
@@ -89,6 +90,37 @@ def test_a_filter_is_as_it_was_before(kind):
 def test_a_trace_too(kind):
     then = FILTER.format(make=FILTERS[kind], method="trace")
     assert run(PROGRAM.format(samples=1_500_000, then=then), 2) == "done\n"
+
+
+NAVIGATION = """
+from zerorate import Alignment, NavigationFilter
+axes = np.zeros(3)
+start = Alignment(0.0, np.eye(4)[0], 0.0, True, False, axes, axes, 0.01, 0.01, 1e-4, 0.01)
+n = 1_000_000
+seconds, gyro, accel = np.arange(n) / 10.0, np.zeros((n, 3)), np.tile([0.0, 0.0, -9.78], (n, 1))
+fix = np.array([[0.5, *[0.0] * 6, *[2.0] * 3, *[0.1] * 3]])
+nav = NavigationFilter(start)
+before, left = nav.to_bytes(), []
+
+def work():
+    nav.reset()
+    nav.process_arrays(seconds, gyro, accel, fix)
+
+work()
+after = nav.to_bytes()
+for _ in range(4):
+    interrupted(work)
+    left.append(nav.to_bytes())
+assert before in left and set(left) <= {before, after}
+nav.reset()
+_, record = nav.process_arrays(seconds[::10], gyro[::10], accel[::10], fix, record=True)
+for _ in range(3):
+    interrupted(record.smoothed)
+"""
+
+
+def test_navigation_ends():
+    assert run(PROGRAM.format(samples=10, then=NAVIGATION), 4) == "done\n"
 
 
 RECORDS = {

@@ -103,6 +103,18 @@ assert refused, "nothing was refused"
 work(z[:100_000])
 print("alive")
 """
+NAVIGATION = """
+start = zr.Alignment(
+    time=0.0, attitude=np.eye(4)[0], latitude=0.0, heading_known=True, course=False,
+    gyro_bias=np.zeros(3), accel_bias=np.zeros(3), sigma_level=0.01, sigma_heading=0.01,
+    sigma_gyro_bias=1e-4, sigma_accel_bias=0.01,
+)
+def navigate(n, record):
+    nav = zr.NavigationFilter(start)
+    gyro, accel = np.zeros((n, 3)), np.tile([0.0, 0.0, -9.78], (n, 1))
+    fix = np.array([[0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 2.0, 0.1, 0.1, 0.1]])
+    return nav.process_arrays(np.arange(n) / 10.0, gyro, accel, fix, None, record)
+"""
 WORK = {
     "process": ("f = zr.DriftFilter(rate=100.0, method='fading')", "f.process(z)"),
     "process-other-floats": (
@@ -141,6 +153,8 @@ WORK = {
         "f = zr.LinearKalman(1.0, [[1.0]], 1.0, 1.0)",
         "f.process(z[: len(z) // 6]).smooth()",
     ),
+    "navigation": (NAVIGATION, "navigate(len(z) // 40, record=False)"),
+    "navigation-smoother": (NAVIGATION, "navigate(len(z) // 40, record=True)[1].smoothed()"),
     "many-channels": ("", "zr.DriftFilter(rate=100.0, method='fading', channels=len(z) // 10)"),
     "copy": (
         "f = {n: zr.StreamingAllan(rate=100.0, octaves=n) for n in (2, 20)}; f[20].process(z)",

@@ -18,7 +18,7 @@ use crate::common::work::interruptible;
 /// Most states, measurements and inputs.
 const SIZE_MAX: usize = 256;
 /// Multiplications between two looks for signals.
-const PIECE: usize = 1 << 26;
+const PIECE: usize = 1 << 21;
 
 /// The linear Kalman filter, with an input, for a model of any kind: ``x = F x + B u + w``,
 /// ``z = H x + v`` with w of covariance Q and v of covariance R.
