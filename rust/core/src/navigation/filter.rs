@@ -5,13 +5,13 @@ use serde::{Deserialize, Serialize};
 
 use super::beginning::Before;
 use super::covariance::{
-    ACCEL, Course, Covariance, Errors, GYRO, Growth, PHI, R, Row, STATES, Transition, V,
+    ACCEL, Course, Covariance, Errors, GYRO, Growth, PHI, STATES, Transition, V,
 };
 use super::earth::{HEIGHT_MAX, LATITUDE_MAX, wrapped};
-use super::fix::{Fix, Given, Verdict, position_rows, velocity_rows};
-use super::judge::{INNOVATION_MAX, Judge, Judgement};
+use super::fix::{Fix, Given, Verdict, velocity_rows};
+use super::judge::Judge;
 use super::motion::{Motion, Step};
-use super::params::{BIAS_MAX, Kind, NavigationParams, Start, Wheels};
+use super::params::{Kind, NavigationParams, Start};
 use crate::error::{Error, require};
 use crate::math::Real;
 
@@ -28,19 +28,8 @@ const UNKNOWN: [f64; 2] = [1.0, 25.0];
 /// Oldest fix, s, and how far one may be ahead of the sensors.
 const LATE: f64 = 1.0;
 const AHEAD: f64 = 0.1;
-/// Variances of level and heading that a filter gains that was wrong, or had a gap, rad².
-const WRONG: [f64; 2] = [1e-3, 0.03];
+/// Variances of level and heading that it gains at a gap, rad².
 pub(crate) const GAP_ANGLES: [f64; 2] = [1e-2, 0.25];
-/// Seconds between two looks at the wheels, and speed above which they tell something, m/s.
-const WHEELS_EVERY: f64 = 0.2;
-const WHEELS_SPEED: f64 = 1.0;
-/// Of a body at rest, m/s, and the speed above which one is not believed to rest.
-const REST_SIGMA: f64 = 0.05;
-const REST_SPEED: f64 = 0.5;
-/// Least noise of the mean rate at rest, rad/s.
-const REST_RATE: f64 = 1e-7;
-/// A correction after which the Earth is that of another place, m.
-const FAR: f64 = 1e3;
 /// Without a fix for so long, s, it coasts.
 const COASTING: f64 = 2.0;
 /// Bounds of a state of which something is known: m/s, and sums of variances.
@@ -397,7 +386,7 @@ impl NavigationFilter {
 
     /// Carries the covariance to the last sample.
     #[inline(never)]
-    fn carry<W: Witness>(&mut self, witness: &mut W) {
+    pub(crate) fn carry<W: Witness>(&mut self, witness: &mut W) {
         let sums = self.sums;
         let Sums { seconds, samples, attitude, velocity, unknown, .. } = sums;
         if samples == 0.0 {
@@ -519,171 +508,6 @@ impl NavigationFilter {
         Ok(verdict)
     }
 
-    fn take<W: Witness>(&mut self, given: &Given, age: f64, witness: &mut W) -> Verdict {
-        if !self.navigating {
-            return self.begin_from(given, age, witness);
-        }
-        self.carry(witness);
-        if !self.navigating {
-            return Verdict::Refused;
-        }
-        let mut found = [0.0; STATES];
-        let time = self.sensors.time;
-        let antenna = Vector3::from(self.params.antenna);
-        let lever = self.motion.attitude * antenna;
-        let rate = self.sensors.gyro - self.gyro_bias;
-        let swing = self.motion.attitude * rate.cross(&antenna);
-        let velocity = self.motion.velocity + swing;
-        let acceleration = self.motion.acceleration;
-        let place = given.position.map(|position| {
-            let here = self.motion.offset_from(position) + lever;
-            let z = here - velocity * age + acceleration * (0.5 * age * age);
-            (limited(&z), position_rows(&lever), given.sigma_position)
-        });
-        let moved = given.velocity.map(|measured| {
-            let z = velocity - acceleration * age - measured;
-            let turned = self.motion.attitude * antenna.cross_matrix();
-            (limited(&z), velocity_rows(&velocity, &turned), given.sigma_velocity)
-        });
-        let mut used = false;
-        for (kind, measured) in [place, moved].into_iter().enumerate() {
-            if let Some((z, rows, told)) = measured {
-                self.judges[kind].learn(time, &z);
-                used |= self.judged(kind, &z, &rows, &told, &mut found);
-            }
-        }
-        if !used {
-            return Verdict::Rejected;
-        }
-        self.apply(&found, witness);
-        if self.navigating { Verdict::Used } else { Verdict::Refused }
-    }
-
-    /// Takes one kind of measurement if it is believed.
-    fn judged(
-        &mut self,
-        kind: usize,
-        z: &Vector3<f64>,
-        rows: &[Row; 3],
-        told: &Vector3<f64>,
-        found: &mut Errors,
-    ) -> bool {
-        let judge = &self.judges[kind];
-        let noise = [0, 1, 2].map(|i| judge.noise(i, told[i] * told[i], self.params.adapt));
-        let before = (self.covariance, *found);
-        let nis = self.correct(z, rows, &noise, found);
-        match self.judges[kind].judge(self.sensors.time, nis, self.params.gate) {
-            Judgement::Take => return true,
-            Judgement::Reject => (self.covariance, *found) = before,
-            Judgement::Widen => {
-                (self.covariance, *found) = before;
-                self.widen(kind, z);
-                self.correct(z, rows, &noise, found);
-                return true;
-            }
-        }
-        false
-    }
-
-    fn correct(
-        &mut self,
-        z: &Vector3<f64>,
-        rows: &[Row; 3],
-        noise: &[f64; 3],
-        found: &mut Errors,
-    ) -> f64 {
-        (0..3).map(|i| self.covariance.correct(&rows[i], z[i], noise[i], found)).sum()
-    }
-
-    /// The filter was wrong, by as much as the fix says.
-    #[cold]
-    fn widen(&mut self, kind: usize, z: &Vector3<f64>) {
-        let first = [R, V][kind];
-        for i in 0..3 {
-            self.covariance.widen(first + i, z[i] * z[i]);
-        }
-        let [level, heading] = WRONG;
-        for (i, more) in [level, level, heading].into_iter().enumerate() {
-            self.covariance.widen(PHI + i, more);
-        }
-    }
-
-    /// Takes errors that were found out of the motion and the biases.
-    #[inline(never)]
-    fn apply<W: Witness>(&mut self, found: &Errors, witness: &mut W) {
-        let part = |i: usize| Vector3::new(found[i], found[i + 1], found[i + 2]);
-        self.motion.correct(&part(R), &part(V), &part(PHI));
-        let within = |b: Vector3<f64>| b.map(|x| x.within(BIAS_MAX));
-        self.gyro_bias = within(self.gyro_bias + part(GYRO));
-        self.accel_bias = within(self.accel_bias + part(ACCEL));
-        if !self.is_somewhere() {
-            self.lose(GAP_ANGLES);
-            return;
-        }
-        if part(R).norm_squared() > FAR * FAR {
-            self.motion.settle();
-        }
-        self.refresh_sigma();
-        witness.corrected(found, &self.covariance, &self.motion);
-    }
-
-    /// Sideways and down a wheel does not go.
-    #[inline(always)]
-    fn look_at_wheels<W: Witness>(&mut self, witness: &mut W) {
-        let Some(wheels) = self.params.wheels else { return };
-        if self.wheels >= WHEELS_EVERY - 1e-6 && self.navigating {
-            self.wheels = 0.0;
-            if self.motion.velocity.norm_squared() > WHEELS_SPEED * WHEELS_SPEED {
-                self.roll(&wheels, witness);
-            }
-        }
-    }
-
-    #[inline(never)]
-    fn roll<W: Witness>(&mut self, wheels: &Wheels, witness: &mut W) {
-        let from_body = self.motion.attitude;
-        let rate = self.sensors.gyro - self.gyro_bias;
-        let axle = Vector3::from(wheels.axle);
-        let across = from_body.transpose() * self.motion.velocity + rate.cross(&axle);
-        let axle = axle.cross_matrix();
-        let mut found = [0.0; STATES];
-        for i in [1, 2] {
-            let mut h = [0.0; 16];
-            for j in 0..3 {
-                h[V + j] = from_body[(j, i)];
-                h[GYRO + j] = -axle[(i, j)];
-            }
-            let noise = wheels.sigma * wheels.sigma;
-            self.covariance.correct(&h, across[i], noise, &mut found);
-        }
-        self.apply(&found, witness);
-    }
-
-    /// All samples of a step were at rest, if the filter does not know better.
-    #[inline(never)]
-    fn stand<W: Witness>(&mut self, sums: &Sums, witness: &mut W) {
-        let speed = self.motion.velocity.norm();
-        let sigma = (V..PHI).map(|i| self.sigma[i] * self.sigma[i]).sum::<f64>().simd_sqrt();
-        if speed >= REST_SPEED + 3.0 * sigma {
-            return;
-        }
-        let mut found = [0.0; STATES];
-        let z = self.motion.velocity;
-        let rows = velocity_rows(&z, &Matrix3::zeros());
-        self.correct(&z, &rows, &[REST_SIGMA * REST_SIGMA; 3], &mut found);
-        if sums.unknown[0] == 0.0 {
-            let earth = self.motion.attitude.transpose() * self.motion.place.earth;
-            let z = sums.gyro * (1.0 / sums.samples) - self.gyro_bias - earth;
-            for i in 0..3 {
-                let mut h = [0.0; 16];
-                h[GYRO + i] = 1.0;
-                let noise = self.params.gyro_noise[i] / sums.seconds + REST_RATE * REST_RATE;
-                self.covariance.correct(&h, z[i], noise, &mut found);
-            }
-        }
-        self.apply(&found, witness);
-    }
-
     /// Standard deviations, the velocity's as its reader takes it.
     pub(crate) fn refresh_sigma(&mut self) {
         for i in 0..STATES {
@@ -773,10 +597,6 @@ impl NavigationFilter {
 #[inline(always)]
 pub(crate) fn is_known(v: &Vector3<f64>) -> bool {
     v.x.abs() <= SAMPLE_MAX && v.y.abs() <= SAMPLE_MAX && v.z.abs() <= SAMPLE_MAX
-}
-
-fn limited(z: &Vector3<f64>) -> Vector3<f64> {
-    z.map(|x| x.within(INNOVATION_MAX))
 }
 
 /// Of a unit quaternion, scalar first.

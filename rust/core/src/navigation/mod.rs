@@ -10,6 +10,7 @@
 //! B. M. Scherzinger, D. B. Reid, *Modified strapdown inertial navigator error models*, IEEE PLANS,
 //! 1994. P. G. Savage, *J. Guidance, Control, and Dynamics* 21(1) and 21(2), 1998.
 
+mod aiding;
 mod beginning;
 mod covariance;
 mod earth;
