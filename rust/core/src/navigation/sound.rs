@@ -8,6 +8,7 @@ use super::filter::{NavigationFilter, SAMPLE_MAX, SIZES_MAX, Sensors, Sums};
 use super::motion::Motion;
 use super::params::BIAS_MAX;
 use crate::checkpoint::Checkpoint;
+use crate::math::Symmetric;
 use crate::math::sound::{are_within, is_count, is_size, is_within};
 
 impl Checkpoint for NavigationFilter {
@@ -43,7 +44,8 @@ const STEP_MAX: f64 = 2.5;
 impl Motion {
     fn is_sound(&self) -> bool {
         let square = self.attitude.transpose() * self.attitude - Matrix3::identity();
-        are_within(&square, 1e-3)
+        // The norm, which no turn changes.
+        is_size(square.norm_squared(), 1e-6)
             && self.attitude.determinant() > 0.0
             && are_within(&self.velocity, 2e5)
             && are_within(&self.acceleration, 1e9)
@@ -55,15 +57,13 @@ impl Motion {
 }
 
 impl Covariance {
-    /// Symmetric, and no error larger in company than alone.
+    /// Symmetric and semidefinite: what looks like a covariance pair by pair may still turn a variance
+    /// below zero at the next measurement.
     fn is_sound(&self) -> bool {
-        let most = SIZES_MAX[0] * 10.0;
-        let element = |i: usize, j: usize| {
-            let (x, y) = (self.at(i, j), self.at(i, i) * self.at(j, j));
-            x == self.at(j, i) && is_within(x, most) && x * x <= y * (1.0 + 1e-6) + 1e-200
-        };
-        let rows = (0..STATES).all(|i| self.at(i, i) >= 0.0 && self.at(i, STATES) == 0.0);
-        rows && (0..STATES).all(|i| (0..STATES).all(|j| element(i, j)))
+        let symmetric = |i: usize| (0..=i).all(|j| self.at(i, j) == self.at(j, i));
+        let upper = Symmetric::<f64, STATES>::from_upper(|i, j| self.at(i, j));
+        (0..STATES).all(|i| symmetric(i) && self.at(i, STATES) == 0.0)
+            && upper.is_covariance(10.0 * SIZES_MAX[0])
     }
 }
 
@@ -88,5 +88,23 @@ impl Sums {
             && are_within(&self.velocity, 4e5 * n)
             && are_within(&self.gyro, rates.x)
             && self.unknown.iter().all(|x| is_size(*x, self.seconds * 1.001))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::covariance::{Covariance, STATES};
+
+    #[test]
+    fn pairs_that_do_not_fit_together_are_no_covariance() {
+        let mut p = Covariance::of(&[1.0; STATES]);
+        for (i, j) in [(3, 6), (6, 8), (3, 8)] {
+            (p.0[i][j], p.0[j][i]) = (0.9, 0.9);
+        }
+        assert!(p.is_sound());
+        p.0[3][8] = -0.9;
+        assert!(!p.is_sound());
+        p.0[8][3] = -0.9;
+        assert!(!p.is_sound());
     }
 }
