@@ -211,9 +211,15 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
     fn relearn(&mut self, deviation: T) {
         let variance = (deviation * deviation).at_least(T::VARIANCE_FLOOR);
         let louder = variance / self.of_samples.at_least(T::VARIANCE_FLOOR);
-        self.of_means.set_known(self.of_means.variance() * louder, FRESH);
+        let of_means = (self.of_means.variance() * louder).at_most(Self::most_of_means());
+        self.of_means.set_known(of_means, FRESH);
         self.of_samples = variance;
         self.ticks = T::one();
+    }
+
+    /// Largest variance of ticks' means: that of the largest differences.
+    fn most_of_means() -> T {
+        T::INPUT_MAX * T::INPUT_MAX * T::of(4.0)
     }
 
     /// Variance of a tick's mean.

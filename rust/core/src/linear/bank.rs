@@ -356,14 +356,11 @@ impl LinearBank {
                     nis: &mut self.nis,
                     log_likelihood: &mut self.log_likelihood,
                 };
-                let (mut channel, end) = (first, first + group);
-                while channel + LANES <= end {
-                    advance_several(size, channel, &step, &mut places, work);
-                    channel += LANES;
+                let (rest, end) = (first + group - group % LANES, first + group);
+                if first < rest {
+                    advance_several(size, first..rest, &step, &mut places, work);
                 }
-                for channel in channel..end {
-                    advance_one(size, channel, &step, &mut places, work);
-                }
+                advance_one(size, rest..end, &step, &mut places, work);
             }
             self.keep(step, known);
         }
@@ -404,6 +401,10 @@ fn of_step<'a>(given: Option<Varying<'a>>, own: &'a [f64], step: usize) -> &'a [
 /// Whether all channels of a row miss the same measurements.
 #[inline(always)]
 fn misses_the_same(row: &[f64], m: usize) -> bool {
+    // Mostly nothing is missing, which several numbers at once can tell.
+    if row.iter().fold(true, |all, z| all & is_known(*z)) {
+        return true;
+    }
     let (first, others) = row.split_at(m.min(row.len()));
     let mut same = true;
     for z in others.chunks_exact(m) {
@@ -485,6 +486,7 @@ pub(super) struct Free {
 
 impl Size for Free {
     type States = Self;
+    type Column<'a, T: Copy + 'a> = &'a mut [T];
     const FEW: bool = false;
 
     fn states(self) -> Self {
@@ -497,6 +499,10 @@ impl Size for Free {
 
     fn m(self) -> usize {
         self.m
+    }
+
+    fn column<'a, T: Copy + 'a>(self, _: T, room: &'a mut [T]) -> &'a mut [T] {
+        room
     }
 }
 

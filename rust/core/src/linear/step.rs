@@ -4,7 +4,7 @@
 //! covariance, and [`advance`] takes several of them at once.
 #![allow(non_snake_case)]
 
-use core::ops::{Add, Mul, Sub};
+use core::ops::{Add, Mul, Range, Sub};
 
 use nalgebra::ComplexField;
 use wide::{f64x2, f64x4};
@@ -31,12 +31,16 @@ pub(super) const LANES: usize = 4;
 pub(super) trait Size: Copy {
     /// The same states, whatever is measured: what needs no more is compiled once for them.
     type States: Size;
+    /// A number for each state, in registers where the compiler knows how many.
+    type Column<'a, T: Copy + 'a>: AsMut<[T]>;
     /// Whether so little is done for them that a call would take longer.
     const FEW: bool;
 
     fn n(self) -> usize;
     fn m(self) -> usize;
     fn states(self) -> Self::States;
+    /// A column to write into, in this room if the size is not known before it runs.
+    fn column<'a, T: Copy + 'a>(self, zero: T, room: &'a mut [T]) -> Self::Column<'a, T>;
 }
 
 /// Sizes that the compiler knows.
@@ -45,6 +49,7 @@ pub(super) struct Fixed<const N: usize, const M: usize>;
 
 impl<const N: usize, const M: usize> Size for Fixed<N, M> {
     type States = Fixed<N, 1>;
+    type Column<'a, T: Copy + 'a> = [T; N];
     const FEW: bool = N <= 4;
 
     #[inline(always)]
@@ -60,6 +65,11 @@ impl<const N: usize, const M: usize> Size for Fixed<N, M> {
     #[inline(always)]
     fn m(self) -> usize {
         M
+    }
+
+    #[inline(always)]
+    fn column<'a, T: Copy + 'a>(self, zero: T, _: &'a mut [T]) -> [T; N] {
+        [zero; N]
     }
 }
 
@@ -86,7 +96,7 @@ pub(super) struct Work<'a> {
     /// n: variances before the step.
     pub before: &'a mut [f64],
     /// n, n and m: states, those predicted, and D⁻¹ L⁻¹ y of one channel and
-    /// of several.
+    /// of several; empty where they are [columns](Size::Column) of their own.
     pub one: [&'a mut [f64]; 3],
     #[cfg_attr(not(feature = "std"), allow(dead_code))]
     pub several: [&'a mut [f64x4]; 3],
@@ -109,12 +119,6 @@ pub(super) struct FixedRoom<const N: usize, const M: usize> {
     inverse: [f64; M],
     counts: [bool; M],
     before: [f64; N],
-    x: [f64; N],
-    next: [f64; N],
-    w: [f64; M],
-    xs: [f64x4; N],
-    nexts: [f64x4; N],
-    ws: [f64x4; M],
 }
 
 impl<const N: usize, const M: usize> FixedRoom<N, M> {
@@ -135,12 +139,6 @@ impl<const N: usize, const M: usize> FixedRoom<N, M> {
             inverse: [0.0; M],
             counts: [false; M],
             before: [0.0; N],
-            x: [0.0; N],
-            next: [0.0; N],
-            w: [0.0; M],
-            xs: [f64x4::ZERO; N],
-            nexts: [f64x4::ZERO; N],
-            ws: [f64x4::ZERO; M],
         }
     }
 
@@ -161,8 +159,8 @@ impl<const N: usize, const M: usize> FixedRoom<N, M> {
             inverse: &mut self.inverse,
             counts: &mut self.counts,
             before: &mut self.before,
-            one: [&mut self.x, &mut self.next, &mut self.w],
-            several: [&mut self.xs, &mut self.nexts, &mut self.ws],
+            one: [&mut [], &mut [], &mut []],
+            several: [&mut [], &mut [], &mut []],
         }
     }
 }
@@ -417,31 +415,31 @@ pub(super) struct Places<'a> {
     pub log_likelihood: &'a mut [f64],
 }
 
-/// x ← F x + B u, then x ← x + K (z - H x), of the channel `first`.
+/// x ← F x + B u, then x ← x + K (z - H x), of some channels, one after the other.
 #[inline(always)]
 pub(super) fn advance_one<S: Size>(
     size: S,
-    first: usize,
+    channels: Range<usize>,
     step: &Advance<'_>,
     places: &mut Places<'_>,
     work: &mut Work<'_>,
 ) {
     let Work { counts, l, inverse, v, one, .. } = work;
-    advance(size, first, step, &Gain { counts, l, inverse, v }, places, one);
+    advance(size, channels, step, &Gain { counts, l, inverse, v }, places, one);
 }
 
-/// The same of [`LANES`] channels from `first` on.
+/// The same, [`LANES`] of them at once: so many times that.
 #[cfg(feature = "std")]
 #[inline(always)]
 pub(super) fn advance_several<S: Size>(
     size: S,
-    first: usize,
+    channels: Range<usize>,
     step: &Advance<'_>,
     places: &mut Places<'_>,
     work: &mut Work<'_>,
 ) {
     let Work { counts, l, inverse, v, several, .. } = work;
-    advance(size, first, step, &Gain { counts, l, inverse, v }, places, several);
+    advance(size, channels, step, &Gain { counts, l, inverse, v }, places, several);
 }
 
 /// What [`correct_covariance`] leaves for the states.
@@ -456,15 +454,31 @@ struct Gain<'a> {
 #[inline(never)]
 fn advance<S: Size, T: Lanes>(
     size: S,
+    channels: Range<usize>,
+    step: &Advance<'_>,
+    gain: &Gain<'_>,
+    places: &mut Places<'_>,
+    room: &mut [&mut [T]; 3],
+) {
+    for first in channels.step_by(T::COUNT) {
+        advance_at_once(size, first, step, gain, places, room);
+    }
+}
+
+#[inline(always)]
+fn advance_at_once<S: Size, T: Lanes>(
+    size: S,
     first: usize,
     step: &Advance<'_>,
     gain: &Gain<'_>,
     places: &mut Places<'_>,
-    [x, next, w]: &mut [&mut [T]; 3],
+    room: &mut [&mut [T]; 3],
 ) {
     let (n, m) = (size.n(), size.m());
     let state = &mut places.state[first * n..][..T::COUNT * n];
-    let (mut x, next, w) = (&mut x[..n], &mut next[..n], &mut w[..m]);
+    let [mut x, mut next, mut w] = room.each_mut().map(|room| size.column(T::of(0.0), room));
+    let [x, next, w] = [x.as_mut(), next.as_mut(), w.as_mut()];
+    let (x, next, w) = (&mut x[..n], &mut next[..n], &mut w[..m]);
     for i in 0..n {
         x[i] = T::read(n, i, state);
     }
@@ -481,7 +495,7 @@ fn advance<S: Size, T: Lanes>(
             }
             next[i] = sum.held();
         }
-        x = next;
+        x.copy_from_slice(next);
     }
     if let Some((H, z, weighed)) = step.correct {
         let z = &z[first * m..][..T::COUNT * m];

@@ -120,9 +120,11 @@ impl Repeats {
         self.held
     }
 
-    /// Whether samples can have made it, at most `position` of them of this tick.
-    pub(super) fn is_sound(&self, position: u32) -> bool {
-        self.held <= self.run.min(position)
+    /// Whether samples can have made it, at most `position` of them of this tick; the last one is
+    /// `known`, or it was missing.
+    pub(super) fn is_sound(&self, position: u32, known: bool) -> bool {
+        (self.run > 0) == known
+            && self.held <= self.run.min(position)
             && self.dropped <= position
             && self.limit >= LEAST_RUN
             && self.equal < self.pairs

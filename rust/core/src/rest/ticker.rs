@@ -333,7 +333,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             && self.step <= T::MAX
             && is_within(self.centre, reach + reach)
             && self.position < self.length
-            && self.repeats.is_sound(self.position)
+            && self.repeats.is_sound(self.position, self.previous.finite())
             && self.gate.is_after(&fresh.gate, most, self.bound + self.bound)
             && self.plain.is_sound(most, reach * T::of(4.0))
             && self.kept.is_sound(self.plain.count, reach * T::of(4.0))

@@ -3,6 +3,7 @@
 use super::{Block, Interim, SensorModel, TickNoise};
 use crate::math::sound::{is_size, is_within};
 use crate::math::{Limits, Real};
+use crate::rest::LEAST;
 
 impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
     /// Whether ticks of `length` samples can have made it.
@@ -23,6 +24,7 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> SensorModel<T> {
 impl<T: Limits + Real<Element = T, SimdBool = bool>> TickNoise<T> {
     fn is_after(&self, fresh: &Self) -> bool {
         self.of_means.is_after(&fresh.of_means, T::INPUT_MAX)
+            && self.of_mean() <= Self::most_of_means()
             && is_size(self.of_samples, T::DIFFERENCE_MAX)
             && is_size(self.ticks, T::RAW_MAX)
     }
@@ -32,8 +34,8 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Block<T> {
     fn is_after(&self, fresh: &Self, reach: T) -> bool {
         self.length == fresh.length
             && is_size(self.elapsed, self.length)
-            // A few may have waited for this block.
-            && is_size(self.present, self.elapsed + T::of(8.0))
+            // Those of a tick before it, and a few more, may have waited for each tick.
+            && is_size(self.present, self.elapsed * T::of(2.0 + f64::from(LEAST)))
             && (self.present == T::zero() || self.present >= T::one())
             && is_within(self.sum, reach * self.present)
     }
