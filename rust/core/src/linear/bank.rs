@@ -360,7 +360,9 @@ impl LinearBank {
                 if first < rest {
                     advance_several(size, first..rest, &step, &mut places, work);
                 }
-                advance_one(size, rest..end, &step, &mut places, work);
+                for channel in rest..end {
+                    advance_one(size, channel, &step, &mut places, work);
+                }
             }
             self.keep(step, known);
         }
@@ -401,11 +403,11 @@ fn of_step<'a>(given: Option<Varying<'a>>, own: &'a [f64], step: usize) -> &'a [
 /// Whether all channels of a row miss the same measurements.
 #[inline(always)]
 fn misses_the_same(row: &[f64], m: usize) -> bool {
+    let (first, others) = row.split_at(m.min(row.len()));
     // Mostly nothing is missing, which several numbers at once can tell.
-    if row.iter().fold(true, |all, z| all & is_known(*z)) {
+    if others.is_empty() || row.iter().fold(true, |all, z| all & is_known(*z)) {
         return true;
     }
-    let (first, others) = row.split_at(m.min(row.len()));
     let mut same = true;
     for z in others.chunks_exact(m) {
         for j in 0..m {

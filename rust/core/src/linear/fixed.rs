@@ -50,7 +50,7 @@ impl<const N: usize, const M: usize> LinearKalman<N, M> {
         let state = &mut self.x;
         let mut places =
             Places { state, innovation: &mut [], nis: &mut [], log_likelihood: &mut [] };
-        advance_one(size, 0..1, &step, &mut places, &mut work);
+        advance_one(size, 0, &step, &mut places, &mut work);
     }
 
     /// x ← x + K (z - H x), P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ.
@@ -72,7 +72,7 @@ impl<const N: usize, const M: usize> LinearKalman<N, M> {
             log_likelihood: &mut log_likelihood,
         };
         let step = Advance { predict: None, correct: Some((H, z, weighed)) };
-        advance_one(size, 0..1, &step, &mut places, &mut work);
+        advance_one(size, 0, &step, &mut places, &mut work);
         Correction { innovation, nis: nis[0], log_likelihood: log_likelihood[0] }
     }
 }

@@ -74,7 +74,9 @@ impl Filtered<'_> {
                 nis: &mut [],
                 log_likelihood: &mut nothing,
             };
-            advance_one(size, 0..channels, &step, &mut places, &mut work);
+            for channel in 0..channels {
+                advance_one(size, channel, &step, &mut places, &mut work);
+            }
             let (before, after) = P.split_at_mut(next * groups * square);
             let before = &mut before[(next - 1) * groups * square..];
             for group in 0..groups {

@@ -4,7 +4,7 @@
 //! covariance, and [`advance`] takes several of them at once.
 #![allow(non_snake_case)]
 
-use core::ops::{Add, Mul, Range, Sub};
+use core::ops::{Add, Mul, Sub};
 
 use nalgebra::ComplexField;
 use wide::{f64x2, f64x4};
@@ -415,31 +415,34 @@ pub(super) struct Places<'a> {
     pub log_likelihood: &'a mut [f64],
 }
 
-/// x ← F x + B u, then x ← x + K (z - H x), of some channels, one after the other.
-#[inline(always)]
+/// x ← F x + B u, then x ← x + K (z - H x), of one channel.
+#[inline(never)]
 pub(super) fn advance_one<S: Size>(
     size: S,
-    channels: Range<usize>,
+    channel: usize,
     step: &Advance<'_>,
     places: &mut Places<'_>,
     work: &mut Work<'_>,
 ) {
     let Work { counts, l, inverse, v, one, .. } = work;
-    advance(size, channels, step, &Gain { counts, l, inverse, v }, places, one);
+    advance(size, channel, step, &Gain { counts, l, inverse, v }, places, one);
 }
 
-/// The same, [`LANES`] of them at once: so many times that.
+/// The same of so many times [`LANES`] channels, that many at once.
 #[cfg(feature = "std")]
-#[inline(always)]
+#[inline(never)]
 pub(super) fn advance_several<S: Size>(
     size: S,
-    channels: Range<usize>,
+    channels: core::ops::Range<usize>,
     step: &Advance<'_>,
     places: &mut Places<'_>,
     work: &mut Work<'_>,
 ) {
     let Work { counts, l, inverse, v, several, .. } = work;
-    advance(size, channels, step, &Gain { counts, l, inverse, v }, places, several);
+    let gain = Gain { counts, l, inverse, v };
+    for first in channels.step_by(LANES) {
+        advance(size, first, step, &gain, places, several);
+    }
 }
 
 /// What [`correct_covariance`] leaves for the states.
@@ -451,22 +454,8 @@ struct Gain<'a> {
     v: &'a [f64],
 }
 
-#[inline(never)]
-fn advance<S: Size, T: Lanes>(
-    size: S,
-    channels: Range<usize>,
-    step: &Advance<'_>,
-    gain: &Gain<'_>,
-    places: &mut Places<'_>,
-    room: &mut [&mut [T]; 3],
-) {
-    for first in channels.step_by(T::COUNT) {
-        advance_at_once(size, first, step, gain, places, room);
-    }
-}
-
 #[inline(always)]
-fn advance_at_once<S: Size, T: Lanes>(
+fn advance<S: Size, T: Lanes>(
     size: S,
     first: usize,
     step: &Advance<'_>,
