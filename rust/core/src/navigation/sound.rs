@@ -94,6 +94,21 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::super::covariance::{Covariance, STATES};
+    use super::super::motion::{Motion, rotation};
+    use nalgebra::{Matrix3, Vector3};
+
+    #[test]
+    fn no_turn_hides_or_shows_a_stretch() {
+        for (stretch, sound) in [(4e-4, true), (6e-4, false)] {
+            let stretched = Matrix3::from_diagonal(&Vector3::new(1.0 + stretch, 1.0, 1.0));
+            for angle in [0.0, 0.4, 0.8, 2.0] {
+                let turn = rotation(&Vector3::new(0.3 * angle, -angle, 0.5 * angle));
+                for attitude in [turn * stretched, stretched * turn] {
+                    assert_eq!(Motion::new(attitude, 0.8, 3.1, 100.0).is_sound(), sound);
+                }
+            }
+        }
+    }
 
     #[test]
     fn pairs_that_do_not_fit_together_are_no_covariance() {

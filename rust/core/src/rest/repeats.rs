@@ -132,3 +132,18 @@ impl Repeats {
             && self.pairs <= (TELLING + 1) * MEMORY + position
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Repeats;
+
+    #[test]
+    fn a_missing_sample_has_no_run() {
+        let mut repeats = Repeats::new();
+        assert!(repeats.is_sound(0, false) && !repeats.is_sound(0, true));
+        repeats.begin(false);
+        assert!(repeats.is_sound(1, true) && !repeats.is_sound(1, false));
+        repeats.interrupt();
+        assert!(repeats.is_sound(1, false));
+    }
+}

@@ -47,3 +47,29 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Interim<T> {
         is_size(self.gain, T::one()) && is_size(self.most, T::RAW_MAX)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Block, TickNoise};
+    use crate::math::Limits;
+
+    #[test]
+    fn a_block_has_no_more_samples_than_its_ticks() {
+        let fresh = Block::new(32.0_f64);
+        let after = |elapsed, present| Block { elapsed, present, ..fresh }.is_after(&fresh, 1.0);
+        assert!(after(0.0, 0.0) && after(4.0, 7.0));
+        assert!(!after(0.0, 8.0) && !after(4.0, 25.0));
+    }
+
+    #[test]
+    fn noise_learned_anew_stays_within_that_of_the_inputs() {
+        let fresh = TickNoise::white(4.0, 4.0).expect("a fading below one");
+        let mut noise = fresh;
+        noise.of_means.set_known(TickNoise::<f64>::most_of_means(), 8);
+        assert!(noise.is_after(&fresh));
+        noise.relearn(f64::INPUT_MAX);
+        assert!(noise.is_after(&fresh));
+        noise.of_means.set_known(1e121, 8);
+        assert!(!noise.is_after(&fresh));
+    }
+}
