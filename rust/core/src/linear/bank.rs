@@ -489,6 +489,7 @@ pub(super) struct Free {
 impl Size for Free {
     type States = Self;
     type Column<'a, T: Copy + 'a> = &'a mut [T];
+    type Row<'a, T: Copy + 'a> = &'a mut [T];
     const FEW: bool = false;
 
     fn states(self) -> Self {
@@ -504,6 +505,10 @@ impl Size for Free {
     }
 
     fn column<'a, T: Copy + 'a>(self, _: T, room: &'a mut [T]) -> &'a mut [T] {
+        room
+    }
+
+    fn row<'a, T: Copy + 'a>(self, _: T, room: &'a mut [T]) -> &'a mut [T] {
         room
     }
 }

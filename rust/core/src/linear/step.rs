@@ -31,16 +31,19 @@ pub(super) const LANES: usize = 4;
 pub(super) trait Size: Copy {
     /// The same states, whatever is measured: what needs no more is compiled once for them.
     type States: Size;
-    /// A number for each state, in registers where the compiler knows how many.
+    /// A number for each state, and one for each measurement: in registers where the compiler knows
+    /// how many.
     type Column<'a, T: Copy + 'a>: AsMut<[T]>;
+    type Row<'a, T: Copy + 'a>: AsMut<[T]>;
     /// Whether so little is done for them that a call would take longer.
     const FEW: bool;
 
     fn n(self) -> usize;
     fn m(self) -> usize;
     fn states(self) -> Self::States;
-    /// A column to write into, in this room if the size is not known before it runs.
+    /// Both to write into, in this room if the size is not known before it runs.
     fn column<'a, T: Copy + 'a>(self, zero: T, room: &'a mut [T]) -> Self::Column<'a, T>;
+    fn row<'a, T: Copy + 'a>(self, zero: T, room: &'a mut [T]) -> Self::Row<'a, T>;
 }
 
 /// Sizes that the compiler knows.
@@ -50,6 +53,7 @@ pub(super) struct Fixed<const N: usize, const M: usize>;
 impl<const N: usize, const M: usize> Size for Fixed<N, M> {
     type States = Fixed<N, 1>;
     type Column<'a, T: Copy + 'a> = [T; N];
+    type Row<'a, T: Copy + 'a> = [T; M];
     const FEW: bool = N <= 4;
 
     #[inline(always)]
@@ -70,6 +74,11 @@ impl<const N: usize, const M: usize> Size for Fixed<N, M> {
     #[inline(always)]
     fn column<'a, T: Copy + 'a>(self, zero: T, _: &'a mut [T]) -> [T; N] {
         [zero; N]
+    }
+
+    #[inline(always)]
+    fn row<'a, T: Copy + 'a>(self, zero: T, _: &'a mut [T]) -> [T; M] {
+        [zero; M]
     }
 }
 
@@ -461,13 +470,15 @@ fn advance<S: Size, T: Lanes>(
     step: &Advance<'_>,
     gain: &Gain<'_>,
     places: &mut Places<'_>,
-    room: &mut [&mut [T]; 3],
+    [x, next, w]: &mut [&mut [T]; 3],
 ) {
     let (n, m) = (size.n(), size.m());
     let state = &mut places.state[first * n..][..T::COUNT * n];
-    let [mut x, mut next, mut w] = room.each_mut().map(|room| size.column(T::of(0.0), room));
-    let [x, next, w] = [x.as_mut(), next.as_mut(), w.as_mut()];
-    let (x, next, w) = (&mut x[..n], &mut next[..n], &mut w[..m]);
+    let zero = T::of(0.0);
+    let (mut x, mut next) = (size.column(zero, x), size.column(zero, next));
+    let mut w = size.row(zero, w);
+    let (x, next) = (&mut x.as_mut()[..n], &mut next.as_mut()[..n]);
+    let w = &mut w.as_mut()[..m];
     for i in 0..n {
         x[i] = T::read(n, i, state);
     }

@@ -43,3 +43,13 @@ fn of_fixed_size() {
         assert_eq!(bank.log_likelihood(), [told.log_likelihood]);
     }
 }
+
+/// Two sensors of one state: three pieces of knowledge of the same weight.
+#[test]
+fn more_measurements_than_states() {
+    let mut fixed = LinearKalman::<1, 2> { x: [0.0], P: [[1.0]] };
+    let told = fixed.update(&[1.0, 3.0], &[[1.0], [1.0]], &[[1.0, 0.0], [0.0, 1.0]]);
+    assert!((fixed.x[0] - 4.0 / 3.0).abs() < 1e-15, "{}", fixed.x[0]);
+    assert!((fixed.P[0][0] - 1.0 / 3.0).abs() < 1e-15, "{}", fixed.P[0][0]);
+    assert_eq!(told.innovation, [1.0, 3.0]);
+}
