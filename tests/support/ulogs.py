@@ -41,21 +41,21 @@ def write_ulog(path, topics, dropouts=()):
 
     ``dropouts`` are pairs of a time, us, and a duration, ms.
     """
-    raw = [MAGIC + b"\x01" + struct.pack("<Q", 0), _message("B", bytes(40))]
+    raw = [MAGIC + b"\x01" + struct.pack("<Q", 0), message("B", bytes(40))]
     for name in dict.fromkeys(name for name, _ in topics):
         fields = next(f for (other, _), f in topics.items() if other == name)
         listed = "".join(f"{_type(values)} {field};" for field, values in fields.items())
-        raw.append(_message("F", f"{name}:{listed}".encode()))
+        raw.append(message("F", f"{name}:{listed}".encode()))
     timed = []
     for number, ((name, instance), fields) in enumerate(topics.items()):
-        raw.append(_message("A", struct.pack("<BH", instance, number) + name.encode()))
+        raw.append(message("A", struct.pack("<BH", instance, number) + name.encode()))
         columns = [np.asarray(values) for values in fields.values()]
         for i, stamp in enumerate(fields["timestamp"]):
             row = b"".join(
                 column[i].astype(column.dtype.newbyteorder("<")).tobytes() for column in columns
             )
-            timed.append((int(stamp), _message("D", struct.pack("<H", number) + row)))
-    timed += [(stamp, _message("O", struct.pack("<H", lost))) for stamp, lost in dropouts]
+            timed.append((int(stamp), message("D", struct.pack("<H", number) + row)))
+    timed += [(stamp, message("O", struct.pack("<H", lost))) for stamp, lost in dropouts]
     raw += [message for _, message in sorted(timed, key=lambda pair: pair[0])]
     path.write_bytes(b"".join(raw))
     return path
@@ -66,5 +66,6 @@ def _type(values):
     return kind if values.ndim == 1 else f"{kind}[{values.shape[1]}]"
 
 
-def _message(kind, data):
+def message(kind, data):
+    """Return a message of one kind, such as ``"D"``, around its bytes."""
     return struct.pack("<HB", len(data), ord(kind)) + data

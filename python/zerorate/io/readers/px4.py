@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from zerorate.io.log import LogError
 from zerorate.io.names import looks_like_gyro
+from zerorate.io.readers.ulog import MAGIC, Topic, ULog, parsed
 from zerorate.io.table import Column, Content, Format, Metadata, Table
-from zerorate.texts import extra_needed
 
 __all__ = ["FORMAT"]
 
@@ -30,9 +28,12 @@ def _read(path: Path) -> Content:
 
     Instances after the first are called ``sensor_gyro_1`` and so on.
     """
-    log, cut = _parsed(path)
-    notes = _notes(log, cut)
-    found = {_name(data): data for data in log.data_list}
+    raw = path.read_bytes()
+    log = parsed(raw)
+    if not log.topics and (log.cut or log.lost):
+        raise ValueError("no message is left")
+    notes = _notes(log, len(raw))
+    found = {_name(topic): topic for topic in log.topics}
     ranked = sorted(found, key=lambda name: _rank(found[name]))
     tables = {name: _table(name, found[name], notes) for name in ranked}
     sensors = tuple(name for name in tables if found[name].name in _TOPICS)
@@ -40,7 +41,7 @@ def _read(path: Path) -> Content:
     return Content(tables, lambda asked: _chosen(tables, sensors, asked), measured)
 
 
-FORMAT = Format("ulog", "a ULog", (".ulg",), (b"ULog\x01\x12\x35",), _read)
+FORMAT = Format("ulog", "a ULog", (".ulg",), (MAGIC,), _read)
 
 
 def _combined(fields: _Fields) -> _Columns:
@@ -142,14 +143,14 @@ def _vector(fields: _Fields, field: str, name: str) -> _Columns:
     }
 
 
-def _table(name: str, data: Any, notes: tuple[str, ...]) -> Table:  # noqa: ANN401
-    fields = data.data
+def _table(name: str, topic: Topic, notes: tuple[str, ...]) -> Table:
+    fields = topic.fields
     # Published a little later than sampled: 0 where the driver does not tell the sample's time.
     stamps = fields.get("timestamp_sample")
     if stamps is None or not stamps.all():
         stamps = fields["timestamp"]
     try:
-        columns = _TOPICS[data.name](fields)
+        columns = _TOPICS[topic.name](fields)
     except KeyError:  # any other topic, or fields of a version that is not known
         columns = {key: v for key, v in fields.items() if not key.startswith("timestamp")}
     names, arrays = ("timestamp_us", *columns), [stamps.astype(np.int64), *columns.values()]
@@ -160,12 +161,12 @@ def _table(name: str, data: Any, notes: tuple[str, ...]) -> Table:  # noqa: ANN4
     return Table(len(names), load, names=names, meta=Metadata(sensor=name, notes=notes), time=0)
 
 
-def _name(data: Any) -> str:  # noqa: ANN401
-    return f"{data.name}_{data.multi_id}" if data.multi_id else str(data.name)
+def _name(topic: Topic) -> str:
+    return f"{topic.name}_{topic.instance}" if topic.instance else topic.name
 
 
-def _rank(data: Any) -> tuple[int, str, int]:  # noqa: ANN401
-    return _RANKS.get(data.name, len(_RANKS)), data.name, data.multi_id
+def _rank(topic: Topic) -> tuple[int, str, int]:
+    return _RANKS.get(topic.name, len(_RANKS)), topic.name, topic.instance
 
 
 def _chosen(tables: Mapping[str, Table], sensors: Sequence[str], asked: str | None) -> str:
@@ -185,43 +186,15 @@ def _has_gyro(table: Table) -> bool:
     return any(map(looks_like_gyro, table.names or ()))
 
 
-def _notes(log: Any, cut: bool) -> tuple[str, ...]:  # noqa: ANN401
+def _notes(log: ULog, size: int) -> tuple[str, ...]:
     notes = []
-    if cut:
+    if log.cut:
         notes.append("the file ends within a message: it was cut off, and the rest is read")
-    if log.file_corruption:
-        notes.append("some messages are damaged: they are left out")
+    if log.lost:
+        notes.append(f"{log.lost} of its {size} bytes are damaged or unknown: they are left out")
     if log.dropouts:
-        lost = 1e-3 * sum(dropout.duration for dropout in log.dropouts)
-        plural = "" if len(log.dropouts) == 1 else "s"
-        notes.append(f"{len(log.dropouts)} dropout{plural} of the logger, {lost:.3g} s in all")
+        plural = "" if log.dropouts == 1 else "s"
+        notes.append(
+            f"{log.dropouts} dropout{plural} of the logger, {1e-3 * log.dropped:.3g} s in all"
+        )
     return tuple(notes)
-
-
-class _Watched:
-    """A file that remembers whether it ended before what was asked of it."""
-
-    def __init__(self, file: io.BufferedReader) -> None:
-        self._file = file
-        self.seek, self.tell, self.close = file.seek, file.tell, file.close
-        self.cut = False
-
-    def read(self, size: int) -> bytes:
-        """Return the next bytes; a message begins with three of them, or the file is at an end."""
-        raw = self._file.read(size)
-        self.cut |= len(raw) < size and not (size == 3 and not raw)
-        return raw
-
-
-def _parsed(path: Path) -> tuple[Any, bool]:
-    """Return the log, and whether it was cut off."""
-    try:
-        from pyulog import ULog
-    except ImportError:
-        raise ImportError(extra_needed("pyulog", "px4", "a ULog")) from None
-    with path.open("rb") as file, contextlib.redirect_stdout(io.StringIO()):
-        watched = _Watched(file)
-        log = ULog(watched)
-    if not log.data_list and (watched.cut or log.file_corruption):
-        raise ValueError("no message is left")
-    return log, watched.cut
