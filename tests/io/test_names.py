@@ -6,15 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import zerorate as zr
-from zerorate.io.names import (
-    canonical_unit,
-    looks_like_gyro,
-    looks_like_time,
-    may_be_time,
-    named_like_time,
-    split_unit,
-    time_unit,
-)
+from zerorate.io.clocks.names import looks_like_time, may_be_time, named_like_time, time_unit
+from zerorate.io.names import canonical_unit, looks_like_gyro, split_unit
 
 GYROS = """
 gyro_x_dps wx gx gyroX GyroscopeZ angular_velocity.x imu1_gyro_z rate_x w_x imu_wz rate wz_radps

@@ -10,9 +10,10 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.io.clocks.names import looks_like_time, may_be_time
 from zerorate.io.clocks.stamps import to_seconds
 from zerorate.io.log import LogError
-from zerorate.io.names import looks_like_gyro, looks_like_time, may_be_time
+from zerorate.io.names import looks_like_gyro
 from zerorate.io.table import Column, Table
 
 __all__ = ["NOT_TIME", "Choice", "Columns", "check_samples", "choose", "with_time"]

@@ -16,14 +16,10 @@ __all__ = [
     "looks_like_accelerometer",
     "looks_like_gyro",
     "looks_like_sensor",
-    "looks_like_time",
-    "may_be_time",
     "meaning_of",
-    "named_like_time",
     "plain",
     "spelled",
     "split_unit",
-    "time_unit",
     "with_suffix",
 ]
 
@@ -124,22 +120,6 @@ _NOT_GYRO = re.compile(
 )
 _ACCELEROMETER = re.compile(r"acc|(^|_)specific_force|(^|_)a(_m_s_s)?_?[xyz]$")
 _NOT_ACCELEROMETER = re.compile(r"temp|bias|gyr|ang|cov|sigma|std|status|valid|flag|mag")
-_OF_TIME: Final = {
-    "s": ("s", "sec", "secs", "second", "seconds"),
-    "ms": ("ms", "msec", "msecs", "millis", "milliseconds"),
-    "us": ("us", "µs", "usec", "usecs", "micros", "microseconds"),
-    "ns": ("ns", "nsec", "nsecs", "nanos", "nanoseconds"),
-}
-_TIME_UNIT: Final = {spelling: unit for unit, all_ in _OF_TIME.items() for spelling in all_}
-_SUFFIX: Final = rf"(_({'|'.join(_TIME_UNIT)}))?"
-_UNITS_ALONE: Final = (
-    "seconds", "millis", "milliseconds", "micros", "microseconds", "nanos", "nanoseconds"
-)  # fmt: skip
-"""Names that are a unit and nothing else."""
-_TIME: Final = re.compile(rf"^(t|(.*_)?(times?|time_?stamps?|stamps?)){_SUFFIX}$")
-_MAYBE_TIME: Final = re.compile(
-    rf"^((ts|elapsed){_SUFFIX}|date|date_?times?|{'|'.join(_UNITS_ALONE)})$"
-)
 
 
 def plain(name: str) -> str:
@@ -163,27 +143,6 @@ def looks_like_accelerometer(name: str) -> bool:
 def looks_like_sensor(name: str) -> bool:
     """Whether a column of this name holds an angular rate or an acceleration."""
     return looks_like_gyro(name) or looks_like_accelerometer(name)
-
-
-def looks_like_time(name: str) -> bool:
-    """Whether a column of this name holds timestamps."""
-    return bool(_TIME.match(plain(name)))
-
-
-def may_be_time(name: str) -> bool:
-    """Whether a column of this name holds timestamps if no other does and its values rise."""
-    return bool(_MAYBE_TIME.match(plain(name)))
-
-
-def named_like_time(name: str) -> bool:
-    """Whether a column of this name holds timestamps, for certain or perhaps."""
-    return looks_like_time(name) or may_be_time(name)
-
-
-def time_unit(name: str) -> str | None:
-    """Return the unit of timestamps that a column's name tells, None if it tells none."""
-    words = plain(name).split("_")
-    return _TIME_UNIT.get(words[-1]) if len(words) > 1 or words[0] in _UNITS_ALONE else None
 
 
 _QUATERNION = re.compile(r"quat(ernion)?_?[wxyz]$")

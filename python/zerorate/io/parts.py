@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from zerorate.io.clocks.names import looks_like_time
 from zerorate.io.log import LogError
-from zerorate.io.names import looks_like_time, meaning_of
+from zerorate.io.names import meaning_of
 from zerorate.io.table import Column, Content, Table
 from zerorate.texts import one_line
 from zerorate.types import Integers

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple, cast
 
 import numpy as np
 
+from zerorate.io.clocks.names import looks_like_time
 from zerorate.io.clocks.sensor_clock import Clock
 from zerorate.io.columns import Columns, check_samples, choose, with_time
 from zerorate.io.counts import Scale, Scaling
@@ -19,7 +20,6 @@ from zerorate.io.names import (
     canonical_unit,
     common_unit,
     is_quaternion,
-    looks_like_time,
     meaning_of,
     split_unit,
 )

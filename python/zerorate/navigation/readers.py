@@ -11,11 +11,12 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
+from zerorate.io.clocks.names import looks_like_time, may_be_time, time_unit
 from zerorate.io.clocks.stamps import to_seconds, without_texts
 from zerorate.io.damage import guarded_content
 from zerorate.io.formats import FORMATS, LogSource, binary_format, check_readable, label_of, opened
 from zerorate.io.log import LogError
-from zerorate.io.names import looks_like_time, may_be_time, plain, time_unit
+from zerorate.io.names import plain
 from zerorate.io.readers import navsatfix, nmea, rtklib, text
 from zerorate.io.table import Column, Content, Format, Table, as_numbers
 from zerorate.navigation.fixes import Fixes

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.io.clocks.iso8601 import dates_in
+from zerorate.io.clocks.names import time_unit
 from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
-from zerorate.io.names import time_unit
 from zerorate.io.table import Column
 from zerorate.types import Booleans, Floats
 

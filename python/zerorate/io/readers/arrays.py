@@ -8,8 +8,9 @@ from typing import NoReturn
 
 import numpy as np
 
+from zerorate.io.clocks.names import looks_like_time, may_be_time
 from zerorate.io.log import LogError
-from zerorate.io.names import looks_like_sensor, looks_like_time, may_be_time, split_unit
+from zerorate.io.names import looks_like_sensor, split_unit
 from zerorate.io.readers.stored import Axis, Stored, loaded
 from zerorate.io.table import Column, Metadata, Table
 

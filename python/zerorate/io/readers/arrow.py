@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from zerorate.io.clocks.names import named_like_time
 from zerorate.io.log import LogError
-from zerorate.io.names import named_like_time
 from zerorate.io.table import Column, Content, Format, Metadata, Table, listed_names
 from zerorate.texts import extra_needed
 

@@ -8,9 +8,9 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
+from zerorate.io.clocks.names import looks_like_time, named_like_time
 from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
-from zerorate.io.names import looks_like_time, named_like_time
 from zerorate.io.readers.arrays import (
     SCALARS,
     from_array,

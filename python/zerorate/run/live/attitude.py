@@ -11,7 +11,8 @@ from typing import Any, Final, Self
 import numpy as np
 
 from zerorate._native import Attitude
-from zerorate.io.names import Meaning, canonical_unit, meaning_of, time_unit
+from zerorate.io.clocks.names import time_unit
+from zerorate.io.names import Meaning, canonical_unit, meaning_of
 from zerorate.run.live.checkpoint import CheckpointError, SettingsError
 from zerorate.run.live.lines import (
     ColumnError,

@@ -13,12 +13,8 @@ import numpy.typing as npt
 from zerorate._native import DriftFilter
 from zerorate.io import LogError
 from zerorate.io.clocks.iso8601 import is_date
-from zerorate.io.names import (
-    UNKNOWN,
-    common_unit,
-    looks_like_gyro,
-    named_like_time,
-)
+from zerorate.io.clocks.names import named_like_time
+from zerorate.io.names import UNKNOWN, common_unit, looks_like_gyro
 from zerorate.io.readers.cells import from_inert, inert, number
 
 __all__ = [
