@@ -6,10 +6,11 @@ NaN, infinities and ``None`` are missing samples. R is the measurement noise var
 process noise covariance of the state.
 """
 
+import sys
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Final
 
-from zerorate import units
 from zerorate._native import (
     AllanNoise,
     Attitude,
@@ -29,51 +30,34 @@ from zerorate._native import (
     WaveletDenoiser,
     __version__,
 )
-from zerorate.array import AllanCovariance, VirtualGyro, allan_covariance
-from zerorate.calibrate import CalibrationError, calibrate
-from zerorate.denoise import Denoised, denoise
-from zerorate.io import (
-    Log,
-    LogError,
-    Recording,
-    raw_counts,
-    read_log,
-    read_recording,
-    split_log,
-    write_log,
-)
-from zerorate.noise import (
-    AllanResult,
-    Coefficient,
-    DynamicAllan,
-    FittedModel,
-    Markov,
-    NoiseModel,
-    Sinusoid,
-    allan,
-    dynamic_allan,
-    whittle,
-    worst_axis,
-)
-from zerorate.simulate import Contamination, simulate
-from zerorate.simulate.devices import DEVICES, Device, device
 
 if TYPE_CHECKING:
-    from zerorate import compare, identify, live, metrics
+    from zerorate import compare, identify, live, metrics, units
     from zerorate.array.accelerometers import FusedAccelerometers, fuse_accelerometers
+    from zerorate.array.covariance import AllanCovariance, allan_covariance
     from zerorate.array.logs import ArrayLog, array_log
     from zerorate.array.rotations import Rotations, find_rotations, read_rotations
+    from zerorate.array.virtual_gyro import VirtualGyro
     from zerorate.attitude.estimate import AttitudeEstimate, estimate_attitude
-    from zerorate.calibrate import Calibration, find_rests
+    from zerorate.calibrate.calibrate import CalibrationError, calibrate
+    from zerorate.calibrate.calibration import Calibration
     from zerorate.calibrate.comparison import (
         CalibrationComparison,
         MovedParameter,
         compare_calibrations,
     )
+    from zerorate.calibrate.fit.rests import find_rests
     from zerorate.calibrate.rate.angle import Integrated, integrate
     from zerorate.calibrate.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibrate.rate.reference import FittedRate, fit_rate
     from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
+    from zerorate.denoise.wavelet import Denoised, denoise
+    from zerorate.io.counts import raw_counts
+    from zerorate.io.log import Log, LogError, Recording
+    from zerorate.io.reading import read_log
+    from zerorate.io.recording import read_recording
+    from zerorate.io.split import split_log
+    from zerorate.io.writing import write_log
     from zerorate.linear.run import LinearRun, SmoothedRun
     from zerorate.navigation.alignment import Alignment, align
     from zerorate.navigation.clock import TimeOffset, find_time_offset
@@ -82,7 +66,18 @@ if TYPE_CHECKING:
     from zerorate.navigation.readers import read_fixes
     from zerorate.navigation.track import Track
     from zerorate.navigation.tracks import write_geojson, write_gpx
+    from zerorate.noise.allan import allan
+    from zerorate.noise.coefficient import Coefficient
+    from zerorate.noise.dynamic import DynamicAllan, dynamic_allan
+    from zerorate.noise.fit import FittedModel
+    from zerorate.noise.model import NoiseModel, worst_axis
+    from zerorate.noise.result import AllanResult
+    from zerorate.noise.spectrum import whittle
+    from zerorate.noise.terms import Markov, Sinusoid
+    from zerorate.simulate.contamination import Contamination
+    from zerorate.simulate.devices import DEVICES, Device, device
     from zerorate.simulate.drive import SimulatedDrive, simulate_drive
+    from zerorate.simulate.gyro import simulate
     from zerorate.simulate.motion import MotionErrors, SimulatedMotion, simulate_motion
     from zerorate.simulate.session import (
         AccelErrors,
@@ -193,70 +188,82 @@ __all__ = [
     "write_log",
 ]
 
-
-_LATER = {
-    "compare": "compare",
-    "identify": "identify",
-    "live": "live",
-    "metrics": "metrics",
-    "AccelErrors": "simulate.session",
-    "Alignment": "navigation.alignment",
-    "ArrayLog": "array.logs",
-    "AttitudeEstimate": "attitude.estimate",
-    "Calibration": "calibrate.calibration",
-    "CalibrationComparison": "calibrate.comparison",
-    "FittedRate": "calibrate.rate.reference",
-    "Fixes": "navigation.fixes",
-    "FusedAccelerometers": "array.accelerometers",
-    "GyroErrors": "simulate.session",
-    "Integrated": "calibrate.rate.angle",
-    "LinearRun": "linear.run",
-    "MotionErrors": "simulate.motion",
-    "Mounting": "navigation.mounting",
-    "MovedParameter": "calibrate.comparison",
-    "RateTable": "calibrate.rate.rate_table",
-    "RateTableAxis": "calibrate.rate.rate_table",
-    "Rotations": "array.rotations",
-    "SimulatedDrive": "simulate.drive",
-    "SimulatedMotion": "simulate.motion",
-    "SimulatedSession": "simulate.session",
-    "SmoothedRun": "linear.run",
-    "TemperatureBias": "calibrate.temperature",
-    "TemperatureModel": "calibrate.temperature",
-    "TimeOffset": "navigation.clock",
-    "Track": "navigation.track",
-    "find_time_offset": "navigation.clock",
-    "align": "navigation.alignment",
-    "array_log": "array.logs",
-    "body_axes": "navigation.mounting",
-    "calibrate_rate_table": "calibrate.rate.rate_table",
-    "find_rests": "calibrate.fit.rests",
-    "compare_calibrations": "calibrate.comparison",
-    "estimate_attitude": "attitude.estimate",
-    "find_rotations": "array.rotations",
-    "fit_rate": "calibrate.rate.reference",
-    "fuse_accelerometers": "array.accelerometers",
-    "integrate": "calibrate.rate.angle",
-    "read_mounting": "navigation.mounting",
-    "read_fixes": "navigation.readers",
-    "read_rotations": "array.rotations",
-    "simulate_drive": "simulate.drive",
-    "simulate_motion": "simulate.motion",
-    "simulate_session": "simulate.session",
-    "write_geojson": "navigation.tracks",
-    "write_gpx": "navigation.tracks",
+_PLACES: Final = {
+    "array.accelerometers": ("FusedAccelerometers", "fuse_accelerometers"),
+    "array.covariance": ("AllanCovariance", "allan_covariance"),
+    "array.logs": ("ArrayLog", "array_log"),
+    "array.rotations": ("Rotations", "find_rotations", "read_rotations"),
+    "array.virtual_gyro": ("VirtualGyro",),
+    "attitude.estimate": ("AttitudeEstimate", "estimate_attitude"),
+    "calibrate.calibrate": ("CalibrationError", "calibrate"),
+    "calibrate.calibration": ("Calibration",),
+    "calibrate.comparison": ("CalibrationComparison", "MovedParameter", "compare_calibrations"),
+    "calibrate.fit.rests": ("find_rests",),
+    "calibrate.rate.angle": ("Integrated", "integrate"),
+    "calibrate.rate.rate_table": ("RateTable", "RateTableAxis", "calibrate_rate_table"),
+    "calibrate.rate.reference": ("FittedRate", "fit_rate"),
+    "calibrate.temperature": ("TemperatureBias", "TemperatureModel"),
+    "denoise.wavelet": ("Denoised", "denoise"),
+    "io.counts": ("raw_counts",),
+    "io.log": ("Log", "LogError", "Recording"),
+    "io.reading": ("read_log",),
+    "io.recording": ("read_recording",),
+    "io.split": ("split_log",),
+    "io.writing": ("write_log",),
+    "linear.run": ("LinearRun", "SmoothedRun"),
+    "navigation.alignment": ("Alignment", "align"),
+    "navigation.clock": ("TimeOffset", "find_time_offset"),
+    "navigation.fixes": ("Fixes",),
+    "navigation.mounting": ("Mounting", "body_axes", "read_mounting"),
+    "navigation.readers": ("read_fixes",),
+    "navigation.track": ("Track",),
+    "navigation.tracks": ("write_geojson", "write_gpx"),
+    "noise.allan": ("allan",),
+    "noise.coefficient": ("Coefficient",),
+    "noise.dynamic": ("DynamicAllan", "dynamic_allan"),
+    "noise.fit": ("FittedModel",),
+    "noise.model": ("NoiseModel", "worst_axis"),
+    "noise.result": ("AllanResult",),
+    "noise.spectrum": ("whittle",),
+    "noise.terms": ("Markov", "Sinusoid"),
+    "simulate.contamination": ("Contamination",),
+    "simulate.devices": ("DEVICES", "Device", "device"),
+    "simulate.drive": ("SimulatedDrive", "simulate_drive"),
+    "simulate.gyro": ("simulate",),
+    "simulate.motion": ("MotionErrors", "SimulatedMotion", "simulate_motion"),
+    "simulate.session": ("AccelErrors", "GyroErrors", "SimulatedSession", "simulate_session"),
 }
-"""Modules that are imported when they, or a name in them, are first asked for."""
+"""Modules that are imported when a name in them is first asked for: nobody needs all of them."""
+
+_MODULES: Final = {name: module for module, names in _PLACES.items() for name in names}
+
+
+class _Root(ModuleType):
+    """The package, in which a function keeps its name beside the package that it stands in."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        # Whoever imports zerorate.calibrate.fit would have zerorate.calibrate name a package.
+        if not (name in _MODULES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Root
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401
-    """Import the large parts when they are first asked for."""
-    if name not in _LATER:
-        raise AttributeError(f"module 'zerorate' has no attribute {name!r}")
-    module = import_module(f"zerorate.{_LATER[name]}")
-    return module if _LATER[name] == name else getattr(module, name)
+    """Import a name's module, or a module by its name, when it is first asked for."""
+    if name in _MODULES:
+        found = getattr(import_module(f"zerorate.{_MODULES[name]}"), name)
+        globals()[name] = found
+        return found
+    try:
+        return import_module(f"zerorate.{name}")
+    except ModuleNotFoundError as error:
+        if error.name != f"zerorate.{name}":
+            raise
+        raise AttributeError(f"module 'zerorate' has no attribute {name!r}") from None
 
 
 def __dir__() -> list[str]:
-    """Show what is public, the large parts among it."""
+    """Show what is public, whether it was imported or not."""
     return __all__

@@ -329,7 +329,7 @@ class TestFaults:
         def interrupted(*_):
             raise KeyboardInterrupt
 
-        monkeypatch.setattr("zerorate.run.interrupts.Future.result", interrupted)
+        monkeypatch.setattr("concurrent.futures.Future.result", interrupted)
         code, text, errors = cli(log, "-o", out, "--no-figure")
         assert (code, text, errors) == (130, "", "zerorate: interrupted\n")
         assert names(out) == []

@@ -1,5 +1,6 @@
 """The commands of the program."""
 
+from collections.abc import Callable
 from importlib import import_module
 from typing import Annotated, Final
 
@@ -82,8 +83,8 @@ def _root(
     """Only for what comes before a command."""
 
 
-def program(first: str = "") -> typer.Typer:
-    """Return the program, with the one command that is called if its name comes first."""
+def program(called: str | None = None) -> typer.Typer:
+    """Return the program, of whose commands only the one that is called can be run; None: all."""
     app = typer.Typer(
         name="zerorate",
         help=_ABOUT,
@@ -93,11 +94,19 @@ def program(first: str = "") -> typer.Typer:
     )
     app.callback()(_root)
     # Each command imports what it works with: all of them take longer than many a log.
-    for name in (first,) if first in _COMMANDS else _COMMANDS:
-        about, example = _COMMANDS[name]
-        command = getattr(import_module(f"zerorate.cli.{name}"), name)
-        app.command(short_help=about, epilog=f"Example: {example}")(command)
+    for name, (about, example) in _COMMANDS.items():
+        command = _command(name) if called in (name, None) else _not_called
+        app.command(name, short_help=about, epilog=f"Example: {example}")(command)
     return app
+
+
+def _command(name: str) -> Callable[..., None]:
+    command: Callable[..., None] = getattr(import_module(f"zerorate.cli.{name}"), name)
+    return command
+
+
+def _not_called() -> None:
+    """Only for the list in help."""
 
 
 def hint(command: str | None) -> Hint:
@@ -109,6 +118,8 @@ def hint(command: str | None) -> Hint:
 
 def invoke(arguments: list[str]) -> int:
     """Run a command and return its exit code; faults are raised."""
-    command = typer.main.get_command(program(arguments[0]))
+    # What stands before a command takes no values.
+    called = next((word for word in arguments if not word.startswith("-")), "")
+    command = typer.main.get_command(program(called))
     code = command.main(args=arguments, prog_name="zerorate", standalone_mode=False)
     return int(code or 0)

@@ -9,7 +9,6 @@ from difflib import get_close_matches
 from importlib.util import find_spec
 from typing import Final
 
-from zerorate.io import LogError
 from zerorate.texts import extra_needed
 
 __all__ = [
@@ -97,6 +96,8 @@ class UsageFault(Fault):
 @contextmanager
 def read_faults(columns_asked: bool) -> Iterator[None]:
     """Turn what reading a log raises into faults that name options, not arguments."""
+    from zerorate.io import LogError
+
     try:
         yield
     except LogError as error:
@@ -114,6 +115,8 @@ def read_faults(columns_asked: bool) -> Iterator[None]:
 @contextmanager
 def as_usage() -> Iterator[None]:
     """Turn errors of arguments, and of the place to write to, into usage faults."""
+    from zerorate.io import LogError
+
     try:
         yield
     except LogError:
@@ -129,6 +132,8 @@ def as_usage() -> Iterator[None]:
 @contextmanager
 def writing() -> Iterator[None]:
     """Turn what writing a file raises, a full disk for instance, into a fault."""
+    from zerorate.io import LogError
+
     try:
         yield
     except FileExistsError as error:

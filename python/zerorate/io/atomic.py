@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 import re
-import secrets
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -138,7 +136,7 @@ def _temporary_name(target: Path) -> str:
     It is short and plain whatever the file is called, for libraries that take no other names.
     """
     suffix = target.suffix if target.suffix.isascii() else ""
-    process, chance = f"{os.getpid():x}", secrets.token_hex(4)
+    process, chance = f"{os.getpid():x}", os.urandom(4).hex()
     return (
         f".zerorate-{_digest(target.name)}-{_machine()}-{process}-{chance}"
         f"{suffix if len(suffix) <= _LONGEST_SUFFIX else ''}"
@@ -146,6 +144,9 @@ def _temporary_name(target: Path) -> str:
 
 
 def _digest(text: str) -> str:
+    # Libraries of a cipher come with it, which take longer to load than many a command.
+    import hashlib
+
     return hashlib.blake2b(text.encode("utf-8", "backslashreplace"), digest_size=4).hexdigest()
 
 

@@ -7,9 +7,9 @@ import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from html import escape
 from itertools import pairwise
 from typing import Any, Final, Protocol
-from xml.sax.saxutils import escape
 
 import numpy as np
 import numpy.typing as npt

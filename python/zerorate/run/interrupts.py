@@ -4,9 +4,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
 from types import FrameType
 from typing import Any, Final, Self, TypeVar
 
@@ -37,6 +35,8 @@ def for_the_parent_alone() -> Iterator[None]:
     if sys.platform == "win32":
         yield
         return
+    from multiprocessing import resource_tracker
+
     # As it starts by itself, it lets interrupts through again.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -51,6 +51,8 @@ def in_background(work: Callable[[], T]) -> T:
 
     Native code cannot be interrupted, and some of it takes minutes.
     """
+    from concurrent.futures import Future
+
     future: Future[T] = Future()
 
     def run() -> None:
