@@ -30,6 +30,7 @@ from zerorate._native import (
     WaveletDenoiser,
     __version__,
 )
+from zerorate.views import shown_by
 
 if TYPE_CHECKING:
     from zerorate import compare, identify, live, metrics, units
@@ -187,6 +188,8 @@ __all__ = [
     "write_gpx",
     "write_log",
 ]
+
+shown_by("zerorate.show.registry")
 
 _PLACES: Final = {
     "array.accelerometers": ("FusedAccelerometers", "fuse_accelerometers"),

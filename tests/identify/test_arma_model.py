@@ -360,7 +360,7 @@ def test_the_table_is_aligned():
     }
     assert len(places) == 1
     assert lines[5] == "sigma^2   1"
-    assert all(line.startswith("note: ") for line in lines[6:])
+    assert all(line.startswith(("note: ", "  ")) for line in lines[6:])
     assert len(lines) > 6
 
 

@@ -13,6 +13,7 @@ from zerorate.io.log import checked_rate
 from zerorate.io.missing import floats
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import canonical, convert, kind
+from zerorate.views import Result
 
 __all__ = ["FusedAccelerometers", "fuse_accelerometers"]
 
@@ -59,7 +60,7 @@ _RIDGE: Final = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class FusedAccelerometers:
+class FusedAccelerometers(Result):
     """One accelerometer in the place of N, and how each of them did; n samples.
 
     Attributes

@@ -20,6 +20,7 @@ from zerorate.noise.kinds import KINDS, TauGrid, factors, seconds
 from zerorate.noise.quantities import check_unit
 from zerorate.noise.records import size_of
 from zerorate.types import Booleans, Floats, Integers
+from zerorate.views import Result
 
 __all__ = ["AllanCovariance", "allan_covariance"]
 
@@ -30,7 +31,7 @@ _CHUNK: Final = 1 << 13
 
 
 @dataclass(frozen=True, eq=False)
-class AllanCovariance:
+class AllanCovariance(Result):
     """Overlapping Allan covariances of N gyros that were recorded side by side.
 
     Attributes

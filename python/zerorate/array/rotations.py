@@ -19,6 +19,7 @@ from zerorate.metrics import rotations as quaternions
 from zerorate.noise.exports import written
 from zerorate.options import with_limits
 from zerorate.types import Booleans, Floats
+from zerorate.views import Result
 
 __all__ = ["Rotations", "find_rotations", "read_rotations"]
 
@@ -44,7 +45,7 @@ _UNIT_LENGTH: Final = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Rotations:
+class Rotations(Result):
     """How the N sensors of an array are turned against the first.
 
     Parameters

@@ -11,6 +11,7 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from zerorate.types import Floats
+from zerorate.views import Result
 
 __all__ = [
     "Noise",
@@ -47,7 +48,7 @@ _TOO_FEW: Final = (
 
 
 @dataclass(frozen=True, eq=False)
-class VirtualGyro:
+class VirtualGyro(Result):
     """Weights that make one gyro of many.
 
     Attributes

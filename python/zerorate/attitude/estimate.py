@@ -18,9 +18,10 @@ from zerorate.io import Log, Recording
 from zerorate.metrics.orientation import OrientationErrors, orientation_errors
 from zerorate.progress import Progress, silent
 from zerorate.types import Booleans, Floats, Integers
+from zerorate.views import Result
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 __all__ = ["METHODS", "AttitudeEstimate", "estimate_attitude"]
 
@@ -43,7 +44,7 @@ _THINNED: Final = ("gyro_matrix", "gyro_matrix_sigma")
 
 
 @dataclass(frozen=True, eq=False)
-class AttitudeEstimate:
+class AttitudeEstimate(Result):
     """Attitude of a body over a recording of n samples, as `estimate_attitude` returns it.
 
     Parameters
@@ -189,16 +190,6 @@ class AttitudeEstimate:
         for axis, values in zip("xyz", self.linear_acceleration.T, strict=True):
             yield f"linear_{axis}_mps2", values
 
-    def table(self) -> str:
-        """Return what was found as text, in deg."""
-        from zerorate.show.attitude_table import format_attitude
-
-        return format_attitude(self)
-
-    def __str__(self) -> str:
-        """Return the table."""
-        return self.table()
-
     def __repr__(self) -> str:
         """Return size, method and frame."""
         axes = "nine" if self.mag else "six"
@@ -207,12 +198,6 @@ class AttitudeEstimate:
             f"AttitudeEstimate({self.n} samples at {self.rate:g} Hz, {axes} axes, {self.method}"
             f"{way}, {self.frame})"
         )
-
-    def plot(self) -> Figure:
-        """Return the figure; ImportError without matplotlib, of the extra ``plot``."""
-        from zerorate.show.attitude_figure import plot_attitude
-
-        return plot_attitude(self)
 
 
 def estimate_attitude(

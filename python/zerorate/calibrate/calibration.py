@@ -34,6 +34,7 @@ from zerorate.calibrate.removal import (
 )
 from zerorate.noise.coefficient import Coefficient
 from zerorate.types import Booleans, Floats
+from zerorate.views import Result, figure_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -189,7 +190,7 @@ class SensorCalibration:
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Calibration(Result):
     """What calibration of an accelerometer and a gyroscope has found.
 
     The model is ``raw_accel = A f + b_a`` and ``raw_gyro = W w + b_g + G f``, with f in g in the
@@ -352,15 +353,7 @@ class Calibration:
         ImportError
             Without matplotlib, of the extra ``plot``.
         """
-        from zerorate.show import plot_calibration
-
-        return plot_calibration(self, recording)
-
-    def __str__(self) -> str:
-        """Return a table of all that was found, and whether it is valid."""
-        from zerorate.show import format_calibration
-
-        return format_calibration(self)
+        return figure_of(self, recording)
 
     def __repr__(self) -> str:
         """Return in one line whether it is valid, and what it was made of."""

@@ -13,9 +13,9 @@ from zerorate import _native
 from zerorate.calibrate.calibration import Calibration
 from zerorate.calibrate.parameters import PARAMETERS
 from zerorate.noise.coefficient import Coefficient
-from zerorate.numerals import significant, with_error
 from zerorate.types import Floats, Integers
 from zerorate.units import UNITS, convert
+from zerorate.views import Result
 
 __all__ = ["CalibrationComparison", "MovedParameter", "compare_calibrations"]
 
@@ -27,7 +27,6 @@ _WARMER: Final = 5.0
 """K between two records above which temperature may be what moved a parameter."""
 _FEW: Final = 6
 """Parameters that a note names."""
-_ROW: Final = "{:31}{:>19}{:>19}{:>13}{:>7}  {}"
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ class MovedParameter:
 
 
 @dataclass(frozen=True)
-class CalibrationComparison:
+class CalibrationComparison(Result):
     """What `compare_calibrations` found; `print` shows it as a table.
 
     Attributes
@@ -91,32 +90,6 @@ class CalibrationComparison:
     def moved(self) -> tuple[MovedParameter, ...]:
         """The parameters that have moved by more than three standard errors, farthest first."""
         return tuple(sorted((p for p in self.parameters if p.moved), key=lambda p: -abs(p.z)))
-
-    def __str__(self) -> str:
-        """Return a table of the parameters that both records determine, and the notes."""
-        from zerorate.show.tables import bulleted
-
-        lines = [_ROW.format("parameter", "first", "second", "difference", "z", "").rstrip()]
-        lines += [self._line(p) for p in self.parameters if not math.isnan(p.z)]
-        others = sum(math.isnan(p.z) for p in self.parameters)
-        if others:
-            lines.append(f"{others} parameters do not count: fixed, or not identifiable")
-        if self.degrees_of_freedom:
-            lines.append(
-                f"all together: chi-squared {significant(self.chi_squared)}, "
-                f"{self.degrees_of_freedom} degrees of freedom, probability {self.probability:.2g}"
-            )
-        return "\n".join((*lines, bulleted(self.notes)))
-
-    def _line(self, p: MovedParameter) -> str:
-        factor, offset, unit = _shown(p.name, self.gyro_unit, self.accel_unit)
-        values = (
-            with_error(factor * (c.value - offset), factor * c.sigma) for c in (p.first, p.second)
-        )
-        difference = significant(factor * p.difference.value)
-        name = f"{p.name} [{unit}]"
-        told = "moved" if p.moved else ""
-        return _ROW.format(name, *values, difference, f"{p.z:.1f}", told).rstrip()
 
 
 def compare_calibrations(first: Calibration, second: Calibration) -> CalibrationComparison:
@@ -275,18 +248,3 @@ def _validity(first: Calibration, second: Calibration) -> Iterator[str]:
     for name, one in (("first", first), ("second", second)):
         if not one.valid:
             yield f"the {name} calibration is not valid: {one.problems[0]}"
-
-
-def _shown(name: str, gyro_unit: str, accel_unit: str) -> tuple[float, float, str]:
-    """Return what a parameter is multiplied by, less an offset, to be in a unit, and the unit."""
-    sensor, part, axes = name.split(".")
-    raw = gyro_unit if sensor == "gyro" else accel_unit
-    known = raw in UNITS
-    if part == "matrix":
-        if not known:
-            return 1.0, 0.0, raw
-        return (1e2, 1.0, "%") if axes[0] == axes[1] else (1e3, 0.0, "mrad")
-    shown = {"gyro": "deg/s", "accel": "mg"}[sensor]
-    factor = convert(1.0, raw, shown) if known else 1.0
-    unit = shown if known else raw
-    return factor, 0.0, f"{unit}/g" if part == "g_sensitivity" else unit

@@ -21,6 +21,7 @@ from zerorate.io.log import notes_of
 from zerorate.progress import Progress, silent
 from zerorate.simulate import Contamination
 from zerorate.types import Floats
+from zerorate.views import Result
 
 __all__ = ["Comparison", "compare"]
 
@@ -34,7 +35,7 @@ _KINDS: Final[tuple[Kind, ...]] = ("rest", "turning", "orientation")
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(Result):
     """All recordings of one kind, clean or contaminated.
 
     Attributes

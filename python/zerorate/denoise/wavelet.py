@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.types import Floats, Integers
+from zerorate.views import Result
 
 __all__ = ["Denoised", "LevelName", "Mode", "Wavelet", "denoise"]
 
@@ -18,7 +19,7 @@ LevelName: TypeAlias = Literal["auto", "psr", "psr-normalised"]
 
 
 @dataclass(frozen=True, eq=False)
-class Denoised:
+class Denoised(Result):
     """A record without the details that are no larger than noise.
 
     Attributes

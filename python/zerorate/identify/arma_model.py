@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import arma_residuals
-from zerorate.identify.arma_text import diagnosis, from_json, table, to_json
+from zerorate.identify.arma_text import diagnosis, from_json, to_json
 from zerorate.identify.filter_start import filter_of
 from zerorate.identify.polynomials import (
     Mode,
@@ -28,6 +28,7 @@ from zerorate.identify.polynomials import (
 from zerorate.identify.state_space import of_model
 from zerorate.noise.records import as_record
 from zerorate.types import Floats
+from zerorate.views import Result
 
 __all__ = ["ArmaModel"]
 
@@ -36,7 +37,7 @@ Complexes = npt.NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class ArmaModel:
+class ArmaModel(Result):
     """A model z_k = sum_i phi_i z_(k-i) + a_k + sum_j theta_j a_(k-j) + c, of orders (p, q).
 
     `fit_ar` and `fit_arma` estimate one, `of` takes known numbers. Two models are equal if every
@@ -365,10 +366,6 @@ class ArmaModel:
     def __reduce__(self) -> tuple[Callable[[str], ArmaModel], tuple[str]]:
         """Pickle through JSON, which loses nothing and freezes the arrays again."""
         return ArmaModel.from_json, (self.to_json(),)
-
-    def __str__(self) -> str:
-        """Return a table: coefficient, value ± standard error, t; then the notes."""
-        return table(self)
 
 
 def _roots(coefficients: Floats) -> Complexes:

@@ -1,4 +1,4 @@
-"""ARMA models as text: notes on what to beware of, a table, JSON."""
+"""ARMA models as text: notes on what to beware of, JSON."""
 
 import json
 import math
@@ -18,7 +18,7 @@ from zerorate.types import Floats
 if TYPE_CHECKING:
     from zerorate.identify.arma_model import ArmaModel
 
-__all__ = ["diagnosis", "from_json", "table", "to_json"]
+__all__ = ["diagnosis", "from_json", "to_json"]
 
 
 # Half of the digits of the normal equations are gone.
@@ -119,43 +119,6 @@ def _reaches_one(root: Uncertain, covariance: Floats) -> bool:
 
 def _root_text(root: complex) -> str:
     return f"{root:.5g}" if root.imag else f"{root.real:.5g}"
-
-
-Row = tuple[str, str, str]
-
-
-def table(model: "ArmaModel") -> str:
-    """Return aligned lines without an end: coefficient, value ± error, t; then the notes."""
-    rows = list(_rows(model))
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
-    return "\n".join([_head(model), *lines, *(f"note: {note}" for note in model.notes)])
-
-
-def _head(model: "ArmaModel") -> str:
-    p, q = model.order
-    samples = f", {model.n} innovations" if model.n else ""
-    return f"ARMA({p}, {q}) by {model.method}{samples}"
-
-
-def _rows(model: "ArmaModel") -> Iterator[Row]:
-    p, q = model.order
-    names = [f"phi_{i}" for i in range(1, p + 1)] + [f"theta_{j}" for j in range(1, q + 1)]
-    names += ["constant"] if model.has_constant else []
-    values = [*model.phi.tolist(), *model.theta.tolist(), model.constant]
-    # Without a constant the last value and its error are left over.
-    for name, value, error in zip(names, values, model.standard_errors.tolist(), strict=False):
-        yield _row(name, value, error)
-    yield "sigma^2", f"{model.sigma2:.6g}", ""
-
-
-def _row(name: str, value: float, error: float) -> Row:
-    if not error > 0.0:
-        return name, f"{value:.6g}", ""
-    return name, f"{value:.6g} ± {error:.2g}", f"t = {value / error:.3g}"
 
 
 _FORMAT: Final = "zerorate ARMA model"

@@ -23,9 +23,10 @@ from zerorate.io.log import checked_rate
 from zerorate.noise.records import as_record
 from zerorate.noise.rest import Span, moving_spans
 from zerorate.types import Floats, Integers
+from zerorate.views import Result
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 __all__ = [
     "LEAST_SAMPLES",
@@ -39,7 +40,7 @@ __all__ = [
 
 
 @dataclass(frozen=True, eq=False)
-class Identification:
+class Identification(Result):
     """All that was found out about the record of one axis.
 
     Attributes
@@ -114,18 +115,6 @@ class Identification:
         from zerorate.identify.as_json import as_dict
 
         return as_dict(self)
-
-    def plot(self) -> Figure:
-        """Return the figure of this axis, 180 mm wide; needs matplotlib.
-
-        Raises
-        ------
-        ImportError
-            Without matplotlib, of the extra ``plot``.
-        """
-        from zerorate.show import plot_identification
-
-        return plot_identification(self)
 
 
 _STARTUP: Final = 100

@@ -6,12 +6,13 @@ import numpy as np
 
 from zerorate._native import smooth_linear
 from zerorate.types import Booleans, Floats
+from zerorate.views import Result
 
 __all__ = ["LinearRun", "SmoothedRun"]
 
 
 @dataclass(frozen=True)
-class SmoothedRun:
+class SmoothedRun(Result):
     """What a whole record says of each of its samples."""
 
     state: Floats
@@ -20,7 +21,7 @@ class SmoothedRun:
     """(n, N, N), with channels (n, k, N, N)."""
 
 
-class LinearRun:
+class LinearRun(Result):
     """What ``LinearKalman.process`` returns: what was known after each sample of a record.
 
     With channels every array has their axis after that of the samples. Covariances of channels that
@@ -31,6 +32,11 @@ class LinearRun:
         self.state = state
         """(n, N)."""
         self._kept = kept
+
+    @property
+    def complete(self) -> bool:
+        """Whether more was kept than the states."""
+        return "covariance" in self._kept
 
     def _known(self, name: str) -> Floats:
         if name not in self._kept:

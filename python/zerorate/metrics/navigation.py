@@ -15,6 +15,7 @@ from zerorate.metrics.channels import positive
 from zerorate.metrics.rotations import inverse, product
 from zerorate.progress import Progress, silent
 from zerorate.types import Booleans, Floats, Integers
+from zerorate.views import Result
 
 if TYPE_CHECKING:
     from zerorate import NavigationFilter
@@ -97,7 +98,7 @@ class OutageErrors:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Outages:
+class Outages(Result):
     """Errors in outages of several lengths, as `outages` returns them.
 
     Parameters
@@ -120,16 +121,6 @@ class Outages:
             if one.seconds == seconds:
                 return one
         raise KeyError(seconds)
-
-    def table(self) -> str:
-        """Return the errors as plain text."""
-        from zerorate.show.navigation_table import format_outages
-
-        return format_outages(self)
-
-    def __str__(self) -> str:
-        """Return the table."""
-        return self.table()
 
     def __repr__(self) -> str:
         """Say how many there are of each length, and what the filter's errors are."""

@@ -8,13 +8,13 @@ from typing import Final, Literal
 
 import numpy as np
 
-from zerorate.attitude.estimate import euler_angles
 from zerorate.attitude.samples import Samples
 from zerorate.calibrate import find_rests
 from zerorate.io import LogError, Recording
 from zerorate.metrics.rotations import inverse, product
 from zerorate.navigation.earth import earth_rate
 from zerorate.types import Booleans, Floats
+from zerorate.views import Result
 
 __all__ = ["Alignment", "align"]
 
@@ -33,7 +33,7 @@ _TOLERANCE: Final = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Alignment:
+class Alignment(Result):
     """What is known of a vehicle before it moves, as `align` returns it.
 
     Parameters
@@ -67,19 +67,6 @@ class Alignment:
     sigma_heading: float
     sigma_gyro_bias: float
     sigma_accel_bias: float
-
-    def __str__(self) -> str:
-        """Say what was found, in deg."""
-        roll, pitch, yaw = np.degrees(euler_angles(self.attitude[np.newaxis])[0])
-        heading = f"heading {yaw:.2f} deg" if self.heading_known else "no heading"
-        if self.course and not self.heading_known:
-            heading = "heading from the course"
-        bias = ", ".join(f"{x:.4f}" for x in np.degrees(self.gyro_bias))
-        return (
-            f"roll {roll:.2f} deg, pitch {pitch:.2f} deg (sigma "
-            f"{math.degrees(self.sigma_level):.2f} deg), {heading}; gyro bias {bias} deg/s (sigma "
-            f"{math.degrees(self.sigma_gyro_bias):.4f} deg/s)"
-        )
 
 
 def align(

@@ -13,6 +13,7 @@ from zerorate.io import Recording
 from zerorate.navigation.alignment import Alignment
 from zerorate.navigation.fixes import Fixes
 from zerorate.types import Floats
+from zerorate.views import Result
 
 __all__ = ["TimeOffset", "find_time_offset"]
 
@@ -31,7 +32,7 @@ _UNCERTAIN: Final = 0.1
 
 
 @dataclass(frozen=True)
-class TimeOffset:
+class TimeOffset(Result):
     """A difference of two clocks, as `find_time_offset` returns it.
 
     Parameters
@@ -50,12 +51,6 @@ class TimeOffset:
     def identifiable(self) -> bool:
         """Whether the record tells it: the vehicle must change its velocity."""
         return math.isfinite(self.sigma)
-
-    def __str__(self) -> str:
-        """Return the offset with its deviation."""
-        if not self.identifiable:
-            return "time offset not identifiable: the vehicle hardly changes its velocity"
-        return f"time offset {self.seconds:.3f} s (sigma {self.sigma:.3f} s)"
 
 
 def find_time_offset(

@@ -13,6 +13,7 @@ from zerorate.io import Log
 from zerorate.metrics.rotations import inverse, of_rotation_vectors, product
 from zerorate.navigation.earth import local_ned, moved
 from zerorate.types import Booleans, Floats
+from zerorate.views import Result, figure_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,7 +40,7 @@ class Inputs:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Track:
+class Track(Result):
     """The track of a vehicle over n samples of its sensors, of ``NavigationFilter.process``.
 
     Parameters
@@ -246,20 +247,12 @@ class Track:
         beside["navigating"] = self.navigating
         return Log(self.time, rate, self.position, names, "deg, deg, m", meta), beside
 
-    def table(self) -> str:
-        """Return what became of the fixes and what is known at the end, as plain text."""
-        from zerorate.show.navigation_table import format_track
-
-        return format_track(self)
-
     def plot(self, outages: Outages | None = None) -> Figure:
         """Return the figure, which marks outages of ``zerorate.metrics.outages``.
 
         ImportError without matplotlib, of the extra ``plot``.
         """
-        from zerorate.show.navigation_figure import plot_track
-
-        return plot_track(self, outages)
+        return figure_of(self, outages)
 
 
 def track_of(

@@ -17,10 +17,11 @@ from zerorate.noise.quantities import check_unit
 from zerorate.noise.records import samples
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 from zerorate.types import Floats
 from zerorate.units import whole_samples
+from zerorate.views import Result
 
 __all__ = ["DynamicAllan", "dynamic_allan"]
 
@@ -33,7 +34,7 @@ _BATCH: Final = 16
 
 
 @dataclass(frozen=True, eq=False)
-class DynamicAllan:
+class DynamicAllan(Result):
     """Deviations over a window that slides along a record.
 
     Attributes
@@ -58,18 +59,6 @@ class DynamicAllan:
     deviation: Floats
     window: float
     unit: str
-
-    def plot(self) -> Figure:
-        """Return the map: time across, averaging time up, deviation as colour.
-
-        Raises
-        ------
-        ImportError
-            Without matplotlib, of the extra ``plot``.
-        """
-        from zerorate.show.dynamic_figure import plot_dynamic
-
-        return plot_dynamic(self)
 
 
 def dynamic_allan(

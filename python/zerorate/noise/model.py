@@ -13,14 +13,14 @@ import numpy.typing as npt
 from zerorate.noise.coefficient import Coefficient, CoefficientField, positive
 from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_ros, to_vins
 from zerorate.noise.json_text import from_json, to_json
-from zerorate.noise.quantities import TERMS, WITHOUT_UNIT, Quantity, Term, term_of
+from zerorate.noise.quantities import TERMS, WITHOUT_UNIT, Quantity, Term
 from zerorate.noise.terms import ALLAN, HADAMARD, Markov, Sinusoid, deviation
 from zerorate.types import Floats
 from zerorate.units import canonical, convert, kind
+from zerorate.views import Result
 
 __all__ = ["DiscreteSigmas", "NoiseModel", "worst_axis"]
 
-Row = tuple[str, str, str]
 T = TypeVar("T")
 
 
@@ -44,7 +44,7 @@ class DiscreteSigmas(NamedTuple):
 
 
 @dataclass(frozen=True)
-class NoiseModel:
+class NoiseModel(Result):
     """Noise coefficients of a gyro at rest, in SI units.
 
     Each coefficient is kept as a `Coefficient`, a float with its standard error; plain numbers
@@ -285,13 +285,6 @@ class NoiseModel:
         white, walk = self.angle_random_walk, self.rate_random_walk
         return DiscreteSigmas(white.conservative * root, walk.conservative / root)
 
-    def __str__(self) -> str:
-        """Return a table of the terms present: name, value, standard error, unit.
-
-        Below it are named those of which nothing is known.
-        """
-        return _table(self)
-
     def _coefficients(self) -> Iterator[tuple[Term, Coefficient]]:
         return ((term, getattr(self, term.field)) for term in TERMS[self.quantity])
 
@@ -366,55 +359,3 @@ def _markov_deviation(term: Markov) -> float:
 
 def _sinusoid_deviation(term: Sinusoid) -> float:
     return term.amplitude.conservative / math.sqrt(2.0)
-
-
-def _table(model: NoiseModel) -> str:
-    """Return aligned lines without an end: term, value with standard error, unit."""
-    rows, unknown = list(_rows(model)), _unknown(model)
-    if not rows and not unknown:
-        return "no noise"
-    name_width = max((len(name) for name, _, _ in rows), default=0)
-    value_width = max((len(value) for _, value, unit in rows if unit), default=0)
-    lines = [
-        f"{name.ljust(name_width)}  {value.ljust(value_width)}  {unit}".rstrip()
-        for name, value, unit in rows
-    ]
-    if unknown:
-        lines.append(f"unknown: {', '.join(unknown)}")
-    if model.quantity == "unknown":
-        lines.append('"unit" is the unit of the samples, which is not known')
-    return "\n".join(lines)
-
-
-def _unknown(model: NoiseModel) -> list[str]:
-    """Return the names of the coefficients of which nothing is known."""
-    terms = TERMS[model.quantity]
-    return [term.name for term in terms if not getattr(model, term.field).known]
-
-
-def _rows(model: NoiseModel) -> Iterator[Row]:
-    for term in TERMS[model.quantity]:
-        coefficient = getattr(model, term.field)
-        if coefficient.known and coefficient.conservative != 0.0:
-            yield _row(term, coefficient)
-    driving = term_of(model.quantity, "rate_random_walk")
-    rate = term_of(model.quantity, "bias_instability")
-    for markov in model.markov:
-        yield _row(driving._replace(name="Markov noise"), markov.amplitude)
-        yield "  correlation time", _value(markov.time), "s"
-    for sinusoid in model.sinusoid:
-        yield _row(rate._replace(name="sinusoid"), sinusoid.amplitude)
-        yield "  frequency", _value(sinusoid.frequency), "Hz"
-
-
-def _row(term: Term, coefficient: Coefficient) -> Row:
-    shown = coefficient.scaled(term.factor)
-    if not shown.identifiable:
-        return term.name, f"not identifiable (< {shown.upper_bound:.2g} {term.shown})", ""
-    return term.name, _value(shown), term.shown
-
-
-def _value(coefficient: Coefficient) -> str:
-    if coefficient.sigma == 0.0:
-        return f"{coefficient:.4g}"
-    return f"{coefficient:.4g} ± {coefficient.sigma:.2g}"

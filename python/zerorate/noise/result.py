@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 from zerorate.types import Floats, Integers
+from zerorate.views import Result, figure_of
 
 __all__ = ["AllanResult"]
 
@@ -33,7 +34,7 @@ _WITHOUT_MODEL: Final = ("theo1", "pdev")
 
 
 @dataclass(frozen=True, eq=False)
-class AllanResult:
+class AllanResult(Result):
     """Deviations of a record at a number of averaging times.
 
     Arrays by axis have shape (t,) for a record of one axis and (t, k) for one of k.
@@ -193,9 +194,7 @@ class AllanResult:
         ImportError
             Without matplotlib, of the extra ``plot``.
         """
-        from zerorate.show.allan_figure import plot_allan
-
-        return plot_allan(self, models)
+        return figure_of(self, models)
 
     @property
     def rate_deviation(self) -> Floats:

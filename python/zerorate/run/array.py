@@ -20,6 +20,7 @@ from zerorate.progress import Progress, silent
 from zerorate.run.replay.measures import onset
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import UNITS
+from zerorate.views import Result
 
 __all__ = [
     "OUT",
@@ -83,7 +84,7 @@ class ArrayAllan:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ArrayReplay:
+class ArrayReplay(Result):
     """The log of an array after its replay; N sensors, n samples.
 
     Parameters

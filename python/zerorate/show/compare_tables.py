@@ -16,11 +16,20 @@ from zerorate.numerals import NOTHING, or_dash
 from zerorate.show.tables import Table, as_text, bulleted
 from zerorate.simulate import Contamination
 
-__all__ = ["format_compare", "marked", "on_looking_ahead"]
+__all__ = [
+    "Measure",
+    "Section",
+    "format_compare",
+    "format_comparison",
+    "label",
+    "leading_section",
+    "marked",
+    "on_looking_ahead",
+]
 
 
 @dataclass(frozen=True)
-class _Measure:
+class Measure:
     """One measure in a table.
 
     Attributes
@@ -59,67 +68,67 @@ class _Measure:
 
 
 @dataclass(frozen=True)
-class _Section:
+class Section:
     """A table of some measures.
 
     Attributes
     ----------
     title : str
         Of what the measures are.
-    measures : tuple of _Measure
+    measures : tuple of Measure
         Its columns.
     """
 
     title: str
-    measures: tuple[_Measure, ...]
+    measures: tuple[Measure, ...]
 
 
 _DEG: Final = math.degrees(1.0)
 _MS: Final = 1e3
 _NS: Final = 1e9
 _NIS: Final = (
-    _Measure("nis_rest", "NIS at rest", ideal=1.0),
-    _Measure("nis_motion", "moving", ideal=1.0),
+    Measure("nis_rest", "NIS at rest", ideal=1.0),
+    Measure("nis_motion", "moving", ideal=1.0),
 )
 
 
-def _moving(title: str, name: str, *more: _Measure) -> _Section:
-    return _Section(
+def _moving(title: str, name: str, *more: Measure) -> Section:
+    return Section(
         f"In motion, {title}",
         (
-            _Measure(f"{name}_rmse", "error, deg/s", _DEG),
-            _Measure(f"{name}_delay", "delay, ms", _MS),
-            _Measure(f"{name}_rmse_undelayed", "without delay", _DEG),
-            _Measure(f"{name}_rmse_lowpass", "low-pass", _DEG),
+            Measure(f"{name}_rmse", "error, deg/s", _DEG),
+            Measure(f"{name}_delay", "delay, ms", _MS),
+            Measure(f"{name}_rmse_undelayed", "without delay", _DEG),
+            Measure(f"{name}_rmse_lowpass", "low-pass", _DEG),
             *more,
         ),
     )
 
 
-def _growth(title: str, name: str, *more: _Measure) -> _Section:
-    return _Section(
+def _growth(title: str, name: str, *more: Measure) -> Section:
+    return Section(
         f"Orientation, {title}",
-        tuple(_Measure(f"{name}_{h}", f"{h} s, deg", _DEG) for h in (1, 10, 60)) + more,
+        tuple(Measure(f"{name}_{h}", f"{h} s, deg", _DEG) for h in (1, 10, 60)) + more,
     )
 
 
-_SECTIONS: Final[Mapping[Kind, tuple[_Section, ...]]] = {
+_SECTIONS: Final[Mapping[Kind, tuple[Section, ...]]] = {
     "rest": (
-        _Section(
+        Section(
             "At rest",
             (
-                _Measure("coasting_10", "10 s, deg", _DEG, of_one=True),
-                _Measure("coasting_10_over_best", "10 s/best", ideal=1.0),
-                _Measure("coasting_60", "60 s, deg", _DEG, of_one=True),
-                _Measure("coasting_60_over_best", "60 s/best", ideal=1.0),
-                _Measure("allan_ratio", "Allan", ideal=1.0),
-                _Measure("nis", "NIS", ideal=1.0),
-                _Measure("reduction", "deviation"),
+                Measure("coasting_10", "10 s, deg", _DEG, of_one=True),
+                Measure("coasting_10_over_best", "10 s/best", ideal=1.0),
+                Measure("coasting_60", "60 s, deg", _DEG, of_one=True),
+                Measure("coasting_60_over_best", "60 s/best", ideal=1.0),
+                Measure("allan_ratio", "Allan", ideal=1.0),
+                Measure("nis", "NIS", ideal=1.0),
+                Measure("reduction", "deviation"),
             ),
         ),
     ),
     "turning": (
-        _moving("raw minus bias", "compensated", _Measure("angle_drift", "angle, deg", _DEG)),
+        _moving("raw minus bias", "compensated", Measure("angle_drift", "angle, deg", _DEG)),
         _moving("smoothed rate", "smooth", *_NIS),
     ),
     "orientation": (
@@ -127,21 +136,21 @@ _SECTIONS: Final[Mapping[Kind, tuple[_Section, ...]]] = {
         _growth("smoothed rate", "smooth_growth", *_NIS),
     ),
     "attitude": (
-        _Section(
+        Section(
             "Attitude in motion, nine axes",
             (
-                _Measure("total", "total, deg", _DEG),
-                _Measure("heading", "heading", _DEG),
-                _Measure("inclination", "inclination", _DEG),
-                _Measure("time", "ns", _NS),
+                Measure("total", "total, deg", _DEG),
+                Measure("heading", "heading", _DEG),
+                Measure("inclination", "inclination", _DEG),
+                Measure("time", "ns", _NS),
             ),
         ),
-        _Section(
+        Section(
             "Attitude in motion, six axes",
             (
-                _Measure("heading_6", "heading, deg", _DEG),
-                _Measure("inclination_6", "inclination", _DEG),
-                _Measure("time_6", "ns", _NS),
+                Measure("heading_6", "heading, deg", _DEG),
+                Measure("inclination_6", "inclination", _DEG),
+                Measure("time_6", "ns", _NS),
             ),
         ),
     ),
@@ -207,6 +216,17 @@ def format_compare(found: Sequence[Comparison], per_axis: bool = False) -> str:
     return "\n\n".join(part for one in found for part in _parts(one, per_axis))
 
 
+def leading_section(found: Comparison) -> Section:
+    """Return the measures by which recordings of this kind are judged first."""
+    section = _SECTIONS[found.kind][0]
+    return section if found.contamination is None else _faulty(section, found.contamination)
+
+
+def format_comparison(found: Comparison) -> str:
+    """Return the tables of one kind of recording."""
+    return format_compare([found])
+
+
 def _parts(found: Comparison, per_axis: bool) -> Iterator[str]:
     axes = [list(rows) for _, rows in groupby(found.rows, lambda row: (row.source, row.axis))]
     if not axes:
@@ -249,32 +269,32 @@ def _causal(found: Comparison) -> dict[str, bool]:
     return {method: method not in ahead for method in found.methods}
 
 
-def _faulty(section: _Section, contamination: Contamination) -> _Section:
+def _faulty(section: Section, contamination: Contamination) -> Section:
     """Return a section of the errors alone, with the ratios to those on the clean record."""
     errors = [one for one in section.measures if one.name.removesuffix("_over_best") in ERRORS]
     ratios = [
-        _Measure(f"{one.name}{DEGRADATION}", f"{one.head.partition(',')[0]}/clean")
+        Measure(f"{one.name}{DEGRADATION}", f"{one.head.partition(',')[0]}/clean")
         for one in errors
         if one.name in ERRORS
     ]
-    return _Section(f"{section.title}, {contamination}", (*errors, *ratios))
+    return Section(f"{section.title}, {contamination}", (*errors, *ratios))
 
 
-def _of_one(section: _Section, rows: Sequence[Row]) -> Table:
+def _of_one(section: Section, rows: Sequence[Row]) -> Table:
     first, measures = rows[0], section.measures
     place = Path(first.source).name + (f", {first.axis}" if first.axis != "all" else "")
-    lines = ((_label([row]), *(one.text(one.of(row)) for one in measures)) for row in rows)
+    lines = ((label([row]), *(one.text(one.of(row)) for one in measures)) for row in rows)
     # Of an unknown unit no more can be said.
     head = (one.head if first.angle == "rad" else one.head.partition(",")[0] for one in measures)
     return Table(f"{section.title}: {place}", ("method", *head), _with_numbers(lines))
 
 
-def _of_all(section: _Section, axes: Sequence[Sequence[Row]]) -> Table:
+def _of_all(section: Section, axes: Sequence[Sequence[Row]]) -> Table:
     shared = [one for one in section.measures if not one.of_one]
     head = (text for one in shared for text in (one.head, "worst"))
     title = f"{section.title}: mean and worst of {len(axes)} {_counted(axes)}"
     lines = (
-        (_label(rows), *(cell for one in shared for cell in _mean_and_worst(one, rows)))
+        (label(rows), *(cell for one in shared for cell in _mean_and_worst(one, rows)))
         for rows in zip(*axes, strict=True)
     )
     return Table(title, ("method", *head), _with_numbers(lines))
@@ -284,7 +304,7 @@ def _counted(axes: Sequence[Sequence[Row]]) -> str:
     return "recordings" if axes[0][0].axis == "all" else "axes"
 
 
-def _mean_and_worst(measure: _Measure, rows: Sequence[Row]) -> tuple[str, str]:
+def _mean_and_worst(measure: Measure, rows: Sequence[Row]) -> tuple[str, str]:
     known = [value for value in map(measure.of, rows) if math.isfinite(value)]
     mean = sum(known) / len(known) if known else math.nan
     return measure.text(mean), measure.text(max(known, key=measure.badness, default=math.nan))
@@ -295,7 +315,8 @@ def _with_numbers(lines: Iterable[tuple[str, ...]]) -> tuple[tuple[str, ...], ..
     return tuple(line for line in lines if any(cell != NOTHING for cell in line[1:]))
 
 
-def _label(rows: Sequence[Row]) -> str:
+def label(rows: Sequence[Row]) -> str:
+    """Return what the rows of one method are called."""
     return marked(rows[0].method, all(row.causal for row in rows))
 
 

@@ -13,7 +13,7 @@ from zerorate.identify.verdict import Verdict
 from zerorate.numerals import significant, with_error
 from zerorate.show.tables import WIDTH, Table, as_text, bulleted
 
-__all__ = ["format_identify", "tables"]
+__all__ = ["format_identification", "format_identify", "tables"]
 
 Row = tuple[str, ...]
 
@@ -207,6 +207,11 @@ def format_identify(found: Sequence[Identification]) -> str:
         Lines without an end.
     """
     return "\n\n\n".join("\n\n".join(_parts(one)) for one in found)
+
+
+def format_identification(found: Identification) -> str:
+    """Return the tables and the verdict of one axis."""
+    return format_identify([found])
 
 
 def _parts(found: Identification) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -15,11 +16,20 @@ from zerorate.show.tables import Table, as_text, bulleted
 
 if TYPE_CHECKING:
     from zerorate.metrics import OutageErrors, Outages
+    from zerorate.navigation.alignment import Alignment
+    from zerorate.navigation.clock import TimeOffset
     from zerorate.navigation.track import Track
     from zerorate.types import Floats
 
-__all__ = ["format_outages", "format_track", "track_title"]
+__all__ = [
+    "format_alignment",
+    "format_outages",
+    "format_time_offset",
+    "format_track",
+    "track_title",
+]
 
+_NO_HEADING: Final = {True: "from the course", False: "no heading"}
 _INSIDE: Final = {"smoothed": "smoothed, largest inside"}
 """What a row is called where its name does not say it."""
 
@@ -61,6 +71,31 @@ def format_outages(outages: Outages) -> str:
     title = "Horizontal error at the end of outages of the receiver, m"
     notes = f"Notes\n{bulleted(outages.notes)}" if outages.notes else ""
     return "\n\n".join(filter(None, (as_text(Table(title, head, rows, words=2)), notes)))
+
+
+def format_alignment(found: Alignment) -> str:
+    """Return the angles at the end of the rest, and the biases, with their deviations."""
+    angles = np.degrees(euler_angles(found.attitude[np.newaxis])[0])
+    level, heading = math.degrees(found.sigma_level), math.degrees(found.sigma_heading)
+    known = with_error(angles[2], heading) if found.heading_known else _NO_HEADING[found.course]
+    gyro, sigma = np.degrees(found.gyro_bias), math.degrees(found.sigma_gyro_bias)
+    rows = (
+        ("roll, pitch, deg", ", ".join(with_error(one, level) for one in angles[:2])),
+        ("heading, deg", known),
+        ("gyro bias, deg/s", ", ".join(with_error(one, sigma) for one in gyro)),
+        (
+            "accelerometer bias, m/s^2",
+            ", ".join(with_error(one, found.sigma_accel_bias) for one in found.accel_bias),
+        ),
+    )
+    return as_text(Table(f"Aligned at {found.time:g} s", (), rows, words=2))
+
+
+def format_time_offset(found: TimeOffset) -> str:
+    """Return the offset with its deviation."""
+    if not found.identifiable:
+        return "time offset not identifiable: the vehicle hardly changes its velocity"
+    return f"time offset {found.seconds:.3f} s (sigma {found.sigma:.3f} s)"
 
 
 def track_title(track: Track) -> str:

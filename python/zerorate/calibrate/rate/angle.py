@@ -21,6 +21,7 @@ from zerorate.noise import FLICKER_FLOOR, NoiseModel
 from zerorate.noise.coefficient import Coefficient
 from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
+from zerorate.views import Result
 
 __all__ = ["Integrated", "IntegrationMethod", "integrate"]
 
@@ -30,7 +31,7 @@ _LEFT_OUT = ("quantization", "rate_ramp", "markov", "sinusoid")
 
 
 @dataclass(frozen=True, eq=False)
-class Integrated:
+class Integrated(Result):
     """The angle that a gyro has turned by, or its orientation.
 
     Attributes

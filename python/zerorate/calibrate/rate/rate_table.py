@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
@@ -14,17 +14,17 @@ import numpy.typing as npt
 from zerorate.io import Log
 from zerorate.io.missing import floats
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
-from zerorate.numerals import with_error
 from zerorate.types import Booleans, Floats, Integers
+from zerorate.views import Result
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 __all__ = ["RateTable", "RateTableAxis", "Term", "calibrate_rate_table"]
 
 Term = Literal["quadratic", "cubic", "asymmetry"]
 
-_TERMS: Final[tuple[Term, ...]] = ("quadratic", "cubic", "asymmetry")
+TERMS: Final[tuple[Term, ...]] = ("quadratic", "cubic", "asymmetry")
 _SAME: Final = 0.01
 """Part of a rate by which the sizes of two may differ and count as one."""
 _POWERS: Final[dict[Term, int]] = {"quadratic": 2, "cubic": 3, "asymmetry": 1}
@@ -83,7 +83,7 @@ class RateTableAxis:
 
 
 @dataclass(frozen=True, eq=False)
-class RateTable:
+class RateTable(Result):
     """A gyro that a rate table has calibrated.
 
     Parameters
@@ -147,24 +147,6 @@ class RateTable:
         if isinstance(z, Log):
             return z.with_data(self._inverted(self._shaped("z", z.data)))
         return self._inverted(self._shaped("z", z)).reshape(np.shape(z))
-
-    def plot(self) -> Figure:
-        """Return the non-linearity: how far means and curve are from the line, over the rate.
-
-        Raises
-        ------
-        ImportError
-            Without matplotlib, of the extra ``plot``.
-        """
-        from zerorate.show.rate_table_figure import plot_rate_table
-
-        return plot_rate_table(self)
-
-    def __str__(self) -> str:
-        """Return a table of the coefficients with their standard errors."""
-        names = ("",) if len(self.axes) == 1 else ("x", "y", "z")
-        lines = (_lines(name, axis) for name, axis in zip(names, self.axes, strict=True))
-        return "\n".join(line for of_axis in lines for line in of_axis)
 
     @property
     def _matrix(self) -> Floats:
@@ -353,7 +335,7 @@ def _axis(table: _Table, others: Booleans, told: bool) -> RateTableAxis:
     known = _coefficients(fit, terms, largest, told)
     turned = iter(known[2 : 2 + table.cross.shape[1]])
     bends = dict(zip(terms, known[2 + table.cross.shape[1] :], strict=True))
-    bends |= {t: _bound(table, terms, t, largest, told) for t in _TERMS if t not in bends}
+    bends |= {t: _bound(table, terms, t, largest, told) for t in TERMS if t not in bends}
     axis = RateTableAxis(
         bias=known[0],
         scale=known[1],
@@ -416,7 +398,7 @@ def _chosen(table: _Table, largest: float) -> tuple[Term, ...]:
     Models compare by the logarithm of their errors' squares, size by size: one size that all
     predict badly must not decide.
     """
-    models = [m for count in range(len(_TERMS) + 1) for m in combinations(_TERMS, count)]
+    models = [m for count in range(len(TERMS) + 1) for m in combinations(TERMS, count)]
     seen = [m for m in models if _all_seen(table, m, largest)]
     errors = {m: e for m in seen if (e := _left_out(table, m, largest)) is not None}
     if () not in errors:
@@ -499,18 +481,3 @@ def _check_invertible(axis: RateTableAxis, largest: float) -> None:
             f"the terms change the slope by up to {steepest / abs(axis.scale):.0%} of the scale, "
             f"more than {_STEEPEST:.0%}: the curve cannot be inverted safely"
         )
-
-
-def _lines(name: str, axis: RateTableAxis) -> Iterator[str]:
-    head = f"{name} " if name else ""
-    for field in ("bias", "scale", *_TERMS):
-        yield f"{head}{field:<14}{_text(getattr(axis, field))}"
-    for other, known in zip((axis for axis in "xyz" if axis != name), axis.cross, strict=False):
-        yield f"{head}cross {other:<8}{_text(known)}"
-    yield f"{head}non-linearity {100.0 * axis.nonlinearity:.2g} % of full scale"
-
-
-def _text(known: Coefficient) -> str:
-    if known.identifiable:
-        return with_error(known.value, known.sigma)
-    return f"not chosen, below {known.upper_bound:.2g}" if known.known else "not identifiable"

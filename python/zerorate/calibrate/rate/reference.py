@@ -19,6 +19,7 @@ from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient, positive
 from zerorate.numerals import significant, with_error
 from zerorate.types import Booleans, Floats
 from zerorate.units import convert, kind
+from zerorate.views import Result
 
 __all__ = ["FittedRate", "fit_rate"]
 
@@ -36,7 +37,7 @@ _TURNS: Final = {"rad": 2.0 * math.pi, "deg": 360.0}
 
 
 @dataclass(frozen=True)
-class FittedRate:
+class FittedRate(Result):
     """What a gyro makes of the rate of a reference: ``z(t) = scale w(t - lag) + bias``.
 
     Attributes
@@ -78,13 +79,6 @@ class FittedRate:
         scale = self.scale.value if self.scale.identifiable else math.nan
         corrected: Floats = (floats(z, "z") - self.bias.value) / scale
         return corrected
-
-    def __str__(self) -> str:
-        """Return a table of the numbers with their standard errors, and the notes."""
-        fields = ("scale", "bias", "lag", "positive", "negative", "asymmetry")
-        lines = [f"{name:<11}{_text(getattr(self, name))}" for name in fields]
-        lines.append(f"{'residual':<11}{significant(self.residual)}")
-        return "\n".join((*lines, *(f"- {note}" for note in self.notes)))
 
 
 def fit_rate(
@@ -496,9 +490,3 @@ def _step(angle: Floats) -> float:
     """Return the usual step between neighbouring values of an angle, NaN if there are none."""
     values = np.unique(angle[np.isfinite(angle)])
     return float(np.median(np.diff(values))) if values.size > 1 else math.nan
-
-
-def _text(known: Coefficient) -> str:
-    if known.identifiable:
-        return with_error(known.value, known.sigma)
-    return "not identifiable"

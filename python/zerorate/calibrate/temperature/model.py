@@ -18,9 +18,10 @@ from zerorate.io.log import Log, LogError, checked_rate
 from zerorate.io.missing import floats
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.types import Booleans, Floats
+from zerorate.views import Result
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 __all__ = ["TemperatureBias", "TemperatureModel"]
 
@@ -55,7 +56,7 @@ class TemperatureBias(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TemperatureModel:
+class TemperatureModel(Result):
     """Bias of a gyro by temperature, from a record at rest: `TemperatureModel.fit` makes one.
 
     The bias of each axis is the sum of ``c_k ((T - reference) / 10)^k`` inside the range of the
@@ -362,24 +363,6 @@ class TemperatureModel:
             If the file cannot be read.
         """
         return files.from_json(source, cls)
-
-    def plot(self) -> Figure:
-        """Return a figure of bias against temperature, coloured by time, with range and band.
-
-        Raises
-        ------
-        ImportError
-            Without matplotlib, of the extra ``plot``.
-        """
-        from zerorate.show.temperature_figure import plot_temperature
-
-        return plot_temperature(self)
-
-    def __str__(self) -> str:
-        """Return degree, slope and hysteresis of each axis, and the notes."""
-        from zerorate.show.temperature_table import format_temperature
-
-        return format_temperature(self)
 
     def __repr__(self) -> str:
         """Return degrees, range and unit."""

@@ -15,6 +15,7 @@ from zerorate.run.replay.filters import Output, within_range
 from zerorate.run.replay.history import History
 from zerorate.run.replay.measures import Score, Seen, onset
 from zerorate.types import Booleans, Floats, Integers
+from zerorate.views import Result
 
 __all__ = [
     "Columns",
@@ -136,7 +137,7 @@ class Summary:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Replay(Summary):
+class Replay(Summary, Result):
     """A log after the filters: its summary, and all series.
 
     Parameters

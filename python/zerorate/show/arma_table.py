@@ -1,0 +1,49 @@
+"""The coefficients of an ARMA model as plain text."""
+
+import textwrap
+from collections.abc import Iterator
+
+from zerorate.identify.arma_model import ArmaModel
+from zerorate.show.tables import WIDTH
+
+__all__ = ["format_arma_model"]
+
+Row = tuple[str, str, str]
+
+
+def format_arma_model(model: ArmaModel) -> str:
+    """Return aligned lines without an end: coefficient, value ± error, t; then the notes."""
+    rows = list(_rows(model))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    return "\n".join([_head(model), *lines, *map(_note, model.notes)])
+
+
+def _note(note: str) -> str:
+    return textwrap.fill(f"note: {note}", WIDTH, subsequent_indent="  ")
+
+
+def _head(model: ArmaModel) -> str:
+    p, q = model.order
+    samples = f", {model.n} innovations" if model.n else ""
+    return f"ARMA({p}, {q}) by {model.method}{samples}"
+
+
+def _rows(model: ArmaModel) -> Iterator[Row]:
+    p, q = model.order
+    names = [f"phi_{i}" for i in range(1, p + 1)] + [f"theta_{j}" for j in range(1, q + 1)]
+    names += ["constant"] if model.has_constant else []
+    values = [*model.phi.tolist(), *model.theta.tolist(), model.constant]
+    # Without a constant the last value and its error are left over.
+    for name, value, error in zip(names, values, model.standard_errors.tolist(), strict=False):
+        yield _row(name, value, error)
+    yield "sigma^2", f"{model.sigma2:.6g}", ""
+
+
+def _row(name: str, value: float, error: float) -> Row:
+    if not error > 0.0:
+        return name, f"{value:.6g}", ""
+    return name, f"{value:.6g} ± {error:.2g}", f"t = {value / error:.3g}"

@@ -1,0 +1,179 @@
+"""Tables of deviation curves, and figures of models and covariances that are curves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from zerorate.noise.model import NoiseModel
+from zerorate.noise.quantities import TERMS, shown_unit, si_unit
+from zerorate.numerals import significant
+from zerorate.show.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    new_figure,
+    style_panels,
+    write_legend,
+    write_title,
+)
+from zerorate.show.tables import Table, as_text, bulleted
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from zerorate.array.covariance import AllanCovariance
+    from zerorate.identify.arma_model import ArmaModel
+    from zerorate.noise.dynamic import DynamicAllan
+    from zerorate.noise.result import AllanResult
+
+__all__ = [
+    "format_allan_covariance",
+    "format_allan_result",
+    "format_dynamic",
+    "plot_allan_covariance",
+    "plot_arma_model",
+    "plot_noise_model",
+]
+
+_COLOURS: Final = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+# Millimetres.
+_WIDTH, _HEIGHT, _LEFT, _BELOW, _ABOVE = 100.0, 70.0, 16.0, 10.0, 8.0
+_UNITS: Final = {"angular rate": "rad/s", "acceleration": "m/s²", "unknown": "unit"}
+
+
+def format_allan_result(result: AllanResult) -> str:
+    """Return the deviations with their bounds at each averaging time, in a data-sheet unit."""
+    shown = shown_unit(result)
+    head = ("tau, s", *(name or "deviation" for name in result.names))
+    rows = tuple(
+        (f"{tau:.4g}", *(_bounded(axis, i, shown.factor) for axis in result.axes))
+        for i, tau in enumerate(result.taus)
+    )
+    title = f"{result.kind}, {shown.unit}: deviation (bounds at {100.0 * result.confidence:g} %)"
+    return _with_notes(as_text(Table(title, head, rows, words=0)), result.notes)
+
+
+def _bounded(axis: AllanResult, i: int, factor: float) -> str:
+    middle, low, high = (
+        float(values[i]) * factor for values in (axis.deviation, axis.lower, axis.upper)
+    )
+    if not np.isfinite(middle):
+        return "-"
+    bounds = (significant(one) if np.isfinite(one) else "∞" for one in (low, high))
+    return f"{significant(middle)} ({' to '.join(bounds)})"
+
+
+def format_dynamic(result: DynamicAllan) -> str:
+    """Return, at each averaging time, the least, middle and largest deviation of all windows."""
+    shown = shown_unit(result)
+    rows = tuple(
+        (f"{tau:.4g}", *_spread(shown.factor * values))
+        for tau, values in zip(result.taus, result.deviation.T, strict=True)
+    )
+    title = f"{result.kind}, {shown.unit}, in {len(result.times)} windows of {result.window:g} s"
+    return as_text(Table(title, ("tau, s", "least", "median", "largest"), rows, words=0))
+
+
+def _spread(values: np.ndarray) -> tuple[str, str, str]:
+    there = values[np.isfinite(values)]
+    if not there.size:
+        return "-", "-", "-"
+    least, middle, most = float(there.min()), float(np.median(there)), float(there.max())
+    return significant(least), significant(middle), significant(most)
+
+
+def plot_noise_model(model: NoiseModel) -> Figure:
+    """Return the Allan deviation that a model expects, and that of each of its terms."""
+    figure, axes = _one_panel("The Allan deviation that a noise model expects")
+    taus = np.logspace(-3.0, 5.0, 161)
+    axes.loglog(taus, model.allan_deviation(taus), color=BLACK, lw=1.2, label="all terms")
+    for (name, part), colour in zip(_parts(model), _COLOURS * 3, strict=False):
+        axes.loglog(taus, part.allan_deviation(taus), color=colour, lw=0.8, ls="--", label=name)
+    axes.set_xlabel("averaging time, s")
+    axes.set_ylabel(f"deviation, {_UNITS[model.quantity]}")
+    style_panels([axes])
+    write_legend(axes, "upper right", 2, 2.0)
+    return figure
+
+
+def _parts(model: NoiseModel) -> Iterator[tuple[str, NoiseModel]]:
+    """Yield each term of a model that is not zero as a model of its own."""
+    for term in TERMS[model.quantity]:
+        value = getattr(model, term.field)
+        if value.known and value.identifiable and float(value) != 0.0:
+            yield term.name, NoiseModel(**{term.field: value}, quantity=model.quantity)
+    for one in model.markov:
+        yield "Markov noise", NoiseModel(markov=(one,), quantity=model.quantity)
+    for wave in model.sinusoid:
+        yield "sinusoid", NoiseModel(sinusoid=(wave,), quantity=model.quantity)
+
+
+def plot_arma_model(model: ArmaModel) -> Figure:
+    """Return the density that a model expects, over frequency in parts of the rate."""
+    figure, axes = _one_panel(f"ARMA({model.order[0]}, {model.order[1]}) by {model.method}")
+    frequencies = np.logspace(-5.0, np.log10(0.5), 400)
+    axes.loglog(frequencies, model.spectrum(frequencies, 1.0), color=BLUE, lw=1.0)
+    axes.set_xlabel("frequency over the rate of the samples")
+    axes.set_ylabel("density, unit² of the record times samples")
+    style_panels([axes])
+    return figure
+
+
+def plot_allan_covariance(result: AllanCovariance) -> Figure:
+    """Return the Allan deviation of each gyro, and the mean of the correlations of all pairs."""
+    figure = new_figure(_WIDTH, 1.5 * _HEIGHT)
+    above = figure.add_axes((0.16, 0.42, 0.8, 0.5))
+    below = figure.add_axes((0.16, 0.09, 0.8, 0.26), sharex=above)
+    deviations = np.sqrt(np.einsum("tii->ti", result.matrix))
+    for k, (name, curve) in enumerate(zip(result.names, deviations.T, strict=True)):
+        above.loglog(result.tau, curve, lw=0.8, color=_COLOURS[k % len(_COLOURS)], label=name)
+    pairs = result.correlation[:, *np.triu_indices(len(result.names), 1)]
+    below.semilogx(result.tau, pairs.mean(axis=1), color=BLUE, lw=1.0)
+    below.fill_between(result.tau, pairs.min(axis=1), pairs.max(axis=1), color=BLUE, alpha=0.15)
+    below.axhline(0.0, color=BLACK, lw=0.5)
+    above.set_ylabel(f"Allan deviation, {result.unit}")
+    below.set_ylabel("correlation of pairs")
+    below.set_xlabel("averaging time, s")
+    above.tick_params(labelbottom=False)
+    style_panels([above, below])
+    write_legend(above, "upper right", 4)
+    write_title(figure, 1.5 * _HEIGHT, "Gyros side by side; below mean, least and largest pair")
+    return figure
+
+
+def format_allan_covariance(result: AllanCovariance) -> str:
+    """Return the Allan deviation of each gyro and the mean correlation, at each averaging time."""
+    deviations = np.sqrt(np.einsum("tii->ti", result.matrix))
+    pairs = result.correlation[:, *np.triu_indices(len(result.names), 1)]
+    rows = tuple(
+        (f"{tau:.4g}", *(significant(float(one)) for one in row), _mean(of_pairs))
+        for tau, row, of_pairs in zip(result.tau, deviations, pairs, strict=True)
+    )
+    unit = si_unit(result.unit)[1] if result.unit == "unit" else result.unit
+    title = f"Allan deviation of gyros side by side, {unit}"
+    head = ("tau, s", *result.names, "correlation")
+    return _with_notes(as_text(Table(title, head, rows, words=0)), result.notes)
+
+
+def _mean(pairs: np.ndarray) -> str:
+    return f"{pairs.mean():+.2f}" if pairs.size and np.isfinite(pairs).all() else "-"
+
+
+def _one_panel(title: str) -> tuple[Figure, Axes]:
+    figure = new_figure(_WIDTH, _HEIGHT)
+    width, height = (_WIDTH - _LEFT - 4.0) / _WIDTH, (_HEIGHT - _BELOW - _ABOVE) / _HEIGHT
+    axes = figure.add_axes((_LEFT / _WIDTH, _BELOW / _HEIGHT, width, height))
+    write_title(figure, _HEIGHT, title)
+    return figure, axes
+
+
+def _with_notes(text: str, notes: tuple[str, ...]) -> str:
+    return f"{text}\n\n{bulleted(notes)}" if notes else text

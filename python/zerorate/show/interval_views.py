@@ -1,0 +1,205 @@
+"""Results that are some numbers with their errors: the figure shows them as intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from zerorate.attitude.estimate import euler_angles
+from zerorate.numerals import significant, with_error
+from zerorate.show.style import (
+    BLACK,
+    BLUE,
+    GREY_TEXT,
+    VERMILION,
+    new_figure,
+    style_panels,
+    write_caption,
+    write_in_middle,
+    write_title,
+)
+from zerorate.show.tables import Table, as_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from zerorate.array.rotations import Rotations
+    from zerorate.array.virtual_gyro import VirtualGyro
+    from zerorate.calibrate.comparison import CalibrationComparison
+    from zerorate.calibrate.rate.reference import FittedRate
+    from zerorate.navigation.alignment import Alignment
+    from zerorate.navigation.clock import TimeOffset
+    from zerorate.noise.coefficient import Coefficient
+
+__all__ = [
+    "format_virtual_gyro",
+    "plot_alignment",
+    "plot_comparison",
+    "plot_fitted_rate",
+    "plot_rotations",
+    "plot_time_offset",
+    "plot_virtual_gyro",
+]
+
+# Millimetres.
+_WIDTH, _ROW, _LEFT, _BELOW, _ABOVE, _BETWEEN = 110.0, 5.0, 38.0, 11.0, 8.0, 9.0
+_BARS: Final = "Bars: ± 2σ."
+_FEW: Final = 24
+"""Parameters of a comparison that are shown, the ones that moved farthest."""
+
+
+class _Row(NamedTuple):
+    """A number with its standard error (0 without one), and whether it stands out."""
+
+    name: str
+    value: float
+    sigma: float = 0.0
+    marked: bool = False
+
+
+class _Group(NamedTuple):
+    """Numbers of one unit, and the values at which the panel draws lines."""
+
+    label: str
+    rows: tuple[_Row, ...]
+    lines: tuple[float, ...] = (0.0,)
+
+
+def plot_fitted_rate(result: FittedRate) -> Figure:
+    """Return scale, bias and lag of a gyro against its reference as intervals."""
+    scales = ("scale", "positive", "negative")
+    groups = (
+        _Group("scale", tuple(_row(name, getattr(result, name)) for name in scales), ()),
+        _Group("asymmetry of the scale", (_row("asymmetry", result.asymmetry),)),
+        _Group("bias, in the unit of the gyro", (_row("bias", result.bias),)),
+        _Group("lag, s", (_row("lag", result.lag),)),
+    )
+    return _figure("A gyro against its reference", groups)
+
+
+def plot_comparison(result: CalibrationComparison) -> Figure:
+    """Return by how many standard errors each parameter has moved."""
+    counted = [p for p in result.parameters if not math.isnan(p.z)]
+    farthest = sorted(counted, key=lambda p: -abs(p.z))[:_FEW]
+    rows = tuple(_Row(p.name, p.z, 0.0, p.moved) for p in farthest)
+    group = _Group("second less first, standard errors", rows, (-3.0, 0.0, 3.0))
+    return _figure("Two calibrations", (group,), "Beyond ± 3 a parameter has moved.")
+
+
+def plot_alignment(result: Alignment) -> Figure:
+    """Return the angles at the end of the rest, and the biases, as intervals."""
+    angles = np.degrees(euler_angles(result.attitude[np.newaxis])[0])
+    level, heading = math.degrees(result.sigma_level), math.degrees(result.sigma_heading)
+    rows = [_Row("roll", angles[0], level), _Row("pitch", angles[1], level)]
+    rows += [_Row("heading", angles[2], heading)] if result.heading_known else []
+    gyro = np.degrees(result.gyro_bias)
+    sigma = math.degrees(result.sigma_gyro_bias)
+    accel = _axes(result.accel_bias, result.sigma_accel_bias)
+    groups = (
+        _Group("angle, deg", tuple(rows)),
+        _Group("bias of the gyro, deg/s", _axes(gyro, sigma)),
+        _Group("bias of the accelerometer, m/s²", accel),
+    )
+    return _figure(f"Aligned at {result.time:g} s", groups)
+
+
+def plot_time_offset(result: TimeOffset) -> Figure:
+    """Return the offset of two clocks as an interval."""
+    rows = (_Row("time offset", result.seconds, result.sigma),) if result.identifiable else ()
+    return _figure("Clock of the fixes against that of the sensors", (_Group("s", rows),))
+
+
+def plot_rotations(result: Rotations) -> Figure:
+    """Return by what angle each sensor is turned, with its error, and what is left."""
+    turned = zip(result.labels, result.angles, result.errors, strict=True)
+    left = zip(result.labels, 100.0 * result.residuals, strict=True)
+    groups = (
+        _Group("angle to the first, deg", tuple(_Row(n, a, _known(e)) for n, a, e in turned)),
+        _Group("rate that is left, %", tuple(_Row(n, r) for n, r in left)),
+    )
+    return _figure(f"Rotations against {result.labels[0]}", groups)
+
+
+def plot_virtual_gyro(result: VirtualGyro) -> Figure:
+    """Return the weight of each gyro, and what the weights gain over the plain mean."""
+    even = 1.0 / len(result.weights)
+    rows = tuple(_Row(f"gyro {k}", float(w)) for k, w in enumerate(result.weights))
+    gain = _Row("gain", result.gain, _known(result.gain_error))
+    groups = (
+        _Group("weight; line: plain mean", rows, (even,)),
+        _Group("deviation of the plain mean over this one's", (gain,), (1.0,)),
+    )
+    return _figure(f"One gyro of {len(result.weights)}, for {result.horizon:g} s", groups)
+
+
+def format_virtual_gyro(result: VirtualGyro) -> str:
+    """Return the weight of each gyro, and what the weights gain over the plain mean."""
+    rows = tuple((f"gyro {k}", f"{w:.4f}") for k, w in enumerate(result.weights))
+    gain = with_error(result.gain, result.gain_error)
+    note = f"Its deviation over {result.horizon:g} s is that of the plain mean over {gain}."
+    return as_text(Table(f"One gyro of {len(result.weights)}", ("", "weight"), rows, note=note))
+
+
+def _row(name: str, found: Coefficient) -> _Row:
+    known = found.known and found.identifiable
+    return _Row(name, found.value, found.sigma) if known else _Row(name, math.nan)
+
+
+def _axes(values: Sequence[float] | np.ndarray, sigma: float) -> tuple[_Row, ...]:
+    return tuple(_Row(axis, float(v), sigma) for axis, v in zip("xyz", values, strict=True))
+
+
+def _known(error: float) -> float:
+    return error if math.isfinite(error) else 0.0
+
+
+def _figure(title: str, groups: Sequence[_Group], caption: str = _BARS) -> Figure:
+    heights = [_ROW * max(1, len(group.rows)) + 2.0 for group in groups]
+    height = _ABOVE + sum(heights) + _BETWEEN * len(groups) + _BELOW - 4.0
+    figure = new_figure(_WIDTH, height)
+    top, panels = height - _ABOVE, []
+    for group, own in zip(groups, heights, strict=True):
+        top -= own
+        place = (_LEFT / _WIDTH, top / height, (_WIDTH - _LEFT - 5.0) / _WIDTH, own / height)
+        panels.append(figure.add_axes(place))
+        _draw(panels[-1], group)
+        top -= _BETWEEN
+    style_panels(panels)
+    for panel, group in zip(panels, groups, strict=True):
+        panel.set_yticks(range(len(group.rows)), [row.name for row in group.rows])
+    write_title(figure, height, title)
+    write_caption(figure, height, caption)
+    return figure
+
+
+def _draw(axes: Axes, group: _Group) -> None:
+    axes.set_xlabel(group.label)
+    axes.set_ylim(max(1, len(group.rows)) - 0.5, -0.5)
+    axes.margins(x=0.25)
+    known = [(i, row) for i, row in enumerate(group.rows) if math.isfinite(row.value)]
+    if not known:
+        write_in_middle(axes, "not identifiable")
+        return
+    for line in group.lines:
+        axes.axvline(line, color=GREY_TEXT, lw=0.5, ls="-" if line == group.lines[0] else ":")
+    for i, row in known:
+        colour = VERMILION if row.marked else BLUE
+        bar = 2.0 * row.sigma if math.isfinite(row.sigma) else 0.0
+        axes.errorbar(row.value, i, xerr=bar or None, fmt="o", ms=2.5, lw=0.9, color=colour)
+        axes.annotate(
+            _text(row),
+            (row.value, i),
+            xytext=(0.0, 2.5),
+            textcoords="offset points",
+            ha="center",
+            fontsize=5.0,
+            color=BLACK,
+        )
+
+
+def _text(row: _Row) -> str:
+    return with_error(row.value, row.sigma) if row.sigma > 0.0 else significant(row.value)

@@ -1,0 +1,123 @@
+"""Which table and which figure show each result: registered in `zerorate.views`."""
+
+from typing import Final
+
+from zerorate.views import View, register
+
+__all__ = ["VIEWS"]
+
+VIEWS: Final = {
+    "array.accelerometers.FusedAccelerometers": (
+        "series_views:format_fused",
+        "series_views:plot_fused",
+    ),
+    "array.covariance.AllanCovariance": (
+        "curve_views:format_allan_covariance",
+        "curve_views:plot_allan_covariance",
+    ),
+    "array.rotations.Rotations": (
+        "array_table:format_rotations",
+        "interval_views:plot_rotations",
+    ),
+    "array.virtual_gyro.VirtualGyro": (
+        "interval_views:format_virtual_gyro",
+        "interval_views:plot_virtual_gyro",
+    ),
+    "attitude.estimate.AttitudeEstimate": (
+        "attitude_table:format_attitude",
+        "attitude_figure:plot_attitude",
+    ),
+    "calibrate.calibration.Calibration": (
+        "calibration_table:format_calibration",
+        "calibration_figure:plot_calibration",
+    ),
+    "calibrate.comparison.CalibrationComparison": (
+        "calibration_comparison:format_comparison",
+        "interval_views:plot_comparison",
+    ),
+    "calibrate.rate.angle.Integrated": (
+        "series_views:format_integrated",
+        "series_views:plot_integrated",
+    ),
+    "calibrate.rate.rate_table.RateTable": (
+        "rate_tables:format_rate_table",
+        "rate_table_figure:plot_rate_table",
+    ),
+    "calibrate.rate.reference.FittedRate": (
+        "rate_tables:format_fitted_rate",
+        "interval_views:plot_fitted_rate",
+    ),
+    "calibrate.temperature.model.TemperatureModel": (
+        "temperature_table:format_temperature",
+        "temperature_figure:plot_temperature",
+    ),
+    "compare.comparison.Comparison": (
+        "compare_tables:format_comparison",
+        "compare_figure:plot_compare",
+    ),
+    "denoise.wavelet.Denoised": (
+        "series_views:format_denoised",
+        "series_views:plot_denoised",
+    ),
+    "identify.arma_model.ArmaModel": (
+        "arma_table:format_arma_model",
+        "curve_views:plot_arma_model",
+    ),
+    "identify.identification.Identification": (
+        "identify_tables:format_identification",
+        "identify_figure:plot_identification",
+    ),
+    "linear.run.LinearRun": (
+        "series_views:format_linear",
+        "series_views:plot_linear",
+    ),
+    "linear.run.SmoothedRun": (
+        "series_views:format_smoothed",
+        "series_views:plot_smoothed",
+    ),
+    "metrics.navigation.Outages": (
+        "navigation_table:format_outages",
+        "navigation_figure:plot_outages",
+    ),
+    "navigation.alignment.Alignment": (
+        "navigation_table:format_alignment",
+        "interval_views:plot_alignment",
+    ),
+    "navigation.clock.TimeOffset": (
+        "navigation_table:format_time_offset",
+        "interval_views:plot_time_offset",
+    ),
+    "navigation.track.Track": (
+        "navigation_table:format_track",
+        "navigation_figure:plot_track",
+    ),
+    "noise.dynamic.DynamicAllan": (
+        "curve_views:format_dynamic",
+        "dynamic_figure:plot_dynamic",
+    ),
+    "noise.model.NoiseModel": (
+        "noise_model_table:format_noise_model",
+        "curve_views:plot_noise_model",
+    ),
+    "noise.result.AllanResult": (
+        "curve_views:format_allan_result",
+        "allan_figure:plot_allan",
+    ),
+    "run.array.ArrayReplay": (
+        "array_table:format_array",
+        "array_figure:plot_array",
+    ),
+    "run.replay.result.Replay": (
+        "replay_table:format_table",
+        "replay_figure:plot_replay",
+    ),
+}
+"""Of each result by its module and class, the functions of this package that show it."""
+
+register(
+    "zerorate",
+    {
+        name: View(*(f"zerorate.show.{place}" for place in views))  # table, figure
+        for name, views in VIEWS.items()
+    },
+)

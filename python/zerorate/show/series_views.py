@@ -1,0 +1,254 @@
+"""Results that are series over a record: a panel a quantity, and a table of their sizes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from zerorate.numerals import significant
+from zerorate.show.style import (
+    BLUE,
+    BLUE_TEXT,
+    ORANGE,
+    VERMILION,
+    new_figure,
+    style_panels,
+    time_unit,
+    write_legend,
+    write_title,
+)
+from zerorate.show.tables import Table, as_text, bulleted
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from zerorate.array.accelerometers import FusedAccelerometers
+    from zerorate.calibrate.rate.angle import Integrated
+    from zerorate.denoise import Denoised
+    from zerorate.linear.run import LinearRun, SmoothedRun
+    from zerorate.types import Floats
+
+__all__ = [
+    "format_denoised",
+    "format_fused",
+    "format_integrated",
+    "format_linear",
+    "format_smoothed",
+    "plot_denoised",
+    "plot_fused",
+    "plot_integrated",
+    "plot_linear",
+    "plot_smoothed",
+]
+
+# Millimetres.
+_WIDTH, _PANEL, _LEFT, _BELOW, _ABOVE, _BETWEEN = 130.0, 28.0, 18.0, 10.0, 3.0, 5.0
+_COLOURS: Final = (BLUE, VERMILION, ORANGE, BLUE_TEXT)
+_MOST: Final = 4000
+"""Points of a curve: more cannot be told apart."""
+_BAND: Final = ((-1.0, 0.05), (1.0, 0.95))
+"""Sides of the band of two standard deviations, and the quantiles of them that a panel reaches."""
+_NAMED: Final = 6
+"""Curves of a panel that get a name."""
+
+
+class _Panel(NamedTuple):
+    """Curves of one quantity: values (n, k), their names, standard deviations (n, k) or None."""
+
+    label: str
+    values: Floats
+    names: tuple[str, ...] = ()
+    sigma: Floats | None = None
+
+
+def plot_integrated(result: Integrated) -> Figure:
+    """Return the angle over time with two standard deviations, or those of each axis alone."""
+    angle = np.degrees(result.angle)[:, None]
+    sigma = None if result.sigma is None else np.degrees(result.sigma).reshape(len(angle), -1)
+    if sigma is not None and sigma.shape[1] == 1:
+        panels = [_Panel("angle, deg", angle, sigma=sigma)]
+    else:
+        panels = [_Panel("angle, deg", angle)]
+        panels += [] if sigma is None else [_Panel("σ of the angle, deg", sigma, tuple("xyz"))]
+    return _figure(f"Integrated by {result.method}", panels, result.rate)
+
+
+def format_integrated(result: Integrated) -> str:
+    """Return the last angle with its deviation, and what was missing."""
+    rows = [("angle at the end", f"{significant(float(np.degrees(result.angle[-1])), 5)} deg")]
+    if result.sigma is not None:
+        last = np.atleast_1d(np.degrees(result.sigma[-1]))
+        rows.append(("standard deviation", f"{', '.join(map(significant, last.tolist()))} deg"))
+    rows.append(("missing samples", str(int(result.bridged.sum()))))
+    title = f"{len(result.angle)} samples at {result.rate:g} Hz, integrated by {result.method}"
+    return _with_notes(as_text(Table(title, (), tuple(rows))), result.notes)
+
+
+def plot_denoised(result: Denoised) -> Figure:
+    """Return the record that is left, a curve a column, over its samples."""
+    values = result.signal.reshape(len(result.signal), -1)
+    panels = [_Panel("signal", values, _numbered("column", values.shape[1]))]
+    return _figure(f"Denoised by {result.wavelet}, {result.mode} thresholds", panels, None)
+
+
+def format_denoised(result: Denoised) -> str:
+    """Return level, noise and threshold of each column."""
+    parts = (result.level, result.sigma, result.threshold)
+    columns = [np.atleast_1d(np.asarray(one, dtype=float)) for one in parts]
+    rows = tuple(
+        (str(i), f"{level:.0f}", significant(sigma, 4), significant(threshold, 4))
+        for i, (level, sigma, threshold) in enumerate(zip(*columns, strict=True))
+    )
+    title = f"{len(result.signal)} samples denoised by {result.wavelet}, {result.mode} thresholds"
+    return as_text(Table(title, ("column", "level", "sigma", "threshold"), rows))
+
+
+def plot_linear(result: LinearRun) -> Figure:
+    """Return each state with two standard deviations where they were kept, and the NIS."""
+    sigma = _deviations(result.covariance) if result.complete else None
+    panels = _states(result.state, sigma)
+    if result.complete:
+        nis = np.asarray(result.nis).reshape(len(result.state), -1)
+        panels.append(_Panel("NIS", nis, _numbered("channel", nis.shape[1])))
+    return _figure("Linear Kalman filter", panels, None)
+
+
+def plot_smoothed(result: SmoothedRun) -> Figure:
+    """Return each state of the smoother with two standard deviations."""
+    panels = _states(result.state, _deviations(result.covariance))
+    return _figure("Linear Kalman filter, smoothed", panels, None)
+
+
+def format_linear(result: LinearRun) -> str:
+    """Return the last state and its deviations, the mean NIS and the log-likelihood."""
+    sigma = _deviations(result.covariance) if result.complete else None
+    text = _last_state("Linear Kalman filter", result.state, sigma)
+    if not result.complete:
+        return text
+    nis = result.nis[np.isfinite(result.nis)]
+    mean = significant(float(nis.mean())) if nis.size else "-"
+    said = f"mean NIS {mean}; log-likelihood {significant(float(result.log_likelihood.sum()), 6)}"
+    return f"{text}\n\n  {said}"
+
+
+def format_smoothed(result: SmoothedRun) -> str:
+    """Return the last state of the smoother and its deviations."""
+    sigma = _deviations(result.covariance)
+    return _last_state("Linear Kalman filter, smoothed", result.state, sigma)
+
+
+def plot_fused(result: FusedAccelerometers) -> Figure:
+    """Return the acceleration of all sensors as one, and the share of each."""
+    panels = [
+        _Panel(f"acceleration, {result.unit}", result.accel, tuple("xyz")),
+        _Panel("weights", result.weights, _numbered("sensor", result.weights.shape[1])),
+    ]
+    return _figure("Accelerometers as one", panels, None)
+
+
+def format_fused(result: FusedAccelerometers) -> str:
+    """Return the share of each sensor, how often it was left out, and what is left of it."""
+    rows = tuple(
+        (f"sensor {k}", f"{weight:.3f}", f"{100.0 * out:.2g}", significant(float(left)))
+        for k, (weight, out, left) in enumerate(
+            zip(
+                result.weights.mean(axis=0),
+                result.excluded.mean(axis=0),
+                result.residual,
+                strict=True,
+            )
+        )
+    )
+    head = ("", "weight", "left out, %", f"difference, {result.unit}")
+    return as_text(Table("Accelerometers as one", head, rows))
+
+
+def _states(state: Floats, sigma: Floats | None) -> list[_Panel]:
+    """Return a panel a state, a curve a channel."""
+    values = state.reshape(len(state), -1, state.shape[-1])
+    names = _numbered("channel", values.shape[1])
+    spread = None if sigma is None else sigma.reshape(values.shape)
+    return [
+        _Panel(f"x[{i}]", values[:, :, i], names, None if spread is None else spread[:, :, i])
+        for i in range(values.shape[2])
+    ]
+
+
+def _deviations(covariance: Floats) -> Floats:
+    deviations: Floats = np.sqrt(np.maximum(np.einsum("...ii->...i", covariance), 0.0))
+    return deviations
+
+
+def _last_state(title: str, state: Floats, sigma: Floats | None) -> str:
+    last = np.atleast_2d(state[-1])
+    spread = None if sigma is None else np.atleast_2d(sigma[-1])
+    rows = tuple(
+        (
+            f"channel {c}" if len(last) > 1 else "",
+            f"x[{i}]",
+            significant(float(value), 5),
+            "-" if spread is None else significant(float(spread[c, i])),
+        )
+        for c, row in enumerate(last)
+        for i, value in enumerate(row)
+    )
+    head = ("", "state", "at the end", "sigma")
+    return as_text(Table(f"{title}: {len(state)} samples", head, rows, words=2))
+
+
+def _numbered(what: str, count: int) -> tuple[str, ...]:
+    return tuple(f"{what} {i}" for i in range(count)) if count > 1 else ()
+
+
+def _with_notes(text: str, notes: Sequence[str]) -> str:
+    return f"{text}\n\n{bulleted(notes)}" if notes else text
+
+
+def _figure(title: str, panels: Sequence[_Panel], rate: float | None) -> Figure:
+    """Return the panels above each other, over seconds or over the samples."""
+    height = _BELOW + _ABOVE + len(panels) * (_PANEL + _BETWEEN)
+    figure = new_figure(_WIDTH, height)
+    axes: list[Axes] = []
+    for i, panel in enumerate(panels):
+        bottom = _BELOW + (len(panels) - 1 - i) * (_PANEL + _BETWEEN)
+        place = (
+            _LEFT / _WIDTH,
+            bottom / height,
+            (_WIDTH - _LEFT - 4.0) / _WIDTH,
+            _PANEL / height,
+        )
+        axes.append(figure.add_axes(place, sharex=axes[0] if axes else None))
+        label = _draw(axes[-1], panel, rate)
+    for above in axes[:-1]:
+        above.tick_params(labelbottom=False)
+    axes[-1].set_xlabel(label)
+    style_panels(axes)
+    write_title(figure, height, title)
+    return figure
+
+
+def _draw(axes: Axes, panel: _Panel, rate: float | None) -> str:
+    """Draw the curves of a panel; return what its time axis is called."""
+    n = len(panel.values)
+    unit, length = ("sample", 1.0) if rate is None else time_unit(n / rate)
+    step = max(1, n // _MOST)
+    at = np.arange(0, n, step) / ((rate or 1.0) * length)
+    for i, values in enumerate(panel.values[::step].T):
+        colour = _COLOURS[i % len(_COLOURS)]
+        name = panel.names[i] if i < min(len(panel.names), _NAMED) else None
+        axes.plot(at, values, lw=0.7, color=colour, label=name)
+        if panel.sigma is not None:
+            spread = 2.0 * panel.sigma[::step, i]
+            axes.fill_between(at, values - spread, values + spread, color=colour, alpha=0.2, lw=0)
+    axes.set_ylabel(panel.label)
+    if panel.sigma is not None:
+        # What is known at the start would hide all that comes after.
+        spread = 2.0 * panel.sigma
+        low, high = (np.nanquantile(panel.values + sign * spread, part) for sign, part in _BAND)
+        axes.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
+    if panel.names:
+        write_legend(axes, "upper right", len(panel.names[:_NAMED]))
+    return unit if rate is None else f"time, {unit}"

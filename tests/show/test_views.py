@@ -1,0 +1,174 @@
+"""Every result has a table, a figure and a text, by what `zerorate.show` registers."""
+
+import importlib
+import inspect
+import pkgutil
+from functools import cache
+
+import numpy as np
+import pytest
+
+import zerorate as zr
+from support.calibrated import calibration
+from support.drives import drive, start_of
+from support.figures import check_contrast, check_layout
+from zerorate import views
+from zerorate.compare import compare
+from zerorate.run.replay import replay
+from zerorate.show.registry import VIEWS
+
+RNG = np.random.default_rng(7)
+RATE = 50.0
+Z = 0.02 + 0.1 * RNG.standard_normal((3000, 3))
+TEMPERATURE = np.linspace(15.0, 45.0, 3000)
+ANGLE = np.cumsum(np.sin(np.arange(3000) / 40.0)) / RATE
+
+
+def log():
+    time = np.arange(len(Z)) / RATE
+    return zr.Log(time, RATE, np.deg2rad(Z), ("gyro_x", "gyro_y", "gyro_z"), "rad/s")
+
+
+def accelerometer():
+    data = np.tile([0.0, 0.0, 9.81], (len(Z), 1))
+    return zr.Log(log().time, RATE, data, ("accel_x", "accel_y", "accel_z"), "m/s^2")
+
+
+def boards(count=3):
+    """Gyros side by side, long enough for weights."""
+    return RNG.standard_normal((60_000, count)) * (0.1 + 0.02 * np.arange(count))
+
+
+def linear(keep="all"):
+    kalman = zr.LinearKalman([[1.0, 0.1], [0.0, 1.0]], [[1.0, 0.0]], 0.01 * np.eye(2), [[1.0]])
+    return kalman.process(RNG.standard_normal((50, 1)), keep=keep)
+
+
+def fused():
+    return zr.fuse_accelerometers(9.8 + RNG.normal(0, 0.1, (600, 3, 3)), Z[:600] / 57.3, RATE)
+
+
+@cache
+def covariance():
+    return zr.allan_covariance(boards(), 10.0)
+
+
+@cache
+def turns():
+    """Rates of three sensors that rest, then move together, the second in other axes."""
+    seconds = np.arange(3000) / RATE
+    turning = np.stack([np.sin(seconds * k) for k in (1.1, 1.7, 2.3)], axis=-1)
+    turning[seconds < 20.0] = 0.0
+    rates = np.stack([turning, turning[:, [1, 0, 2]] * [1, 1, -1], turning], axis=1)
+    return rates + 0.001 * RNG.standard_normal(rates.shape)
+
+
+@cache
+def aligned():
+    moving = drive()
+    return zr.align(moving.recording(), latitude=48.0, heading="course", span=(0.0, 10.0))
+
+
+@cache
+def tracked():
+    moving = drive()
+    return zr.NavigationFilter(start_of(moving)).process(moving.recording(), moving.fixes)
+
+
+@cache
+def outages():
+    moving = drive(160.0, rest=12.0)
+    nav = zr.NavigationFilter(start_of(moving))
+    return zr.metrics.outages(moving.recording(), moving.fixes, seconds=(10,), nav=nav)
+
+
+RESULTS = {
+    "AllanResult": lambda: zr.allan(log()),
+    "DynamicAllan": lambda: zr.dynamic_allan(Z[:, 0], RATE, window=10.0),
+    "NoiseModel": lambda: zr.NoiseModel(angle_random_walk=1e-4, markov=[zr.Markov(1e-5, 30.0)]),
+    "Calibration": calibration,
+    "CalibrationComparison": lambda: zr.compare_calibrations(calibration(), calibration(seed=6)),
+    "FittedRate": lambda: zr.fit_rate(np.gradient(ANGLE, 1 / RATE), RATE, angle=ANGLE),
+    "RateTable": lambda: zr.calibrate_rate_table(np.arange(-6.0, 7.0), 1.01 * np.arange(-6.0, 7.0)),
+    "TemperatureModel": lambda: zr.TemperatureModel.fit(
+        Z[:, 0] + 0.01 * TEMPERATURE, TEMPERATURE, RATE, unit="deg/s"
+    ),
+    "AttitudeEstimate": lambda: zr.estimate_attitude(
+        zr.Recording({"gyro": log(), "accel": accelerometer()}, "a.csv")
+    ),
+    "Identification": lambda: zr.identify.identify(Z[:, 0], RATE),
+    "Integrated": lambda: zr.integrate(Z, RATE, unit="deg/s", angle_random_walk=1e-4),
+    "Integrated about one axis": lambda: zr.integrate(Z[:, 0], RATE, angle_random_walk=1e-4),
+    "Denoised": lambda: zr.denoise(Z),
+    "LinearRun": linear,
+    "LinearRun of states": lambda: linear("state"),
+    "SmoothedRun": lambda: linear().smooth(),
+    "FusedAccelerometers": fused,
+    "AllanCovariance": covariance,
+    "VirtualGyro": lambda: covariance().virtual_gyro(),
+    "Rotations": lambda: zr.find_rotations(turns(), RATE, unit="rad/s"),
+    "Alignment": aligned,
+    "TimeOffset": lambda: zr.TimeOffset(0.259, 0.002),
+    "TimeOffset not known": lambda: zr.TimeOffset(np.nan, np.inf),
+    "Track": tracked,
+    "Outages": outages,
+    "Replay": lambda: replay(log(), methods=("auto", "kf")),
+    "Comparison": lambda: compare([zr.Recording({"gyro": log()})], ("raw", "auto", "kf"))[0],
+    "ArmaModel": lambda: zr.identify.fit_arma(Z[:, 0], 1, 1),
+}
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_a_result_shows_itself(name):
+    result = RESULTS[name]()
+    assert type(result).__name__ in (name.split()[0], "FittedModel")
+    text = result.table()
+    assert text.strip()
+    assert str(result) == text
+    assert all(len(line) <= 100 for line in text.splitlines())
+    figure = result.plot()
+    check_layout(figure)
+    check_contrast(figure)
+
+
+def test_what_is_registered_is_there():
+    for place, names in VIEWS.items():
+        module, _, name = place.rpartition(".")
+        assert issubclass(_of(module, name), views.Result), place
+        for view in names:
+            where, _, function = view.partition(":")
+            assert callable(_of(f"show.{where}", function)), view
+
+
+def test_every_result_is_registered():
+    found = {
+        f"{one.__module__.removeprefix('zerorate.')}.{one.__name__}"
+        for module in _modules()
+        for _, one in inspect.getmembers(module, inspect.isclass)
+        if issubclass(one, views.Result) and one is not views.Result
+    }
+    parents = {name for name in found if views.Result in _of(*_parts(name)).__bases__}
+    assert parents == set(VIEWS)
+
+
+def test_what_nobody_shows_is_said():
+    class Strange(views.Result):
+        pass
+
+    with pytest.raises(TypeError, match="nothing is registered that shows a Strange"):
+        str(Strange())
+
+
+def _of(module, name):
+    return getattr(importlib.import_module(f"zerorate.{module}"), name)
+
+
+def _parts(place):
+    module, _, name = place.rpartition(".")
+    return module, name
+
+
+def _modules():
+    for found in pkgutil.walk_packages(zr.__path__, "zerorate."):
+        if not found.name.startswith(("zerorate.cli", "zerorate.__main__", "zerorate.show")):
+            yield importlib.import_module(found.name)
