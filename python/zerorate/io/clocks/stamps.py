@@ -1,48 +1,61 @@
-"""Units of timestamps: seconds since the first one, from numbers and dates of any unit."""
+"""Timestamps in seconds since the first one, from numbers, dates and times of day of any unit."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from zerorate.io.clocks.iso8601 import dates_in
 from zerorate.io.clocks.names import time_unit
+from zerorate.io.clocks.units import (
+    DATES,
+    PER_SECOND,
+    Counts,
+    Unit,
+    date_unit,
+    middle_step,
+    row_step,
+    unit_of,
+    unit_of_rate,
+)
 from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
 from zerorate.io.table import Column
 from zerorate.types import Booleans, Floats
 
-__all__ = ["Stamps", "to_seconds", "without_texts"]
+__all__ = ["Beside", "Stamps", "to_seconds", "without_texts"]
 
-_Counts = npt.NDArray[np.float64 | np.int64]
+Beside = Callable[[Sequence[str]], tuple[str, str] | None]
+"""Returns which of some units another clock tells, and its name."""
 
 _BLOCK: Final = 1 << 16
-_ALIKE: Final = 0.01
-_PER_SECOND: Final = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 _OF_DATES: Final = {
     "D": 1 / 86_400,
     "h": 1 / 3_600,
     "m": 1 / 60,
-    **_PER_SECOND,
+    "s": 1.0,
+    "ms": 1e3,
+    "us": 1e6,
+    "ns": 1e9,
     "ps": 1e12,
     "fs": 1e15,
     "as": 1e18,
 }
 _LONGEST = 1e10
-# The steps of clocks from 10 Hz to 10 kHz: one range a unit, seconds reaching down to 2 Hz.
-_STEP_BELOW = (("s", 0.5), ("ms", 100.0), ("us", 1e5), ("ns", np.inf))
-_DATES: Final = (946_684_800, 4_102_444_800)
-"""Seconds from 1970 to the years 2000 and 2100: of no two units are they the same numbers."""
-_SLOWEST: Final = 60.0
-"""Longest step of dated stamps, s. A counter passes the same numbers in larger ones: one of
-microseconds at 10 kHz in steps of 100."""
-_WRAP: Final = 1 << 32
-"""Counts after which a counter of 32 bits begins anew: microseconds after 71.6 minutes."""
+_WRAPS: Final = (1 << 32, 1 << 24, 1 << 16)
+"""Counts after which counters begin anew: microseconds of 32 bits after 71.6 minutes."""
 _NEAR: Final = 1000
 """Steps by which a counter may pass over its wrap; one that was reset is further off."""
+_CLOSE: Final = 8
+"""Part of a wrap within which it passes over, so that a short counter is told from a reset."""
+_DAY: Final = 86_400.0
+_AROUND: Final = 15
+"""Rows on each side of a leap that show whether it lasts."""
+_COARSE: Final = 10
+"""Rows that may share a stamp for no more digits are kept."""
 
 
 @dataclass(frozen=True)
@@ -54,41 +67,50 @@ class Stamps:
     note: str | None
 
 
-def to_seconds(column: Column, name: str, rate: float | None) -> Stamps:
+def to_seconds(
+    column: Column,
+    name: str,
+    rate: float | None,
+    unit: str | None = None,
+    beside: Beside | None = None,
+) -> Stamps:
     """Return the stamps in seconds.
 
-    Dates, as text of ISO 8601 as well, and durations have a unit. That of numbers is the name's
-    suffix; without one, that in which they are dates of this century, in steps of a minute at
-    most; without that, the one whose clock comes within 1 % of ``rate``; without that, the step
-    decides: below 0.5 it is seconds, below 100 milliseconds, below 100 000 microseconds, and
-    nanoseconds above.
+    Dates, as text as well, and durations have a unit. That of numbers is the one that is given;
+    else the name's; else that in which they are dates of this century, in steps of a minute at
+    most; else the one in which the rows have the ``rate`` stated; else the only one in which they
+    have one of 0.5 Hz to 32 kHz; else the one of these that another clock tells.
 
     Raises
     ------
     LogError
-        If a stamp is missing, is no number or date, or stands too far from the first; or if they
-        are dates in a smaller unit than their name tells.
+        If a stamp is missing, is no number or date, or stands too far from the first; if they
+        are dates in a smaller unit than their name tells; or if no unit remains or several do.
     """
     column = without_texts(column, name)
-    per_second, note = None, None
+    notes: list[str | None] = []
+    found: Unit | None = None
     if column.dtype.kind in "Mm":
         _check_whole(~np.isnat(column), name)
         per_second = _per_second(column.dtype, name)
+        found = None if per_second is None else Unit(per_second)
         column = column.view(np.int64)
-    first = column[0]
-    since = _since(_numbers(column, name), name)
-    if per_second is None:
-        since, wraps = _unwrapped(since, float(first))
-        unit, note = _read_as(name, float(first), since, rate)
-        per_second = _PER_SECOND[unit]
-        if wraps:
-            note = "; ".join(filter(None, (_on_wraps(name, wraps), note)))
+    numbers = _numbers(column, name)
+    first = float(numbers[0])
+    since = _since(numbers, name)
+    if found is None:
+        since, told = _unwrapped(since, first, name)
+        _check_fine(numbers, since, name)
+        found = _read_as(name, numbers, since, rate, unit, beside)
+        notes += [told, found.note]
     seconds = since.astype(np.float64, copy=False)
-    if per_second != 1.0:
-        seconds = seconds / per_second
+    if found.per_second != 1.0:
+        seconds = seconds / found.per_second
     if not np.ptp(seconds) < _LONGEST:
         raise LogError(f"time column '{name}' spans more than 300 years")
-    return Stamps(seconds, float(first) / per_second, note)
+    seconds, told = _through_midnights(seconds, name)
+    note = "; ".join(filter(None, (*notes, told)))
+    return Stamps(seconds, first / found.per_second + found.epoch, note or None)
 
 
 def without_texts(column: Column, name: str) -> Column:
@@ -119,35 +141,110 @@ def _numbers(column: Column, name: str) -> Column:
     return column
 
 
-def _since(column: Column, name: str) -> _Counts:
+def _since(column: Column, name: str) -> Counts:
     """Return the counts since the first, exact where they are whole numbers."""
     if column.dtype.kind == "f":
         with np.errstate(over="ignore"):
             return column - column[0] if column[0] else column
     if int(column.max()) - int(column.min()) > np.iinfo(np.int64).max:
         raise LogError(f"time column '{name}' spans more than 64 bits can count")
-    since: npt.NDArray[np.int64] = (column - column[0]).view(np.int64)
+    since: Counts = (column - column[0]).view(np.int64)
     return since
 
 
-def _unwrapped(since: _Counts, first: float) -> tuple[_Counts, int]:
-    """Return the counts of a 32-bit counter as if it had more bits, and how often it wrapped."""
-    most = first + float(since.max())
-    if not (_WRAP / 2 < most < _WRAP and first + float(since.min()) >= 0.0):
-        return since, 0
-    steps = np.diff(since)
-    back = np.flatnonzero(steps < -_WRAP / 2)
-    if not back.size or not (middle := _middle_step(since)):
-        return since, 0
-    back = back[steps[back] + _WRAP <= _NEAR * middle]
-    turns = np.zeros(len(since), since.dtype)
-    turns[back + 1] = _WRAP
-    return since + np.cumsum(turns, dtype=since.dtype), len(back)
+def _unwrapped(since: Counts, first: float, name: str) -> tuple[Counts, str | None]:
+    """Return the counts of a counter of few bits as if it had more, and a sentence on its wraps."""
+    most, least = first + float(since.max()), first + float(since.min())
+    for wrap in _WRAPS:
+        signed = least < 0.0
+        low, high = (-wrap / 2, wrap / 2) if signed else (0.0, float(wrap))
+        if not (high - wrap / 2 < most < high and least >= low):
+            continue
+        steps = np.diff(since)
+        back = np.flatnonzero(steps < -wrap / 2)
+        if not back.size:
+            continue
+        near = _NEAR * middle_step(since)
+        near = near if wrap == _WRAPS[0] else min(near, wrap / _CLOSE)
+        back = back[steps[back] + wrap <= near]
+        if not back.size:
+            continue
+        turns = np.zeros(len(since), since.dtype)
+        turns[back + 1] = wrap
+        return since + np.cumsum(turns, dtype=since.dtype), _on_wraps(name, wrap, len(back))
+    return since, None
 
 
-def _on_wraps(name: str, wraps: int) -> str:
-    times = "once" if wraps == 1 else f"{wraps} times"
-    return f"time column '{name}' began anew at 2^32 {times}, as counters of 32 bits do; it goes on"
+def _on_wraps(name: str, wrap: int, wraps: int) -> str:
+    times, bits = "once" if wraps == 1 else f"{wraps} times", wrap.bit_length() - 1
+    return (
+        f"time column '{name}' began anew at 2^{bits} {times}, as counters of {bits} bits do; it "
+        "goes on"
+    )
+
+
+def _check_fine(numbers: Column, since: Counts, name: str) -> None:
+    """Raise LogError if many rows share a stamp for they were kept in 32 bits."""
+    if numbers.dtype.kind != "f" or len(numbers) < 2:
+        return
+    largest = float(np.abs(numbers[[0, -1]]).max())
+    apart = float(np.spacing(np.float32(largest))) if largest < np.finfo(np.float32).max else 0.0
+    step = row_step(since)
+    if not 0.0 < _COARSE * step < apart and not (step == 0.0 and np.ptp(since) > 0.0):
+        return
+    with np.errstate(over="ignore"):
+        if (numbers.astype(np.float32) == numbers).all():
+            raise LogError(
+                f"time column '{name}' was kept in float32, where numbers as large as "
+                f"{largest:.6g} are {apart:g} apart: too coarse for rows {step:.4g} apart. Write "
+                "it in float64 or as whole numbers, or since the start of the log; or read the "
+                "log without it, by time=False and rate="
+            )
+
+
+def _large_steps(seconds: Floats, bound: float) -> Iterator[int]:
+    """Yield the rows that lie so many seconds or more from the one before."""
+    for first in range(0, len(seconds) - 1, _BLOCK):
+        steps = np.diff(seconds[first : first + _BLOCK + 1])
+        yield from (first + 1 + np.flatnonzero(np.abs(steps) >= bound)).tolist()
+
+
+def _through_midnights(seconds: Floats, name: str) -> tuple[Floats, str | None]:
+    """Return times of day that go on at midnight, and a sentence on it.
+
+    Raises
+    ------
+    LogError
+        If they leap by a day or more, and stay there.
+    """
+    if len(seconds) < 2 * _AROUND or not np.ptp(seconds) >= 0.99 * _DAY:
+        return seconds, None
+    midnights = []
+    for row in _large_steps(seconds, 0.99 * _DAY):
+        before = float(np.median(seconds[max(0, row - _AROUND) : row]))
+        after = float(np.median(seconds[row : row + _AROUND]))
+        leap = float(seconds[row] - seconds[row - 1])
+        if abs(after - before) < 0.9 * _DAY or min(row, len(seconds) - row) < 3:
+            continue  # a stamp that is wild, or two
+        if abs(leap + _DAY) < 0.01 * _DAY:
+            midnights.append(row)
+        elif leap > 0.0 and _steps_are_short(seconds, row):
+            raise LogError(
+                f"time column '{name}' leaps by {leap / _DAY:.6g} days before row {row} (counting "
+                "from 0): cut the log there"
+            )
+    if not midnights:
+        return seconds, None
+    days = np.zeros(len(seconds))
+    days[midnights] = _DAY
+    times = "once" if len(midnights) == 1 else f"{len(midnights)} times"
+    return seconds + np.cumsum(days), f"time column '{name}' passes midnight {times}; it goes on"
+
+
+def _steps_are_short(seconds: Floats, row: int) -> bool:
+    """Whether rows before one are closer together than minutes."""
+    steps = np.diff(seconds[max(0, row - _AROUND) : row])
+    return bool(steps.size and np.median(steps) < 60.0)
 
 
 def _check_whole(there: Booleans, name: str) -> None:
@@ -159,68 +256,43 @@ def _check_whole(there: Booleans, name: str) -> None:
         )
 
 
-def _read_as(name: str, first: float, since: _Counts, rate: float | None) -> tuple[str, str | None]:
-    """Return the unit of numbers, and a sentence on how it was found unless it is plain."""
-    named, dated = time_unit(name), _unit_of_dates(first, since)
+def _read_as(
+    name: str,
+    numbers: Column,
+    since: Counts,
+    rate: float | None,
+    given: str | None,
+    beside: Beside | None,
+) -> Unit:
+    """Return the unit of numbers."""
     column = f"time column '{name}'"
+    named, first = time_unit(name), float(numbers[0])
+    if given is not None:
+        told = f"{column} read as {given}, as stated; its name says {named}"
+        contradicted = named is not None and given not in (named, "100us")
+        return Unit(_per_second_of(given, rate), 0.0, told if contradicted else None)
+    dated = date_unit(name, first, since)
     if named is not None:
-        if dated in (None, named):
-            return named, None
-        if first / _PER_SECOND[named] >= _DATES[1]:
+        unit = Unit(PER_SECOND[named])
+        if dated is None or dated[0] == named:
+            return unit if dated is None else dated[1]._replace(note=None)
+        if first / PER_SECOND[named] >= DATES[1]:
             raise LogError(
-                f"{column} is in {named} by its name, but holds dates in {dated}; rename it"
+                f"{column} is in {named} by its name, but holds dates in {dated[0]}; rename it"
             )
-        return named, f"{column} read as {named}, as its name says; in {dated} it would hold dates"
-    judged, by = _unit_of_step(since, rate)
+        said = f"{column} read as {named}, as its name says; in {dated[0]} it would hold dates"
+        return unit._replace(note=said)
+    step = row_step(since)
     if dated is not None:
-        plain_ = dated == judged == "s"
-        return dated, None if plain_ else f"{column} read as {dated}: in that unit it holds dates"
-    return judged, None if judged == "s" else f"{column} read as {judged}, judged by {by}"
+        plain = dated[0] == "s" and step < 0.5
+        return dated[1]._replace(note=None) if plain else dated[1]
+    stated = None if rate is None else unit_of_rate(name, step, rate)
+    return stated or unit_of(name, numbers, step, beside)
 
 
-def _unit_of_dates(first: float, since: _Counts) -> str | None:
-    """Return the unit in which the stamps are dates of this century, None if there is none."""
-    # Of three stamps one may be wild.
-    middle = first + sorted(float(since[i]) for i in (0, len(since) // 2, -1))[1]
-    for unit, per_second in _PER_SECOND.items():
-        if _DATES[0] <= middle / per_second < _DATES[1]:
-            return unit if _middle_step(since) <= _SLOWEST * per_second else None
-    return None
-
-
-def _unit_of_step(since: _Counts, rate: float | None) -> tuple[str, str]:
-    """Return the unit that the rate, else the step tells, and which of them it was."""
-    if (ends := _steps_between(since)) is not None:
-        low, high = (_unit_of(step, rate) for step in ends)
-        # Nothing but that unit lies between two ends so close.
-        if low == high:
-            return low
-    return _unit_of(_middle_step(since), rate)
-
-
-def _middle_step(since: _Counts) -> float:
-    """Return the median of the steps forward, 0 if there are none."""
-    if (ends := _steps_between(since)) is not None:
-        return ends[0]
-    steps = np.diff(since).astype(np.float64)
-    steps = steps[steps > 0]
-    return float(np.median(steps)) if steps.size else 0.0
-
-
-def _unit_of(step: float, rate: float | None) -> tuple[str, str]:
-    if rate is not None:
-        for unit, per_second in _PER_SECOND.items():
-            if abs(step * rate / per_second - 1) < 0.01:
-                return unit, "the rate stated"
-    return next(unit for unit, bound in _STEP_BELOW if step < bound), "its step"
-
-
-def _steps_between(since: _Counts) -> tuple[float, float] | None:
-    """Return the least and the largest step, None unless they are positive and all but equal."""
-    least, most = np.inf, -np.inf
-    for first in range(0, len(since) - 1, _BLOCK):
-        steps = np.diff(since[first : first + _BLOCK + 1])
-        least, most = min(least, float(steps.min())), max(most, float(steps.max()))
-        if not 0.0 < most <= (1.0 + _ALIKE) * least:
-            return None
-    return (least, most) if len(since) > 1 else None
+def _per_second_of(unit: str, rate: float | None) -> float:
+    if unit in PER_SECOND:
+        return PER_SECOND[unit]
+    if rate is None:
+        raise LogError("time_unit='samples' needs rate=, the samples a second")
+    return rate

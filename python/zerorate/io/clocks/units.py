@@ -1,0 +1,221 @@
+"""The unit of timestamps that no name tells: the one in which they are the clock of a sensor.
+
+Each possible unit is weighed by the dates that the numbers would be, by a rate that somebody has
+stated, and by the rate that the rows would have. Where two units remain, both are named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.io.clocks.names import UNITS
+from zerorate.io.log import LogError
+from zerorate.types import Floats
+
+__all__ = ["DATES", "PER_SECOND", "TIME_UNITS", "Unit", "UnitsRemain", "checked_time_unit"]
+__all__ += ["Counts", "date_unit", "middle_step", "row_step", "unit_of", "unit_of_rate"]
+
+Counts = npt.NDArray[np.float64 | np.int64]
+
+PER_SECOND: Final = {
+    "s": 1.0,
+    "ms": 1e3,
+    "us": 1e6,
+    "ns": 1e9,
+    "100us": 1e4,
+    "min": 1 / 60,
+    "h": 1 / 3600,
+    "days": 1 / 86_400,
+}
+SAMPLES: Final = "samples"
+TIME_UNITS: Final = (*PER_SECOND, SAMPLES)
+"""What ``time_unit=`` takes; samples are counted at the rate that is stated."""
+_DECIMAL: Final = ("s", "ms", "us", "ns")
+"""Units of a clock that says no other; the larger ones are never meant without a word."""
+DATES: Final = (946_684_800, 4_102_444_800)
+"""Seconds from 1970 to the years 2000 and 2100: of no two units are they the same numbers."""
+_DAYS: Final = {
+    "days since 1900": 25_569.0,
+    "days since year 0": 719_529.0,
+    "Julian days": 2_440_587.5,
+}
+"""Days of spreadsheets, of MATLAB and of astronomers on the first day of 1970."""
+_SLOWEST: Final = 60.0
+"""Longest step of dated stamps, s. A counter passes the same numbers in larger ones: one of
+microseconds at 10 kHz in steps of 100."""
+_SHORT_DAYS: Final = 2.0 / 86_400
+"""Longest step of days, which seconds do not take but at a rate that no sensor has."""
+_RATES: Final = (0.5, 32_000.0)
+"""Rates of inertial sensors, Hz."""
+_NEAR: Final = 0.05
+"""Part by which the steps of late stamps may miss a rate that is stated."""
+_LAG: Final = 512
+"""Rows over which late and coarse stamps even out."""
+_HEAD: Final = 1 << 16
+_TICKS: Final = 8_000.0
+"""Steps of a SampleTimeFine from which it counts microseconds: its devices that do are no faster
+than 120 Hz, those that count tenths of a millisecond no slower than 4 Hz in practice."""
+
+
+class Unit(NamedTuple):
+    """Counts a second, the Unix time of zero, s, and a sentence on how it was found, if any."""
+
+    per_second: float
+    epoch: float = 0.0
+    note: str | None = None
+
+
+class UnitsRemain(LogError):
+    """Timestamps may be of several units, in each of which they are the clock of a sensor."""
+
+    def __init__(self, message: str, units: tuple[str, ...]) -> None:
+        """Keep the units."""
+        super().__init__(message)
+        self.units = units
+
+
+def checked_time_unit(unit: str | None) -> str | None:
+    """Return a unit of timestamps in its one spelling; ValueError that lists those known."""
+    if unit is None or unit in TIME_UNITS:
+        return unit
+    for known, spellings in UNITS.items():
+        if isinstance(unit, str) and unit.lower() in spellings:
+            return known
+    raise ValueError(f"time_unit= must be one of {', '.join(TIME_UNITS)}, got {unit!r}")
+
+
+def date_unit(name: str, first: float, since: Counts) -> tuple[str, Unit] | None:
+    """Return the unit in which the stamps are dates of this century, None if there is none."""
+    # Of three stamps one may be wild.
+    middle = first + sorted(float(since[i]) for i in (0, len(since) // 2, -1))[1]
+    for unit in _DECIMAL:
+        if DATES[0] <= middle / PER_SECOND[unit] < DATES[1]:
+            slow = middle_step(since) > _SLOWEST * PER_SECOND[unit]
+            return None if slow else (unit, Unit(PER_SECOND[unit], 0.0, _on_dates(name, unit)))
+    for called, zero in _DAYS.items():
+        dated = DATES[0] <= 86_400 * (middle - zero) < DATES[1]
+        if dated and 0.0 < middle_step(since) <= _SHORT_DAYS:
+            note = _on_dates(name, f"days ({called})")
+            return "days", Unit(PER_SECOND["days"], -zero * 86_400, note)
+    return None
+
+
+def _on_dates(name: str, unit: str) -> str:
+    return f"time column '{name}' read as {unit}: in that unit it holds dates"
+
+
+def unit_of_rate(name: str, step: float, rate: float) -> Unit | None:
+    """Return the unit in which rows so many counts apart have the rate stated, None for none."""
+    for unit in _DECIMAL:
+        if abs(step * rate / PER_SECOND[unit] - 1) < _NEAR:
+            told = f"time column '{name}' read as {unit}, judged by the rate stated"
+            return Unit(PER_SECOND[unit], 0.0, None if unit == "s" else told)
+    return None
+
+
+def unit_of(
+    name: str,
+    column: npt.NDArray[np.generic],
+    step: float,
+    beside: Callable[[Sequence[str]], tuple[str, str] | None] | None,
+) -> Unit:
+    """Return the unit in which rows so many counts apart are those of an inertial sensor.
+
+    Parameters
+    ----------
+    name, column
+        Name of the stamps, and their values.
+    step
+        Counts from one row to the next.
+    beside
+        Returns which of some units another clock in the table tells, and the name of that.
+
+    Raises
+    ------
+    UnitsRemain
+        If there are two such units.
+    LogError
+        If there is none.
+    """
+    if name.lower().replace("_", "").endswith("sampletimefine"):
+        unit = "us" if step >= _TICKS else "100us"
+        return Unit(PER_SECOND[unit], 0.0, _judged(name, unit, step, _others(unit)))
+    if step <= 0.0:
+        return Unit(1.0)
+    units = [u for u in _DECIMAL if _RATES[0] <= PER_SECOND[u] / step <= _RATES[1] * 1.001]
+    if len(units) > 1 and _fractional(column):
+        # Counters count; decimals below one are those of seconds.
+        units = ["s"] if step < 0.5 and "s" in units else [u for u in units if u in ("s", "ms")]
+    if len(units) == 1:
+        note = None if units == ["s"] else _judged(name, units[0], step, _others(units[0]))
+        return Unit(PER_SECOND[units[0]], 0.0, note)
+    if units and beside is not None and (told := beside(units)) is not None:
+        unit, other = told
+        return Unit(
+            PER_SECOND[unit], 0.0, f"time column '{name}' read as {unit}, as column '{other}' tells"
+        )
+    raise _refusal(name, units, step)
+
+
+def _others(unit: str) -> list[str]:
+    at = _DECIMAL.index(unit) if unit in _DECIMAL else 1
+    return [u for u in _DECIMAL[max(0, at - 1) : at + 2] if u != unit]
+
+
+def _judged(name: str, unit: str, step: float, others: Sequence[str]) -> str:
+    in_others = ", ".join(f"{_rate(u, step)} in {u}" for u in others)
+    return (
+        f"time column '{name}' read as {unit}, judged by its step: {_rate(unit, step)} "
+        f"(it would be {in_others})"
+    )
+
+
+def _refusal(name: str, units: Sequence[str], step: float) -> LogError:
+    if not units:
+        readings = " or ".join(f"{_rate(u, step)} in {u}" for u in ("s", "ms"))
+        return LogError(
+            f"time column '{name}' is in no unit the clock of a sensor of 0.5 Hz to 32 kHz (it "
+            f"would be {readings}); time_unit= says its unit"
+        )
+    readings = " or ".join(f"{u} ({_rate(u, step)})" for u in units)
+    counter = ", or count samples (time_unit='samples' and rate=)" if step == 1.0 else ""
+    return UnitsRemain(
+        f"time column '{name}' may be in {readings}{counter}: say which by "
+        f"{' or '.join(f'time_unit={u!r}' for u in units)}",
+        tuple(units),
+    )
+
+
+def _rate(unit: str, step: float) -> str:
+    return f"{PER_SECOND[unit] / step:.4g} Hz"
+
+
+def _fractional(column: npt.NDArray[np.generic]) -> bool:
+    if column.dtype.kind != "f":
+        return False
+    head: Floats = column[:_HEAD].astype(np.float64)
+    return bool((head != np.rint(head)).any())
+
+
+def row_step(since: Counts) -> float:
+    """Return the counts from one row to the next, unmoved by late, coarse and missing stamps."""
+    lag = min(_LAG, len(since) // 2)
+    if lag == 0:
+        return 0.0
+    some = slice(None, 4 * _HEAD)
+    over = (since[lag:][some] - since[:-lag][some]).astype(np.float64)
+    typical = float(np.median(over)) / lag
+    middle = middle_step(since)
+    # Where hardly a row differs from the one after it by less, rows are missing and none is late.
+    return middle if middle > 0.0 and 0.5 * middle < typical < 2.0 * middle else typical
+
+
+def middle_step(since: Counts) -> float:
+    """Return the median of the steps forward, 0 if there are none."""
+    steps = np.diff(since[: 4 * _HEAD]).astype(np.float64)
+    steps = steps[steps > 0]
+    return float(np.median(steps)) if steps.size else 0.0
