@@ -214,7 +214,7 @@ DATA_FAULTS = {
     "text in a row": ("a.csv", b"time_s,gyro_x\n0,1\n0.1,a\n0.2,2\n", (), "is not a number"),
     "no gyro": ("a.csv", b"time_s,temp\n0,1\n0.1,2\n", (), "choose with --columns"),
     "no rate": ("a.csv", b"gyro_x,gyro_y\n0,1\n1,2\n", (), "give --rate in Hz"),
-    "other rate": ("a.csv", b"t,gyro_x\n0,1\n1,2\n2,3\n", ("--rate", "5"), "stated as 5 Hz"),
+    "other rate": ("a.csv", b"t_s,gyro_x\n0,1\n1,2\n2,3\n", ("--rate", "5"), "stated as 5 Hz"),
 }
 
 USAGE_FAULTS = {

@@ -50,7 +50,7 @@ def test_masked_arrays_of_several_axes():
     gyro[1, 2] = np.ma.masked
     log = read_log(gyro, rate=10)
     assert np.isnan(log.data).sum() == 1
-    assert np.isnan(read_log({"gyro": gyro, "t": np.arange(4.0)}).data).sum() == 1
+    assert np.isnan(read_log({"gyro": gyro, "t_s": np.arange(4.0)}).data).sum() == 1
     assert np.isnan(log.with_data(gyro).data).sum() == 1
 
 

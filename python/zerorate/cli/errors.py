@@ -68,10 +68,11 @@ _OF_TYPER: "Final[tuple[tuple[str, Callable[[re.Match[str], Hint], str]], ...]]"
 """What typer says of what was typed, and the same in plain words."""
 
 _KEYWORD = re.compile(
-    r"\b(rate|columns|unit|scale|device|range|start|stop|bridge|topic|group_by|outliers"
+    r"\b(rate|columns|unit|time|time_unit|scale|device|range|start|stop|bridge|topic|group_by|outliers"
     r"|rest_limit|motion)="
     r"|^(rate|bridge|confidence|duration|axes|seed|max_order|segments|smooth|decimate)(?= must )"
 )
+_TIME_UNIT = re.compile(r"time_unit='(\w+)'")
 _DEVICE = re.compile(r'scale=zr\.raw_counts\("([^"]+)", ([^)]+)\)')
 _TYPED = re.compile(r"there is no topic|topic= chooses|\b(start|stop)= ")
 _ON_COLUMNS = re.compile(r"there is no column|columns=|columns are named")
@@ -196,4 +197,5 @@ def in_options(text: object) -> str:
     told = _DEVICE.sub(
         lambda found: f"--device {found[1]} --range {found[2].replace(', ', ',')}", str(text)
     )
+    told = _TIME_UNIT.sub(r"--time-unit \1", told).replace("time=False", "--time none")
     return _KEYWORD.sub(lambda found: f"--{(found[1] or found[2]).replace('_', '-')}", told)

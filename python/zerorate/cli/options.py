@@ -242,6 +242,17 @@ _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
         "HZ",
         "Samples per second. Needed where the log has no timestamps.",
     ),
+    "time": (
+        str,
+        "NAME",
+        "Column of the timestamps, by name or position; none reads the log without, by --rate.",
+    ),
+    "time_unit": (
+        str,
+        None,
+        "Unit of timestamps that do not say it: s, ms, us, ns, 100us, min, h, days, or samples of "
+        "--rate.",
+    ),
     "scale": (
         str,
         "FACTOR",
@@ -317,8 +328,16 @@ def _reading(given: Mapping[str, Any]) -> Reading:
     arguments["columns"] = None if columns is None else tuple(columns)
     device, ends = arguments.pop("device"), arguments.pop("range")
     arguments["scale"] = _parse_scale(arguments["scale"], device, ends)
+    if "time" in arguments:
+        arguments["time"] = _time_column(arguments["time"])
     group_by = parse_columns(arguments.pop("group_by", None))
     return Reading(arguments, None if group_by is None else group_by[0])
+
+
+def _time_column(typed: str | None) -> str | int | None:
+    """Return the column of the timestamps that was typed, False for none of them."""
+    found = parse_columns(typed)
+    return None if found is None else False if found[0] == "none" else found[0]
 
 
 def _parse_scale(scale: str | None, device: str | None, ends: str | None) -> Scale:

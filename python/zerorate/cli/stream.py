@@ -81,7 +81,7 @@ _SETTING: Final = re.compile(rf"\b({'|'.join(_SETTINGS)})=")
 
 @with_filter_options
 @with_reading_options(
-    without=["topic", "group_by", "start", "stop"],
+    without=["topic", "group_by", "start", "stop", "time", "time_unit"],
     help={
         "rate": "Samples per second; required.",
         "columns": "Columns to filter: names, or positions counted from 0 over all columns, e.g. "

@@ -11,6 +11,7 @@ import numpy as np
 
 from zerorate.compare.slope import slope
 from zerorate.io import Log, LogError, Recording
+from zerorate.io.columns import TimeColumn
 from zerorate.io.counts import Scale
 from zerorate.io.formats import LogSource
 from zerorate.io.names import UNKNOWN, is_quaternion, looks_like_gyro, meaning_of, plain
@@ -145,12 +146,14 @@ def read_trial(
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
+    time: TimeColumn = None,
+    time_unit: str | None = None,
 ) -> Trial:
     """Return the gyros of a recording with the reference that it holds.
 
     Parameters
     ----------
-    path, rate, columns, unit, topic, scale
+    path, rate, columns, unit, topic, scale, time, time_unit
         As of `zerorate.read_log`.
     start, stop
         As of `zerorate.read_recording`.
@@ -189,6 +192,8 @@ def read_trial(
         scale=scale,
         start=start,
         stop=stop,
+        time=time,
+        time_unit=time_unit,
     )
     return Trial.of(recording if truth is not None else _with_quaternion(recording))
 

@@ -6,23 +6,66 @@ import difflib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
-from zerorate.io.clocks.names import looks_like_time, may_be_time
-from zerorate.io.clocks.stamps import to_seconds
+from zerorate.io.clocks.names import looks_like_time, may_be_time, named_like_time, time_unit
+from zerorate.io.clocks.stamps import Beside, to_seconds, without_texts
+from zerorate.io.clocks.units import PER_SECOND, checked_time_unit
 from zerorate.io.log import LogError
 from zerorate.io.names import looks_like_gyro
 from zerorate.io.table import Column, Table
 
-__all__ = ["NOT_TIME", "Choice", "Columns", "check_samples", "choose", "with_time"]
+__all__ = ["NOT_TIME", "Choice", "Columns", "TimeColumn", "Timing", "check_samples", "choose"]
+__all__ += ["clock_beside", "with_time"]
 
 NOT_TIME: Final = " is not taken for the time: "
 _BACKWARD: Final = 0.01
 """Part of the steps of a clock that may lead back, as by a clock that was set."""
+_ALIKE: Final = 0.02
+"""Part by which two clocks of a log may differ over all of it."""
 
 Columns = str | int | Sequence[str | int] | None
+TimeColumn = str | int | Literal[False] | None
+"""Name or index of the time column, False for none; None to find it."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What a caller says of the timestamps: their column, and their unit.
+
+    Raises
+    ------
+    ValueError
+        If the unit is not known.
+    """
+
+    column: TimeColumn = None
+    unit: str | None = None
+
+    def __post_init__(self) -> None:
+        """Bring the unit to its one spelling."""
+        object.__setattr__(self, "unit", checked_time_unit(self.unit))
+
+    def told(self, table: Table) -> Table:
+        """Return a table with its time as the caller says; LogError if there is no such column."""
+        if self.unit is not None:
+            table = replace(table, time_unit=self.unit)
+        if self.column is None:
+            return table
+        if self.column is False:
+            return replace(table, time=None, timeless=True)
+        (index,) = _asked(table, self.column)
+        return replace(table, time=index)
+
+    def told_of_all(self, tables: Sequence[Table]) -> list[Table]:
+        """Return the tables of a source, of which some may have a time by another name."""
+        have = [isinstance(self.column, str) and self.column in (t.names or ()) for t in tables]
+        if not any(have):
+            return [self.told(table) for table in tables]
+        others = replace(self, column=None)
+        return [(self if own else others).told(t) for t, own in zip(tables, have, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -58,7 +101,8 @@ def with_time(table: Table) -> Table:
     does not rise is no clock: it may hold durations.
     """
     names = table.names
-    if table.time is not None or names is None or any(map(looks_like_time, names)):
+    told = table.time is not None or table.timeless
+    if told or names is None or any(map(looks_like_time, names)):
         return table
     one_length = table.lengths is None or len(set(table.lengths)) == 1
     notes = []
@@ -67,20 +111,58 @@ def with_time(table: Table) -> Table:
         if why_not is None:
             return replace(table, time=i)
         notes.append(f"column '{names[i]}'{NOT_TIME}{why_not}")
-    told = dict.fromkeys((*table.meta.notes, *notes))
-    return replace(table, meta=replace(table.meta, notes=tuple(told))) if notes else table
+    noted = dict.fromkeys((*table.meta.notes, *notes))
+    return replace(table, meta=replace(table.meta, notes=tuple(noted))) if notes else table
 
 
 def _why_no_clock(table: Table, index: int) -> str | None:
     """Return why the values of a column are no timestamps; None if hardly any is out of order."""
     try:
         (column,) = table.load([index])
-        seconds = to_seconds(column, table.label(index), None).seconds
+        # Whatever their unit, a clock rises.
+        unit = table.time_unit or time_unit(table.label(index)) or "s"
+        seconds = to_seconds(column, table.label(index), 1.0, unit).seconds
     except LogError as error:
         return str(error)
     steps = np.diff(seconds)
     rises = len(steps) == 0 or ((steps < 0).mean() <= _BACKWARD and (steps > 0).any())
     return None if rises else "its values do not rise"
+
+
+def clock_beside(table: Table, time: int) -> Beside:
+    """Return what tells the unit of a time column by another clock of the table, if there is one.
+
+    That is a column named like a time, with its unit in its name, that runs as far in the log.
+    """
+
+    def tells(units: Sequence[str]) -> tuple[str, str] | None:
+        for index, name in enumerate(table.names or ()):
+            unit = time_unit(name)
+            if index == time or unit is None or not named_like_time(name):
+                continue
+            ratio = _ratio(table, time, index)
+            for one in units:
+                scale = PER_SECOND[one] / PER_SECOND[unit]
+                if ratio is not None and abs(ratio / scale - 1) <= _ALIKE:
+                    return one, name
+        return None
+
+    return tells
+
+
+def _ratio(table: Table, one: int, other: int) -> float | None:
+    """Return how much faster one column counts than another, None where one of them does not."""
+    try:
+        loaded = table.load([one, other])
+    except LogError:
+        return None
+    spans = []
+    for column in loaded:
+        column = without_texts(column, "")
+        if column.dtype.kind not in "fiu" or len(column) < 2:
+            return None
+        spans.append(float(column[-1]) - float(column[0]))
+    return spans[0] / spans[1] if len(loaded[0]) == len(loaded[1]) and spans[1] > 0 else None
 
 
 def check_samples(table: Table, asked: Columns) -> None:
@@ -159,6 +241,8 @@ def _named_time(
     wanted: Callable[[str], bool],
 ) -> int | None:
     taken = asked or ()
+    if table.timeless:
+        return None
     if table.time is not None:
         return table.time if table.time not in taken else None
     free = [i for i, name in enumerate(names) if i not in taken and looks_like_time(name)]
@@ -180,6 +264,8 @@ def _unnamed_time(table: Table, taken: Sequence[int]) -> tuple[int | None, int |
     """Return the time column and the row counter of a table without names, each maybe None."""
     if table.time is not None:
         return (table.time if table.time not in taken else None), None
+    if table.timeless:
+        return None, None
     if table.width < 2 or 0 in taken:
         return None, None
     columns = table.load(range(table.width))

@@ -10,6 +10,7 @@ import numpy as np
 
 from zerorate.io.clocks.repeats import HEAD, repeated
 from zerorate.io.clocks.sensor_clock import Clock
+from zerorate.io.columns import TimeColumn
 from zerorate.io.counts import Scale, Scaling
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Header, Log, LogError
@@ -186,12 +187,14 @@ def open_log(
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
+    time: TimeColumn = None,
+    time_unit: str | None = None,
 ) -> LogFile:
     """Return a file's log in blocks, with the arguments and faults of `read_log`.
 
     Of a Parquet file the time column alone is read here; any other format is loaded whole.
     """
-    asked = Asked.of(rate, columns, topic, scale, start, stop)
+    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit)
     return _opened(path, asked, unit, accel=False)[0]
 
 
@@ -205,6 +208,8 @@ def open_imu(
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
+    time: TimeColumn = None,
+    time_unit: str | None = None,
 ) -> tuple[LogFile, LogFile | None]:
     """Return the log that `open_log` returns, and that of its accelerometer.
 
@@ -212,7 +217,7 @@ def open_imu(
     is None if there is none, if it has not three axes or cannot be read, and where a log is of
     several gyros.
     """
-    asked = Asked.of(rate, columns, topic, scale, start, stop)
+    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit)
     return _opened(path, asked, unit, accel=True)
 
 
@@ -222,7 +227,7 @@ def _opened(
     label = label_of(path)
     try:
         kind, content = opened(path)
-        table = content.chosen(asked.topic)
+        table = asked.timing.told(content.chosen(asked.topic))
         told = {"source": label, "format": kind}
         chosen = selected(table, asked.rate, asked.columns, one_group(unit, asked.scaling))
         gyro = _of_selection(chosen, told, label, asked.span)

@@ -12,7 +12,16 @@ from zerorate.io.clocks.grid import Grid
 from zerorate.io.clocks.repeats import HEAD
 from zerorate.io.clocks.sensor_clock import Clock, clock_of
 from zerorate.io.clocks.stamps import Stamps, to_seconds, without_texts
-from zerorate.io.columns import NOT_TIME, Columns, check_samples, choose, with_time
+from zerorate.io.columns import (
+    NOT_TIME,
+    Columns,
+    TimeColumn,
+    Timing,
+    check_samples,
+    choose,
+    clock_beside,
+    with_time,
+)
 from zerorate.io.counts import Scale, Scaling, kind_of, note_on_counts
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Log, LogError, checked_rate
@@ -62,6 +71,8 @@ class Asked:
         What values are multiplied by.
     span
         Part of the log.
+    timing
+        What is said of the timestamps.
     """
 
     rate: float | None = None
@@ -69,6 +80,7 @@ class Asked:
     topic: str | None = None
     scaling: Scaling = field(default_factory=Scaling)
     span: Span = field(default_factory=Span)
+    timing: Timing = field(default_factory=Timing)
 
     @classmethod
     def of(
@@ -79,10 +91,13 @@ class Asked:
         scale: Scale,
         start: float | None,
         stop: float | None,
+        time: TimeColumn = None,
+        time_unit: str | None = None,
     ) -> Asked:
         """Return the arguments of a reader after checking them; ValueError if one is not valid."""
         given = None if rate is None else checked_rate(rate)
-        return cls(given, columns, topic, Scaling.of(scale), Span(start, stop))
+        span, timing = Span(start, stop), Timing(time, time_unit)
+        return cls(given, columns, topic, Scaling.of(scale), span, timing)
 
 
 @dataclass(frozen=True)
@@ -114,6 +129,8 @@ def read_log(
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
+    time: TimeColumn = None,
+    time_unit: str | None = None,
 ) -> Log:
     r"""Return the gyro channels of a recording on a uniform time grid.
 
@@ -146,6 +163,13 @@ def read_log(
     start, stop
         Seconds from the first sample, between which the log is read: from `start`, to before
         `stop`. By default all of it. The clock is that of the whole log in any case.
+    time
+        Name or index of the column with the timestamps, where it is not found by its name or is
+        another one; False to read the log without, by `rate`.
+    time_unit
+        Unit of numbers as timestamps, where their name does not say it and what they would mean
+        does not tell: ``"s"``, ``"ms"``, ``"us"``, ``"ns"``, ``"100us"``, ``"min"``, ``"h"``,
+        ``"days"``, or ``"samples"`` of the `rate` stated.
 
     Returns
     -------
@@ -159,7 +183,7 @@ def read_log(
         If the content is not as expected, or the log is shorter than ``start`` or ``stop``; the
         message names file, place and expectation.
     ValueError
-        If ``rate``, ``unit``, ``scale``, ``start`` or ``stop`` is not valid.
+        If ``rate``, ``unit``, ``scale``, ``start``, ``stop`` or ``time_unit`` is not valid.
     TypeError
         If the object is none of these.
     OSError
@@ -195,7 +219,7 @@ def read_log(
     >>> read_log({"gyro_x": [0.1, 0.2, 0.1]}, rate=100, unit="deg/s")
     Log(3 samples at 100 Hz, 0.03 s, deg/s: gyro_x)
     """
-    asked = Asked.of(rate, columns, topic, scale, start, stop)
+    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit)
     return read_groups(source, asked, one_group(unit, asked.scaling), looks_like_gyro)[0]
 
 
@@ -222,7 +246,7 @@ def read_groups(
     label = label_of(source)
     try:
         kind, content = opened(source)
-        table = content.chosen(asked.topic)
+        table = asked.timing.told(content.chosen(asked.topic))
         chosen = selected(table, asked.rate, asked.columns, grouped, wanted)
         logs = logs_of(chosen, {"source": label, "format": kind})
         return list(all_within(asked.span, logs))
@@ -277,7 +301,9 @@ def _stamps_of(chosen: Selection, column: Column | None) -> Stamps | None:
         return None
     if len(column) == 0:
         raise LogError("there are columns but no rows")
-    return to_seconds(column, chosen.table.label(chosen.time), chosen.rate)
+    table = chosen.table
+    beside = clock_beside(table, chosen.time)
+    return to_seconds(column, table.label(chosen.time), chosen.rate, table.time_unit, beside)
 
 
 def loaded_of(chosen: Selection) -> tuple[list[Column], Column | None]:
@@ -411,6 +437,8 @@ def read_sensors(
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
+    time: TimeColumn = None,
+    time_unit: str | None = None,
 ) -> tuple[Log, ...]:
     """Return the gyros of a recording as one log, and its accelerometers as another.
 
@@ -430,6 +458,8 @@ def read_sensors(
         ``{"gyro": 1 / 131, "accel": 1 / 16384}``, or `zerorate.raw_counts` of a device.
     start, stop
         As of `read_log`, from the earlier of the two first samples.
+    time, time_unit
+        As of `read_log`.
 
     Returns
     -------
@@ -443,7 +473,7 @@ def read_sensors(
     """
     listed = unit.split(",") if isinstance(unit, str) else unit or ()
     given = _by_kind([canonical_unit(one) for one in listed])
-    asked = Asked.of(rate, columns, topic, scale, start, stop)
+    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit)
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
         return _groups(names, file_unit, given, asked.scaling)

@@ -10,7 +10,7 @@ import numpy as np
 
 from zerorate.io.clocks.names import looks_like_time
 from zerorate.io.clocks.sensor_clock import Clock
-from zerorate.io.columns import Columns, check_samples, choose, with_time
+from zerorate.io.columns import Columns, TimeColumn, Timing, check_samples, choose, with_time
 from zerorate.io.counts import Scale, Scaling
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Log, LogError, Recording, checked_rate, units_of
@@ -66,6 +66,8 @@ def read_recording(
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
+    time: TimeColumn = None,
+    time_unit: str | None = None,
 ) -> Recording:
     """Return the logs of all sensors in a file, found by the names of its columns and topics.
 
@@ -98,6 +100,8 @@ def read_recording(
         from the earliest sample of all logs of a source; those of a list have clocks of their
         own. Another sensor than the gyro without a sample there is left out, and ``notes`` says
         so.
+    time, time_unit
+        As of `read_log`; in a source of several tables the column is that of those that have it.
 
     Returns
     -------
@@ -129,7 +133,7 @@ def read_recording(
     sources = list(cast(Sequence[LogSource], source)) if several else [cast(LogSource, source)]
     if not sources:
         raise LogError("there is no source to read")
-    request = _request(columns, reference, unit, topic, only)
+    request = _request(columns, reference, unit, topic, only, Timing(time, time_unit))
     return _recording(sources, request.with_numbers(rate, scale, start, stop))
 
 
@@ -145,13 +149,15 @@ def read_topic(
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
+    time: TimeColumn = None,
+    time_unit: str | None = None,
 ) -> Recording:
     """Return the recording of one topic alone, the one that `read_log` would read.
 
     Arguments and faults are those of `read_recording` and, of several topics to choose from, those
     of `read_log`.
     """
-    request = _request(columns, reference, unit, topic, only)
+    request = _request(columns, reference, unit, topic, only, Timing(time, time_unit))
     request = request.with_numbers(rate, scale, start, stop)
     return _recording([source], replace(request, alone=True))
 
@@ -162,8 +168,9 @@ def _request(
     unit: str | Mapping[str, str] | None,
     topic: str | None,
     only: Iterable[str] | None,
+    timing: Timing,
 ) -> _Request:
-    return _Request(columns, reference, _units(unit), topic, _kinds(only))
+    return _Request(columns, reference, _units(unit), topic, _kinds(only), timing=timing)
 
 
 def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
@@ -225,6 +232,7 @@ class _Request:
     rate: float | None = None
     scaling: Scaling = field(default_factory=Scaling)
     span: Span = field(default_factory=Span)
+    timing: Timing = field(default_factory=Timing)
 
     def with_numbers(
         self, rate: float | None, scale: Scale, start: float | None, stop: float | None
@@ -273,7 +281,7 @@ def _of_source(
     tables = [] if request.alone else _tables(content, request.topic)
     if not tables:
         tables = [content.chosen(request.topic)]
-    for table in map(with_time, tables):
+    for table in map(with_time, request.timing.told_of_all(tables)):
         offered.extend(table.label(index) for index in range(table.width))
         sensors = _sensors(table, request)
         if "" in content.tables and request.only == KINDS:

@@ -75,6 +75,8 @@ class Table:
     number of values of each column where they may differ. ``pieces`` gives the columns at some
     indices in pieces of so many rows at most, and ``rows`` says how many they are together, where
     a format can be read so. ``labels`` gives a column of texts, where ``load`` has none.
+    ``time_unit`` is that of the time column where a caller says it, and ``timeless`` whether he
+    wants none to be used.
     """
 
     width: int
@@ -87,6 +89,8 @@ class Table:
     pieces: Callable[[Sequence[int], int], Iterator[list[Column]]] | None = None
     rows: int = 0
     labels: Callable[[int], Column] | None = None
+    time_unit: str | None = None
+    timeless: bool = False
 
     def label(self, index: int) -> str:
         """Return the column's name, or one made from its index."""

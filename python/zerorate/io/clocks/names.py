@@ -40,6 +40,8 @@ _MAYBE_TIME: Final = re.compile(
     rf"){_COUNTED_FROM})$"
 )
 _IN_BRACKETS: Final = re.compile(rf"[\[(]\s*(?:{'|'.join(_UNIT)})\s*[\])]\s*(?:\.\d+)?$")
+_REPEATED: Final = re.compile(r"\.\d+$")
+"""What pandas adds to a name that stands twice."""
 _TAIL: Final = re.compile(_COUNTED_FROM + "$")
 
 
@@ -63,7 +65,7 @@ def named_like_time(name: str) -> bool:
 
 def time_unit(name: str) -> str | None:
     """Return the unit of timestamps that a column's name tells, None if it tells none."""
-    whole = plain(name)
+    whole = plain(_REPEATED.sub("", name))
     for told in (whole, _TAIL.sub("", whole)):
         words = told.split("_")
         if words[-1] in _UNIT and (len(words) > 1 or words[0] in _ALONE):

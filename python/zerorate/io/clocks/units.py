@@ -141,37 +141,25 @@ def unit_of(
     LogError
         If there is none.
     """
+    called = f"time column '{name}' read as"
     if name.lower().replace("_", "").endswith("sampletimefine"):
         unit = "us" if step >= _TICKS else "100us"
-        return Unit(PER_SECOND[unit], 0.0, _judged(name, unit, step, _others(unit)))
+        return Unit(PER_SECOND[unit], 0.0, f"{called} {unit}, as its steps of {step:g} are")
     if step <= 0.0:
         return Unit(1.0)
     units = [u for u in _DECIMAL if _RATES[0] <= PER_SECOND[u] / step <= _RATES[1] * 1.001]
+    if units == ["s"]:
+        return Unit(1.0)
     if len(units) > 1 and _fractional(column):
         # Counters count; decimals below one are those of seconds.
         units = ["s"] if step < 0.5 and "s" in units else [u for u in units if u in ("s", "ms")]
     if len(units) == 1:
-        note = None if units == ["s"] else _judged(name, units[0], step, _others(units[0]))
-        return Unit(PER_SECOND[units[0]], 0.0, note)
-    if units and beside is not None and (told := beside(units)) is not None:
-        unit, other = told
-        return Unit(
-            PER_SECOND[unit], 0.0, f"time column '{name}' read as {unit}, as column '{other}' tells"
-        )
+        told = f"{called} {units[0]}, judged by its step: {_rate(units[0], step)}"
+        return Unit(PER_SECOND[units[0]], 0.0, told)
+    if units and beside is not None and (found := beside(units)) is not None:
+        unit, other = found
+        return Unit(PER_SECOND[unit], 0.0, f"{called} {unit}, as column '{other}' tells")
     raise _refusal(name, units, step)
-
-
-def _others(unit: str) -> list[str]:
-    at = _DECIMAL.index(unit) if unit in _DECIMAL else 1
-    return [u for u in _DECIMAL[max(0, at - 1) : at + 2] if u != unit]
-
-
-def _judged(name: str, unit: str, step: float, others: Sequence[str]) -> str:
-    in_others = ", ".join(f"{_rate(u, step)} in {u}" for u in others)
-    return (
-        f"time column '{name}' read as {unit}, judged by its step: {_rate(unit, step)} "
-        f"(it would be {in_others})"
-    )
 
 
 def _refusal(name: str, units: Sequence[str], step: float) -> LogError:
@@ -203,8 +191,8 @@ def _fractional(column: npt.NDArray[np.generic]) -> bool:
 
 def row_step(since: Counts) -> float:
     """Return the counts from one row to the next, unmoved by late, coarse and missing stamps."""
-    lag = min(_LAG, len(since) // 2)
-    if lag == 0:
+    lag = min(_LAG, max(1, len(since) // 8))
+    if len(since) < 2:
         return 0.0
     some = slice(None, 4 * _HEAD)
     over = (since[lag:][some] - since[:-lag][some]).astype(np.float64)

@@ -11,6 +11,7 @@ from typing import Any, Final, Literal, Self, Unpack
 from zerorate._native import __version__
 from zerorate.calibrate.calibration import Calibration
 from zerorate.io import LogError, atomic_path
+from zerorate.io.columns import TimeColumn, Timing
 from zerorate.io.counts import Scale, Scaling
 from zerorate.io.formats import label_of
 from zerorate.io.log import checked_rate
@@ -50,9 +51,10 @@ class Settings:
         kinds of sensor, ``"deg/s,g"``.
     topic : str, optional
         Topic to read of ROS recordings and PX4 logs.
-    data_scale, start, stop : optional
-        As `scale`, `start` and `stop` of `zerorate.read_log`: what values are multiplied by, and
-        the seconds between which each log is read.
+    data_scale, start, stop, time, time_unit : optional
+        As `scale`, `start`, `stop`, `time` and `time_unit` of `zerorate.read_log`: what values are
+        multiplied by, the seconds between which each log is read, and what is said of the
+        timestamps.
     format : {"parquet", "csv", "npz"}, optional
         Of the filtered logs, for "replay" alone; default Parquet.
     calibration : Calibration, optional
@@ -101,6 +103,8 @@ class Settings:
         data_scale: Scale = None,
         start: float | None = None,
         stop: float | None = None,
+        time: TimeColumn = None,
+        time_unit: str | None = None,
         format: str | None = None,
         calibration: Calibration | None = None,
         accel: bool = True,
@@ -117,6 +121,7 @@ class Settings:
             canonical_unit(one)
         Scaling.of(data_scale)
         Span(start, stop)
+        Timing(time, time_unit)
         chosen: dict[str, Any] = {}
         if command == "replay":
             chosen = checked_options(options)
@@ -132,6 +137,8 @@ class Settings:
             "scale": data_scale,
             "start": start,
             "stop": stop,
+            "time": time,
+            "time_unit": time_unit,
         }
         form = format or _FORMATS[0]
         vars(self).update(
