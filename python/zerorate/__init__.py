@@ -7,6 +7,7 @@ process noise covariance of the state.
 """
 
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
@@ -29,6 +30,7 @@ from zerorate._native import (
     Trace,
     WaveletDenoiser,
     __version__,
+    register,
 )
 from zerorate.views import shown_by
 
@@ -265,6 +267,20 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401
         if error.name != f"zerorate.{name}":
             raise
         raise AttributeError(f"module 'zerorate' has no attribute {name!r}") from None
+
+
+def _rule(module: str, name: str) -> Callable[..., Any]:
+    """Return a function that is imported when it is first called."""
+    return lambda *given, **named: getattr(import_module(module), name)(*given, **named)
+
+
+# Compiled classes know no module of the package: they are told what they go by.
+register(
+    convert=_rule("zerorate.units", "convert"),
+    without_masks=_rule("zerorate.io.missing", "without_masks"),
+    linear_run=_rule("zerorate.linear.run", "LinearRun"),
+    navigate=_rule("zerorate.navigation.processing", "processed"),
+)
 
 
 def __dir__() -> list[str]:

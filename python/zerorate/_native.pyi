@@ -1,4 +1,4 @@
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import GenericAlias
 from typing import (
     Any,
@@ -2355,11 +2355,13 @@ class NavigationFilter:
         *,
         rest: npt.ArrayLike | None = None,
         time_offset: float = 0.0,
+        keep: Literal["all", "track"] = "all",
     ) -> Track:
         """Takes a recording with a gyro and an accelerometer on one clock, and the fixes of a receiver;
         returns the `Track`: what a loop over ``update`` and ``update_gnss`` would have said after each
         sample, and the smoother. ``rest``, bool (n,), says where the vehicle is known to stand;
-        ``time_offset`` is added to the times of the fixes, s.
+        ``time_offset`` is added to the times of the fixes, s. ``keep="track"`` leaves out what the
+        smoother needs, 2.8 kB a step of the covariance: for long records.
         """
     def process_arrays(
         self,
@@ -2372,9 +2374,10 @@ class NavigationFilter:
     ) -> tuple[dict[str, Any], NavigationRecord | None]:
         """What ``process`` does, with arrays: times (n,), samples (n, 3), and of m fixes the rows time,
         position (deg, deg, m), velocity, deviations of both, shape (m, 13), NaN where a fix tells nothing.
-        A fix is taken after the first sample that is not before it. Returns what is known after each
-        sample by name, and with ``record`` what the smoother needs, else None. The interpreter lock is
-        released.
+        A fix is taken after the first sample that is not before it. Returns by name what is known after
+        each sample, and of each fix its ``verdict`` (used, rejected, refused, or 3 if it comes after the
+        last sample), ``nis`` (m, 2) and when it was ``taken``, s; with ``record`` also what the smoother
+        needs, else None. The interpreter lock is released.
         """
     def reset(self) -> None:
         """Back to before the first sample, with the same parameters."""
@@ -2834,6 +2837,7 @@ class WaveletDenoiser(Generic[_Number, _Flag]):
     def channels(self) -> int | None:
         """Number of signals, None for a single one."""
 
+def register(**rules: Callable[..., Any]) -> None: ...
 def autoregression_variances(
     z: npt.ArrayLike, order: int, method: str, constant: bool
 ) -> tuple[_Floats, int]: ...

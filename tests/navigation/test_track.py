@@ -1,11 +1,13 @@
 """Tracks: their errors, the smoother, logs."""
 
+import pickle
+
 import numpy as np
 import pytest
 
 import zerorate as zr
 from zerorate.metrics.rotations import inverse, of_rotation_vectors, product
-from zerorate.navigation import STATUSES
+from zerorate.navigation import STATUSES, VERDICTS
 from zerorate.navigation.earth import moved
 
 GYRO = zr.NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-6)
@@ -95,6 +97,43 @@ def test_a_track_of_nothing_can_be_smoothed():
     assert not track.navigating.any()
     assert np.isnan(track.smooth().position).all()
     assert STATUSES[track.status[-1]] == nav.status == "waiting"
+
+
+def test_a_track_knows_what_became_of_each_fix():
+    drive, nav, track = driven(duration=60.0)
+    nav.reset()
+    late = nav.process(drive.recording(), drive.fixes.shifted(10.0))
+    beyond = late.fixes[:, 0] > drive.time[-1]
+    assert beyond.any()
+    np.testing.assert_array_equal(late.verdict == VERDICTS.index("not reached"), beyond)
+    np.testing.assert_array_equal(np.isnan(late.taken), beyond)
+    assert np.isnan(late.nis()[beyond]).all()
+    for name, count in track.counts.items():
+        assert (track.verdict == VERDICTS.index(name)).sum() == count
+    # Each is taken after the first sample that is not before it.
+    at = np.searchsorted(drive.time, drive.fixes.time)
+    reached = at < len(drive.time)
+    np.testing.assert_array_equal(track.taken[reached], drive.time[at[reached]])
+
+
+def test_a_pickled_track_is_smoothed_alike():
+    _, _, track = driven(duration=60.0)
+    other = pickle.loads(pickle.dumps(track))
+    np.testing.assert_array_equal(other.nis(), track.nis())
+    best, same = track.smooth(), other.smooth()
+    np.testing.assert_array_equal(same.position, best.position)
+    np.testing.assert_array_equal(same.sigma, best.sigma)
+
+
+def test_without_its_steps_a_track_is_not_smoothed():
+    drive, nav, _ = driven(duration=60.0)
+    nav.reset()
+    track = nav.process(drive.recording(), drive.fixes, keep="track")
+    assert np.isfinite(track.nis()).any()
+    with pytest.raises(ValueError, match=r"only the track was kept: process\(..., keep='all'\)"):
+        track.smooth()
+    with pytest.raises(ValueError, match="keep must be 'all' or 'track', got 'state'"):
+        nav.process(drive.recording(), keep="state")
 
 
 def test_a_gap_divides_the_smoother():

@@ -7,12 +7,13 @@ from scipy.spatial.transform import Rotation
 
 import zerorate as zr
 from zerorate.navigation.earth import earth_rate, normal_gravity
-from zerorate.navigation.noise import densities
 
 RATE = 50.0
 # What simulate_drive puts in by default.
 GYRO = zr.NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-6)
 ACCEL = zr.NoiseModel(angle_random_walk=1e-3, rate_random_walk=2e-5, quantity="acceleration")
+# White noise and walk of the bias of consumer sensors, of which nothing is known.
+CONSUMER = {"gyro": (np.radians(0.05), 1e-5), "accel": (0.02, 5e-4)}
 MODELS = {"gyro": GYRO, "accel": ACCEL}
 NAMES = ("position", "velocity", "attitude", "gyro_bias", "accel_bias", "sigma")
 
@@ -44,6 +45,12 @@ def start_of(drive, time=10.0, tilt=(0.002, -0.003, 0.03), **changes):
 
 def rotation(quaternion):
     return Rotation.from_quat(quaternion, scalar_first=True)
+
+
+def densities(sensor, model):
+    """White noise and walk of the bias of three axes, as a filter takes them of a model."""
+    white, walk = CONSUMER[sensor] if model is None else model.__noise_densities__(sensor)
+    return (white,) * 3, (CONSUMER[sensor][1] if walk is None else walk,) * 3
 
 
 def matrix(quaternion):

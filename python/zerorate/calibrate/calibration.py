@@ -11,6 +11,7 @@ import numpy as np
 
 from zerorate.calibrate.exports import to_ardupilot, to_imu_tk, to_kalibr, to_px4
 from zerorate.calibrate.frames import gyro_to_accel, in_frame
+from zerorate.calibrate.gyro_prior import gyro_correction, gyro_prior
 from zerorate.calibrate.json_text import from_json, to_json
 from zerorate.calibrate.parameters import (
     ACCEL_BIAS,
@@ -360,6 +361,14 @@ class Calibration(Result):
         rests, turns = (sum(one.used for one in many) for many in (self.rests, self.turns))
         state = "valid" if self.valid else "not valid"
         return f"Calibration({state}; {rests} rests and {turns} turns; frame {self.frame!r})"
+
+    def __gyro_prior__(self, unit: str) -> tuple[Floats, Floats, Floats]:
+        """Tell an `Attitude` bias, matrix and its deviations of a gyro in this unit."""
+        return gyro_prior(self, unit)
+
+    def __gyro_correction__(self, name: str) -> Floats:
+        """Tell a `GyroArray` the matrix that corrects a sensor's samples in their own unit."""
+        return gyro_correction(self, name)
 
     @property
     def gyro_to_accel(self) -> Vector:

@@ -509,7 +509,12 @@ class _Asked:
             span=None if self.rest is None else (first + self.rest[0], first + self.rest[1]),
         )
         nav = NavigationFilter(start, antenna=mounted.antenna, **self.filter)
-        track = nav.copy().process(recording, fixes, time_offset=mounted.time_offset)
+        track = nav.copy().process(
+            recording,
+            fixes,
+            time_offset=mounted.time_offset,
+            keep="all" if self.smooth else "track",
+        )
         if not track.navigating.any():
             raise LogError(f"the filter did not begin: {not_begun(track)}")
         nis = track.nis()

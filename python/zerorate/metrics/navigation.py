@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -221,15 +221,17 @@ def outages(
     steps = len(asked) * (1 + smooth) + 1
     progress("navigating", 0.0)
     known: dict[str, Any] = {"rest": rest, "time_offset": time_offset}
-    undisturbed = template.copy().process(imu, gnss, **known)
+    undisturbed = template.copy().process(imu, gnss, keep="track", **known)
     fixes = _Within.of(undisturbed, gnss.shifted(time_offset))
     notes: list[str] = []
     found = []
+    keep: Literal["all", "track"] = "all" if smooth else "track"
     for i, length in enumerate(asked):
         done = 1 + i * (1 + smooth)
         progress(f"{length:g} s", done / steps)
         withheld = fixes.withheld(length, first, between)
-        track = template.copy().process(imu, gnss.chosen(~withheld.all_of(len(gnss))), **known)
+        used = gnss.chosen(~withheld.all_of(len(gnss)))
+        track = template.copy().process(imu, used, keep=keep, **known)
         tracks = {FILTER: track}
         if smooth:
             progress("smoothing", (done + 1) / steps)

@@ -3,6 +3,6 @@
 The filter itself is `zerorate.NavigationFilter`, of the core.
 """
 
-from zerorate.navigation.track import STATUSES
+from zerorate.navigation.track import STATUSES, VERDICTS
 
-__all__ = ["STATUSES"]
+__all__ = ["STATUSES", "VERDICTS"]

@@ -138,7 +138,8 @@ class _Runs:
 
     def innovations(self, offset: float) -> Floats:
         """Return those of velocities, normalised and squared."""
-        track = self._nav.copy().process(self._imu, self._gnss, time_offset=float(offset))
+        nav = self._nav.copy()
+        track = nav.process(self._imu, self._gnss, time_offset=float(offset), keep="track")
         told = track.nis()[:, 1]
         known: Floats = told[np.isfinite(told)]
         if not known.size:

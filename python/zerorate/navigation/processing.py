@@ -26,8 +26,9 @@ def processed(
     gnss: Fixes | None,
     rest: npt.ArrayLike | None,
     time_offset: float,
+    keep: bool,
 ) -> Track:
-    """Do what ``NavigationFilter.process`` says."""
+    """Do what ``NavigationFilter.process`` says; `keep` is whether the track can be smoothed."""
     samples = Samples.of(imu, mag=False, what="navigation")
     if gnss is not None and not isinstance(gnss, Fixes):
         raise TypeError(f"gnss must be Fixes, as zr.read_fixes returns them, got {_type(gnss)}")
@@ -44,7 +45,8 @@ def processed(
     )
     notes = [*samples.notes, *(() if gnss is None else gnss.notes)]
     epoch = None if fixes is None else fixes.epoch
-    return track_of(nav, inputs, source=imu.source, epoch=epoch, notes=tuple(dict.fromkeys(notes)))
+    told = tuple(dict.fromkeys(notes))
+    return track_of(nav, inputs, source=imu.source, epoch=epoch, notes=told, keep=keep)
 
 
 def rows_of(fixes: Fixes | None) -> Floats:

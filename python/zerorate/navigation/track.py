@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from zerorate._native import NavigationFilter
+from zerorate._native import NavigationFilter, NavigationRecord
 from zerorate.io import Log
 from zerorate.metrics.rotations import inverse, of_rotation_vectors, product
 from zerorate.navigation.earth import local_ned, moved
@@ -20,12 +20,19 @@ if TYPE_CHECKING:
 
     from zerorate.metrics import Outages
 
-__all__ = ["STATUSES", "Inputs", "Track", "not_begun", "track_of"]
+__all__ = ["STATUSES", "VERDICTS", "Inputs", "Track", "not_begun", "track_of"]
 
 STATUSES: Final = ("waiting", "no heading", "navigating", "coasting", "missing")
 """Words for `Track.status`, in the order of its numbers."""
 
+VERDICTS: Final = ("used", "rejected", "refused", "not reached")
+"""Words for `Track.verdict`, in the order of its numbers."""
+
 _BIASES: Final = {"gyro": "radps", "accel": "mps2"}
+
+
+Steps = dict[str, npt.NDArray[Any]]
+"""What the smoother says of each step of the covariance, as ``NavigationRecord.smoothed`` does."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +69,10 @@ class Track(Result):
         What the filter was doing: an index of `zerorate.navigation.STATUSES`.
     fixes : ndarray, shape (m, 13)
         What was given of the receiver: time, position, velocity and their deviations.
+    verdict : ndarray of uint8, shape (m,)
+        What became of each of them: an index of `zerorate.navigation.VERDICTS`.
+    taken : ndarray, shape (m,)
+        Time of the sample after which each was taken, s; NaN where it came after the last one.
     counts : dict of str to int
         How many fixes were "used", "rejected" and "refused".
     smoothed : bool
@@ -83,13 +94,15 @@ class Track(Result):
     sigma: Floats
     status: npt.NDArray[np.uint8]
     fixes: Floats
+    verdict: npt.NDArray[np.uint8]
+    taken: Floats
     counts: dict[str, int]
     smoothed: bool = False
     epoch: float | None = None
     source: str = "the recording"
     notes: tuple[str, ...] = ()
-    _before: NavigationFilter | None = field(default=None, compare=False)
-    _inputs: Inputs | None = field(default=None, compare=False)
+    _nis: Floats | None = field(default=None, compare=False)
+    _steps: NavigationRecord | Steps | None = field(default=None, compare=False)
 
     @property
     def n(self) -> int:
@@ -148,63 +161,47 @@ class Track(Result):
         """Return the normalised innovations squared of each fix, shape (m, 2).
 
         Of position and velocity, 3 on average in a filter that is consistent; also of those that
-        the gate rejected. NaN where a fix was refused, tells no velocity, or began the track; of
-        several at one sample only the last has its own. The filter runs over the recording again.
+        the gate rejected. NaN where a fix was refused, tells no velocity, or began the track.
 
         Raises
         ------
         ValueError
             If this track is smoothed.
         """
-        if self._before is None or self._inputs is None:
+        if self._nis is None:
             raise ValueError("this track is smoothed")
-        inputs, nav = self._inputs, self._before.copy()
-        fixes, rest = inputs.fixes, inputs.rest
-        found = np.full((len(fixes), 2), np.nan)
-        # A fix is taken after the first sample that is not before it.
-        taken = np.searchsorted(inputs.time, fixes[:, 0]) + 1
-        first, seen = 0, 0
-        for k, stop in enumerate(taken.tolist()):
-            if stop > self.n or (k + 1 < len(taken) and taken[k + 1] == stop):
-                continue
-            part = slice(first, stop)
-            flags = None if rest is None else rest[part]
-            refused = nav.fixes["refused"]
-            nav.process_arrays(
-                inputs.time[part], inputs.gyro[part], inputs.accel[part], fixes[seen : k + 1], flags
-            )
-            if nav.fixes["refused"] == refused:
-                found[k] = nav.nis
-            first, seen = stop, k + 1
-        found[np.isnan(fixes[:, 4:7]).any(axis=1), 1] = np.nan
-        return found
+        return self._nis.copy()
 
     def smooth(self) -> Track:
         """Return the best estimate: each sample in the light of all fixes, before and after it.
 
-        The filter runs over the recording again, noting 3 kB a step of its covariance, and a
-        Rauch-Tung-Striebel smoother goes back over the steps; samples between two steps are
-        corrected by what both say. At the last sample it is the filter's estimate.
+        A Rauch-Tung-Striebel smoother goes back over the steps of the covariance, of which
+        ``process`` has kept 2.8 kB each; samples between two steps are corrected by what both say.
+        At the last sample it is the filter's estimate.
 
         Raises
         ------
         ValueError
-            If this track is smoothed.
+            If this track is smoothed, or its steps were not kept.
         MemoryError
-            If there is none for the steps.
+            If there is none for what the smoother says.
         """
-        if self._before is None or self._inputs is None:
+        if self.smoothed:
             raise ValueError("this track is smoothed")
-        inputs = self._inputs
-        _, record = self._before.copy().process_arrays(
-            inputs.time, inputs.gyro, inputs.accel, inputs.fixes, inputs.rest, record=True
-        )
-        assert record is not None
-        if len(record) == 0:
-            return replace(self, smoothed=True, _before=None, _inputs=None)
-        return self._corrected(record.smoothed())
+        if self._steps is None:
+            raise ValueError("only the track was kept: process(..., keep='all')")
+        steps = self._steps if isinstance(self._steps, dict) else self._steps.smoothed()
+        if not len(steps["sample"]):
+            return replace(self, smoothed=True, _nis=None, _steps=None)
+        return self._corrected(steps)
 
-    def _corrected(self, steps: dict[str, npt.NDArray[np.float64]]) -> Track:
+    def __getstate__(self) -> dict[str, Any]:
+        """Return all of it; of the steps what the smoother makes of them, which is a tenth."""
+        steps = self._steps
+        told = steps.smoothed() if isinstance(steps, NavigationRecord) else steps
+        return {**vars(self), "_steps": told}
+
+    def _corrected(self, steps: Steps) -> Track:
         error, sigma = _between_steps(self.time, steps)
         turn = of_rotation_vectors(error[:, 6:9])
         back = self.velocity - error[:, 3:6]
@@ -218,8 +215,8 @@ class Track(Result):
             accel_bias=self.accel_bias + error[:, 12:],
             sigma=np.where(known, sigma, self.sigma),
             smoothed=True,
-            _before=None,
-            _inputs=None,
+            _nis=None,
+            _steps=None,
         )
 
     def to_log(self) -> tuple[Log, dict[str, npt.NDArray[np.float64 | np.bool_]]]:
@@ -262,10 +259,13 @@ def track_of(
     source: str,
     epoch: float | None = None,
     notes: tuple[str, ...] = (),
+    keep: bool = True,
 ) -> Track:
-    """Run a filter over arrays and return its track, which can be smoothed."""
-    before, counts = nav.copy(), nav.fixes
-    found, _ = nav.process_arrays(inputs.time, inputs.gyro, inputs.accel, inputs.fixes, inputs.rest)
+    """Run a filter over arrays and return its track; with `keep` it can be smoothed."""
+    counts = nav.fixes
+    found, steps = nav.process_arrays(
+        inputs.time, inputs.gyro, inputs.accel, inputs.fixes, inputs.rest, record=keep
+    )
     return Track(
         time=inputs.time,
         fixes=inputs.fixes,
@@ -273,8 +273,8 @@ def track_of(
         epoch=epoch,
         source=source,
         notes=notes,
-        _before=before,
-        _inputs=inputs,
+        _nis=found.pop("nis"),
+        _steps=steps,
         **found,
     )
 
@@ -294,9 +294,7 @@ def not_begun(track: Track) -> str:
     return "no fix was used after the vehicle was aligned"
 
 
-def _between_steps(
-    time: Floats, steps: dict[str, npt.NDArray[np.float64]]
-) -> tuple[Floats, Floats]:
+def _between_steps(time: Floats, steps: Steps) -> tuple[Floats, Floats]:
     """Return error and deviation at each sample, from those of the steps round it."""
     at = steps["sample"].astype(np.intp)
     samples = np.arange(len(time))

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Self, TypeVar, get_args
 import numpy.typing as npt
 
 from zerorate.noise.coefficient import Coefficient, CoefficientField, positive
+from zerorate.noise.densities import densities
 from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_ros, to_vins
 from zerorate.noise.json_text import from_json, to_json
 from zerorate.noise.quantities import TERMS, WITHOUT_UNIT, Quantity, Term
@@ -284,6 +285,10 @@ class NoiseModel(Result):
         root = math.sqrt(positive("rate", rate))
         white, walk = self.angle_random_walk, self.rate_random_walk
         return DiscreteSigmas(white.conservative * root, walk.conservative / root)
+
+    def __noise_densities__(self, sensor: str) -> tuple[float, float | None]:
+        """Tell a `NavigationFilter` white noise and walk of the bias of an axis of a sensor."""
+        return densities(self, sensor)
 
     def _coefficients(self) -> Iterator[tuple[Term, Coefficient]]:
         return ((term, getattr(self, term.field)) for term in TERMS[self.quantity])

@@ -617,10 +617,26 @@ fn matrices(name: &str, given: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<f
     Ok(arrays::named(name, given, "(sensors, 3, 3)", fits)?.values)
 }
 
-/// Matrices of calibrations, which the package knows how to read.
+/// Matrices of calibrations, which they know, or as they are given: C in `rate = C (sample - bias)`.
 fn corrections_of(given: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<f64>> {
-    let rule = given.py().import("zerorate.array.calibrations")?.getattr("gyro_corrections")?;
-    matrices("calibrations", &rule.call1((given,))?, axes)
+    const ASK: &str = "__gyro_correction__";
+    if given.hasattr(ASK)? {
+        return Err(PyValueError::new_err(format!(
+            "calibrations must be a sequence of one a sensor, got a single {}",
+            given.get_type().name()?
+        )));
+    }
+    let mut found = Vec::new();
+    for (number, one) in given.try_iter()?.enumerate() {
+        let (one, name) = (one?, format!("calibration {}", number + 1));
+        let matrix = match one.getattr_opt(ASK)? {
+            Some(ask) => ask.call1((&name,))?,
+            None => one,
+        };
+        found.extend(arrays::named(&name, &matrix, "(3, 3)", |shape| shape == [3, 3])?.values);
+    }
+    let matrices = arrays::array(given.py(), found.clone(), &[found.len() / 9, 3, 3])?;
+    self::matrices("calibrations", &matrices, axes)
 }
 
 fn row(numbers: &[f64]) -> String {

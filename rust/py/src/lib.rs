@@ -31,6 +31,8 @@ mod _native {
     #[pymodule_export]
     use crate::calibrate::{ImuCorrector, TemperatureFilter, carry_turns, integrate_rates};
     #[pymodule_export]
+    use crate::common::rules::register;
+    #[pymodule_export]
     use crate::denoise::{WaveletDenoiser, denoise, wavelet_decomposition};
     #[pymodule_export]
     use crate::deviations::{allan_deviations, longest_factor};

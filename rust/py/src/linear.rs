@@ -12,6 +12,7 @@ use zerorate_core::linear::{
 
 use crate::common::arrays::{self, Record};
 use crate::common::errors::NativeError;
+use crate::common::rules::{self, Rule};
 use crate::common::streaming::{self, exclusive, reading, streaming};
 use crate::common::work::interruptible;
 
@@ -322,7 +323,7 @@ impl LinearKalman {
                 found.set_item("u", arrays::array(py, u.values, &u.shape)?)?;
             }
         }
-        py.import("zerorate.linear.run")?.getattr("LinearRun")?.call((), Some(&found))
+        rules::function(py, Rule::LinearRun)?.call((), Some(&found))
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {

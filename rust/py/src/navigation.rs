@@ -1,26 +1,27 @@
 //! Inertial navigation aided by a satellite receiver, for Python.
 
-use std::ops::Range;
-
 use numpy::{PyArrayDyn, PyArrayMethods};
-use pyo3::exceptions::PyValueError;
-use pyo3::intern;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use zerorate_core::navigation::{
-    Adapt, Fix, Inertial, Kind, NavigationFilter as Core, NavigationParams, Record, STATES, Start,
-    Verdict, Wheels, Witness,
+    Adapt, Batch, Fix, Inertial, Kind, Known, NavigationFilter as Core, NavigationParams, Record,
+    STATES, Start, Wheels,
 };
-use zerorate_core::{Error, checkpoint, memory};
+use zerorate_core::{checkpoint, memory};
 
 use crate::common::arrays;
 use crate::common::errors::NativeError;
+use crate::common::rules::{self, Rule};
 use crate::common::streaming::{exclusive, quoted, reading, text};
 
 const ADAPTS: [&str; 3] = ["inflate", "free", "fixed"];
 const KINDS: [&str; 2] = ["rate", "increment"];
 /// Words for what the filter is doing, by number.
 const STATUSES: [&str; 5] = ["waiting", "no heading", "navigating", "coasting", "missing"];
+/// Words for what became of a fix, by number; one after the last sample has the next number.
+const VERDICTS: [&str; 3] = ["used", "rejected", "refused"];
+const NOT_REACHED: u8 = 3;
 /// Bytes that a saved filter has at most.
 const BYTES: usize = 1 << 13;
 
@@ -116,9 +117,8 @@ impl NavigationFilter {
         covariance_step: f64,
         kind: &str,
     ) -> PyResult<Self> {
-        let py = start.py();
-        let (gyro_noise, gyro_walk) = densities(py, "gyro", gyro)?;
-        let (accel_noise, accel_walk) = densities(py, "accel", accel)?;
+        let (gyro_noise, gyro_walk) = densities("gyro", gyro, GYRO)?;
+        let (accel_noise, accel_walk) = densities("accel", accel, ACCEL)?;
         let wheels = wheels(vehicle, axle, wheel_sigma)?;
         let antenna = lever("antenna", antenna)?;
         let adapt = [Adapt::Inflate, Adapt::Free, Adapt::Fixed][choice("adapt", adapt, &ADAPTS)?];
@@ -184,34 +184,33 @@ impl NavigationFilter {
             sigma_velocity: sigmas("sigma_velocity", sigma_velocity, 0.1)?,
         };
         let mut this = exclusive(slf)?;
-        Ok(match this.filter.update_gnss(&fix).map_err(NativeError::from)? {
-            Verdict::Used => "used",
-            Verdict::Rejected => "rejected",
-            Verdict::Refused => "refused",
-        })
+        Ok(VERDICTS[this.filter.update_gnss(&fix).map_err(NativeError::from)? as usize])
     }
 
     /// Takes a recording with a gyro and an accelerometer on one clock, and the fixes of a receiver;
     /// returns the `Track`: what a loop over ``update`` and ``update_gnss`` would have said after each
     /// sample, and the smoother. ``rest``, bool (n,), says where the vehicle is known to stand;
-    /// ``time_offset`` is added to the times of the fixes, s.
-    #[pyo3(signature = (imu, gnss=None, *, rest=None, time_offset=0.0))]
+    /// ``time_offset`` is added to the times of the fixes, s. ``keep="track"`` leaves out what the
+    /// smoother needs, 2.8 kB a step of the covariance: for long records.
+    #[pyo3(signature = (imu, gnss=None, *, rest=None, time_offset=0.0, keep="all"))]
     fn process<'py>(
         slf: &Bound<'py, Self>,
         imu: &Bound<'py, PyAny>,
         gnss: Option<&Bound<'py, PyAny>>,
         rest: Option<&Bound<'py, PyAny>>,
         time_offset: f64,
+        keep: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let module = slf.py().import(intern!(slf.py(), "zerorate.navigation.processing"))?;
-        module.getattr("processed")?.call1((slf, imu, gnss, rest, time_offset))
+        choice("keep", keep, &["all", "track"])?;
+        rules::call(slf.py(), Rule::Navigate, (slf, imu, gnss, rest, time_offset, keep == "all"))
     }
 
     /// What ``process`` does, with arrays: times (n,), samples (n, 3), and of m fixes the rows time,
     /// position (deg, deg, m), velocity, deviations of both, shape (m, 13), NaN where a fix tells nothing.
-    /// A fix is taken after the first sample that is not before it. Returns what is known after each
-    /// sample by name, and with ``record`` what the smoother needs, else None. The interpreter lock is
-    /// released.
+    /// A fix is taken after the first sample that is not before it. Returns by name what is known after
+    /// each sample, and of each fix its ``verdict`` (used, rejected, refused, or 3 if it comes after the
+    /// last sample), ``nis`` (m, 2) and when it was ``taken``, s; with ``record`` also what the smoother
+    /// needs, else None. The interpreter lock is released.
     #[pyo3(signature = (time, gyro, accel, fixes, rest=None, record=false))]
     fn process_arrays<'py>(
         slf: &Bound<'py, Self>,
@@ -231,18 +230,27 @@ impl NavigationFilter {
         let accel = arrays::named("accel", accel, &expected, fits)?.values;
         let many = |found: &[usize]| found.len() == 2 && found[1] == FIX;
         let fixes = arrays::named("fixes", fixes, "(m, 13)", many)?.values;
-        let rest = rest.map(|rest| arrays::flags("rest", rest, n)).transpose()?;
-        let batch = Batch { time: &time, gyro: &gyro, accel: &accel, fixes: &fixes, rest };
-        let outputs = Outputs::new(py, n)?;
+        let rest = rest.map(|rest| arrays::flags("rest", rest, n)).transpose()?.unwrap_or_default();
+        let rows = fixes.as_chunks::<FIX>().0;
+        let mut fixes = memory::room(rows.len()).map_err(NativeError::from)?;
+        fixes.extend(rows.iter().map(fix_of));
+        let batch = Batch {
+            time: &time,
+            gyro: gyro.as_chunks().0,
+            accel: accel.as_chunks().0,
+            rest: &rest,
+            fixes: &fixes,
+        };
+        let outputs = Outputs::new(py, n, fixes.len())?;
         // A batch that is interrupted or fails leaves the filter as it was.
         let (mut filter, mut steps) = (this.filter.clone(), Record::default());
-        outputs.with(|places| {
-            let mut fixes = 0;
+        outputs.with(|known| {
+            let mut next = 0;
             for first in (0..n).step_by(PIECE) {
                 let piece = first..n.min(first + PIECE);
                 let done = py.detach(|| match record {
-                    true => batch.run(&mut filter, piece, &mut fixes, places, &mut steps, told),
-                    false => batch.run(&mut filter, piece, &mut fixes, places, &mut (), |_, _| ()),
+                    true => batch.run(&mut filter, piece, &mut next, known, &mut steps),
+                    false => batch.run(&mut filter, piece, &mut next, known, &mut ()),
                 });
                 done.map_err(NativeError::from)?;
                 py.check_signals()?;
@@ -407,7 +415,7 @@ impl NavigationFilter {
     #[getter]
     fn fixes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (found, counts) = (PyDict::new(slf.py()), reading(slf)?.filter.fixes());
-        for (name, count) in ["used", "rejected", "refused"].into_iter().zip(counts) {
+        for (name, count) in VERDICTS.into_iter().zip(counts) {
             found.set_item(name, count)?;
         }
         Ok(found)
@@ -417,62 +425,19 @@ impl NavigationFilter {
 /// Numbers of a fix: time, position, velocity and deviations of both.
 const FIX: usize = 13;
 
-/// A batch, as it lies in memory.
-#[derive(Debug)]
-struct Batch<'a> {
-    time: &'a [f64],
-    gyro: &'a [f64],
-    accel: &'a [f64],
-    fixes: &'a [f64],
-    rest: Option<Vec<bool>>,
-}
-
-impl Batch<'_> {
-    /// The loop over samples and fixes, from the `first_fix` on; `at` tells the witness the sample.
-    fn run<W: Witness>(
-        &self,
-        filter: &mut Core,
-        piece: Range<usize>,
-        first_fix: &mut usize,
-        places: &mut Places<'_>,
-        witness: &mut W,
-        at: impl Fn(&mut W, usize),
-    ) -> Result<(), Error> {
-        let (gyro, accel) = (self.gyro.as_chunks::<3>().0, self.accel.as_chunks::<3>().0);
-        let fixes = self.fixes.as_chunks::<FIX>().0;
-        for k in piece {
-            let rest = self.rest.as_ref().is_some_and(|rest| rest[k]);
-            let (time, gyro, accel) = (self.time[k], gyro[k], accel[k]);
-            at(witness, k);
-            filter.update_before(&Inertial { time, gyro, accel, rest }, witness)?;
-            while let Some(row) = fixes.get(*first_fix).filter(|row| row[0] <= time) {
-                filter.update_gnss_before(&fix_of(row), witness)?;
-                *first_fix += 1;
-            }
-            places.put(k, filter);
-        }
-        Ok(())
-    }
-}
-
-/// Tells a record the sample under way.
-fn told(steps: &mut Record, sample: usize) {
-    steps.sample = sample;
-}
-
 fn fix_of(row: &[f64; FIX]) -> Fix {
     let part = |i: usize| [row[i], row[i + 1], row[i + 2]];
     Fix {
         time: row[0],
-        position: radians([row[1], row[2], row[3]]),
+        position: radians(part(1)),
         velocity: part(4),
         sigma_position: part(7),
         sigma_velocity: part(10),
     }
 }
 
-/// What is known after each sample: name and numbers.
-const PARTS: [(&str, usize); 6] = [
+/// What a batch gives: names and numbers of what is known after each sample, and of each fix.
+const SAMPLE: [(&str, usize); 6] = [
     ("position", 3),
     ("velocity", 3),
     ("attitude", 4),
@@ -480,64 +445,59 @@ const PARTS: [(&str, usize); 6] = [
     ("accel_bias", 3),
     ("sigma", STATES),
 ];
+const OF_FIX: [&str; 2] = ["nis", "taken"];
+const WORDS: [&str; 2] = ["status", "verdict"];
 
-/// Arrays for it, and the status.
+/// Arrays for it.
 struct Outputs<'py> {
-    numbers: [Bound<'py, PyArrayDyn<f64>>; 6],
-    status: Bound<'py, PyArrayDyn<u8>>,
-}
-
-/// Their places.
-struct Places<'a> {
-    numbers: [&'a mut [f64]; 6],
-    status: &'a mut [u8],
+    numbers: Vec<Bound<'py, PyArrayDyn<f64>>>,
+    words: Vec<Bound<'py, PyArrayDyn<u8>>>,
 }
 
 impl<'py> Outputs<'py> {
-    fn new(py: Python<'py>, n: usize) -> PyResult<Self> {
-        let of = |k: usize| arrays::zeros(py, &[n, PARTS[k].1]);
-        let numbers = [of(0)?, of(1)?, of(2)?, of(3)?, of(4)?, of(5)?];
-        Ok(Self { numbers, status: arrays::zeros(py, &[n])? })
+    fn new(py: Python<'py>, n: usize, fixes: usize) -> PyResult<Self> {
+        let of_sample = SAMPLE.iter().map(|(_, size)| arrays::zeros(py, &[n, *size]));
+        let mut numbers = of_sample.collect::<PyResult<Vec<_>>>()?;
+        for shape in [&[fixes, 2][..], &[fixes]] {
+            numbers.push(arrays::filled(py, shape, f64::NAN)?);
+        }
+        let words = vec![arrays::zeros(py, &[n])?, arrays::filled(py, &[fixes], NOT_REACHED)?];
+        Ok(Self { numbers, words })
     }
 
-    fn with(&self, work: impl FnOnce(&mut Places<'_>) -> PyResult<()>) -> PyResult<()> {
-        let [a, b, c, d, e, f] = &self.numbers;
-        let (mut a, mut b, mut c) = (a.readwrite(), b.readwrite(), c.readwrite());
-        let (mut d, mut e, mut f) = (d.readwrite(), e.readwrite(), f.readwrite());
-        let mut status = self.status.readwrite();
-        let numbers = [
-            a.as_slice_mut()?,
-            b.as_slice_mut()?,
-            c.as_slice_mut()?,
-            d.as_slice_mut()?,
-            e.as_slice_mut()?,
-            f.as_slice_mut()?,
-        ];
-        work(&mut Places { numbers, status: status.as_slice_mut()? })
+    fn with(&self, work: impl FnOnce(&mut Known<'_>) -> PyResult<()>) -> PyResult<()> {
+        let mut numbers: Vec<_> = self.numbers.iter().map(|array| array.readwrite()).collect();
+        let mut words: Vec<_> = self.words.iter().map(|array| array.readwrite()).collect();
+        if let [position, velocity, attitude, gyro, accel, sigma, nis, taken] = &mut numbers[..]
+            && let [status, verdict] = &mut words[..]
+        {
+            work(&mut Known {
+                position: position.as_slice_mut()?.as_chunks_mut().0,
+                velocity: velocity.as_slice_mut()?.as_chunks_mut().0,
+                attitude: attitude.as_slice_mut()?.as_chunks_mut().0,
+                gyro_bias: gyro.as_slice_mut()?.as_chunks_mut().0,
+                accel_bias: accel.as_slice_mut()?.as_chunks_mut().0,
+                sigma: sigma.as_slice_mut()?.as_chunks_mut().0,
+                status: status.as_slice_mut()?,
+                verdict: verdict.as_slice_mut()?,
+                nis: nis.as_slice_mut()?.as_chunks_mut().0,
+                taken: taken.as_slice_mut()?,
+            })?;
+            position.as_slice_mut()?.as_chunks_mut().0.iter_mut().for_each(|p| *p = degrees(*p));
+        }
+        Ok(())
     }
 
     fn into_dict(self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let found = PyDict::new(py);
-        for ((name, _), array) in PARTS.into_iter().zip(self.numbers) {
+        let names = SAMPLE.iter().map(|(name, _)| *name).chain(OF_FIX);
+        for (name, array) in names.zip(self.numbers) {
             found.set_item(name, array)?;
         }
-        found.set_item("status", self.status)?;
+        for (name, array) in WORDS.iter().zip(self.words) {
+            found.set_item(name, array)?;
+        }
         Ok(found)
-    }
-}
-
-impl Places<'_> {
-    #[inline(always)]
-    fn put(&mut self, k: usize, filter: &Core) {
-        let known = filter.snapshot();
-        let [position, velocity, attitude, gyro, accel, sigma] = &mut self.numbers;
-        position[3 * k..][..3].copy_from_slice(&degrees(known.position));
-        velocity[3 * k..][..3].copy_from_slice(&known.velocity);
-        attitude[4 * k..][..4].copy_from_slice(&known.attitude);
-        gyro[3 * k..][..3].copy_from_slice(&known.gyro_bias);
-        accel[3 * k..][..3].copy_from_slice(&known.accel_bias);
-        sigma[STATES * k..][..STATES].copy_from_slice(&known.sigma);
-        self.status[k] = known.status as u8;
     }
 }
 
@@ -596,17 +556,44 @@ impl NavigationRecord {
 const PIECE: usize = 1 << 17;
 const STEPS: usize = 1 << 12;
 
-/// White noise and walk of the bias of three axes, squares, of what Python says of a sensor.
+/// White noise and walk of the bias, SI, of consumer sensors: of those of which nothing is known.
+const GYRO: [f64; 2] = [0.05 * (std::f64::consts::PI / 180.0), 1e-5];
+const ACCEL: [f64; 2] = [0.02, 5e-4];
+
+/// White noise and walk of the bias of three axes, squares, of one model or of one an axis.
 fn densities(
-    py: Python<'_>,
     sensor: &str,
     model: Option<&Bound<'_, PyAny>>,
+    usual: [f64; 2],
 ) -> PyResult<([f64; 3], [f64; 3])> {
-    let module = py.import("zerorate.navigation.noise")?;
-    let (white, walk): ([f64; 3], [f64; 3]) =
-        module.getattr("densities")?.call1((sensor, model))?.extract()?;
-    let square = |x: [f64; 3]| x.map(|x| x * x);
-    Ok((square(white), square(walk)))
+    let squares = |all: [[f64; 2]; 3]| {
+        let of = |i: usize| all.map(|axis| axis[i] * axis[i]);
+        (of(0), of(1))
+    };
+    let Some(model) = model else { return Ok(squares([usual; 3])) };
+    if let Some(axis) = of_axis(sensor, model, usual)? {
+        return Ok(squares([axis; 3]));
+    }
+    let no_models = || {
+        let text = format!("{sensor} must be a NoiseModel or three of them, one an axis");
+        PyTypeError::new_err(text)
+    };
+    let mut axes = Vec::new();
+    for model in model.try_iter().map_err(|_| no_models())? {
+        axes.push(of_axis(sensor, &model?, usual)?.ok_or_else(no_models)?);
+    }
+    Ok(squares(axes.try_into().map_err(|_| no_models())?))
+}
+
+/// White noise and walk of one axis, which a model tells.
+fn of_axis(
+    sensor: &str,
+    model: &Bound<'_, PyAny>,
+    [_, usual]: [f64; 2],
+) -> PyResult<Option<[f64; 2]>> {
+    let Some(ask) = model.getattr_opt("__noise_densities__")? else { return Ok(None) };
+    let (white, walk): (f64, Option<f64>) = ask.call1((sensor,))?.extract()?;
+    Ok(Some([white, walk.unwrap_or(usual)]))
 }
 
 /// What is known before the first sample, of an ``Alignment``.

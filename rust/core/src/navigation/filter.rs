@@ -89,6 +89,9 @@ pub struct Snapshot {
 
 /// Somebody who watches steps, for the smoother.
 pub trait Witness {
+    /// This sample of a record is under way.
+    #[inline(always)]
+    fn sample(&mut self, _number: usize) {}
     /// Errors were carried over a step, by `transition` to `covariance`.
     fn stepped(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion);
     /// `found` was taken out of the motion.

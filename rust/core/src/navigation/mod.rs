@@ -11,6 +11,7 @@
 //! 1994. P. G. Savage, *J. Guidance, Control, and Dynamics* 21(1) and 21(2), 1998.
 
 mod aiding;
+mod batch;
 mod beginning;
 mod covariance;
 mod earth;
@@ -23,6 +24,7 @@ mod params;
 mod smoother;
 mod sound;
 
+pub use batch::{Batch, Known};
 pub use covariance::{Covariance, Errors, STATES, Transition};
 pub use earth::{Place, normal_gravity};
 pub use filter::{Inertial, NavigationFilter, Snapshot, Status, Witness};

@@ -34,7 +34,7 @@ struct Node {
 pub struct Record {
     nodes: Vec<Node>,
     /// The sample under way.
-    pub sample: usize,
+    sample: usize,
     refused: Option<Error>,
 }
 
@@ -54,6 +54,10 @@ pub struct Smoothed {
 }
 
 impl Witness for Record {
+    fn sample(&mut self, number: usize) {
+        self.sample = number;
+    }
+
     fn stepped(&mut self, transition: &Transition, covariance: &Covariance, motion: &Motion) {
         self.push(Some(*transition), covariance, motion);
     }

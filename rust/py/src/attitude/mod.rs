@@ -23,6 +23,7 @@ use self::samples::{Batch, Given};
 pub use self::tilt::Tilt;
 use crate::common::arrays;
 use crate::common::errors::NativeError;
+use crate::common::rules::{self, Rule};
 use crate::common::streaming::{
     self, Shared, arrays_of, call, exclusive, reading, streaming, text,
 };
@@ -578,30 +579,50 @@ fn prior(
         (None, None) => return Ok(()),
         (bias, _) => bias.unwrap_or(&zero),
     };
-    type Prior<'py> = (
-        Bound<'py, PyAny>,
-        Option<Bound<'py, PyAny>>,
-        Option<Bound<'py, PyAny>>,
-        Option<Bound<'py, PyAny>>,
-    );
-    let known = py.import("zerorate.attitude.prior")?.getattr("gyro_prior")?;
-    let (bias, sigma, matrix, matrix_sigma): Prior<'_> =
-        known.call1((given, sigma, unit))?.extract()?;
-    options.bias = axes("bias", &bias)?.map(|x| x * factor);
+    let sigma = match sigma {
+        Some(given) => Some(spread(given)?),
+        None => learned_sigma(given)?,
+    };
     if let Some(sigma) = sigma {
-        options.bias_sigma = axes("bias_sigma", &sigma)?.map(|x| x * factor);
+        options.bias_sigma = sigma.map(|x| x * factor);
     }
-    if let (Some(matrix), Some(sigma)) = (matrix, matrix_sigma) {
-        if method != "auto" {
-            return Err(PyValueError::new_err(format!(
-                "bias must be that of the gyro alone for method '{method}', got a calibration: \
-                 apply it to the samples"
-            )));
-        }
-        options.matrix = square("gyro_matrix", &matrix)?;
-        options.matrix_sigma = square("gyro_matrix_sigma", &sigma)?;
+    let Some(ask) = given.getattr_opt("__gyro_prior__")? else {
+        let bias = if is_filter(given)? { &given.getattr("bias")? } else { given };
+        options.bias = axes("bias", bias)?.map(|x| x * factor);
+        return Ok(());
+    };
+    let (bias, matrix, sigma): (Bound<'_, PyAny>, Bound<'_, PyAny>, Bound<'_, PyAny>) =
+        ask.call1((unit,))?.extract()?;
+    if method != "auto" {
+        return Err(PyValueError::new_err(format!(
+            "bias must be that of the gyro alone for method '{method}', got a calibration: apply \
+             it to the samples"
+        )));
     }
+    options.bias = axes("bias", &bias)?.map(|x| x * factor);
+    options.matrix = square("gyro_matrix", &matrix)?;
+    options.matrix_sigma = square("gyro_matrix_sigma", &sigma)?;
     Ok(())
+}
+
+/// Whether it is a filter that has learned biases.
+fn is_filter(given: &Bound<'_, PyAny>) -> PyResult<bool> {
+    Ok(given.hasattr("bias")? && given.hasattr("bias_sigma")?)
+}
+
+/// How well such a filter knows them; one that has seen nothing knows nothing.
+fn learned_sigma(given: &Bound<'_, PyAny>) -> PyResult<Option<[f64; 3]>> {
+    if !is_filter(given)? {
+        return Ok(None);
+    }
+    Ok(Some(spread(&given.getattr("bias_sigma")?)?).filter(|all| all.iter().all(|x| *x > 0.0)))
+}
+
+/// A deviation of each axis, or one of all.
+fn spread(given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
+    let fits = |shape: &[usize]| shape.is_empty() || shape == [3];
+    let found = arrays::named("bias_sigma", given, "(3,)", fits)?.values;
+    Ok(std::array::from_fn(|i| found[i % found.len()]))
 }
 
 fn axes(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
@@ -665,8 +686,7 @@ fn quotient(x: f64, unit: f64) -> f64 {
 
 /// What one unit of a sensor is in SI.
 fn factor(py: Python<'_>, unit: &str, si: &str, name: &str) -> PyResult<f64> {
-    let convert = py.import("zerorate.units")?.getattr("convert")?;
-    let found = convert.call1((1.0, unit, si)).map_err(|_| {
+    let found = rules::call(py, Rule::Convert, (1.0, unit, si)).map_err(|_| {
         PyValueError::new_err(format!("{name} must be a unit such as '{si}', got '{unit}'"))
     })?;
     found.extract()

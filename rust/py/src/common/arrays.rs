@@ -14,6 +14,7 @@ use pyo3::types::{PyFloat, PyList, PyTuple};
 use zerorate_core::memory;
 
 use super::errors::NativeError;
+use super::rules::{self, Rule};
 
 /// Numbers copied out of an array, row after row.
 #[derive(Debug)]
@@ -257,8 +258,7 @@ fn floats<'py>(z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     if z.is_none() {
         return Err(no_numbers("object"));
     }
-    let rule = z.py().import("zerorate.io.missing")?.getattr("without_masks")?;
-    let array = rule.call1((z,)).map_err(|_| {
+    let array = rules::call(z.py(), Rule::WithoutMasks, (z,)).map_err(|_| {
         PyValueError::new_err(format!(
             "z must be a rectangular array of numbers, got {}",
             describe(z)
@@ -374,6 +374,17 @@ pub fn zeros<'py, T: Element>(
     let shape = PyTuple::new(py, shape)?;
     let array = py.import("numpy")?.call_method1("zeros", (shape, T::get_dtype(py)))?;
     Ok(array.cast_into()?)
+}
+
+/// A new array of one value.
+pub fn filled<'py, T: Element + Copy>(
+    py: Python<'py>,
+    shape: &[usize],
+    value: T,
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    let array = zeros(py, shape)?;
+    array.readwrite().as_slice_mut()?.fill(value);
+    Ok(array)
 }
 
 /// A new array of `shape` that owns `values`.

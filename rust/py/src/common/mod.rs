@@ -3,5 +3,6 @@
 pub mod arrays;
 pub mod errors;
 pub mod outputs;
+pub mod rules;
 pub mod streaming;
 pub mod work;

@@ -1,0 +1,53 @@
+"""Noise of a sensor as the navigation filter asks a model for it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from zerorate.noise.model import NoiseModel
+
+__all__ = ["densities"]
+
+_QUANTITY: Final = {"gyro": "angular rate", "accel": "acceleration"}
+
+_FLAT: Final = 0.664
+"""The flat part of an Allan deviation over the bias instability."""
+
+_HORIZON: Final = 100.0
+"""Seconds of flicker noise that a walk is to cover."""
+
+
+def densities(model: NoiseModel, sensor: str) -> tuple[float, float | None]:
+    """Return white noise and walk of the bias, SI; None for a walk of which nothing is known.
+
+    The walk is the larger of the rate random walk and of the one that grows in 100 s as far as
+    the bias instability.
+
+    Parameters
+    ----------
+    model : NoiseModel
+        Of one axis.
+    sensor : {"gyro", "accel"}
+        Whose noise it is.
+
+    Raises
+    ------
+    ValueError
+        If the model is of another quantity, or its white noise is not known.
+    """
+    if model.quantity not in (_QUANTITY[sensor], "unknown"):
+        raise ValueError(
+            f"{sensor} must be a NoiseModel of {_QUANTITY[sensor]}, got one of {model.quantity}"
+        )
+    if not model.angle_random_walk.known:
+        raise ValueError(
+            f"{sensor}: the model has no angle_random_walk, the white noise that a filter needs"
+        )
+    walks = []
+    if model.rate_random_walk.known:
+        walks.append(float(model.rate_random_walk))
+    if model.bias_instability.known:
+        walks.append(_FLAT * float(model.bias_instability) * math.sqrt(3.0 / _HORIZON))
+    return float(model.angle_random_walk), max(walks, default=None)

@@ -1,0 +1,102 @@
+//! A whole record: samples and fixes in the order of their times, and what was known after each.
+
+use core::ops::Range;
+
+use super::covariance::Errors;
+use super::filter::{Inertial, NavigationFilter, Witness};
+use super::fix::{Fix, Verdict};
+use crate::error::Error;
+
+/// A record of n samples and m fixes.
+#[derive(Debug, Clone, Copy)]
+pub struct Batch<'a> {
+    /// Of the samples, s: (n,).
+    pub time: &'a [f64],
+    /// Rates, rad/s, or angles: (n,).
+    pub gyro: &'a [[f64; 3]],
+    /// Specific forces, m/s², or velocities: (n,).
+    pub accel: &'a [[f64; 3]],
+    /// Whether the body is known to rest: (n,), or empty for never.
+    pub rest: &'a [bool],
+    /// In the order of their times; each is taken after the first sample that is not before it.
+    pub fixes: &'a [Fix],
+}
+
+/// What was known after each sample, and what became of each fix.
+#[derive(Debug)]
+pub struct Known<'a> {
+    /// As of [`Snapshot`](super::Snapshot).
+    pub position: &'a mut [[f64; 3]],
+    /// North, east, down, m/s.
+    pub velocity: &'a mut [[f64; 3]],
+    /// Scalar first.
+    pub attitude: &'a mut [[f64; 4]],
+    /// Rad/s.
+    pub gyro_bias: &'a mut [[f64; 3]],
+    /// m/s².
+    pub accel_bias: &'a mut [[f64; 3]],
+    /// Standard deviations.
+    pub sigma: &'a mut [Errors],
+    /// The number of a [`Status`](super::Status).
+    pub status: &'a mut [u8],
+    /// The number of a [`Verdict`]; that of a fix after the last sample stays as it is.
+    pub verdict: &'a mut [u8],
+    /// Normalised innovations squared of position and velocity; NaN where the fix was refused, tells
+    /// none, or began the track.
+    pub nis: &'a mut [[f64; 2]],
+    /// Time of the sample after which the fix was taken, s.
+    pub taken: &'a mut [f64],
+}
+
+impl Batch<'_> {
+    /// A piece of the samples, and the fixes from the `next` one on that are due.
+    ///
+    /// # Errors
+    /// As of [`NavigationFilter::update`] and [`NavigationFilter::update_gnss`].
+    pub fn run<W: Witness>(
+        &self,
+        filter: &mut NavigationFilter,
+        piece: Range<usize>,
+        next: &mut usize,
+        known: &mut Known<'_>,
+        witness: &mut W,
+    ) -> Result<(), Error> {
+        for k in piece {
+            let rest = self.rest.get(k).copied().unwrap_or(false);
+            let (time, gyro, accel) = (self.time[k], self.gyro[k], self.accel[k]);
+            witness.sample(k);
+            filter.update_before(&Inertial { time, gyro, accel, rest }, witness)?;
+            while let Some(fix) = self.fixes.get(*next).filter(|fix| fix.time <= time) {
+                let verdict = filter.update_gnss_before(fix, witness)?;
+                known.judge(*next, fix, verdict, filter);
+                *next += 1;
+            }
+            known.put(k, filter);
+        }
+        Ok(())
+    }
+}
+
+impl Known<'_> {
+    #[inline(always)]
+    fn put(&mut self, k: usize, filter: &NavigationFilter) {
+        let now = filter.snapshot();
+        self.position[k] = now.position;
+        self.velocity[k] = now.velocity;
+        self.attitude[k] = now.attitude;
+        self.gyro_bias[k] = now.gyro_bias;
+        self.accel_bias[k] = now.accel_bias;
+        self.sigma[k] = now.sigma;
+        self.status[k] = now.status as u8;
+    }
+
+    fn judge(&mut self, k: usize, fix: &Fix, verdict: Verdict, filter: &NavigationFilter) {
+        self.verdict[k] = verdict as u8;
+        self.taken[k] = filter.time();
+        if verdict != Verdict::Refused {
+            let [position, velocity] = filter.nis();
+            let told = !fix.velocity.iter().any(|v| v.is_nan());
+            self.nis[k] = [position, if told { velocity } else { f64::NAN }];
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! Rules of the package that compiled classes go by: it says where they are when it is imported, so that
+//! nothing here knows a name in it.
+
+use std::sync::{PoisonError, RwLock};
+
+use pyo3::call::PyCallArgs;
+use pyo3::exceptions::{PyKeyError, PyRuntimeError};
+use pyo3::prelude::*;
+
+/// What the package knows better.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// A value in another unit, of the value and both units.
+    Convert,
+    /// An array in which masked values, None and the NA of pandas are NaN.
+    WithoutMasks,
+    /// What a linear filter says of a record, of arrays by name.
+    LinearRun,
+    /// The track of a recording, of a filter and what its `process` was given.
+    Navigate,
+}
+
+const NAMES: [&str; 4] = ["convert", "without_masks", "linear_run", "navigate"];
+static RULES: [RwLock<Option<Py<PyAny>>>; 4] = [const { RwLock::new(None) }; 4];
+
+/// Takes the functions that compiled classes call, by name.
+#[pyfunction]
+#[pyo3(signature = (**rules))]
+pub fn register(rules: Option<&Bound<'_, pyo3::types::PyDict>>) -> PyResult<()> {
+    for (name, rule) in rules.into_iter().flatten() {
+        let name: String = name.extract()?;
+        let place = NAMES.iter().position(|known| *known == name);
+        let place = place.ok_or_else(|| PyKeyError::new_err(format!("no rule '{name}'")))?;
+        *RULES[place].write().unwrap_or_else(PoisonError::into_inner) = Some(rule.unbind());
+    }
+    Ok(())
+}
+
+/// The function itself.
+pub fn function(py: Python<'_>, rule: Rule) -> PyResult<Bound<'_, PyAny>> {
+    let known = RULES[rule as usize].read().unwrap_or_else(PoisonError::into_inner);
+    let known = known.as_ref().map(|known| known.bind(py).clone());
+    known.ok_or_else(|| {
+        PyRuntimeError::new_err(format!("nobody registered the rule '{}'", NAMES[rule as usize]))
+    })
+}
+
+/// What it says.
+pub fn call<'py>(
+    py: Python<'py>,
+    rule: Rule,
+    given: impl PyCallArgs<'py>,
+) -> PyResult<Bound<'py, PyAny>> {
+    function(py, rule)?.call1(given)
+}
