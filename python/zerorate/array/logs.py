@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
@@ -110,7 +110,7 @@ class ArrayLog:
     def fused(self, data: Floats) -> Log:
         """Return the log of one gyro in the place of all, of shape (n, 3) or (n,)."""
         names = [f"gyro_{axis}" if axis else "gyro" for axis in self.axes]
-        return Log(self.time, self.rate, data, tuple(names), self.unit, self.meta)
+        return Log.at(self.time, self.rate, data, names, self.unit, self.meta)
 
 
 def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> ArrayLog:
@@ -148,7 +148,7 @@ def array_log(source: Recording | Log, *, axes: Literal[1, 3] | None = None) -> 
     told: list[str] = []
     beside = _accelerometers(source, found, told) if isinstance(source, Recording) else {}
     return ArrayLog(
-        first.log.time,
+        first.log.sampled,
         first.log.rate,
         np.ascontiguousarray(data if len(letters) == 3 else data[:, :, 0]),
         _labels([sensor.label for sensor in found], [sensor.name for sensor in found]),
@@ -195,7 +195,7 @@ def _part(log: Log, place: slice) -> _Sensor:
     names, units = log.names[place], set(log.units[place])
     if len(units) > 1:
         raise LogError(f"{', '.join(names)}: the axes differ in unit ({', '.join(sorted(units))})")
-    part = Log(log.time, log.rate, log.data[:, place], names, units.pop(), log.meta)
+    part = replace(log, data=log.data[:, place], names=names, unit=units.pop())
     return _Sensor(split_unit(names[0])[0], _label(names[0]), part)
 
 
@@ -248,7 +248,7 @@ def _check_alike(first: _Sensor, other: _Sensor) -> None:
                 f"the gyros of an array must agree in {what}: {_called(first)} has {one}, "
                 f"{_called(other)} has {two}"
             )
-    apart = float(np.abs(first.log.time - other.log.time).max()) * first.log.rate
+    apart = float(np.abs(first.log.sampled - other.log.sampled).max()) * first.log.rate
     if apart > _APART:
         raise LogError(
             f"the gyros of an array must be on one clock: {_called(other)} is up to {apart:.3g} "
@@ -313,7 +313,7 @@ def _why_not(gyro: Log, log: Log) -> str | None:
         return f"{called} has not three axes"
     if log.unit not in UNITS or UNITS[log.unit].kind != "acceleration":
         return f"the unit of {called} is not known"
-    if log.n != gyro.n or np.abs(log.time - gyro.time).max() * gyro.rate > _APART:
+    if log.n != gyro.n or np.abs(log.sampled - gyro.sampled).max() * gyro.rate > _APART:
         return f"{called} is not on the clock of the gyros"
     return None
 

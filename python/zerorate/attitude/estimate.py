@@ -176,7 +176,8 @@ class AttitudeEstimate(Result):
         """
         names = tuple(f"quat_{axis}" for axis in "wxyz")
         meta = {"source": self.source, "notes": self.notes}
-        return Log(self.time, self.rate, self.quaternion, names, "1", meta), dict(self._beside())
+        log = Log.at(self.time, self.rate, self.quaternion, names, "1", meta)
+        return log, dict(self._beside())
 
     def _beside(self) -> Iterator[tuple[str, npt.NDArray[np.float64 | np.bool_]]]:
         for name, angles in zip(("roll", "pitch", "yaw"), self.euler.T, strict=True):
@@ -289,7 +290,7 @@ def estimate_attitude(
     if truth is not None and reference_frame is not None:
         truth = from_enu(in_enu(truth, reference_frame), frame)
     return AttitudeEstimate(
-        time=samples.log.time,
+        time=samples.time,
         rate=samples.log.rate,
         moments=moments,
         gyro_matrices=matrices["gyro_matrix"],

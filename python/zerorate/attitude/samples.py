@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -89,9 +89,14 @@ class Samples:
             placed[0][0],
             None if field is None else placed[1][0],
             rates,
-            _intervals(rates),
+            rates.steps,
             tuple(dict.fromkeys(notes)),
         )
+
+    @property
+    def time(self) -> Floats:
+        """When each sample was taken, s, shape (n,)."""
+        return self.log.sampled
 
     def aligned(self, log: Log) -> Floats:
         """Return a further log on the clock of the gyro, in its own unit."""
@@ -112,7 +117,7 @@ def _sensor(recording: Recording, name: str, kind: str, unit: str, what: str) ->
             f"'{log.unit}'; give unit="
         )
     data = convert(log.data, log.unit, unit)
-    return Log(log.time, log.rate, data, log.names, unit, log.meta)
+    return replace(log, data=data, unit=unit)
 
 
 def _partner(recording: Recording, gyro: str, kind: str) -> str:
@@ -138,24 +143,16 @@ def _magnetometer(recording: Recording, gyro: str) -> Log | None:
     return log
 
 
-def _intervals(log: Log) -> Floats | None:
-    """Return the seconds between stamps, None where they are those of the rate."""
-    steps = np.diff(log.time, prepend=log.time[0] - 1.0 / log.rate)
-    # Stamps may be large numbers, of which the last bits are all that changes.
-    even = np.abs(steps * log.rate - 1.0).max() <= 1e-3
-    return None if even else np.maximum(steps, 0.0)
-
-
 def _same_clock(one: Log, other: Log) -> bool:
-    return one.n == other.n and bool(np.array_equal(one.time, other.time))
+    return one.n == other.n and bool(np.array_equal(one.sampled, other.sampled))
 
 
 def _placed(log: Log, clock: Log) -> tuple[Floats, int]:
     """Return a log's samples at those of a clock, and how many found no place."""
     if _same_clock(log, clock):
         return log.data, 0
-    places = np.searchsorted(clock.time, log.time - _ON_TIME / clock.rate)
-    late = log.time - clock.time[0] < -1.0 / clock.rate
+    places = np.searchsorted(clock.sampled, log.sampled - _ON_TIME / clock.rate)
+    late = log.sampled - clock.sampled[0] < -1.0 / clock.rate
     there = (places < clock.n) & ~late & np.isfinite(log.data).all(axis=1)
     values = np.full((clock.n, log.channels), np.nan)
     # Of several at one place the last one is left there.

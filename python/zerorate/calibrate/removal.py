@@ -433,14 +433,14 @@ def _together(
 
 def _at(gyro: Log, log: Log, values: Floats) -> Floats:
     """Return the values of a log at the times of the gyro, NaN where it has none nearby."""
-    if log.n == gyro.n and np.abs(log.time - gyro.time).max() * gyro.rate < _SAME:
+    if log.n == gyro.n and np.abs(log.sampled - gyro.sampled).max() * gyro.rate < _SAME:
         return values
     there = np.isfinite(values).all(axis=1)
     if not there.any():
         return np.full((gyro.n, values.shape[1]), np.nan)
-    time, values = log.time[there], values[there]
-    found = np.stack([np.interp(gyro.time, time, column) for column in values.T], axis=1)
-    found[_nearest(gyro.time, time) * log.rate > _NEAR] = np.nan
+    time, values = log.sampled[there], values[there]
+    found = np.stack([np.interp(gyro.sampled, time, column) for column in values.T], axis=1)
+    found[_nearest(gyro.sampled, time) * log.rate > _NEAR] = np.nan
     return found
 
 

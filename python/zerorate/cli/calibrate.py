@@ -1,7 +1,7 @@
 """``zerorate calibrate``: scale, misalignment and bias of an IMU from a log of hand turns."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -446,7 +446,7 @@ def _tables(recording: Recording) -> dict[str, Log]:
 
 def _share(group: Sequence[Log], log: Log) -> bool:
     first, taken = group[0], {name for one in group for name in one.names}
-    return np.array_equal(first.time, log.time) and taken.isdisjoint(log.names)
+    return np.array_equal(first.sampled, log.sampled) and taken.isdisjoint(log.names)
 
 
 def _joined(group: Sequence[Log]) -> Log:
@@ -454,4 +454,4 @@ def _joined(group: Sequence[Log]) -> Log:
     data = np.hstack([log.data for log in group])
     names = tuple(name for log in group for name in log.names)
     units = tuple(unit for log in group for unit in log.units)
-    return Log(first.time, first.rate, data, names, units, first.meta)  # type: ignore[arg-type]
+    return replace(first, data=data, names=names, unit=units)  # type: ignore[arg-type]

@@ -223,7 +223,7 @@ def _found(analysis: Callable[..., Identification], log: Log, progress: Progress
     if not axes:
         _refuse(log, refused)
     left_out = (f"{name} is left out: {reason}" for name, reason in refused.items())
-    return _Found(axes, (*notes_of(log), *left_out))
+    return _Found(axes, (*notes_of(log, even=True), *left_out))
 
 
 def _refuse(log: Log, reasons: Mapping[str, str]) -> NoReturn:

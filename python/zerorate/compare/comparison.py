@@ -140,7 +140,7 @@ def _compared(
     clean: list[Row] = []
     faulty: list[list[Row]] = [[] for _ in faults]
     for recording in recordings:
-        notes.extend(f"{recording.source}: {note}" for note in notes_of(recording.log))
+        notes.extend(f"{recording.source}: {note}" for note in notes_of(recording.log, even=True))
         judge = _judge(recording, notes)
         with while_on(recording.source):
             own = list(report.each(judge(methods, recording.log.data)))

@@ -230,13 +230,11 @@ def _gyros(recording: Recording) -> Log:
     if len(logs) == 1:
         return first
     notes = dict.fromkeys(note for log in logs for note in log.meta.get("notes", ()))
-    return Log(
-        first.time,
-        first.rate,
-        np.hstack([log.data for log in logs]),
-        tuple(name for log in logs for name in log.names),
-        first.unit,
-        {**first.meta, "notes": tuple(notes)},
+    return replace(
+        first,
+        data=np.hstack([log.data for log in logs]),
+        names=tuple(name for log in logs for name in log.names),
+        meta={**first.meta, "notes": tuple(notes)},
     )
 
 

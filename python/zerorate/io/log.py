@@ -17,6 +17,10 @@ from zerorate.texts import one_line
 from zerorate.types import Floats
 
 _BETWEEN: Final = ", "
+_HALF: Final = 0.5
+"""Periods by which times of an even clock may be rounded."""
+_EVEN: Final = 1e-3
+"""Part of a period by which the steps of an even clock may differ."""
 
 __all__ = ["Header", "Log", "LogError", "Recording", "checked_rate", "notes_of", "units_of"]
 
@@ -61,6 +65,9 @@ class Log:
     meta
         Whatever else is known. ``read_log`` fills ``source``, ``format``, ``clock`` (a
         `ClockReport`), ``notes`` (a tuple of sentences) and, where given, ``sensor``.
+    stamps
+        When each sample was taken, s, shape (n,), where its clock wanders so that ``time`` is not
+        right; None where it is. Whatever integrates or meets another clock goes by `sampled`.
 
     Raises
     ------
@@ -84,6 +91,7 @@ class Log:
     names: tuple[str, ...]
     unit: str = "unit"
     meta: Mapping[str, Any] = field(default_factory=dict)
+    stamps: Floats | None = None
 
     def __post_init__(self) -> None:
         """Bring the fields to their types and check that they agree."""
@@ -91,10 +99,28 @@ class Log:
         object.__setattr__(self, "data", _channels(self.data))
         object.__setattr__(self, "names", _checked_names(self.names, self.channels))
         object.__setattr__(self, "time", _checked_time(self.time, self.n, self.rate))
+        if self.stamps is not None:
+            object.__setattr__(self, "stamps", _checked_stamps(self.stamps, self.n))
         if not isinstance(self.unit, str):
             object.__setattr__(self, "unit", _joined(self.unit, self.channels))
         if not self.unit.strip():
             raise LogError(f"unit must be a non-empty string, got {self.unit!r}")
+
+    @classmethod
+    def at(
+        cls,
+        times: Floats,
+        rate: float,
+        data: Floats,
+        names: Sequence[str],
+        unit: str,
+        meta: Mapping[str, Any],
+    ) -> Log:
+        """Return the log of samples taken at some times, shape (n,), even or not."""
+        even = times[0] + np.arange(len(times)) / rate
+        if np.abs(times - even).max() * rate <= _HALF:
+            return cls(times, rate, data, tuple(names), unit, meta)
+        return cls(even, rate, data, tuple(names), unit, meta, times)
 
     def __repr__(self) -> str:
         """Return the size, rate, length, unit and names."""
@@ -117,6 +143,19 @@ class Log:
     def duration(self) -> float:
         """Length in seconds, ``n / rate``: each sample stands for one period."""
         return self.n / self.rate
+
+    @property
+    def sampled(self) -> Floats:
+        """When each sample was taken, s, shape (n,): the stamps where they are kept, or `time`."""
+        return self.time if self.stamps is None else self.stamps
+
+    @property
+    def steps(self) -> Floats | None:
+        """Seconds since the sample before, shape (n,), None where they are those of the rate."""
+        steps = np.diff(self.sampled, prepend=self.sampled[0] - 1.0 / self.rate)
+        # Stamps may be large numbers, of which the last bits are all that changes.
+        even = np.abs(steps * self.rate - 1.0).max() <= _EVEN
+        return None if even else np.maximum(steps, 0.0)
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -215,10 +254,21 @@ def _checked_time(time: npt.ArrayLike, n: int, rate: float) -> Floats:
     if not np.isfinite(seconds).all():
         raise LogError("time must be finite")
     off = np.abs(seconds - seconds[0] - np.arange(n) / rate).max() * rate
-    if off > 0.5:
+    if off > _HALF:
         raise LogError(
             f"time must be uniform at {rate:g} Hz, but leaves that grid by {off:.3g} samples"
         )
+    return seconds
+
+
+def _checked_stamps(stamps: npt.ArrayLike, n: int) -> Floats:
+    seconds = np.ascontiguousarray(_numbers(stamps, "stamps"))
+    if seconds.shape != (n,):
+        raise LogError(
+            f"stamps must have shape ({n},) as data has {n} samples, got {seconds.shape}"
+        )
+    if not np.isfinite(seconds).all() or (np.diff(seconds) < 0.0).any():
+        raise LogError("stamps must be finite, none before the one of the sample before")
     return seconds
 
 
@@ -253,10 +303,20 @@ class Header:
         return self.n / self.rate
 
 
-def notes_of(log: Log | Header) -> tuple[str, ...]:
-    """Return the sentences on a log: its clock, unless that is regular, and what was assumed."""
+def notes_of(log: Log | Header, even: bool = False) -> tuple[str, ...]:
+    """Return the sentences on a log: its clock, unless that is regular, and what was assumed.
+
+    ``even`` says that samples are then taken as evenly spaced, which is noted of a clock that
+    wanders.
+    """
     clock = log.meta.get("clock")
-    on_clock = () if clock is None or clock.regular else (clock.summary(),)
+    on_clock = [] if clock is None or clock.regular else [clock.summary()]
+    if even and clock is not None and clock.wander:
+        off = max(clock.fastest / log.rate, log.rate / clock.slowest) - 1.0
+        on_clock.append(
+            f"all samples are taken as 1/{log.rate:.6g} s apart here, which is up to "
+            f"{100.0 * off:.2g} % wrong for a while"
+        )
     return (*on_clock, *log.meta.get("notes", ()))
 
 

@@ -148,12 +148,15 @@ class LogFile:
         While they are read a `LogError` may be raised.
     whole : Log or None
         The log itself, where it is in memory already.
+    stamps : callable or None
+        Gives when samples were taken, as `time` does, where the clock wanders; else None.
     """
 
     header: Header
     time: Callable[[int, int], Floats]
     blocks: Callable[[int], Iterator[Floats]]
     whole: Log | None = None
+    stamps: Callable[[int, int], Floats] | None = None
 
     @classmethod
     def of(cls, log: Log) -> LogFile:
@@ -163,7 +166,13 @@ class LogFile:
             for first in range(0, log.n, rows):
                 yield np.ascontiguousarray(log.data[first : first + rows].T)
 
-        return cls(Header.of(log), lambda first, end: log.time[first:end], blocks, log)
+        kept = log.stamps
+        stamps = None if kept is None else lambda first, end: kept[first:end]
+        return cls(Header.of(log), lambda first, end: log.time[first:end], blocks, log, stamps)
+
+    def sampled(self, first: int, end: int) -> Floats:
+        """Return when samples were taken, s, from a first one up to an end."""
+        return (self.stamps or self.time)(first, end)
 
     def log(self) -> Log:
         """Return the whole log in memory."""
@@ -174,7 +183,8 @@ class LogFile:
         missing = [bool(np.isnan(column).all()) for column in data.T]
         header = header.noting(notes_on_missing(header.names, missing))
         time = self.time(0, header.n)
-        return Log(time, header.rate, data, header.names, header.unit, header.meta)
+        stamps = None if self.stamps is None else self.stamps(0, header.n)
+        return Log(time, header.rate, data, header.names, header.unit, header.meta, stamps)
 
 
 def open_log(
@@ -301,7 +311,12 @@ def _in_pieces(chosen: Selection, told: dict[str, str], label: str, span: Span) 
         except LogError as error:
             raise LogError(f"{label}: {error}") from None
 
-    return LogFile(header, times, blocks)
+    def stamps(first: int, end: int) -> Floats:
+        kept = grid.times(range(part.start + first, part.start + end))
+        assert kept is not None
+        return start + kept
+
+    return LogFile(header, times, blocks, stamps=None if grid.kept is None else stamps)
 
 
 def _whole(table: Table, index: int) -> Column:

@@ -336,7 +336,9 @@ def log_of(
     empty = notes_on_missing(names, [bool(np.isnan(column).all()) for column in data.T])
     notes = (*notes_on(chosen, group, values[:HEAD], clock), *empty)
     meta = {**chosen.meta(told, grid), "notes": notes}
-    return Log(time, grid.rate, data, tuple(names), group.unit, meta)
+    kept = grid.times(range(grid.length))
+    stamps = None if kept is None else clock.start + kept
+    return Log(time, grid.rate, data, tuple(names), group.unit, meta, stamps)
 
 
 def _stated_rate(rate: float | None, table: Table) -> float | None:

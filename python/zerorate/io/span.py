@@ -96,7 +96,11 @@ class Span:
         data = log.data[part]
         notes = (*log.meta.get("notes", ()), self.note(duration), *_on_emptied(log, part))
         return replace(
-            log, time=log.time[part], data=data, meta={**log.meta, "notes": tuple(notes)}
+            log,
+            time=log.time[part],
+            data=data,
+            meta={**log.meta, "notes": tuple(notes)},
+            stamps=None if log.stamps is None else log.stamps[part],
         )
 
     def missed(self) -> str:

@@ -117,7 +117,7 @@ def _writer(suffix: str) -> _Writer:
 
 def _write_npz(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
     arrays: dict[str, Column] = {
-        "time": log.time,
+        "time": log.sampled,
         "data": log.data,
         "rate": np.array(log.rate),
         "unit": np.array(log.unit),
@@ -138,7 +138,7 @@ def _write_text(log: Log, path: Path, names: Sequence[str], beside: Mapping[str,
     head += text_header([TIME_NAME, *names, *beside], delimiter) + "\n"
     with path.open("wb") as file:
         file.write(head.encode())
-        rows = np.column_stack((log.time, log.data, *beside.values()))
+        rows = np.column_stack((log.sampled, log.data, *beside.values()))
         for first in range(0, log.n, _ROWS_AT_ONCE):
             file.write(_as_text(rows[first : first + _ROWS_AT_ONCE], delimiter))
 
@@ -152,7 +152,7 @@ def _says_all(log: Log, names: Sequence[str]) -> bool:
     # Rows that repeat are a sample each only where the rate is stated.
     if rows_held(log.data[:HEAD], np.arange(min(log.n, HEAD))) is not None:
         return False
-    grid = fit_grid(log.time - log.time[0], float(log.time[0]))
+    grid = fit_grid(log.sampled - log.sampled[0], float(log.sampled[0]))
     return grid.rate == log.rate and grid.length == log.n
 
 

@@ -168,7 +168,7 @@ def _rest(imu: Recording, samples: Samples) -> tuple[float, float]:
         if last - first < _REST:
             continue
         # Of one that lasts to the end some is left to navigate.
-        ends = float(samples.log.time[-1]) - last < 1.0
+        ends = float(samples.time[-1]) - last < 1.0
         return first, first + max(_REST, 0.5 * (last - first)) if ends else last
     raise LogError(
         f"{imu.source}: the vehicle does not rest for {_REST:g} s, which an alignment needs: say "
@@ -181,7 +181,7 @@ def _steady(samples: Samples, first: float, last: float) -> tuple[float, float]:
 
     A car that moves off gently does not vary more than a noisy sensor, by which rests are found.
     """
-    time, width = samples.log.time, max(1, round(samples.log.rate))
+    time, width = samples.time, max(1, round(samples.log.rate))
     begin, end = np.searchsorted(time, [first, last])
     seconds = (end - begin) // width
     if seconds < _REST - 1.0:
@@ -216,7 +216,7 @@ def _given(span: tuple[float, float]) -> tuple[float, float]:
 
 
 def _between(samples: Samples, first: float, last: float) -> tuple[Floats, Floats]:
-    inside = (samples.log.time >= first) & (samples.log.time <= last)
+    inside = (samples.time >= first) & (samples.time <= last)
     inside &= np.isfinite(samples.gyro).all(axis=1) & np.isfinite(samples.accel).all(axis=1)
     if inside.sum() < max(10.0, 0.5 * samples.log.rate * (last - first)):
         raise LogError(

@@ -35,7 +35,7 @@ def processed(
     if not math.isfinite(time_offset):
         raise ValueError(f"time_offset must be a number of seconds, got {time_offset}")
     fixes = None if gnss is None else gnss.shifted(time_offset)
-    time = samples.log.time
+    time = samples.time
     inputs = Inputs(
         time,
         samples.gyro,

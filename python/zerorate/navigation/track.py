@@ -242,7 +242,7 @@ class Track(Result):
             for axis, values in zip(ned, self.sigma[:, 3 * k : 3 * k + 3].T, strict=True):
                 beside[f"sigma_{kind}_{axis}_{unit}"] = values
         beside["navigating"] = self.navigating
-        return Log(self.time, rate, self.position, names, "deg, deg, m", meta), beside
+        return Log.at(self.time, rate, self.position, names, "deg, deg, m", meta), beside
 
     def plot(self, outages: Outages | None = None) -> Figure:
         """Return the figure, which marks outages of ``zerorate.metrics.outages``.

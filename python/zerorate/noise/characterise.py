@@ -184,7 +184,7 @@ def models_json(found: Sequence[Characterisation]) -> str:
 def notes_on(found: Sequence[Characterisation]) -> tuple[str, ...]:
     """Return the sentences on the sensors of a log, and on the log, each once."""
     notes = [note for one in found for note in one.notes]
-    notes += [note for one in found for note in notes_of(one.log)]
+    notes += [note for one in found for note in notes_of(one.log, even=True)]
     return tuple(dict.fromkeys(notes))
 
 

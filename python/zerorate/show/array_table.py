@@ -185,7 +185,7 @@ def _axes(matrix: Floats) -> str:
 
 def format_array_notes(replay: ArrayReplay, further: Sequence[str] = ()) -> str:
     """Return what to know about the log and the sensors, a sentence each."""
-    return bulleted([*notes_of(replay.filtered_log), *further, *_notes(replay)])
+    return bulleted([*notes_of(replay.filtered_log, even=True), *further, *_notes(replay)])
 
 
 def _notes(replay: ArrayReplay) -> Iterator[str]:

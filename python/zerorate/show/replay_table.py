@@ -166,7 +166,7 @@ def _notes(replay: Summary) -> Iterator[str]:
 
 def _on_log(replay: Summary) -> Iterator[str]:
     header, missing = replay.header, replay.seen.missing
-    yield from notes_of(header)
+    yield from notes_of(header, even=True)
     if missing.any():
         counts = zip(header.names, missing.tolist(), strict=True)
         listed = ", ".join(f"{name} {n}" for name, n in counts if n)

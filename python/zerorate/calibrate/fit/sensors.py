@@ -115,6 +115,7 @@ def sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
             f"the {kind} must have three axes that hold samples, got {log.channels}: "
             f"{', '.join(log.names)}"
         )
+    log = _evened(log)
     factor = _factor(kind, log.unit, gravity)
     data = np.array(log.data) if factor is None else log.data * factor
     if not np.isfinite(data.sum()):
@@ -131,6 +132,16 @@ def sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
         factor=1.0 if factor is None else factor,
         known=factor is not None,
     )
+
+
+def _evened(log: Log) -> Log:
+    """Return a log on its even clock: one whose clock wanders interpolated between its samples."""
+    if log.stamps is None:
+        return log
+    rate = (log.n - 1) / float(log.stamps[-1] - log.stamps[0])
+    even = log.stamps[0] + np.arange(log.n) / rate
+    data = np.stack([np.interp(even, log.stamps, axis) for axis in log.data.T], axis=1)
+    return Log(even, rate, data, log.names, log.unit, log.meta)
 
 
 def _factor(kind: Kind, unit: str, gravity: float) -> float | None:

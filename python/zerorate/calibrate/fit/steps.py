@@ -145,6 +145,11 @@ def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]
         if not one.known:
             notes.append(f"the {one.kind} has no known unit: gravity and the turns gave its scale")
         clock = log.meta.get("clock")
+        if log.stamps is not None:
+            notes.append(
+                f"the clock of the {one.kind} wanders: its samples were interpolated between their "
+                "stamps to an even one"
+            )
         if clock is not None and clock.jitter_rms * log.rate > _JITTER:
             notes.append(
                 f"the stamps of the {one.kind} jitter by {100 * clock.jitter_rms * log.rate:.0f} % "

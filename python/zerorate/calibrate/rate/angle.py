@@ -164,7 +164,7 @@ class _Record:
         if isinstance(z, Log):
             if rate is not None:
                 raise ValueError("a log has its own rate: give none")
-            return cls._checked(z.data, z.rate, np.diff(z.time), _unit_of(z, unit))
+            return cls._checked(z.data, z.rate, np.diff(z.sampled), _unit_of(z, unit))
         if rate is None:
             raise ValueError("an array needs its rate in Hz")
         values, hertz = floats(z, "z"), checked_rate(rate)

@@ -238,9 +238,9 @@ def _on_clock(z: npt.ArrayLike | Log, given: npt.ArrayLike | Log, values: Floats
     """Return the reference at the samples of the gyro, by lines if its clock is another one."""
     if not isinstance(z, Log) or not isinstance(given, Log):
         return values
-    if z.n == given.n and np.allclose(z.time, given.time, rtol=0.0, atol=1e-3 / z.rate):
+    if z.n == given.n and np.allclose(z.sampled, given.sampled, rtol=0.0, atol=1e-3 / z.rate):
         return values
-    return np.interp(z.time, given.time, values, left=np.nan, right=np.nan)
+    return np.interp(z.sampled, given.sampled, values, left=np.nan, right=np.nan)
 
 
 def _integral(rates: Floats, rate: float) -> Floats:

@@ -460,13 +460,13 @@ def _temperatures(
 
 
 def _on_clock(z: Log, temperature: Log) -> tuple[Floats, float]:
-    time, shown = temperature.time, held(temperature.data[:, 0])
-    if time[-1] < z.time[0] or time[0] > z.time[-1]:
+    time, shown = temperature.sampled, held(temperature.data[:, 0])
+    if time[-1] < z.sampled[0] or time[0] > z.sampled[-1]:
         raise LogError("the temperature and the gyro have no time in common")
     if not np.isfinite(shown).all():
         return np.full(z.n, np.nan), 0.0
     known, step = between_steps(time, shown)
-    return np.interp(z.time, time, known), step
+    return np.interp(z.sampled, time, known), step
 
 
 def _range(temperature: Floats) -> tuple[float, float]:

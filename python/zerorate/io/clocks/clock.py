@@ -8,15 +8,18 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zerorate.io.clocks.arrivals import bursts, floor
+from zerorate.io.clocks.arrivals import Bursts, bursts, floor
 from zerorate.io.clocks.gaps import LONG_STEP, LONG_WINDOW, WINDOW, missing_samples, places
 from zerorate.io.clocks.grid import ClockReport, Grid
+from zerorate.io.clocks.wander import Wander, wander_of
 from zerorate.io.log import LogError
 from zerorate.types import Floats, Integers
 
 __all__ = ["clock_through", "fit_grid", "fitted_grid"]
 
 _BLOCK: Final = 1 << 16
+_ROUNDS: Final = 3
+"""Times that gaps and the wander of a clock are judged by each other."""
 
 
 @dataclass(frozen=True)
@@ -124,13 +127,32 @@ class _Fit(NamedTuple):
     deviation: Floats
     missing: Floats
     place: Integers
+    wander: Wander | None = None
 
     def grid(self, steps: Floats) -> Grid:
         """Return the grid of stamps that are these steps apart."""
         length = int(self.place[-1]) + 1
-        report = _report(steps, self.missing, self.deviation, self.rate)
         spread = None if length == len(self.place) else self.place
-        return Grid(self.rate, length, report, spread)
+        if self.wander is None:
+            report = _report(steps, self.missing, self.deviation, self.rate)
+            return Grid(self.rate, length, report, spread)
+        return self._wandering(steps, length, spread, self.wander)
+
+    def _wandering(
+        self, steps: Floats, length: int, spread: Integers | None, wander: Wander
+    ) -> Grid:
+        """Return the grid of stamps that are kept, for no even clock is theirs."""
+        even = self.place / self.rate
+        kept = wander.kept(even, self.deviation, 1.0 / self.rate)
+        kept -= kept[0]
+        report = _report(steps, self.missing, self.deviation - wander.level, self.rate)
+        report = replace(
+            report,
+            wander=float(np.abs(kept - even).max()),
+            slowest=wander.slowest,
+            fastest=wander.fastest,
+        )
+        return Grid(self.rate, length, report, spread, kept=kept)
 
 
 def _sampled(stamps: Floats, steps: Floats, start: float, period: float) -> _Fit:
@@ -140,7 +162,34 @@ def _sampled(stamps: Floats, steps: Floats, start: float, period: float) -> _Fit
         missing = missing_samples(even, period)
         place = places(missing, even)
         period = _slope(even, place)
-    return _Fit(*clock_through(even, place, start), missing, place)
+    fit = _Fit(*clock_through(even, place, start), missing, place)
+    return _followed(fit, even, start)
+
+
+def _followed(fit: _Fit, stamps: Floats, start: float) -> _Fit:
+    """Return a clock that wanders with its gaps judged against itself, any other as it is."""
+    apart = int(np.count_nonzero(np.diff(stamps) > 0.5 / fit.rate))
+    lump = len(stamps) / max(1, apart)
+    found = _wandering(fit, stamps, lump)
+    for _ in range(_ROUNDS):
+        if found.wander is None or not found.missing.any():
+            break
+        straight = stamps - found.wander.slow
+        missing = missing_samples(straight, 1.0 / found.rate)
+        if missing.sum() >= found.missing.sum():
+            break  # what wanders looks like gaps, not the reverse
+        place = places(missing, straight)
+        better = _Fit(*clock_through(stamps, place, start), missing, place)
+        found = _wandering(better, stamps, lump)
+    return fit if found.wander is None else found
+
+
+def _wandering(fit: _Fit, stamps: Floats, lump: float) -> _Fit:
+    """Return a fit with the wander of its stamps, and how far they are from its rate."""
+    # The rate is rounder than their slope, from which they deviate otherwise.
+    deviation = stamps - fit.place / fit.rate
+    deviation -= np.median(deviation)
+    return fit._replace(deviation=deviation, wander=wander_of(deviation, 1.0 / fit.rate, lump))
 
 
 def _arrived(stamps: Floats, steps: Floats, start: float, rate: float | None) -> Grid | None:
@@ -155,9 +204,23 @@ def _arrived(stamps: Floats, steps: Floats, start: float, rate: float | None) ->
         own_rate = rate  # which so few bursts do not tell better
     late = even - place / own_rate
     offset = floor(late[found.last])
+    wander = wander_of(late[found.last], 1.0 / own_rate, rows=found.last, n=len(stamps))
+    if wander is not None:
+        return _arrived_wandering(own_rate, place, wander, steps, found)
     grid = _Fit(own_rate, late - offset, found.missing, place).grid(steps)
     report = replace(grid.report, bursts=len(found.last))
     return replace(grid, report=report, offset=offset)
+
+
+def _arrived_wandering(
+    rate: float, place: Integers, wander: Wander, steps: Floats, found: Bursts
+) -> Grid:
+    """Return the grid of samples that arrived in bursts from a clock that wanders."""
+    # A burst says when its samples came; the line under them, when they were made.
+    fit = _Fit(rate, wander.level, found.missing, place, wander)
+    grid = fit.grid(steps)
+    report = replace(grid.report, bursts=len(found.last))
+    return replace(grid, report=report, offset=float(wander.level[0]))
 
 
 def _check_forward(steps: Floats) -> None:

@@ -85,8 +85,8 @@ def _settled(stamps: Floats, missing: Floats, period: float) -> Floats:
             deviation = stamps - period * places(missing, stamps)
             if not gaps.size or np.ptp(deviation) < 0.5 * period:
                 return missing
-            before = _medians(deviation, gaps - width + 1, width)
-            after = _medians(deviation, gaps + 1, width)
+            before = medians(deviation, gaps - width + 1, width)
+            after = medians(deviation, gaps + 1, width)
             wrong = _apart(np.rint((after - before) / period), gaps, width)
             if not wrong.any():
                 break
@@ -120,8 +120,8 @@ def _runs_moved(stamps: Floats, missing: Floats, period: float) -> Floats:
 def _block_level(deviation: Floats) -> Floats:
     """Return the median of the rows around each block of rows, for each row."""
     starts = np.arange(0, len(deviation), LONG_WINDOW // 2)
-    medians = _medians(deviation, starts - LONG_WINDOW, 5 * LONG_WINDOW // 2)
-    return np.repeat(medians, LONG_WINDOW // 2)[: len(deviation)]
+    blocks = medians(deviation, starts - LONG_WINDOW, 5 * LONG_WINDOW // 2)
+    return np.repeat(blocks, LONG_WINDOW // 2)[: len(deviation)]
 
 
 def _apart(wrong: Floats, gaps: Integers, width: int) -> Floats:
@@ -135,15 +135,16 @@ def _apart(wrong: Floats, gaps: Integers, width: int) -> Floats:
     return kept
 
 
-def _medians(values: Floats, first: Integers, width: int) -> Floats:
+def medians(values: Floats, first: Integers, width: int) -> Floats:
     """Return the median of the rows from each first one on, within the log."""
-    medians = np.empty(len(first))
+    found = np.full(len(first), np.nan)
     for block in range(0, len(first), 10_000):
         rows = first[block : block + 10_000, None] + np.arange(width)
         inside = (rows >= 0) & (rows < len(values))
         known = np.where(inside, values[np.clip(rows, 0, len(values) - 1)], np.nan)
-        medians[block : block + 10_000] = np.nanmedian(known, axis=1)
-    return medians
+        some = inside.any(axis=1)
+        found[block : block + 10_000][some] = np.nanmedian(known[some], axis=1)
+    return found
 
 
 def places(missing: Floats, stamps: Floats) -> Integers:

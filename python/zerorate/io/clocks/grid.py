@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.io.log import LogError
-from zerorate.types import Integers
+from zerorate.types import Floats, Integers
 
 __all__ = ["ALIKE", "ClockReport", "Grid", "unstamped"]
 
@@ -38,6 +38,11 @@ class ClockReport:
         Bursts in which the samples arrived, if the stamps are those of arrival, else 0.
     repeats
         Rows left out because they repeat the one before, the sensor being slower than its log.
+    wander
+        How far the even clock is from the stamps at most, s, where these wander so that they are
+        kept; else 0. The jitter is then that about the clock that wanders.
+    slowest, fastest
+        Rates between which such a clock ran, Hz, over a fortieth of the log; else 0.
     """
 
     rate: float
@@ -51,6 +56,9 @@ class ClockReport:
     longest_gap: float = 0.0
     bursts: int = 0
     repeats: int = 0
+    wander: float = 0.0
+    slowest: float = 0.0
+    fastest: float = 0.0
 
     @property
     def regular(self) -> bool:
@@ -75,6 +83,11 @@ class ClockReport:
 
     def _faults(self) -> list[str]:
         faults = []
+        if self.wander:
+            faults.append(
+                f"a rate that runs from {self.slowest:.4g} to {self.fastest:.4g} Hz, so that an "
+                f"even clock is up to {self.wander:.3g} s from the stamps, which are kept"
+            )
         rms, most = 1e3 * self.jitter_rms, 1e3 * self.jitter_max
         if self.bursts:
             late = f"late by {rms:.3g} ms rms, {most:.3g} ms at most"
@@ -110,6 +123,9 @@ class Grid:
         The rows that are used, None for all.
     offset
         Time of the first place since the first stamp, s.
+    kept
+        Time of each row that is used since the first place, s, where the clock wanders so that
+        its stamps are kept; else None.
     """
 
     rate: float
@@ -118,6 +134,7 @@ class Grid:
     spread: Integers | None = None
     used: Integers | None = None
     offset: float = 0.0
+    kept: Floats | None = None
 
     @property
     def place(self) -> Integers:
@@ -129,6 +146,15 @@ class Grid:
         if self.spread is None:
             return np.arange(min(count, self.length))
         return self.spread[:count]
+
+    def times(self, part: range) -> Floats | None:
+        """Return the times of some places since the first, between rows where they are gaps.
+
+        None stands for an even clock.
+        """
+        if self.kept is None or self.spread is None:
+            return None if self.kept is None else self.kept[part.start : part.stop]
+        return np.asarray(np.interp(np.arange(part.start, part.stop), self.spread, self.kept))
 
     def agrees(self, rate: float) -> bool:
         """Whether a rate that somebody has stated is that of the stamps."""

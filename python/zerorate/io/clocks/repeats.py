@@ -142,7 +142,8 @@ def slower(grid: Grid, again: Booleans, held: float) -> Grid:
         longest_gap=float(steps.max()) if steps.size else 0.0,
         repeats=len(again) - len(used),
     )
-    return Grid(rate, length, report, spread, used, grid.offset)
+    kept = None if grid.kept is None else grid.kept[used]
+    return Grid(rate, length, report, spread, used, grid.offset, kept)
 
 
 def _ticks(first: Integers, frequency: float) -> Integers:

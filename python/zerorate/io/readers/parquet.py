@@ -48,7 +48,7 @@ FORMAT = Format("parquet", "Parquet", (".parquet", ".pq"), (b"PAR1",), _read)
 
 def write_parquet(log: Log, path: Path, names: Sequence[str], beside: Mapping[str, Column]) -> None:
     """Write a log and further columns; its rate, unit and names as key-value metadata."""
-    columns = [log.time, *np.asfortranarray(log.data).T, *beside.values()]
+    columns = [log.sampled, *np.asfortranarray(log.data).T, *beside.values()]
     with RowGroups(path, [TIME_NAME, *names, *beside], about(log)) as file:
         file.write(columns)
 

@@ -49,7 +49,7 @@ def _filtered(settings: "Settings", source: Path, output: Path) -> Made:
     options = with_limits(options, [method], recording.header.unit)
     accel = accel if settings.accel else None
     result = replay_to_file(recording, output, accel=accel, methods=[method], force=True, **options)
-    return Made(_rows(result), (*notes_of(result.header), *unlearned(result)))
+    return Made(_rows(result), (*notes_of(result.header, even=True), *unlearned(result)))
 
 
 def _opened(settings: "Settings", source: Path) -> tuple[LogFile, LogFile | None]:

@@ -320,7 +320,7 @@ class _FilteredFile(RowGroups):
 
     def take(self, block: Block) -> None:
         """Write one block."""
-        time = self._recording.time(block.first, block.end)
+        time = self._recording.sampled(block.first, block.end)
         drift = block.drift[self._method]
         if not self._compensates or block.bias_sigma is None:
             self.write([time, *drift])
