@@ -9,7 +9,11 @@ from zerorate.io import LogError, read_log
 
 def test_choice_of_columns(tmp_path):
     path = two_sensors(tmp_path)
-    assert read_log(path).names == ("shaft_gyro_x_dps", "fixed_gyro_x_dps")
+    assert read_log(path).names == ("shaft_gyro_x_dps",)
+    assert read_log(path, sensor="fixed").names == ("fixed_gyro_x_dps",)
+    assert read_log(path, sensor="all").names == ("shaft_gyro_x_dps", "fixed_gyro_x_dps")
+    with pytest.raises(LogError, match="'left', which is none of: shaft_gyro, fixed_gyro"):
+        read_log(path, sensor="left")
     assert read_log(path, columns="fixed_gyro_x_dps").data[0, 0] == 4
     assert read_log(path, columns=-1).names == ("fixed_gyro_x_dps",)
     assert read_log(path, columns=[4, "shaft_gyro_x_dps"]).data[0].tolist() == [4, 2]

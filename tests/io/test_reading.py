@@ -17,7 +17,7 @@ RATES = {
 @pytest.mark.parametrize("name", RATES)
 def test_recordings(name):
     rate, n, channels, unit = RATES[name]
-    log = read_log(RECORDINGS / f"{name}.parquet", rate=rate)
+    log = read_log(RECORDINGS / f"{name}.parquet", rate=rate, sensor="all")
     assert (log.rate, log.n, log.channels, log.unit) == (rate, n, channels, unit)
     assert log.n_missing == 0
     assert all("gyro" in channel for channel in log.names)

@@ -9,7 +9,7 @@ import zerorate as zr
 from support.bags import KINDS, values, write_recording
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.io import Log, LogError, Recording
-from zerorate.io.names import Meaning, meaning_of
+from zerorate.io.names import meaning_of
 
 N = 400
 TIME = np.arange(N) / 100
@@ -59,7 +59,7 @@ def test_further_sensors_of_a_kind_are_numbered():
     assert recording["gyro_1"].names == tuple(f"shaft_gyro_{axis}_dps" for axis in "xyz")
     assert recording.of_kind("gyro") == (recording.gyro, recording["gyro_1"])
     # A log of all of them is what `read_log` gives.
-    together = zr.read_log({"t": TIME, **columns})
+    together = zr.read_log({"t": TIME, **columns}, sensor="all")
     assert together.names == recording.gyro.names + recording["gyro_1"].names
 
 
@@ -241,7 +241,7 @@ def test_a_recording_of_logs_in_memory():
     }.items(),
 )
 def test_the_meaning_of_a_name(name, meaning):
-    assert meaning_of(name) == Meaning(*meaning)
+    assert meaning_of(name)[:3] == meaning
 
 
 @pytest.mark.parametrize(

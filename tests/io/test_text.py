@@ -40,6 +40,12 @@ LAYOUTS = {
     "comments": "# a\n\n% b\ntime_s,gyro_x_dps,gyro_y_dps\n0,1.5,-2\n# c\n0.01,2.5,1e-3\n",
     "header in a comment": "#time_s,gyro_x_dps,gyro_y_dps\n0,1.5,-2\n0.01,2.5,1e-3\n",
     "other columns": "note,time_s,gyro_x_dps,gyro_y_dps\nok,0,1.5,-2\n,0.01,2.5,1e-3\n",
+    "UTF-16": "time_s,gyro_x_dps,gyro_y_dps\n0,1.5,-2\n0.01,2.5,1e-3\n".encode("utf-16"),
+    "separator stated": "sep=,\ntime_s,gyro_x_dps,gyro_y_dps\n0,1.5,-2\n0.01,2.5,1e-3\n",
+    "slashes": "// a\ntime_s,gyro_x_dps,gyro_y_dps\n0,1.5,-2\n// b\n0.01,2.5,1e-3\n",
+    "preamble": "Made by: me\nAt:,9:00\n\ntime_s,gyro_x_dps,gyro_y_dps\n0,1.5,-2\n0.01,2.5,1e-3\n",
+    "header again": "time_s,gyro_x_dps,gyro_y_dps\n0,1.5,-2\ntime_s,gyro_x_dps,gyro_y_dps\n"
+    "0.01,2.5,1e-3\n",
     "trailing commas": "time_s,gyro_x_dps,gyro_y_dps\n0,1.5,-2,\n0.01,2.5,1e-3,\n",
 }
 
@@ -137,7 +143,7 @@ HEAD = "time_s,gyro_x_dps\n0.00,1\n0.01,2\n"
         ("time_s,gyro_x_dps\n0,1,2\n", "header on line 1 names 2 columns, but line 2 has 3"),
         ("Dear all,\nhello there, friends\n", "line 2 holds no number"),
         (b"a,b\n\x00\x01\x02\xff\xfe", "the content is binary, expected a text table"),
-        ("time_s,wx\n0,1\n".encode("utf-16"), "UTF-16, expected UTF-8"),
+        (b"\xff\xfe\x00\xd8\x00", "damaged UTF-16"),
         ('# zerorate {"rate": "x"}\nwx,wy\n1,2\n', "in the metadata, rate must be a positive"),
         ("# zerorate nonsense\nwx,wy\n1,2\n", "no JSON object"),
     ],

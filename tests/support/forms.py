@@ -207,7 +207,7 @@ def phones():
         )
     zyx = "time,seconds_elapsed,z,y,x\n", "{ens},{s:.6f},{wz:.6f},{wy:.6f},{wx:.6f}"
     yield form("sensor logger gyroscope", *zyx, "asks", file="Gyroscope.csv")
-    yield form("sensor logger unnamed", *zyx, "--columns", file="log.csv", listed=False)
+    yield form("sensor logger unnamed", *zyx, "columns=", file="log.csv", listed=False)
     yield form(
         "phyphox gyro csv",
         '"Time (s)","Gyroscope x (rad/s)","Gyroscope y (rad/s)","Gyroscope z (rad/s)",'
@@ -372,7 +372,7 @@ def trackers():
         **DEG,
         **IN_G,
     )
-    yield form("axivity", "", "{when:%Y-%m-%d %H:%M:%S.%f},{g3},{d3}", "--columns", **DEG)
+    yield form("axivity", "", "{when:%Y-%m-%d %H:%M:%S.%f},{g3},{d3}", "columns=", **DEG)
     yield form(
         "vectornav",
         "TimeStartup,Yaw,Pitch,Roll,GyroX,GyroY,GyroZ,AccelX,AccelY,AccelZ,UncompGyroX,UncompGyroY,"

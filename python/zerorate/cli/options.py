@@ -228,8 +228,8 @@ _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
     "columns": (
         str,
         "NAMES",
-        "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: the columns "
-        "named like a gyro.",
+        "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: the three "
+        "axes of one gyro, by their names.",
     ),
     "unit": (
         str,
@@ -269,6 +269,12 @@ _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
         str,
         "DEG/S",
         "Range that the gyro of --device was set to, e.g. 250.",
+    ),
+    "sensor": (
+        str,
+        "NAME",
+        "Which sensor of several in one table: words of its columns' names, e.g. imu2, left_ankle, "
+        "raw; or all.",
     ),
     "start": (float, "S", "Begin so many seconds after the first sample."),
     "stop": (float, "S", "End so many seconds after the first sample."),

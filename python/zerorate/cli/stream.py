@@ -81,7 +81,7 @@ _SETTING: Final = re.compile(rf"\b({'|'.join(_SETTINGS)})=")
 
 @with_filter_options
 @with_reading_options(
-    without=["topic", "group_by", "start", "stop", "time", "time_unit"],
+    without=["topic", "group_by", "start", "stop", "time", "time_unit", "sensor"],
     help={
         "rate": "Samples per second; required.",
         "columns": "Columns to filter: names, or positions counted from 0 over all columns, e.g. "

@@ -143,6 +143,7 @@ def read_trial(
     quaternion: Sequence[str] | None = None,
     topic: str | None = None,
     *,
+    sensor: str | None = None,
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
@@ -153,7 +154,7 @@ def read_trial(
 
     Parameters
     ----------
-    path, rate, columns, unit, topic, scale, time, time_unit
+    path, rate, columns, unit, topic, sensor, scale, time, time_unit
         As of `zerorate.read_log`.
     start, stop
         As of `zerorate.read_recording`.
@@ -189,6 +190,7 @@ def read_trial(
         unit=unit,
         topic=topic,
         only=("gyro",) if truth is None and columns is not None else _KINDS,
+        sensor=sensor,
         scale=scale,
         start=start,
         stop=stop,

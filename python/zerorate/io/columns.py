@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
 from typing import Final, Literal
@@ -14,8 +14,16 @@ from zerorate.io.clocks.names import looks_like_time, may_be_time, named_like_ti
 from zerorate.io.clocks.stamps import Beside, to_seconds, without_texts
 from zerorate.io.clocks.units import PER_SECOND, checked_time_unit
 from zerorate.io.log import LogError
-from zerorate.io.names import looks_like_gyro
+from zerorate.io.names import KIND_OF_UNIT, looks_like_gyro, meaning_of
 from zerorate.io.table import Column, Table
+from zerorate.io.triads import (
+    Triad,
+    chosen_of,
+    named,
+    note_on_axes,
+    note_on_others,
+    triads_in,
+)
 
 __all__ = ["NOT_TIME", "Choice", "Columns", "TimeColumn", "Timing", "check_samples", "choose"]
 __all__ += ["clock_beside", "with_time"]
@@ -25,6 +33,10 @@ _BACKWARD: Final = 0.01
 """Part of the steps of a clock that may lead back, as by a clock that was set."""
 _ALIKE: Final = 0.02
 """Part by which two clocks of a log may differ over all of it."""
+
+_AXES: Final = 3
+_CALLED: Final = {"gyro": "a gyro", "accel": "an accelerometer", "mag": "a magnetometer"}
+_SOUGHT: Final = {("gyro",): "a gyro", ("gyro", "accel"): "a gyro or an accelerometer"}
 
 Columns = str | int | Sequence[str | int] | None
 TimeColumn = str | int | Literal[False] | None
@@ -70,28 +82,38 @@ class Timing:
 
 @dataclass(frozen=True)
 class Choice:
-    """Indices of the time column (None without one) and of the data columns."""
+    """Indices of the time column (None without one) and of the data columns, and what to note."""
 
     time: int | None
     data: tuple[int, ...]
+    notes: tuple[str, ...] = ()
 
 
 def choose(
-    table: Table, columns: Columns, wanted: Callable[[str], bool] = looks_like_gyro
+    table: Table,
+    columns: Columns,
+    kinds: Sequence[str] = ("gyro",),
+    sensor: str | None = None,
 ) -> Choice:
     """Return the time column and the data columns of a table.
 
-    ``columns`` is what the caller asked for: names, indices, one of them, or None for all
-    columns with a name that is ``wanted`` (all but the time where the table has no names).
+    ``columns`` is what the caller asked for: names, indices, one of them, or None for one sensor
+    of each kind, which ``sensor`` may name. Of a table without names that is all but the time, if
+    these are three columns or fewer.
     """
     asked = None if columns is None else _asked(table, columns)
     if table.names is None:
         time, counter = _unnamed_time(table, asked or ())
     else:
-        time, counter = _named_time(table, table.names, asked, wanted), None
-    if asked is None:
-        asked = _default(table, {time, counter}, wanted)
-    return Choice(time, asked)
+        time, counter = _named_time(table, table.names, asked, kinds), None
+    if asked is not None:
+        return Choice(time, asked)
+    if table.data is not None:
+        return Choice(time, table.data)
+    if table.names is None:
+        return Choice(time, _of_unnamed(table, {time, counter}))
+    data, notes = _sensors(table, table.names, time, kinds, sensor)
+    return Choice(time, data, notes)
 
 
 def with_time(table: Table) -> Table:
@@ -178,20 +200,76 @@ def check_samples(table: Table, asked: Columns) -> None:
         raise LogError(f"columns= names '{name}', which holds the time, not samples{hint}")
 
 
-def _default(
-    table: Table, excluded: set[int | None], wanted: Callable[[str], bool]
-) -> tuple[int, ...]:
-    if table.data is not None:
-        return table.data
-    others = [i for i in range(table.width) if i not in excluded]
-    if table.names is not None:
-        others = [i for i in others if wanted(table.names[i])]
+def _of_unnamed(table: Table, excluded: set[int | None]) -> tuple[int, ...]:
+    """Return the columns of a table without names that are samples; LogError if they are many."""
+    others = tuple(i for i in range(table.width) if i not in excluded)
     if not others:
-        sought = "a gyro" if wanted is looks_like_gyro else "a gyro or an accelerometer"
+        raise LogError(f"no column looks like a gyro; choose with columns= from: {_listed(table)}")
+    if len(others) > _AXES:
+        last = ",".join(map(str, others[-_AXES:]))
         raise LogError(
-            f"no column looks like {sought}; choose with columns= from: {_listed(table)}"
+            f"the table has no names, and {len(others)} columns beside the time are no gyro of "
+            f"three axes; say which are, counted from 0, such as columns={last}"
         )
-    return tuple(others)
+    return others
+
+
+def _sensors(
+    table: Table,
+    names: tuple[str, ...],
+    time: int | None,
+    kinds: Sequence[str],
+    sensor: str | None,
+) -> tuple[tuple[int, ...], tuple[str, ...]]:
+    """Return the columns of one sensor of each kind, and what to note of them."""
+    found = triads_in({i: name for i, name in enumerate(names) if i != time})
+    of_kinds = [triad for triad in found if triad.kind in kinds]
+    if not of_kinds:
+        raise LogError(
+            f"no column looks like {_SOUGHT[tuple(kinds)]}; choose with columns= from: "
+            f"{_listed(table)}"
+        )
+    named(of_kinds, sensor)
+    data: list[int] = []
+    notes: list[str] = []
+    for kind in kinds:
+        own = [triad for triad in of_kinds if triad.kind == kind]
+        chosen, left = chosen_of(own, sensor if _is_named(own, sensor) else None)
+        for triad in chosen:
+            own_names = [names[i] for i in triad.places]
+            _check_unit(kind, own_names)
+            notes.extend(note_on_axes(triad, own_names))
+            data.extend(triad.places)
+        _check_different([names[i] for triad in own for i in triad.places])
+        label = ", ".join(names[i] for triad in chosen for i in triad.places)
+        notes.extend(note_on_others(chosen, left, label))
+    return tuple(data), tuple(notes)
+
+
+def _check_unit(kind: str, names: Sequence[str]) -> None:
+    for name, meaning in zip(names, map(meaning_of, names), strict=True):
+        of_unit = None if meaning is None else KIND_OF_UNIT.get(meaning.unit or "")
+        if of_unit not in (None, kind) and meaning is not None:
+            raise LogError(
+                f"column '{name}' is named like {_CALLED[kind]} but is in {meaning.unit}, the unit "
+                f"of {_CALLED[str(of_unit)]}; columns= reads it all the same"
+            )
+
+
+def _check_different(names: Sequence[str]) -> None:
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise LogError(
+            f"names must differ, repeated: {', '.join(repeated)}; choose by position with columns="
+        )
+
+
+def _is_named(triads: Sequence[Triad], sensor: str | None) -> bool:
+    """Whether a sensor is among these: one name may be of the gyro, or of the accelerometer."""
+    try:
+        return bool(named(triads, sensor))
+    except LogError:
+        return False
 
 
 def _asked(table: Table, columns: str | int | Sequence[str | int]) -> tuple[int, ...]:
@@ -238,7 +316,7 @@ def _named_time(
     table: Table,
     names: tuple[str, ...],
     asked: Sequence[int] | None,
-    wanted: Callable[[str], bool],
+    kinds: Sequence[str],
 ) -> int | None:
     taken = asked or ()
     if table.timeless:
@@ -246,11 +324,16 @@ def _named_time(
     if table.time is not None:
         return table.time if table.time not in taken else None
     free = [i for i, name in enumerate(names) if i not in taken and looks_like_time(name)]
-    others = (i for i, name in enumerate(names) if i not in free and wanted(name))
+    others = (i for i, name in enumerate(names) if i not in free and _is_of(name, kinds))
     data = next(iter(taken), next(others, None))
     if data is None:
         return next(iter(free), None)
     return max(free, key=lambda i: _belongs(table, names, i, data), default=None)
+
+
+def _is_of(name: str, kinds: Sequence[str]) -> bool:
+    meaning = meaning_of(name)
+    return meaning is not None and meaning.kind in kinds
 
 
 def _belongs(table: Table, names: tuple[str, ...], time: int, data: int) -> tuple[bool, int]:

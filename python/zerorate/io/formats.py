@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -92,6 +93,8 @@ def format_of(file: Path) -> Format:
         return _BAG_FOLDER
     suffix = file.suffix.lower()
     form = next((form for form in FORMATS if suffix in form.suffixes), None)
+    if form is None and _holds_a_table(file):
+        return _TEXT
     if form is None:
         known = ", ".join(suffix for form in FORMATS for suffix in form.suffixes)
         raise LogError(f"unknown suffix '{file.suffix}'; known: {known}")
@@ -101,6 +104,14 @@ def format_of(file: Path) -> Format:
         raise LogError(f"the file is empty, expected {form.called}")
     _check_content(form, head)
     return form
+
+
+def _holds_a_table(file: Path) -> bool:
+    """Whether a file of another suffix, such as ``.log``, is a text with lines of numbers."""
+    with file.open("rb") as opened_file:
+        head = opened_file.read(1 << 12)
+    known = binary_format(head) is not None
+    return not known and text.is_text(head) and len(re.findall(rb"[0-9][^\n]*\n", head)) > 1
 
 
 def binary_format(head: bytes) -> Format | None:

@@ -14,7 +14,6 @@ from zerorate.io.columns import TimeColumn
 from zerorate.io.counts import Scale, Scaling
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Header, Log, LogError
-from zerorate.io.names import meaning_of
 from zerorate.io.reading import (
     Asked,
     Selection,
@@ -29,6 +28,7 @@ from zerorate.io.reading import (
 )
 from zerorate.io.span import Span
 from zerorate.io.table import Column, Table, as_numbers
+from zerorate.io.triads import triads_in, without_worse
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["LogFile", "open_imu", "open_log"]
@@ -194,6 +194,7 @@ def open_log(
     unit: str | None = None,
     topic: str | None = None,
     *,
+    sensor: str | None = None,
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
@@ -204,7 +205,7 @@ def open_log(
 
     Of a Parquet file the time column alone is read here; any other format is loaded whole.
     """
-    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit)
+    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit, sensor)
     return _opened(path, asked, unit, accel=False)[0]
 
 
@@ -215,6 +216,7 @@ def open_imu(
     unit: str | None = None,
     topic: str | None = None,
     *,
+    sensor: str | None = None,
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
@@ -227,7 +229,7 @@ def open_imu(
     is None if there is none, if it has not three axes or cannot be read, and where a log is of
     several gyros.
     """
-    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit)
+    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit, sensor)
     return _opened(path, asked, unit, accel=True)
 
 
@@ -239,7 +241,8 @@ def _opened(
         kind, content = opened(path)
         table = asked.timing.told(content.chosen(asked.topic))
         told = {"source": label, "format": kind}
-        chosen = selected(table, asked.rate, asked.columns, one_group(unit, asked.scaling))
+        grouped = one_group(unit, asked.scaling)
+        chosen = selected(table, asked.rate, asked.columns, grouped, sensor=asked.sensor)
         gyro = _of_selection(chosen, told, label, asked.span)
         return gyro, _accelerometer(chosen, told, label, asked) if accel else None
     except LogError as error:
@@ -266,19 +269,17 @@ def _accelerometer(
         return None
 
 
-def _beside(gyro: Selection) -> list[int]:
-    """Return the columns of the accelerometer of a gyro."""
-    found: dict[str, list[int]] = {}
-    for index, name in enumerate(gyro.table.names or ()):
-        meaning = meaning_of(name)
-        if meaning is not None and meaning.kind == "accel":
-            found.setdefault(meaning.sensor, []).append(index)
-    meanings = map(meaning_of, gyro.names)
-    sensors = {meaning.sensor for meaning in meanings if meaning is not None}
-    if len(sensors) > 1:
-        return []
-    only = next(iter(found.values())) if len(found) == 1 else []
-    return found.get(next(iter(sensors), ""), only)
+def _beside(gyro: Selection) -> tuple[int, ...]:
+    """Return the columns of the accelerometer of a gyro: of its device, or the only one."""
+    found = triads_in(dict(enumerate(gyro.table.names or ())))
+    accels, _ = without_worse([one for one in found if one.kind == "accel" and one.whole])
+    chosen = set(gyro.data)
+    devices = {one.device for one in found if one.kind == "gyro" and chosen & set(one.places)}
+    if len(devices) > 1:
+        return ()
+    same = [one.places for one in accels if one.device in devices]
+    only = [one.places for one in accels] if len(accels) == 1 else []
+    return next(iter(same or only), ())
 
 
 def _in_pieces(chosen: Selection, told: dict[str, str], label: str, span: Span) -> LogFile:

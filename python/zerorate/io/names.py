@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from zerorate.io.log import LogError
+from zerorate.io.words import Parsed, parsed_name
 
 __all__ = [
+    "KIND_OF_UNIT",
     "UNKNOWN",
+    "Foreign",
     "Meaning",
     "canonical_unit",
+    "check_foreign",
     "common_unit",
+    "foreign_unit",
     "is_quaternion",
+    "is_unit",
     "looks_like_accelerometer",
     "looks_like_gyro",
     "looks_like_sensor",
@@ -30,7 +37,7 @@ _SPELLINGS = {
     "deg/s": ("deg/s", "dps", "degps", "deg_s", "degs", "deg/sec", "°/s", "deg s^-1"),
     "deg/h": ("deg/h", "degph", "dph", "deg_h", "deg/hr", "°/h", "deg h^-1"),
     "g": ("g",),
-    "m/s^2": ("m/s^2", "mps2", "m/s2", "m/s²", "m s^-2", "m*s^-2"),
+    "m/s^2": ("m/s^2", "mps2", "m/s2", "m/s²", "m s^-2", "m*s^-2", "m/(s^2)", "m/s/s", "m/sec^2"),
 }
 _ONLY_IN_NAMES = {"deg": ("deg", "°"), "rad": ("rad",), "uT": ("ut", "µt")}
 SUFFIXES = {
@@ -44,10 +51,56 @@ SUFFIXES = {
     "uT": "ut",
 }
 
+_FOREIGN_UNITS: Final = {
+    "mdps": ("deg/s", 1e-3, "mdps mdeg/s mdegps millideg/s"),
+    "mrad/s": ("rad/s", 1e-3, "mrad/s mradps mrads mrad_s millirad/s"),
+    "urad/s": ("rad/s", 1e-6, "urad/s uradps µrad/s"),
+    "rpm": ("deg/s", 6.0, "rpm rev/min u/min"),
+    "rev/s": ("deg/s", 360.0, "rev/s rps"),
+    "deg/min": ("deg/s", 1 / 60, "deg/min degpm degpmin °/min"),
+    "rad/min": ("rad/s", 1 / 60, "rad/min"),
+    "rad/h": ("rad/s", 1 / 3600, "rad/h rad/hr"),
+    "mg": ("g", 1e-3, "mg milli-g millig"),
+    "ug": ("g", 1e-6, "ug µg"),
+    "cm/s^2": ("m/s^2", 1e-2, "cm/s^2 cm/s2 cm/s² gal"),
+    "mm/s^2": ("m/s^2", 1e-3, "mm/s^2 mm/s2 mm/s²"),
+    "ft/s^2": ("m/s^2", 0.3048, "ft/s^2 ft/s2 ft/s²"),
+}
+"""Units that are not computed with: what they become, by which factor, and their spellings."""
+
+
+class Foreign(NamedTuple):
+    """A unit that is not computed with, and what makes one of it that is."""
+
+    name: str
+    unit: str
+    factor: float
+
+
+_FOREIGN: Final = {
+    spelling: Foreign(name, unit, factor)
+    for name, (unit, factor, spellings) in _FOREIGN_UNITS.items()
+    for spelling in spellings.split()
+}
 _UNIT = {spelling: unit for unit, all_ in _SPELLINGS.items() for spelling in all_}
 _UNIT_IN_NAME = _UNIT | {s: unit for unit, all_ in _ONLY_IN_NAMES.items() for s in all_}
 _LONGEST_FIRST = sorted(_UNIT_IN_NAME, key=len, reverse=True)
 _BRACKET = re.compile(r"^(.*?)[\s_]*[\[(]\s*([^\[\]()]+?)\s*[\])]$")
+
+
+_PX4_UNITS: Final = {
+    "rad": "rad/s",
+    "rad_s": "rad/s",
+    "radps": "rad/s",
+    "deg_s": "deg/s",
+    "dps": "deg/s",
+    "m_s2": "m/s^2",
+    "mps2": "m/s^2",
+}
+"""Units between a sensor and its axis, as PX4 has them: ``gyro_rad[0]`` is in rad/s."""
+_INSIDE: Final = re.compile(
+    rf"^(.*(?:gyro|accel|accelerometer))_({'|'.join(_PX4_UNITS)})(\[\d\]|_[xyz])$", re.IGNORECASE
+)
 
 
 def canonical_unit(text: object) -> str:
@@ -56,6 +109,11 @@ def canonical_unit(text: object) -> str:
     if unit is None:
         raise ValueError(f"unknown unit {text!r}; known: {', '.join(_SPELLINGS)}")
     return unit
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit that is known, of a sensor or of what stands beside it."""
+    return text.strip().lower() in _UNITS
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
@@ -71,7 +129,34 @@ def split_unit(name: str) -> tuple[str, str | None]:
     for spelling in _LONGEST_FIRST:
         if lower.endswith(("_" + spelling, " " + spelling)):
             return name[: -len(spelling) - 1], _UNIT_IN_NAME[spelling]
-    return name, None
+    inside = _INSIDE.match(name)
+    if inside:
+        return inside[1] + inside[3], _PX4_UNITS[inside[2].lower()]
+    return _without_foreign(name)[0], None
+
+
+def _without_foreign(name: str) -> tuple[str, Foreign | None]:
+    bracket = _BRACKET.match(name.strip())
+    if bracket and bracket[2].lower() in _FOREIGN:
+        return bracket[1], _FOREIGN[bracket[2].lower()]
+    stem, mark, last = name.rpartition("_" if "_" in name else " ")
+    found = _FOREIGN.get(last.lower()) if mark and stem else None
+    return (name, None) if found is None else (stem, found)
+
+
+def foreign_unit(names: Sequence[str]) -> Foreign | None:
+    """Return the unit in which columns are by their names, if it is one not computed with."""
+    return next((found for _, found in map(_without_foreign, names) if found is not None), None)
+
+
+def check_foreign(names: Sequence[str], given: str | None, factor: float | None) -> None:
+    """Raise LogError if a unit is given for columns of another one that nothing multiplies."""
+    found = foreign_unit(names)
+    if found is not None and given is not None and factor is None:
+        raise LogError(
+            f"unit '{given}' was given, but the columns {', '.join(names)} are in {found.name}; "
+            f"scale={found.factor:.9g} makes {found.unit} of them"
+        )
 
 
 def with_suffix(name: str, unit: str) -> str:
@@ -110,39 +195,35 @@ def _described(unit: str) -> str:
     return "of unknown unit" if unit == UNKNOWN else f"in {unit}"
 
 
-_GYRO = re.compile(
-    r"gyr|angular_?(vel|rate)|ang_?vel|omega|(rotation|turn|yaw|pitch|roll)_?rate"
-    r"|(^|_)(w|g|rate)(_rs_s)?_?[xyz]$|^rate$"
-)
-_NOT_GYRO = re.compile(
-    r"temp|bias|acc|cov|sigma|std|status|valid|flag|mag|at_rest|stuck|saturated"
-    r"|(^|_)(weight|excluded)_"
-)
-_ACCELEROMETER = re.compile(r"acc|(^|_)specific_force|(^|_)a(_m_s_s)?_?[xyz]$")
-_NOT_ACCELEROMETER = re.compile(r"temp|bias|gyr|ang|cov|sigma|std|status|valid|flag|mag")
-
-
 def plain(name: str) -> str:
     """Return the name in lower case with single underscores: ``GyroX [dps]`` -> ``gyro_x_dps``."""
     split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
     return re.sub(r"[^a-z0-9µ°]+", "_", split.lower()).strip("_")
 
 
+_BESIDE: Final = ("°c", "c", "degc", "nt", "mt", "gauss", "m", "hz")
+_UNITS: Final = {*_UNIT_IN_NAME, *_FOREIGN, *_BESIDE}
+
+
 def looks_like_gyro(name: str) -> bool:
     """Whether a column of this name holds an angular rate."""
-    stem = plain(split_unit(name)[0])
-    return bool(_GYRO.search(stem)) and not _NOT_GYRO.search(stem)
+    return _kind_of_imu(*split_unit(name)) == "gyro"
 
 
 def looks_like_accelerometer(name: str) -> bool:
     """Whether a column of this name holds an acceleration."""
-    stem = plain(split_unit(name)[0])
-    return bool(_ACCELEROMETER.search(stem)) and not _NOT_ACCELEROMETER.search(stem)
+    return _kind_of_imu(*split_unit(name)) == "accel"
 
 
 def looks_like_sensor(name: str) -> bool:
     """Whether a column of this name holds an angular rate or an acceleration."""
     return looks_like_gyro(name) or looks_like_accelerometer(name)
+
+
+def _kind_of_imu(stem: str, unit: str | None) -> str | None:
+    """Return the kind of an inertial sensor; of an axis without one the unit tells it."""
+    kind = parsed_name(stem).kind
+    return KIND_OF_UNIT.get(unit or "") if kind == "" else kind
 
 
 _QUATERNION = re.compile(r"quat(ernion)?_?[wxyz]$")
@@ -156,12 +237,14 @@ def is_quaternion(name: str) -> bool:
 class Meaning(NamedTuple):
     """What the name of a column says: the kind of its sensor, which one, and the unit.
 
-    Columns of one kind and one ``sensor`` are its axes.
+    Columns of one kind and one ``sensor`` are its axes. Of a gyro, an accelerometer and a
+    magnetometer ``words`` has the axis, the stage and the device.
     """
 
     kind: str
     sensor: str
     unit: str | None
+    words: Parsed | None = None
 
 
 class _Kind(NamedTuple):
@@ -182,23 +265,18 @@ _PLACE = r"lat|latitude|lon|lng|long|longitude|alt|altitude|height"
 _WAY = r"north|east|down|up"
 _ON_EARTH = re.compile(rf"(^|_|(?<=v))({_PLACE}|{_WAY}|[xyzned])(_(msl|ellipsoid))?$")
 _GAUSS = {"gauss": "gauss", "ga": "gauss", "g": "gauss"}
+_OF_MAG = {"ut": "uT", "µt": "uT", "nt": "nT", "mt": "mT", **_GAUSS}
+KIND_OF_UNIT: Final = {
+    "rad/s": "gyro",
+    "deg/s": "gyro",
+    "deg/h": "gyro",
+    "g": "accel",
+    "m/s^2": "accel",
+    "uT": "mag",
+}
 _LENGTHS = {"m": "m", "km": "km", "cm": "cm", "mm": "mm", "deg": "deg", "rad": "rad"}
 
 _KINDS: Final = {
-    "mag": _Kind(
-        re.compile(r"(^|_)mag(net\w*)?\d*(_|$)|(^|_)m[xyz]$"),
-        re.compile(_NO_SAMPLE + r"|temp|acc|gyr|ang|heading|declination|norm|strength"),
-        {
-            "ut": "uT",
-            "µt": "uT",
-            "nt": "nT",
-            "mt": "mT",
-            "gauss": "gauss",
-            "ga": "gauss",
-            "g": "gauss",
-        },
-        _XYZ,
-    ),
     "temperature": _Kind(
         re.compile(r"(^|_)temp(erature)?s?\d*(_|$)"),
         re.compile(_NO_SAMPLE + r"|target|setpoint|coef"),
@@ -237,10 +315,12 @@ def meaning_of(name: str) -> Meaning | None:
     The kinds are ``gyro``, ``accel``, ``mag``, ``temperature``, ``velocity``, ``position`` and
     ``reference``, and ``velocity_sigma`` and ``position_sigma`` for standard deviations.
     """
-    if looks_like_gyro(name) or looks_like_accelerometer(name):
-        stem, unit = split_unit(name)
-        kind = "gyro" if looks_like_gyro(name) else "accel"
-        return Meaning(kind, _without_axis(plain(stem), _XYZ), unit)
+    stem, unit = split_unit(name)
+    kind = _kind_of_imu(stem, unit)
+    if kind == "mag":
+        stem, unit = _split(name, _OF_MAG)
+    if kind:
+        return Meaning(kind, _without_axis(plain(stem), _XYZ), unit, parsed_name(stem))
     spread = _SPREAD.match(plain(name))
     if spread is not None:
         found = meaning_of(name[spread.end() :])

@@ -26,17 +26,20 @@ from zerorate.io.counts import Scale, Scaling, kind_of, note_on_counts
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import Log, LogError, checked_rate
 from zerorate.io.names import (
+    KIND_OF_UNIT,
     UNKNOWN,
     canonical_unit,
+    check_foreign,
     common_unit,
+    foreign_unit,
     looks_like_accelerometer,
     looks_like_gyro,
-    looks_like_sensor,
     split_unit,
 )
 from zerorate.io.parts import advice
 from zerorate.io.span import Span
 from zerorate.io.table import Column, Table, as_numbers
+from zerorate.io.triads import ALL
 from zerorate.types import Floats
 
 __all__ = ["read_log", "read_sensors"]
@@ -81,6 +84,7 @@ class Asked:
     scaling: Scaling = field(default_factory=Scaling)
     span: Span = field(default_factory=Span)
     timing: Timing = field(default_factory=Timing)
+    sensor: str | None = None
 
     @classmethod
     def of(
@@ -93,11 +97,12 @@ class Asked:
         stop: float | None,
         time: TimeColumn = None,
         time_unit: str | None = None,
+        sensor: str | None = None,
     ) -> Asked:
         """Return the arguments of a reader after checking them; ValueError if one is not valid."""
         given = None if rate is None else checked_rate(rate)
         span, timing = Span(start, stop), Timing(time, time_unit)
-        return cls(given, columns, topic, Scaling.of(scale), span, timing)
+        return cls(given, columns, topic, Scaling.of(scale), span, timing, sensor)
 
 
 @dataclass(frozen=True)
@@ -126,6 +131,7 @@ def read_log(
     unit: str | None = None,
     topic: str | None = None,
     *,
+    sensor: str | None = None,
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
@@ -147,9 +153,10 @@ def read_log(
         Samples per second, Hz. Needed where the file has neither timestamps nor a rate in its
         metadata; elsewhere it must agree with the timestamps to 1 % and then is the log's rate.
     columns
-        Names or indices (from 0, negative from the end), or a single one. By default every
-        column named like a gyro (``gyro_x_dps``, ``wx``, ``angular_velocity.x``), of all
-        sensors; in a table without names every column but the time.
+        Names or indices (from 0, negative from the end), or a single one. By default the axes x, y,
+        z of one gyro by their names (``gyro_x_dps``, ``wx``, ``angular_velocity.x``), whatever
+        their order in the file; in a table without names all columns but the time, if these are
+        three or fewer.
     unit
         ``"rad/s"``, ``"deg/s"``, ``"deg/h"``, ``"g"`` or ``"m/s^2"``, where the file does not
         say it. By default the suffix of the columns' names (``_dps``, ``[rad s^-1]``), then the
@@ -157,6 +164,11 @@ def read_log(
     topic
         Which topic to read of a ROS recording, needed where several hold ``sensor_msgs/Imu``, or
         of a PX4 log, by default ``sensor_combined`` or else the first with a gyro.
+    sensor
+        Which gyro of several: words of its columns' names, as ``"imu2"``, ``"left ankle"`` or
+        ``"uncalibrated"``; ``"all"`` for those of every device together. By default one of three
+        axes, unfiltered rather than filtered, calibrated rather than raw counts, and the first in
+        the file; a note names the others.
     scale
         What the values are multiplied by, where they are raw counts or in another unit than
         `unit` says: a number, or `zerorate.raw_counts` of a device, whose unit is then known.
@@ -219,8 +231,8 @@ def read_log(
     >>> read_log({"gyro_x": [0.1, 0.2, 0.1]}, rate=100, unit="deg/s")
     Log(3 samples at 100 Hz, 0.03 s, deg/s: gyro_x)
     """
-    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit)
-    return read_groups(source, asked, one_group(unit, asked.scaling), looks_like_gyro)[0]
+    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit, sensor)
+    return read_groups(source, asked, one_group(unit, asked.scaling), ("gyro",))[0]
 
 
 def one_group(unit: str | None, scaling: Scaling) -> Grouping:
@@ -229,25 +241,31 @@ def one_group(unit: str | None, scaling: Scaling) -> Grouping:
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
         kind = kind_of(names)
+        factor = scaling.of_kind(kind, first=True)
+        check_foreign(names, given, factor)
+        if KIND_OF_UNIT.get(given or "") == "accel" and all(map(looks_like_gyro, names)):
+            raise LogError(
+                f"unit '{given}' was given, but {', '.join(names)} are named like a gyro"
+            )
         found = common_unit(names, scaling.unit(kind, given), file_unit)
-        return [Group(tuple(range(len(names))), found, kind, scaling.of_kind(kind, first=True))]
+        return [Group(tuple(range(len(names))), found, kind, factor)]
 
     return grouped
 
 
 def read_groups(
-    source: LogSource, asked: Asked, grouped: Grouping, wanted: Callable[[str], bool]
+    source: LogSource, asked: Asked, grouped: Grouping, kinds: Sequence[str]
 ) -> list[Log]:
     """Return a log for each group of a source's columns, all from one reading.
 
-    ``wanted`` tells which columns are chosen where the caller names none. Faults are as of
-    `read_log`.
+    ``kinds`` are those of the sensors that are read where the caller names no columns. Faults are
+    as of `read_log`.
     """
     label = label_of(source)
     try:
         kind, content = opened(source)
         table = asked.timing.told(content.chosen(asked.topic))
-        chosen = selected(table, asked.rate, asked.columns, grouped, wanted)
+        chosen = selected(table, asked.rate, asked.columns, grouped, kinds, asked.sensor)
         logs = logs_of(chosen, {"source": label, "format": kind})
         return list(all_within(asked.span, logs))
     except LogError as error:
@@ -267,12 +285,16 @@ def selected(
     rate: float | None,
     columns: Columns,
     grouped: Grouping,
-    wanted: Callable[[str], bool] = looks_like_gyro,
+    kinds: Sequence[str] = ("gyro",),
+    sensor: str | None = None,
 ) -> Selection:
     """Return what is to be read of a table, of which only a table without names is loaded."""
     table = table.loaded() if table.names is None else with_time(table)
     check_samples(table, columns)
-    choice = choose(table, columns, wanted)
+    choice = choose(table, columns, kinds, sensor)
+    if choice.notes:
+        meta = replace(table.meta, notes=(*table.meta.notes, *choice.notes))
+        table = replace(table, meta=meta)
     names = [table.label(i) for i in choice.data]
     groups = grouped(names, table.meta.unit)
     stated = _stated_rate(rate, table)
@@ -390,11 +412,22 @@ def notes_on(chosen: Selection, group: Group, head: Floats, clock: Clock) -> lis
     if counts is not None:
         notes.append(counts)
     elif group.unit == UNKNOWN:
-        notes.append("the unit of the data is not known; give unit=")
+        notes.append(_on_unit(names, group))
     notes.extend((*clock.notes, *_on_bursts(grid)))
     if abs(grid.report.rate / grid.rate - 1) > 1e-5:
         notes.append(f"rate {grid.rate:g} Hz as stated; the timestamps run at {grid.report.rate:g}")
     return notes
+
+
+def _on_unit(names: Sequence[str], group: Group) -> str:
+    """Return the sentence on a unit that is not known, or not computed with."""
+    found = foreign_unit(names)
+    if found is None:
+        return "the unit of the data is not known; give unit="
+    made = f"unit={found.unit} with scale={found.factor:.9g} makes {found.unit} of them"
+    if group.factor is not None:
+        return f"the data are those in {found.name} times {group.factor:g}; give unit="
+    return f"the data are in {found.name}, a unit that is not computed with; {made}"
 
 
 def _on_bursts(grid: Grid) -> Iterator[str]:
@@ -436,6 +469,7 @@ def read_sensors(
     unit: str | Sequence[str] | None = None,
     topic: str | None = None,
     *,
+    sensor: str | None = None,
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
@@ -449,8 +483,8 @@ def read_sensors(
     source, rate, topic
         As of `read_log`.
     columns
-        Names or indices. By default every column named like a gyro or an accelerometer; in a
-        table without names every column but the time.
+        Names or indices. By default the axes of every gyro and accelerometer, one of each device;
+        in a table without names all columns but the time, if these are three or fewer.
     unit
         Where the file does not say it: of an angular rate, of an acceleration, or both, with a
         comma between or as a sequence. A column that neither its name nor its suffix places is of
@@ -458,6 +492,8 @@ def read_sensors(
     scale
         A number for the gyros, or for the accelerometers where there are no gyros; of both
         ``{"gyro": 1 / 131, "accel": 1 / 16384}``, or `zerorate.raw_counts` of a device.
+    sensor
+        Which device of several, as of `read_log`; by default all.
     start, stop
         As of `read_log`, from the earlier of the two first samples.
     time, time_unit
@@ -475,12 +511,12 @@ def read_sensors(
     """
     listed = unit.split(",") if isinstance(unit, str) else unit or ()
     given = _by_kind([canonical_unit(one) for one in listed])
-    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit)
+    asked = Asked.of(rate, columns, topic, scale, start, stop, time, time_unit, sensor or ALL)
 
     def grouped(names: list[str], file_unit: str | None) -> list[Group]:
         return _groups(names, file_unit, given, asked.scaling)
 
-    return tuple(read_groups(source, asked, grouped, looks_like_sensor))
+    return tuple(read_groups(source, asked, grouped, ("gyro", "accel")))
 
 
 def _by_kind(units: list[str]) -> dict[str, str]:
@@ -505,8 +541,9 @@ def _groups(
         stated = file_unit if _KIND.get(file_unit or "", kind) == kind else None
         sensor = _SENSOR[kind]
         wanted = scaling.unit(sensor, given.get(kind))
-        unit = common_unit([names[i] for i in places], wanted, stated)
         factor = scaling.of_kind(sensor, first=not groups)
+        check_foreign([names[i] for i in places], wanted, factor)
+        unit = common_unit([names[i] for i in places], wanted, stated)
         groups.append(Group(places, unit, sensor, factor))
     return groups
 

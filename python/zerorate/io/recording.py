@@ -18,6 +18,7 @@ from zerorate.io.names import (
     UNKNOWN,
     Meaning,
     canonical_unit,
+    check_foreign,
     common_unit,
     is_quaternion,
     meaning_of,
@@ -33,6 +34,7 @@ from zerorate.io.reading import (
 )
 from zerorate.io.span import Span
 from zerorate.io.table import Content, Table
+from zerorate.io.triads import Triad, named, note_on_axes, triads_in, without_worse
 from zerorate.types import Floats
 
 __all__ = ["KINDS", "read_recording", "read_topic"]
@@ -63,6 +65,7 @@ def read_recording(
     unit: str | Mapping[str, str] | None = None,
     topic: str | None = None,
     only: Iterable[str] | None = None,
+    sensor: str | None = None,
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
@@ -92,6 +95,9 @@ def read_recording(
         Kinds of logs to read; default all: ``gyro``, ``accel``, ``mag``, ``temperature``,
         ``reference``, ``position``, ``velocity``, and ``position_sigma`` and ``velocity_sigma``,
         their standard deviations.
+    sensor
+        Which sensor of several, as of `read_log`. By default there is a log for each device, and of
+        values in several stages (raw, calibrated, filtered) the best is read, as ``notes`` says.
     scale
         What values are multiplied by: a number for the gyro, ``{"gyro": 1 / 131, "accel":
         1 / 16384}``, or `zerorate.raw_counts` of a device, whose units are then known.
@@ -133,7 +139,7 @@ def read_recording(
     sources = list(cast(Sequence[LogSource], source)) if several else [cast(LogSource, source)]
     if not sources:
         raise LogError("there is no source to read")
-    request = _request(columns, reference, unit, topic, only, Timing(time, time_unit))
+    request = _request(columns, reference, unit, topic, only, Timing(time, time_unit), sensor)
     return _recording(sources, request.with_numbers(rate, scale, start, stop))
 
 
@@ -146,6 +152,7 @@ def read_topic(
     unit: str | None = None,
     topic: str | None = None,
     only: Iterable[str] | None = None,
+    sensor: str | None = None,
     scale: Scale = None,
     start: float | None = None,
     stop: float | None = None,
@@ -157,7 +164,7 @@ def read_topic(
     Arguments and faults are those of `read_recording` and, of several topics to choose from, those
     of `read_log`.
     """
-    request = _request(columns, reference, unit, topic, only, Timing(time, time_unit))
+    request = _request(columns, reference, unit, topic, only, Timing(time, time_unit), sensor)
     request = request.with_numbers(rate, scale, start, stop)
     return _recording([source], replace(request, alone=True))
 
@@ -169,8 +176,10 @@ def _request(
     topic: str | None,
     only: Iterable[str] | None,
     timing: Timing,
+    sensor: str | None,
 ) -> _Request:
-    return _Request(columns, reference, _units(unit), topic, _kinds(only), timing=timing)
+    kinds = _kinds(only)
+    return _Request(columns, reference, _units(unit), topic, kinds, timing=timing, sensor=sensor)
 
 
 def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
@@ -229,6 +238,7 @@ class _Request:
     topic: str | None
     only: tuple[str, ...]
     alone: bool = False
+    sensor: str | None = None
     rate: float | None = None
     scaling: Scaling = field(default_factory=Scaling)
     span: Span = field(default_factory=Span)
@@ -283,7 +293,7 @@ def _of_source(
         tables = [content.chosen(request.topic)]
     for table in map(with_time, request.timing.told_of_all(tables)):
         offered.extend(table.label(index) for index in range(table.width))
-        sensors = _sensors(table, request)
+        sensors = _sensors(table, request, notes)
         if "" in content.tables and request.only == KINDS:
             notes.extend(_on_others(table, sensors))
         wanted = [sensor for sensor in sensors if sensor.kind in request.only]
@@ -298,7 +308,7 @@ def _tables(content: Content, topic: str | None) -> list[Table]:
     return [*first, *(content.tables[t] for t in topics if content.tables[t] not in first)]
 
 
-def _sensors(table: Table, request: _Request) -> list[_Sensor]:
+def _sensors(table: Table, request: _Request, notes: list[str]) -> list[_Sensor]:
     """Return the sensors of a table: those asked for, and those found by name."""
     asked = {"gyro": request.columns, "reference": request.reference}
     for columns in asked.values():
@@ -306,10 +316,39 @@ def _sensors(table: Table, request: _Request) -> list[_Sensor]:
     taken = {k: choose(table, c).data for k, c in asked.items() if c is not None}
     used = {index for places in taken.values() for index in places}
     groups: dict[tuple[str, str], list[int]] = {(k, ""): list(p) for k, p in taken.items()}
-    for index, (kind, sensor, _) in _meanings(table).items():
-        if index not in used and kind not in taken:
-            groups.setdefault((kind, sensor), []).append(index)
+    for (kind, sensor), places in _found(table, request, used, notes).items():
+        if kind not in taken:
+            groups[kind, sensor] = places
     return [_sensor(table, kind, places, request) for (kind, _), places in groups.items()]
+
+
+def _found(
+    table: Table, request: _Request, used: set[int], notes: list[str]
+) -> dict[tuple[str, str], list[int]]:
+    """Return the columns of the sensors found by name, in the order of the file."""
+    meanings = {i: one for i, one in _meanings(table).items() if i not in used}
+    named_words = {i: table.label(i) for i, one in meanings.items() if one.words is not None}
+    groups: dict[tuple[str, str], list[int]] = {}
+    for index, meaning in meanings.items():
+        if index not in named_words:
+            groups.setdefault((meaning.kind, meaning.sensor), []).append(index)
+    found = triads_in(named_words)
+    chosen = _meant(found, request.sensor, notes)
+    for number, triad in enumerate(chosen):
+        groups[triad.kind, f"{triad.stem} {number}"] = list(triad.places)
+        notes.extend(note_on_axes(triad, [table.label(i) for i in triad.places]))
+    return dict(sorted(groups.items(), key=lambda item: min(item[1])))
+
+
+def _meant(found: list[Triad], sensor: str | None, notes: list[str]) -> list[Triad]:
+    """Return the sensors that are read, by their kind: all devices in their best stage."""
+    pool = found if sensor is None else [one for one in found if one in named(found, sensor)]
+    kinds = {one.kind for one in pool}
+    kept, left = without_worse([*pool, *(one for one in found if one.kind not in kinds)])
+    if left:
+        stems = ", ".join(dict.fromkeys(one.stem for one in left))
+        notes.append(f"of several stages of one sensor the best is read; left out: {stems}")
+    return kept
 
 
 def _meanings(table: Table) -> dict[int, Meaning]:
@@ -337,6 +376,7 @@ def _sensor(table: Table, kind: str, places: list[int], request: _Request) -> _S
     if kind in ("gyro", "accel"):
         given = request.scaling.unit(kind, given)
         factor = request.scaling.of_kind(kind, first=kind == "gyro")
+        check_foreign(names, given, factor)
         stated = _of_one(kind, {stated_units.get(i, table.meta.unit) for i in places})
         return _Sensor(kind, tuple(places), common_unit(names, given, stated), factor)
     if all(map(is_quaternion, names)):

@@ -77,7 +77,7 @@ def _unquoted(line: str, delimiter: str | None) -> list[str] | None:
 
 def is_comment(line: str) -> bool:
     """Whether a line is a remark."""
-    return line.lstrip(" \t").startswith(("#", "%"))
+    return line.lstrip(" \t").startswith(("#", "%", "//"))
 
 
 def is_blank(line: str, delimiter: str | None) -> bool:

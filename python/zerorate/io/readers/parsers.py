@@ -28,12 +28,13 @@ from zerorate.io.readers.cells import (
 )
 from zerorate.io.table import Column
 
-__all__ = ["Layout", "decoded", "notes_on_quotes", "parsed", "texts"]
+__all__ = ["BOM", "Layout", "decoded", "notes_on_lines", "parsed", "texts"]
 
-_BOM: Final = b"\xef\xbb\xbf"
+BOM: Final = b"\xef\xbb\xbf"
 # At the beginning of a line alone, or a long one would take the square of its length.
 _QUOTED: Final = re.compile(rb'(?<![^\r\n])[^\r\n"]*"[^\r\n]*')
 _LINE_END: Final = re.compile(rb"\r\n|\r|\n")
+_REMARKS: Final = (b"#", b"%", b"//")
 _HEXADECIMAL: Final = re.compile(rb"0[xX]")
 _SWAPPED: Final = bytes.maketrans(b",.", b".,")
 _Kinds = list[type[np.float64] | type[np.int64] | type[np.str_]]
@@ -46,6 +47,7 @@ class Layout:
     """Where the rows begin (byte offset, lines before it) and how a row is read.
 
     ``delimiter`` is None for any run of blanks; ``first_row`` holds the cells of the first row.
+    A line that repeats the ``header`` is no row.
     """
 
     offset: int
@@ -55,11 +57,12 @@ class Layout:
     width: int
     names: tuple[str, ...] | None
     first_row: tuple[str, ...]
+    header: str | None = None
 
 
 def decoded(raw: bytes) -> str:
     """Return the text of UTF-8 bytes, or of Latin-1 where they are not UTF-8."""
-    raw = raw.removeprefix(_BOM)
+    raw = raw.removeprefix(BOM)
     try:
         return raw.decode("utf-8")
     except UnicodeDecodeError:
@@ -98,8 +101,11 @@ def texts(raw: bytes, layout: Layout, index: int) -> Column:
     return np.array([cells[index] for _, cells in _rows(raw, layout)], dtype=object)
 
 
-def notes_on_quotes(raw: bytes, layout: Layout) -> Iterator[str]:
-    """Yield a sentence on the lines whose quotes are ordinary characters, if there are any."""
+def notes_on_lines(raw: bytes, layout: Layout) -> Iterator[str]:
+    """Yield sentences on headers among the rows, and on quotes that are ordinary characters."""
+    again = _headers(raw, layout)
+    if again:
+        yield f"the header stands {again} more time{'s' * (again > 1)} among the rows; left out"
     if b'"' not in raw:
         return  # found out in a hundredth of the time of a search line by line
     stray = [
@@ -135,12 +141,24 @@ def _kind(cell: str) -> type[np.float64] | type[np.int64] | type[np.str_]:
 
 def _body(raw: bytes, layout: Layout) -> bytes:
     body = raw[layout.offset :]
-    if b"#" in body or b"%" in body:
+    if any(mark in body for mark in _REMARKS):
         lines = body.splitlines(keepends=True)
-        body = b"".join(line for line in lines if not line.lstrip(b" \t").startswith((b"#", b"%")))
+        body = b"".join(line for line in lines if not line.lstrip(b" \t").startswith(_REMARKS))
+    if _headers(raw, layout):
+        lines = body.splitlines(keepends=True)
+        body = b"".join(line for line in lines if decoded(line).strip() != layout.header)
     if b'"' in body:
         body = _QUOTED.sub(partial(_without_quotes, delimiter=layout.delimiter), body)
     return _single_blanks(body) if layout.delimiter is None else body
+
+
+def _headers(raw: bytes, layout: Layout) -> int:
+    """Return how often the header stands among the rows, as where a device was started anew."""
+    if not layout.header:
+        return 0
+    # Latin-1 is what `decoded` falls back to.
+    encodings = {layout.header.encode(), layout.header.encode("latin-1", "ignore")}
+    return sum(raw.count(b"\n" + header, layout.offset) for header in encodings)
 
 
 def _without_quotes(line: re.Match[bytes], delimiter: str | None) -> bytes:
@@ -240,6 +258,8 @@ def _rows(raw: bytes, layout: Layout) -> Iterator[tuple[int, list[str]]]:
     """Yield the number and the cells of each row; LogError if it has more cells or fewer."""
     for at, line in enumerate(io.StringIO(decoded(raw), newline=None), start=1):
         if at <= layout.lines_before or is_blank(line, layout.delimiter) or is_comment(line):
+            continue
+        if line.strip() == layout.header:
             continue
         cells = split(line, layout.delimiter)
         if len(cells) != layout.width:

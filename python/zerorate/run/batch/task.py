@@ -51,6 +51,8 @@ class Settings:
         kinds of sensor, ``"deg/s,g"``.
     topic : str, optional
         Topic to read of ROS recordings and PX4 logs.
+    sensor : str, optional
+        Which sensor of several in one table, as of `zerorate.read_log`.
     data_scale, start, stop, time, time_unit : optional
         As `scale`, `start`, `stop`, `time` and `time_unit` of `zerorate.read_log`: what values are
         multiplied by, the seconds between which each log is read, and what is said of the
@@ -100,6 +102,7 @@ class Settings:
         columns: tuple[str | int, ...] | None = None,
         unit: str | None = None,
         topic: str | None = None,
+        sensor: str | None = None,
         data_scale: Scale = None,
         start: float | None = None,
         stop: float | None = None,
@@ -134,6 +137,7 @@ class Settings:
             "columns": columns,
             "unit": unit,
             "topic": topic,
+            "sensor": sensor,
             "scale": data_scale,
             "start": start,
             "stop": stop,

@@ -13,6 +13,7 @@ import numpy as np
 from zerorate._native import Attitude
 from zerorate.io.clocks.names import time_unit
 from zerorate.io.names import Meaning, canonical_unit, meaning_of
+from zerorate.io.triads import places_of
 from zerorate.run.live.checkpoint import CheckpointError, SettingsError
 from zerorate.run.live.lines import (
     ColumnError,
@@ -448,17 +449,9 @@ def _found(cells: Sequence[str], settings: AttitudeSettings, fields: int | None)
 
 
 def _sensors(names: Sequence[str]) -> list[int]:
-    """Return the columns of the first sensor of each kind, in the order of their names' axes."""
-    groups: dict[tuple[str, str], list[int]] = {}
-    for i, name in enumerate(names):
-        meaning = meaning_of(name)
-        if meaning is not None and meaning.kind in ("gyro", "accel", "mag"):
-            groups.setdefault((meaning.kind, meaning.sensor), []).append(i)
-    chosen: list[int] = []
-    for kind in ("gyro", "accel", "mag"):
-        whole = [group for (one, _), group in groups.items() if one == kind and len(group) == 3]
-        chosen += whole[0] if whole else []
-    return chosen
+    """Return the columns of one sensor of each kind, in the order x, y, z."""
+    kinds = [places_of(names, kind) for kind in ("gyro", "accel", "mag")]
+    return [place for places in kinds if len(places) == 3 for place in places]
 
 
 def _unit(sensor: str, known: str, given: str | None, meaning: Meaning | None) -> str:

@@ -14,8 +14,9 @@ from zerorate._native import DriftFilter
 from zerorate.io import LogError
 from zerorate.io.clocks.iso8601 import is_date
 from zerorate.io.clocks.names import named_like_time
-from zerorate.io.names import UNKNOWN, common_unit, looks_like_gyro
+from zerorate.io.names import UNKNOWN, common_unit
 from zerorate.io.readers.cells import from_inert, inert, number
+from zerorate.io.triads import places_of
 
 __all__ = [
     "Beside",
@@ -181,7 +182,7 @@ def names_in(cells: Sequence[str]) -> tuple[str, ...] | None:
 
 
 def _gyros(names: Sequence[str]) -> list[int]:
-    return [i for i, name in enumerate(names) if looks_like_gyro(name)]
+    return list(places_of(names, "gyro"))
 
 
 def _on_no_channel(names: Sequence[str] | None) -> str:

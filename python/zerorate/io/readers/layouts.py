@@ -1,0 +1,314 @@
+"""The layout of a text table, found from its first lines: preamble, header, units, first row.
+
+A row is a line that holds numbers and has as many cells as most of those do. What stands above the
+first one is its header, one or several lines, maybe with a line of units; what stands above that
+says something of the whole, such as the rate.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from zerorate.io.clocks.iso8601 import is_date
+from zerorate.io.clocks.names import UNITS
+from zerorate.io.log import LogError
+from zerorate.io.names import is_unit
+from zerorate.io.readers.cells import MISSING, from_inert, is_comment, is_number, split, whole
+from zerorate.io.readers.parsers import BOM, Layout, decoded
+from zerorate.io.table import Metadata
+from zerorate.io.words import parsed_name
+
+__all__ = ["META_MARK", "Line", "find_layout", "head_lines", "is_value"]
+
+META_MARK: Final = "zerorate"
+_HEAD: Final = 1 << 17
+_LINE: Final = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r|\Z)")
+_SEP: Final = re.compile(r'"?sep=(.)"?[,;\t]*', re.IGNORECASE)
+_RATE: Final = re.compile(
+    r"(?:rate|frequency|odr)\W{0,6}([0-9.]+) ?Hz|\bat ([0-9.]+) ?Hz", re.IGNORECASE
+)
+_TIME_OF_DAY: Final = re.compile(r"\d{1,4}[-/.:]\w+[-/.:]\d.*")
+_TIMES: Final = {spelling for spellings in UNITS.values() for spelling in spellings}
+_LOOKED_AT: Final = 400
+"""Lines that tell how many cells a row has."""
+_FOR_COMMA: Final = 50
+"""Rows that tell whether numbers have a decimal comma."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the file, counted from 1, and where it begins."""
+
+    number: int
+    offset: int
+    text: str
+
+    @property
+    def comment(self) -> bool:
+        """Whether it is a remark."""
+        return is_comment(self.text)
+
+
+def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layout, Metadata]:
+    """Return the layout and metadata of a text table; LogError if its first lines are none.
+
+    ``names`` are those of the columns where the file has them elsewhere than in a header.
+    """
+    lines = [line for line in head_lines(raw) if line.text]
+    mark = _SEP.fullmatch(lines[0].text) if lines else None
+    lines = lines[1:] if mark else lines
+    body = [line for line in lines if not line.comment]
+    if not body:
+        raise LogError("the file holds no rows, expected a table of numbers")
+    delimiter = mark[1] if mark else _delimiter(_sample(body).text)
+    cells = [split(line.text, delimiter) for line in body[:_LOOKED_AT]]
+    width = len(split(_sample(body).text, delimiter))
+    rows = [row for row in cells if len(row) == width][:_FOR_COMMA]
+    decimal_comma = delimiter != "," and _has_decimal_comma(rows)
+    told = names or _names_in_comment(lines, body[0], delimiter, len(cells[0]))
+    below_names = told is not None and any(is_number(cell, decimal_comma) for cell in cells[0])
+    at = 0 if below_names else _first_row(cells, decimal_comma)
+    if at == len(body):
+        raise LogError(f"line {body[0].number} is a header without rows, expected numbers below it")
+    first, row = body[at], cells[at]
+    header = None
+    if not below_names and at:
+        _check_has_number(first, row, decimal_comma)
+        told, at = _header(cells, body, at)
+        header = body[at].text
+    layout = Layout(
+        offset=first.offset,
+        lines_before=first.number - 1,
+        delimiter=delimiter,
+        decimal_comma=decimal_comma,
+        width=len(row),
+        names=told,
+        first_row=tuple(row),
+        header=header,
+    )
+    return layout, _metadata(lines, first)
+
+
+def head_lines(raw: bytes) -> Iterator[Line]:
+    """Yield the lines at the beginning of a file, none of them cut."""
+    start = len(BOM) if raw.startswith(BOM) else 0
+    # One line more than the head, so that a long line is never cut in the middle.
+    newline = raw.find(b"\n", _HEAD)
+    stop = len(raw) if newline < 0 else newline + 1
+    offset = start
+    number = 1
+    while offset < stop and offset < _HEAD:
+        found = _LINE.match(raw, offset)
+        if found is None or found.end() == offset:
+            return
+        yield Line(number, offset, decoded(found[0]).strip("\r\n").strip(" "))
+        offset, number = found.end(), number + 1
+
+
+def _sample(body: Sequence[Line]) -> Line:
+    """Return a line that is a row rather than one of a preamble."""
+    if len(body) <= 2:
+        return body[-1]
+    middle = body[len(body) // 2]
+    return middle if re.search(r"\d", middle.text) else body[-1]
+
+
+def _delimiter(line: str) -> str | None:
+    line = re.sub(r'"[^"]*"', "", line)
+    for mark in (";", "\t", ","):
+        if mark in line:
+            return mark
+    return None if len(line.split()) > 1 else ","
+
+
+def _has_decimal_comma(rows: list[list[str]]) -> bool:
+    cells = [cell for row in rows for cell in row]
+    numbers = [cell for cell in cells if re.fullmatch(r"[+-]?\d*[.,]\d*([eE][+-]?\d+)?", cell)]
+    return any("," in n for n in numbers) and not any("." in n for n in numbers)
+
+
+def is_value(cell: str, decimal_comma: bool = False) -> bool:
+    """Whether a cell holds a number or a time, not a name."""
+    return is_number(cell, decimal_comma) or is_date(cell) or bool(_TIME_OF_DAY.fullmatch(cell))
+
+
+def _first_row(cells: list[list[str]], decimal_comma: bool) -> int:
+    """Return which line is the first row: the second where none is plainly one."""
+    has_value = [any(is_value(cell, decimal_comma) for cell in row) for row in cells]
+    widths = Counter(len(row) for row, told in zip(cells, has_value, strict=True) if told)
+    if not widths:
+        return 1
+    (width, _), *_ = sorted(widths.items(), key=lambda item: (-item[1], -item[0]))
+    at = next(i for i, row in enumerate(cells) if has_value[i] and len(row) == width)
+    following = cells[at + 1] if at + 1 < len(cells) else None
+    if following is not None and len(following) == width:
+        return at + _is_header(cells[at], following, decimal_comma)
+    return at + (at == 0 and not all(cell in MISSING or is_value(cell) for cell in cells[at]))
+
+
+def _is_header(row: list[str], following: list[str], decimal_comma: bool) -> bool:
+    """Whether a line with numbers in it names columns: where it has words, the next has numbers."""
+    return any(
+        cell not in MISSING and not is_value(cell, decimal_comma) and is_value(below, decimal_comma)
+        for cell, below in zip(row, following, strict=True)
+    )
+
+
+def _check_has_number(line: Line, cells: list[str], decimal_comma: bool) -> None:
+    if not any(cell in MISSING or is_value(cell, decimal_comma) for cell in cells):
+        raise LogError(f"line {line.number} holds no number, expected a row of a table of numbers")
+
+
+def _header(
+    cells: list[list[str]], body: Sequence[Line], at: int
+) -> tuple[tuple[str, ...] | None, int]:
+    """Return the names above the first row, and which line has the last of them."""
+    row = cells[at]
+    rows: list[list[str]] = []
+    above = at - 1
+    while above >= 0 and (not rows or _belongs(cells[above], rows[0], body[above : above + 2])):
+        fitting = _fitting(cells[above], row)
+        if fitting is None:
+            break
+        rows.insert(0, fitting)
+        above -= 1
+    if not rows:
+        if at > 1:
+            return None, at - 1
+        raise LogError(_on_width(cells[at - 1], row, body[at - 1].number, body[at].number))
+    units = next((own for own in rows if len(rows) > 1 and _are_units(own)), None)
+    named = [own for own in rows if own is not units]
+    together = _merged(named)
+    if units is not None:
+        pairs = zip(together, units, strict=True)
+        together = [_with_unit(name, unit) for name, unit in pairs]
+    return _names(together), at - 1
+
+
+def _belongs(cells: list[str], below: list[str], lines: Sequence[Line]) -> bool:
+    """Whether a line above a header is a part of it, not of a preamble."""
+    if lines[0].number != lines[1].number - 1 or (any(map(is_value, cells)) and cells[0]):
+        return _is_block(cells)
+    known = any(parsed_name(f"{cell} x").kind for cell in cells if cell)
+    return _are_units(below) or (len(cells) > 2 and ("" in cells or known))
+
+
+def _is_block(cells: list[str]) -> bool:
+    """Whether a line names blocks of columns: mostly empty cells, the filled ones apart."""
+    return 4 * sum(1 for cell in cells if cell) < len(cells)
+
+
+def _fitting(cells: list[str], row: list[str]) -> list[str] | None:
+    """Return a line of a header with as many cells as a row; None if it has others."""
+    if len(cells) == len(row) + 1 and not cells[-1]:
+        return cells[:-1]
+    if len(cells) == len(row) - 1 and not row[-1]:
+        return [*cells, ""]  # rows that end in a delimiter
+    return cells if len(cells) == len(row) else None
+
+
+def _on_width(cells: list[str], row: list[str], line: int, row_line: int) -> str:
+    told = f"the header on line {line} names {len(cells)} columns, but line {row_line} has"
+    if len(row) == 2 * len(cells) and all(whole(cell) is not None for cell in row):
+        return (
+            f"{told} {len(row)} whole numbers: they are written with a decimal comma, which cannot "
+            "be told from the commas between cells; write semicolons between cells, or decimal "
+            "points"
+        )
+    return f"{told} {len(row)} cells"
+
+
+def _are_units(cells: list[str]) -> bool:
+    """Whether a line of a header holds units: in brackets, or known ones where not empty."""
+    filled = [cell for cell in cells if cell]
+    bracketed = all(re.fullmatch(r"[\[(].*[\])]", cell) for cell in filled)
+    return bool(filled) and (bracketed or 2 * sum(map(_is_unit, filled)) >= len(filled))
+
+
+def _is_unit(text: str) -> bool:
+    return is_unit(text) or text.strip().lower() in _TIMES
+
+
+def _with_unit(name: str, cell: str) -> str:
+    unit = cell.strip("[]") if cell.startswith("[") else cell
+    unit = unit[1:-1] if unit.startswith("(") and unit.endswith(")") else unit
+    return f"{name} [{unit}]" if _is_unit(unit) else name
+
+
+def _merged(rows: list[list[str]]) -> list[str]:
+    """Return one line of names from several: what stands above belongs to the cells to its right.
+
+    Where that leaves names that repeat, the line on top names each repetition.
+    """
+    *upper, names = rows
+    for above in reversed(upper):
+        repeated = [name for name in names if name and names.count(name) > 1]
+        begins = [i for i, name in enumerate(names) if repeated and name == repeated[0]]
+        if above is upper[0] and len(upper) > 1 and begins:
+            return _in_blocks(names, above, begins)
+        names = [" ".join(filter(None, pair)) for pair in zip(_filled(above), names, strict=True)]
+    return names
+
+
+def _filled(cells: list[str]) -> list[str]:
+    """Return cells with empty ones taking what stands to their left."""
+    last = ""
+    return [last := cell or last for cell in cells]
+
+
+def _in_blocks(names: list[str], above: list[str], begins: list[int]) -> list[str]:
+    """Return names with the last text that stands above their block before them."""
+    result = list(names)
+    for begin, end in zip(begins, [*begins[1:], len(names)], strict=True):
+        texts = [cell for cell in above[begin:end] if cell and not is_value(cell)]
+        for i in range(begin, end):
+            result[i] = " ".join(filter(None, [*texts[-1:], names[i]]))
+    return result
+
+
+def _names_in_comment(
+    lines: Sequence[Line], first: Line, delimiter: str | None, width: int
+) -> tuple[str, ...] | None:
+    """Return the names in the comment just above the first row, as ROS and NumPy write them."""
+    above = [line for line in lines if line.number < first.number]
+    if not above:
+        return None
+    cells = split(above[-1].text.lstrip("#%/ "), delimiter)
+    if len(cells) != width or all(is_number(cell, False) for cell in cells):
+        return None
+    return _names(cells)
+
+
+def _names(cells: Sequence[str]) -> tuple[str, ...]:
+    return tuple(from_inert(cell) or f"column_{i}" for i, cell in enumerate(cells))
+
+
+def _metadata(lines: Sequence[Line], first: Line) -> Metadata:
+    above = [line for line in lines if line.number < first.number]
+    for line in above:
+        mark, _, text = line.text.lstrip("#% ").partition(" ")
+        if line.comment and mark == META_MARK:
+            return _metadata_from_json(text)
+    rates = {
+        float(found[1] or found[2])
+        for found in (_RATE.search(line.text.replace(",", " ")) for line in above)
+        if found is not None
+    }
+    return Metadata(rate=rates.pop() if len(rates) == 1 else None)
+
+
+def _metadata_from_json(text: str) -> Metadata:
+    """Return the metadata in a JSON object; LogError if it is none."""
+    try:
+        fields = json.loads(text)
+    except (ValueError, RecursionError):
+        fields = None
+    if not isinstance(fields, dict):
+        raise LogError(f"the comment '{META_MARK} {text[:40]}' is no JSON object")
+    known = ("rate", "unit", "sensor", "names")
+    return Metadata(**{key: value for key, value in fields.items() if key in known})
