@@ -389,7 +389,6 @@ def trackers():
         "{s:.6f},0,{s:.6f},{gx:.6f},{s:.6f},{gy:.6f},{s:.6f},{dx:.6f},{s:.6f},{dy:.6f},{s:.6f},"
         "{dz:.6f}",
         **DEG,
-        **IN_G,
     )
     yield form(
         "ximu3",

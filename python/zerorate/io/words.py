@@ -39,7 +39,7 @@ _OF: Final = {
     "filtered": "filt filtered smoothed smooth lpf lowpass motion",
     "calibrated": "cal calib calibrated corrected compensated comp",
     "uncalibrated": "uncal uncalib uncalibrated uncorrected uncomp uncompensated",
-    "raw": "raw lsb digits",
+    "raw": "raw adc lsb digits",
 }  # fmt: skip
 STAGES: Final = ("unfiltered", "calibrated", "", "uncalibrated", "raw", "filtered")
 """What was done to values, the best first where a file has several: '' where nothing is said.
