@@ -103,3 +103,13 @@ class TestRefusals:
         fixes = Fixes(TIME, changed(PLACE, (0, 2), np.nan), np.full((N, 3), np.nan))
         assert np.isnan(fixes.position[0, 2])
         assert len(Fixes([], np.zeros((0, 3)))) == 0
+
+
+def test_what_a_mask_hides_is_missing():
+    places = np.ma.masked_array([[45.0, 7.0, 0.0], [45.0, 7.0, 999.0]], mask=False)
+    places[1, 2] = np.ma.masked
+    hidden = np.ma.masked_array(np.full((2, 3), 999.0), mask=True)
+    fixes = Fixes([0.0, 1.0], places, hidden, sigma_position=hidden)
+    assert np.isnan(fixes.velocity).all()
+    assert np.isnan(fixes.sigma_position).all()
+    assert np.isnan(fixes.position[1, 2])

@@ -457,3 +457,20 @@ def test_a_table_of_whole_seconds_is_no_solution(tmp_path):
     fixes = zr.read_fixes(path)
     assert len(fixes) == 30
     assert fixes.velocity[0].tolist() == [-11.2, 1.7, -0.2]
+
+
+def test_a_latitude_and_a_longitude_are_of_one_receiver():
+    rows = {"time_s": [0.0, 1.0], "truth_latitude_deg": [45.0, 46.0]}
+    with pytest.raises(LogError, match="no column is a latitude"):
+        zr.read_fixes({**rows, "longitude_deg": [7.0, 8.0]})
+    with pytest.raises(LogError, match="no longitude belongs to 'a_lat': there is b_lon"):
+        zr.read_fixes({"time_s": [0.0, 1.0], "a_lat": [1.0, 2.0], "b_lon": [7.0, 8.0]})
+    both = {"a_lat": [1.0, 2.0], "b_lat": [3.0, 4.0], "b_lon": [7.0, 8.0], **rows}
+    assert zr.read_fixes(both).position[:, 0].tolist() == [3.0, 4.0]
+
+
+def test_a_velocity_in_another_unit_is_left_out_with_a_note():
+    rows = {"time_s": [0.0, 1.0], "lat": [45.0, 45.0], "lon": [7.0, 7.0], "alt": [0.0, 0.0]}
+    fixes = zr.read_fixes({**rows, "velocity_north_kmh": [36.0, 36.0]})
+    assert fixes.velocity is None
+    assert "velocity_north_kmh: left out, for velocities are read in m/s" in fixes.notes

@@ -74,8 +74,11 @@ def opened(source: LogSource) -> tuple[str, Content]:
 
 def check_readable(file: Path) -> None:
     """Raise the OSError that says why a path is no file or bag that can be read."""
-    if file.is_dir() and not ros.is_bag_folder(file):
-        raise IsADirectoryError(f"{file} is a folder, expected a log file or a ROS 2 bag")
+    if file.is_dir() and not ros.is_bag_folder(file) and not text.is_sensor_folder(file):
+        raise IsADirectoryError(
+            f"{file} is a folder, expected a log file, a ROS 2 bag, or a folder of files that are "
+            "named after sensors, such as Gyroscope.csv"
+        )
     if not file.exists():
         raise FileNotFoundError(f"{file} does not exist")
     inside = file.iterdir() if file.is_dir() else ()
@@ -91,6 +94,8 @@ def format_of(file: Path) -> Format:
     """Return the format of a file or bag; LogError if suffix and content disagree."""
     if ros.is_bag_folder(file):
         return _BAG_FOLDER
+    if text.is_sensor_folder(file):
+        return text.FOLDER
     suffix = file.suffix.lower()
     form = next((form for form in FORMATS if suffix in form.suffixes), None)
     if form is None and _holds_a_table(file):

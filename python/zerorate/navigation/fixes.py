@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.io.missing import floats
 from zerorate.types import Floats, Integers
 
 __all__ = ["Fixes"]
@@ -128,7 +129,8 @@ def _numbers(
     name: str, values: npt.ArrayLike, columns: tuple[int, ...], time: Floats | None = None
 ) -> Floats:
     try:
-        array = np.array(values, dtype=np.float64)
+        # A copy, with NaN for what a mask hides.
+        array = np.array(floats(values, name))
     except (TypeError, ValueError):
         raise ValueError(f"{name} must be an array of numbers") from None
     n = None if time is None else len(time)

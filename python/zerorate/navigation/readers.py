@@ -45,12 +45,19 @@ _LEAPS: Final = np.array(
 
 _WAYS: Final = ("north", "east", "down")
 _WAY: Final = {"north": "north|n", "east": "east|e", "down": "down|d", "up": "up|u"}
-_OWN: Final = r"^(?!.*(?:sigma|std|cov|bias|(?:^|_)sd))(?:.*_)?"
-"""Before the name of a quantity itself, not of its standard deviation."""
+_OTHERS: Final = (
+    r"(?:truth|true|ground_?truth|gt|ref|reference|base|home|origin|target|setpoint|waypoint)"
+)
+_OWN: Final = rf"^(?!.*(?:sigma|std|cov|bias|(?:^|_)sd))(?!(?:.*_)?{_OTHERS}_)(?:.*_)?"
+"""Before the name of a quantity itself, not of its standard deviation nor of something else's."""
 _LATITUDE: Final = re.compile(_OWN + r"lat(itude)?(_(deg|degrees|rad))?$")
 _LONGITUDE: Final = re.compile(_OWN + r"(lon|lng|long|longitude)(_(deg|degrees|rad))?$")
 _HEIGHT: Final = re.compile(_OWN + r"(height|altitude|alt|hgt)(_(ellipsoid(al)?|hae|msl))?(_m)?$")
+_PLACE: Final = re.compile(r"_?(lat|lon|lng)[a-z]*(_(deg|degrees|rad))?$")
 _VELOCITY: Final = _OWN + r"(velocity|vel|v)_?({way})(_(mps|m_s))?$"
+_IN_OTHER_UNITS: Final = re.compile(
+    _OWN + r"(velocity|vel|v)_?(north|east|down|up|n|e|d|u)_(?!mps$|m_s$)\w+$"
+)
 _SIGMA: Final = r"(^|_)(sigma|std|sd)(_?(position|pos))?_?({way})(_m)?$"
 _SIGMA_VELOCITY: Final = r"(^|_)(sigma|std|sd)_?(velocity|vel|v)_?({way})(_(mps|m_s))?$"
 _ONE_SIGMA: Final = re.compile(r"(^|_)(sigma|std|sd)(_?(position|pos))?(_m)?$")
@@ -202,11 +209,30 @@ class _Columns:
         (column,) = self.table.load([index])
         return np.asarray(as_numbers(column, self.table.label(index)), dtype=np.float64)
 
-    def angle(self, wanted: re.Pattern[str], what: str) -> Floats:
-        """Return latitudes or longitudes, deg."""
-        index = _index(self.table, wanted)
-        if index is None:
+    def places(self) -> list[Floats]:
+        """Return latitudes and longitudes, deg, of one receiver: the first two that belong."""
+        latitudes = self._prefixes(_LATITUDE, "latitude")
+        longitudes = self._prefixes(_LONGITUDE, "longitude")
+        pairs = [(i, j) for p, i in latitudes.items() for q, j in longitudes.items() if p == q]
+        if not pairs:
+            label = self.table.label(next(iter(latitudes.values())))
+            others = ", ".join(map(self.table.label, longitudes.values()))
+            raise LogError(f"no longitude belongs to '{label}': there is {others}")
+        return [self._angle(index) for index in pairs[0]]
+
+    def _prefixes(self, wanted: re.Pattern[str], what: str) -> dict[str, int]:
+        """Return the columns of such a name by what stands before it."""
+        found: dict[str, int] = {}
+        for index, name in enumerate(map(plain, self.table.names or ())):
+            if wanted.search(name):
+                found.setdefault(
+                    re.sub(r"_?(lat|lon|lng)[a-z]*(_(deg|degrees|rad))?$", "", name), index
+                )
+        if not found:
             raise LogError(f"no column is a {what}, such as {what}_deg")
+        return found
+
+    def _angle(self, index: int) -> Floats:
         values = self.at(index)
         return np.degrees(values) if plain(self.table.label(index)).endswith("_rad") else values
 
@@ -227,6 +253,13 @@ class _Columns:
             return None
         unknown = np.full(len(there[0]), np.nan)
         return np.column_stack([unknown if c is None else c for c in found.values()])
+
+    def note_on_units(self) -> None:
+        """Note the velocities that are left out because they are in another unit."""
+        names = self.table.names or ()
+        others = [name for name in names if _IN_OTHER_UNITS.search(plain(name))]
+        if others:
+            self.notes.append(f"{', '.join(others)}: left out, for velocities are read in m/s")
 
     def time(self) -> tuple[Floats, float | None]:
         """Return the times, s, and the Unix time at which they are zero."""
@@ -292,7 +325,7 @@ def _epoch_of_numbers(time: Floats) -> float | None:
 def _fixes(table: Table, label: str) -> Fixes:
     columns = _Columns(table, list(table.meta.notes))
     time, epoch = columns.time()
-    place = [columns.angle(_LATITUDE, "latitude"), columns.angle(_LONGITUDE, "longitude")]
+    place = columns.places()
     height = columns.numbers(_HEIGHT)
     index = _index(table, _HEIGHT)
     if index is not None and "msl" in plain(table.label(index)).split("_"):
@@ -301,6 +334,7 @@ def _fixes(table: Table, label: str) -> Fixes:
         columns.notes.append("no column is a height, such as height_m: it is missing")
     position = np.column_stack([*place, np.full(len(time), np.nan) if height is None else height])
     kept = _kept(columns, time, position)
+    columns.note_on_units()
     arrays = {
         "velocity": columns.vector(_VELOCITY),
         "sigma_position": _sigma_position(columns),

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from zerorate._native import NavigationFilter, NavigationRecord
 from zerorate.io import Log
+from zerorate.io.missing import floats
 from zerorate.metrics.rotations import inverse, of_rotation_vectors, product
 from zerorate.navigation.earth import local_ned, moved
 from zerorate.types import Booleans, Floats
@@ -145,11 +146,11 @@ class Track(Result):
             North, east, down: m, m/s, and the rotation vector by which the track's orientation is
             to be turned back, rad, as `sigma` means it.
         """
-        parts = [local_ned(self.position, np.asarray(position, dtype=np.float64))]
+        parts = [local_ned(self.position, floats(position, "position"))]
         if velocity is not None:
-            parts.append(self.velocity - np.asarray(velocity, dtype=np.float64))
+            parts.append(self.velocity - floats(velocity, "velocity"))
         if attitude is not None:
-            back = product(np.asarray(attitude, dtype=np.float64), inverse(self.attitude))
+            back = product(floats(attitude, "attitude"), inverse(self.attitude))
             back *= np.where(back[:, :1] < 0.0, -1.0, 1.0)
             sine = np.linalg.norm(back[:, 1:], axis=1, keepdims=True)
             angle = 2.0 * np.arctan2(sine, back[:, :1])

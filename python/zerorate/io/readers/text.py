@@ -19,11 +19,11 @@ from zerorate.io.names import meaning_of
 from zerorate.io.readers.cells import inert
 from zerorate.io.readers.layouts import META_MARK, find_layout, head_lines
 from zerorate.io.readers.parsers import Layout, decoded, notes_on_lines, parsed, texts
-from zerorate.io.readers.rows import by_instance, by_label, messages
+from zerorate.io.readers.rows import by_instance, by_label, content_of, messages
 from zerorate.io.table import Content, Format, Metadata, Table, listed_names
-from zerorate.io.words import parsed_name
+from zerorate.io.words import STAGES, parsed_name, words_of
 
-__all__ = ["FORMAT", "META_MARK", "is_text", "text_header"]
+__all__ = ["FOLDER", "FORMAT", "META_MARK", "is_sensor_folder", "is_text", "text_header"]
 
 _UTF_16: Final = (b"\xff\xfe", b"\xfe\xff")
 _HEAD: Final = 1 << 17
@@ -125,6 +125,33 @@ def _named_by_file(table: Table, stem: str) -> Table:
     return replace(table, names=tuple(names), meta=meta)
 
 
+def is_sensor_folder(folder: Path) -> bool:
+    """Whether a folder holds text tables that are named after their sensors."""
+    return folder.is_dir() and bool(_sensor_files(folder))
+
+
+def _sensor_files(folder: Path) -> list[Path]:
+    """Return the files of sensors, calibrated ones first, accelerations with gravity alone."""
+    kinds = {file: parsed_name(f"{file.stem} x") for file in sorted(folder.glob("*.csv"))}
+    files = [file for file, told in kinds.items() if told.kind and told.stage != "linear"]
+    total = [file for file in files if "total" in words_of(file.stem)]
+    if total:
+        files = [file for file in files if kinds[file].kind != "accel" or file in total]
+    return sorted(files, key=lambda file: STAGES.index(kinds[file].stage))
+
+
+def _read_folder(folder: Path) -> Content:
+    tables = {}
+    for file in _sensor_files(folder):
+        try:
+            table = _named_by_file(_table(_as_utf8(file.read_bytes())), file.stem)
+        except LogError as error:
+            raise LogError(f"{file.name}: {error}") from None
+        tables[file.stem] = replace(table, meta=replace(table.meta, sensor=file.stem))
+    return content_of(tables)
+
+
+FOLDER = Format("folder", "a folder of text tables", (), (), _read_folder)
 FORMAT = Format("text", "a text table", (".csv", ".tsv", ".txt", ".dat"), (), _read)
 
 
