@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from zerorate.io import LogError, read_log, read_recording
+from zerorate.io.readers import hdf5 as hdf5_reader
+from zerorate.io.readers.apart import asked
 
 N = 100
 TIME = np.arange(N) / 100
@@ -40,22 +42,22 @@ def test_an_npz_reads_no_other_member(tmp_path, monkeypatch):
 
 
 def readings(monkeypatch):
-    """Return the list to which every reading of a data set adds its name and what is read."""
+    """Return the list to which every reading of a data set adds its name, and that of a field."""
     opened = []
-    read = h5py.Dataset.__getitem__
 
-    def watched(node, at, **how):
-        opened.append((node.name, at))
-        return read(node, at, **how)
+    def watched(work, path, *arguments):
+        if work == "hdf5_values":
+            opened.append(arguments[:2])
+        return asked(work, path, *arguments)
 
-    monkeypatch.setattr(h5py.Dataset, "__getitem__", watched)
+    monkeypatch.setattr(hdf5_reader, "asked", watched)
     return opened
 
 
 def test_hdf5_reads_no_other_data_set(tmp_path, monkeypatch):
     path, opened = hdf5(tmp_path), readings(monkeypatch)
     np.testing.assert_array_equal(read_log(path).data, GYRO)
-    assert sorted(opened) == [("/gyro_dps", ()), ("/time_s", ())]
+    assert sorted(opened) == [("gyro_dps", None), ("time_s", None)]
 
 
 def test_damage_elsewhere_does_no_harm(tmp_path):
@@ -75,9 +77,9 @@ def test_hdf5_with_named_fields_reads_those_asked_for(tmp_path, monkeypatch):
     rows["t"] = TIME
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["imu"] = rows
-    asked = readings(monkeypatch)
+    opened = readings(monkeypatch)
     assert read_log(tmp_path / "a.h5").rate == 100
-    assert {at for _, at in asked if at != ()} == {"t", "wx_dps"}
+    assert sorted(opened) == [("imu", "t"), ("imu", "wx_dps")]
 
 
 def external_link(folder):

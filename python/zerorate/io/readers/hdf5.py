@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from zerorate.io.log import LogError
 from zerorate.io.names import spelled, with_suffix
+from zerorate.io.readers.apart import asked, most_bytes
 from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_folder
 from zerorate.io.readers.stored import Stored
 from zerorate.io.table import Column, Content, Format
 from zerorate.texts import extra_needed
 
 __all__ = ["FORMAT", "read_matlab_hdf5"]
-
-_Node = Any
 
 
 def _read(path: Path) -> Content:
@@ -34,115 +32,36 @@ def read_matlab_hdf5(path: Path) -> Content:
 
 
 def _content(path: Path, called: str, matlab: bool) -> Content:
-    h5py = _h5py(called)
-    arrays: dict[str, Stored] = {}
+    """Return the content of a file whose library reads it in a process of its own.
 
-    links: list[str | bytes] = []
-
-    def note(name: str | bytes, link: object) -> None:
-        if isinstance(link, h5py.ExternalLink):
-            links.append(name)
-
-    def add(name: str, node: _Node) -> None:
-        arrays.update(_arrays(path, name, node, matlab))
-
-    with h5py.File(path) as file:
-        file.visititems_links(note)
-        if links:
-            raise LogError(_elsewhere(str(links[0])))
-        arrays |= _attributes(file)
-        file.visititems(add)
+    On some damaged files it would never come back.
+    """
+    if find_spec("h5py") is None:
+        raise ImportError(extra_needed("h5py", "hdf5", called))
+    entries, small = asked("hdf5_listing", path, SCALARS, matlab)
+    read = iter(small)
+    arrays = {_name(entry): _array(path, entry, read, matlab) for entry in entries}
     return Content.of(from_arrays(without_common_folder(arrays)))
 
 
-def _h5py(called: str) -> Any:  # noqa: ANN401
-    try:
-        import h5py
-    except ImportError:
-        raise ImportError(extra_needed("h5py", "hdf5", called)) from None
-    return h5py
+def _name(entry: dict[str, Any]) -> str:
+    """Return the name of an entry, with the suffix of the unit that an attribute tells."""
+    unit = entry.get("unit")
+    return entry["name"] if unit is None else with_suffix(entry["name"], spelled(unit))
 
 
-def _elsewhere(name: str) -> str:
-    return f"'{name}' lies in another file, expected an HDF5 file that holds all its data"
+def _array(path: Path, entry: dict[str, Any], read: Iterator[Column], matlab: bool) -> Stored:
+    """Return an entry of the listing: one that was read, or one to read when it is asked for."""
+    if entry["key"] is None:
+        return Stored.of(next(read))
 
+    def values() -> Column:
+        return asked("hdf5_values", path, entry["key"], entry["field"], most_bytes(path))[1][0]
 
-def _arrays(path: Path, key: str | bytes, node: _Node, matlab: bool) -> dict[str, Stored]:
-    """Return what a group or data set at some path in the file holds, by name."""
-    name = str(key)  # one that is no text comes as bytes
-    if name.startswith("#"):
-        return {}
-    if not hasattr(node, "dtype"):
-        return {f"{name}/{own}": array for own, array in _attributes(node).items()}
-    if node.is_virtual or node.external:
-        raise LogError(_elsewhere(name))
-    if node.shape is None:
-        return {}
-    if node.dtype.names is not None:
-        return {f"{name}/{field}": _stored(path, key, node, field) for field in node.dtype.names}
-    if name.rpartition("/")[2] in SCALARS:
-        return {name: Stored.of(_scalar(node, matlab))}
-    if node.dtype.kind not in "fiub" or node.ndim not in (1, 2):
-        return {}
-    array = _stored(path, key, node)
-    return {_with_unit(name, node): _transposed(array).upright() if matlab else array}
-
-
-def _stored(path: Path, key: str | bytes, node: _Node, field: str | None = None) -> Stored:
-    """Return a data set, or a field of one with named fields, that is read when asked for."""
-
-    def read() -> Column:
-        with _h5py("an HDF5 file").File(path) as file:
-            again = file[key]
-            _check_written(again, str(key))
-            values: Column = again[()] if field is None else again[field]
-            return values
-
-    return Stored(node.shape, node.dtype if field is None else node.dtype[field], read)
+    array = Stored(tuple(entry["shape"]), np.dtype(entry["dtype"]), values)
+    return _transposed(array).upright() if matlab and entry["field"] is None else array
 
 
 def _transposed(array: Stored) -> Stored:
     # MATLAB writes its columns as rows.
     return Stored(array.shape[::-1], array.dtype, lambda: array.read().T)
-
-
-def _check_written(node: _Node, name: str) -> None:
-    """Refuse a data set that declares more than was ever written: the rest would be zeros."""
-    if node.chunks is None:
-        written = node.id.get_storage_size() // node.dtype.itemsize
-    else:
-        written = node.id.get_num_chunks() * math.prod(node.chunks)
-    if written < node.size:
-        raise LogError(f"'{name}' declares {node.size} values, but only {written} were written")
-
-
-def _with_unit(name: str, node: _Node) -> str:
-    """Return the name with the suffix of the unit that an attribute tells, if one does."""
-    for key in ("unit", "units"):
-        unit = node.attrs.get(key)
-        if isinstance(unit, str):
-            return with_suffix(name, spelled(unit))
-    return name
-
-
-def _attributes(node: _Node) -> dict[str, Stored]:
-    told = {key: np.asarray(node.attrs[key]) for key in SCALARS if key in node.attrs}
-    return {key: Stored.of(_texts(value)) for key, value in told.items()}
-
-
-def _scalar(node: _Node, matlab: bool) -> Column:
-    if matlab and node.attrs.get("MATLAB_class") == b"char":
-        return np.array("".join(map(chr, node[()].reshape(-1))))
-    return _texts(np.asarray(node[()]))
-
-
-def _texts(array: Column) -> Column:
-    """Return bytes and Python strings as NumPy's, other arrays as they are."""
-    if array.dtype.kind not in "OS":
-        return array
-    texts = [t.decode(errors="replace") if isinstance(t, bytes) else str(t) for t in _flat(array)]
-    return np.array(texts).reshape(array.shape)
-
-
-def _flat(array: Column) -> Iterator[object]:
-    yield from array.reshape(-1).tolist()

@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-import tempfile
 from importlib.util import find_spec
 from pathlib import Path
 
-import numpy as np
-
-from zerorate.io.log import LogError
-from zerorate.io.readers import matlab_child
+from zerorate.io.readers.apart import asked
 from zerorate.io.readers.arrays import SCALARS, from_arrays, without_common_folder
 from zerorate.io.readers.hdf5 import read_matlab_hdf5
 from zerorate.io.readers.stored import Stored
@@ -44,28 +37,5 @@ def _loaded(path: Path) -> dict[str, Column]:
     """
     if find_spec("scipy") is None:
         raise ImportError(extra_needed("scipy", "mat", "a MAT file"))
-    if not sys.executable:
-        raise LogError("a MAT file is read by another interpreter, but this one knows of none")
-    command = [sys.executable, "-P", matlab_child.__file__, str(path.absolute()), *SCALARS]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    with tempfile.TemporaryFile() as answer:
-        done = subprocess.run(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=answer,
-            stderr=subprocess.PIPE,
-            env=environment,
-            check=False,
-        )
-        if done.returncode:
-            raise ValueError(_reason(done))
-        answer.seek(0)
-        names = np.load(answer, allow_pickle=False).tolist()
-        return {name: np.load(answer, allow_pickle=False) for name in names}
-
-
-def _reason(done: subprocess.CompletedProcess[bytes]) -> str:
-    told = done.stderr.decode(errors="replace").strip().splitlines()
-    if done.returncode == 1 and told:
-        return told[-1]
-    return f"it ended the process that read it, with code {done.returncode}"
+    names, arrays = asked("mat_arrays", path, SCALARS)
+    return dict(zip(names, arrays, strict=True))

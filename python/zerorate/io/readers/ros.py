@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,10 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.io.log import LogError
+from zerorate.io.readers.apart import asked
 from zerorate.io.table import Column, Content, Format, Metadata, Table
 from zerorate.texts import extra_needed
 
-__all__ = ["FORMATS", "imu_of_cdr", "imu_of_ros1", "is_bag_folder"]
+__all__ = ["FORMATS", "columns", "imu_of_cdr", "imu_of_ros1", "is_bag_folder", "topics"]
 
 _Reader = Any
 _Connection = Any
@@ -39,8 +41,9 @@ def is_bag_folder(path: Path) -> bool:
 
 def _read(path: Path) -> Content:
     """Return a table of the messages ``sensor_msgs/Imu`` of each topic that holds any."""
-    with _opened(path) as reader:
-        topics = _topics(reader)
+    if find_spec("rosbags") is None:
+        raise ImportError(extra_needed("rosbags", "ros", "a ROS recording"))
+    topics, _ = asked("bag_topics", path)
     tables = {topic: _table(path, topic) for topic in topics}
     return Content(tables, lambda asked: _chosen(topics, asked))
 
@@ -54,16 +57,26 @@ FORMATS: Final = (
 
 def _table(path: Path, topic: str) -> Table:
     def load(wanted: Sequence[int]) -> list[Column]:
-        rows = _messages(path, topic)
-        stamps = rows["seconds"] * 1_000_000_000 + rows["nanoseconds"]
-        columns = [stamps, *(rows[name] for name in _VALUES)]
-        return [columns[i] for i in wanted]
+        return asked("bag_columns", path, topic, list(wanted))[1]
 
     return Table(len(_NAMES), load, names=_NAMES, meta=Metadata(sensor=topic), time=0)
 
 
-def _topics(reader: _Reader) -> list[str]:
-    return sorted({c.topic for c in reader.connections if _is_imu(c)})
+def topics(path: Path) -> list[str]:
+    """Return the topics of a recording that hold messages of a gyro.
+
+    This and `columns` run in a process of its own: chunks may swell when they are unpacked.
+    """
+    with _opened(path) as reader:
+        return sorted({c.topic for c in reader.connections if _is_imu(c)})
+
+
+def columns(path: Path, topic: str, wanted: Sequence[int]) -> list[Column]:
+    """Return the stamps, ns, and the values of a topic's messages, those of them asked for."""
+    rows = _messages(path, topic)
+    stamps = rows["seconds"] * 1_000_000_000 + rows["nanoseconds"]
+    found = [stamps, *(rows[name] for name in _VALUES)]
+    return [found[i] for i in wanted]
 
 
 def _is_imu(connection: _Connection) -> bool:
@@ -94,10 +107,8 @@ def _messages(path: Path, topic: str) -> npt.NDArray[np.void]:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[_Reader]:
-    try:
-        from rosbags import rosbag1, rosbag2
-    except ImportError:
-        raise ImportError(extra_needed("rosbags", "ros", "a ROS recording")) from None
+    from rosbags import rosbag1, rosbag2
+
     package = rosbag1 if path.suffix.lower() == ".bag" else rosbag2
     with package.Reader(path) as reader:
         yield reader

@@ -1,0 +1,252 @@
+"""The program that reads HDF5, MAT files and bags in a process of its own, within limits.
+
+It takes requests as lines of JSON: the name of a function here, its arguments, and the seconds of
+computing and bytes of memory that it may take. An answer is a line of JSON, then the bytes of the
+arrays that it lists. It imports nothing of the package before it needs it.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import math
+import os
+import signal
+import sys
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import IO, Any, Final
+
+import numpy as np
+
+if sys.platform != "win32":  # where the parent looks at the clock
+    import resource
+
+_Array = np.ndarray[Any, Any]
+_Node = Any
+_Answer = tuple[Any, list[_Array]]
+
+
+class Refused(Exception):
+    """What is refused in a sentence that needs no more words."""
+
+
+def main(requests: IO[bytes], answers: IO[bytes]) -> None:
+    """Answer requests until there are no more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # which is for the parent, as is its answer to it
+    for line in requests:
+        request = json.loads(line)
+        work, package = _WORKS[request["work"]]
+        importlib.import_module(package)  # before the limits, which are for the file
+        _limit(request["seconds"], request["bytes"])
+        try:
+            told, arrays = work(*request["arguments"])
+            answer = {"told": told, "arrays": [(a.dtype.str, a.shape) for a in arrays]}
+        except Exception as error:  # what damaged bytes raise has no common base
+            answer, arrays = _refusal(error), []
+        answers.write(json.dumps(answer).encode() + b"\n")
+        for array in (a for a in arrays if a.nbytes):
+            raw: Any = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+            answers.write(memoryview(raw))
+        answers.flush()
+
+
+def _refusal(error: Exception) -> dict[str, Any]:
+    text = str(error).strip() or type(error).__name__
+    kind = "memory" if isinstance(error, MemoryError) else type(error).__name__
+    return {"error": text, "kind": kind, "errno": getattr(error, "errno", None)}
+
+
+def _limit(seconds: float, size: int) -> None:
+    """Allow so much computing and memory from now on; beyond, the system ends this process."""
+    if sys.platform == "win32":
+        return
+    used = sum(os.times()[:2])
+    _allow(resource.RLIMIT_CORE, 0)
+    _allow(resource.RLIMIT_CPU, math.ceil(used + seconds))
+    try:
+        with open("/proc/self/statm") as file:
+            taken = int(file.read().split()[5]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        return  # no such limit is kept elsewhere
+    _allow(resource.RLIMIT_DATA, taken + size)
+
+
+def _allow(what: int, most: int) -> None:
+    if sys.platform != "win32":
+        hard = resource.getrlimit(what)[1]
+        resource.setrlimit(what, (most if hard < 0 else min(most, hard), hard))
+
+
+def mat_arrays(path: str, texts: Collection[str]) -> _Answer:
+    """Return the names of a MAT file's arrays, and these: numbers, or texts by their name."""
+    from scipy.io import loadmat
+
+    arrays: dict[str, _Array] = {}
+    for name, value in loadmat(path).items():
+        if not name.startswith("__"):
+            arrays.update(_mat_arrays(name, value, texts))
+    return list(arrays), list(arrays.values())
+
+
+def _mat_arrays(name: str, value: _Array, texts: Collection[str]) -> Iterator[tuple[str, _Array]]:
+    """Yield a variable, or the fields of a structure, by path."""
+    if value.dtype.names is not None and value.size == 1:
+        for field in value.dtype.names:
+            inner = np.asarray(value[field].reshape(-1)[0])
+            yield from _mat_arrays(f"{name}/{field}", inner, texts)
+    elif name.rpartition("/")[2] in texts:
+        yield name, _of_cells(value) if value.dtype.kind == "O" else value
+    elif value.dtype.kind in "fiub" and value.ndim == 2 and value.size > 1:
+        yield name, value.reshape(-1) if 1 in value.shape else value
+
+
+def _of_cells(value: _Array) -> _Array:
+    """Return a cell array of strings as NumPy's strings."""
+    return np.array(["".join(map(str, np.asarray(c).reshape(-1)[:1])) for c in value.reshape(-1)])
+
+
+def hdf5_listing(path: str, texts: Collection[str], matlab: bool) -> _Answer:
+    """Return what an HDF5 file holds, and the arrays among it that are small and read already.
+
+    Each entry has a name, the key and the field by which `hdf5_values` reads it (None where it is
+    read), shape, type, and a unit where one is told.
+    """
+    import h5py
+
+    entries: list[dict[str, Any]] = []
+    small: list[_Array] = []
+    links: list[str | bytes] = []
+
+    def note(name: str | bytes, link: object) -> None:
+        if isinstance(link, h5py.ExternalLink):
+            links.append(name)
+
+    def add(name: str | bytes, node: _Node) -> None:
+        for entry, array in _entries(name, node, texts, matlab):
+            entries.append(entry)
+            small.extend([] if array is None else [array])
+
+    with h5py.File(path) as file:
+        file.visititems_links(note)
+        if links:
+            raise Refused(_elsewhere(str(links[0])))
+        add("", file)
+        file.visititems(add)
+    return entries, small
+
+
+def hdf5_values(path: str, key: str, field: str | None, most: int) -> _Answer:
+    """Return the values of a data set, or of a field of one."""
+    import h5py
+
+    with h5py.File(path) as file:
+        node = file[key.encode("utf-8", "surrogateescape")]
+        _check_written(node, key)
+        if node.nbytes > most:
+            raise Refused(
+                f"'{key}' declares {node.nbytes} bytes, far more than a file of this size"
+            )
+        return None, [_texts(node[()] if field is None else node[field])]
+
+
+_Entry = tuple[dict[str, Any], _Array | None]
+
+
+def _entries(
+    key: str | bytes, node: _Node, texts: Collection[str], matlab: bool
+) -> Iterator[_Entry]:
+    """Yield what a group or data set at some path in the file holds."""
+    name = str(key)  # one that is no text comes as bytes
+    if name.startswith("#"):
+        return
+    if not hasattr(node, "dtype"):
+        for own in texts:
+            if own in node.attrs:
+                yield _read(f"{name}/{own}".lstrip("/"), _texts(np.asarray(node.attrs[own])))
+        return
+    if node.is_virtual or node.external:
+        raise Refused(_elsewhere(name))
+    if node.shape is None:
+        return
+    if node.dtype.names is not None:
+        for field in node.dtype.names:
+            yield _unread(f"{name}/{field}", key, node, node.dtype[field]) | {"field": field}, None
+    elif name.rpartition("/")[2] in texts:
+        yield _read(name, _scalar(node, matlab))
+    elif node.dtype.kind in "fiub" and node.ndim in (1, 2):
+        yield _unread(name, key, node, node.dtype) | {"unit": _unit(node)}, None
+
+
+def _read(name: str, array: _Array) -> _Entry:
+    return {"name": name, "key": None}, array
+
+
+def _unread(name: str, key: str | bytes, node: _Node, kind: np.dtype[Any]) -> dict[str, Any]:
+    path = key if isinstance(key, str) else key.decode("utf-8", "surrogateescape")
+    return {"name": name, "key": path, "field": None, "shape": node.shape, "dtype": kind.str}
+
+
+def _elsewhere(name: str) -> str:
+    return f"'{name}' lies in another file, expected an HDF5 file that holds all its data"
+
+
+def _check_written(node: _Node, name: str) -> None:
+    """Refuse a data set that declares more than was ever written: the rest would be zeros."""
+    if node.chunks is None:
+        written = node.id.get_storage_size() // node.dtype.itemsize
+    else:
+        written = node.id.get_num_chunks() * math.prod(node.chunks)
+    if written < node.size:
+        raise Refused(f"'{name}' declares {node.size} values, but only {written} were written")
+
+
+def _unit(node: _Node) -> str | None:
+    told = (node.attrs.get(key) for key in ("unit", "units"))
+    return next((unit for unit in told if isinstance(unit, str)), None)
+
+
+def _scalar(node: _Node, matlab: bool) -> _Array:
+    if matlab and node.attrs.get("MATLAB_class") == b"char":
+        return np.array("".join(map(chr, node[()].reshape(-1))))
+    return _texts(np.asarray(node[()]))
+
+
+def _texts(array: _Array) -> _Array:
+    """Return bytes and Python strings as NumPy's, other arrays as they are."""
+    if array.dtype.kind not in "OS":
+        return array
+    flat = array.reshape(-1).tolist()
+    texts = [t.decode(errors="replace") if isinstance(t, bytes) else str(t) for t in flat]
+    return np.array(texts, dtype=np.str_).reshape(array.shape)
+
+
+def bag_topics(path: str) -> _Answer:
+    """Return the topics of a ROS recording that hold messages of a gyro."""
+    from zerorate.io.readers import ros
+
+    return ros.topics(Path(path)), []
+
+
+def bag_columns(path: str, topic: str, wanted: list[int]) -> _Answer:
+    """Return columns of the messages of a topic."""
+    from zerorate.io.readers import ros
+
+    return None, ros.columns(Path(path), topic, wanted)
+
+
+_WORKS: Final = {
+    "mat_arrays": (mat_arrays, "scipy.io"),
+    "hdf5_listing": (hdf5_listing, "h5py"),
+    "hdf5_values": (hdf5_values, "h5py"),
+    "bag_topics": (bag_topics, "zerorate.io.readers.ros"),
+    "bag_columns": (bag_columns, "zerorate.io.readers.ros"),
+}
+"""Functions by name, and the module that each needs."""
+
+
+if __name__ == "__main__":
+    # What a library prints must not come between the answers.
+    with os.fdopen(os.dup(1), "wb") as out:
+        os.dup2(2, 1)
+        main(sys.stdin.buffer, out)
