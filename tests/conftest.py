@@ -1,11 +1,18 @@
-"""Hypothesis profiles (HYPOTHESIS_PROFILE=deep for the long one) and the ``slow`` marker."""
+"""Hypothesis profiles (HYPOTHESIS_PROFILE=deep), the ``slow`` marker, and signals of programs."""
 
 import os
+import signal
 
 from hypothesis import HealthCheck, settings
 
 # Programs that tests start compile the package once, not each anew, whatever they inherit.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+# What `nohup` or a script's `&` ignores, programs would ignore as well; what is caught is theirs
+# again. The tests themselves go on, as was asked for.
+for number in (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", None)):
+    if number is not None and signal.getsignal(number) is signal.SIG_IGN:
+        signal.signal(number, lambda *_: None)
 
 # The filters are fast and the records long: it is drawing them that takes the time.
 COMMON = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}

@@ -13,7 +13,7 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -235,7 +235,7 @@ def bag_columns(path: str, topic: str, wanted: list[int]) -> _Answer:
     return None, ros.columns(Path(path), topic, wanted)
 
 
-_WORKS: Final = {
+_WORKS: Final[dict[str, tuple[Callable[..., _Answer], str]]] = {
     "mat_arrays": (mat_arrays, "scipy.io"),
     "hdf5_listing": (hdf5_listing, "h5py"),
     "hdf5_values": (hdf5_values, "h5py"),
