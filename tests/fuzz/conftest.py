@@ -21,11 +21,11 @@ def search(request, record_property):
     """Return what runs a case with one generator after another."""
     seed, alone = int(os.environ.get("FUZZ_SEED", "0")), os.environ.get("FUZZ_CASE")
 
-    def run(case, cases, endless=True):
-        """Run ``case(rng)`` ``cases`` times, and on for as long as was asked if it is endless."""
+    def run(case, cases):
+        """Run ``case(rng)`` ``cases`` times, and on for as long as was asked."""
         if alone is not None:
             return case(np.random.default_rng(list(map(int, alone.split("-")))))
-        end = time.monotonic() + (seconds_of_each(request) if endless else 0.0)
+        end = time.monotonic() + seconds_of_each(request)
         for number in count():
             if number >= cases and time.monotonic() >= end:
                 return record_property("cases", number)

@@ -364,8 +364,8 @@ def _steady(column: Column) -> bool:
     if len(column) < 3 or column.dtype.kind not in "fiuM":
         return False
     counts = column.view(np.int64) if column.dtype.kind == "M" else column
-    steps = np.diff(counts.astype(np.float64))
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore"):  # of infinities
+        steps = np.diff(counts.astype(np.float64))
         middle = np.median(steps)
         near = np.abs(steps - middle) <= 0.5 * middle
         return bool(middle > 0 and (steps > 0).mean() >= 0.9 and near.mean() >= 0.8)

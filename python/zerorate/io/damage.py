@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+from zerorate.io.limits import check_columns
 from zerorate.io.log import LogError
 from zerorate.io.table import Column, Content, Format, Table
 from zerorate.texts import one_line
@@ -29,6 +30,8 @@ def guarded_content(form: Format, file: Path) -> Content:
     """
     with _one_sentence(form.called):
         content = form.read(file)
+        for table in content.tables.values():
+            check_columns(table.width)
         tables = {topic: _guarded(table, form.called) for topic, table in content.tables.items()}
         return replace(content, tables=tables)
 

@@ -188,7 +188,8 @@ def _check_fine(numbers: Column, since: Counts, name: str) -> None:
     if numbers.dtype.kind != "f" or len(numbers) < 2:
         return
     largest = float(np.abs(numbers[[0, -1]]).max())
-    apart = float(np.spacing(np.float32(largest))) if largest < np.finfo(np.float32).max else 0.0
+    most = float(np.finfo(np.float32).max)
+    apart = float(np.spacing(np.float32(largest))) if largest < most else 0.0
     step = row_step(since)
     if not _COARSE * step < apart or (step == 0.0 and apart < 1.0):
         return

@@ -1,7 +1,8 @@
 """Reading in a process of its own, for libraries that damaged bytes can crash or hold for ever.
 
-The process is begun with the first file and kept for the next ones. It may compute and take memory
-as the size of a file allows; beyond, it ends, the file is refused, and another is begun.
+The process is begun with the first file and kept for the next ones, but not behind a damaged one,
+which may have spoilt its memory. It may compute and take memory as the size of a file allows;
+beyond, it ends and the file is refused.
 """
 
 from __future__ import annotations
@@ -15,36 +16,23 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from io import BufferedReader
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from zerorate.io.limits import most_bytes, most_seconds
 from zerorate.io.log import LogError
 from zerorate.io.readers import apart_child
 from zerorate.io.table import Column
 
-__all__ = ["asked", "most_bytes"]
+__all__ = ["asked"]
 
-_SECONDS: Final = 3.0
-_SECONDS_OF_A_MB: Final = 0.8
-_BYTES: Final = 64 << 20
-_TIMES_THE_FILE: Final = 20
 _PATIENCE: Final = 1.0 if sys.platform == "win32" else 10.0
 """Seconds on the clock for one of computing, which most systems count: they may be busy."""
 _OUT_OF_TIME: Final = -int(getattr(signal, "SIGXCPU", 0))
-
-
-def most_bytes(path: Path) -> int:
-    """Return how much memory the reading of a file may take."""
-    return _BYTES + _TIMES_THE_FILE * _size(path)
-
-
-def _size(path: Path) -> int:
-    """Return the bytes of a file, or of those in a folder."""
-    files = path.iterdir() if path.is_dir() else [path]
-    return sum(file.stat().st_size for file in files)
 
 
 def asked(work: str, path: Path, *arguments: Any) -> tuple[Any, list[Column]]:  # noqa: ANN401
@@ -57,7 +45,7 @@ def asked(work: str, path: Path, *arguments: Any) -> tuple[Any, list[Column]]:  
     ValueError, OSError, MemoryError
         If the file is damaged, or cannot be read within the limits.
     """
-    seconds = _SECONDS + _SECONDS_OF_A_MB * 1e-6 * _size(path)
+    seconds = most_seconds(path)
     request = {
         "work": work,
         "arguments": (os.fspath(path.absolute()), *arguments),
@@ -80,36 +68,35 @@ class _Kept:
 
     def answer(self, request: bytes, seconds: float) -> tuple[dict[str, Any], list[Column]]:
         """Send a request and return its answer; ValueError if the process does not survive it."""
-        process, late = self._running(), threading.Event()
-
-        def stop() -> None:
-            late.set()
-            process.kill()
-
-        timer = threading.Timer(seconds * _PATIENCE, stop)
-        timer.daemon = True
-        timer.start()
+        process, new = self._running()
         try:
-            return _exchanged(process, request)
+            with _killed_after(process, seconds * _PATIENCE) as late:
+                answer, arrays = _exchanged(process, request)
         except EOFError:
             code = process.wait()
             self.end()
-            if late.is_set() or code == _OUT_OF_TIME:
-                why = f"reading it would take more than {seconds:.0f} s, as in no sound file"
-            else:
-                why = f"it ended the process that read it, with code {code}"
-            raise ValueError(why) from None
         except BaseException:
             self.end()  # in the midst of an answer
             raise
-        finally:
-            timer.cancel()
+        else:
+            if answer.pop("harmed", False):
+                self.end()
+            return answer, arrays
+        if late.is_set() or code == _OUT_OF_TIME:
+            raise ValueError(
+                f"reading it would take more than {seconds:.0f} s, as in no sound file"
+            )
+        if not new:  # an earlier file may have done the harm
+            return self.answer(request, seconds)
+        raise ValueError(f"it ended the process that read it, with code {code}")
 
-    def _running(self) -> subprocess.Popen[bytes]:
-        if self._process is None or self._process.poll() is not None:
-            self.end()
-            self._process = _begun()
-        return self._process
+    def _running(self) -> tuple[subprocess.Popen[bytes], bool]:
+        """Return the process, and whether it is a new one."""
+        if self._process is not None and self._process.poll() is None:
+            return self._process, False
+        self.end()
+        self._process = _begun()
+        return self._process, True
 
     def end(self) -> None:
         """End the process, if there is one."""
@@ -126,6 +113,24 @@ class _Kept:
         if process is not None:
             process.returncode = 0  # it is none of ours to wait for
             _close(process)
+
+
+@contextlib.contextmanager
+def _killed_after(process: subprocess.Popen[bytes], seconds: float) -> Iterator[threading.Event]:
+    """Kill a process that is not done in time; the event says so."""
+    late = threading.Event()
+
+    def stop() -> None:
+        late.set()
+        process.kill()
+
+    timer = threading.Timer(seconds, stop)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield late
+    finally:
+        timer.cancel()
 
 
 def _close(process: subprocess.Popen[bytes]) -> None:

@@ -36,7 +36,7 @@ def main(requests: IO[bytes], answers: IO[bytes]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # which is for the parent, as is its answer to it
     for line in requests:
         request = json.loads(line)
-        work, package = _WORKS[request["work"]]
+        work, package, compiled = _WORKS[request["work"]]
         importlib.import_module(package)  # before the limits, which are for the file
         _limit(request["seconds"], request["bytes"])
         try:
@@ -44,6 +44,7 @@ def main(requests: IO[bytes], answers: IO[bytes]) -> None:
             answer = {"told": told, "arrays": [(a.dtype.str, a.shape) for a in arrays]}
         except Exception as error:  # what damaged bytes raise has no common base
             answer, arrays = _refusal(error), []
+            answer["harmed"] = compiled and not isinstance(error, Refused)
         answers.write(json.dumps(answer).encode() + b"\n")
         for array in (a for a in arrays if a.nbytes):
             raw: Any = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
@@ -235,14 +236,14 @@ def bag_columns(path: str, topic: str, wanted: list[int]) -> _Answer:
     return None, ros.columns(Path(path), topic, wanted)
 
 
-_WORKS: Final[dict[str, tuple[Callable[..., _Answer], str]]] = {
-    "mat_arrays": (mat_arrays, "scipy.io"),
-    "hdf5_listing": (hdf5_listing, "h5py"),
-    "hdf5_values": (hdf5_values, "h5py"),
-    "bag_topics": (bag_topics, "zerorate.io.readers.ros"),
-    "bag_columns": (bag_columns, "zerorate.io.readers.ros"),
+_WORKS: Final[dict[str, tuple[Callable[..., _Answer], str, bool]]] = {
+    "mat_arrays": (mat_arrays, "scipy.io", True),
+    "hdf5_listing": (hdf5_listing, "h5py", True),
+    "hdf5_values": (hdf5_values, "h5py", True),
+    "bag_topics": (bag_topics, "zerorate.io.readers.ros", False),
+    "bag_columns": (bag_columns, "zerorate.io.readers.ros", False),
 }
-"""Functions by name, and the module that each needs."""
+"""Functions by name, the module that each needs, and whether damage may spoil its memory."""
 
 
 if __name__ == "__main__":

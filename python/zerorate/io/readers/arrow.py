@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from zerorate.io.clocks.names import named_like_time
+from zerorate.io.limits import check_bytes
 from zerorate.io.log import LogError
 from zerorate.io.table import Column, Content, Format, Metadata, Table, listed_names
 from zerorate.texts import extra_needed
@@ -165,7 +166,7 @@ def _read(path: Path) -> Content:
     def read(wanted: Sequence[int]) -> list[Any]:
         fields = sorted(wanted)
         with _opened(path, fields) as reader:
-            columns = reader.read_all()
+            columns = _whole(path, reader)
         # Else a buffer that is shorter than its column says is read beyond its end.
         columns.validate()
         return [columns.column(fields.index(index)) for index in wanted]
@@ -173,6 +174,19 @@ def _read(path: Path) -> Content:
     with _opened(path, None) as reader:
         schema = reader.schema
     return Content.of(arrow_table(schema, read))
+
+
+def _whole(path: Path, reader: Any) -> Any:  # noqa: ANN401
+    """Return all batches as a table, as long as they keep to the bytes of a file of its size."""
+    count = getattr(reader, "num_record_batches", None)
+    there = reader if count is None else map(reader.get_batch, range(count))
+    batches, taken = [], 0
+    for batch in there:
+        taken += batch.nbytes
+        check_bytes(path, taken, "the table")
+        batches.append(batch)
+    schema = batches[0].schema if batches else reader.schema
+    return needs_pyarrow("Arrow IPC").Table.from_batches(batches, schema)
 
 
 FORMAT = Format(

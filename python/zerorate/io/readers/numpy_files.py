@@ -10,6 +10,7 @@ from typing import IO
 
 from numpy.lib import format as npy
 
+from zerorate.io.limits import check_bytes
 from zerorate.io.log import LogError
 from zerorate.io.readers.arrays import from_array, from_arrays
 from zerorate.io.readers.stored import Stored
@@ -26,7 +27,7 @@ def _read_npy(path: Path) -> Content:
             return npy.read_array(file, allow_pickle=False)
 
     with path.open("rb") as file:
-        return Content.of(from_array(_stored(file, path.stat().st_size, "the array", read)))
+        return Content.of(from_array(_stored(path, file, path.stat().st_size, "the array", read)))
 
 
 def _read_npz(path: Path) -> Content:
@@ -49,19 +50,17 @@ def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, name: s
             return array
 
     with archive.open(info) as file:
-        return _stored(file, info.file_size, f"'{name}'", read)
+        return _stored(path, file, info.file_size, f"'{name}'", read)
 
 
-def _stored(file: IO[bytes], size: int, what: str, read: Callable[[], Column]) -> Stored:
+def _stored(
+    path: Path, file: IO[bytes], size: int, what: str, read: Callable[[], Column]
+) -> Stored:
     """Return the array that a header declares; LogError if it cannot be in so many bytes."""
     version = npy.read_magic(file)
-    if version == (1, 0):
-        shape, _, dtype = npy.read_array_header_1_0(file)
-    elif version == (2, 0):
-        shape, _, dtype = npy.read_array_header_2_0(file)
-    else:
-        array = read()
-        return Stored.of(array)
+    # One of version 3 differs only in names of fields that are no Latin-1.
+    read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    shape, _, dtype = read_header(file)
     if dtype.hasobject:
         raise LogError(f"{what} holds Python objects, expected numbers")
     declared, there = math.prod(shape) * dtype.itemsize, size - file.tell()
@@ -70,7 +69,8 @@ def _stored(file: IO[bytes], size: int, what: str, read: Callable[[], Column]) -
             f"{what} declares the shape {shape} of {dtype}, but {there} bytes of it are there: "
             "it is truncated or damaged"
         )
-    return Stored(shape, dtype, read)
+    check_bytes(path, declared, what)
+    return Stored.of(read()) if version > (2, 0) else Stored(shape, dtype, read)
 
 
 NPY = Format("npy", "an .npy array", (_SUFFIX,), (b"\x93NUMPY",), _read_npy)

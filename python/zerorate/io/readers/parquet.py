@@ -12,6 +12,7 @@ from typing import Any, Final, Self
 
 import numpy as np
 
+from zerorate.io.limits import check_bytes
 from zerorate.io.log import Header, Log
 from zerorate.io.readers.arrow import arrow_table, in_pieces, needs_pyarrow, to_arrow
 from zerorate.io.table import Column, Content, Format
@@ -28,6 +29,9 @@ def _read(path: Path) -> Content:
 
     def load(wanted: Sequence[int]) -> list[Any]:
         names, places = _places(schema.names, wanted)
+        check_bytes(
+            path, rows * sum(map(_bytes_of, (schema.field(i) for i in wanted))), "the table"
+        )
         with _opened(path) as file:
             table = file.read(columns=names)
         return [table.column(i) for i in places]
@@ -59,6 +63,14 @@ def about(log: Log | Header) -> dict[str, str]:
     if "sensor" in log.meta:
         fields["sensor"] = str(log.meta["sensor"])
     return fields
+
+
+def _bytes_of(field: Any) -> int:  # noqa: ANN401
+    """Return the bytes of a value of a column, those of a text with its place."""
+    try:
+        return max(int(field.type.bit_width) // 8, 1)
+    except ValueError:
+        return 8
 
 
 def _places(listed: Sequence[str], wanted: Sequence[int]) -> tuple[list[str], list[int]]:
