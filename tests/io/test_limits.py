@@ -17,7 +17,7 @@ from support.formats import written
 from zerorate.io import LogError, limits, read_log, read_recording
 from zerorate.io.readers import apart
 
-N = 4_000_000
+N = 3_000_000
 ZEROS = np.zeros(3 * N)
 
 
