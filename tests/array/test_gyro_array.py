@@ -142,6 +142,8 @@ def calibration(matrix, unit="deg/s"):
     return Calibration(values, **known, **units, gravity=9.81, rate=RATE)
 
 
+# The twin is slow.
+@settings(max_examples=settings.default.max_examples // 5)
 @given(st.integers(0, 2**32))
 def test_calibrations_correct_scale_and_misalignment(seed):
     rng = np.random.default_rng(seed)

@@ -33,15 +33,15 @@ rng = np.random.default_rng(int(sys.argv[1]))
 z = rng.standard_normal({samples})
 
 def late():
-    time.sleep(rng.uniform(0.0, 0.6))
+    time.sleep(rng.uniform(0.0, 0.25))
     global sent
     sent = time.monotonic()
     os.kill(os.getpid(), signal.SIGINT)
 
 def interrupted(work):
     thread = threading.Thread(target=late)
-    thread.start()
     try:
+        thread.start()
         while True:
             work()
     except KeyboardInterrupt:
@@ -70,7 +70,7 @@ def work():
     f.{method}(*z)
 
 kind, left = type(f), []
-for _ in range(4):
+for _ in range(2):
     interrupted(work)
     left.append(f.to_bytes())
 # A signal may come once the call is over, while its answer is put away.
@@ -108,13 +108,13 @@ def work():
 
 work()
 after = nav.to_bytes()
-for _ in range(4):
+for _ in range(3):
     interrupted(work)
     left.append(nav.to_bytes())
 assert before in left and set(left) <= {before, after}
 nav.reset()
 _, record = nav.process_arrays(seconds[::10], gyro[::10], accel[::10], fix, record=True)
-for _ in range(3):
+for _ in range(2):
     interrupted(record.smoothed)
 """
 
@@ -147,5 +147,5 @@ RECORDS = {
 
 @pytest.mark.parametrize("name", RECORDS)
 def test_work_on_a_record_ends(name):
-    then = f"for _ in range(3): interrupted(lambda: {RECORDS[name]})"
+    then = f"for _ in range(2): interrupted(lambda: {RECORDS[name]})"
     assert run(PROGRAM.format(samples=1_000_000, then=then), 3) == "done\n"
