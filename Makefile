@@ -10,7 +10,11 @@ SOURCES := $(shell find rust python -name '*.rs' -o -name '*.toml' -o -name 'pyp
 
 RECORDINGS ?= ../shared/data
 
-.PHONY: help demo test test-core test-package fuzz lint lint-core lint-package docs bench results compare clean check-python check-cargo
+# A wheel to install in the place of the sources, as .ci/run has built one.
+WHEEL ?=
+PACKAGE = $(if $(WHEEL),'$(WHEEL)[all]',--editable '.[all]')
+
+.PHONY: help demo test test-core test-package nightly fuzz lint lint-core lint-package docs bench results compare clean check-python check-cargo
 
 help: ## Show this help
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -26,6 +30,17 @@ test-core: | check-cargo
 # Not --numprocesses=auto, which counts one for the two threads of a core.
 test-package: $(TOOLS)
 	$(BIN)/python -m pytest --numprocesses=logical --dist=worksteal
+
+# What takes too long for every change: deep searches, the core without its default feature, the
+# filters in a library with neither std nor an allocator.
+nightly: $(TOOLS) ## Test for an hour or two what .ci/run tests for minutes
+	$(BIN)/python -m pytest --numprocesses=logical --dist=worksteal --slow
+	HYPOTHESIS_PROFILE=deep $(BIN)/python -m pytest --numprocesses=logical --dist=worksteal -m 'not slow'
+	PROPTEST_CASES=5000 cargo test --quiet --release --package zerorate-core
+	cargo test --quiet --package zerorate-core --no-default-features
+	cargo run --quiet --package zerorate-core --no-default-features --profile test --example controller
+	cargo build --quiet --package zerorate-bare --profile bare
+	$(MAKE) fuzz MINUTES=10
 
 MINUTES ?= 60
 
@@ -92,7 +107,7 @@ clean: ## Remove what was built
 $(STAMP): $(SOURCES) | check-python check-cargo
 	@test -d $(VENV) || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1'
-	$(BIN)/pip install --quiet --editable '.[all]'
+	$(BIN)/pip install --quiet $(PACKAGE)
 	@touch $@
 
 # What tests and lints need on top of the package.
