@@ -16,7 +16,7 @@ from imucal import FerrarisCalibration
 from imucal.ferraris_calibration import FerrarisSignalRegions
 
 import zerorate as zr
-from zerorate.metrics import rotations
+from zerorate.geometry import rotations
 
 G = 9.80665
 RATE = 100.0

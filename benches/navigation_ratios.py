@@ -13,7 +13,7 @@ import numpy as np
 import peers
 import zerorate as zr
 from ratios import least, print_table
-from zerorate.metrics.rotations import inverse, product
+from zerorate.geometry.rotations import inverse, product
 from zerorate.navigation.processing import rows_of
 
 CALLS = 10_000

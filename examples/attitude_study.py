@@ -11,7 +11,7 @@ import numpy as np
 
 import zerorate as zr
 from tables import table
-from zerorate.metrics import rotations
+from zerorate.geometry import rotations
 
 RATE, DURATION = 100.0, 60.0
 KINDS = ("pendulum", "spinning pendulum", "arm", "vehicle", "circle", "hand")

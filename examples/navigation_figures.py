@@ -30,8 +30,8 @@ def main(folder):
     free = zr.NavigationFilter(start)
     wheels = zr.NavigationFilter(start, vehicle="wheeled")
     asked = {"seconds": LENGTHS, "smooth": True}
-    outages = zr.metrics.outages(imu, fixes, nav=free, **asked)
-    wheeled = zr.metrics.outages(imu, fixes, nav=wheels, **asked)
+    outages = zr.outages(imu, fixes, nav=free, **asked)
+    wheeled = zr.outages(imu, fixes, nav=wheels, **asked)
     track = free.process(imu, fixes)
     save_figure(plot_track(track, outages), folder / "navigation_track.png")
     save_figure(plot_outages(outages, {"wheels": wheeled}), folder / "navigation_outages.png")

@@ -15,7 +15,7 @@ import numpy as np
 import zerorate as zr
 from recordings import BESIDE
 from tables import table
-from zerorate.navigation.earth import moved
+from zerorate.geometry.earth import moved
 
 IMU, GNSS = "drive_imu_100hz.parquet", "drive_gnss_4hz.parquet"
 RESTED = (0.0, 36.0)
@@ -40,7 +40,7 @@ def drive_rows(folder):
     found = {}
     for name, wheels in (("INS", {}), ("INS + wheels", {"vehicle": "wheeled", "axle": AXLE})):
         nav = zr.NavigationFilter(start, antenna=mounting.antenna, **wheels)
-        found[name] = zr.metrics.outages(
+        found[name] = zr.outages(
             imu,
             fixes,
             seconds=LENGTHS,
@@ -76,7 +76,7 @@ def simulated_rows():
         imu, nav = drive.recording(), told(drive)
         track = nav.copy().process(imu, drive.fixes)
         found = [*errors(track, drive), *errors(track.smooth(), drive)]
-        outages = zr.metrics.outages(imu, drive.fixes, seconds=60.0, nav=nav)[60.0]
+        outages = zr.outages(imu, drive.fixes, seconds=60.0, nav=nav)[60.0]
         found += [outages.rms("velocity held"), outages.rms()]
         squares.append(np.square(found))
         yield row(f"seed {seed}", found)

@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from zerorate.navigation.clock import TimeOffset, find_time_offset
     from zerorate.navigation.fixes import Fixes
     from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
+    from zerorate.navigation.outages import Outages, outages
     from zerorate.navigation.readers import read_fixes
     from zerorate.navigation.track import Track
     from zerorate.navigation.tracks import write_geojson, write_gpx
@@ -127,6 +128,7 @@ __all__ = [
     "MovedParameter",
     "NavigationFilter",
     "NoiseModel",
+    "Outages",
     "PositionFilter",
     "RateTable",
     "RateTableAxis",
@@ -172,6 +174,7 @@ __all__ = [
     "integrate",
     "live",
     "metrics",
+    "outages",
     "raw_counts",
     "read_fixes",
     "read_log",
@@ -219,6 +222,7 @@ _PLACES: Final = {
     "navigation.alignment": ("Alignment", "align"),
     "navigation.clock": ("TimeOffset", "find_time_offset"),
     "navigation.fixes": ("Fixes",),
+    "navigation.outages": ("Outages", "outages"),
     "navigation.mounting": ("Mounting", "body_axes", "read_mounting"),
     "navigation.readers": ("read_fixes",),
     "navigation.track": ("Track",),

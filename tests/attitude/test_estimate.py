@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from zerorate.attitude.frames import FRAMES, from_enu, in_enu
-from zerorate.attitude.samples import Samples
+from zerorate.geometry.frames import FRAMES, from_enu, in_enu
 from zerorate.io import Log, LogError, Recording
+from zerorate.io.samples import Samples
 
 MOTION = zr.simulate_motion("hand", duration=20.0, seed=4)
 RECORDING = MOTION.recording()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from zerorate.metrics.rotations import inverse, product
+from zerorate.geometry.rotations import inverse, product
 from zerorate.simulate.motion import Kind
 from zerorate.types import Floats
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import zerorate as zr
-from zerorate.metrics import rotations
+from zerorate.geometry import rotations
 
 METHODS = ["backward-euler", "trapezoid", "coning"]
 RATE = 100.0

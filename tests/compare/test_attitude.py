@@ -13,8 +13,8 @@ from zerorate.compare import ATTITUDE_METHODS, Trial, compare_attitude, read_tri
 from zerorate.compare.as_json import as_json
 from zerorate.compare.imu import FRAMES, Imu, in_enu
 from zerorate.compare.peers import PEERS, Peer, missing
+from zerorate.geometry import rotations
 from zerorate.io import Log, LogError, Recording
-from zerorate.metrics import rotations
 from zerorate.show.compare_tables import format_compare
 from zerorate.show.tables import WIDTH
 from zerorate.simulate.hand import turned

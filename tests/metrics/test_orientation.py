@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from support.signals import RATE
 from zerorate import metrics
-from zerorate.metrics import rotations
+from zerorate.geometry import rotations
 
 
 def quaternion(axis, angle):

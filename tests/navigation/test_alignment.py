@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from zerorate.attitude.estimate import euler_angles
-from zerorate.navigation.earth import earth_rate, normal_gravity
+from zerorate.geometry.earth import earth_rate, normal_gravity
+from zerorate.geometry.rotations import euler_angles
 
 LATITUDE = 48.0
 

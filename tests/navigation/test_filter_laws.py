@@ -15,8 +15,8 @@ from support.checkpoints import CHECKSUM, CONTENT, sealed
 from support.checks import assert_same_bits, assert_symmetric
 from support.drives import MODELS, NAMES, at_rest, drive, rotation, start_of
 from support.wild import forged
+from zerorate.geometry.earth import local_ned, moved
 from zerorate.navigation import STATUSES
-from zerorate.navigation.earth import local_ned, moved
 from zerorate.navigation.processing import rows_of
 
 LEVER = (0.4, -0.3, -1.2)

@@ -424,7 +424,7 @@ class TestDrive:
         assert np.mean(fixes.quality == 1) == pytest.approx(0.996, abs=5e-4)
         assert fixes.velocity.shape == fixes.sigma_velocity.shape == (2197, 3)
         # What the receiver drives is what its velocities add up to, within their noise.
-        from zerorate.navigation.earth import local_ned
+        from zerorate.geometry.earth import local_ned
 
         way = local_ned(fixes.position[-1], fixes.position[0])
         mean = 0.5 * (fixes.velocity[1:] + fixes.velocity[:-1])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from zerorate.metrics.rotations import inverse, of_rotation_vectors, product
+from zerorate.geometry.earth import moved
+from zerorate.geometry.rotations import inverse, of_rotation_vectors, product
 from zerorate.navigation import STATUSES, VERDICTS
-from zerorate.navigation.earth import moved
 
 GYRO = zr.NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-6)
 ACCEL = zr.NoiseModel(angle_random_walk=1e-3, rate_random_walk=2e-5, quantity="acceleration")

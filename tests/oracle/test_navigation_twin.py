@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import zerorate as zr
 from oracle.navigation import Navigation
 from support.drives import ACCEL, GYRO, drive, matrix, noises, start_of
-from zerorate.navigation.earth import moved, radii
+from zerorate.geometry.earth import moved, radii
 
 # Covariances differ by 1e-11, places and velocities by 1e-13; orientations by 3e-11, by which their
 # matrices are stretched between steps of the covariance, and quaternions are not.

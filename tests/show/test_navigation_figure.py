@@ -35,7 +35,7 @@ def track(smoothed=False):
 def outages(smooth=True, **options):
     imu = DRIVE.recording()
     nav = filter_(**options)
-    return zr.metrics.outages(imu, DRIVE.fixes, seconds=(10, 20), nav=nav, smooth=smooth)
+    return zr.outages(imu, DRIVE.fixes, seconds=(10, 20), nav=nav, smooth=smooth)
 
 
 @pytest.mark.parametrize("smoothed", [False, True])

@@ -79,7 +79,7 @@ def tracked():
 def outages():
     moving = drive(160.0, rest=12.0)
     nav = zr.NavigationFilter(start_of(moving))
-    return zr.metrics.outages(moving.recording(), moving.fixes, seconds=(10,), nav=nav)
+    return zr.outages(moving.recording(), moving.fixes, seconds=(10,), nav=nav)
 
 
 RESULTS = {

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import zerorate as zr
 from oracle.strapdown import strapdown
-from zerorate.navigation.earth import earth_rate, local_ned, normal_gravity
+from zerorate.geometry.earth import earth_rate, local_ned, normal_gravity
 
 SILENT = {"gyro": None, "accel": None, "gyro_bias": 0.0, "accel_bias": 0.0}
 EXACT = {"sigma_position": 0.0, "sigma_velocity": 0.0}

@@ -7,7 +7,7 @@ import pytest
 
 import zerorate as zr
 from zerorate.compare import Trial
-from zerorate.metrics import rotations
+from zerorate.geometry import rotations
 from zerorate.simulate.hand import turned
 from zerorate.simulate.trajectories import TRAJECTORIES
 

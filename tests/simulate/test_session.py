@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from zerorate.metrics import rotations
+from zerorate.geometry import rotations
 from zerorate.simulate.hand import turned
 
 EXACT = {

@@ -3,7 +3,7 @@
 import numpy as np
 
 from support.logs import RATE, write_table
-from zerorate.metrics import rotations
+from zerorate.geometry import rotations
 
 BIAS = np.array([0.5, -0.3, 0.2])
 """deg/s."""

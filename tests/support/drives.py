@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import zerorate as zr
-from zerorate.navigation.earth import earth_rate, normal_gravity
+from zerorate.geometry.earth import earth_rate, normal_gravity
 
 RATE = 50.0
 # What simulate_drive puts in by default.

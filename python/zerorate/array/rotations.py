@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import DriftFilter
+from zerorate.geometry import rotations as quaternions
 from zerorate.io.log import LogError, checked_rate
 from zerorate.io.missing import floats
 from zerorate.io.saved import check_format, finite_numbers, part, restored
-from zerorate.metrics import rotations as quaternions
 from zerorate.noise.exports import written
 from zerorate.options import with_limits
 from zerorate.types import Booleans, Floats

@@ -11,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import Attitude
-from zerorate.attitude.frames import FRAMES, Frame, from_enu, in_enu
-from zerorate.attitude.samples import Samples
 from zerorate.calibrate.calibration import Calibration
+from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
+from zerorate.geometry.rotations import euler_angles
 from zerorate.io import Log, Recording
+from zerorate.io.samples import Samples
 from zerorate.metrics.orientation import OrientationErrors, orientation_errors
 from zerorate.progress import Progress, silent
 from zerorate.types import Booleans, Floats, Integers
@@ -366,17 +367,3 @@ def _remarks(recording: Recording, asked: bool, uses_mag: bool) -> Iterator[str]
         yield "there is no magnetometer: the heading is against the start, and drifts"
     if len([log for log in recording.of_kind("reference") if log.channels == 4]) > 1:
         yield "there are several references of four columns: none is compared with"
-
-
-def euler_angles(quaternion: Floats) -> Floats:
-    """Return roll, pitch and yaw of quaternions (n, 4), rad, shape (n, 3)."""
-    w, x, y, z = np.moveaxis(quaternion, -1, 0)
-    sine = np.clip(2.0 * (w * y - z * x), -1.0, 1.0)
-    return np.stack(
-        (
-            np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-            np.arcsin(sine),
-            np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
-        ),
-        axis=-1,
-    )

@@ -6,7 +6,7 @@ from typing import Annotated, Final
 
 import typer
 
-from zerorate import __version__
+from zerorate._native import __version__
 from zerorate.cli.errors import Hint
 
 __all__ = ["hint", "invoke", "program"]

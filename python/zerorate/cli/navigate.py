@@ -15,7 +15,7 @@ from typing import Annotated, Any, Final
 import numpy as np
 import typer
 
-from zerorate import NavigationFilter
+from zerorate._native import NavigationFilter
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.errors import (
     DataFault,
@@ -49,11 +49,11 @@ from zerorate.cli.outputs import (
     together,
 )
 from zerorate.io import LogError, Recording, write_log
-from zerorate.metrics import Outages, outages
 from zerorate.navigation.alignment import Alignment, align
 from zerorate.navigation.clock import find_time_offset
 from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
+from zerorate.navigation.outages import Outages, outages
 from zerorate.navigation.readers import read_fixes
 from zerorate.navigation.track import Track, not_begun
 from zerorate.navigation.tracks import write_geojson, write_gpx

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from zerorate.attitude.frames import FRAMES, Frame, in_enu
 from zerorate.compare.trial import Trial, spread
+from zerorate.geometry.frames import FRAMES, Frame, in_enu
+from zerorate.geometry.rotations import of_matrices
 from zerorate.io import Log, LogError
-from zerorate.metrics.rotations import of_matrices
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
 

@@ -19,8 +19,8 @@ from zerorate.compare.methods import (
 )
 from zerorate.compare.trial import Orientation, Trial
 from zerorate.compare.turning import MOVING
+from zerorate.geometry import rotations
 from zerorate.io import Log, LogError
-from zerorate.metrics import rotations
 from zerorate.types import Booleans, Floats
 
 __all__ = ["HORIZONS", "orientation_rows", "turning_speed"]

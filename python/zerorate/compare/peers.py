@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple, TypeAlias
 import numpy as np
 
 from zerorate.compare.imu import Imu, in_enu
-from zerorate.metrics.rotations import inverse, product
+from zerorate.geometry.rotations import inverse, product
 from zerorate.types import Floats
 from zerorate.units import UNITS
 

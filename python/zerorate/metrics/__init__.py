@@ -2,17 +2,15 @@
 
 A deviation at rest is won by any strong low-pass filter, so `reduction` never stands alone:
 `coasting_error` asks what a wrong bias costs, `orientation_error_growth` what it costs in
-attitude, `orientation_errors` how far an attitude is from the true one, `outages` how far a
-position is off while its receiver is silent, `motion_error` what the filter costs in motion,
-`regret` and `best_ema` how far it is from the best possible, `nis` and `coverage` whether it knows
-how good it is. Those of orientation take quaternions, `outages` recordings; all others take one
-channel (n,) or several (n, k) and return a float or k of them. A NaN or infinite sample is a
+attitude, `orientation_errors` how far an attitude is from the true one, `motion_error` what the
+filter costs in motion, `regret` and `best_ema` how far it is from the best possible, `nis` and
+`coverage` whether it knows how good it is. Those of orientation take quaternions; all others take
+one channel (n,) or several (n, k) and return a float or k of them. A NaN or infinite sample is a
 missing one and is left out, never filled in.
 """
 
 from zerorate.metrics.averages import BestEma, best_ema, running_mean
 from zerorate.metrics.motion import MotionError, delay, equal_delay_lowpass, motion_error
-from zerorate.metrics.navigation import OutageErrors, Outages, outages
 from zerorate.metrics.orientation import (
     OrientationErrors,
     orientation_error_growth,
@@ -26,8 +24,6 @@ __all__ = [
     "BestEma",
     "MotionError",
     "OrientationErrors",
-    "OutageErrors",
-    "Outages",
     "allan_ratio",
     "best_ema",
     "coasting_error",
@@ -39,7 +35,6 @@ __all__ = [
     "nis",
     "orientation_error_growth",
     "orientation_errors",
-    "outages",
     "reduction",
     "regret",
     "rmse",

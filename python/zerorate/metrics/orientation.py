@@ -9,8 +9,8 @@ from typing import Literal, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.geometry import rotations
 from zerorate.io.missing import floats
-from zerorate.metrics import rotations
 from zerorate.metrics.channels import positive, rms
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.units import whole_samples

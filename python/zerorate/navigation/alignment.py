@@ -8,11 +8,11 @@ from typing import Final, Literal
 
 import numpy as np
 
-from zerorate.attitude.samples import Samples
 from zerorate.calibrate import find_rests
+from zerorate.geometry.earth import earth_rate
+from zerorate.geometry.rotations import inverse, product
 from zerorate.io import LogError, Recording
-from zerorate.metrics.rotations import inverse, product
-from zerorate.navigation.earth import earth_rate
+from zerorate.io.samples import Samples
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result
 

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import NavigationFilter
-from zerorate.attitude.samples import Samples
 from zerorate.io import Recording
+from zerorate.io.samples import Samples
 from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.track import Inputs, Track, track_of
 from zerorate.types import Floats

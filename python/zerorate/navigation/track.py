@@ -9,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import NavigationFilter, NavigationRecord
+from zerorate.geometry.earth import local_ned, moved
+from zerorate.geometry.rotations import inverse, of_rotation_vectors, product
 from zerorate.io import Log
 from zerorate.io.missing import floats
-from zerorate.metrics.rotations import inverse, of_rotation_vectors, product
-from zerorate.navigation.earth import local_ned, moved
 from zerorate.types import Booleans, Floats
 from zerorate.views import Result, figure_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from zerorate.metrics import Outages
+    from zerorate.navigation.outages import Outages
 
 __all__ = ["STATUSES", "VERDICTS", "Inputs", "Track", "not_begun", "track_of"]
 
@@ -246,7 +246,7 @@ class Track(Result):
         return Log.at(self.time, rate, self.position, names, "deg, deg, m", meta), beside
 
     def plot(self, outages: Outages | None = None) -> Figure:
-        """Return the figure, which marks outages of ``zerorate.metrics.outages``.
+        """Return the figure, which marks outages of ``zerorate.outages``.
 
         ImportError without matplotlib, of the extra ``plot``.
         """

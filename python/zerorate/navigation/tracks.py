@@ -14,8 +14,8 @@ from typing import Any, Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.geometry.earth import wrapped
 from zerorate.io.atomic import atomic_path
-from zerorate.navigation.earth import wrapped
 from zerorate.texts import one_line
 from zerorate.types import Floats
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.metrics.rotations import inverse, product, unit
+from zerorate.geometry.rotations import inverse, product, unit
 from zerorate.show.attitude_table import attitude_title
 from zerorate.show.style import (
     BLACK,

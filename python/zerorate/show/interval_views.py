@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from zerorate.attitude.estimate import euler_angles
+from zerorate.geometry.rotations import euler_angles
 from zerorate.numerals import significant, with_error
 from zerorate.show.style import (
     BLACK,

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.metrics.navigation import FILTER, POSITION_HELD, SMOOTHED, VELOCITY_HELD
-from zerorate.navigation.earth import local_ned
+from zerorate.geometry.earth import local_ned
+from zerorate.navigation.outages import FILTER, POSITION_HELD, SMOOTHED, VELOCITY_HELD
 from zerorate.show.attitude_figure import thinned
 from zerorate.show.navigation_table import track_title
 from zerorate.show.style import (
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from zerorate.metrics import OutageErrors, Outages
+    from zerorate.navigation.outages import OutageErrors, Outages
     from zerorate.navigation.track import Track
     from zerorate.types import Floats, Integers
 
@@ -73,7 +73,7 @@ def plot_track(track: Track, outages: Outages | None = None, nis: Floats | None 
     track : Track
         What to show.
     outages : Outages, optional
-        Of ``zerorate.metrics.outages``: the longest are marked, with what the filter did in them.
+        Of ``zerorate.outages``: the longest are marked, with what the filter did in them.
     nis : ndarray, shape (m, 2), optional
         What `Track.nis` returned; by default it is asked, of a track that is not smoothed.
 
@@ -131,7 +131,7 @@ def plot_outages(
     Parameters
     ----------
     outages : Outages
-        Of ``zerorate.metrics.outages``.
+        Of ``zerorate.outages``.
     others : mapping of str to Outages, optional
         Other filters by name, on the same fixes; each is shown beside the first.
     seconds : float, optional

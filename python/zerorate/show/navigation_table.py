@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.attitude.estimate import euler_angles
+from zerorate.geometry.rotations import euler_angles
 from zerorate.navigation.track import STATUSES
 from zerorate.numerals import with_error
 from zerorate.show.tables import Table, as_text, bulleted
 
 if TYPE_CHECKING:
-    from zerorate.metrics import OutageErrors, Outages
     from zerorate.navigation.alignment import Alignment
     from zerorate.navigation.clock import TimeOffset
+    from zerorate.navigation.outages import OutageErrors, Outages
     from zerorate.navigation.track import Track
     from zerorate.types import Floats
 
@@ -59,7 +59,7 @@ def format_outages(outages: Outages) -> str:
     Parameters
     ----------
     outages : Outages
-        As `zerorate.metrics.outages` returns them.
+        As `zerorate.outages` returns them.
 
     Returns
     -------

@@ -75,7 +75,7 @@ VIEWS: Final = {
         "series_views:format_smoothed",
         "series_views:plot_smoothed",
     ),
-    "metrics.navigation.Outages": (
+    "navigation.outages.Outages": (
         "navigation_table:format_outages",
         "navigation_figure:plot_outages",
     ),

@@ -10,16 +10,7 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.io import Log, Recording
-from zerorate.io.log import checked_rate
-from zerorate.metrics.rotations import (
-    cumulative_product,
-    inverse,
-    of_rotation_vectors,
-    product,
-    unit,
-)
-from zerorate.navigation.earth import (
+from zerorate.geometry.earth import (
     SEMI_MAJOR_AXIS,
     earth_rate,
     moved,
@@ -28,6 +19,15 @@ from zerorate.navigation.earth import (
     transport_rate,
     wrapped,
 )
+from zerorate.geometry.rotations import (
+    cumulative_product,
+    inverse,
+    of_rotation_vectors,
+    product,
+    unit,
+)
+from zerorate.io import Log, Recording
+from zerorate.io.log import checked_rate
 from zerorate.navigation.fixes import Fixes
 from zerorate.noise import NoiseModel
 from zerorate.simulate.devices import Device

@@ -9,7 +9,7 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from zerorate.metrics.rotations import inverse, of_matrices, of_rotation_vectors, product, unit
+from zerorate.geometry.rotations import inverse, of_matrices, of_rotation_vectors, product, unit
 from zerorate.simulate.gyro import not_negative, whole
 from zerorate.types import Floats, Integers
 

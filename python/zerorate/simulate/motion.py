@@ -9,9 +9,9 @@ from typing import Final, Literal
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.geometry.rotations import inverse
 from zerorate.io import Log, Recording
 from zerorate.io.log import checked_rate
-from zerorate.metrics.rotations import inverse
 from zerorate.simulate.field import nearness, of_earth, of_magnet, spans, wandered
 from zerorate.simulate.gyro import not_negative, whole
 from zerorate.simulate.hand import fixed, given_or_drawn, turned

@@ -19,10 +19,10 @@ from zerorate.calibrate.calibration import (
     PARAMETERS,
     Calibration,
 )
+from zerorate.geometry.rotations import inverse
 from zerorate.io import Log, Recording
 from zerorate.io.log import checked_rate
 from zerorate.io.names import UNKNOWN, with_suffix
-from zerorate.metrics.rotations import inverse
 from zerorate.noise import NoiseModel
 from zerorate.noise.coefficient import positive
 from zerorate.simulate.devices import Device, device

@@ -13,7 +13,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from zerorate.metrics.rotations import inverse, of_rotation_vectors, product
+from zerorate.geometry.rotations import inverse, of_rotation_vectors, product
 from zerorate.simulate.hand import hand as turned_by_hand
 from zerorate.simulate.hand import turned
 from zerorate.types import Floats

@@ -12,11 +12,11 @@ import numpy.typing as npt
 from zerorate import _native
 from zerorate.calibrate.rate.angle_error import RateErrors, angle_sigma
 from zerorate.calibrate.rate.gaps import bridge
+from zerorate.geometry import rotations
 from zerorate.io import Log, LogError
 from zerorate.io.log import checked_rate
 from zerorate.io.missing import floats
 from zerorate.io.names import UNKNOWN
-from zerorate.metrics import rotations
 from zerorate.noise import FLICKER_FLOOR, NoiseModel
 from zerorate.noise.coefficient import Coefficient
 from zerorate.types import Booleans, Floats

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.geometry.rotations import inverse, product
 from zerorate.io import LogError
 from zerorate.metrics.channels import positive
-from zerorate.metrics.rotations import inverse, product
 from zerorate.progress import Progress, silent
 from zerorate.types import Booleans, Floats, Integers
 from zerorate.views import Result
 
 if TYPE_CHECKING:
-    from zerorate import NavigationFilter
+    from zerorate._native import NavigationFilter
     from zerorate.io import Recording
     from zerorate.navigation.fixes import Fixes
     from zerorate.navigation.track import Track
@@ -196,7 +196,7 @@ def outages(
     --------
     >>> import zerorate as zr
     >>> drive = zr.simulate_drive(240.0, seed=1)
-    >>> found = zr.metrics.outages(drive.recording(), drive.fixes, seconds=30.0)
+    >>> found = zr.outages(drive.recording(), drive.fixes, seconds=30.0)
     >>> found[30.0].n, found[30.0].rms() < found[30.0].rms("velocity held")
     (2, True)
     """
@@ -260,7 +260,7 @@ def _at_least(name: str, value: float) -> None:
 
 
 def _aligned(imu: Recording, gnss: Fixes, lever: Floats) -> NavigationFilter:
-    from zerorate import NavigationFilter
+    from zerorate._native import NavigationFilter
     from zerorate.navigation.alignment import align
 
     start = align(imu, latitude=float(gnss.position[0, 0]), heading="course")
@@ -379,7 +379,7 @@ def _errors(
 
 def _way(start: Floats, stop: Floats) -> Floats:
     """Return metres north and east from places to others; heights may be missing."""
-    from zerorate.navigation.earth import local_ned
+    from zerorate.geometry.earth import local_ned
 
     level = start.copy()
     level[:, 2] = np.nan_to_num(level[:, 2])

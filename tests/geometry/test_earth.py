@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from zerorate.navigation import earth
+from zerorate.geometry import earth
 
 
 class TestGravity:

@@ -8,7 +8,7 @@ import pytest
 
 import zerorate as zr
 from support.recordings import RECORDINGS, needs_recordings
-from zerorate.navigation.earth import local_ned
+from zerorate.geometry.earth import local_ned
 
 EXACT = {"gyro": None, "accel": None, "gyro_bias": 0.0, "accel_bias": 0.0}
 EXACT |= {"sigma_position": 0.0, "sigma_velocity": 0.0}
@@ -27,7 +27,7 @@ def start(driven, heading="course"):
 @cache
 def found(smooth=True):
     driven = drive()
-    return zr.metrics.outages(driven.recording(), driven.fixes, seconds=(10, 20), smooth=smooth)
+    return zr.outages(driven.recording(), driven.fixes, seconds=(10, 20), smooth=smooth)
 
 
 def distance(one, other):
@@ -72,10 +72,10 @@ def test_an_antenna_is_where_it_is_said_to_be():
     imu, fixes = driven.recording(), driven.fixes
     first = zr.align(imu, latitude=48.0, heading="course", span=(0.0, 25.0))
     nav = zr.NavigationFilter(first, antenna=LEVER)
-    right = zr.metrics.outages(imu, fixes, seconds=10.0, nav=nav)
-    wrong = zr.metrics.outages(imu, fixes, seconds=10.0, nav=zr.NavigationFilter(first))
+    right = zr.outages(imu, fixes, seconds=10.0, nav=nav)
+    wrong = zr.outages(imu, fixes, seconds=10.0, nav=zr.NavigationFilter(first))
     with pytest.raises(ValueError, match="antenna is for a filter that is made here"):
-        zr.metrics.outages(imu, fixes, nav=nav, antenna=LEVER)
+        zr.outages(imu, fixes, nav=nav, antenna=LEVER)
     assert right[10.0].rms() < 0.3
     assert wrong[10.0].rms() > 0.8
 
@@ -84,8 +84,8 @@ def test_the_template_is_not_changed():
     driven = drive()
     nav = zr.NavigationFilter(start(driven))
     before = nav.to_bytes()
-    first = zr.metrics.outages(driven.recording(), driven.fixes, seconds=10, nav=nav)
-    second = zr.metrics.outages(driven.recording(), driven.fixes, seconds=10, nav=nav)
+    first = zr.outages(driven.recording(), driven.fixes, seconds=10, nav=nav)
+    second = zr.outages(driven.recording(), driven.fixes, seconds=10, nav=nav)
     assert nav.to_bytes() == before
     np.testing.assert_array_equal(first[10].end["filter"], second[10].end["filter"])
 
@@ -94,8 +94,8 @@ def test_without_velocities_the_last_two_positions_tell_one():
     driven = drive(**EXACT)
     bare = zr.Fixes(driven.fixes.time, driven.fixes.position)
     nav = zr.NavigationFilter(start(driven, 0.0))
-    one = zr.metrics.outages(driven.recording(), bare, seconds=10.0, nav=nav)
-    known = zr.metrics.outages(driven.recording(), driven.fixes, seconds=10.0, nav=nav)
+    one = zr.outages(driven.recording(), bare, seconds=10.0, nav=nav)
+    known = zr.outages(driven.recording(), driven.fixes, seconds=10.0, nav=nav)
     assert "of the last two positions" in one.notes[0]
     assert known.notes == ()
     before = one[10.0].spans[0, 0].round().astype(int)
@@ -107,7 +107,7 @@ def test_without_velocities_the_last_two_positions_tell_one():
 def test_a_time_offset_moves_the_fixes():
     driven = drive()
     moved = driven.fixes.shifted(-3.25)
-    one = zr.metrics.outages(driven.recording(), moved, seconds=(10, 20), time_offset=3.25)
+    one = zr.outages(driven.recording(), moved, seconds=(10, 20), time_offset=3.25)
     np.testing.assert_allclose(one[10.0].spans, found()[10.0].spans)
     np.testing.assert_allclose(one[10.0].end["filter"], found()[10.0].end["filter"], rtol=1e-6)
 
@@ -117,7 +117,7 @@ def test_heights_may_be_missing():
     place = driven.fixes.position.copy()
     place[:, 2] = np.nan
     flat = zr.Fixes(driven.fixes.time, place, driven.fixes.velocity)
-    one = zr.metrics.outages(driven.recording(), flat, seconds=10.0)
+    one = zr.outages(driven.recording(), flat, seconds=10.0)
     assert all(np.isfinite(values).all() for values in one[10.0].end.values())
 
 
@@ -125,7 +125,7 @@ def test_a_receiver_with_gaps_has_fewer():
     driven = drive()
     gap = found()[10.0].spans[0] + [2.0, 20.0]
     there = (driven.fixes.time < gap[0]) | (driven.fixes.time > gap[1])
-    one = zr.metrics.outages(driven.recording(), driven.fixes.chosen(there), seconds=10.0)
+    one = zr.outages(driven.recording(), driven.fixes.chosen(there), seconds=10.0)
     assert one[10.0].n == found()[10.0].n - 1
     assert "outages of 10 s left out where the receiver has gaps itself: 1" in one.notes
 
@@ -162,7 +162,7 @@ def test_what_it_says():
 def test_refusals(options, match):
     driven = drive()
     with pytest.raises(ValueError, match=match):
-        zr.metrics.outages(driven.recording(), driven.fixes, **options)
+        zr.outages(driven.recording(), driven.fixes, **options)
 
 
 def test_filters_that_are_of_no_use():
@@ -171,15 +171,15 @@ def test_filters_that_are_of_no_use():
     used = zr.NavigationFilter(start(driven))
     used.process(imu)
     with pytest.raises(ValueError, match="that has seen no sample, this one has 16000"):
-        zr.metrics.outages(imu, fixes, nav=used)
+        zr.outages(imu, fixes, nav=used)
     with pytest.raises(zr.LogError, match="did not begin: the heading is not known, and"):
-        zr.metrics.outages(imu, fixes, nav=zr.NavigationFilter(start(driven, None)))
+        zr.outages(imu, fixes, nav=zr.NavigationFilter(start(driven, None)))
     with pytest.raises(zr.LogError, match="the fixes from 10000 to 10159 s: time_offset= moves"):
-        zr.metrics.outages(imu, fixes.shifted(1e4))
+        zr.outages(imu, fixes.shifted(1e4))
     with pytest.raises(zr.LogError, match="there are no fixes"):
-        zr.metrics.outages(imu, fixes.between(1e3))
+        zr.outages(imu, fixes.between(1e3))
     with pytest.raises(TypeError, match="gnss must be Fixes"):
-        zr.metrics.outages(imu, imu)
+        zr.outages(imu, imu)
 
 
 @needs_recordings
@@ -191,7 +191,7 @@ def test_the_recorded_drive(wheels):
     fixes = zr.read_fixes(RECORDINGS / "drive_gnss_4hz.parquet")
     begin = zr.align(imu, latitude=fixes.position[0, 0], heading="course", span=(0.0, 36.0))
     nav = zr.NavigationFilter(begin, antenna=mounting.antenna, **wheels)
-    one = zr.metrics.outages(
+    one = zr.outages(
         imu,
         fixes,
         nav=nav,

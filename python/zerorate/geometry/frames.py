@@ -7,7 +7,7 @@ from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
-from zerorate.metrics.rotations import inverse, product
+from zerorate.geometry.rotations import inverse, product
 from zerorate.types import Floats
 
 __all__ = ["FRAMES", "Frame", "from_enu", "in_enu"]

@@ -73,3 +73,17 @@ def cumulative_product(steps: Floats) -> Floats:
     for i in range(1, len(blocks)):
         starts[i] = product(starts[i - 1], blocks[i - 1, -1])
     return unit(product(starts[:, None], blocks).reshape(-1, 4)[:n])
+
+
+def euler_angles(quaternion: Floats) -> Floats:
+    """Return roll, pitch and yaw of quaternions (n, 4), rad, shape (n, 3)."""
+    w, x, y, z = np.moveaxis(quaternion, -1, 0)
+    sine = np.clip(2.0 * (w * y - z * x), -1.0, 1.0)
+    return np.stack(
+        (
+            np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+            np.arcsin(sine),
+            np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+        ),
+        axis=-1,
+    )

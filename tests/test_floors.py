@@ -1,0 +1,68 @@
+"""The floors of the package: an import points down, lazy and type-only imports included."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import zerorate
+
+ROOT = Path(zerorate.__file__).parent
+FLOORS = (
+    ("_native", "numerals", "progress", "texts", "types", "units", "views"),
+    ("denoise", "geometry", "io", "linear", "options"),
+    ("metrics", "noise"),
+    ("calibrate", "identify"),
+    ("array", "attitude", "navigation", "position"),
+    ("run", "simulate"),
+    ("compare", "live"),
+    ("show",),
+    ("cli",),
+)
+HEIGHT = {name: height for height, names in enumerate(FLOORS) for name in names}
+# Whoever imports the root may reach anything: only those who start commands do.
+ABOVE_ALL = ("__init__", "__main__")
+
+
+def places(node):
+    """Which parts of the package an import statement names."""
+    if isinstance(node, ast.Import):
+        names = [alias.name for alias in node.names]
+    elif isinstance(node, ast.ImportFrom) and not node.level:
+        named = node.module == "zerorate"
+        names = [f"zerorate.{alias.name}" for alias in node.names] if named else [node.module]
+    else:
+        names = []
+    return [name.split(".")[1] if "." in name else "" for name in names if is_ours(name)]
+
+
+def is_ours(name):
+    return name == "zerorate" or name.startswith("zerorate.")
+
+
+def own_part(file):
+    return file.relative_to(ROOT).parts[0].removesuffix(".py")
+
+
+@pytest.mark.parametrize("floor", sorted(HEIGHT))
+def test_imports_point_down(floor):
+    files = [one for one in ROOT.rglob("*.py") if own_part(one) == floor]
+    assert files or floor == "_native"
+    for file in files:
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            for place in places(node):
+                where = f"{file.relative_to(ROOT)}, line {getattr(node, 'lineno', 0)}: {place}"
+                assert place == floor or HEIGHT.get(place, len(FLOORS)) < HEIGHT[floor], where
+
+
+def test_everything_stands_on_a_floor():
+    parts = {own_part(file) for file in ROOT.rglob("*.py")} - set(ABOVE_ALL)
+    assert parts == set(HEIGHT) - {"_native"}
+
+
+def test_nobody_below_show_names_it():
+    for file in ROOT.rglob("*.py"):
+        if HEIGHT.get(own_part(file), len(FLOORS)) < HEIGHT["show"]:
+            assert "zerorate.show" not in file.read_text(encoding="utf-8").replace(
+                "`zerorate.show`", ""
+            ), file
