@@ -173,7 +173,7 @@ def test_navigation_by_the_stamps_is_better_than_by_an_even_clock():
     errors = []
     for recording in (found, evened):
         start = zr.align(recording, latitude=48.0, heading="course", span=(0.0, 29.0))
-        outages = zr.metrics.outages(
+        outages = zr.outages(
             recording, drive.fixes, seconds=10.0, nav=zr.NavigationFilter(start), first=30.0
         )
         errors.append(outages[10.0].rms())
