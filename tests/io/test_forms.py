@@ -14,10 +14,8 @@ REFUSED = [form for form in FORMS if form.expected not in ("read", "asks")]
 PENDING = (
     "sensorlog ios",
     "matlab mobile csv",
-    "matlab named",
     "witmotion new",
     "arduino ide monitor stamps",
-    "time of day",
     "hms columns",
 )
 """Forms that are not read so yet."""

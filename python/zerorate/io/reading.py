@@ -207,11 +207,12 @@ def read_log(
     -----
     The time column is one named ``time``, ``t``, ``timestamp``, ``stamp`` or so, else ``millis``,
     ``micros``, ``seconds``, ``elapsed``, ``ts``, ``date`` or ``datetime`` if it rises. It holds
-    numbers, or text of ISO 8601. The unit of numbers is the suffix (``_s _ms _us _ns``), else the
-    one in which they are dates of this century, else that of the step: below 0.5 seconds, below
-    100 milliseconds, below 100 000 microseconds, else nanoseconds. In a table without names the
-    first column is the time if it rises in near-equal steps over most rows and no other column
-    does; if it only counts rows (0, 1, 2, ...) it is left out, and ``rate`` is needed.
+    numbers, dates or times of day. The unit of numbers is `time_unit`, else the suffix (``_s _ms
+    _us _ns``), else the one in which they are dates of this century, else the only one in which
+    the rows have the `rate` stated or one of 0.5 Hz to 32 kHz; where two remain the log is
+    refused. In a table without names the first column is the time if it rises in near-equal steps
+    over most rows and no other column does; if it only counts rows (0, 1, 2, ...) it is left out,
+    and ``rate`` is needed. Where the clock wanders its stamps are kept, in ``stamps``.
 
     Missing samples, judged by the stamps' deviation from a uniform clock, become NaN rows.
     Late or repeated stamps do not add or drop rows. Where the clock jumps back, the rows stay in

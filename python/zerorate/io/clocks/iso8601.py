@@ -1,4 +1,4 @@
-"""Dates and times as text, ``2024-05-01T12:00:00.010Z``: the timestamps of ISO 8601."""
+"""Dates and times as text: the timestamps of ISO 8601, and those that are written otherwise."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.io.clocks.written import is_written_time, written_times
 from zerorate.io.log import LogError
 from zerorate.io.readers.cells import MISSING
 
@@ -33,15 +34,25 @@ _EXAMPLE: Final = "2024-05-01T12:00:00.010Z"
 
 
 def is_date(cell: str) -> bool:
-    """Whether a text is a date and time of ISO 8601."""
+    """Whether a text is a date and time of ISO 8601, or a time that is written otherwise."""
+    return _is_iso(cell) or is_written_time(cell)
+
+
+def _is_iso(cell: str) -> bool:
     return any(form.fullmatch(cell) is not None for form in _ONE.values())
 
 
-def dates(cells: Sequence[str]) -> Dates | None:
+def dates(cells: Sequence[str]) -> npt.NDArray[Any] | None:
     """Return texts as times, those of a zone in UTC, to the nanosecond; None if one is none.
 
-    All must tell their zone or none of them. A blank may stand in place of the T.
+    All must be written alike, and tell their zone or none of them. In ISO 8601 a blank may stand
+    in place of the T. Times without a date are durations since midnight.
     """
+    found = _iso_dates(cells)
+    return written_times(cells) if found is None and cells and not _is_iso(cells[0]) else found
+
+
+def _iso_dates(cells: Sequence[str]) -> Dates | None:
     zoned = bool(cells) and _ONE[True].fullmatch(cells[0]) is not None
     if _ALL[zoned].fullmatch("\n".join([*cells, ""])) is None:
         return None
@@ -93,6 +104,8 @@ class Fault(NamedTuple):
 def fault_among(cells: Sequence[str]) -> Fault:
     """Return what keeps `dates` from reading some texts."""
     zoned = _ONE[True].fullmatch(cells[0]) is not None
+    if is_written_time(cells[0]) and not _is_iso(cells[0]):
+        return _unlike_first(cells)
     for index, cell in enumerate(cells):
         if cell.strip() in MISSING:
             return Fault(index, "is missing, expected a timestamp in every row")
@@ -106,7 +119,16 @@ def fault_among(cells: Sequence[str]) -> Fault:
     raise AssertionError("all texts are dates")
 
 
-def dates_in(column: npt.NDArray[Any], name: str) -> Dates:
+def _unlike_first(cells: Sequence[str]) -> Fault:
+    for index, cell in enumerate(cells):
+        if cell.strip() in MISSING:
+            return Fault(index, "is missing, expected a timestamp in every row")
+        if written_times([cells[0], cell]) is None:
+            return Fault(index, f"is no time as in the first row, '{cells[0]}'")
+    return Fault(0, "is written otherwise than others")
+
+
+def dates_in(column: npt.NDArray[Any], name: str) -> npt.NDArray[Any]:
     """Return a column of texts as times; LogError that names column and row of a fault."""
     cells = [_text(value) for value in column.tolist()]
     found = dates(cells)

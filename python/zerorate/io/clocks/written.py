@@ -1,0 +1,151 @@
+"""Times as people and programs write them: ``01-May-2024 12:00:00.000``, ``5/1/2024 1:02 PM``.
+
+A date whose day and month cannot be told apart counts for nothing: the time of day alone is read.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from datetime import date
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["is_written_time", "written_times"]
+
+_MONTHS: Final = (
+    "jan",
+    "feb",
+    "mar",
+    "apr",
+    "may",
+    "jun",
+    "jul",
+    "aug",
+    "sep",
+    "oct",
+    "nov",
+    "dec",
+)
+_DATE: Final = (
+    r"[0-9]{1,2}[-/. ](?:[0-9]{1,2}|[A-Za-z]{3,9})[-/. ][0-9]{4}"
+    r"|[0-9]{4}[-/.][0-9]{1,2}[-/.][0-9]{1,2}"
+)
+_TIME: Final = re.compile(
+    rf"(?:({_DATE})(?:,? |T|_))?"
+    r"([0-9]{1,2}):([0-9]{2})(?::([0-9]{2}))?(?:[.,:]([0-9]{1,9}))?"
+    r"(?: ?([AaPp])\.?[Mm]\.?)?(?: ?(Z|[+-][0-9]{2}:?[0-9]{2}))?"
+)
+_EPOCH: Final = date(1970, 1, 1).toordinal()
+_DAY: Final = 86_400 * 10**9
+
+
+class _Parts(NamedTuple):
+    """Texts of a time: its date, hours, minutes, seconds, their fraction, half of day and zone."""
+
+    day: str
+    hours: str
+    minutes: str
+    seconds: str
+    fraction: str
+    half: str
+    zone: str
+
+
+def is_written_time(cell: str) -> bool:
+    """Whether a text is a time of day, maybe after a date."""
+    parts = _parts(cell)
+    return parts is not None and _nanoseconds(parts) is not None
+
+
+def _parts(cell: str) -> _Parts | None:
+    found = _TIME.fullmatch(cell.strip())
+    return None if found is None else _Parts(*(text or "" for text in found.groups()))
+
+
+def written_times(cells: Sequence[str]) -> npt.NDArray[Any] | None:
+    """Return texts as dates, or as durations since midnight where they tell no date for certain.
+
+    None if one is no time, or not written like the first one.
+    """
+    parts = [_parts(cell) for cell in cells]
+    if not parts or any(one is None for one in parts):
+        return None
+    known = [one for one in parts if one is not None]
+    shapes = {(bool(one.day), bool(one.half), bool(one.zone), bool(one.seconds)) for one in known}
+    clock = [_nanoseconds(one) for one in known]
+    if len(shapes) != 1 or None in clock:
+        return None
+    time = np.array(clock, dtype=np.int64)
+    if not known[0].day:
+        return time.astype("timedelta64[ns]")
+    days = _days([one.day for one in known])
+    if isinstance(days, str):
+        return None if days == "none" else time.astype("timedelta64[ns]")
+    return (time + days * _DAY).astype("datetime64[ns]")
+
+
+def _nanoseconds(parts: _Parts) -> int | None:
+    """Return the time of day less its zone, None if no clock shows it."""
+    fraction = int(parts.fraction.ljust(9, "0")) if parts.fraction else 0
+    hours, minutes = int(parts.hours), int(parts.minutes)
+    if not parts.seconds:
+        if not parts.fraction:
+            return None if hours > 23 or minutes > 59 else 60 * (60 * hours + minutes) * 10**9
+        # Minutes, seconds and their decimals, as spreadsheets show them.
+        return None if minutes > 59 else (60 * hours + minutes) * 10**9 + fraction
+    seconds = int(parts.seconds)
+    if parts.half:
+        if not 1 <= hours <= 12:
+            return None
+        hours = hours % 12 + (12 if parts.half in "pP" else 0)
+    if hours > 23 or minutes > 59 or seconds > 60:
+        return None
+    return (3600 * hours + 60 * minutes + seconds) * 10**9 + fraction - _ahead(parts.zone)
+
+
+def _ahead(zone: str) -> int:
+    if zone in ("", "Z"):
+        return 0
+    minutes = 60 * int(zone[1:3]) + int(zone[-2:])
+    return (-minutes if zone[0] == "-" else minutes) * 60 * 10**9
+
+
+def _days(texts: Sequence[str]) -> npt.NDArray[np.int64] | str:
+    """Return days since 1970; "none" if one is no date, "unsure" if day and month may be either."""
+    different = dict.fromkeys(texts)
+    split = {text: re.split(r"[-/. ]", text) for text in different}
+    numbers = [parts for parts in split.values() if parts[1].isdigit() and len(parts[0]) < 4]
+    # Points stand in dates that begin with the day.
+    points = all("." in text for text in different)
+    day_first = points or any(int(parts[0]) > 12 for parts in numbers)
+    month_first = not points and any(int(parts[1]) > 12 for parts in numbers)
+    if numbers and not day_first and not month_first:
+        same = all(parts[0] == parts[1] for parts in numbers)
+        if not same:
+            return "unsure"
+    found: dict[str, int] = {}
+    for text, parts in split.items():
+        day = _ordinal(parts, month_first and not day_first)
+        if day is None:
+            return "none"
+        found[text] = day - _EPOCH
+    return np.array([found[text] for text in texts], dtype=np.int64)
+
+
+def _ordinal(parts: Sequence[str], month_first: bool) -> int | None:
+    if len(parts[0]) == 4:
+        year, month, day = (int(part) for part in parts)
+    elif parts[1].isdigit():
+        day, month, year = (int(part) for part in parts)
+        day, month = (month, day) if month_first else (day, month)
+    else:
+        if parts[1][:3].lower() not in _MONTHS:
+            return None
+        day, month, year = int(parts[0]), _MONTHS.index(parts[1][:3].lower()) + 1, int(parts[2])
+    try:
+        return date(year, month, day).toordinal()
+    except ValueError:
+        return None

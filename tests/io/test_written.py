@@ -1,0 +1,76 @@
+"""Times that are written otherwise than in ISO 8601."""
+
+import numpy as np
+import pytest
+
+from zerorate.io import LogError, read_log
+from zerorate.io.clocks.iso8601 import dates, is_date
+
+N = 300
+
+
+def written(form, start="2024-05-13T12:59:58"):
+    times = (np.datetime64(start, "ms") + 10 * np.arange(N).astype("timedelta64[ms]")).tolist()
+    return [form(time) for time in times]
+
+
+FORMS = {
+    "of MATLAB": lambda t: f"{t:%d-%b-%Y %H:%M:%S}.{t.microsecond // 1000:03}",
+    "of America": lambda t: f"{t.month}/{t.day}/{t.year} {t:%I:%M:%S}.{t.microsecond:06} {t:%p}",
+    "of Germany": lambda t: f"{t:%d.%m.%Y %H:%M:%S}.{t.microsecond // 1000:03}",
+    "with slashes": lambda t: f"{t:%Y/%m/%d %H:%M:%S.%f}",
+    "with a zone behind a blank": lambda t: f"{t:%Y-%m-%d %H:%M:%S.%f} +0000",
+}
+OF_DAY = {
+    "of day": lambda t: f"{t:%H:%M:%S.%f}",
+    "of day to the millisecond": lambda t: f"{t:%H:%M:%S}.{t.microsecond // 1000:03}",
+    "of day after noon": lambda t: f"{t:%I:%M:%S}.{t.microsecond:06} {t:%p}",
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_dates_and_times(form, tmp_path):
+    cells = written(FORMS[form])
+    assert all(map(is_date, cells))
+    log = read_log({"when_time": np.array(cells, object), "gyro_x": np.ones(N)})
+    assert log.time[0] == np.datetime64("2024-05-13T12:59:58").astype(int)
+    (tmp_path / "log.csv").write_text("time;gyro_x\n" + "".join(f"{c};1\n" for c in cells))
+    for found in (log, read_log(tmp_path / "log.csv")):
+        assert (found.rate, found.n, found.meta["clock"].regular) == (100.0, N, True)
+
+
+@pytest.mark.parametrize("form", OF_DAY)
+@pytest.mark.parametrize("start", ["2024-05-13T12:59:58", "2024-05-13T23:59:59"])
+def test_times_of_day_go_on_at_noon_and_at_midnight(form, start, tmp_path):
+    cells = written(OF_DAY[form], start)
+    (tmp_path / "log.csv").write_text("time,gyro_x\n" + "".join(f"{c},1\n" for c in cells))
+    log = read_log(tmp_path / "log.csv")
+    assert (log.rate, log.n, log.meta["clock"].regular) == (100.0, N, True)
+    midnight = any("passes midnight once" in note for note in log.meta["notes"])
+    assert midnight == start.endswith("23:59:59")
+
+
+def test_a_date_that_may_be_two_is_none():
+    assert dates(["5/1/2024 1:02:03", "5/1/2024 1:02:04"]).dtype.kind == "m"
+    assert dates(["5/13/2024 1:02:03"])[0] == np.datetime64("2024-05-13T01:02:03")
+    assert dates(["13/5/2024 1:02:03"])[0] == np.datetime64("2024-05-13T01:02:03")
+    assert dates(["1.5.2024 1:02:03"])[0] == np.datetime64("2024-05-01T01:02:03")
+    assert dates(["53:10.2"])[0] == np.timedelta64(53 * 60_000 + 10_200, "ms")
+
+
+@pytest.mark.parametrize(
+    "cell",
+    ["25:00:00", "1:60:00", "31-Feb-2024 1:00:00", "1-Foo-2024 1:00:00", "1:2", "13:00:00 PM"],
+)
+def test_what_is_no_time(cell):
+    assert not is_date(cell) or dates([cell]) is None
+
+
+def test_rows_are_written_alike(tmp_path):
+    for other, told in (("1.5", "no time as in the first row"), ("", "")):
+        text = f"time,gyro_x\n12:00:00.0,1\n12:00:00.1,1\n{other},1\n"
+        (tmp_path / "log.csv").write_text(text)
+        with pytest.raises(
+            LogError, match=f"line 4, column 'time': '{other}' is .*{told}|is missing"
+        ):
+            read_log(tmp_path / "log.csv")
