@@ -474,3 +474,11 @@ def test_a_velocity_in_another_unit_is_left_out_with_a_note():
     fixes = zr.read_fixes({**rows, "velocity_north_kmh": [36.0, 36.0]})
     assert fixes.velocity is None
     assert "velocity_north_kmh: left out, for velocities are read in m/s" in fixes.notes
+
+
+def test_a_date_that_leaps_by_years_is_refused(tmp_path):
+    lines = [rmc(f"1200{i:02d}.00", 48.0, 11.0, date=d) for i, d in enumerate(["010524"] * 3)]
+    later = [rmc(f"1200{i:02d}.00", 48.0, 11.0, date="150904") for i in (3, 4)]
+    path = nmea(tmp_path / "leap.nmea", [*lines, *later])
+    with pytest.raises(zr.LogError, match="date leaps from 2024-05-01 to 2004-09-15: cut the file"):
+        zr.read_fixes(path)

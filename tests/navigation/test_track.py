@@ -233,3 +233,13 @@ def test_a_start_is_an_alignment():
     with pytest.raises(TypeError, match="gyro must be a NoiseModel or three of them"):
         zr.NavigationFilter(start, gyro=[GYRO, GYRO])
     assert zr.NavigationFilter(start, gyro=[GYRO] * 3).status == "no heading"
+
+
+def test_fixes_on_another_clock_are_told():
+    drive = zr.simulate_drive(40.0, 50.0, seed=1)
+    start = zr.align(drive.recording(), latitude=48.0, heading="course", span=(0.0, 20.0))
+    track = zr.NavigationFilter(start).process(drive.recording(), drive.fixes.shifted(1.7e9))
+    assert track.notes[0].startswith(
+        "none of the fixes is used: they are from 1.7e+09 to 1.7e+09 s"
+    )
+    assert "time_offset= moves them" in track.notes[0]

@@ -145,3 +145,13 @@ class TestState:
                 AttitudeLines.from_bytes(bad)
         with pytest.raises(SettingsError, match="made with beside"):
             AttitudeLines.from_bytes(raw, settings(sequence=0))
+
+
+def test_a_time_in_another_unit_than_the_rate_is_refused():
+    lines = AttitudeLines(settings(time="t"))
+    lines.take("t,gx_dps,gy_dps,gz_dps,ax_g,ay_g,az_g")
+    # At 50 Hz ten lines in milliseconds and one before; of lost lines a few are as far apart.
+    for i in range(10):
+        lines.take(f"{20 * i},0,0,0,0,0,1")
+    with pytest.raises(ColumnError, match="the time and rate= contradict: 10 lines are 20 s apart"):
+        lines.take("200,0,0,0,0,0,1")

@@ -45,6 +45,13 @@ def processed(
     )
     notes = [*samples.notes, *(() if gnss is None else gnss.notes)]
     epoch = None if fixes is None else fixes.epoch
+    if fixes is not None and len(fixes) and len(time) and not len(fixes.between(time[0], time[-1])):
+        notes.insert(
+            0,
+            f"none of the fixes is used: they are from {fixes.time[0]:.6g} to "
+            f"{fixes.time[-1]:.6g} s and the samples from {time[0]:.6g} to {time[-1]:.6g} s, as on "
+            "another clock; time_offset= moves them",
+        )
     told = tuple(dict.fromkeys(notes))
     return track_of(nav, inputs, source=imu.source, epoch=epoch, notes=told, keep=keep)
 

@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,6 +23,8 @@ _SENTENCE: Final = re.compile(rb"\$[A-Z]{2}(GGA|RMC|GST|VTG|ZDA),[^$\r\n]*")
 _ANY: Final = re.compile(rb"^[^\r\n]{0,64}?\$(?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,}),", re.MULTILINE)
 _KNOT: Final = 1852.0 / 3600.0
 _DAY: Final = 86_400.0
+_YEAR: Final = 365
+_FIRST_DAY: Final = datetime.date(1970, 1, 1).toordinal()
 
 _COLUMNS: Final = (
     "latitude_deg",
@@ -188,7 +191,7 @@ def _number(cell: object) -> float:
 
 
 def _days(date: datetime.date) -> int:
-    return date.toordinal() - datetime.date(1970, 1, 1).toordinal()
+    return date.toordinal() - _FIRST_DAY
 
 
 def _with_days(epochs: Sequence[_Epoch]) -> bool:
@@ -209,6 +212,17 @@ def _with_days(epochs: Sequence[_Epoch]) -> bool:
     return bool(dated)
 
 
+def _check_days(epochs: Sequence[_Epoch]) -> None:
+    """Raise LogError if the date leaps by a year or more, as receivers do that lost their week."""
+    for before, after in pairwise(epochs):
+        if abs(_day(after) - _day(before)) >= _YEAR:
+            dates = [datetime.date.fromordinal(_day(e) + _FIRST_DAY) for e in (before, after)]
+            raise LogError(
+                f"the date leaps from {dates[0]} to {dates[1]}: cut the file there, or at the "
+                "first right date of a receiver that has just been switched on"
+            )
+
+
 def _day(epoch: _Epoch) -> int:
     assert epoch.day is not None
     return epoch.day
@@ -226,6 +240,7 @@ def _table(reading: _Reading) -> Table:
     if not with_fix:
         reasons = ", ".join(_faults(reading)) or "no sentence GGA or RMC tells a position"
         raise LogError(f"there is no fix: {reasons}")
+    _check_days(with_fix)
     without = sum(1 for epoch in reading.epochs if epoch.void and not _has_fix(epoch))
     time = _times(with_fix, dated)
     columns: list[Column] = [time]

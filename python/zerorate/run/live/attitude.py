@@ -33,6 +33,10 @@ _SIGNATURE: Final = b"ZRATTIT1"
 _LENGTH: Final = 4
 _CRC: Final = 4
 _FOREIGN: Final = (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError)
+_APART: Final = 30.0
+"""Factor by which steps of the time may be off the rate, unless lines are lost."""
+_ODD: Final = 10
+"""Lines in a row that are."""
 _COUNTED: Final = ("last", "lost", "late", "restarts", "turn", "wraps", "run", "lowest")
 
 _QUATERNION: Final = tuple(f"quat_{axis}" for axis in "wxyz")
@@ -196,6 +200,7 @@ class AttitudeLines:
         self._fields = fields
         self._lines = 0
         self._lost = 0
+        self._odd = 0
         self._last: float | None = None
         self._opened: _Opened | None = None
         self._filter: Attitude | None = None
@@ -302,6 +307,7 @@ class AttitudeLines:
         if seconds is not None:
             if self._last is not None and seconds > self._last:
                 step = seconds - self._last
+                self._check_time(step)
             self._last = seconds
         self._lost = 0
         self.samples += 1
@@ -312,6 +318,17 @@ class AttitudeLines:
         for _, read in self._beside:
             texts += texts_of(read(filter_))
         return texts
+
+    def _check_time(self, step: float) -> None:
+        """Refuse a time that contradicts the rate in many lines, as one in another unit does."""
+        ratio = step * self.settings.rate
+        self._odd = 0 if 1.0 / _APART < ratio < _APART else self._odd + 1
+        if self._odd >= _ODD:
+            raise ColumnError(
+                f"the time and rate= contradict: {_ODD} lines are {step:.4g} s apart, and at "
+                f"{self.settings.rate:g} Hz they would be {1.0 / self.settings.rate:.4g} s; name "
+                "the column with its unit, time_ms for instance, or leave out --time"
+            )
 
     def _scaled(self, row: list[float]) -> list[Any]:
         """Return the samples of the sensors, None for a magnetometer that is not there."""
