@@ -16,7 +16,6 @@ PENDING = (
     "matlab mobile csv",
     "witmotion new",
     "arduino ide monitor stamps",
-    "hms columns",
 )
 """Forms that are not read so yet."""
 

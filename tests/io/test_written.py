@@ -74,3 +74,20 @@ def test_rows_are_written_alike(tmp_path):
             LogError, match=f"line 4, column 'time': '{other}' is .*{told}|is missing"
         ):
             read_log(tmp_path / "log.csv")
+
+
+def test_a_time_in_several_columns():
+    count = 23 * 3600 * 1000 + 59 * 60_000 + 58_000 + 10 * np.arange(N)
+    of_day = {"Hour": count // 3_600_000 % 24, "Minute": count // 60_000 % 60}
+    whole = {**of_day, "Second": count // 1000 % 60, "ms": count % 1000, "gyro_x": np.ones(N)}
+    for table in (whole, {**of_day, "Second": count / 1000 % 60, "gyro_x": np.ones(N)}):
+        log = read_log(table)
+        assert (log.rate, log.n, log.meta["clock"].regular) == (100.0, N, True)
+    nanoseconds = 1_714_560_000_000_000_000 + 3_333_333 * np.arange(N, dtype=np.int64)
+    parts = {"stamp.sec": nanoseconds // 10**9, "stamp.nsec": nanoseconds % 10**9}
+    log = read_log({**parts, "gyro_x": np.ones(N)})
+    assert log.rate == pytest.approx(300.0, rel=1e-6)
+    assert log.meta["clock"].regular
+    # Two clocks that each tell all are not added.
+    both = {"time_s": np.arange(N) / 500, "time_ns": 2_000_000 * np.arange(N)}
+    assert read_log({**both, "gyro_x": np.ones(N)}).rate == 500.0

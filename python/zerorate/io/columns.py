@@ -16,6 +16,7 @@ from zerorate.io.clocks.units import PER_SECOND, checked_time_unit
 from zerorate.io.log import LogError
 from zerorate.io.names import KIND_OF_UNIT, looks_like_gyro, meaning_of
 from zerorate.io.table import Column, Table
+from zerorate.io.timecolumns import with_one_time
 from zerorate.io.triads import (
     Triad,
     chosen_of,
@@ -122,6 +123,7 @@ def with_time(table: Table) -> Table:
     Columns that `may_be_time` are looked at where no name is plainly that of the time. One that
     does not rise is no clock: it may hold durations.
     """
+    table = with_one_time(table)
     names = table.names
     told = table.time is not None or table.timeless
     if told or names is None or any(map(looks_like_time, names)):

@@ -1,0 +1,111 @@
+"""Times in several columns, hours to milliseconds or seconds and nanoseconds, as one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from zerorate.io.clocks.names import UNITS, looks_like_time
+from zerorate.io.log import LogError
+from zerorate.io.names import plain
+from zerorate.io.table import Column, Table, as_numbers
+
+__all__ = ["with_one_time"]
+
+_NANOSECONDS: Final = {"h": 3600 * 10**9, "min": 60 * 10**9, "s": 10**9, "ms": 10**6, "us": 10**3}
+_WORDS: Final = {word: unit for unit, words in UNITS.items() for word in words if unit != "days"}
+_WORDS.update(hour="h", minute="min", nanosec="ns")
+
+
+def with_one_time(table: Table) -> Table:
+    """Return a table with one more column for a time that stands in several, if it does.
+
+    That is hours, minutes and seconds, with or without a finer one, where no column is named like
+    a time; or whole seconds and their nanoseconds or microseconds under one name.
+    """
+    names = table.names
+    if table.time is not None or table.timeless or names is None:
+        return table
+    pair = _of_pair(names)
+    places = _of_day(names) or (pair if pair and _are_parts(table, pair) else None)
+    if places is None or (table.lengths is not None and len(set(table.lengths)) > 1):
+        return table
+    label = " and ".join(names[i] for i in places.values())
+
+    def load(wanted: Sequence[int]) -> list[Column]:
+        own = [i for i in wanted if i != table.width]
+        parts = list(places.values()) if len(own) < len(wanted) else []
+        loaded = table.load([*own, *parts])
+        columns = dict(zip(own, loaded, strict=False))
+        if parts:
+            columns[table.width] = _joined(dict(zip(places, loaded[len(own) :], strict=True)))
+        return [columns[i] for i in wanted]
+
+    return replace(
+        table,
+        width=table.width + 1,
+        load=load,
+        names=(*names, label),
+        time=table.width,
+        lengths=None if table.lengths is None else (*table.lengths, table.lengths[0]),
+        pieces=None,
+    )
+
+
+def _of_day(names: Sequence[str]) -> dict[str, int] | None:
+    """Return the columns of hours, minutes, seconds and maybe milliseconds, by their units."""
+    if any(map(looks_like_time, names)):
+        return None
+    found: dict[str, int] = {}
+    for index, name in enumerate(names):
+        unit = _WORDS.get(plain(name))
+        if unit in _NANOSECONDS:
+            found.setdefault(unit, index)
+    return found if {"h", "min", "s"} <= found.keys() else None
+
+
+def _of_pair(names: Sequence[str]) -> dict[str, int] | None:
+    """Return the columns of seconds and of their nanoseconds, of one name but for the unit."""
+    stems: dict[tuple[str, str], int] = {}
+    for index, name in enumerate(names):
+        before, _, word = plain(name).rpartition("_")
+        unit = _WORDS.get(word)
+        if unit is not None:
+            stems.setdefault((before, unit), index)
+    for (stem, unit), index in stems.items():
+        if unit == "s" and (stem, "ns") in stems and _is_time(stem):
+            return {"s": index, "ns": stems[stem, "ns"]}
+    return None
+
+
+def _is_time(stem: str) -> bool:
+    return stem == "" or looks_like_time(stem)
+
+
+def _are_parts(table: Table, pair: dict[str, int]) -> bool:
+    """Whether seconds are whole and nanoseconds less than one: else each tells all of the time."""
+    try:
+        seconds, rest = (as_numbers(c, "") for c in table.load(list(pair.values())))
+    except LogError:
+        return False
+    return bool((np.rint(seconds) == seconds).all() and ((rest >= 0) & (rest < 1e9)).all())
+
+
+def _joined(parts: dict[str, Column]) -> Column:
+    """Return whole nanoseconds as durations, which have a unit."""
+    total = None
+    for unit, column in parts.items():
+        numbers = as_numbers(column, unit)
+        if numbers.dtype.kind == "f" and not np.isfinite(numbers).all():
+            row = int(np.flatnonzero(~np.isfinite(numbers))[0])
+            raise LogError(f"the {unit} of the time are not finite in row {row} (counting from 0)")
+        scale = _NANOSECONDS.get(unit, 1)
+        # Seconds since 1970 times a thousand million are no double.
+        whole = np.floor(numbers).astype(np.int64)
+        counts = whole * scale + np.rint((numbers - whole) * scale).astype(np.int64)
+        total = counts if total is None else total + counts
+    assert total is not None
+    return total.astype("timedelta64[ns]")
