@@ -5,6 +5,7 @@ import pytest
 
 import zerorate as zr
 from support.forms import forms
+from support.recordings import RECORDINGS, needs_recordings
 from zerorate.io import LogError
 
 FORMS = forms()
@@ -140,3 +141,17 @@ def test_a_unit_that_is_not_computed_with():
         zr.read_log(columns, unit="deg/s")
     log = zr.read_log(columns, unit="deg/s", scale=1e-3)
     assert (log.unit, log.data[0, 0]) == ("deg/s", 1e-3)
+
+
+@needs_recordings
+def test_exports_of_motion_capture():
+    folder = RECORDINGS / "formats"
+    recording = zr.read_recording(folder / "apdm_format7.csv")
+    assert len(recording.of_kind("gyro")) == 6
+    assert recording.gyro.names == tuple(f"Lumbar Gyroscope {axis}" for axis in "XYZ")
+    assert recording.gyro.data[0].tolist() == [-0.928487, -0.085719, -0.059549]
+    ankle = zr.read_log(folder / "apdm_format7.csv", sensor="left ankle")
+    assert ankle.data[0].tolist() == [-3.734939, 0.411611, -0.395161]
+    for mark in ("tab", "semicolon"):
+        log = zr.read_log(folder / f"xsens_{mark}.txt", rate=100)
+        assert log.names == ("Gyr_X", "Gyr_Y", "Gyr_Z")

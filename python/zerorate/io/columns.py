@@ -36,7 +36,12 @@ _ALIKE: Final = 0.02
 """Part by which two clocks of a log may differ over all of it."""
 
 _AXES: Final = 3
-_CALLED: Final = {"gyro": "a gyro", "accel": "an accelerometer", "mag": "a magnetometer"}
+_CALLED: Final = {
+    "gyro": "a gyro",
+    "accel": "an accelerometer",
+    "mag": "a magnetometer",
+    "angle": "an angle",
+}
 _SOUGHT: Final = {("gyro",): "a gyro", ("gyro", "accel"): "a gyro or an accelerometer"}
 
 Columns = str | int | Sequence[str | int] | None
@@ -250,11 +255,12 @@ def _sensors(
 
 def _check_unit(kind: str, names: Sequence[str]) -> None:
     for name, meaning in zip(names, map(meaning_of, names), strict=True):
-        of_unit = None if meaning is None else KIND_OF_UNIT.get(meaning.unit or "")
-        if of_unit not in (None, kind) and meaning is not None:
+        unit = "" if meaning is None else meaning.unit or ""
+        of_unit = KIND_OF_UNIT.get(unit, "angle" if unit in ("deg", "rad") else kind)
+        if of_unit != kind:
             raise LogError(
-                f"column '{name}' is named like {_CALLED[kind]} but is in {meaning.unit}, the unit "
-                f"of {_CALLED[str(of_unit)]}; columns= reads it all the same"
+                f"column '{name}' is named like {_CALLED[kind]} but is in {unit}, the unit of "
+                f"{_CALLED[of_unit]}; columns= reads it all the same"
             )
 
 

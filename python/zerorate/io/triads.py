@@ -112,7 +112,9 @@ def _whole(linear: Triad, found: list[Triad]) -> bool:
     That has an angular velocity beside it, where phones have a gyro.
     """
     others = [triad for triad in found if triad.kind == "accel" and triad.stage != "linear"]
-    return not others and any("angular" in triad.stem.split("_") for triad in found)
+    return not others and any(
+        ROLES.get(word) == "angular" for triad in found for word in triad.stem.split("_")
+    )
 
 
 def _rank(triad: Triad) -> tuple[bool, int]:
@@ -169,7 +171,7 @@ def named(triads: Sequence[Triad], sensor: str | None) -> list[Triad]:
 def note_on_others(chosen: Sequence[Triad], left: Sequence[Triad], label: str) -> Iterator[str]:
     """Yield the sentence on the sensors of a kind that are not read, if there are any."""
     if chosen and left:
-        yield f"of several read {label}; sensor= chooses another: {_listed(left)}"
+        yield f"of several sensors {label} is read; sensor= chooses another: {_listed(left)}"
 
 
 def note_on_axes(triad: Triad, names: Sequence[str]) -> Iterator[str]:

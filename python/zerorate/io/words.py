@@ -28,12 +28,13 @@ _OF: Final = {
     "free": "free user gravity grav gravitational increment inc integral integrated angle angles"
     " euler quat quaternion orientation ori rotvec vector",
     "value": "measurement value values data reading axis sensor",
+    "label": "type name",
     "no": "temp temperature bias biases cov covariance sigma std stddev status state valid validity"
     " flag flags dt delta clip clipping clipped count counts counter id ids norm magnitude abs"
     " absolute odr range accuracy timestamp timestamps time integral error errors err samples rms"
     " variance var offset offsets scale weight excluded rest stuck saturated setpoint target cmd"
     " command desired noise health healthy num index seq sequence limit max min threshold heading"
-    " declination strength frame type name period interval sensitivity gain trim version gps baro"
+    " declination strength frame period interval sensitivity gain trim version gps baro"
     " pressure jerk moving",
     "unfiltered": "unfilt unfiltered",
     "filtered": "filt filtered smoothed smooth lpf lowpass motion",
@@ -149,7 +150,7 @@ def _kind(
     counted: int | None,
 ) -> tuple[str | None, set[str]]:
     """Return the kind of a sensor and the words that tell it."""
-    if roles & {"no", "free"}:
+    if roles & {"no", "free"} or ("label" in roles and axis is None):
         return None, set()
     kinds = [kind for kind in ("gyro", "accel", "mag") if kind in roles]
     turns = roles & {"angular", "turning"} or any(word in _TURNS for word in words)

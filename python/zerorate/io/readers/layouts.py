@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from zerorate.io.clocks.iso8601 import is_date
-from zerorate.io.clocks.names import UNITS
+from zerorate.io.clocks.names import UNITS, looks_like_time
 from zerorate.io.log import LogError
 from zerorate.io.names import is_unit
 from zerorate.io.readers.cells import MISSING, from_inert, is_comment, is_number, split, whole
@@ -75,12 +75,13 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
     at = 0 if below_names else _first_row(cells, decimal_comma)
     if at == len(body):
         raise LogError(f"line {body[0].number} is a header without rows, expected numbers below it")
-    first, row = body[at], cells[at]
+    first, row, at_row = body[at], cells[at], at
     header = None
     if not below_names and at:
         _check_has_number(first, row, decimal_comma)
         told, at = _header(cells, body, at)
         header = body[at].text
+    told = told and _without_empty_times(told, cells[at_row:])
     layout = Layout(
         offset=first.offset,
         lines_before=first.number - 1,
@@ -120,7 +121,7 @@ def _sample(body: Sequence[Line]) -> Line:
 
 def _delimiter(line: str) -> str | None:
     line = re.sub(r'"[^"]*"', "", line)
-    for mark in (";", "\t", ","):
+    for mark in (";", "\t", ",", "|"):
         if mark in line:
             return mark
     return None if len(line.split()) > 1 else ","
@@ -139,7 +140,9 @@ def is_value(cell: str, decimal_comma: bool = False) -> bool:
 
 def _first_row(cells: list[list[str]], decimal_comma: bool) -> int:
     """Return which line is the first row: the second where none is plainly one."""
-    has_value = [any(is_value(cell, decimal_comma) for cell in row) for row in cells]
+    values = [sum(1 for cell in row if is_value(cell, decimal_comma)) for row in cells]
+    # A line above the rows may have a number in it, but not as many.
+    has_value = [2 * own >= max(values[len(values) // 2], 1) and own > 0 for own in values]
     widths = Counter(len(row) for row, told in zip(cells, has_value, strict=True) if told)
     if not widths:
         return 1
@@ -188,6 +191,16 @@ def _header(
         pairs = zip(together, units, strict=True)
         together = [_with_unit(name, unit) for name, unit in pairs]
     return _names(together), at - 1
+
+
+def _without_empty_times(names: tuple[str, ...], rows: list[list[str]]) -> tuple[str, ...]:
+    """Return names of which those of a time that no row has are no longer that of one."""
+    return tuple(
+        f"{name} (empty)"
+        if looks_like_time(name) and all(len(row) > i and row[i] in MISSING for row in rows)
+        else name
+        for i, name in enumerate(names)
+    )
 
 
 def _belongs(cells: list[str], below: list[str], lines: Sequence[Line]) -> bool:
