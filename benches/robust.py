@@ -21,7 +21,7 @@ from zerorate.compare import compare, read_trial
 from zerorate.compare.methods import filter_arguments
 from zerorate.compare.rest import HORIZONS, scored_from
 from zerorate.compare.simulated import run
-from zerorate.simulate import Contamination
+from zerorate.simulation import Contamination
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
 BEFORE = Path(__file__).with_name("robust_before.json")

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import zerorate as zr
-from zerorate.simulate.motions import MOTIONS
+from zerorate.simulation.motions import MOTIONS
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
 BIAS, NOISE, SEEDS = 0.6, 0.1, 12

@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 import zerorate as zr
 from tables import table
-from zerorate.calibrate import Turn
-from zerorate.calibrate.calibration import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
+from zerorate.calibration import Turn
+from zerorate.calibration.calibration import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
 from zerorate.show import save_figure
 from zerorate.show.calibration_panels import draw_poses
 from zerorate.show.style import FONT, new_figure

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.compare.simulated import scored_span
-from zerorate.simulate.models import GyroModel, records
-from zerorate.simulate.optimum import Optimum, optimum
+from zerorate.simulation.models import GyroModel, records
+from zerorate.simulation.optimum import Optimum, optimum
 from zerorate.types import Floats
 
 _ROUNDS: Final = 60
@@ -120,7 +120,7 @@ def least_regret(
 
     Examples
     --------
-    >>> from zerorate.simulate.models import GyroModel
+    >>> from zerorate.simulation.models import GyroModel
     >>> drifts = GyroModel("none"), GyroModel("walk", rate_random_walk=1e-4)
     >>> round(least_regret(drifts, records=20, duration=600.0).lower, 1)
     1.0

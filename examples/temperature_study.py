@@ -15,8 +15,8 @@ import numpy as np
 
 import zerorate as zr
 from tables import table
-from zerorate.calibrate.temperature import fit as fitting
-from zerorate.calibrate.temperature import model as modelling
+from zerorate.calibration.temperature import fit as fitting
+from zerorate.calibration.temperature import model as modelling
 
 RATE, DURATION, TIME_CONSTANT = 25.0, 1800.0, 400.0
 START, REFERENCE = 20.0, 25.0

@@ -26,7 +26,7 @@ from zerorate.show.style import (
     style_decades,
     style_panels,
 )
-from zerorate.simulate.motions import MOTIONS
+from zerorate.simulation.motions import MOTIONS
 from zerorate.units import convert
 
 if TYPE_CHECKING:

@@ -10,11 +10,11 @@ import zerorate
 ROOT = Path(zerorate.__file__).parent
 FLOORS = (
     ("_native", "numerals", "progress", "texts", "types", "units", "views"),
-    ("denoise", "geometry", "io", "linear", "options"),
+    ("denoising", "geometry", "io", "linear", "options"),
     ("metrics", "noise"),
-    ("calibrate", "identify"),
+    ("calibration", "identify"),
     ("array", "attitude", "navigation", "position"),
-    ("run", "simulate"),
+    ("run", "simulation"),
     ("compare", "live"),
     ("show",),
     ("cli",),

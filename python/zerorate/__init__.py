@@ -6,10 +6,8 @@ NaN, infinities and ``None`` are missing samples. R is the measurement noise var
 process noise covariance of the state.
 """
 
-import sys
 from collections.abc import Callable
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
 
 from zerorate._native import (
@@ -42,19 +40,19 @@ if TYPE_CHECKING:
     from zerorate.array.rotations import Rotations, find_rotations, read_rotations
     from zerorate.array.virtual_gyro import VirtualGyro
     from zerorate.attitude.estimate import AttitudeEstimate, estimate_attitude
-    from zerorate.calibrate.calibrate import CalibrationError, calibrate
-    from zerorate.calibrate.calibration import Calibration
-    from zerorate.calibrate.comparison import (
+    from zerorate.calibration.calibrate import CalibrationError, calibrate
+    from zerorate.calibration.calibration import Calibration
+    from zerorate.calibration.comparison import (
         CalibrationComparison,
         MovedParameter,
         compare_calibrations,
     )
-    from zerorate.calibrate.fit.rests import find_rests
-    from zerorate.calibrate.rate.angle import Integrated, integrate
-    from zerorate.calibrate.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
-    from zerorate.calibrate.rate.reference import FittedRate, fit_rate
-    from zerorate.calibrate.temperature import TemperatureBias, TemperatureModel
-    from zerorate.denoise.wavelet import Denoised, denoise
+    from zerorate.calibration.fit.rests import find_rests
+    from zerorate.calibration.rate.angle import Integrated, integrate
+    from zerorate.calibration.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
+    from zerorate.calibration.rate.reference import FittedRate, fit_rate
+    from zerorate.calibration.temperature import TemperatureBias, TemperatureModel
+    from zerorate.denoising.wavelet import Denoised, denoise
     from zerorate.io.counts import raw_counts
     from zerorate.io.log import Log, LogError, Recording
     from zerorate.io.reading import read_log
@@ -78,12 +76,12 @@ if TYPE_CHECKING:
     from zerorate.noise.result import AllanResult
     from zerorate.noise.spectrum import whittle
     from zerorate.noise.terms import Markov, Sinusoid
-    from zerorate.simulate.contamination import Contamination
-    from zerorate.simulate.devices import DEVICES, Device, device
-    from zerorate.simulate.drive import SimulatedDrive, simulate_drive
-    from zerorate.simulate.gyro import simulate
-    from zerorate.simulate.motion import MotionErrors, SimulatedMotion, simulate_motion
-    from zerorate.simulate.session import (
+    from zerorate.simulation.contamination import Contamination
+    from zerorate.simulation.devices import DEVICES, Device, device
+    from zerorate.simulation.drive import SimulatedDrive, simulate_drive
+    from zerorate.simulation.gyro import simulate
+    from zerorate.simulation.motion import MotionErrors, SimulatedMotion, simulate_motion
+    from zerorate.simulation.session import (
         AccelErrors,
         GyroErrors,
         SimulatedSession,
@@ -203,15 +201,15 @@ _PLACES: Final = {
     "array.rotations": ("Rotations", "find_rotations", "read_rotations"),
     "array.virtual_gyro": ("VirtualGyro",),
     "attitude.estimate": ("AttitudeEstimate", "estimate_attitude"),
-    "calibrate.calibrate": ("CalibrationError", "calibrate"),
-    "calibrate.calibration": ("Calibration",),
-    "calibrate.comparison": ("CalibrationComparison", "MovedParameter", "compare_calibrations"),
-    "calibrate.fit.rests": ("find_rests",),
-    "calibrate.rate.angle": ("Integrated", "integrate"),
-    "calibrate.rate.rate_table": ("RateTable", "RateTableAxis", "calibrate_rate_table"),
-    "calibrate.rate.reference": ("FittedRate", "fit_rate"),
-    "calibrate.temperature": ("TemperatureBias", "TemperatureModel"),
-    "denoise.wavelet": ("Denoised", "denoise"),
+    "calibration.calibrate": ("CalibrationError", "calibrate"),
+    "calibration.calibration": ("Calibration",),
+    "calibration.comparison": ("CalibrationComparison", "MovedParameter", "compare_calibrations"),
+    "calibration.fit.rests": ("find_rests",),
+    "calibration.rate.angle": ("Integrated", "integrate"),
+    "calibration.rate.rate_table": ("RateTable", "RateTableAxis", "calibrate_rate_table"),
+    "calibration.rate.reference": ("FittedRate", "fit_rate"),
+    "calibration.temperature": ("TemperatureBias", "TemperatureModel"),
+    "denoising.wavelet": ("Denoised", "denoise"),
     "io.counts": ("raw_counts",),
     "io.log": ("Log", "LogError", "Recording"),
     "io.reading": ("read_log",),
@@ -235,28 +233,16 @@ _PLACES: Final = {
     "noise.result": ("AllanResult",),
     "noise.spectrum": ("whittle",),
     "noise.terms": ("Markov", "Sinusoid"),
-    "simulate.contamination": ("Contamination",),
-    "simulate.devices": ("DEVICES", "Device", "device"),
-    "simulate.drive": ("SimulatedDrive", "simulate_drive"),
-    "simulate.gyro": ("simulate",),
-    "simulate.motion": ("MotionErrors", "SimulatedMotion", "simulate_motion"),
-    "simulate.session": ("AccelErrors", "GyroErrors", "SimulatedSession", "simulate_session"),
+    "simulation.contamination": ("Contamination",),
+    "simulation.devices": ("DEVICES", "Device", "device"),
+    "simulation.drive": ("SimulatedDrive", "simulate_drive"),
+    "simulation.gyro": ("simulate",),
+    "simulation.motion": ("MotionErrors", "SimulatedMotion", "simulate_motion"),
+    "simulation.session": ("AccelErrors", "GyroErrors", "SimulatedSession", "simulate_session"),
 }
 """Modules that are imported when a name in them is first asked for: nobody needs all of them."""
 
 _MODULES: Final = {name: module for module, names in _PLACES.items() for name in names}
-
-
-class _Root(ModuleType):
-    """The package, in which a function keeps its name beside the package that it stands in."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        # Whoever imports zerorate.calibrate.fit would have zerorate.calibrate name a package.
-        if not (name in _MODULES and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Root
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import TypeVar
 
-from zerorate.calibrate.calibration import Calibration
+from zerorate.calibration.calibration import Calibration
 from zerorate.io import Recording
 from zerorate.linear.run import LinearRun
 from zerorate.navigation.alignment import Alignment

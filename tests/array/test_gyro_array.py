@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import oracle
 import zerorate as zr
 from support.checks import assert_same_bits
-from zerorate.calibrate import Calibration
+from zerorate.calibration import Calibration
 
 RATE = 20.0
 TURN = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])

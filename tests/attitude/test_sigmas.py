@@ -10,7 +10,7 @@ import pytest
 
 import zerorate as zr
 from zerorate.geometry.rotations import inverse, product
-from zerorate.simulate.motion import Kind
+from zerorate.simulation.motion import Kind
 from zerorate.types import Floats
 
 SWUNG: tuple[Kind, ...] = ("pendulum", "spinning pendulum", "arm", "hand")

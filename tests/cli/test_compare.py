@@ -13,7 +13,7 @@ from support.compared import gyros, noise, oriented, resting, turning
 from support.logs import write_table
 from support.recordings import RECORDINGS, needs_recordings
 from zerorate.show.tables import WIDTH
-from zerorate.simulate.models import MODELS
+from zerorate.simulation.models import MODELS
 
 
 @pytest.fixture

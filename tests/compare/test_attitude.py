@@ -17,7 +17,7 @@ from zerorate.geometry import rotations
 from zerorate.io import Log, LogError, Recording
 from zerorate.show.compare_tables import format_compare
 from zerorate.show.tables import WIDTH
-from zerorate.simulate.hand import turned
+from zerorate.simulation.hand import turned
 
 DEG = math.radians(1.0)
 OWN = [name for name in ATTITUDE_METHODS if name not in PEERS and "+" not in name]

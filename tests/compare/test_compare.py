@@ -26,7 +26,7 @@ from zerorate.compare.turning import fitted
 from zerorate.io import LogError
 from zerorate.show.compare_tables import format_compare
 from zerorate.show.tables import WIDTH
-from zerorate.simulate import Contamination
+from zerorate.simulation import Contamination
 
 BROAD = "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet"
 ENCODER = "mpu6050_encoder_yaw_slow_100hz.parquet"

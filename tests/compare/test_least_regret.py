@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from zerorate.simulate.models import MODELS, GaussMarkov, GyroModel, records
-from zerorate.simulate.optimum import optimum
+from zerorate.simulation.models import MODELS, GaussMarkov, GyroModel, records
+from zerorate.simulation.optimum import optimum
 
 EXAMPLE = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "least_regret.py"))
 least_regret, filtered_by_all = EXAMPLE["least_regret"], EXAMPLE["filtered_by_all"]

@@ -12,8 +12,8 @@ from zerorate.compare.methods import resolved
 from zerorate.compare.simulated import run, run_contaminated
 from zerorate.show.compare_simulated import format_regret
 from zerorate.show.compare_tables import format_compare
-from zerorate.simulate import Contamination
-from zerorate.simulate.models import MODELS
+from zerorate.simulation import Contamination
+from zerorate.simulation.models import MODELS
 
 FAULT = "share=0.01,size=100"
 

@@ -14,7 +14,7 @@ from support.recordings import RECORDINGS, needs_recordings
 from zerorate import identify, metrics
 from zerorate.compare.simulated import run as run_methods
 from zerorate.io import read_log
-from zerorate.simulate.models import MODELS
+from zerorate.simulation.models import MODELS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 AT_REST = ("adis16405_static_100hz_run1.parquet", "mpu6050_static_100hz.parquet")

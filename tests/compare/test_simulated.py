@@ -10,9 +10,9 @@ from zerorate.compare.methods import Estimate
 from zerorate.compare.simulated import run, run_contaminated
 from zerorate.metrics.averages import SHARED_GAINS
 from zerorate.show.compare_simulated import format_regret
-from zerorate.simulate import Contamination
-from zerorate.simulate.models import MODELS
-from zerorate.simulate.optimum import optimum
+from zerorate.simulation import Contamination
+from zerorate.simulation.models import MODELS
+from zerorate.simulation.optimum import optimum
 
 SHORT = {"duration": 60.0, "score_from": 20.0}
 NONE, WALK = MODELS[0], MODELS[2]

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import zerorate as zr
 from zerorate.noise.kinds import KINDS
-from zerorate.simulate import sequences
+from zerorate.simulation import sequences
 
 RATE = 50.0
 NOISE = np.random.default_rng(1).standard_normal(2000)

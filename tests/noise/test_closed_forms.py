@@ -23,7 +23,7 @@ from zerorate.noise.processes import (
     sinusoid_variance,
     strength,
 )
-from zerorate.simulate import sequences
+from zerorate.simulation import sequences
 
 RATE = 100.0
 FLICKER_MODIFIED = (27.0 * math.log(3.0) - 32.0 * math.log(2.0)) / (16.0 * math.log(2.0))

@@ -8,7 +8,7 @@ from zerorate._native import allan_deviations, longest_factor
 from zerorate.noise.covariance import CurveStatistics, degrees_of_freedom, variances
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.processes import BY_EXPONENT, FLICKER, QUANTISATION, WALK, WHITE, markov
-from zerorate.simulate import sequences
+from zerorate.simulation import sequences
 
 PLAIN = ["adev", "oadev", "mdev", "hdev", "ohdev"]
 PROCESSES = {

@@ -18,7 +18,7 @@ from zerorate.noise import (
     Sinusoid,
     worst_axis,
 )
-from zerorate.simulate.devices import DEVICES, device
+from zerorate.simulation.devices import DEVICES, device
 from zerorate.units import convert
 
 FIELDS = (

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from support.calibrations import COUNTS, INVALID, calibration
-from zerorate.calibrate.parameters import PARAMETERS
+from zerorate.calibration.parameters import PARAMETERS
 from zerorate.show.calibration_table import format_calibration, verdict
 from zerorate.show.tables import WIDTH
 

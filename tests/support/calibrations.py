@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from zerorate import Log, Recording, write_log
-from zerorate.calibrate import Calibration, Rest, Turn
+from zerorate.calibration import Calibration, Rest, Turn
 from zerorate.units import UNITS, convert
 
 RATE = 100.0

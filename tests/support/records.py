@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 from hypothesis import strategies as st
 
-from zerorate.simulate.motion import simulate_motion
+from zerorate.simulation.motion import simulate_motion
 
 
 def white(rng, n):

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import Attitude
-from zerorate.calibrate.calibration import Calibration
+from zerorate.calibration.calibration import Calibration
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.geometry.rotations import euler_angles
 from zerorate.io import Log, Recording

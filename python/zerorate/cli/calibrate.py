@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, NamedTuple
 import numpy as np
 import typer
 
-from zerorate.calibrate import Calibration, CalibrationError
-from zerorate.calibrate import calibrate as calibrate_imu
-from zerorate.calibrate.choice import own_sensors
+from zerorate.calibration import Calibration, CalibrationError
+from zerorate.calibration import calibrate as calibrate_imu
+from zerorate.calibration.choice import own_sensors
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, require, writing
 from zerorate.cli.options import (
@@ -308,7 +308,7 @@ def _print(calibration: Calibration, recording: Recording, old: Calibration | No
     if notes:
         print(f"\nLog\n{notes}")
     if old is not None:
-        from zerorate.calibrate.comparison import compare_calibrations
+        from zerorate.calibration.comparison import compare_calibrations
 
         with as_usage():
             alike = old.to_frame(calibration.frame).in_units(

@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from zerorate.calibrate.calibration import Calibration
-from zerorate.calibrate.choice import corrected_gyro as gyro_of
-from zerorate.calibrate.choice import own_accel
+from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.choice import corrected_gyro as gyro_of
+from zerorate.calibration.choice import own_accel
 from zerorate.cli.errors import DataFault, as_usage, in_options, of_a_file
 from zerorate.cli.options import Reading, units_of_sensors
 from zerorate.io import Log, LogError, Recording, read_recording

@@ -39,7 +39,7 @@ from zerorate.io.log import present_axes
 from zerorate.progress import Progress
 from zerorate.show.compare_simulated import format_regret
 from zerorate.show.compare_tables import format_compare
-from zerorate.simulate import Contamination
+from zerorate.simulation import Contamination
 
 __all__ = ["compare"]
 

@@ -14,7 +14,7 @@ from zerorate.cli.simulate import AXES, Duration, Seed, SimulatedRate, simulated
 from zerorate.io import Log
 from zerorate.run.replay import Replay
 from zerorate.show import WIDTH
-from zerorate.simulate.devices import device as find_device
+from zerorate.simulation.devices import device as find_device
 from zerorate.units import convert
 
 __all__ = ["demo"]

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from zerorate.calibrate.calibration import Calibration
+from zerorate.calibration.calibration import Calibration
 from zerorate.cli.array import ARRAY, ArrayOptions, refuse_with_array, replay_arrays
 from zerorate.cli.calibrations import corrected_imu, read_calibration
 from zerorate.cli.errors import (

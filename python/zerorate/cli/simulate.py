@@ -12,9 +12,9 @@ from zerorate.cli.options import OUTPUT, Force
 from zerorate.cli.outputs import check_outputs, progress_bar, together
 from zerorate.io import Log, write_log
 from zerorate.show import WIDTH
-from zerorate.simulate.devices import DEVICES, Device
-from zerorate.simulate.devices import device as find_device
-from zerorate.simulate.gyro import simulate as run_simulation
+from zerorate.simulation.devices import DEVICES, Device
+from zerorate.simulation.devices import device as find_device
+from zerorate.simulation.gyro import simulate as run_simulation
 from zerorate.types import Floats
 from zerorate.units import convert
 
@@ -125,7 +125,7 @@ def _simulate_session(
     temperature: str | None,
     force: bool,
 ) -> None:
-    from zerorate.simulate.session import GyroErrors, simulate_session
+    from zerorate.simulation.session import GyroErrors, simulate_session
 
     if output is None:
         raise UsageFault("simulate --poses needs a file, such as -o session.csv")

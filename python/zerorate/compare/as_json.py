@@ -10,7 +10,7 @@ from zerorate._native import __version__
 from zerorate.compare.comparison import Comparison
 from zerorate.compare.measures import Row
 from zerorate.compare.simulated import Regret
-from zerorate.simulate import Contamination
+from zerorate.simulation import Contamination
 
 __all__ = ["SCHEMA", "as_json"]
 

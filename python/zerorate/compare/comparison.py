@@ -19,7 +19,7 @@ from zerorate.compare.turning import fitted, turning_rows
 from zerorate.io import Recording
 from zerorate.io.log import notes_of
 from zerorate.progress import Progress, silent
-from zerorate.simulate import Contamination
+from zerorate.simulation import Contamination
 from zerorate.types import Floats
 from zerorate.views import Result
 

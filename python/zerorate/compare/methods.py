@@ -10,7 +10,7 @@ import numpy as np
 from zerorate import metrics
 from zerorate._native import DriftFilter, Trace, exponential_mean
 from zerorate.compare.own import OwnMethod
-from zerorate.denoise import denoise
+from zerorate.denoising import denoise
 from zerorate.options import FILTER_OPTIONS, with_limits
 from zerorate.options import METHODS as FILTERS
 from zerorate.run.replay.history import Recorder, memory

@@ -19,9 +19,9 @@ from zerorate.compare.methods import (
 from zerorate.compare.own import while_on
 from zerorate.metrics.averages import best_shared_ema
 from zerorate.progress import Progress, silent
-from zerorate.simulate import Contamination
-from zerorate.simulate.models import MODELS, GyroModel, records
-from zerorate.simulate.optimum import optimum
+from zerorate.simulation import Contamination
+from zerorate.simulation.models import MODELS, GyroModel, records
+from zerorate.simulation.optimum import optimum
 from zerorate.types import Booleans, Floats
 
 __all__ = ["Regret", "run", "run_contaminated", "scored_span"]

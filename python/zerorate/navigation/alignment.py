@@ -8,7 +8,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from zerorate.calibrate import find_rests
+from zerorate.calibration import find_rests
 from zerorate.geometry.earth import earth_rate
 from zerorate.geometry.rotations import inverse, product
 from zerorate.io import LogError, Recording

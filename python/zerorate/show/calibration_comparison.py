@@ -3,7 +3,7 @@
 import math
 from typing import Final
 
-from zerorate.calibrate.comparison import CalibrationComparison, MovedParameter
+from zerorate.calibration.comparison import CalibrationComparison, MovedParameter
 from zerorate.numerals import significant, with_error
 from zerorate.show.tables import bulleted
 from zerorate.units import UNITS, convert

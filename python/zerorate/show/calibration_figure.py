@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from zerorate.calibrate.calibration import Calibration
+    from zerorate.calibration.calibration import Calibration
     from zerorate.io import Recording
 
 __all__ = ["plot_calibration"]

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from zerorate.calibrate.fit.joint_fit import DATASHEET
-from zerorate.calibrate.parameters import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
+from zerorate.calibration.fit.joint_fit import DATASHEET
+from zerorate.calibration.parameters import ACCEL_BIAS, ACCEL_MATRIX, GYRO_MATRIX
 from zerorate.show.scales import limits, outline
 from zerorate.show.style import (
     BLACK,
@@ -31,7 +31,7 @@ from zerorate.units import UNITS, convert
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from zerorate.calibrate.calibration import Calibration
+    from zerorate.calibration.calibration import Calibration
     from zerorate.io import Log
 
 __all__ = [

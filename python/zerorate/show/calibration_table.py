@@ -12,7 +12,7 @@ from zerorate.show.tables import Table, as_text, bulleted
 from zerorate.units import UNITS, convert
 
 if TYPE_CHECKING:
-    from zerorate.calibrate.calibration import Calibration, Rest, SensorCalibration, Turn
+    from zerorate.calibration.calibration import Calibration, Rest, SensorCalibration, Turn
 
 __all__ = ["format_calibration", "verdict"]
 

@@ -39,7 +39,7 @@ def format_regret(found: Regret) -> str:
     Examples
     --------
     >>> from zerorate.compare.simulated import run
-    >>> from zerorate.simulate.models import MODELS
+    >>> from zerorate.simulation.models import MODELS
     >>> found = run(["mean"], models=MODELS[:1], seeds=1, duration=9.0, score_from=8.0)
     >>> format_regret(found).splitlines()[1].split()
     ['model', 'optimum', '(deg/s)', 'mean']

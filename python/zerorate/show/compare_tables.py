@@ -14,7 +14,7 @@ from zerorate.compare.methods import HINDSIGHT, WHOLE
 from zerorate.compare.trial import Kind
 from zerorate.numerals import NOTHING, or_dash
 from zerorate.show.tables import Table, as_text, bulleted
-from zerorate.simulate import Contamination
+from zerorate.simulation import Contamination
 
 __all__ = [
     "Measure",

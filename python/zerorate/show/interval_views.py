@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
     from zerorate.array.rotations import Rotations
     from zerorate.array.virtual_gyro import VirtualGyro
-    from zerorate.calibrate.comparison import CalibrationComparison
-    from zerorate.calibrate.rate.reference import FittedRate
+    from zerorate.calibration.comparison import CalibrationComparison
+    from zerorate.calibration.rate.reference import FittedRate
     from zerorate.navigation.alignment import Alignment
     from zerorate.navigation.clock import TimeOffset
     from zerorate.noise.coefficient import Coefficient

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from zerorate.calibrate.rate.rate_table import RateTable
+    from zerorate.calibration.rate.rate_table import RateTable
 
 __all__ = ["plot_rate_table"]
 

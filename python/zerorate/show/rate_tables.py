@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from zerorate.calibrate.rate.rate_table import TERMS, RateTable, RateTableAxis
-from zerorate.calibrate.rate.reference import FittedRate
+from zerorate.calibration.rate.rate_table import TERMS, RateTable, RateTableAxis
+from zerorate.calibration.rate.reference import FittedRate
 from zerorate.noise.coefficient import Coefficient
 from zerorate.numerals import significant, with_error
 

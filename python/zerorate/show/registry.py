@@ -27,27 +27,27 @@ VIEWS: Final = {
         "attitude_table:format_attitude",
         "attitude_figure:plot_attitude",
     ),
-    "calibrate.calibration.Calibration": (
+    "calibration.calibration.Calibration": (
         "calibration_table:format_calibration",
         "calibration_figure:plot_calibration",
     ),
-    "calibrate.comparison.CalibrationComparison": (
+    "calibration.comparison.CalibrationComparison": (
         "calibration_comparison:format_comparison",
         "interval_views:plot_comparison",
     ),
-    "calibrate.rate.angle.Integrated": (
+    "calibration.rate.angle.Integrated": (
         "series_views:format_integrated",
         "series_views:plot_integrated",
     ),
-    "calibrate.rate.rate_table.RateTable": (
+    "calibration.rate.rate_table.RateTable": (
         "rate_tables:format_rate_table",
         "rate_table_figure:plot_rate_table",
     ),
-    "calibrate.rate.reference.FittedRate": (
+    "calibration.rate.reference.FittedRate": (
         "rate_tables:format_fitted_rate",
         "interval_views:plot_fitted_rate",
     ),
-    "calibrate.temperature.model.TemperatureModel": (
+    "calibration.temperature.model.TemperatureModel": (
         "temperature_table:format_temperature",
         "temperature_figure:plot_temperature",
     ),
@@ -55,7 +55,7 @@ VIEWS: Final = {
         "compare_tables:format_comparison",
         "compare_figure:plot_compare",
     ),
-    "denoise.wavelet.Denoised": (
+    "denoising.wavelet.Denoised": (
         "series_views:format_denoised",
         "series_views:plot_denoised",
     ),

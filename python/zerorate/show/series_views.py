@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from zerorate.array.accelerometers import FusedAccelerometers
-    from zerorate.calibrate.rate.angle import Integrated
-    from zerorate.denoise import Denoised
+    from zerorate.calibration.rate.angle import Integrated
+    from zerorate.denoising import Denoised
     from zerorate.linear.run import LinearRun, SmoothedRun
     from zerorate.types import Floats
 

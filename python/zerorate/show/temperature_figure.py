@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.collections import PathCollection
     from matplotlib.figure import Figure
 
-    from zerorate.calibrate.temperature import TemperatureModel
+    from zerorate.calibration.temperature import TemperatureModel
 
 __all__ = ["plot_temperature"]
 

@@ -8,7 +8,7 @@ from zerorate.numerals import NOTHING, significant, with_error
 from zerorate.show.tables import Table, as_text, bulleted
 
 if TYPE_CHECKING:
-    from zerorate.calibrate.temperature import TemperatureModel
+    from zerorate.calibration.temperature import TemperatureModel
     from zerorate.noise.coefficient import Coefficient
 
 __all__ = ["format_temperature"]

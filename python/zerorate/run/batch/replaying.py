@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from zerorate.calibrate.calibration import Calibration
-from zerorate.calibrate.choice import corrected_gyro, own_accel
+from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.choice import corrected_gyro, own_accel
 from zerorate.io import LogFile, open_imu, read_recording
 from zerorate.io.log import notes_of
 from zerorate.io.names import canonical_unit

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, Self, Unpack
 
 from zerorate._native import __version__
-from zerorate.calibrate.calibration import Calibration
+from zerorate.calibration.calibration import Calibration
 from zerorate.io import LogError, atomic_path
 from zerorate.io.columns import TimeColumn, Timing
 from zerorate.io.counts import Scale, Scaling

@@ -1,5 +1,0 @@
-"""The bias of a gyro by temperature: the model, its fit, the thermometer, files."""
-
-from zerorate.calibrate.temperature.model import TemperatureBias, TemperatureModel
-
-__all__ = ["TemperatureBias", "TemperatureModel"]

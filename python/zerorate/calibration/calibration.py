@@ -1,0 +1,447 @@
+"""What a calibration has found: the parameters with their errors, and what they were found from."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from itertools import product
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from zerorate.calibration.exports import to_ardupilot, to_imu_tk, to_kalibr, to_px4
+from zerorate.calibration.frames import gyro_to_accel, in_frame
+from zerorate.calibration.gyro_prior import gyro_correction, gyro_prior
+from zerorate.calibration.json_text import from_json, to_json
+from zerorate.calibration.parameters import (
+    ACCEL_BIAS,
+    ACCEL_MATRIX,
+    G_SENSITIVITY,
+    GYRO_BIAS,
+    GYRO_MATRIX,
+    PARAMETERS,
+    Frame,
+    Matrix,
+    Vector,
+    estimated,
+)
+from zerorate.calibration.removal import (
+    apply,
+    apply_accel,
+    apply_gyro,
+    corrector,
+    in_units,
+    with_temperature,
+)
+from zerorate.noise.coefficient import Coefficient
+from zerorate.types import Booleans, Floats
+from zerorate.views import Result, figure_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from zerorate.calibration.temperature import TemperatureModel
+    from zerorate.io import Recording
+
+__all__ = [
+    "ACCEL_BIAS",
+    "ACCEL_MATRIX",
+    "GYRO_BIAS",
+    "GYRO_MATRIX",
+    "G_SENSITIVITY",
+    "PARAMETERS",
+    "Calibration",
+    "Frame",
+    "Matrix",
+    "Origin",
+    "Rest",
+    "SensorCalibration",
+    "Turn",
+    "Vector",
+]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a calibration was made of, as far as it is known.
+
+    Parameters
+    ----------
+    source
+        Where the recording came from; empty where it is not known.
+    gyro, accel
+        Names of the channels; empty of arrays.
+    """
+
+    source: str = ""
+    gyro: tuple[str, ...] = ()
+    accel: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """A stretch without motion, of which the mean of both sensors is known.
+
+    Parameters
+    ----------
+    start, stop
+        Seconds on the clock of the gyro.
+    first, last
+        Its samples are ``first`` to before ``last``.
+    accel, gyro
+        Mean output, raw, shape (3,).
+    accel_sigma
+        Standard error of ``accel`` as the fit takes it, raw unit, shape (3,).
+    direction
+        Unit vector of the reaction to gravity in the axes of the body, shape (3,), as estimated.
+    norm_error
+        ``|f| / g - 1`` after calibration.
+    used
+        Whether the fit used it.
+    reason
+        Why it was not, or what is odd about it.
+    """
+
+    start: float
+    stop: float
+    first: int
+    last: int
+    accel: Floats
+    gyro: Floats
+    accel_sigma: Floats
+    direction: Floats
+    norm_error: float
+    used: bool = True
+    reason: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """A motion from one rest to the next.
+
+    Parameters
+    ----------
+    start, stop
+        Seconds on the clock of the gyro: from within one rest to within the next.
+    first, last
+        Its samples are ``first`` to before ``last``.
+    rests
+        Places of the two rests in `Calibration.rests`.
+    angle
+        Angle between the orientations before and after, rad.
+    axis
+        About which, unit vector in the axes of the body before, shape (3,).
+    residual
+        Angle between gravity carried through the turn and gravity after it, rad.
+    used
+        Whether the fit used it.
+    reason
+        Why it was not, or what is odd about it.
+    residual_raw
+        The same angle before calibration, NaN where it was not computed.
+    """
+
+    start: float
+    stop: float
+    first: int
+    last: int
+    rests: tuple[int, int]
+    angle: float
+    axis: Floats
+    residual: float
+    used: bool = True
+    reason: str = ""
+    residual_raw: float = float("nan")
+
+
+@dataclass(frozen=True)
+class SensorCalibration:
+    """The model of one sensor of three axes.
+
+    ``raw = matrix @ true + bias``; of a gyro also ``+ g_sensitivity @ force``, the force in g.
+
+    Parameters
+    ----------
+    matrix
+        What the sensor makes of its input, output unit to raw unit.
+    scale
+        Its diagonal: 1.02 reads 2 % too much.
+    misalignment
+        Off the diagonal: each element over the scale of its row, rad; zero on it.
+    bias
+        Output without input, raw unit.
+    g_sensitivity
+        Of a gyro, raw unit per g; zeros of an accelerometer.
+    raw_unit, unit
+        Of the samples, and of what is corrected.
+    """
+
+    matrix: Matrix
+    scale: Vector
+    misalignment: Matrix
+    bias: Vector
+    g_sensitivity: Matrix
+    raw_unit: str
+    unit: str
+
+    @property
+    def correction(self) -> Floats:
+        """The inverse of the matrix: ``true = correction @ (raw - bias)``, shape (3, 3)."""
+        return np.linalg.inv(np.array(self.matrix))
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration(Result):
+    """What calibration of an accelerometer and a gyroscope has found.
+
+    The model is ``raw_accel = A f + b_a`` and ``raw_gyro = W w + b_g + G f``, with f in g in the
+    last term. ``accel`` and ``gyro`` hold it number by number, each with its standard error.
+
+    Parameters
+    ----------
+    values
+        All parameters, in the order of `parameters`, shape (33,).
+    covariance
+        Their covariance, shape (33, 33), zero for what is fixed.
+    identifiable
+        Whether the record determines each; where not, the value is the one before the record.
+    accel_units, gyro_units
+        Unit of the raw samples, and of the corrected ones.
+    gravity
+        Local gravity, m/s^2.
+    frame
+        Which axes of the body are those of the accelerometer: "x" (x, and y in the x-y plane: A is
+        lower triangular), "z" (z, and y in the y-z plane) or "symmetric".
+    rests, turns
+        All that were found.
+    norm_error, norm_error_raw
+        RMS of ``|f| / g - 1`` over rests, after and before calibration; after it, over rests that
+        the fit had not seen if `held_out`.
+    carry_error, carry_error_raw
+        RMS angle between gravity carried through a turn and gravity after it, rad, likewise.
+    held_out
+        Whether these errors are of rests and turns that the fit had not seen: not if three quarters
+        of them alone determine the sensors too badly.
+    problems
+        Why the calibration is not valid; empty if it is.
+    advice
+        What another record should have.
+    notes
+        What was assumed.
+    rate
+        Samples a second of the gyro.
+    temperature
+        Mean temperature of the record, degC, or None.
+    origin
+        Recording and channels that it was made of.
+    temperature_model
+        Bias of the gyro by temperature, in its raw unit, or None: `with_temperature` adds one.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from zerorate.calibration import Calibration
+    >>> values = np.zeros(33)
+    >>> values[[0, 4, 8, 12, 16, 20]] = 1.0, 1.0, 1.0, 1.02, 1.0, 1.0
+    >>> values[21:24] = 0.5, -0.2, 0.1
+    >>> units = {"accel_units": ("g", "g"), "gyro_units": ("deg/s", "deg/s")}
+    >>> known = {"covariance": np.zeros((33, 33)), "identifiable": np.ones(33, dtype=bool)}
+    >>> calibration = Calibration(values, **known, **units, gravity=9.81, rate=100.0)
+    >>> calibration.gyro.scale[0], calibration.valid
+    (Coefficient(1.02), True)
+    >>> calibration.apply_gyro([102.5, -0.2, 0.1]).round(6).tolist()
+    [100.0, 0.0, 0.0]
+    """
+
+    values: Floats
+    covariance: Floats
+    identifiable: Booleans
+    accel_units: tuple[str, str]
+    gyro_units: tuple[str, str]
+    gravity: float
+    rate: float
+    frame: Frame = "x"
+    rests: tuple[Rest, ...] = ()
+    turns: tuple[Turn, ...] = ()
+    norm_error: float = float("nan")
+    norm_error_raw: float = float("nan")
+    carry_error: float = float("nan")
+    carry_error_raw: float = float("nan")
+    held_out: bool = False
+    problems: tuple[str, ...] = ()
+    advice: tuple[str, ...] = ()
+    notes: tuple[str, ...] = field(default=(), kw_only=True)
+    temperature: float | None = field(default=None, kw_only=True)
+    temperature_model: TemperatureModel | None = field(default=None, kw_only=True)
+    origin: Origin = field(default_factory=Origin, kw_only=True)
+
+    apply = apply
+    apply_accel = apply_accel
+    apply_gyro = apply_gyro
+    corrector = corrector
+    to_ardupilot = to_ardupilot
+    to_imu_tk = to_imu_tk
+    to_json = to_json
+    to_kalibr = to_kalibr
+    to_px4 = to_px4
+    with_temperature = with_temperature
+
+    @classmethod
+    def from_json(cls, source: str | os.PathLike[str]) -> Self:
+        """Read a calibration that `to_json` wrote, equal to the last bit.
+
+        Parameters
+        ----------
+        source : str or path
+            The text, beginning with ``{``, or the path of a file.
+
+        Raises
+        ------
+        ValueError
+            If it is not such a text, or of an unknown version.
+        OSError
+            If the file cannot be read.
+        """
+        return from_json(source, cls)
+
+    def to_frame(self, frame: Frame) -> Calibration:
+        """Return the same calibration in other axes of the body, errors and all.
+
+        Parameters
+        ----------
+        frame : {"x", "z", "symmetric"}
+            Which axes of the body are those of the accelerometer: x, and y in its x-y plane, as
+            Kalibr has it; z, and y in its y-z plane, as imu_tk; or as near to all as can be, with
+            a symmetric matrix.
+
+        Returns
+        -------
+        Calibration
+            Values, covariance, directions of rests and axes of turns in these axes.
+
+        Raises
+        ------
+        ValueError
+            If there is no such frame, or the accelerometer's axes are left-handed.
+        """
+        return in_frame(self, frame)
+
+    def in_units(self, *, gyro: str | None = None, accel: str | None = None) -> Calibration:
+        """Return the same calibration for samples in other units, which correction keeps.
+
+        Parameters
+        ----------
+        gyro, accel : str, optional
+            Units of `zerorate.units`; by default as they are.
+
+        Raises
+        ------
+        ValueError
+            If a unit is not of its sensor, or that of the raw samples is not known.
+        """
+        return in_units(self, gyro or self.gyro_units[0], accel or self.accel_units[0])
+
+    def plot(self, recording: Recording | None = None) -> Figure:
+        """Return the figure of the calibration, 180 mm wide; needs matplotlib.
+
+        Parameters
+        ----------
+        recording : Recording, optional
+            What it was made of: adds a panel of the raw log with the rests that were found.
+
+        Raises
+        ------
+        ImportError
+            Without matplotlib, of the extra ``plot``.
+        """
+        return figure_of(self, recording)
+
+    def __repr__(self) -> str:
+        """Return in one line whether it is valid, and what it was made of."""
+        rests, turns = (sum(one.used for one in many) for many in (self.rests, self.turns))
+        state = "valid" if self.valid else "not valid"
+        return f"Calibration({state}; {rests} rests and {turns} turns; frame {self.frame!r})"
+
+    def __gyro_prior__(self, unit: str) -> tuple[Floats, Floats, Floats]:
+        """Tell an `Attitude` bias, matrix and its deviations of a gyro in this unit."""
+        return gyro_prior(self, unit)
+
+    def __gyro_correction__(self, name: str) -> Floats:
+        """Tell a `GyroArray` the matrix that corrects a sensor's samples in their own unit."""
+        return gyro_correction(self, name)
+
+    @property
+    def gyro_to_accel(self) -> Vector:
+        """Rotation vector of C in v_accel = C v_gyro, rad: how the sensors are turned.
+
+        The axes of a sensor are those in which its matrix is lower triangular: its own x axis, and
+        y in its x-y plane. They are the same in every frame.
+        """
+        return gyro_to_accel(self)
+
+    @property
+    def valid(self) -> bool:
+        """Whether it can be trusted: nothing that makes it useless was found."""
+        return not self.problems
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters, in the order of ``values`` and ``covariance``."""
+        return PARAMETERS
+
+    @property
+    def accel(self) -> SensorCalibration:
+        """The accelerometer."""
+        return self._sensor(ACCEL_MATRIX, ACCEL_BIAS, None, self.accel_units)
+
+    @property
+    def gyro(self) -> SensorCalibration:
+        """The gyroscope."""
+        return self._sensor(GYRO_MATRIX, GYRO_BIAS, G_SENSITIVITY, self.gyro_units)
+
+    def _sensor(
+        self, matrix: slice, bias: slice, sensitivity: slice | None, units: tuple[str, str]
+    ) -> SensorCalibration:
+        known = self._coefficients(matrix)
+        scale = (known[0], known[4], known[8])
+        zeros = (Coefficient(0.0),) * 9
+        return SensorCalibration(
+            matrix=_square(known),
+            scale=scale,
+            misalignment=_square(self._misalignment(matrix)),
+            bias=_three(self._coefficients(bias)),
+            g_sensitivity=_square(
+                zeros if sensitivity is None else self._coefficients(sensitivity)
+            ),
+            raw_unit=units[0],
+            unit=units[1],
+        )
+
+    def _coefficients(self, places: slice) -> tuple[Coefficient, ...]:
+        sigmas = np.sqrt(np.diagonal(self.covariance)[places])
+        known = zip(self.values[places], sigmas, self.identifiable[places], strict=True)
+        return tuple(estimated(v, s, bool(i)) for v, s, i in known)
+
+    def _misalignment(self, places: slice) -> tuple[Coefficient, ...]:
+        """Return each element over the diagonal of its row, and its error to first order."""
+        matrix, covariance = self.values[places], self.covariance[places, places]
+        found = []
+        for i, j in product(range(3), range(3)):
+            if i == j:
+                found.append(Coefficient(0.0))
+                continue
+            element, scale = 3 * i + j, 4 * i
+            ratio = matrix[element] / matrix[scale]
+            gradient = np.zeros(9)
+            gradient[element], gradient[scale] = 1.0 / matrix[scale], -ratio / matrix[scale]
+            sigma = float(np.sqrt(gradient @ covariance @ gradient))
+            found.append(estimated(ratio, sigma, bool(self.identifiable[places][element])))
+        return tuple(found)
+
+
+def _three(known: tuple[Coefficient, ...]) -> Vector:
+    return known[0], known[1], known[2]
+
+
+def _square(known: tuple[Coefficient, ...]) -> Matrix:
+    return _three(known[:3]), _three(known[3:6]), _three(known[6:])

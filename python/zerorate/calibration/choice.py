@@ -1,0 +1,63 @@
+"""Which sensors of a recording a calibration is of, and the gyro that it corrects."""
+
+from dataclasses import replace
+from typing import Final
+
+from zerorate.calibration.calibration import Calibration
+from zerorate.io import Log, LogError, Recording
+
+__all__ = ["corrected_gyro", "own_accel", "own_sensors"]
+
+_AXES: Final = 3
+
+
+def own_sensors(recording: Recording, calibration: Calibration) -> dict[str, str]:
+    """Return the names of gyro and accelerometer that a calibration was made of.
+
+    They are told by their channels; where none are so named it is the first of each kind.
+    """
+    channels = {"gyro": calibration.origin.gyro, "accel": calibration.origin.accel}
+    found = {}
+    for kind, own in channels.items():
+        alike = (name for name, log in recording.items() if own and log.names == own)
+        found[kind] = next(alike, kind)
+    return found
+
+
+def own_accel(recording: Recording, calibration: Calibration) -> Log | None:
+    """Return the accelerometer that a calibration was made of, if it is there with three axes."""
+    log = recording.get(own_sensors(recording, calibration)["accel"])
+    return log if log is not None and log.channels == _AXES else None
+
+
+def corrected_gyro(recording: Recording, calibration: Calibration, *, asked: bool) -> Log:
+    """Return the gyro of a recording, corrected, whose notes say so.
+
+    Parameters
+    ----------
+    recording : Recording
+        All sensors of a log.
+    calibration : Calibration
+        What is taken off.
+    asked : bool
+        Whether the gyro was chosen by its columns, so that it is the first; else it is the one
+        that the calibration was made of, if it is there.
+
+    Raises
+    ------
+    LogError
+        If there is no gyro of three axes.
+    ValueError
+        If its unit does not fit that of the calibration.
+    """
+    names = own_sensors(recording, calibration)
+    if asked:
+        names["gyro"] = "gyro"
+    if names["gyro"] not in recording:
+        raise LogError("there is no gyro")
+    gyro = calibration.apply(recording, **names)[names["gyro"]]
+    count = len(recording.of_kind("accel"))
+    if count < 2:
+        return gyro
+    chosen = f"of {count} accelerometers {names['accel']} is taken for the force on the gyro"
+    return replace(gyro, meta={**gyro.meta, "notes": (*gyro.meta["notes"], chosen)})

@@ -1,0 +1,250 @@
+"""Two calibrations of one IMU next to each other: which parameters have moved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from zerorate import _native
+from zerorate.calibration.calibration import Calibration
+from zerorate.calibration.parameters import PARAMETERS
+from zerorate.noise.coefficient import Coefficient
+from zerorate.types import Floats, Integers
+from zerorate.units import UNITS, convert
+from zerorate.views import Result
+
+__all__ = ["CalibrationComparison", "MovedParameter", "compare_calibrations"]
+
+_MOVED: Final = 3.0
+"""Standard errors beyond which a parameter has moved."""
+_BETWEEN_SESSIONS: Final = 3e-3
+"""g by which the bias of an accelerometer may move from session to session: 1 mg is usual."""
+_WARMER: Final = 5.0
+"""K between two records above which temperature may be what moved a parameter."""
+_FEW: Final = 6
+"""Parameters that a note names."""
+
+
+@dataclass(frozen=True)
+class MovedParameter:
+    """A parameter of two calibrations.
+
+    Attributes
+    ----------
+    name : str
+        One of `Calibration.parameters`.
+    first, second : Coefficient
+        As each calibration has it, in the raw unit.
+    difference : Coefficient
+        Second less first, with the error of both.
+    z : float
+        Difference over its standard error; NaN where the parameter does not count.
+    moved : bool
+        Whether z is beyond 3.
+    reason : str
+        Why it does not count, or what is to say of its move.
+    """
+
+    name: str
+    first: Coefficient
+    second: Coefficient
+    difference: Coefficient
+    z: float
+    moved: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class CalibrationComparison(Result):
+    """What `compare_calibrations` found; `print` shows it as a table.
+
+    Attributes
+    ----------
+    parameters : tuple of MovedParameter
+        All of them, in the order of `Calibration.parameters`.
+    chi_squared : float
+        Of all differences that count together, with their covariances.
+    degrees_of_freedom : int
+        How many count.
+    probability : float
+        Of a chi-squared at least as large, if nothing has moved; NaN where none counts.
+    gyro_unit, accel_unit : str
+        Raw units of both calibrations.
+    notes : tuple of str
+        What is to say of it.
+    """
+
+    parameters: tuple[MovedParameter, ...]
+    chi_squared: float
+    degrees_of_freedom: int
+    probability: float
+    gyro_unit: str
+    accel_unit: str
+    notes: tuple[str, ...]
+
+    @property
+    def moved(self) -> tuple[MovedParameter, ...]:
+        """The parameters that have moved by more than three standard errors, farthest first."""
+        return tuple(sorted((p for p in self.parameters if p.moved), key=lambda p: -abs(p.z)))
+
+
+def compare_calibrations(first: Calibration, second: Calibration) -> CalibrationComparison:
+    """Compare two calibrations of one IMU, parameter by parameter.
+
+    After a shock, a year, or on another day: has the scale moved, or is it chance?
+
+    Parameters
+    ----------
+    first, second : Calibration
+        In the same units and the same frame, of records of their own.
+
+    Returns
+    -------
+    CalibrationComparison
+        z of each parameter, which have moved, and the probability that none has.
+
+    Raises
+    ------
+    ValueError
+        If units or frames differ.
+
+    Notes
+    -----
+    z is the difference over the root of both variances; a parameter counts that both records
+    determine. Standard errors hold within a session: the bias of a consumer accelerometer moves by
+    about 1 mg from one to the next, that of a gyro by more, with temperature and each start.
+
+    The more parameters, the more of them are beyond 3 by chance: of 30, one in twelve comparisons.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> truth = zr.simulate_session(6, seed=1).truth
+    >>> found = compare_calibrations(truth, truth)
+    >>> found.moved, found.degrees_of_freedom
+    ((), 0)
+    """
+    _check_alike(first, second)
+    difference = second.values - first.values
+    covariance = first.covariance + second.covariance
+    variance = np.diagonal(covariance)
+    known = first.identifiable & second.identifiable & (variance > 0.0)
+    z = np.full(difference.size, np.nan)
+    z[known] = difference[known] / np.sqrt(variance[known])
+    unit = second.accel_units[0]
+    rows = tuple(_row(i, first, second, z[i], unit) for i in range(difference.size))
+    places = np.flatnonzero(known)
+    chi_squared = _chi_squared(difference, covariance, places)
+    probability = (
+        _native.chi_squared_survival(chi_squared, places.size) if places.size else math.nan
+    )
+    notes = (*_notes(rows, first, second), *_validity(first, second))
+    return CalibrationComparison(
+        rows, chi_squared, places.size, probability, first.gyro_units[0], unit, notes
+    )
+
+
+def _check_alike(first: Calibration, second: Calibration) -> None:
+    pairs = (
+        ("units of the accelerometer", first.accel_units, second.accel_units),
+        ("units of the gyro", first.gyro_units, second.gyro_units),
+        ("frame", first.frame, second.frame),
+    )
+    for name, one, other in pairs:
+        if one != other:
+            told = " and ".join(
+                " to ".join(x) if isinstance(x, tuple) else repr(x) for x in (one, other)
+            )
+            advice = f": bring both into one by {'to_frame' if name == 'frame' else 'in_units'}"
+            raise ValueError(f"the {name} must be the same in both, got {told}{advice}")
+
+
+def _chi_squared(difference: Floats, covariance: Floats, places: Integers) -> float:
+    """Return the differences' chi-squared, scaled first so that units do not matter."""
+    if not places.size:
+        return 0.0
+    within = covariance[np.ix_(places, places)]
+    size = np.sqrt(np.diagonal(within))
+    correlation, z = within / np.outer(size, size), difference[places] / size
+    # Parameters that are hardly told apart must not make a difference of rounding count.
+    return float(z @ np.linalg.pinv(correlation, rcond=1e-12, hermitian=True) @ z)
+
+
+def _row(
+    place: int, first: Calibration, second: Calibration, z: float, accel_unit: str
+) -> MovedParameter:
+    name = PARAMETERS[place]
+    one, other = (_coefficient(c, place) for c in (first, second))
+    difference = Coefficient(other.value - one.value, math.hypot(one.sigma, other.sigma))
+    moved = bool(abs(z) > _MOVED)
+    reason = (
+        _uncounted(first.identifiable[place], second.identifiable[place]) if math.isnan(z) else ""
+    )
+    if moved and name.startswith("accel.bias") and accel_unit in UNITS:
+        usual = abs(convert(difference.value, accel_unit, "g")) <= _BETWEEN_SESSIONS
+        reason = "as far as is usual between sessions" if usual else ""
+    return MovedParameter(name, one, other, difference, float(z), moved, reason)
+
+
+def _coefficient(calibration: Calibration, place: int) -> Coefficient:
+    value = float(calibration.values[place])
+    sigma = math.sqrt(float(calibration.covariance[place, place]))
+    known = Coefficient(value, sigma)
+    if calibration.identifiable[place]:
+        return known
+    return Coefficient(value, sigma, identifiable=False, upper_bound=known.upper_bound)
+
+
+def _uncounted(first: bool, second: bool) -> str:
+    if first and second:
+        return "fixed"
+    which = "either" if not (first or second) else "the second" if first else "the first"
+    return f"not identifiable in {which}"
+
+
+def _notes(
+    rows: tuple[MovedParameter, ...], first: Calibration, second: Calibration
+) -> Iterator[str]:
+    moved = [row.name for row in sorted(rows, key=lambda row: -abs(row.z)) if row.moved]
+    usual = [row.name for row in rows if row.reason.startswith("as far")]
+    if not any(not math.isnan(row.z) for row in rows):
+        yield "no parameter counts: there is nothing to compare"
+    elif moved:
+        counted = sum(not math.isnan(row.z) for row in rows)
+        yield f"moved by more than {_MOVED:g} standard errors: {_listed(moved)}"
+        if len(moved) > max(0.5 * counted, _FEW):
+            yield "most parameters have moved: is it the same sensor, mounted and read as before?"
+    else:
+        yield f"no parameter has moved by more than {_MOVED:g} standard errors"
+    if usual:
+        yield (
+            f"{', '.join(usual)}: the bias of an accelerometer moves by about 1 mg from session to "
+            "session, which its standard error, of one session, does not count"
+        )
+    if any(name.startswith("gyro.bias") for name in moved):
+        yield "the bias of a gyro moves with temperature and from start to start"
+    if None not in (first.temperature, second.temperature):
+        warmer = float(second.temperature or 0.0) - float(first.temperature or 0.0)
+        if abs(warmer) > _WARMER:
+            yield f"the second record is {warmer:+.1f} K warmer: that alone may move bias and scale"
+    if first.gravity != second.gravity:
+        yield (
+            f"gravity was taken as {first.gravity:.5f} and {second.gravity:.5f} m/s^2, which moves "
+            "the scale of the accelerometer"
+        )
+
+
+def _listed(names: list[str]) -> str:
+    """Return the first names, and how many more there are."""
+    more = len(names) - _FEW
+    return ", ".join(names[:_FEW]) + (f" and {more} more" if more > 0 else "")
+
+
+def _validity(first: Calibration, second: Calibration) -> Iterator[str]:
+    for name, one in (("first", first), ("second", second)):
+        if not one.valid:
+            yield f"the {name} calibration is not valid: {one.problems[0]}"

@@ -1,0 +1,348 @@
+"""Calibrations as the files of other programs: Kalibr, imu_tk, PX4, ArduPilot."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from zerorate.calibration.frames import rotation_of
+from zerorate.calibration.parameters import (
+    ACCEL_BIAS,
+    ACCEL_MATRIX,
+    G_SENSITIVITY,
+    GYRO_BIAS,
+    GYRO_MATRIX,
+    PARAMETERS,
+)
+from zerorate.io.atomic import atomic_path
+from zerorate.noise.exports import written
+from zerorate.types import Floats
+from zerorate.units import UNITS, convert
+
+if TYPE_CHECKING:
+    from zerorate.calibration.calibration import Calibration
+
+__all__ = ["ImuTk", "to_ardupilot", "to_imu_tk", "to_kalibr", "to_px4"]
+
+_AXES: Final = "XYZ"
+_SUFFIXES: Final = ("_acc.calib", "_gyro.calib")
+
+
+def to_kalibr(
+    calibration: Calibration,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    force: bool = False,
+) -> str:
+    """Return the calibration as the intrinsics of an IMU in Kalibr's YAML.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well. Default: none.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        The model "scale-misalignment": ``accelerometers.M``, ``gyroscopes.M``, ``gyroscopes.A``
+        and ``gyroscopes.C_gyro_i``, for samples in rad/s and m/s^2. Biases, for which Kalibr has
+        no place, and the formulas in both directions are in comments. The pose ``T_i_b`` and the
+        noise are not of a calibration: `NoiseModel.to_kalibr` writes the latter.
+
+    Raises
+    ------
+    ValueError
+        If the unit of the raw samples is not known, or a sensor's axes are left-handed.
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+
+    Notes
+    -----
+    Kalibr multiplies the force by C_gyro_i before A (``IccSensors.py``,
+    ``IccScaledMisalignedImu``), so A is our G turned into the axes of the gyro.
+    """
+    found = _in_si(calibration.to_frame("x"), "Kalibr")
+    gyro = found.values[GYRO_MATRIX].reshape(3, 3)
+    rotation = rotation_of(gyro, "x")
+    per_force = found.values[G_SENSITIVITY].reshape(3, 3) / convert(1.0, "g", "m/s^2")
+    lines = [
+        *_head(calibration, "Kalibr: scale, misalignment and g-sensitivity of an IMU."),
+        *_KALIBR,
+        f"#   b_a = {_listed(found.values[ACCEL_BIAS])}  # m/s^2",
+        f"#   b_g = {_listed(found.values[GYRO_BIAS])}  # rad/s",
+        "imu0:",
+        "  model: scale-misalignment",
+        f"  update_rate: {calibration.rate:.10g}",
+        "  accelerometers:",
+        *_yaml("M", found.values[ACCEL_MATRIX].reshape(3, 3)),
+        "  gyroscopes:",
+        *_yaml("M", np.tril(gyro @ rotation.T)),
+        *_yaml("A", per_force @ rotation.T),
+        *_yaml("C_gyro_i", rotation),
+    ]
+    return written("\n".join(lines) + "\n", path, force)
+
+
+_KALIBR: Final = (
+    "# raw_a, raw_g: samples in m/s^2 and rad/s; a: specific force; w: angular rate.",
+    "# What the sensors make of a motion:",
+    "#   raw_a = accelerometers.M a + b_a",
+    "#   raw_g = gyroscopes.M C_gyro_i w + gyroscopes.A C_gyro_i a + b_g",
+    "# How to correct samples:",
+    "#   a = inverse(accelerometers.M) (raw_a - b_a)",
+    "#   w = transpose(C_gyro_i) inverse(gyroscopes.M) (raw_g - gyroscopes.A C_gyro_i a - b_g)",
+    "# Biases at the time of calibration; Kalibr estimates its own:",
+)
+
+
+class ImuTk(NamedTuple):
+    """The texts of imu_tk's two files.
+
+    Parameters
+    ----------
+    accel, gyro : str
+        What ``CalibratedTriad::load`` reads: misalignment T, scale K, bias.
+    """
+
+    accel: str
+    gyro: str
+
+
+def to_imu_tk(
+    calibration: Calibration,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    force: bool = False,
+) -> ImuTk:
+    """Return the calibration as the two files of imu_tk.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        What the names of the files begin with: ``imu`` gives ``imu_acc.calib`` and
+        ``imu_gyro.calib``, as imu_tk's programs name them. Default: none is written.
+    force : bool
+        Whether to replace existing files; default no.
+
+    Returns
+    -------
+    ImuTk
+        The texts `accel` and `gyro`. Corrected samples are T K (raw - bias), in m/s^2 and rad/s,
+        of raw ones in their own unit, and in the axes of frame "z", in which the accelerometer's
+        T is upper triangular. There is no place for g-sensitivity: a remark behind the numbers
+        says what is left.
+
+    Raises
+    ------
+    ValueError
+        If the accelerometer's axes are left-handed.
+    OSError
+        If a file exists (without `force`) or cannot be written. Nothing is left half-written.
+
+    Notes
+    -----
+    The convention is that of imu_tk's ``calibration.h``, and of D. Tedaldi, A. Pretto and E.
+    Menegatti, "A robust and easy to implement method for IMU calibration without external
+    equipments", ICRA 2014, equations 6 to 10.
+    """
+    found = calibration.to_frame("z")
+    sensors = (
+        (found.accel.correction, found.values[ACCEL_BIAS], found.accel_units, "m/s^2"),
+        (found.gyro.correction, found.values[GYRO_BIAS], found.gyro_units, "rad/s"),
+    )
+    texts = ImuTk(*(_triad(calibration, *sensor) for sensor in sensors))
+    if path is not None:
+        with ExitStack() as stack:
+            for text, suffix in zip(texts, _SUFFIXES, strict=True):
+                temporary = stack.enter_context(atomic_path(f"{os.fspath(path)}{suffix}", force))
+                Path(temporary).write_text(text, encoding="utf-8", newline="\n")
+    return texts
+
+
+def _triad(
+    calibration: Calibration, correction: Floats, bias: Floats, units: tuple[str, str], si: str
+) -> str:
+    """Return the numbers of one sensor, and behind them, where imu_tk no longer reads, remarks."""
+    whole = correction * convert(1.0, units[1], si)
+    scale = np.diagonal(whole)
+    rows = [*(whole / scale), [], *np.diag(scale), [], *bias[:, np.newaxis], []]
+    raw = units[0] if units[0] in UNITS else "their own unit"
+    remarks = _head(calibration, "imu_tk: misalignment T, scale K and bias, in this order.")
+    used = f"# corrected = T K (raw - bias): raw samples in {raw}, corrected ones in {si}."
+    remarks = (*remarks, used)
+    if si == "rad/s" and calibration.values[G_SENSITIVITY].any():
+        most = np.abs(calibration.values[G_SENSITIVITY]).max()
+        remarks += (f"# g-sensitivity has no place here: up to {most:.3g} {raw} a g is left.",)
+    return "\n".join((*(" ".join(map(_number, row)) for row in rows), *remarks)) + "\n"
+
+
+def to_px4(
+    calibration: Calibration,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    instance: int = 0,
+    force: bool = False,
+) -> str:
+    """Return offsets and scales as parameters of PX4, in the format of QGroundControl.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well, ``.params`` by custom. Default: none.
+    instance : int
+        Number in the parameters' names: 0 for ``CAL_ACC0_XOFF``.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        ``CAL_ACC`` and ``CAL_GYRO``: PX4 corrects an accelerometer by (raw - offset) scale and a
+        gyro by raw - offset, axis by axis in the sensor's own axes. It has no place for
+        misalignment, for the scale of a gyro and for g-sensitivity; the text says how large what
+        is left is. Made of the frame "symmetric", which leaves the least. With a temperature
+        model, ``TC_G0`` hold the bias of the gyro, and its offsets are zero.
+
+    Raises
+    ------
+    ValueError
+        If the unit of the raw samples is not known, or the accelerometer's axes are left-handed.
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+    """
+    found, names = _in_si(calibration.to_frame("symmetric"), "PX4"), _PX4
+    lines = [
+        *_head(calibration, "PX4: offsets and scales of raw sensor_accel and sensor_gyro."),
+        *_left_out(found),
+        f"# PX4 uses them for the sensors in CAL_ACC{instance}_ID and CAL_GYRO{instance}_ID.",
+        "# Vehicle-Id Component-Id Name Value Type",
+        *(
+            f"1\t1\t{name.format(instance)}\t{_number(value)}\t9"
+            for name, value in _diagonal(found, names)
+        ),
+    ]
+    model = calibration.temperature_model
+    if model is not None:
+        lines += [
+            "# The bias of the gyro is all in these:",
+            model.to_px4(instance=instance).rstrip(),
+        ]
+    return written("\n".join(lines) + "\n", path, force)
+
+
+def to_ardupilot(
+    calibration: Calibration,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    instance: int = 1,
+    force: bool = False,
+) -> str:
+    """Return offsets and scales as parameters of ArduPilot.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well, ``.param`` by custom. Default: none.
+    instance : int
+        Number of the IMU: 1 for ``INS_ACCOFFS_X``, 2 for ``INS_ACC2OFFS_X``.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        ``INS_ACCOFFS``, ``INS_ACCSCAL`` and ``INS_GYROFFS``, used as PX4 uses its own: see
+        `to_px4` for what is left; with a temperature model also ``INS_TCAL1``. ArduPilot takes new
+        gyro offsets at every start by default.
+
+    Raises
+    ------
+    ValueError
+        If the unit of the raw samples is not known, or the accelerometer's axes are left-handed.
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+    """
+    found, names = _in_si(calibration.to_frame("symmetric"), "ArduPilot"), _ARDUPILOT
+    number = "" if instance == 1 else instance
+    model = calibration.temperature_model
+    lines = [
+        *_head(calibration, "ArduPilot: offsets and scales of accelerometer and gyro."),
+        *_left_out(found),
+        *(
+            f"{name.format(number)},{_number(value)}"
+            for name, value in _diagonal(found, names if model is None else names[:2])
+        ),
+    ]
+    if model is not None:
+        lines.append(model.to_ardupilot(instance=instance).rstrip())
+    return written("\n".join(lines) + "\n", path, force)
+
+
+_PX4: Final = ("CAL_ACC{{}}_{}OFF", "CAL_ACC{{}}_{}SCALE", "CAL_GYRO{{}}_{}OFF")
+_ARDUPILOT: Final = ("INS_ACC{{}}OFFS_{}", "INS_ACC{{}}SCAL_{}", "INS_GYR{{}}OFFS_{}")
+"""Names of the offset and the scale of the accelerometer, and of the offset of the gyro."""
+
+
+def _diagonal(calibration: Calibration, names: Sequence[str]) -> Iterator[tuple[str, float]]:
+    """Yield offsets and scales: (raw - offset) scale is the best that axes alone can do."""
+    zero = calibration.values[GYRO_BIAS] * (calibration.temperature_model is None)
+    scale = np.diagonal(calibration.accel.correction)
+    for name, values in zip(names, (calibration.values[ACCEL_BIAS], scale, zero), strict=False):
+        yield from zip(map(name.format, _AXES), values.tolist(), strict=True)
+
+
+def _left_out(calibration: Calibration) -> Iterator[str]:
+    """Yield how large that is which offsets and scales alone leave."""
+    accel = calibration.accel.correction
+    cross = 1e3 * np.abs(accel - np.diag(np.diagonal(accel))).max()
+    yield f"# Left: misalignment of the accelerometer, up to {cross:.2g} mrad,"
+    rest = 100.0 * np.abs(calibration.values[GYRO_MATRIX].reshape(3, 3) - np.eye(3)).max()
+    force = convert(float(np.abs(calibration.values[G_SENSITIVITY]).max()), "rad/s", "deg/s")
+    yield f"# scale and misalignment of the gyro, up to {rest:.2g} % of a rate,"
+    yield f"# its g-sensitivity, up to {force:.2g} deg/s a g."
+
+
+def _in_si(calibration: Calibration, program: str) -> Calibration:
+    for sensor, unit in (
+        ("accelerometer", calibration.accel_units[0]),
+        ("gyro", calibration.gyro_units[0]),
+    ):
+        if unit not in UNITS:
+            raise ValueError(
+                f"{program} takes samples in rad/s and m/s^2, and the unit of the {sensor} is not "
+                "known: give unit= or scale= where the log is read"
+            )
+    return calibration.in_units(gyro="rad/s", accel="m/s^2")
+
+
+def _head(calibration: Calibration, title: str) -> tuple[str, ...]:
+    """Return the first lines of a file: what it is, and whether it can be trusted."""
+    lines = [f"# {title}"]
+    if not calibration.valid:
+        lines.append(f"# NOT VALID: {calibration.problems[0]}")
+    unknown = [
+        name for name, known in zip(PARAMETERS, calibration.identifiable, strict=True) if not known
+    ]
+    if unknown:
+        lines.append(f"# Not determined by the record: {', '.join(unknown)}")
+    return tuple(lines)
+
+
+def _yaml(name: str, matrix: Floats) -> Iterator[str]:
+    yield f"    {name}:"
+    yield from (f"    - {_listed(row)}" for row in matrix)
+
+
+def _listed(row: Floats) -> str:
+    return f"[{', '.join(map(_number, row))}]"
+
+
+def _number(value: float) -> str:
+    return repr(float(value))

@@ -1,0 +1,218 @@
+"""A solution as the calibration that users have: raw units, names, errors by rest and turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from zerorate.calibration.calibration import Calibration, Origin, Rest, Turn
+from zerorate.calibration.fit.joint_fit import LOWER, Prior, forces
+from zerorate.calibration.fit.judgement import advice_on, problems_of
+from zerorate.calibration.fit.rests import in_raw_units
+from zerorate.calibration.fit.sensors import STANDARD_GRAVITY
+from zerorate.calibration.fit.solution import Record, Solution, errors_of, held_out_errors
+from zerorate.calibration.fit.starts import nominal_sensors
+from zerorate.calibration.fit.turns import rotation_vectors
+from zerorate.calibration.parameters import (
+    ACCEL_BIAS,
+    ACCEL_MATRIX,
+    G_SENSITIVITY,
+    GYRO_BIAS,
+    GYRO_MATRIX,
+)
+from zerorate.types import Booleans, Floats
+
+__all__ = ["Case", "assembled"]
+
+_OUTLIER: Final = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What was found in a recording, used or not.
+
+    Parameters
+    ----------
+    record
+        What is fitted.
+    rests, turns
+        All of them.
+    gravity
+        Local gravity, m/s^2.
+    notes
+        What was assumed.
+    temperature
+        Mean of the recording, degC, or None.
+    origin
+        Where the samples come from.
+    """
+
+    record: Record
+    rests: Sequence[Rest]
+    turns: Sequence[Turn]
+    gravity: float
+    notes: Sequence[str]
+    temperature: float | None
+    origin: Origin
+
+
+@dataclass(frozen=True, eq=False)
+class _Errors:
+    """Errors at the rests and turns that were used."""
+
+    norms: Floats
+    misses: Floats
+    raw_norms: Floats
+    raw_misses: Floats
+    rotations: Floats
+    held_out: bool
+
+
+def assembled(case: Case, prior: Prior, solution: Solution, problems: Sequence[str]) -> Calibration:
+    """Return the calibration of a solution; `problems` are those known before the fit."""
+    record = case.record
+    errors = _errors(record, prior, solution)
+    rests, turns = _rests(case, solution, errors), _turns(case, solution, errors)
+    identifiable = _identifiable(solution)
+    used = [turn for turn in turns if turn.used]
+    found = problems_of(
+        solution.fit,
+        (record.accel.known, record.gyro.known),
+        identifiable,
+        [rest for rest in rests if rest.used],
+        used,
+        (errors.norms, errors.misses),
+    )
+    unused = [turn.reason.partition(":")[0] for turn in turns if not turn.used]
+    notes = (*case.notes, *_on_g(solution))
+    return Calibration(
+        values=_values(case, solution),
+        covariance=_covariance(case, solution),
+        identifiable=identifiable,
+        accel_units=record.accel.units,
+        gyro_units=record.gyro.units,
+        gravity=case.gravity,
+        rate=record.gyro.rate,
+        rests=tuple(rests),
+        turns=tuple(turns),
+        norm_error=_rms(errors.norms),
+        norm_error_raw=_rms(errors.raw_norms),
+        carry_error=_rms(errors.misses),
+        carry_error_raw=_rms(errors.raw_misses),
+        held_out=errors.held_out,
+        problems=(*problems, *found),
+        advice=tuple(advice_on(solution.fit, prior, rests, used, unused)),
+        notes=notes,
+        temperature=case.temperature,
+        origin=case.origin,
+    )
+
+
+def _on_g(solution: Solution) -> list[str]:
+    return ["what gravity does to the gyro was taken off in the turns"] if solution.in_turns else []
+
+
+def _rms(errors: Floats) -> float:
+    return float(np.sqrt(np.mean(errors**2))) if len(errors) else float("nan")
+
+
+def _errors(record: Record, prior: Prior, solution: Solution) -> _Errors:
+    raw_norms, raw_misses, _ = errors_of(record, nominal_sensors(record, prior))
+    sensors = solution.sensors if solution.in_turns else solution.without_g
+    norms, misses, turns = errors_of(record, sensors)
+    unseen = held_out_errors(record, prior, solution)
+    if unseen is not None:
+        norms, misses = unseen
+    held_out = unseen is not None
+    return _Errors(norms, misses, raw_norms, raw_misses, turns.rotations, held_out)
+
+
+def _rests(case: Case, solution: Solution, errors: _Errors) -> list[Rest]:
+    """Return all rests in raw units, with direction and error."""
+    record, fit = case.record, solution.fit
+    seen = iter(zip(fit.directions, errors.norms, strict=True))
+    rests = []
+    for rest in case.rests:
+        force = forces(rest.accel[np.newaxis], fit.accel, fit.bias)[0]
+        size = float(np.linalg.norm(force))
+        up, norm = next(seen) if rest.used else (force / max(size, 1e-300), size - 1.0)
+        known = replace(rest, direction=up, norm_error=float(norm))
+        rests.append(in_raw_units(known, record.gyro, record.accel))
+    return rests
+
+
+def _turns(case: Case, solution: Solution, errors: _Errors) -> list[Turn]:
+    """Return all turns; those that were used with angle, axis and what is left."""
+    vectors = rotation_vectors(errors.rotations)
+    seen = iter(zip(vectors, errors.misses, errors.raw_misses, solution.fit.weights, strict=True))
+    turns = []
+    for turn in case.turns:
+        if turn.used:
+            vector, miss, raw_miss, weight = next(seen)
+            angle = float(np.linalg.norm(vector))
+            turn = replace(
+                turn,
+                angle=angle,
+                axis=vector / max(angle, 1e-300),
+                residual=float(miss),
+                residual_raw=float(raw_miss),
+                reason="" if weight > _OUTLIER else f"outlier: counts as {weight:.1g} of a turn",
+            )
+        turns.append(turn)
+    return turns
+
+
+def _values(case: Case, solution: Solution) -> Floats:
+    """Return the 33 parameters in the units that users have."""
+    fit, rest, (accel, gyro) = solution.fit, solution.rest, (case.record.accel, case.record.gyro)
+    values = np.zeros(33)
+    values[ACCEL_MATRIX] = fit.accel.ravel() / _force_unit(case)
+    values[ACCEL_BIAS] = fit.bias / accel.factor
+    values[GYRO_MATRIX] = np.linalg.inv(fit.gyro).ravel()
+    values[GYRO_BIAS] = rest.bias / gyro.factor
+    values[G_SENSITIVITY] = rest.sensitivity.ravel() / gyro.factor * _per_g(case)
+    return values
+
+
+def _force_unit(case: Case) -> float:
+    """Return gravity in the unit that corrected samples have in the fit."""
+    return 1.0 if case.record.accel.known else case.gravity
+
+
+def _per_g(case: Case) -> float:
+    """Return what makes of a number per local gravity one per g."""
+    return STANDARD_GRAVITY / case.gravity
+
+
+def _covariance(case: Case, solution: Solution) -> Floats:
+    fit, rest, (accel, gyro) = solution.fit, solution.rest, (case.record.accel, case.record.gyro)
+    to_all = np.zeros((33, 18))
+    to_all[ACCEL_MATRIX][3 * LOWER[:, 0] + LOWER[:, 1], range(6)] = 1.0 / _force_unit(case)
+    to_all[ACCEL_BIAS, 6:9] = np.eye(3) / accel.factor
+    # dW = -W dM W.
+    inverse = np.linalg.inv(fit.gyro)
+    to_all[GYRO_MATRIX, 9:] = -np.kron(inverse, inverse.T)
+    covariance = to_all @ fit.covariance @ to_all.T
+    units = np.append(1.0, np.full(3, _per_g(case))) / gyro.factor
+    for axis in range(3):
+        places = [GYRO_BIAS.start + axis, *range(24 + 3 * axis, 27 + 3 * axis)]
+        known = rest.covariance_of(axis) * np.outer(units, units)
+        covariance[np.ix_(places, places)] = known
+    return np.asarray((covariance + covariance.T) / 2.0)
+
+
+def _identifiable(solution: Solution) -> Booleans:
+    """Return which of the 33 parameters the record determines; what is fixed counts as known."""
+    known = np.ones(33, dtype=bool)
+    known[ACCEL_MATRIX][3 * LOWER[:, 0] + LOWER[:, 1]] = solution.identifiable[:6]
+    known[ACCEL_BIAS] = solution.identifiable[6:9]
+    # An element of W hangs on that of M in its place, or where the axes are permuted to.
+    axes = np.abs(solution.fit.gyro)
+    axes = (axes > 0.5 * axes.max()).astype(float)
+    lost = (~solution.identifiable[9:]).reshape(3, 3).astype(float)
+    known[GYRO_MATRIX] = (axes.T @ lost @ axes.T == 0.0).ravel()
+    known[G_SENSITIVITY] = solution.rest.identifiable.ravel()
+    return known

@@ -1,0 +1,446 @@
+"""Stretches without motion, found by the variance of both sensors in short windows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from zerorate import units
+from zerorate.calibration.calibration import Rest
+from zerorate.calibration.fit.sensors import STANDARD_GRAVITY, Sensor, sensor
+from zerorate.io.log import Log, LogError, Recording
+from zerorate.types import Booleans, Floats, Integers
+
+__all__ = [
+    "FLOORS",
+    "Stillness",
+    "clipped",
+    "find_rests",
+    "given_rests",
+    "in_raw_units",
+    "mean_variances",
+    "rests_of",
+]
+
+FLOORS: Final = 5.0
+"""A window is still if no axis varies more than this many times as at its quietest."""
+
+_BLOCK: Final = 0.1
+_WINDOW: Final = 0.5
+_TRIM: Final = 0.1
+_JOIN: Final = 0.4
+_SHORTEST: Final = 1.0
+
+_POSE_ERROR: Final = 0.3e-3
+"""How well two rests in one pose agree, parts of gravity: no sensor is as stable as the mean of
+seconds of white noise."""
+
+_HARMONICS: Final = np.arange(1, 33)
+"""Of the sawtooth that rounding is of its input; the rest of them is 2 % of its variance."""
+
+_CLIPPED: Final = 0.25
+"""Of the samples of a rest: of noise of two steps a fifth is at one value, at most."""
+
+_MOVED: Final = 5.0
+_MEDIAN_OF_SQUARE: Final = 0.4549364
+"""Of a standard normal deviate."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Windows:
+    """Variances in windows that move by one block, and the floor of each axis.
+
+    Parameters
+    ----------
+    ratio
+        The largest ratio of variance to floor of any axis, shape (m,); infinite where most
+        samples are missing.
+    floor
+        Variance of each axis at its quietest, shape (3,), unit of the samples squared.
+    step
+        Between neighbouring values of each axis, shape (3,).
+    block
+        Samples by which one window is later than that before.
+    blocks
+        Blocks in a window.
+    """
+
+    ratio: Floats
+    floor: Floats
+    step: Floats
+    block: int
+    blocks: int
+
+    def at_blocks(self, count: int) -> Floats:
+        """Return the ratio in the window round each block, the nearest one at the ends."""
+        places = np.arange(count) - self.blocks // 2
+        return np.asarray(self.ratio[places.clip(0, len(self.ratio) - 1)])
+
+
+@dataclass(frozen=True, eq=False)
+class Stillness:
+    """What tells rests from motion: the variance of each sensor at its quietest.
+
+    Parameters
+    ----------
+    floor
+        By kind of sensor: variance of each axis, shape (3,), in the unit of the fit squared.
+    step
+        By kind of sensor: step between neighbouring values of each axis, shape (3,).
+    longest
+        Longest still stretch, s, whether or not it is long enough for a rest.
+    """
+
+    floor: dict[str, Floats]
+    step: dict[str, Floats]
+    longest: float
+
+    def rounding(self, kind: str) -> Floats:
+        """Return the variance that rounding leaves in a mean, however long, shape (3,).
+
+        Of noise that is large beside the step nothing is left, of none a uniform error: the
+        harmonics of rounding's sawtooth, each damped by the noise (B. Widrow and I. Kollar,
+        "Quantization Noise", 2008, chapter 4).
+        """
+        square = self.step[kind] ** 2
+        # Between two values a sensor varies by a quarter of that, with hardly any noise.
+        noise = np.maximum(np.nan_to_num(self.floor[kind]) - square / 4.0, 0.0)
+        ratio = noise / np.maximum(square, np.finfo(float).tiny)
+        damped = np.exp(-((2.0 * np.pi * _HARMONICS[:, np.newaxis]) ** 2) * ratio)
+        left = (damped / _HARMONICS[:, np.newaxis] ** 2).sum(axis=0)
+        return np.asarray(square * left / (2.0 * np.pi**2))
+
+
+def _resolution(data: Floats) -> Floats:
+    """Return the step between neighbouring values of each axis, small where it cannot be seen."""
+    sizes = np.abs(np.diff(data[: 1 << 16], axis=0))
+    steps = np.zeros(3)
+    for axis, size in enumerate(sizes.T):
+        seen = size[size > 1e-6 * np.nanmax(size, initial=0.0)]
+        if seen.size:
+            steps[axis] = np.partition(seen, seen.size // 100)[seen.size // 100]
+    return steps
+
+
+def _windows(one: Sensor) -> _Windows:
+    block = max(1, round(_BLOCK * one.rate))
+    # Fewer than four samples tell no variance.
+    blocks = max(round(_WINDOW * one.rate / block), -(-4 // block))
+    count = one.n // block
+    if count < blocks:
+        return _Windows(np.full(1, np.inf), np.full(3, np.nan), np.zeros(3), block, blocks)
+    variance, there = _variances(one, block, blocks, count)
+    step = _resolution(one.data)
+    least = np.maximum(step**2 / 12.0, np.finfo(float).tiny)
+    full = there >= 0.5 * block * blocks
+    floor = _floors(np.maximum(variance[full], least)) if full.any() else np.full(3, np.nan)
+    ratio = (np.maximum(variance, least) / floor).max(axis=1)
+    return _Windows(np.where(full, ratio, np.inf), floor, step, block, blocks)
+
+
+def _variances(one: Sensor, block: int, blocks: int, count: int) -> tuple[Floats, Floats]:
+    """Return variances in windows and the number of samples that are there."""
+    # About a level of the record, lest the squares of an offset hide the noise.
+    level = one.data - np.nanmedian(one.data[:: max(1, one.n // 1000)], axis=0)
+    number = np.full(count, float(block))
+    if one.missing is not None:
+        level[one.missing] = 0.0
+        number = (~one.missing[: count * block]).reshape(count, block).sum(axis=1).astype(float)
+    cells = level[: count * block].reshape(count, block, 3)
+    # The mean of the block comes off first: it is far from the level in most poses.
+    centre = cells.sum(axis=1) / np.maximum(number, 1.0)[:, np.newaxis]
+    squares = np.einsum("ijk,ijk->ik", cells, cells) - number[:, np.newaxis] * centre**2
+    n = _moving_sum(number, blocks)[:, np.newaxis]
+    weighted = number[:, np.newaxis] * centre
+    mean = _moving_sum(weighted, blocks) / np.maximum(n, 1.0)
+    between = _moving_sum(weighted * centre, blocks) - n * mean**2
+    total = _moving_sum(squares, blocks) + between
+    return np.maximum(total, 0.0) / np.maximum(n - 1.0, 1.0), n[:, 0]
+
+
+def _moving_sum(values: Floats, width: int) -> Floats:
+    length = len(values) - width + 1
+    total = values[:length].copy()
+    for i in range(1, width):
+        total += values[i : i + length]
+    return total
+
+
+def _floors(variance: Floats) -> Floats:
+    """Return the variance of each axis at rest: the usual one among the small ones."""
+    floor = np.percentile(variance, 10, axis=0)
+    for _ in range(3):
+        low = np.where(variance < 3.0 * floor, variance, np.nan)
+        floor = np.nanmedian(low, axis=0)
+    return np.asarray(floor)
+
+
+def _still_blocks(sensors: Sequence[Sensor]) -> tuple[Booleans, list[_Windows]]:
+    """Return which blocks of the first sensor are still for all, and the windows of each."""
+    found = [_windows(one) for one in sensors]
+    first, block = sensors[0], found[0].block
+    count = first.n // block
+    times = first.start + (np.arange(count) + 0.5) * block / first.rate
+    still = found[0].at_blocks(count) < FLOORS
+    for one, windows in zip(sensors[1:], found[1:], strict=True):
+        own = windows.at_blocks(max(one.n // windows.block, 1))
+        place = np.floor((times - one.start) * one.rate / windows.block).astype(int)
+        inside = (place >= 0) & (place < len(own))
+        still &= inside & (own[place.clip(0, len(own) - 1)] < FLOORS)
+    return still, found
+
+
+def _runs(still: Booleans, joined: int) -> Integers:
+    """Return first and last (exclusive) of the still runs, joined across short breaks."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], still, [False])).astype(np.int8)))
+    runs = edges.reshape(-1, 2)
+    if len(runs) < 2:
+        return runs
+    apart = runs[1:, 0] - runs[:-1, 1] >= joined
+    first = np.concatenate(([True], apart))
+    last = np.concatenate((apart, [True]))
+    return np.stack([runs[first, 0], runs[last, 1]], axis=1)
+
+
+def _spans(sensors: Sequence[Sensor]) -> tuple[Integers, Stillness]:
+    """Return the samples of the rests of the first sensor, and what told them."""
+    still, windows = _still_blocks(sensors)
+    rate, block = sensors[0].rate, windows[0].block
+    runs = _runs(still, max(1, round(_JOIN * rate / block))) * block
+    longest = float((runs[:, 1] - runs[:, 0]).max(initial=0)) / rate
+    trim = round(_TRIM * rate)
+    spans = runs + np.array([trim, -trim])
+    long_enough = spans[:, 1] - spans[:, 0] >= _SHORTEST * rate
+    floor: dict[str, Floats] = {
+        one.kind: each.floor for one, each in zip(sensors, windows, strict=True)
+    }
+    step: dict[str, Floats] = {
+        one.kind: each.step for one, each in zip(sensors, windows, strict=True)
+    }
+    return spans[long_enough], Stillness(floor, step, longest)
+
+
+def rests_of(gyro: Sensor, accel: Sensor) -> tuple[list[Rest], Stillness]:
+    """Return all rests of two sensors, their means in the unit of the fit, and what told them."""
+    spans, stillness = _spans((gyro, accel))
+    rests = [_rest(gyro, gyro, accel, int(first), int(last)) for first, last in spans]
+    found = [rest for rest in rests if np.isfinite([rest.gyro, rest.accel]).all()]
+    return _with_sigmas(found, accel, gyro, stillness), stillness
+
+
+def given_rests(
+    gyro: Sensor, accel: Sensor, given: Iterable[Rest | tuple[float, float]]
+) -> tuple[list[Rest], Stillness]:
+    """Return the rests that a user has named by their start and stop, s.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If one is not a start and a later stop, has no samples of both sensors, or begins before
+        another ends.
+    """
+    times = sorted(_times(rest) for rest in given)
+    for (_, stop), (start, _) in pairwise(times):
+        if start < stop:
+            raise ValueError(f"rests must not overlap: one ends at {stop:g} s, after {start:g} s")
+    rests = []
+    for start, stop in times:
+        rest = _rest(gyro, gyro, accel, gyro.place(start), gyro.place(stop))
+        if not np.isfinite([rest.gyro, rest.accel]).all():
+            raise ValueError(f"at the rest {start:g} s to {stop:g} s a sensor has no samples")
+        rests.append(rest)
+    _, stillness = _spans((gyro, accel))
+    return _with_sigmas(rests, accel, gyro, stillness), stillness
+
+
+def _times(rest: Rest | tuple[float, float]) -> tuple[float, float]:
+    """Return start and stop of a rest as a user gives it, s."""
+    pair = (rest.start, rest.stop) if isinstance(rest, Rest) else rest
+    try:
+        start, stop = map(float, pair)
+    except (TypeError, ValueError):
+        raise TypeError(f"rests must be Rest or (start, stop) in seconds, got {rest!r}") from None
+    if not -np.inf < start < stop < np.inf:
+        raise ValueError(f"a rest must stop after its start, got {start:g} s to {stop:g} s")
+    return start, stop
+
+
+def _rest(clock: Sensor, gyro: Sensor | None, accel: Sensor | None, first: int, last: int) -> Rest:
+    """Return the means of both sensors between two samples of the clock, NaN of one that lacks."""
+    start, stop = clock.start + first / clock.rate, clock.start + last / clock.rate
+    rate, force = (
+        np.full(3, np.nan) if one is None else one.mean(one.place(start), one.place(stop))
+        for one in (gyro, accel)
+    )
+    size = float(np.linalg.norm(force))
+    return Rest(
+        start=start,
+        stop=stop,
+        first=first,
+        last=last,
+        accel=force,
+        gyro=rate,
+        accel_sigma=np.full(3, np.nan),
+        direction=force / max(size, np.finfo(float).tiny),
+        norm_error=size - 1.0,
+    )
+
+
+def _own_errors(one: Sensor, rests: Sequence[Rest]) -> tuple[Floats, Floats]:
+    """Return what the mean of each rest may err by: by its halves, and by its quarters too."""
+    parts = []
+    for rest in rests:
+        ends = np.linspace(one.place(rest.start), one.place(rest.stop), 5).astype(int)
+        parts.append([one.mean(first, last) for first, last in pairwise(ends)])
+    quarters = np.nan_to_num(parts)
+    halves = np.abs(quarters[:, :2].sum(axis=1) - quarters[:, 2:].sum(axis=1)) / 4.0
+    return halves, np.maximum(halves, quarters.std(axis=1, ddof=1) / 2.0)
+
+
+def mean_variances(
+    one: Sensor, rests: Sequence[Rest], stillness: Stillness
+) -> tuple[Floats, Floats]:
+    """Return variances of the means at rests: the usual ones, and those of each rest by itself.
+
+    The usual one is that of white noise, or what the halves of all rests come to if that is more,
+    and of rounding; its own is by its halves or quarters, whichever differ more: there and back is
+    motion, too.
+    """
+    if not rests:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    halves, own = _own_errors(one, rests)
+    pooled = np.median(halves**2, axis=0) / _MEDIAN_OF_SQUARE
+    count = np.array([[(rest.stop - rest.start) * one.rate] for rest in rests])
+    white = np.nan_to_num(stillness.floor[one.kind]) / np.maximum(count, 1.0)
+    return np.maximum(white, pooled) + stillness.rounding(one.kind), own**2
+
+
+def _with_sigmas(
+    rests: list[Rest], accel: Sensor, gyro: Sensor | None, stillness: Stillness
+) -> list[Rest]:
+    """Return the rests with standard errors of their means, and a word on those with motion."""
+    if not rests:
+        return rests
+    usual, own = mean_variances(accel, rests, stillness)
+    pose = (_POSE_ERROR * np.median([np.linalg.norm(rest.accel) for rest in rests])) ** 2
+    excess = (own / (usual + pose)).max(axis=1)
+    if gyro is not None:
+        of_gyro = mean_variances(gyro, rests, stillness)
+        excess = np.maximum(excess, (of_gyro[1] / np.maximum(of_gyro[0], 1e-300)).max(axis=1))
+    ratio = np.sqrt(excess)
+    # Motion does not average out as noise does: four parts are no better than one.
+    parts = np.where(ratio > _MOVED, 4.0, 1.0)[:, np.newaxis]
+    sigmas = np.sqrt(np.maximum(usual, parts * own) + pose)
+    return [
+        replace(rest, accel_sigma=sigma, reason=_on_motion(float(times)))
+        for rest, sigma, times in zip(rests, sigmas, ratio, strict=True)
+    ]
+
+
+def clipped(accel: Sensor, rests: Sequence[Rest], stillness: Stillness) -> list[str]:
+    """Return the axis of which each rest is at the end of the accelerometer's range, or "".
+
+    Its samples are at one value, the largest or smallest of the record, though its noise is larger
+    than the step between values.
+    """
+    ends = np.nanmin(accel.data, axis=0), np.nanmax(accel.data, axis=0)
+    step = stillness.step["accel"]
+    noisy = (step > 0.0) & (stillness.floor["accel"] > (2.0 * step) ** 2)
+    found = []
+    for rest in rests:
+        part = accel.data[accel.place(rest.start) : accel.place(rest.stop)]
+        share = np.maximum(*((part == end).mean(axis=0) for end in ends))
+        full = np.flatnonzero(noisy & (share > _CLIPPED))
+        found.append("xyz"[full[0]] if full.size else "")
+    return found
+
+
+def _on_motion(ratio: float) -> str:
+    return f"moving: its parts differ by {ratio:.0f} times the usual" if ratio > _MOVED else ""
+
+
+def in_raw_units(rest: Rest, gyro: Sensor | None, accel: Sensor | None) -> Rest:
+    """Return a rest with its means in the unit of the raw samples."""
+    force = 1.0 if accel is None else accel.factor
+    return replace(
+        rest,
+        gyro=rest.gyro / (1.0 if gyro is None else gyro.factor),
+        accel=rest.accel / force,
+        accel_sigma=rest.accel_sigma / force,
+    )
+
+
+def find_rests(recording: Recording | Log) -> tuple[Rest, ...]:
+    """Return the stretches without motion.
+
+    Parameters
+    ----------
+    recording
+        A `Recording` with a gyro, an accelerometer or both, or a `Log` of one of them with three
+        axes; NaN marks missing samples.
+
+    Returns
+    -------
+    tuple of Rest
+        In the order of time, on the clock of the gyro if there is one. Means are in the raw units,
+        NaN of a sensor that there is not; ``direction`` is that of the raw specific force.
+
+    Raises
+    ------
+    LogError
+        If there is neither sensor, or one has not three axes.
+    TypeError
+        If it is neither a recording nor a log.
+
+    Notes
+    -----
+    The variance of each axis in windows of 0.5 s is divided by its floor, the usual value where the
+    sensor is quietest; a window is still if no axis exceeds 5 floors. Breaks below 0.4 s are passed
+    over, and rests are at least 1 s long after 0.1 s were cut off at both ends. A tenth of the
+    record at least must be at rest: one in which nothing rests has no floor to compare with.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> rate = 0.1 * rng.standard_normal((1000, 3))
+    >>> rate[400:600] += 20 * np.hanning(200)[:, np.newaxis]
+    >>> log = Log(np.arange(1000) / 100, 100.0, rate, ["gyro_x", "gyro_y", "gyro_z"], "deg/s")
+    >>> [(round(rest.start, 1), round(rest.stop, 1)) for rest in find_rests(log)]
+    [(0.1, 3.8), (6.2, 9.9)]
+    """
+    gyro, accel = _sensors_in(recording)
+    both = [one for one in (gyro, accel) if one is not None]
+    spans, stillness = _spans(both)
+    rests = [_rest(both[0], gyro, accel, int(first), int(last)) for first, last in spans]
+    if accel is not None:
+        rests = _with_sigmas(rests, accel, gyro, stillness)
+    return tuple(in_raw_units(rest, gyro, accel) for rest in rests)
+
+
+def _sensors_in(recording: Recording | Log) -> tuple[Sensor | None, Sensor | None]:
+    if isinstance(recording, Log):
+        if _is_accel(recording):
+            return None, sensor("accel", recording, STANDARD_GRAVITY)
+        return sensor("gyro", recording, STANDARD_GRAVITY), None
+    if not isinstance(recording, Recording):
+        raise TypeError(f"expected a Recording or a Log, got {type(recording).__name__}")
+    gyro, accel = recording.gyro, recording.accel
+    if gyro is None and accel is None:
+        raise LogError(
+            f"rests are found by a gyro or an accel; the recording has: {', '.join(recording)}"
+        )
+    return (
+        None if gyro is None else sensor("gyro", gyro, STANDARD_GRAVITY),
+        None if accel is None else sensor("accel", accel, STANDARD_GRAVITY),
+    )
+
+
+def _is_accel(log: Log) -> bool:
+    try:
+        return units.kind(log.unit) == "acceleration"
+    except ValueError:
+        return "acc" in log.names[0].lower()

@@ -1,0 +1,295 @@
+"""The fit of a record: with or without G in the turns, of all rests or of some."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+
+from zerorate.calibration.calibration import Rest, Turn
+from zerorate.calibration.fit.expected import foretells
+from zerorate.calibration.fit.g_sensitivity import AtRest, at_rest
+from zerorate.calibration.fit.joint_fit import (
+    DETERMINED,
+    Fit,
+    Observations,
+    Prior,
+    directions,
+    forces,
+    joint_fit,
+    sizes,
+)
+from zerorate.calibration.fit.rests import Stillness, mean_variances
+from zerorate.calibration.fit.sensors import Sensor
+from zerorate.calibration.fit.turns import Carried, carried, misses, turn_biases
+from zerorate.types import Booleans, Floats, Integers
+
+__all__ = ["Record", "Solution", "errors_of", "held_out_errors", "solve"]
+
+GSensitivity = Literal["auto"] | bool
+
+_SIGNIFICANT: Final = 3.0
+_FOLDS: Final = 4
+_FEWEST_OF_A_FOLD: Final = 9
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Two sensors, their rests and turns; means at rests as arrays.
+
+    Parameters
+    ----------
+    gyro, accel
+        The sensors.
+    rests, turns
+        Those that are used.
+    stillness
+        What told the rests.
+    accel_means, accel_sigmas, gyro_means, gyro_variances
+        At rests, shape (n, 3).
+    """
+
+    gyro: Sensor
+    accel: Sensor
+    rests: tuple[Rest, ...]
+    turns: tuple[Turn, ...]
+    stillness: Stillness
+    accel_means: Floats
+    accel_sigmas: Floats
+    gyro_means: Floats
+    gyro_variances: Floats
+
+    @classmethod
+    def of(
+        cls,
+        gyro: Sensor,
+        accel: Sensor,
+        rests: Sequence[Rest],
+        turns: Sequence[Turn],
+        stillness: Stillness,
+    ) -> Record:
+        """Return the record of all rests and turns that can be used."""
+        kept = [place for place, rest in enumerate(rests) if rest.used]
+        at = {place: new for new, place in enumerate(kept)}
+        used = [turn for turn in turns if turn.used]
+        places = [(at[turn.rests[0]], at[turn.rests[1]]) for turn in used]
+        still = [rests[place] for place in kept]
+        usual, own = mean_variances(gyro, still, stillness)
+        return cls(
+            gyro=gyro,
+            accel=accel,
+            rests=tuple(still),
+            turns=tuple(replace(t, rests=p) for t, p in zip(used, places, strict=True)),
+            stillness=stillness,
+            accel_means=np.array([rest.accel for rest in still]).reshape(-1, 3),
+            accel_sigmas=np.array([rest.accel_sigma for rest in still]).reshape(-1, 3),
+            gyro_means=np.array([rest.gyro for rest in still]).reshape(-1, 3),
+            gyro_variances=np.maximum(usual, own),
+        )
+
+    @property
+    def pairs(self) -> Integers:
+        """Rest before and after each turn, shape (m, 2)."""
+        return np.array([turn.rests for turn in self.turns], dtype=np.int64).reshape(-1, 2)
+
+    @property
+    def spans(self) -> Integers:
+        """First and last (exclusive) sample of each turn among those of all, shape (m, 2)."""
+        ends = np.cumsum([0, *(turn.last - turn.first for turn in self.turns)])
+        return np.stack([ends[:-1], ends[1:]], axis=1).astype(np.int64)
+
+    @property
+    def middles(self) -> Floats:
+        """Times of the middles of the rests, s, shape (n,)."""
+        return np.array([0.5 * (rest.start + rest.stop) for rest in self.rests])
+
+    @property
+    def lengths(self) -> Floats:
+        """Length of each rest, s, shape (n,)."""
+        return np.array([rest.stop - rest.start for rest in self.rests])
+
+    def some(self, kept: Booleans) -> Record:
+        """Return the record of some rests and of the turns between two of them."""
+        at = np.cumsum(kept) - 1
+        turns = [t for t in self.turns if kept[t.rests[0]] and kept[t.rests[1]]]
+        pairs = [(int(at[t.rests[0]]), int(at[t.rests[1]])) for t in turns]
+        return replace(
+            self,
+            rests=tuple(rest for rest, keep in zip(self.rests, kept, strict=True) if keep),
+            turns=tuple(replace(t, rests=pair) for t, pair in zip(turns, pairs, strict=True)),
+            accel_means=self.accel_means[kept],
+            accel_sigmas=self.accel_sigmas[kept],
+            gyro_means=self.gyro_means[kept],
+            gyro_variances=self.gyro_variances[kept],
+        )
+
+    def biases(self, up: Floats, sensitivity: Floats) -> Floats:
+        """Return the gyro's bias in each turn, what G does at the rests taken off."""
+        return turn_biases(self.turns, self.rests, self.gyro_means - up @ sensitivity.T)
+
+    def rates(self, sensors: Sensors) -> Floats:
+        """Return the samples of the gyro in all turns, less what G does, shape (k, 3)."""
+        rates = [self.gyro.data[turn.first : turn.last] for turn in self.turns]
+        if sensors.sensitivity.any():
+            rates = [
+                rate - forces(force, sensors.accel, sensors.bias) @ sensors.sensitivity.T
+                for rate, force in zip(rates, self.forces, strict=True)
+            ]
+        return np.concatenate(rates) if rates else np.zeros((0, 3))
+
+    @property
+    def forces(self) -> list[Floats]:
+        """Raw samples of the accelerometer in each turn, at the times of the gyro."""
+        return [self.accel.on(self.gyro, turn.first, turn.last) for turn in self.turns]
+
+
+@dataclass(frozen=True, eq=False)
+class Sensors:
+    """Models of both sensors: A, b_a, M and G, in the unit of the fit."""
+
+    accel: Floats
+    bias: Floats
+    gyro: Floats
+    sensitivity: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What a record tells of both sensors.
+
+    Parameters
+    ----------
+    fit
+        Of A, b_a, M.
+    rest
+        Bias of the gyro and G.
+    in_turns, with_g
+        Whether G was taken off in the turns, and whether it was estimated at all.
+    identifiable
+        Whether the record determines each of the 18 parameters of the fit.
+    """
+
+    fit: Fit
+    rest: AtRest
+    in_turns: bool
+    with_g: bool
+    identifiable: Booleans
+
+    @property
+    def sensors(self) -> Sensors:
+        """The models of both sensors."""
+        fit = self.fit
+        return Sensors(fit.accel, fit.bias, fit.gyro, self.rest.sensitivity)
+
+    @property
+    def without_g(self) -> Sensors:
+        """The models as the fit took them if it left G out of the turns."""
+        return replace(self.sensors, sensitivity=np.zeros((3, 3)))
+
+
+def solve(record: Record, prior: Prior, g_sensitivity: GSensitivity) -> Solution:
+    """Return what a record tells; what it does not determine stays at its prior value."""
+    with_g = g_sensitivity is not False
+    fit = _fitted(record, prior, None, np.zeros((3, 3)))
+    rest = _at_rest(record, fit, prior, with_g)
+    in_turns = g_sensitivity is True or bool(_significant(rest).any())
+    if in_turns:
+        fit = _fitted(record, prior, fit, rest.sensitivity)
+    identifiable = fit.sigmas <= DETERMINED * prior.datasheet
+    if not identifiable.all():
+        pinned = replace(prior, pinned=~identifiable)
+        known = _fitted(record, pinned, fit, rest.sensitivity if in_turns else np.zeros((3, 3)))
+        fit = replace(known, covariance=fit.covariance)
+    return Solution(fit, _at_rest(record, fit, prior, with_g), in_turns, with_g, identifiable)
+
+
+def _significant(rest: AtRest) -> Booleans:
+    return rest.identifiable & (np.abs(rest.sensitivity) > _SIGNIFICANT * rest.sigmas)
+
+
+def _fitted(record: Record, prior: Prior, start: Fit | None, sensitivity: Floats) -> Fit:
+    known = prior if start is None else start
+    sensors = Sensors(known.accel, known.bias, known.gyro, sensitivity)
+    return joint_fit(_observed(record, sensors, prior), prior, start)
+
+
+def _observed(record: Record, sensors: Sensors, prior: Prior) -> Observations:
+    up = directions(record.accel_means, sensors.accel, sensors.bias)
+    rates = record.rates(sensors)
+    biases, spans = record.biases(up, sensors.sensitivity), record.spans
+    period = 1.0 / record.gyro.rate
+
+    def carry(matrix: Floats) -> Carried:
+        return carried(rates, period, spans, biases, matrix)
+
+    pairs, (_, size) = record.pairs, prior.sizes
+    return Observations(
+        means=record.accel_means,
+        sigmas=record.accel_sigmas,
+        pairs=pairs,
+        seconds=np.asarray((spans[:, 1] - spans[:, 0] - 1) * period, dtype=np.float64),
+        averaged=record.lengths[pairs].sum(axis=1),
+        carry=carry,
+        white=size * float(np.sqrt(record.stillness.floor["gyro"].mean() * period)),
+        steady=size * float(np.sqrt(record.stillness.rounding("gyro").mean())),
+    )
+
+
+def _at_rest(record: Record, fit: Fit, prior: Prior, with_g: bool) -> AtRest:
+    up = directions(record.accel_means, fit.accel, fit.bias)
+    return at_rest(
+        record.gyro_means,
+        record.gyro_variances,
+        record.stillness.rounding("gyro"),
+        record.middles,
+        up,
+        1.0 / prior.sizes[1],
+        with_g,
+    )
+
+
+def errors_of(record: Record, sensors: Sensors) -> tuple[Floats, Floats, Carried]:
+    """Return |f|/g - 1 at the rests of a record, the misses of its turns, rad, and the turns."""
+    force = forces(record.accel_means, sensors.accel, sensors.bias)
+    size = sizes(force)
+    up = force / size[:, np.newaxis]
+    turns = carried(
+        record.rates(sensors),
+        1.0 / record.gyro.rate,
+        record.spans,
+        record.biases(up, sensors.sensitivity),
+        sensors.gyro,
+    )
+    pairs = record.pairs
+    return size - 1.0, misses(turns.rotations, up[pairs[:, 0]], up[pairs[:, 1]]), turns
+
+
+def held_out_errors(
+    record: Record, prior: Prior, solution: Solution
+) -> tuple[Floats, Floats] | None:
+    """Return the errors of `errors_of` at rests and turns that the fit had not seen.
+
+    Each quarter of the rests, in the order of time, is left out in turn, with the turns that begin
+    or end in it. None if there are too few rests for that, or if those of three quarters alone do
+    not determine the sensors well enough: its errors would be those of the parts, not of the whole.
+    """
+    count = len(record.rests)
+    if count * (_FOLDS - 1) // _FOLDS < _FEWEST_OF_A_FOLD:
+        return None
+    fold = np.arange(count) * _FOLDS // count
+    norms, carries = np.zeros(count), np.zeros(len(record.turns))
+    # A turn across the border of two quarters is not seen in either; the later one has it.
+    own = fold[record.pairs].max(axis=1)
+    for k in range(_FOLDS):
+        part = record.some(fold != k)
+        rest = _at_rest(part, solution.fit, prior, solution.with_g)
+        sensitivity = rest.sensitivity if solution.in_turns else np.zeros((3, 3))
+        fit = _fitted(part, prior, solution.fit, sensitivity)
+        if not foretells(fit, solution.fit.directions[fold == k], prior.sizes[1]):
+            return None
+        sensors = Sensors(fit.accel, fit.bias, fit.gyro, sensitivity)
+        norm, carry, _ = errors_of(record, sensors)
+        norms[fold == k], carries[own == k] = norm[fold == k], carry[own == k]
+    return norms, carries

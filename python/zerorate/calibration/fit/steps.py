@@ -1,0 +1,337 @@
+"""From two logs to a calibration, step by step."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, get_args
+
+import numpy as np
+
+from zerorate.calibration.calibrate import CalibrationError
+from zerorate.calibration.calibration import Calibration, Origin, Rest, Turn
+from zerorate.calibration.fit.assembly import Case, assembled
+from zerorate.calibration.fit.joint_fit import Prior
+from zerorate.calibration.fit.judgement import handedness
+from zerorate.calibration.fit.rests import FLOORS, Stillness, clipped, given_rests, rests_of
+from zerorate.calibration.fit.sensors import (
+    STANDARD_GRAVITY,
+    UNNAMED,
+    Sensor,
+    Source,
+    chosen,
+    sensor,
+)
+from zerorate.calibration.fit.solution import GSensitivity, Record, Solution, solve
+from zerorate.calibration.fit.starts import PriorName, check_gravity, start_of
+from zerorate.calibration.fit.turns import (
+    GAP,
+    LONG,
+    LONGEST,
+    SATURATED,
+    saturated,
+    turns_between,
+)
+from zerorate.calibration.parameters import Frame
+from zerorate.io.log import Log, LogError, Recording
+from zerorate.noise.coefficient import positive
+
+__all__ = ["Choices", "calibrated"]
+
+_FEWEST_RESTS: Final = 4
+_FEWEST_TURNS: Final = 6
+_JITTER: Final = 0.05
+_LEAST_GRAVITY: Final = 9.7
+_MOST_GRAVITY: Final = 9.9
+
+_RUNAWAY: Final = 1e6
+_MORE: Final = 1.1
+_CONTRADICTION: Final = (
+    "rests and turns contradict each other: no gyro and accelerometer fit them; check axes, units "
+    "and clocks"
+)
+
+_MORE_POSES: Final = (
+    "hold it still for five seconds in each of 12 poses or more, and turn it between them"
+)
+_REMEDIES: Final = {
+    SATURATED: "turn more slowly, or set a larger range of the gyro",
+    LONG: f"rest after each turn, within {LONGEST:.0f} s",
+    GAP: "turn again where samples of the gyro are missing",
+    "turning": "hold it still in each pose; if it was, check the unit of the gyro",
+    "force": "hold it still in each pose; if it was, check the accelerometer",
+    "clipped": "set a larger range of the accelerometer",
+}
+"""What to do first, by the reason for which most rests and turns were left out."""
+
+_TURNING: Final = 3.0 * np.pi / 180.0
+"""Rate, rad/s, beyond the usual one at rest by which a steady turn differs from a rest."""
+
+
+@dataclass(frozen=True)
+class Choices:
+    """Arguments of `zerorate.calibrate` that are not data; ValueError if one is not allowed."""
+
+    gravity: float | None
+    g_sensitivity: GSensitivity
+    frame: Frame
+    prior: PriorName
+    saturation: float | None
+
+    def __post_init__(self) -> None:
+        """Check all of them."""
+        if self.g_sensitivity not in ("auto", True, False):
+            raise ValueError(
+                f"g_sensitivity must be 'auto', True or False, got {self.g_sensitivity!r}"
+            )
+        for name, value, allowed in (
+            ("frame", self.frame, get_args(Frame)),
+            ("prior", self.prior, get_args(PriorName)),
+        ):
+            if value not in allowed:
+                raise ValueError(f"{name} must be one of {', '.join(allowed)}, got {value!r}")
+        if self.saturation is not None:
+            positive("saturation", self.saturation)
+        if not _LEAST_GRAVITY <= positive("gravity", self.local_gravity) <= _MOST_GRAVITY:
+            raise ValueError(
+                f"gravity must be that of a place on Earth in m/s^2, {_LEAST_GRAVITY} to "
+                f"{_MOST_GRAVITY}, got {self.gravity}"
+            )
+
+    @property
+    def local_gravity(self) -> float:
+        """Gravity, m/s^2."""
+        return STANDARD_GRAVITY if self.gravity is None else self.gravity
+
+
+def calibrated(
+    choices: Choices,
+    recording: Recording | None,
+    *,
+    gyro: Source,
+    accel: Source,
+    rate: float | None,
+    rests: Iterable[Rest | tuple[float, float]] | None,
+) -> Calibration:
+    """Return the calibration of two logs; arguments and faults as of `zerorate.calibrate`."""
+    gravity = choices.local_gravity
+    logs = chosen(recording, gyro, accel, rate)
+    sensors = sensor("gyro", logs[0], gravity), sensor("accel", logs[1], gravity)
+    found, stillness = rests_of(*sensors) if rests is None else given_rests(*sensors, rests)
+    found = _without_force(_without_turning(found, sensors[0]), sensors[1])
+    found = _without_clipping(found, sensors[1], stillness)
+    turns = turns_between(found, sensors[0], saturated(sensors[0], choices.saturation))
+    record = Record.of(*sensors, found, turns, stillness)
+    notes = _notes(choices.gravity, logs, sensors)
+    origin = _origin(recording, logs)
+    case = Case(record, found, turns, gravity, notes, _warmth(recording), origin)
+    if record.rests:
+        # A wrong unit explains a lack of rests better than their number does.
+        check_gravity(record, gravity)
+    _check_enough(case, choices)
+    calibration = _solved(case, choices)
+    return calibration if choices.frame == "x" else calibration.to_frame(choices.frame)
+
+
+def _origin(recording: Recording | None, logs: Sequence[Log]) -> Origin:
+    """Return what a recording and its logs say; names that arrays were given say nothing."""
+    gyro, accel = (() if log.meta.get(UNNAMED) else log.names for log in logs)
+    return Origin("" if recording is None else recording.source, gyro, accel)
+
+
+def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]) -> list[str]:
+    """Return what was assumed of a recording, and what is odd about it."""
+    notes = []
+    if gravity is None:
+        notes.append(
+            "gravity was not given: 9.80665 m/s^2 was taken, from which it differs by up to 0.3 % "
+            "over the Earth; the scale of the accelerometer moves by as much"
+        )
+    for log, one in zip(logs, sensors, strict=True):
+        if not one.known:
+            notes.append(f"the {one.kind} has no known unit: gravity and the turns gave its scale")
+        clock = log.meta.get("clock")
+        if log.stamps is not None:
+            notes.append(
+                f"the clock of the {one.kind} wanders: its samples were interpolated between their "
+                "stamps to an even one"
+            )
+        if clock is not None and clock.jitter_rms * log.rate > _JITTER:
+            notes.append(
+                f"the stamps of the {one.kind} jitter by {100 * clock.jitter_rms * log.rate:.0f} % "
+                "of a period: turns may be worse for it"
+            )
+    notes.append(
+        "errors are those within this record: the bias of a MEMS accelerometer moves by about 1 mg "
+        "from one switching on to the next"
+    )
+    return notes
+
+
+def _warmth(recording: Recording | None) -> float | None:
+    """Return the mean temperature of the recording, degC, None without one."""
+    log = None if recording is None else recording.temperature
+    if log is None:
+        return None
+    there = log.data[np.isfinite(log.data)]
+    return float(there.mean()) if there.size else None
+
+
+def _without_turning(rests: list[Rest], gyro: Sensor) -> list[Rest]:
+    """Return the rests, those that are steady turns marked as not used."""
+    if not rests or not gyro.known:
+        return rests
+    usual = np.median([rest.gyro for rest in rests], axis=0)
+    return [_unless_turning(rest, float(np.abs(rest.gyro - usual).max())) for rest in rests]
+
+
+def _without_force(rests: list[Rest], accel: Sensor) -> list[Rest]:
+    """Return the rests, those at which the accelerometer shows no gravity marked as not used."""
+    if not rests:
+        return rests
+    sizes = np.linalg.norm([rest.accel for rest in rests], axis=1)
+    usual = float(np.median(sizes))
+    if not usual > 0.0:
+        raise LogError("the accel shows 0 at rest on all axes, expected gravity")
+    # Beside a scale, a sensor of unknown unit may have a bias as large as gravity.
+    least, most = (0.5, 1.5) if accel.known else (0.1, 10.0)
+    return [
+        rest
+        if least * usual < size < most * usual
+        else replace(rest, used=False, reason=f"force: {size / usual:.2g} of that at other rests")
+        for rest, size in zip(rests, sizes, strict=True)
+    ]
+
+
+def _without_clipping(rests: list[Rest], accel: Sensor, stillness: Stillness) -> list[Rest]:
+    """Return the rests, those at the end of the accelerometer's range marked as not used."""
+    return [
+        replace(rest, used=False, reason=f"clipped: {axis} is at the end of the accel's range")
+        if axis and rest.used
+        else rest
+        for rest, axis in zip(rests, clipped(accel, rests, stillness), strict=True)
+    ]
+
+
+def _unless_turning(rest: Rest, rate: float) -> Rest:
+    if rate <= _TURNING:
+        return rest
+    reason = f"turning: {np.degrees(rate):.0f} deg/s more than at other rests"
+    return replace(rest, used=False, reason=reason)
+
+
+def _solved(case: Case, choices: Choices, problems: Sequence[str] = ()) -> Calibration:
+    check_gravity(case.record, case.gravity)
+    prior = start_of(case.record, choices.prior)
+    axes = [handedness(prior.gyro)] if _permuted(case.record, prior) else []
+    try:
+        solution = solve(case.record, prior, choices.g_sensitivity)
+        _check_size(solution, prior)
+        return assembled(case, prior, solution, (*problems, *axes))
+    except np.linalg.LinAlgError:
+        raise LogError(_CONTRADICTION) from None
+
+
+def _check_size(solution: Solution, prior: Prior) -> None:
+    """Refuse sensors that have run away: their inverse, and its errors, would be noise."""
+    for matrix, start in (
+        (solution.fit.accel, prior.accel),
+        (solution.fit.gyro, prior.gyro),
+    ):
+        ratio = abs(np.linalg.det(matrix) / np.linalg.det(start))
+        if not 1.0 / _RUNAWAY < ratio < _RUNAWAY or np.linalg.cond(matrix) > _RUNAWAY:
+            raise LogError(_CONTRADICTION)
+    # A record cannot take knowledge away.
+    sigmas = np.diagonal(solution.fit.covariance) / prior.sigmas**2
+    if not ((sigmas > 0.0) & (sigmas < _MORE)).all():
+        raise LogError(_CONTRADICTION)
+
+
+def _permuted(record: Record, prior: Prior) -> bool:
+    return record.gyro.known and not np.array_equal(prior.gyro, np.eye(3))
+
+
+def _check_enough(case: Case, choices: Choices) -> None:
+    """Refuse a record of too few rests or turns, with what it tells all the same."""
+    record = case.record
+    if len(record.rests) >= _FEWEST_RESTS and len(record.turns) >= _FEWEST_TURNS:
+        return
+    text = (
+        f"{_counted(record.rests, case.rests, 'rest')} and "
+        f"{_counted(record.turns, case.turns, 'turn')} can be used, and a calibration needs "
+        f"{_FEWEST_RESTS} and {_FEWEST_TURNS}"
+    )
+    attempt = _attempt(case, choices, text)
+    lost = 0 if attempt is None else int((~attempt.identifiable[:24]).sum())
+    parts = [f"{text}: {_first_of_all(case)}"]
+    if lost:
+        parts.append(f"{lost} of 18 parameters are not identifiable")
+    parts += _left_out(case)
+    raise CalibrationError("; ".join([*parts, _on_stillness(record), _on_bias(record)]), attempt)
+
+
+def _counted(used: Sequence[object], found: Sequence[object], name: str) -> str:
+    many = "" if len(found) == 1 else "s"
+    if len(used) == len(found):
+        return f"{len(used)} {name}{many}"
+    return f"{len(used)} of {len(found)} {name}{many}"
+
+
+def _first_of_all(case: Case) -> str:
+    """Return what would help most: against the usual reason, or else more poses."""
+    counts = Counter(reason for _, reason in _unused(case))
+    if not counts or len(case.rests) <= _FEWEST_TURNS:
+        return _MORE_POSES
+    return _REMEDIES.get(counts.most_common(1)[0][0], _MORE_POSES)
+
+
+def _unused(case: Case) -> list[tuple[str, str]]:
+    """Return whether it is a rest or a turn, and the reason in a word, of each that is left out."""
+    kinds: tuple[tuple[str, Sequence[Rest | Turn]], ...] = (
+        ("rest", case.rests),
+        ("turn", case.turns),
+    )
+    return [
+        (kind, one.reason.partition(":")[0])
+        for kind, found in kinds
+        for one in found
+        if not one.used
+    ]
+
+
+def _left_out(case: Case) -> list[str]:
+    """Return how many rests and turns were left out, by reason."""
+    counts = Counter(_unused(case)).items()
+    told = [f"{n} {kind}{'' if n == 1 else 's'} ({reason})" for (kind, reason), n in counts]
+    return [f"left out: {', '.join(told)}"] if told else []
+
+
+def _attempt(case: Case, choices: Choices, text: str) -> Calibration | None:
+    if len(case.record.rests) < 2 or not case.record.turns:
+        return None
+    try:
+        return _solved(case, choices, [text])
+    except LogError:
+        return None
+
+
+def _on_stillness(record: Record) -> str:
+    floors = (f"{_quietest(record, one):.2g} {one.unit}" for one in (record.gyro, record.accel))
+    return (
+        f"the longest still stretch is {record.stillness.longest:.1f} s, still being a variance "
+        f"below {FLOORS:g} times that of the quietest, {' and '.join(floors)} RMS"
+    )
+
+
+def _quietest(record: Record, one: Sensor) -> float:
+    """Return the RMS of a sensor where it is quietest, raw unit; 0 of a constant."""
+    floor = float(np.sqrt(record.stillness.floor[one.kind].mean())) / one.factor
+    return floor if floor > np.finfo(float).eps else 0.0
+
+
+def _on_bias(record: Record) -> str:
+    if not record.rests:
+        return "without a rest the gyro's bias is not known"
+    bias = np.average(record.gyro_means, axis=0, weights=record.lengths) / record.gyro.factor
+    return f"the gyro's bias is {', '.join(f'{b:.4g}' for b in bias)} {record.gyro.unit} (x, y, z)"

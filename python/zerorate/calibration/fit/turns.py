@@ -1,0 +1,188 @@
+"""Turns from one rest to the next: which can be used, and gravity carried through them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from zerorate._native import carry_turns
+from zerorate.calibration.calibration import Rest, Turn
+from zerorate.calibration.fit.sensors import Sensor
+from zerorate.types import Booleans, Floats, Integers
+
+__all__ = [
+    "GAP",
+    "LONG",
+    "LONGEST",
+    "SATURATED",
+    "Carried",
+    "carried",
+    "cross_matrices",
+    "misses",
+    "rotation_vectors",
+    "saturated",
+    "turn_biases",
+    "turns_between",
+]
+
+LONG: Final = "long"
+GAP: Final = "gap"
+SATURATED: Final = "saturated"
+
+LONGEST: Final = 30.0
+_HITS: Final = 10
+_WEIGHED: Final = 10.0
+"""Rest, s, beyond which the mean rate of a longer one tells the bias of a turn no better."""
+
+_IN_MOTION: Final = 1e-3
+
+
+def saturated(gyro: Sensor, limit: float | None) -> Booleans:
+    """Return which samples are at the end of the gyro's range, shape (n,).
+
+    Parameters
+    ----------
+    gyro
+        The sensor.
+    limit
+        The end of the range in the raw unit, or None to take for it the largest value, or the
+        smallest, of an axis that is hit ten times.
+    """
+    if limit is not None:
+        return np.asarray((np.abs(gyro.data) >= limit * abs(gyro.factor) * (1 - 1e-9)).any(axis=1))
+    full = np.zeros(gyro.n, dtype=bool)
+    if gyro.missing is not None and gyro.missing.all():
+        return full
+    for axis in gyro.data.T:
+        for end in (np.nanmax(axis), np.nanmin(axis)):
+            hits = axis == end
+            if np.count_nonzero(hits) >= _HITS:
+                full |= hits
+    return full
+
+
+def turns_between(rests: Sequence[Rest], gyro: Sensor, full: Booleans) -> list[Turn]:
+    """Return the turns from each rest that is used to the next, and why some cannot be used."""
+    used = [place for place, rest in enumerate(rests) if rest.used]
+    return [_turn(rests, before, after, gyro, full) for before, after in pairwise(used)]
+
+
+def _turn(rests: Sequence[Rest], before: int, after: int, gyro: Sensor, full: Booleans) -> Turn:
+    first, last = rests[before].last - 1, rests[after].first + 1
+    reason = _reason(gyro, full, first, last)
+    return Turn(
+        start=gyro.start + first / gyro.rate,
+        stop=gyro.start + (last - 1) / gyro.rate,
+        first=first,
+        last=last,
+        rests=(before, after),
+        angle=float("nan"),
+        axis=np.full(3, np.nan),
+        residual=float("nan"),
+        used=not reason,
+        reason=reason,
+    )
+
+
+def _reason(gyro: Sensor, full: Booleans, first: int, last: int) -> str:
+    seconds, count = (last - first) / gyro.rate, last - first
+    if seconds > LONGEST:
+        return f"{LONG}: {seconds:.0f} s, more than {LONGEST:.0f} s"
+    if gyro.missing is not None and (lost := int(gyro.missing[first:last].sum())):
+        return f"{GAP}: {lost} of {count} samples of the gyro are missing"
+    if hits := int(full[first:last].sum()):
+        return f"{SATURATED}: {hits} of {count} samples are at the end of the gyro's range"
+    return ""
+
+
+def turn_biases(turns: Sequence[Turn], rests: Sequence[Rest], at_rest: Floats) -> Floats:
+    """Return the gyro's bias in each turn from that at all rests, shape (m, 3).
+
+    It is the mean of the rests before and after, weighted by their length up to ten seconds; one
+    with motion in it counts only next to another.
+    """
+    length = np.array([min(rest.stop - rest.start, _WEIGHED) for rest in rests])
+    length *= np.where([bool(rest.reason) for rest in rests], _IN_MOTION, 1.0)
+    pair = np.array([turn.rests for turn in turns], dtype=np.int64).reshape(-1, 2)
+    weight = length[pair] / length[pair].sum(axis=1, keepdims=True)
+    return np.asarray(np.einsum("ij,ijk->ik", weight, at_rest[pair]))
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """What the gyro says of each turn.
+
+    Parameters
+    ----------
+    rotations
+        P, shape (m, 3, 3): a vector v of the body before the turn is ``P.T @ v`` after it.
+    by_matrix
+        T, shape (m, 3, 3, 3): that vector u moves by ``[u]x psi``, psi_a = T_abc dM_bc.
+    angles
+        Sum of the angles of all steps, rad, shape (m,).
+    """
+
+    rotations: Floats
+    by_matrix: Floats
+    angles: Floats
+
+
+def carried(
+    rates: Floats, period: float, spans: Integers, biases: Floats, matrix: Floats
+) -> Carried:
+    """Return the turns of raw rates, corrected as ``matrix @ (rate - bias)``.
+
+    Parameters
+    ----------
+    rates
+        Shape (n, 3); what depends on gravity taken off.
+    period
+        Seconds from sample to sample.
+    spans
+        First and last (exclusive) sample of each turn, shape (m, 2).
+    biases
+        Of each turn, shape (m, 3).
+    matrix
+        The correction, shape (3, 3).
+    """
+    steps = np.full(max(len(rates) - 1, 0), period)
+    rotations, by_matrix, _, angles = carry_turns(rates, steps, spans, biases, matrix)
+    return Carried(rotations, by_matrix, angles)
+
+
+def misses(rotations: Floats, before: Floats, after: Floats) -> Floats:
+    """Return the angles between gravity carried through turns and gravity after them, rad."""
+    ends = np.einsum("mba,mb->ma", rotations, before)
+    apart = np.linalg.norm(np.cross(ends, after), axis=1)
+    return np.asarray(np.arctan2(apart, (ends * after).sum(axis=1)))
+
+
+def cross_matrices(vectors: Floats) -> Floats:
+    """Return the matrices of the cross products with vectors, shape (m, 3, 3)."""
+    x, y, z = vectors.T
+    zero = np.zeros_like(x)
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
+
+
+def rotation_vectors(rotations: Floats) -> Floats:
+    """Return axis times angle of rotation matrices, rad, shape (m, 3); angles are up to pi."""
+    cosine = ((np.trace(rotations, axis1=1, axis2=2) - 1.0) / 2.0).clip(-1.0, 1.0)
+    odd = (rotations - rotations.transpose(0, 2, 1)) / 2.0
+    sine = np.stack([odd[:, 2, 1], odd[:, 0, 2], odd[:, 1, 0]], axis=1)
+    size = np.linalg.norm(sine, axis=1)
+    angle = np.arctan2(size, cosine)
+    # Near half a turn the odd part vanishes, and the even one is that of axis times axis.
+    even = (rotations + rotations.transpose(0, 2, 1)) / 2.0 - cosine[
+        :, np.newaxis, np.newaxis
+    ] * np.eye(3)
+    column = np.take_along_axis(
+        even, np.abs(even).max(axis=1).argmax(axis=1)[:, None, None], axis=2
+    )[:, :, 0]
+    column *= np.where((column * sine).sum(axis=1) < 0.0, -1.0, 1.0)[:, np.newaxis]
+    axis = np.where((cosine < 0.0)[:, np.newaxis], column, sine)
+    length = np.maximum(np.linalg.norm(axis, axis=1), np.finfo(float).tiny)
+    return np.asarray(axis * (angle / length)[:, np.newaxis])

@@ -1,0 +1,199 @@
+"""Axes of the body: a calibration in those of another frame, and the rotation between the sensors.
+
+Axes f' = R f make of a matrix A the matrix A R^T. The frame says which R: the one that leaves A R^T
+lower triangular ("x"), upper triangular ("z") or symmetric. A small change of A turns R by Exp(d)
+with d from three linear equations, by which all errors are carried over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from zerorate.calibration.parameters import (
+    ACCEL_MATRIX,
+    G_SENSITIVITY,
+    GYRO_MATRIX,
+    Frame,
+    Vector,
+    estimated,
+)
+from zerorate.noise.coefficient import NOTHING_KNOWN
+from zerorate.types import Booleans, Floats
+
+if TYPE_CHECKING:
+    from zerorate.calibration.calibration import Calibration
+
+__all__ = ["gyro_to_accel", "in_frame", "rotation_of"]
+
+_MATRICES: Final = (ACCEL_MATRIX, GYRO_MATRIX, G_SENSITIVITY)
+_FIXED: Final = {"x": ((0, 1), (0, 2), (1, 2)), "z": ((1, 0), (2, 0), (2, 1))}
+"""Elements of the accelerometer's matrix that are zero in a frame."""
+
+_PARTS: Final = ((0, 1), (0, 2), (1, 2))
+_DEPENDS: Final = 0.1
+"""Part of a scale by which an element moves another one that counts as made of it."""
+
+
+def rotation_of(matrix: Floats, frame: Frame) -> Floats:
+    """Return the rotation into the axes of a frame, shape (3, 3), of an accelerometer's matrix.
+
+    Raises
+    ------
+    ValueError
+        If the matrix has no positive determinant: such a sensor is mirrored.
+    """
+    if not np.linalg.det(matrix) > 0.0:
+        raise ValueError(
+            "the axes of a sensor are left-handed: one sign is wrong, so there is no rotation "
+            "into another frame"
+        )
+    if frame == "symmetric":
+        left, _, right = np.linalg.svd(matrix)
+        return np.asarray(left @ right)
+    backwards = slice(None, None, 1 if frame == "x" else -1)
+    turned = matrix[backwards, backwards]
+    lower = np.linalg.cholesky(turned @ turned.T)
+    return np.asarray(np.linalg.solve(lower, turned)[backwards, backwards])
+
+
+def in_frame(calibration: Calibration, frame: Frame) -> Calibration:
+    """Return a calibration in the axes of a frame; itself if it is in them."""
+    if frame not in ("x", "z", "symmetric"):
+        raise ValueError(f"frame must be 'x', 'z' or 'symmetric', got {frame!r}")
+    if frame == calibration.frame:
+        return calibration
+    values = calibration.values
+    rotation = rotation_of(values[ACCEL_MATRIX].reshape(3, 3), frame)
+    turned = _turned(values, rotation, frame)
+    jacobian = _jacobian(turned, rotation, frame)
+    covariance = jacobian @ calibration.covariance @ jacobian.T
+    identifiable = _identifiable(jacobian, calibration)
+    for i, j in _FIXED.get(frame, ()):
+        covariance[3 * i + j] = covariance[:, 3 * i + j] = 0.0
+        identifiable[3 * i + j] = True
+    return replace(
+        calibration,
+        values=turned,
+        covariance=0.5 * (covariance + covariance.T),
+        identifiable=identifiable,
+        frame=frame,
+        rests=tuple(replace(r, direction=rotation @ r.direction) for r in calibration.rests),
+        turns=tuple(replace(t, axis=rotation @ t.axis) for t in calibration.turns),
+    )
+
+
+def _turned(values: Floats, rotation: Floats, frame: Frame) -> Floats:
+    turned = values.copy()
+    for place in _MATRICES:
+        turned[place] = (values[place].reshape(3, 3) @ rotation.T).ravel()
+    if frame == "symmetric":
+        accel = turned[ACCEL_MATRIX].reshape(3, 3)
+        turned[ACCEL_MATRIX] = (0.5 * (accel + accel.T)).ravel()
+    for i, j in _FIXED.get(frame, ()):
+        turned[3 * i + j] = 0.0
+    return turned
+
+
+def _jacobian(turned: Floats, rotation: Floats, frame: Frame) -> Floats:
+    """Return the derivative of the turned parameters by those before, shape (33, 33)."""
+    jacobian = np.eye(33)
+    angles = _angles(turned[ACCEL_MATRIX].reshape(3, 3), rotation, frame)
+    for place in _MATRICES:
+        jacobian[place, place] = np.kron(np.eye(3), rotation)
+        jacobian[place, ACCEL_MATRIX] -= _by_angles(turned[place].reshape(3, 3)) @ angles
+    return jacobian
+
+
+def _angles(turned: Floats, rotation: Floats, frame: Frame) -> Floats:
+    """Return how the rotation into a frame follows the matrix before: d by dA, shape (3, 9).
+
+    From dA' = dA R^T - A' [d]x, of which the frame demands three parts to vanish.
+    """
+    plain = np.kron(np.eye(3), rotation)
+    by_angles = _by_angles(turned)
+    if frame == "symmetric":
+        parts = np.zeros((3, 9))
+        for row, (i, j) in enumerate(_PARTS):
+            parts[row, 3 * i + j], parts[row, 3 * j + i] = 1.0, -1.0
+    else:
+        parts = np.eye(9)[[3 * i + j for i, j in _FIXED[frame]]]
+    return np.asarray(np.linalg.solve(parts @ by_angles, parts @ plain))
+
+
+def _by_angles(matrix: Floats) -> Floats:
+    """Return the derivative of M [d]x by d, row by row, shape (9, 3)."""
+    return np.stack([(matrix @ _cross(axis)).ravel() for axis in np.eye(3)], axis=1)
+
+
+def _cross(vector: Floats) -> Floats:
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _identifiable(jacobian: Floats, calibration: Calibration) -> Booleans:
+    """Return which parameters are made of none that the record does not determine."""
+    sizes = _sizes(calibration.values)
+    made_of = np.abs(jacobian) * sizes[np.newaxis, :] > _DEPENDS * sizes[:, np.newaxis]
+    return np.asarray(~(made_of & ~calibration.identifiable[np.newaxis, :]).any(axis=1))
+
+
+def _sizes(values: Floats) -> Floats:
+    """Return the scale of the sensor that each parameter is of; 1 for biases, which do not turn."""
+    sizes = np.ones(33)
+    for place in (ACCEL_MATRIX, GYRO_MATRIX):
+        sizes[place] = np.abs(np.linalg.det(values[place].reshape(3, 3))) ** (1.0 / 3.0)
+    sizes[G_SENSITIVITY] = sizes[GYRO_MATRIX]
+    return sizes
+
+
+def gyro_to_accel(calibration: Calibration) -> Vector:
+    """Return the rotation vector of C, v_accel = C v_gyro, with its errors, rad.
+
+    The axes of a sensor are those in which its matrix is lower triangular: A = L Q_a, W = L' Q_g,
+    C = Q_a Q_g^T.
+    """
+    first = in_frame(calibration, "x")
+    matrix = first.values[GYRO_MATRIX].reshape(3, 3)
+    if not np.linalg.det(matrix) > 0.0:
+        return NOTHING_KNOWN, NOTHING_KNOWN, NOTHING_KNOWN
+    rotation = rotation_of(matrix, "x")
+    vector = -_rotation_vector(rotation)
+    # C = Q^T, and Exp(d) Q has the transpose Q^T Exp(-d): the right Jacobian of the logarithm.
+    angles = _angles(matrix @ rotation.T, rotation, "x")
+    by_matrix = -_inverse_right_jacobian(vector) @ angles
+    covariance = by_matrix @ first.covariance[GYRO_MATRIX, GYRO_MATRIX] @ by_matrix.T
+    made_of = np.abs(by_matrix) * _sizes(first.values)[GYRO_MATRIX] > _DEPENDS
+    known = np.asarray(~(made_of & ~first.identifiable[GYRO_MATRIX]).any(axis=1))
+    sigmas = np.sqrt(np.diagonal(covariance))
+    x, y, z = (estimated(float(vector[i]), float(sigmas[i]), bool(known[i])) for i in range(3))
+    return x, y, z
+
+
+def _rotation_vector(rotation: Floats) -> Floats:
+    """Return the rotation vector of a rotation matrix, angle up to pi."""
+    # The largest component of the quaternion first: sound at every angle.
+    trace = np.trace(rotation)
+    squares = np.append(np.diagonal(rotation) - 0.5 * (trace - 1.0), 0.5 * (trace + 1.0))
+    skew = np.array([rotation[k, j] - rotation[j, k] for j, k in ((1, 2), (2, 0), (0, 1))])
+    products = rotation + rotation.T
+    np.fill_diagonal(products, 2.0 * squares[:3])
+    table = np.vstack((np.column_stack((products, skew)), np.append(skew, 2.0 * squares[3])))
+    quaternion = table[int(np.argmax(squares))]
+    quaternion /= np.linalg.norm(quaternion)
+    quaternion = -quaternion if quaternion[3] < 0.0 else quaternion
+    sine = float(np.linalg.norm(quaternion[:3]))
+    angle = 2.0 * np.arctan2(sine, quaternion[3])
+    return np.asarray(quaternion[:3] * (angle / sine if sine > 0.0 else 2.0))
+
+
+def _inverse_right_jacobian(vector: Floats) -> Floats:
+    """Return d log(C Exp(e)) by de at e = 0, shape (3, 3)."""
+    angle = float(np.linalg.norm(vector))
+    cross = _cross(vector)
+    half = 0.5 * angle
+    # 1/12 is the limit; from 1e-4 rad on the difference keeps eight digits.
+    factor = (1.0 - half / np.tan(half)) / angle**2 if angle > 1e-4 else 1.0 / 12.0
+    return np.asarray(np.eye(3) + 0.5 * cross + factor * cross @ cross)

@@ -1,0 +1,66 @@
+"""What a calibration knows of a gyro, as compiled classes ask for it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from zerorate.types import Floats
+from zerorate.units import convert
+
+if TYPE_CHECKING:
+    from zerorate.calibration.calibration import Calibration
+
+__all__ = ["gyro_correction", "gyro_prior"]
+
+_CALIBRATED_MATRIX = 1e-3
+"""How far scale and misalignment may have moved since a calibration."""
+
+
+def gyro_prior(calibration: Calibration, unit: str) -> tuple[Floats, Floats, Floats]:
+    """Return bias, matrix and deviation of its elements of a gyro whose samples are in a unit.
+
+    The matrix is M in ``rate = M (gyro - bias)``.
+
+    Raises
+    ------
+    ValueError
+        If the calibration is for samples in another kind of unit.
+    """
+    gyro = calibration.gyro
+    try:
+        scale = convert(1.0, gyro.raw_unit, unit)
+        output = convert(1.0, gyro.unit, unit)
+    except ValueError as error:
+        raise ValueError(
+            f"the calibration is for a gyro in {gyro.raw_unit}, this one is in {unit}: apply "
+            "the calibration to the samples, and leave bias out"
+        ) from error
+    deviations = np.array([[element.sigma for element in row] for row in gyro.matrix])
+    return (
+        np.array(gyro.bias) * scale,
+        gyro.correction * output / scale,
+        np.hypot(np.minimum(deviations * scale / output, 0.1), _CALIBRATED_MATRIX),
+    )
+
+
+def gyro_correction(calibration: Calibration, name: str) -> Floats:
+    """Return C in ``rate = C (sample - bias)`` of samples and rates in one unit, shape (3, 3).
+
+    Raises
+    ------
+    ValueError
+        If the unit of the samples is none of rates; `name` says whose they are.
+    """
+    gyro = calibration.gyro
+    try:
+        scale = convert(1.0, gyro.raw_unit, gyro.unit)
+    except ValueError as error:
+        raise ValueError(
+            f"{name} is for samples in {gyro.raw_unit}, of which the array does "
+            "not know how large they are: apply each calibration to its samples, and leave "
+            "calibrations out"
+        ) from error
+    correction: Floats = gyro.correction / scale
+    return correction

@@ -1,0 +1,295 @@
+"""Calibrations as JSON, and back without loss."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, Final, TypeVar, get_args
+
+import numpy as np
+
+from zerorate.calibration.parameters import PARAMETERS, Frame
+from zerorate.io.saved import check_format, checked, finite_numbers, part, restored
+from zerorate.noise.exports import written
+from zerorate.types import Booleans, Floats
+
+if TYPE_CHECKING:
+    from zerorate.calibration.calibration import Calibration
+
+Built = TypeVar("Built", bound="Calibration")
+
+__all__ = ["from_json", "to_json"]
+
+_FORMAT: Final = "zerorate calibration"
+_VERSION: Final = 1
+_ERRORS: Final = ("norm_error", "norm_error_raw", "carry_error", "carry_error_raw")
+_SENSORS: Final = ("gyro", "accel")
+_SENTENCES: Final = ("problems", "advice", "notes")
+_ROUNDING: Final = 1e-9
+"""Part of the larger variance by which a covariance may differ from a sound one."""
+
+
+def to_json(
+    calibration: Calibration, path: str | os.PathLike[str] | None = None, *, force: bool = False
+) -> str:
+    """Return the calibration as JSON, for `Calibration.from_json` and for any other program.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well. Default: none.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        Every parameter with value, standard error and whether the record determines it, their
+        covariance, rests, turns, errors, problems and advice, exact to the last bit; null where a
+        number is not known. ``model`` says in words how to apply them.
+
+    Raises
+    ------
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+    """
+    model = calibration.temperature_model
+    content = {
+        "format": _FORMAT,
+        "version": _VERSION,
+        "model": _MODEL,
+        "valid": calibration.valid,
+        "problems": calibration.problems,
+        "advice": calibration.advice,
+        "notes": calibration.notes,
+        "units": {
+            "accel": dict(zip(("raw", "corrected"), calibration.accel_units, strict=True)),
+            "gyro": dict(zip(("raw", "corrected"), calibration.gyro_units, strict=True)),
+        },
+        "origin": vars(calibration.origin),
+        "frame": calibration.frame,
+        "gravity": calibration.gravity,
+        "rate": calibration.rate,
+        "temperature": calibration.temperature,
+        "errors": {
+            **{name: getattr(calibration, name) for name in _ERRORS},
+            "held_out": calibration.held_out,
+        },
+        "parameters": _parameters(calibration),
+        "covariance": calibration.covariance,
+        "rests": [_named(rest) for rest in calibration.rests],
+        "turns": [_named(turn) for turn in calibration.turns],
+        "temperature_model": None if model is None else json.loads(model.to_json()),
+    }
+    return written(_text(_plain(content)), path, force)
+
+
+_MODEL: Final = (
+    "raw_accel = A f + b_a; raw_gyro = W w + b_g + G f, in the last term with f in g (9.80665 "
+    "m/s^2). A: accel.matrix, W: gyro.matrix, G: gyro.g_sensitivity, element ij in row i."
+)
+
+
+def _parameters(calibration: Calibration) -> dict[str, dict[str, Any]]:
+    sigmas = np.sqrt(np.diagonal(calibration.covariance))
+    known = zip(PARAMETERS, calibration.values, sigmas, calibration.identifiable, strict=True)
+    return {
+        name: {"value": value, "sigma": sigma, "identifiable": bool(identifiable)}
+        for name, value, sigma, identifiable in known
+    }
+
+
+def _named(record: Any) -> dict[str, Any]:  # noqa: ANN401
+    return {field.name: getattr(record, field.name) for field in fields(record)}
+
+
+def _text(content: dict[str, Any]) -> str:
+    """Return an object as JSON, what is deep in it on one line each."""
+    parts = []
+    for key, value in content.items():
+        lines = _lines(value)
+        parts.append(f"{json.dumps(key)}: {lines}")
+    return "{\n  " + ",\n  ".join(parts) + "\n}\n"
+
+
+def _lines(value: Any) -> str:  # noqa: ANN401
+    if isinstance(value, list) and value:
+        return "[\n    " + ",\n    ".join(_line(one) for one in value) + "\n  ]"
+    if isinstance(value, dict) and value:
+        listed = (f"{json.dumps(key)}: {_line(one)}" for key, one in value.items())
+        return "{\n    " + ",\n    ".join(listed) + "\n  }"
+    return _line(value)
+
+
+def _line(value: Any) -> str:  # noqa: ANN401
+    return json.dumps(value, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401
+    """Return a value with lists for arrays and None for what JSON has no number for."""
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def from_json(source: str | os.PathLike[str], build: type[Built]) -> Built:
+    """Return the calibration that a text or a file holds, as one of a class."""
+    return restored(source, _FORMAT, lambda content: build(**_arguments(content)))
+
+
+def _arguments(content: object) -> dict[str, Any]:
+    from zerorate.calibration.calibration import Rest, Turn
+
+    check_format(content, _FORMAT, _VERSION, "calibrate again from the log")
+    frame = part(content, "frame", str)
+    if frame not in get_args(Frame):
+        raise ValueError(f"frame is {frame!r}, expected one of {', '.join(get_args(Frame))}")
+    units, errors = (part(content, name, dict) for name in ("units", "errors"))
+    values, identifiable = _estimates(part(content, "parameters", dict))
+    rests = tuple(_record(one, Rest, _REST) for one in part(content, "rests", list))
+    turns = tuple(_record(one, Turn, _TURN) for one in part(content, "turns", list))
+    for turn in turns:
+        if not all(0 <= place < len(rests) for place in turn.rests):
+            raise ValueError(f"a turn lies between rests {turn.rests}, of which not both are there")
+    return {
+        "values": values,
+        "covariance": _covariance(part(content, "covariance", list)),
+        "identifiable": identifiable,
+        "accel_units": _units(units, "accel"),
+        "gyro_units": _units(units, "gyro"),
+        "gravity": _positive(content, "gravity"),
+        "rate": _positive(content, "rate"),
+        "frame": frame,
+        "rests": rests,
+        "turns": turns,
+        **{name: _number(errors, name) for name in _ERRORS},
+        "held_out": part(errors, "held_out", bool),
+        **{name: _sentences(content, name) for name in _SENTENCES},
+        "temperature": None
+        if _none(content, "temperature")
+        else part(content, "temperature", float),
+        "temperature_model": _temperature_model(content),
+        "origin": _origin(part(content, "origin", dict)),
+    }
+
+
+def _origin(found: dict[str, Any]) -> Any:  # noqa: ANN401
+    from zerorate.calibration.calibration import Origin
+
+    return Origin(part(found, "source", str), *(_sentences(found, name) for name in _SENSORS))
+
+
+def _temperature_model(content: object) -> Any:  # noqa: ANN401
+    if _none(content, "temperature_model"):
+        return None
+    from zerorate.calibration.temperature import TemperatureModel
+
+    return TemperatureModel.from_json(json.dumps(part(content, "temperature_model", dict)))
+
+
+def _estimates(parameters: dict[str, Any]) -> tuple[Floats, Booleans]:
+    entries = [part(parameters, name, dict) for name in PARAMETERS]
+    values = np.array([part(entry, "value", float) for entry in entries], dtype=np.float64)
+    return values, np.array([part(entry, "identifiable", bool) for entry in entries])
+
+
+def _covariance(rows: list[Any]) -> Floats:
+    size = len(PARAMETERS)
+    covariance = finite_numbers("covariance", rows, (size, size))
+    most = np.sqrt(np.outer(np.diagonal(covariance), np.diagonal(covariance)).clip(min=0.0))
+    if (
+        (np.diagonal(covariance) < 0.0).any()
+        or (np.abs(covariance) > most * (1.0 + _ROUNDING)).any()
+        or not np.allclose(covariance, covariance.T, rtol=_ROUNDING, atol=0.0)
+    ):
+        raise ValueError("'covariance' is not that of any numbers")
+    return covariance
+
+
+def _vector(record: object, name: str) -> Floats:
+    listed = part(record, name, list)
+    if len(listed) != 3:
+        raise ValueError(f"{name!r} must have three numbers, got {listed!r}")
+    return np.array([np.nan if one is None else checked(name, one, float) for one in listed])
+
+
+def _record(entry: object, build: Callable[..., Any], readers: _Readers) -> Any:  # noqa: ANN401
+    return build(**{name: read(entry, name) for name, read in readers.items()})
+
+
+def _units(units: object, sensor: str) -> tuple[str, str]:
+    pair = part(units, sensor, dict)
+    return part(pair, "raw", str), part(pair, "corrected", str)
+
+
+def _positive(content: object, name: str) -> float:
+    found = float(part(content, name, float))
+    if not 0.0 < found < math.inf:
+        raise ValueError(f"{name!r} must be a positive number, got {found}")
+    return found
+
+
+def _number(content: object, name: str) -> float:
+    return math.nan if _none(content, name) else float(part(content, name, float))
+
+
+def _whole(content: object, name: str) -> int:
+    return int(part(content, name, int))
+
+
+def _flag(content: object, name: str) -> bool:
+    return bool(part(content, name, bool))
+
+
+def _word(content: object, name: str) -> str:
+    return str(part(content, name, str))
+
+
+def _pair(content: object, name: str) -> tuple[int, int]:
+    listed = part(content, name, list)
+    if len(listed) != 2:
+        raise ValueError(f"{name!r} must be two whole numbers, got {listed!r}")
+    first, second = (int(checked(name, one, int)) for one in listed)
+    return first, second
+
+
+def _sentences(content: object, name: str) -> tuple[str, ...]:
+    return tuple(str(checked(name, one, str)) for one in part(content, name, list))
+
+
+def _none(content: object, key: str) -> bool:
+    return isinstance(content, dict) and key in content and content[key] is None
+
+
+_Readers = Mapping[str, Callable[[object, str], Any]]
+_COMMON: Final[_Readers] = {
+    "start": _number,
+    "stop": _number,
+    "first": _whole,
+    "last": _whole,
+    "used": _flag,
+    "reason": _word,
+}
+_REST: Final[_Readers] = {
+    **_COMMON,
+    "accel": _vector,
+    "gyro": _vector,
+    "accel_sigma": _vector,
+    "direction": _vector,
+    "norm_error": _number,
+}
+_TURN: Final[_Readers] = {
+    **_COMMON,
+    "rests": _pair,
+    "angle": _number,
+    "axis": _vector,
+    "residual": _number,
+    "residual_raw": _number,
+}

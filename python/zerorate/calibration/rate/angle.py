@@ -1,0 +1,256 @@
+"""From rate to angle: integration of one axis or of three, with its standard deviation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, cast, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate import _native
+from zerorate.calibration.rate.angle_error import RateErrors, angle_sigma
+from zerorate.calibration.rate.gaps import bridge
+from zerorate.geometry import rotations
+from zerorate.io import Log, LogError
+from zerorate.io.log import checked_rate
+from zerorate.io.missing import floats
+from zerorate.io.names import UNKNOWN
+from zerorate.noise import FLICKER_FLOOR, NoiseModel
+from zerorate.noise.coefficient import Coefficient
+from zerorate.types import Booleans, Floats
+from zerorate.units import convert, kind
+from zerorate.views import Result
+
+__all__ = ["Integrated", "IntegrationMethod", "integrate"]
+
+IntegrationMethod: TypeAlias = Literal["backward-euler", "trapezoid", "coning"]
+
+_LEFT_OUT = ("quantization", "rate_ramp", "markov", "sinusoid")
+
+
+@dataclass(frozen=True, eq=False)
+class Integrated(Result):
+    """The angle that a gyro has turned by, or its orientation.
+
+    Attributes
+    ----------
+    angle : ndarray, shape (n,)
+        Of one axis, the angle since the first sample, rad; of three, the angle between the
+        orientation and the first one, 0 to pi.
+    orientation : ndarray, shape (n, 4), or None
+        Of three axes: unit quaternions w, x, y, z that turn vectors of the body at that sample into
+        its axes at the first one.
+    sigma : ndarray, shape (n,) or (n, 3), or None
+        Standard deviation of the angle, rad; of three axes, that of the rotation about each axis
+        of the body at the first sample. None if nothing was told of the noise.
+    bridged : ndarray of bool, shape (n,)
+        Where a sample was missing.
+    rate : float
+        Samples per second, Hz.
+    method : str
+        As it was given.
+    notes : tuple of str
+        What `sigma` leaves out, and how many samples were missing.
+    """
+
+    angle: Floats
+    orientation: Floats | None
+    sigma: Floats | None
+    bridged: Booleans
+    rate: float
+    method: IntegrationMethod
+    notes: tuple[str, ...]
+
+
+def integrate(
+    z: npt.ArrayLike | Log,
+    rate: float | None = None,
+    method: IntegrationMethod = "coning",
+    *,
+    unit: str | None = None,
+    noise: NoiseModel | None = None,
+    angle_random_walk: npt.ArrayLike | None = None,
+    rate_random_walk: npt.ArrayLike | None = None,
+    bias_sigma: npt.ArrayLike | None = None,
+) -> Integrated:
+    """Integrate an angular rate, about one axis or three, and say how far the result may be off.
+
+    Parameters
+    ----------
+    z : Log, or array_like of shape (n,), (n, 1) or (n, 3)
+        Rate without its bias.
+    rate : float, optional
+        Samples per second of an array, Hz. A log has its own, and its stamps count.
+    method : {"coning", "trapezoid", "backward-euler"}
+        What takes a step: the rate at its end (backward Euler), the mean of both ends (trapezoid),
+        or that and, of three axes, how the axis moves in between (coning, the default). About one
+        axis the last two are the same.
+    unit : str, optional
+        Unit of `z`. Default: a log's, else rad/s.
+    noise : NoiseModel, optional
+        Of each axis, for `sigma`: N and K; bias instability counts as a bias of 0.664 B that stays.
+    angle_random_walk, rate_random_walk : float or array_like, shape (3,), optional
+        N in rad/s/sqrt(Hz) and K in rad/s/sqrt(s), instead of those of `noise`.
+    bias_sigma : float or array_like, shape (3,), optional
+        Standard deviation of the bias that was removed, rad/s.
+
+    Returns
+    -------
+    Integrated
+        With `angle`, `orientation`, `sigma` and `bridged`.
+
+    Raises
+    ------
+    ValueError
+        If `z` has another shape, fewer than two samples or an axis without any, or an argument is
+        not as described. LogError, a ValueError, if a log has no unit, or one of something else.
+
+    Notes
+    -----
+    Without turning, `sigma` is the root of N^2 t + bias_sigma^2 t^2 + K^2 t^3/3. Of three axes the
+    errors are carried through the orientation, so that a bias about x counts for what x has
+    pointed to. It holds the noise, not what the method misses of a motion faster than the samples.
+
+    A missing sample is bridged by a line between its neighbours, or holds the nearest one at an
+    end. What that may cost is tried on the record: the same line takes the place of samples that
+    are present, wherever as many are, and the RMS of the error in the angle goes into `sigma` from
+    the gap on. Where no stretch is long enough, it is the deviation of all rates times the gap's
+    length.
+
+    Coning: the step is (w0 + w1) dt/2 + (w0 x w1) dt^2/12, exact to third order for a rate that
+    changes evenly: J. E. Bortz, "A new mathematical formulation for strapdown inertial
+    navigation", IEEE Trans. Aerosp. Electron. Syst. 7(1), 1971.
+
+    Examples
+    --------
+    >>> turned = integrate(np.full(101, 0.5), rate=100.0, angle_random_walk=1e-4, bias_sigma=1e-3)
+    >>> round(float(turned.angle[-1]), 6), round(float(turned.sigma[-1]), 6)
+    (0.5, 0.001005)
+    """
+    if method not in get_args(IntegrationMethod):
+        names = ", ".join(get_args(IntegrationMethod))
+        raise ValueError(f"method must be one of {names}, got {method!r}")
+    record = _Record.of(z, rate, unit)
+    errors, left_out = _errors(
+        record.rates.shape[1], noise, angle_random_walk, rate_random_walk, bias_sigma
+    )
+    dt = 1.0 / record.rate
+    rates, missing, gaps = bridge(record.rates, dt)
+    orientation = None
+    if rates.shape[1] == 3:
+        orientation = _native.integrate_rates(rates, record.steps, method)
+        angle = rotations.angle(orientation)
+    else:
+        angle = _summed(rates[:, 0], record.steps, method)
+    sigma = None if errors is None else angle_sigma(orientation, record.steps, errors, gaps)
+    if sigma is not None and orientation is None:
+        sigma = sigma[:, 0]
+    notes = (*_on_missing(missing), *left_out)
+    return Integrated(angle, orientation, sigma, missing, record.rate, method, notes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Record:
+    """Rates in rad/s, shape (n, 1) or (n, 3), their rate in Hz and the seconds between them."""
+
+    rates: Floats
+    rate: float
+    steps: Floats
+
+    @classmethod
+    def of(cls, z: npt.ArrayLike | Log, rate: float | None, unit: str | None) -> _Record:
+        if isinstance(z, Log):
+            if rate is not None:
+                raise ValueError("a log has its own rate: give none")
+            return cls._checked(z.data, z.rate, np.diff(z.sampled), _unit_of(z, unit))
+        if rate is None:
+            raise ValueError("an array needs its rate in Hz")
+        values, hertz = floats(z, "z"), checked_rate(rate)
+        if values.ndim == 1:
+            values = values[:, None]
+        steps = np.full(max(len(values) - 1, 0), 1.0 / hertz)
+        return cls._checked(values, hertz, steps, unit or "rad/s")
+
+    @classmethod
+    def _checked(cls, values: Floats, rate: float, steps: Floats, unit: str) -> _Record:
+        if values.ndim != 2 or values.shape[1] not in (1, 3):
+            raise ValueError(f"z must have shape (n,), (n, 1) or (n, 3), got {values.shape}")
+        if len(values) < 2:
+            raise ValueError(f"z must have two samples or more, got {len(values)}")
+        if not np.isfinite(values).any(axis=0).all():
+            raise ValueError("z must have a sample on each axis, but all of one are missing")
+        if kind(unit) != "rate":
+            raise ValueError(f"unit must be one of an angular rate, got {unit!r}")
+        return cls(values * convert(1.0, unit, "rad/s"), rate, steps)
+
+
+def _unit_of(log: Log, given: str | None) -> str:
+    if log.unit == UNKNOWN and given is None:
+        raise LogError(f"the unit of {', '.join(log.names)} is not known: give unit=")
+    if log.unit != UNKNOWN and given not in (None, log.unit):
+        raise LogError(f"the log is in {log.unit}, but unit={given!r} was given")
+    return given or log.unit
+
+
+def _summed(rates: Floats, steps: Floats, method: IntegrationMethod) -> Floats:
+    """Return the angle about one axis, where a step of coning is that of the trapezoid."""
+    ends = rates[1:] if method == "backward-euler" else 0.5 * (rates[1:] + rates[:-1])
+    return np.concatenate(([0.0], np.cumsum(ends * steps)))
+
+
+def _errors(
+    k: int,
+    noise: NoiseModel | None,
+    white: npt.ArrayLike | None,
+    walk: npt.ArrayLike | None,
+    bias: npt.ArrayLike | None,
+) -> tuple[RateErrors | None, list[str]]:
+    """Return the errors of k axes, and sentences on what they leave out."""
+    if noise is None and white is None and walk is None and bias is None:
+        return None, []
+    if noise is not None and noise.quantity != "angular rate":
+        raise ValueError(f"noise must be that of an angular rate, got one of {noise.quantity}")
+    model = NoiseModel() if noise is None else noise
+    instability = FLICKER_FLOOR * _counted(model.bias_instability)
+    known = RateErrors(
+        _of_axes(
+            "angle_random_walk", _counted(model.angle_random_walk) if white is None else white, k
+        ),
+        np.hypot(_of_axes("bias_sigma", 0.0 if bias is None else bias, k), instability),
+        _of_axes("rate_random_walk", _counted(model.rate_random_walk) if walk is None else walk, k),
+    )
+    return known, [] if noise is None else list(_left_out(noise, white, walk))
+
+
+def _counted(coefficient: float) -> float:
+    known = cast(Coefficient, coefficient)
+    return known.conservative if known.known else 0.0
+
+
+def _of_axes(name: str, values: npt.ArrayLike, k: int) -> Floats:
+    given = np.array(values, dtype=np.float64)
+    if given.shape not in ((), (k,)) or not (np.isfinite(given) & (given >= 0.0)).all():
+        raise ValueError(f"{name} must be finite and not negative, one number or one for each axis")
+    return np.broadcast_to(given, (k,))
+
+
+def _left_out(
+    noise: NoiseModel, white: npt.ArrayLike | None, walk: npt.ArrayLike | None
+) -> Iterator[str]:
+    names = [name.replace("_", " ") for name in _LEFT_OUT if getattr(noise, name)]
+    if names:
+        yield f"sigma leaves out of the noise model: {', '.join(names)}"
+    given = {"angle_random_walk": white, "bias_instability": None, "rate_random_walk": walk}
+    unknown = [n for n, value in given.items() if value is None and not getattr(noise, n).known]
+    if unknown:
+        listed = ", ".join(name.replace("_", " ") for name in unknown)
+        yield f"sigma counts as zero, for the noise model does not know it: {listed}"
+
+
+def _on_missing(missing: Booleans) -> Iterator[str]:
+    count = int(np.count_nonzero(missing))
+    if count:
+        verb = "is" if count == 1 else "are"
+        yield f"{count} of {missing.size} samples {verb} missing, bridged by lines"

@@ -1,0 +1,525 @@
+"""The removal of what a calibration has found: from arrays, logs, recordings and live samples.
+
+All roads go through `zerorate.ImuCorrector`, so that a record gives the same bits live and at once.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, Literal, cast, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate._native import ImuCorrector
+from zerorate.calibration.parameters import (
+    ACCEL_BIAS,
+    G_SENSITIVITY,
+    GYRO_BIAS,
+)
+from zerorate.io import Log, LogError, Recording
+from zerorate.io.missing import floats
+from zerorate.io.names import UNKNOWN, looks_like_accelerometer, looks_like_gyro
+from zerorate.types import Floats
+from zerorate.units import UNITS, convert
+
+if TYPE_CHECKING:
+    from zerorate.calibration.calibration import Calibration
+    from zerorate.calibration.temperature import TemperatureModel
+
+__all__ = ["apply", "apply_accel", "apply_gyro", "corrector", "in_units", "with_temperature"]
+
+Sensor = Literal["gyro", "accel"]
+
+_KINDS: Final = {"gyro": "rate", "accel": "acceleration"}
+_SENSORS: Final = {"gyro": "a gyro", "accel": "an accelerometer"}
+_COLUMNS: Final = (3, 6, 7)
+_SAME: Final = 1e-3
+"""Periods by which the samples of one clock may differ."""
+
+_NEAR: Final = 1.25
+"""Periods from the nearest sample up to which one of another clock is interpolated."""
+
+
+def in_units(calibration: Calibration, gyro: str, accel: str) -> Calibration:
+    """Return a calibration for samples in other units, which the corrected ones have, too.
+
+    Raises
+    ------
+    ValueError
+        If a unit is none of its sensor, or unknown on one side only.
+    """
+    of_gyro = _known(calibration.gyro_units[0], gyro, "gyro")
+    of_accel = _known(calibration.accel_units[0], accel, "accel")
+    if of_gyro == of_accel == 1.0:
+        return calibration
+    factors = np.ones(33)
+    factors[GYRO_BIAS] = factors[G_SENSITIVITY] = of_gyro
+    factors[ACCEL_BIAS] = of_accel
+    return replace(
+        calibration,
+        values=calibration.values * factors,
+        covariance=calibration.covariance * np.outer(factors, factors),
+        gyro_units=calibration.gyro_units if of_gyro == 1.0 else (gyro, gyro),
+        accel_units=calibration.accel_units if of_accel == 1.0 else (accel, accel),
+    )
+
+
+def _known(own: str, given: str, sensor: Sensor) -> float:
+    """Return what samples of the calibration's unit are multiplied by."""
+    if own == given:
+        return 1.0
+    if given not in UNITS or own not in UNITS:
+        advice = (
+            "give their unit where they are read, as for the calibration"
+            if own in UNITS
+            else "read them as raw counts, as for the calibration, or calibrate with a unit"
+        )
+        raise ValueError(
+            f"the calibration is of {_SENSORS[sensor]} {_described(own)}, and these samples are "
+            f"{_described(given)}: {advice}"
+        )
+    return convert(1.0, own, given)
+
+
+def _described(unit: str) -> str:
+    return f"in {unit}" if unit in UNITS else "of unknown unit"
+
+
+def with_temperature(
+    calibration: Calibration, model: TemperatureModel | Recording | None
+) -> Calibration:
+    """Return the same calibration with the gyro's bias by temperature.
+
+    Parameters
+    ----------
+    model : TemperatureModel, Recording or None
+        Of three axes, in a unit of the gyro's kind. Where the temperature is known its prediction
+        takes the place of ``gyro.bias``. Of a recording with a gyro, an accelerometer and a
+        temperature, the model is that of the rests which the calibration has found in it, without
+        what gravity makes the gyro read there. None takes a model away.
+
+    Raises
+    ------
+    ValueError
+        If the model has another number of axes, or a unit that does not fit.
+    LogError
+        If the recording lacks a gyro or a temperature.
+    """
+    if isinstance(model, Recording):
+        model = _temperature_of(calibration, model)
+    if model is not None:
+        if model.axes != 3:
+            raise ValueError(f"the temperature model must be of three axes, got {model.axes}")
+        _known(calibration.gyro_units[0], model.unit, "gyro")
+    return replace(calibration, temperature_model=model)
+
+
+def _temperature_of(calibration: Calibration, recording: Recording) -> TemperatureModel:
+    from zerorate.calibration.temperature import TemperatureModel
+
+    gyro, accel, temperature = recording.gyro, recording.accel, recording.temperature
+    if gyro is None or temperature is None:
+        missing = "gyro" if gyro is None else "temperature"
+        listed = ", ".join(recording)
+        raise LogError(f"there is no {missing} to make a model of; the recording has: {listed}")
+    found = in_units(calibration, gyro.unit, calibration.accel_units[0])
+    data = _three(gyro, "gyro")
+    if accel is not None:
+        found = in_units(found, gyro.unit, accel.unit)
+        force = _at(gyro, accel, _forces(found, _three(accel, "accel")))
+        sensitivity = found.values[G_SENSITIVITY].reshape(3, 3)
+        data = data - convert(np.nan_to_num(force), found.accel.unit, "g") @ sensitivity.T
+    rests = np.zeros(gyro.n, dtype=np.bool_)
+    for rest in calibration.rests:
+        rests[rest.first : rest.last] |= rest.used
+    return TemperatureModel.fit(gyro.with_data(data), temperature, rests=rests)
+
+
+@overload
+def corrector(
+    calibration: Calibration, *, inputs: Literal[3], channels: int | None = ...
+) -> ImuCorrector[Floats]: ...
+@overload
+def corrector(
+    calibration: Calibration, *, inputs: Literal[6, 7] = ..., channels: int | None = ...
+) -> ImuCorrector[tuple[Floats, Floats]]: ...
+def corrector(
+    calibration: Calibration,
+    *,
+    inputs: Literal[3, 6, 7] = 6,
+    channels: int | None = None,
+) -> ImuCorrector[Floats] | ImuCorrector[tuple[Floats, Floats]]:
+    """Return the stream that corrects samples one by one or at once.
+
+    Parameters
+    ----------
+    inputs : {3, 6, 7}
+        Numbers in a sample: the gyro; gyro and accelerometer (the default); these and the
+        temperature, degC. All are raw, in the units of the calibration.
+    channels : int, optional
+        Sensors of one kind that are corrected alike; by default one.
+
+    Returns
+    -------
+    ImuCorrector
+        It returns the corrected gyro, or gyro and accelerometer; `update`, `process`, checkpoints
+        and copies are those of all streams.
+
+    Raises
+    ------
+    ValueError
+        If `inputs` is none of these.
+    """
+    gyro = (calibration.gyro.correction, calibration.values[GYRO_BIAS])
+    if inputs == 3:
+        return ImuCorrector(*gyro, inputs=3, channels=channels)
+    if inputs not in _COLUMNS:
+        raise ValueError(f"inputs must be 3, 6 or 7, got {inputs!r}")
+    accel = calibration.accel
+    per_g = convert(1.0, "g", accel.unit)
+    return ImuCorrector(
+        *gyro,
+        accel_matrix=accel.correction,
+        accel_bias=calibration.values[ACCEL_BIAS],
+        g_sensitivity=calibration.values[G_SENSITIVITY].reshape(3, 3) / per_g,
+        temperature=_curve(calibration) if inputs == 7 else None,
+        inputs=inputs,
+        channels=channels,
+    )
+
+
+def _curve(calibration: Calibration) -> Any:  # noqa: ANN401
+    """Return the bias by temperature as the stream takes it, in the raw unit of the gyro."""
+    model = calibration.temperature_model
+    return None if model is None else _in_unit(model, calibration.gyro_units[0]).curve
+
+
+def _in_unit(model: TemperatureModel, unit: str) -> TemperatureModel:
+    return model if model.unit == unit else model.scaled(convert(1.0, model.unit, unit), unit)
+
+
+@overload
+def apply(
+    calibration: Calibration, samples: Recording, *, gyro: str = ..., accel: str = ...
+) -> Recording: ...
+@overload
+def apply(calibration: Calibration, samples: Log) -> Log: ...
+@overload
+def apply(calibration: Calibration, samples: npt.ArrayLike) -> Floats: ...
+def apply(
+    calibration: Calibration,
+    samples: Recording | Log | npt.ArrayLike,
+    *,
+    gyro: str = "gyro",
+    accel: str = "accel",
+) -> Recording | Log | Floats:
+    """Return samples without scale error, misalignment, bias and g-sensitivity.
+
+    Parameters
+    ----------
+    samples : Recording, Log or array_like
+        A recording: its gyro and accelerometer are corrected and all else is as it was. Where
+        the two have clocks of their own, the force that acts on the gyro is interpolated at the
+        gyro's. A log of three channels, of a gyro or of an accelerometer. An array of shape
+        (n, 3) or (3,) of the gyro, (n, 6) or (6,) of gyro and accelerometer, (n, 7) or (7,) with
+        the temperature, degC, behind, in the units of the calibration.
+    gyro, accel : str
+        Names of the two in a recording, ``gyro_1`` and ``accel_1`` for instance; one that is not
+        there is left out.
+
+    Returns
+    -------
+    Recording, Log or ndarray
+        As `samples`, in their unit; of raw counts in rad/s and m/s^2. Notes of logs say what was
+        done, if the calibration is not valid, and if it was made of other channels; arrays have no
+        notes, so that one which is not valid is a warning.
+
+    Raises
+    ------
+    LogError
+        If there is no sensor of three axes.
+    ValueError
+        If the units do not fit those of the calibration, or an array has another shape.
+    TypeError
+        If it is a data frame, whose columns have names and an order of their own.
+    """
+    if isinstance(samples, Recording):
+        return _of_recording(calibration, samples, gyro, accel)
+    if isinstance(samples, Log):
+        return _of_log(calibration, samples)
+    _warn(calibration)
+    return _of_array(calibration, samples)
+
+
+def apply_gyro(
+    calibration: Calibration,
+    z: npt.ArrayLike,
+    accel: npt.ArrayLike | None = None,
+    temperature: npt.ArrayLike | None = None,
+) -> Floats:
+    """Return the true angular rate of raw samples of the gyro.
+
+    Parameters
+    ----------
+    z : array_like, shape (n, 3) or (3,)
+        In the raw unit of the calibration.
+    accel : array_like, of the same shape, optional
+        Raw samples of the accelerometer, by which g-sensitivity is removed; by default it stays.
+    temperature : array_like, shape (n,) or one number, optional
+        degC, where the calibration has a temperature model; by default the bias is the one of
+        the calibration.
+
+    Returns
+    -------
+    ndarray of float64
+        As `z`, in the unit ``gyro.unit``.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit.
+    """
+    _warn(calibration)
+    rates = _axes(z, "z")
+    n = len(np.atleast_2d(rates))
+    parts = [np.atleast_2d(rates)]
+    if accel is not None or temperature is not None:
+        parts.append(_like("accel", np.nan if accel is None else accel, (n, 3)))
+    if temperature is not None:
+        parts.append(_like("temperature", temperature, (n,))[:, np.newaxis])
+    return _rates(calibration, np.hstack(parts)).reshape(rates.shape)
+
+
+def apply_accel(calibration: Calibration, z: npt.ArrayLike) -> Floats:
+    """Return the true specific force of raw samples of the accelerometer.
+
+    Parameters
+    ----------
+    z : array_like, shape (n, 3) or (3,)
+        In the raw unit of the calibration.
+
+    Returns
+    -------
+    ndarray of float64
+        As `z`, in the unit ``accel.unit``.
+
+    Raises
+    ------
+    ValueError
+        If the shape is another one.
+    """
+    _warn(calibration)
+    forces = _axes(z, "z")
+    return _forces(calibration, np.atleast_2d(forces)).reshape(forces.shape)
+
+
+def _axes(z: npt.ArrayLike, name: str) -> Floats:
+    values = floats(z, name)
+    if values.ndim not in (1, 2) or values.shape[-1] != 3:
+        raise ValueError(f"{name} must have shape (n, 3) or (3,), got {values.shape}")
+    return values
+
+
+def _like(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
+    found = floats(values, name)
+    if found.ndim and found.shape != shape and found.shape != shape[1:]:
+        raise ValueError(f"{name} must have shape {shape} as the gyro, got {found.shape}")
+    return np.broadcast_to(found, shape)
+
+
+def _of_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
+    if hasattr(samples, "columns"):
+        # Its columns have an order of their own: a time in front would be taken for a rate.
+        raise TypeError(
+            f"samples must be a Recording, a Log or an array, got {type(samples).__name__}; "
+            "zr.read_recording reads data frames"
+        )
+    values = floats(samples, "samples")
+    if values.ndim not in (1, 2) or values.shape[-1] not in _COLUMNS:
+        raise ValueError(
+            "samples must have shape (n, 3) of a gyro, (n, 6) of gyro and accelerometer or (n, 7) "
+            f"with the temperature behind, got {values.shape}"
+        )
+    rows = np.atleast_2d(values)
+    if rows.shape[1] == 3:
+        return _rates(calibration, rows).reshape(values.shape)
+    both = _both(calibration, rows)
+    return np.hstack((*both, rows[:, 6:])).reshape(values.shape)
+
+
+def _rates(calibration: Calibration, rows: Floats) -> Floats:
+    """Return the corrected gyro of rows of 3, 6 or 7 numbers."""
+    if rows.shape[1] == 3:
+        return corrector(calibration, inputs=3).process(rows)
+    return _both(calibration, rows)[0]
+
+
+def _both(calibration: Calibration, rows: Floats) -> tuple[Floats, Floats]:
+    """Return the corrected gyro and accelerometer of rows of 6 or 7 numbers."""
+    inputs: Literal[6, 7] = 6 if rows.shape[1] == 6 else 7
+    return corrector(calibration, inputs=inputs).process(rows)
+
+
+def _forces(calibration: Calibration, rows: Floats) -> Floats:
+    """Return the corrected accelerometer alone, by the arithmetic that corrects a gyro."""
+    accel = calibration.accel.correction
+    return ImuCorrector(accel, calibration.values[ACCEL_BIAS], inputs=3).process(rows)
+
+
+def _of_log(calibration: Calibration, log: Log) -> Log:
+    if _sensor_of(log) == "gyro":
+        found = in_units(calibration, log.unit, calibration.accel_units[0])
+        return _noted(log, _rates(found, _three(log, "gyro")), "gyro", found, alone=True)
+    found = in_units(calibration, calibration.gyro_units[0], log.unit)
+    return _noted(log, _forces(found, _three(log, "accel")), "accel", found)
+
+
+def _sensor_of(log: Log) -> Sensor:
+    """Return which sensor a log is of, by its unit or else its names."""
+    unit = UNITS.get(log.units[0])
+    for sensor, kind in _KINDS.items():
+        if unit is not None and unit.kind == kind:
+            return cast(Sensor, sensor)
+    if unit is None and log.unit == UNKNOWN:
+        if all(map(looks_like_accelerometer, log.names)):
+            return "accel"
+        if all(map(looks_like_gyro, log.names)):
+            return "gyro"
+    raise LogError(
+        f"neither unit ({log.unit}) nor names ({', '.join(log.names)}) say that this log is of a "
+        "gyro or of an accelerometer"
+    )
+
+
+def _of_recording(
+    calibration: Calibration, recording: Recording, gyro_name: str, accel_name: str
+) -> Recording:
+    gyro, accel = (recording.logs.get(name) for name in (gyro_name, accel_name))
+    if gyro is None and accel is None:
+        listed = ", ".join(recording)
+        raise LogError(f"there is no {gyro_name} and no {accel_name}; the recording has: {listed}")
+    found = in_units(
+        calibration,
+        calibration.gyro_units[0] if gyro is None else gyro.unit,
+        calibration.accel_units[0] if accel is None else accel.unit,
+    )
+    logs = dict(recording.logs)
+    if gyro is not None:
+        rates = _rates(found, _together(gyro, accel, recording.temperature, found))
+        corrected = _noted(gyro, rates, "gyro", found, alone=accel is None)
+        logs[gyro_name] = _told(corrected, _on_temperature(found, recording.temperature))
+    if accel is not None:
+        logs[accel_name] = _noted(accel, _forces(found, _three(accel, "accel")), "accel", found)
+    return replace(recording, logs=logs)
+
+
+def _together(
+    gyro: Log, accel: Log | None, temperature: Log | None, calibration: Calibration
+) -> Floats:
+    """Return the samples of a gyro beside what acts on it, at the gyro's times."""
+    parts = [_three(gyro, "gyro")]
+    knows = calibration.temperature_model is not None and temperature is not None
+    if accel is not None:
+        parts.append(_at(gyro, accel, _three(accel, "accel")))
+    elif knows:
+        parts.append(np.full((gyro.n, 3), np.nan))
+    if knows and temperature is not None:
+        parts.append(_at(gyro, temperature, temperature.data[:, :1]))
+    return np.hstack(parts)
+
+
+def _at(gyro: Log, log: Log, values: Floats) -> Floats:
+    """Return the values of a log at the times of the gyro, NaN where it has none nearby."""
+    if log.n == gyro.n and np.abs(log.sampled - gyro.sampled).max() * gyro.rate < _SAME:
+        return values
+    there = np.isfinite(values).all(axis=1)
+    if not there.any():
+        return np.full((gyro.n, values.shape[1]), np.nan)
+    time, values = log.sampled[there], values[there]
+    found = np.stack([np.interp(gyro.sampled, time, column) for column in values.T], axis=1)
+    found[_nearest(gyro.sampled, time) * log.rate > _NEAR] = np.nan
+    return found
+
+
+def _nearest(times: Floats, known: Floats) -> Floats:
+    """Return how far each time is from the nearest of the known ones, which rise."""
+    after = np.searchsorted(known, times)
+    return np.minimum(
+        np.abs(times - known[np.maximum(after - 1, 0)]),
+        np.abs(times - known[np.minimum(after, known.size - 1)]),
+    )
+
+
+def _three(log: Log, sensor: Sensor) -> Floats:
+    if log.channels != 3:
+        raise LogError(
+            f"a calibration needs three axes of {_SENSORS[sensor]}, got {log.channels}: "
+            f"{', '.join(log.names)}"
+        )
+    return log.data
+
+
+def _on_channels(log: Log, sensor: Sensor, calibration: Calibration) -> Iterator[str]:
+    """Yield a sentence if the channels are not those that the calibration was made of."""
+    own = calibration.origin.gyro if sensor == "gyro" else calibration.origin.accel
+    if own and own != log.names:
+        yield (
+            f"the calibration was made of {', '.join(own)}, and is applied to "
+            f"{', '.join(log.names)}: it holds only if that is the same sensor"
+        )
+
+
+def _noted(
+    log: Log, data: Floats, sensor: Sensor, calibration: Calibration, alone: bool = False
+) -> Log:
+    """Return a log with corrected samples, whose notes say what was done."""
+    unit = calibration.gyro_units[1] if sensor == "gyro" else calibration.accel_units[1]
+    said = (*_notes(calibration, sensor), *_on_channels(log, sensor, calibration))
+    corrected = _told(replace(log, data=data, unit=unit), said)
+    if alone and calibration.values[G_SENSITIVITY].any():
+        alone_said = "the log has no accelerometer, so the g-sensitivity of the gyro stays"
+        return _told(corrected, [alone_said])
+    return corrected
+
+
+def _told(log: Log, sentences: Iterable[str]) -> Log:
+    """Return a log with further notes."""
+    return replace(log, meta={**log.meta, "notes": (*log.meta.get("notes", ()), *sentences)})
+
+
+def _on_temperature(calibration: Calibration, temperature: Log | None) -> Iterator[str]:
+    """Yield which bias was taken off, and whether the model knows such temperatures."""
+    model = calibration.temperature_model
+    if model is None:
+        return
+    if temperature is None:
+        yield "the log has no temperature, so the bias is the one of the calibration"
+        return
+    low, high = model.range
+    known = temperature.data[np.isfinite(temperature.data[:, 0]), 0]
+    beyond = float(np.mean((known < low) | (known > high))) if known.size else 0.0
+    yield "the bias follows the temperature"
+    if beyond > 0.0:
+        yield (
+            f"{100.0 * beyond:.0f} % of the temperatures lie outside of the {low:.1f} to "
+            f"{high:.1f} degC that the model has seen: the bias there is extrapolated"
+        )
+
+
+def _notes(calibration: Calibration, sensor: Sensor) -> Iterator[str]:
+    """Yield what was done, and why it should not have been."""
+    rests, turns = (sum(one.used for one in m) for m in (calibration.rests, calibration.turns))
+    yield f"{sensor}: corrected by a calibration of {rests} rests and {turns} turns"
+    if not calibration.valid:
+        yield f"the calibration that was applied is not valid: {calibration.problems[0]}"
+
+
+def _warn(calibration: Calibration) -> None:
+    if not calibration.valid:
+        warnings.warn(
+            f"the calibration that is applied is not valid: {calibration.problems[0]}",
+            stacklevel=3,
+        )

@@ -1,0 +1,306 @@
+"""Temperature models as JSON and back, and as parameters of PX4 and ArduPilot."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+import numpy as np
+
+from zerorate.calibration.temperature.fit import KELVINS
+from zerorate.io.saved import check_format, checked, finite_numbers, part, restored
+from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
+from zerorate.noise.exports import written
+from zerorate.types import Floats
+from zerorate.units import UNITS, convert
+
+if TYPE_CHECKING:
+    from zerorate.calibration.temperature import TemperatureModel
+
+Model = TypeVar("Model", bound="TemperatureModel")
+
+__all__ = ["from_json", "to_ardupilot", "to_json", "to_px4"]
+
+_FORMAT: Final = "zerorate temperature model"
+_VERSION: Final = 1
+_MODEL: Final = (
+    "bias = sum of c_k ((T - reference) / 10)^k, T in degC inside the range; beyond it the "
+    "tangent, one span further at most"
+)
+
+_ARDUPILOT_REFERENCE: Final = 35.0
+"""degC: AP_InertialSensor_tempcal.cpp, TEMP_REFERENCE."""
+
+_ARDUPILOT_SCALE: Final = 1e6
+_AXES: Final = "XYZ"
+
+
+def to_json(
+    model: TemperatureModel, path: str | os.PathLike[str] | None = None, *, force: bool = False
+) -> str:
+    """Return the model as JSON, for `TemperatureModel.from_json` and for any other program.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well. Default: none.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        Coefficients, covariance, reference, range, slopes and notes, exact to the last bit; not the
+        means that it was fitted to.
+
+    Raises
+    ------
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+    """
+    content = {
+        "format": _FORMAT,
+        "version": _VERSION,
+        "model": _MODEL,
+        "unit": model.unit,
+        "single": model.single,
+        "reference": model.reference,
+        "range": list(model.range),
+        "time_correlation": model.time_correlation,
+        "step": model.step,
+        "axes": [_axis(model, i) for i in range(model.axes)],
+        "notes": list(model.notes),
+    }
+    return written(json.dumps(content, indent=2, allow_nan=False) + "\n", path, force)
+
+
+def _axis(model: TemperatureModel, i: int) -> dict[str, Any]:
+    return {
+        "name": model.names[i],
+        "degree": model.degrees[i],
+        "coefficients": model.coefficients[i].tolist(),
+        "covariance": model.covariance[i].tolist(),
+        "slope": _encoded(model.slopes[i]),
+        "hysteresis": _encoded(model.hystereses[i]),
+    }
+
+
+def _encoded(one: Coefficient) -> dict[str, Any] | None:
+    if not one.known:
+        return None
+    return {
+        "value": one.value,
+        "sigma": one.sigma,
+        "identifiable": one.identifiable,
+        "upper_bound": one.upper_bound,
+    }
+
+
+def from_json(source: str | os.PathLike[str], build: type[Model]) -> Model:
+    """Return the model that a text or a file holds, as one of a class."""
+    return restored(source, _FORMAT, lambda content: build(**_arguments(content)))
+
+
+def _arguments(content: object) -> dict[str, Any]:
+    check_format(content, _FORMAT, _VERSION)
+    axes = part(content, "axes", list)
+    low, high = finite_numbers("range", part(content, "range", list), (2,)).tolist()
+    if not axes or low > high:
+        raise ValueError("it needs an axis, and a range from low to high")
+    single = part(content, "single", bool)
+    if single and len(axes) > 1:
+        raise ValueError(f"'single' is true of {len(axes)} axes")
+    degrees = tuple(part(axis, "degree", int) for axis in axes)
+    if not all(0 <= degree <= 3 for degree in degrees):
+        raise ValueError(f"degrees must be 0 to 3, got {degrees}")
+    return {
+        "coefficients": np.array([_listed(axis, "coefficients", (4,)) for axis in axes]),
+        "covariance": np.array([_listed(axis, "covariance", (4, 4)) for axis in axes]),
+        "degrees": degrees,
+        "reference": float(part(content, "reference", float)),
+        "range": (low, high),
+        "slopes": tuple(_decoded(axis, "slope") for axis in axes),
+        "hystereses": tuple(_decoded(axis, "hysteresis") for axis in axes),
+        "time_correlation": float(part(content, "time_correlation", float)),
+        "step": float(part(content, "step", float)),
+        "names": tuple(part(axis, "name", str) for axis in axes),
+        "unit": part(content, "unit", str),
+        "notes": tuple(str(checked("notes", one, str)) for one in part(content, "notes", list)),
+        "single": single,
+    }
+
+
+def _listed(axis: object, key: str, shape: tuple[int, ...]) -> Floats:
+    return finite_numbers(key, part(axis, key, list), shape)
+
+
+def _decoded(axis: object, key: str) -> Coefficient:
+    if isinstance(axis, dict) and key in axis and axis[key] is None:
+        return NOTHING_KNOWN
+    entry = part(axis, key, dict)
+    return Coefficient(
+        part(entry, "value", float),
+        part(entry, "sigma", float),
+        part(entry, "identifiable", bool),
+        part(entry, "upper_bound", float),
+    )
+
+
+def to_px4(
+    model: TemperatureModel,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    instance: int = 0,
+    device_id: int | None = None,
+    force: bool = False,
+) -> str:
+    """Return the model as parameters of PX4's thermal compensation, in QGroundControl's format.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well, ``.params`` by custom. Default: none.
+    instance : int
+        0 to 3: the number in ``TC_G0_X0_0``. Default 0.
+    device_id : int, optional
+        ``TC_G0_ID``, the gyro that the parameters are for: the ``device_id`` of its messages.
+        Without it the line is left out, and PX4 uses none of the others until it is set.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        ``TC_G0_X3_0`` to ``TC_G0_X0_2``, rad/s over powers of T - ``TC_G0_TREF``, and the range.
+        PX4 subtracts ``X0 + X1 dT + X2 dT^2 + X3 dT^3``, and clamps T at the ends of the range,
+        where `predict` goes on along the tangent.
+
+    Raises
+    ------
+    ValueError
+        If the model has not three axes, or the unit of its samples is none of angular rate, or
+        `instance` is none of PX4's.
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+    """
+    if instance not in range(4):
+        raise ValueError(f"instance must be 0 to 3, got {instance!r}")
+    c = _per_kelvin(_in_radians(model, "PX4"))
+    low, high = model.range
+    named = [("ENABLE", "TC_G_ENABLE", 1), ("ID", f"TC_G{instance}_ID", device_id)]
+    whole = [f"1\t1\t{name}\t{value}\t6" for _, name, value in named if value is not None]
+    numbers = [(f"X{k}_{axis}", c[axis, k]) for k in (3, 2, 1, 0) for axis in range(3)] + [
+        ("TREF", model.reference),
+        ("TMIN", low),
+        ("TMAX", high),
+    ]
+    lines = [
+        "# PX4: thermal compensation of a gyro, rad/s and degC.",
+        *(() if device_id is not None else (f"# TC_G{instance}_ID is to be set as well.",)),
+        *_beyond(model),
+        "# Vehicle-Id Component-Id Name Value Type",
+        *whole,
+        *(f"1\t1\tTC_G{instance}_{name}\t{_number(value)}\t9" for name, value in numbers),
+    ]
+    return written("\n".join(lines) + "\n", path, force)
+
+
+def to_ardupilot(
+    model: TemperatureModel,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    instance: int = 1,
+    force: bool = False,
+) -> str:
+    """Return the model as parameters of ArduPilot's temperature calibration.
+
+    Parameters
+    ----------
+    path : str or path, optional
+        A file to write as well, ``.param`` by custom. Default: none.
+    instance : int
+        1 to 3: the number of the IMU in ``INS_TCAL1_GYR1_X``. Default 1.
+    force : bool
+        Whether to replace an existing file; default no.
+
+    Returns
+    -------
+    str
+        ``INS_TCAL1_GYR1_X`` to ``INS_TCAL1_GYR3_Z``, millionths of rad/s over powers of
+        T - 35 degC, the range, and the offsets with the temperature that they belong to,
+        ``INS_GYR1_CALTEMP``: ArduPilot subtracts the offset and the difference of the polynomial
+        between T and that, both clamped to the range. By default it learns new offsets at every
+        start.
+
+    Raises
+    ------
+    ValueError
+        If the model has not three axes, or the unit of its samples is none of angular rate, or
+        `instance` is none of ArduPilot's.
+    OSError
+        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
+    """
+    if instance not in range(1, 4):
+        raise ValueError(f"instance must be 1 to 3, got {instance!r}")
+    found = _in_radians(model, "ArduPilot")
+    c = _moved(_per_kelvin(found), _ARDUPILOT_REFERENCE - found.reference)
+    low, high = model.range
+    calibration, gyro = f"INS_TCAL{instance}", f"INS_GYR{instance}"
+    offset = "INS_GYROFFS" if instance == 1 else f"{gyro}OFFS"
+    numbers = [(f"{calibration}_TMIN", low), (f"{calibration}_TMAX", high)]
+    numbers += [
+        (f"{calibration}_GYR{k}_{axis}", _ARDUPILOT_SCALE * c[i, k])
+        for k in (1, 2, 3)
+        for i, axis in enumerate(_AXES)
+    ]
+    # At the reference of the model the bias is its c_0.
+    numbers += [(f"{offset}_{axis}", found.coefficients[i, 0]) for i, axis in enumerate(_AXES)]
+    lines = [
+        "# ArduPilot: temperature calibration of a gyro, rad/s and degC.",
+        *_beyond(model),
+        f"{calibration}_ENABLE,1",
+        *(f"{name},{_number(value)}" for name, value in numbers),
+        f"{gyro}_CALTEMP,{_number(model.reference)}",
+    ]
+    return written("\n".join(lines) + "\n", path, force)
+
+
+def _in_radians(model: TemperatureModel, program: str) -> TemperatureModel:
+    if model.axes != 3:
+        raise ValueError(f"{program} takes a gyro of three axes, the model has {model.axes}")
+    if model.unit not in UNITS or UNITS[model.unit].kind != "rate":
+        raise ValueError(
+            f"{program} takes rad/s, and the unit of the model is {model.unit!r}: give unit= where "
+            "it is fitted"
+        )
+    return model.scaled(convert(1.0, model.unit, "rad/s"))
+
+
+def _per_kelvin(model: TemperatureModel) -> Floats:
+    """Return the coefficients over powers of kelvins, shape (k, 4)."""
+    return model.coefficients / KELVINS ** np.arange(4)
+
+
+def _moved(c: Floats, by: float) -> Floats:
+    """Return the coefficients of cubics about a point that is so much further."""
+    moved = np.zeros_like(c)
+    for k in range(4):
+        for j in range(k + 1):
+            moved[:, j] += c[:, k] * math.comb(k, j) * by ** (k - j)
+    return moved
+
+
+def _beyond(model: TemperatureModel) -> list[str]:
+    """Return what a reader of the file must know."""
+    low, high = model.range
+    lines = [f"# Of {low:.1f} to {high:.1f} degC; beyond, the bias at the end of that is used."]
+    if not any(model.degrees):
+        lines.append("# The record does not show that the bias depends on temperature.")
+    return lines
+
+
+def _number(value: float) -> str:
+    """Return nine digits, which is all that a 32-bit float holds."""
+    return f"{value:.8e}"

@@ -1,0 +1,281 @@
+"""The fit of bias against temperature: a polynomial, a random walk and white noise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from zerorate.calibration.temperature.blocks import Blocks
+from zerorate.types import Floats
+
+__all__ = ["DEGREES", "KELVINS", "SPANS", "Fit", "fitted", "powers"]
+
+KELVINS: Final = 10.0
+"""Kelvins that a power of temperature is counted in."""
+
+DEGREES: Final = 3
+SPANS: Final = (1.0, 8.0, 15.0)
+"""Kelvins from which a record may determine a straight line, a parabola, a cubic."""
+
+_BESIDE: Final = 6
+"""Blocks before and after one that tell whether the temperature rises."""
+
+_MOVES: Final = 0.02
+"""Part of the span by which it then changes."""
+
+_LEAST_FREEDOM: Final = 3
+_WALKS: Final = 10.0 ** np.arange(-6.0, 3.1, 0.25)
+"""Variances that a walk adds in one block, over the white variance of a block's mean."""
+
+_PRIOR: Final = np.sqrt(_WALKS) / (1.0 + _WALKS)
+"""Half-Cauchy in the walk's deviation, on steps of equal ratio."""
+
+_CONDITION: Final = 1e10
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+class Fit(NamedTuple):
+    """What was found of one axis.
+
+    Parameters
+    ----------
+    degree
+        Of the polynomial.
+    coefficients
+        c_0 to c_3, zero above the degree, shape (4,).
+    covariance
+        Theirs, shape (4, 4).
+    slope, slope_sigma
+        Of the straight line at least, per kelvin at the reference; infinite sigma if the record
+        has none.
+    hysteresis, hysteresis_sigma
+        Bias while it warms less that while it cools, at equal temperature; infinite sigma if the
+        record has not both.
+    """
+
+    degree: int
+    coefficients: Floats
+    covariance: Floats
+    slope: float
+    slope_sigma: float
+    hysteresis: float
+    hysteresis_sigma: float
+
+
+def powers(temperature: Floats, reference: float) -> Floats:
+    """Return 1, x, x^2, x^3 of temperatures, in tens of kelvins from the reference, last axis."""
+    x = (np.asarray(temperature) - reference) / KELVINS
+    square = x * x
+    return np.stack([np.ones_like(x), x, square, square * x], axis=-1)
+
+
+def fitted(blocks: Blocks, reference: float, max_degree: int) -> list[Fit]:
+    """Return what each axis shows.
+
+    Notes
+    -----
+    Each strength of the walk makes a Kalman filter of one state, which whitens the biases and the
+    powers of the temperature alike; from their products alone follow the coefficients of every
+    degree, their errors, and how likely strength and degree are. Coefficients are averaged over all
+    strengths by their restricted likelihood. The walk's deviation has a half-Cauchy prior (Gelman
+    2006, Bayesian Analysis 1:515), flat where the record says nothing: one that is flat in its
+    logarithm believes in no walk as long as the record allows it, and a drift that went along with
+    the temperature by chance then counts as slope, with an error half as large as it is.
+    """
+    if not blocks.count.size:
+        return []
+    powers_of = powers(np.nan_to_num(blocks.temperature), reference)[:, 1:]
+    columns = np.column_stack([powers_of, _heating(blocks), blocks.bias])
+    # Between warming and cooling nobody knows which it is.
+    moving = columns[:, DEGREES] != 0.0
+    whitened = _Whitened.of(columns, blocks)
+    both = _Whitened.of(columns[moving], blocks.only(moving)) if moving.any() else None
+    allowed = _allowed(blocks, max_degree)
+    return [_axis(whitened, both, i, allowed) for i in range(DEGREES + 1, columns.shape[1])]
+
+
+def _allowed(blocks: Blocks, most: int) -> int:
+    """Return the highest degree that the record may determine."""
+    temperature = blocks.temperature
+    if not np.isfinite(temperature).all():
+        return 0
+    span = np.ptp(temperature)
+    degree = min(most, sum(bool(span >= least) for least in SPANS))
+    return max(min(degree, blocks.count.size - 1 - _LEAST_FREEDOM), 0)
+
+
+def _heating(blocks: Blocks) -> Floats:
+    """Return a half where the temperature rises, minus a half where it falls, zero elsewhere.
+
+    Zero throughout if it does not pass half of its range both ways.
+    """
+    temperature, n = blocks.temperature, blocks.count.size
+    places = np.arange(n)
+    before, after = np.maximum(places - _BESIDE, 0), np.minimum(places + _BESIDE, n - 1)
+    change = temperature[after] - temperature[before]
+    span = np.ptp(temperature)
+    sign = np.where(np.abs(change) > _MOVES * span, np.sign(change), 0.0)
+    up, down = temperature[sign > 0.0], temperature[sign < 0.0]
+    if not (up.size and down.size) or span < SPANS[0]:
+        return np.zeros(n)
+    both = min(up.max(), down.max()) - max(up.min(), down.min())
+    return np.asarray(0.5 * sign) if both > 0.5 * span else np.zeros(n)
+
+
+@dataclass(frozen=True, eq=False)
+class _Whitened:
+    """Columns of numbers without their walk, for each strength of it.
+
+    Parameters
+    ----------
+    products
+        Sums of products of any two columns, shape (walks, columns, columns).
+    log_scale
+        Logarithm of the product of all variances, shape (walks,).
+    last
+        Where each column stands at the end, shape (walks, columns).
+    last_variance
+        Its variance, over that of a block, shape (walks,).
+    freedom
+        Differences that are left of a column.
+    """
+
+    products: Floats
+    log_scale: Floats
+    last: Floats
+    last_variance: Floats
+    freedom: int
+
+    @classmethod
+    def of(cls, columns: Floats, blocks: Blocks) -> _Whitened:
+        """Return them after a Kalman filter of the walk, which starts at the first row."""
+        noise = np.median(blocks.count) / blocks.count
+        steps = np.diff(blocks.time) / blocks.length
+        last = np.tile(columns[0], (_WALKS.size, 1))
+        P = np.full(_WALKS.size, noise[0])
+        products = np.zeros((_WALKS.size, columns.shape[1], columns.shape[1]))
+        innovations = np.empty((len(steps), *last.shape))
+        variances = np.empty((len(steps), _WALKS.size))
+        for i, (row, R, step) in enumerate(zip(columns[1:], noise[1:], steps, strict=True)):
+            P = P + _WALKS * step
+            S = P + R
+            innovations[i], variances[i] = row - last, S
+            last = last + (P / S)[:, np.newaxis] * innovations[i]
+            P = P * R / S
+        if len(steps):
+            white = innovations / np.sqrt(variances)[..., np.newaxis]
+            products = np.matmul(white.transpose(1, 2, 0), white.transpose(1, 0, 2))
+        return cls(products, np.log(variances).sum(axis=0), last, P, len(steps))
+
+    def regression(self, column: int, on: list[int]) -> _Regression:
+        """Return the regression of a column on others."""
+        A = self.products[:, on][:, :, on]
+        inverse: Floats = np.linalg.inv(A).astype(np.float64)
+        slopes = np.einsum("wij,wj->wi", inverse, self.products[:, on, column])
+        total = self.products[:, column, column]
+        left = total - np.einsum("wi,wi->w", slopes, self.products[:, on, column])
+        # What rounding leaves of an exact fit is none of its errors.
+        least = np.maximum(1e-24 * total, _TINY)
+        return _Regression(
+            self, column, on, inverse, slopes, np.maximum(left, least), np.linalg.slogdet(A)[1]
+        )
+
+    def is_regular(self, on: list[int]) -> bool:
+        """Whether columns are independent of each other."""
+        A = self.products[:, on][:, :, on]
+        scale = np.sqrt(np.diagonal(A, axis1=1, axis2=2))
+        if not (scale > 0.0).all():
+            return False
+        A = A / scale[:, :, np.newaxis] / scale[:, np.newaxis, :]
+        return bool((np.linalg.cond(A) < _CONDITION).all())
+
+
+class _Regression(NamedTuple):
+    """One column by others, for each strength of the walk."""
+
+    whitened: _Whitened
+    column: int
+    on: list[int]
+    inverse: Floats
+    slopes: Floats
+    left: Floats
+    log_information: Floats
+
+    @property
+    def criterion(self) -> float:
+        """BIC of the most likely walk."""
+        n = self.whitened.freedom
+        log_likelihood = -0.5 * (self.whitened.log_scale + n * np.log(self.left))
+        return float(-2.0 * log_likelihood.max() + len(self.on) * np.log(max(n, 1)))
+
+    def average(self) -> tuple[Floats, Floats]:
+        """Return level and slopes, and their covariance, over all strengths of the walk."""
+        whitened, freedom = self.whitened, self.whitened.freedom - len(self.on)
+        evidence = -0.5 * (
+            whitened.log_scale + self.log_information + freedom * np.log(self.left)
+        ) + np.log(_PRIOR)
+        weight = np.exp(evidence - evidence.max())
+        weight /= weight.sum()
+        here = whitened.last[:, self.on]
+        level = whitened.last[:, self.column] - np.einsum("wi,wi->w", self.slopes, here)
+        estimates = np.column_stack([level, self.slopes])
+        mean = weight @ estimates
+        off = estimates - mean
+        variance = self.left / max(freedom - 2, 1)
+        inside = np.einsum("w,wij->ij", weight * variance, self._spread(here))
+        return mean, inside + np.einsum("w,wi,wj->ij", weight, off, off)
+
+    def _spread(self, here: Floats) -> Floats:
+        """Return the covariance of level and slopes, over the variance of a block's mean."""
+        across = -np.einsum("wij,wj->wi", self.inverse, here)
+        spread = np.empty((here.shape[0], len(self.on) + 1, len(self.on) + 1))
+        spread[:, 1:, 1:] = self.inverse
+        spread[:, 0, 1:] = spread[:, 1:, 0] = across
+        spread[:, 0, 0] = self.whitened.last_variance - np.einsum("wi,wi->w", across, here)
+        return spread
+
+
+def _axis(whitened: _Whitened, both: _Whitened | None, column: int, allowed: int) -> Fit:
+    found = list(_regressions(whitened, column, allowed))
+    degree = int(np.argmin([one.criterion for one in found]))
+    mean, covariance = found[degree].average()
+    coefficients, spread = np.zeros(DEGREES + 1), np.zeros((DEGREES + 1, DEGREES + 1))
+    coefficients[: degree + 1], spread[: degree + 1, : degree + 1] = mean, covariance
+    slope, slope_sigma = _slope(found, max(degree, 1))
+    return Fit(
+        degree,
+        coefficients,
+        spread,
+        slope / KELVINS,
+        slope_sigma / KELVINS,
+        *_hysteresis(both, column, degree),
+    )
+
+
+def _hysteresis(both: _Whitened | None, column: int, degree: int) -> tuple[float, float]:
+    """Return by how much warming differs from cooling, and its error, infinite if none shows it."""
+    on = [*range(degree), DEGREES]
+    if both is None or both.freedom - len(on) < _LEAST_FREEDOM or not both.is_regular(on):
+        return 0.0, np.inf
+    mean, covariance = both.regression(column, on).average()
+    return float(mean[-1]), float(np.sqrt(covariance[-1, -1]))
+
+
+def _slope(found: list[_Regression], degree: int) -> tuple[float, float]:
+    """Return the slope of a degree and its error, infinite if there is no such degree."""
+    if degree >= len(found):
+        return 0.0, np.inf
+    mean, covariance = found[degree].average()
+    return float(mean[1]), float(np.sqrt(covariance[1, 1]))
+
+
+def _regressions(whitened: _Whitened, column: int, allowed: int) -> Iterator[_Regression]:
+    """Yield the regressions of degree zero and more, as far as the record determines them."""
+    for degree in range(allowed + 1):
+        on = list(range(degree))
+        if degree and not whitened.is_regular(on):
+            return
+        yield whitened.regression(column, on)

@@ -1,0 +1,531 @@
+"""The bias of a gyro by temperature: learned at rest, predicted, removed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.calibration.temperature import files
+from zerorate.calibration.temperature.blocks import Blocks, blocks_of
+from zerorate.calibration.temperature.fit import DEGREES, KELVINS, SPANS, Fit, fitted, powers
+from zerorate.calibration.temperature.thermometer import between_steps, held
+from zerorate.io.log import Log, LogError, checked_rate
+from zerorate.io.missing import floats
+from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
+from zerorate.types import Booleans, Floats
+from zerorate.views import Result
+
+if TYPE_CHECKING:
+    pass
+
+__all__ = ["TemperatureBias", "TemperatureModel"]
+
+_REFERENCE: Final = 25.0
+"""degC, where the record has no temperature."""
+
+_TOGETHER: Final = 0.95
+"""Correlation of temperature and time from which they cannot be told apart."""
+
+_FEWEST: Final = 4
+_LARGEST: Final = 1e150
+_CERTAIN: Final = 3.0
+_ONE_SIDED_95: Final = 1.6448536269514722
+
+
+class TemperatureBias(NamedTuple):
+    """What a model predicts at a temperature.
+
+    Parameters
+    ----------
+    value
+        Bias, in the unit of the samples.
+    sigma
+        Its standard error.
+    extrapolated
+        Whether the temperature is outside the range of the record, or not known.
+    """
+
+    value: Floats
+    sigma: Floats
+    extrapolated: Booleans
+
+
+@dataclass(frozen=True, eq=False)
+class TemperatureModel(Result):
+    """Bias of a gyro by temperature, from a record at rest: `TemperatureModel.fit` makes one.
+
+    The bias of each axis is the sum of ``c_k ((T - reference) / 10)^k`` inside the range of the
+    record; beyond it, the tangent for one span further, then what that has reached.
+
+    Parameters
+    ----------
+    coefficients
+        c_0 to c_3 of each axis, unit of the samples, shape (k, 4).
+    covariance
+        Theirs, shape (k, 4, 4).
+    degrees
+        Degree of each axis, 0 to 3.
+    reference
+        degC: the middle of the range.
+    range
+        Lowest and highest temperature of the record, degC.
+    slopes
+        Bias per kelvin at the reference, one an axis; not identifiable where the degree is zero.
+    hystereses
+        Bias while it warms less that while it cools, at equal temperature, one an axis; unknown if
+        the record does not do both.
+    time_correlation
+        Correlation of temperature and time; zero if either stands still.
+    step
+        Kelvins by which a coarse thermometer moves; zero of a fine one.
+    names, unit
+        Of the axes, and of their samples.
+    notes
+        What the record does not show, and what is odd about it.
+    blocks
+        The means that it was fitted to, or None of a model that was read from a file.
+    single
+        Whether it is of one axis, without an axis of axes in what it returns.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> temperature = 40.0 - 20.0 * np.exp(-np.arange(18_000) / 4000.0)
+    >>> z = 0.5 + 0.03 * (temperature - 25.0) + 0.05 * rng.standard_normal(18_000)
+    >>> model = TemperatureModel.fit(z, temperature, rate=10.0)
+    >>> model.degree, model.slope
+    (1, Coefficient(0.03008 ± 0.0002))
+    >>> value, sigma, extrapolated = model.predict(45.0)
+    >>> round(float(value), 2), bool(extrapolated)
+    (1.1, True)
+    """
+
+    coefficients: Floats
+    covariance: Floats
+    degrees: tuple[int, ...]
+    reference: float
+    range: tuple[float, float]
+    slopes: tuple[Coefficient, ...]
+    hystereses: tuple[Coefficient, ...]
+    time_correlation: float
+    step: float
+    names: tuple[str, ...]
+    unit: str = "unit"
+    notes: tuple[str, ...] = ()
+    blocks: Blocks | None = None
+    single: bool = False
+
+    @classmethod
+    def fit(
+        cls,
+        z: Log | npt.ArrayLike,
+        temperature: Log | npt.ArrayLike | None,
+        rate: float | None = None,
+        max_degree: int = 3,
+        *,
+        rests: npt.ArrayLike | None = None,
+        unit: str | None = None,
+    ) -> Self:
+        """Return the model that a record shows.
+
+        Parameters
+        ----------
+        z : Log, or array_like of shape (n,) or (n, k)
+            Output of the gyro; NaN marks missing samples.
+        temperature : Log, or array_like of shape (n,), or None
+            degC; missing values are held. A Log is interpolated on the clock of `z`, which is a Log
+            as well; of several channels the first counts. None: there is none.
+        rate : float, optional
+            Samples a second, Hz; needed where `z` is an array.
+        max_degree : int
+            Highest degree of the polynomial, 0 to 3 (default). The record allows a straight line
+            from 1 K, a parabola from 8 K, a cubic from 15 K, and a higher degree must be better.
+        rests : array_like of bool, shape (n,), optional
+            Which samples are at rest. By default those where the sensor is quiet; a constant turn
+            is as quiet as a rest.
+        unit : str, optional
+            Of the samples; by default that of the Log, else ``"unit"``.
+
+        Raises
+        ------
+        ValueError
+            If shapes disagree, the rate is missing, `max_degree` is none, or nothing is at rest.
+        TypeError
+            If an argument is no array of real numbers.
+        LogError
+            If the temperature's Log does not meet the record.
+
+        Notes
+        -----
+        Means of five seconds are the sum of polynomial, random walk and white noise; the degree is
+        chosen by BIC, coefficients and errors are averages over the walk's strength by its
+        restricted likelihood. The level c_0 is that at the end of the record: what comes next
+        starts from there. Published calibrations fit a cubic by least squares and clamp it at the
+        ends of the range (PX4, ArduPilot); Chen et al. 2013 take 0.1 deg/s/degC from 25 degC on.
+        """
+        record = _Record.of(z, temperature, rate, rests, unit)
+        if not (isinstance(max_degree, int) and 0 <= max_degree <= DEGREES):
+            raise ValueError(f"max_degree must be a whole number from 0 to 3, got {max_degree!r}")
+        blocks = blocks_of(record.rates, record.temperature, record.rate, record.rests)
+        if blocks.count.size < _FEWEST:
+            raise ValueError(
+                f"a temperature model needs {_FEWEST} means of samples at rest, and "
+                f"{len(record.rates) / record.rate:g} s have {blocks.count.size}"
+            )
+        low, high = _range(blocks.temperature)
+        reference = 0.5 * (low + high)
+        axes = fitted(blocks, reference, max_degree)
+        model = cls(
+            coefficients=np.array([axis.coefficients for axis in axes]),
+            covariance=np.array([axis.covariance for axis in axes]),
+            degrees=tuple(axis.degree for axis in axes),
+            reference=reference,
+            range=(low, high),
+            slopes=tuple(_slope(axis) for axis in axes),
+            hystereses=tuple(_hysteresis(axis, record.step) for axis in axes),
+            time_correlation=_correlation(blocks.time, blocks.temperature),
+            step=record.step,
+            names=record.names,
+            unit=record.unit,
+            blocks=blocks,
+            single=record.single,
+        )
+        model = model.scaled(record.factor)
+        return replace(model, notes=tuple(_notes(model, blocks)))
+
+    @property
+    def axes(self) -> int:
+        """Number of axes."""
+        return len(self.degrees)
+
+    @property
+    def degree(self) -> int | tuple[int, ...]:
+        """Degree of the polynomial, one an axis unless there is one only."""
+        return self.degrees[0] if self.single else self.degrees
+
+    @property
+    def slope(self) -> Coefficient | tuple[Coefficient, ...]:
+        """Bias per kelvin in the middle of the range, one an axis unless there is one only."""
+        return self.slopes[0] if self.single else self.slopes
+
+    @property
+    def hysteresis(self) -> Coefficient | tuple[Coefficient, ...]:
+        """Bias while it warms less that while it cools, one an axis unless there is one only."""
+        return self.hystereses[0] if self.single else self.hystereses
+
+    @property
+    def span(self) -> float:
+        """Kelvins from the lowest to the highest temperature of the record."""
+        return self.range[1] - self.range[0]
+
+    @property
+    def time_apart(self) -> bool:
+        """Whether temperature and time can be told apart: their correlation is 0.95 at most."""
+        return abs(self.time_correlation) <= _TOGETHER
+
+    @property
+    def curve(self) -> dict[str, Any]:
+        """Reference, range and coefficients as plain numbers, as `ImuCorrector` takes them."""
+        return {
+            "coefficients": self.coefficients.tolist(),
+            "reference": self.reference,
+            "range": self.range,
+        }
+
+    def predict(self, temperature: npt.ArrayLike) -> TemperatureBias:
+        """Return the bias at a temperature.
+
+        Parameters
+        ----------
+        temperature : array_like, any shape
+            degC; where it is missing the answer is that in the middle of the range, as uncertain as
+            the whole range makes it.
+
+        Returns
+        -------
+        TemperatureBias
+            ``value`` and ``sigma``, of the temperature's shape with one more axis of length k
+            unless the model is `single`, and ``extrapolated``, of the temperature's shape. Sigma is
+            of the bias as it was at the end of the record; it counts the steps of a coarse
+            thermometer, and beyond the range all that the tangent leaves out of the curve.
+        """
+        asked = floats(temperature, "temperature")
+        known = np.isfinite(asked)
+        T = np.where(known, asked, self.reference)
+        rows = self._rows(T)
+        value = rows @ self.coefficients.T
+        variance = np.stack([((rows @ P) * rows).sum(axis=-1) for P in self.covariance], axis=-1)
+        doubt = self._doubt(T, known)
+        sigma = np.sqrt(np.maximum(variance, 0.0) + doubt**2)
+        extrapolated = ~known | (self.range[0] > T) | (self.range[1] < T)
+        if self.single:
+            value, sigma = value[..., 0], sigma[..., 0]
+        return TemperatureBias(value, sigma, extrapolated)
+
+    def _rows(self, T: Floats) -> Floats:
+        """Return what the coefficients are multiplied by: powers, or their tangent."""
+        inside, beyond = self._parts(T)
+        rows = powers(inside, self.reference)
+        if beyond.any():
+            x = (inside - self.reference) / KELVINS
+            by = np.stack([np.zeros_like(x), np.ones_like(x), 2.0 * x, 3.0 * x**2], axis=-1)
+            rows = rows + by * (beyond / KELVINS)[..., np.newaxis]
+        return rows
+
+    def _parts(self, T: Floats) -> tuple[Floats, Floats]:
+        """Return the nearest temperature of the range, and how far the tangent goes from there."""
+        inside = np.clip(T, *self.range)
+        return inside, np.clip(T - inside, -self.span, self.span)
+
+    def _doubt(self, T: Floats, known: Booleans) -> Floats:
+        """Return the error of what is not in the coefficients."""
+        inside, beyond = self._parts(T)
+        c = self.coefficients
+        x = ((inside - self.reference) / KELVINS)[..., np.newaxis]
+        slope = (c[:, 1] + 2.0 * c[:, 2] * x + 3.0 * c[:, 3] * x**2) / KELVINS
+        curvature = (c[:, 2] + 3.0 * c[:, 3] * x) / KELVINS**2
+        beyond = beyond[..., np.newaxis]
+        curved = np.abs(curvature * beyond**2) + np.abs(c[:, 3] * (beyond / KELVINS) ** 3)
+        unsure = np.where(known, self.step, self.span)[..., np.newaxis] / np.sqrt(12.0)
+        return np.asarray(np.hypot(curved, slope * unsure))
+
+    def remove(
+        self, z: Log | npt.ArrayLike, temperature: Log | npt.ArrayLike
+    ) -> Log | npt.NDArray[np.float64]:
+        """Return samples without the bias that is predicted at their temperature.
+
+        Parameters
+        ----------
+        z : Log, or array_like of shape (n,) or (n, k)
+            Output of the gyro, in the unit of the model.
+        temperature : Log, or array_like of shape (n,)
+            As of `fit`: missing values are held, and the steps of a coarse thermometer smoothed. If
+            all are missing, what is taken off is the bias in the middle of the range.
+
+        Returns
+        -------
+        Log or ndarray
+            As `z`.
+
+        Raises
+        ------
+        ValueError
+            If shapes disagree with each other or with the model.
+        LogError
+            If the temperature's Log does not meet the record.
+        """
+        data = z.data if isinstance(z, Log) else floats(z, "z")
+        if data.shape[1:] not in ({(self.axes,), ()} if self.axes == 1 else {(self.axes,)}):
+            raise ValueError(f"z must have {self.axes} axes as the model has, got {data.shape}")
+        T, _ = _temperatures(z, temperature, len(data), 1.0 if self.step else None)
+        if not np.isfinite(T).all():
+            T = np.full(len(data), self.reference)
+        # The errors, which nobody asks for here, take longer than the bias.
+        cleaned = data - (self._rows(T) @ self.coefficients.T).reshape(data.shape)
+        return z.with_data(cleaned) if isinstance(z, Log) else cleaned
+
+    def scaled(self, factor: float, unit: str | None = None) -> Self:
+        """Return the model for samples that are multiplied by a positive number."""
+        blocks = self.blocks
+        return replace(
+            self,
+            coefficients=self.coefficients * factor,
+            covariance=self.covariance * factor**2,
+            slopes=tuple(one.scaled(factor) for one in self.slopes),
+            hystereses=tuple(one.scaled(factor) for one in self.hystereses),
+            unit=self.unit if unit is None else unit,
+            blocks=None if blocks is None else blocks.scaled(factor),
+        )
+
+    to_json = files.to_json
+    to_px4 = files.to_px4
+    to_ardupilot = files.to_ardupilot
+
+    @classmethod
+    def from_json(cls, source: str | os.PathLike[str]) -> Self:
+        """Return the model that `to_json` wrote.
+
+        Parameters
+        ----------
+        source : str or path
+            The text, or the name of a file.
+
+        Raises
+        ------
+        ValueError
+            If it is no temperature model; the message says where.
+        OSError
+            If the file cannot be read.
+        """
+        return files.from_json(source, cls)
+
+    def __repr__(self) -> str:
+        """Return degrees, range and unit."""
+        low, high = self.range
+        degrees = ", ".join(map(str, self.degrees))
+        return f"TemperatureModel(degree {degrees}; {low:.1f} to {high:.1f} degC; {self.unit})"
+
+
+class _Record(NamedTuple):
+    """Rates (n, k), their temperature (n,), and what is known of both.
+
+    Rates are in a unit of `factor`, near their largest, so that their squares are numbers.
+    """
+
+    rates: Floats
+    temperature: Floats
+    rate: float
+    rests: Booleans | None
+    names: tuple[str, ...]
+    unit: str
+    single: bool
+    step: float
+    factor: float
+
+    @classmethod
+    def of(
+        cls,
+        z: Log | npt.ArrayLike,
+        temperature: Log | npt.ArrayLike | None,
+        rate: float | None,
+        rests: npt.ArrayLike | None,
+        unit: str | None,
+    ) -> _Record:
+        data = z.data if isinstance(z, Log) else floats(z, "z")
+        if data.ndim not in (1, 2) or 0 in data.shape:
+            raise ValueError(f"z must have shape (n,) or (n, k) with samples, got {data.shape}")
+        if isinstance(z, Log):
+            rate = z.rate
+        elif rate is None:
+            raise ValueError("rate is needed where z is an array: samples a second, Hz")
+        single = data.ndim == 1 or (isinstance(z, Log) and data.shape[1] == 1)
+        rates = data.reshape(len(data), -1)
+        largest = np.max(np.abs(rates), where=np.isfinite(rates), initial=0.0)
+        if largest > _LARGEST:
+            raise ValueError(f"z must be within {_LARGEST:g}, got {largest:g}")
+        factor = 2.0 ** np.round(np.log2(max(largest, 1.0 / _LARGEST)))
+        rates = np.where(np.isfinite(rates), rates, np.nan) / factor
+        rate = checked_rate(rate)
+        known, step = _temperatures(z, temperature, len(rates), rate)
+        names = z.names if isinstance(z, Log) else _names(rates.shape[1])
+        unit = (z.unit if isinstance(z, Log) else "unit") if unit is None else unit
+        return cls(
+            rates, known, rate, _mask(rests, len(rates)), names, unit, single, step, float(factor)
+        )
+
+
+def _names(axes: int) -> tuple[str, ...]:
+    return ("gyro",) if axes == 1 else tuple(f"gyro {i}" for i in range(axes))
+
+
+def _mask(rests: npt.ArrayLike | None, n: int) -> Booleans | None:
+    if rests is None:
+        return None
+    mask = np.asarray(rests)
+    if mask.shape != (n,) or mask.dtype != np.bool_:
+        raise ValueError(
+            f"rests must be {n} values, True or False, got shape {mask.shape} of {mask.dtype}"
+        )
+    return mask
+
+
+def _temperatures(
+    z: Log | npt.ArrayLike,
+    temperature: Log | npt.ArrayLike | None,
+    n: int,
+    rate: float | None,
+) -> tuple[Floats, float]:
+    """Return the temperature of each sample, NaN if there is none, and the thermometer's step.
+
+    Without a rate the thermometer of an array is known to be fine.
+    """
+    if temperature is None:
+        return np.full(n, np.nan), 0.0
+    if isinstance(temperature, Log):
+        if not isinstance(z, Log):
+            raise ValueError("a Log of temperatures needs z to be a Log, for its clock")
+        return _on_clock(z, temperature)
+    shown = floats(temperature, "temperature")
+    if shown.shape not in ((n,), (n, 1), ()):
+        raise ValueError(f"temperature must have shape ({n},) as z has, got {shown.shape}")
+    known = held(np.broadcast_to(shown.reshape(-1), (n,)))
+    if rate is None or not np.isfinite(known).all():
+        return known, 0.0
+    return between_steps(np.arange(n) / rate, known)
+
+
+def _on_clock(z: Log, temperature: Log) -> tuple[Floats, float]:
+    time, shown = temperature.sampled, held(temperature.data[:, 0])
+    if time[-1] < z.sampled[0] or time[0] > z.sampled[-1]:
+        raise LogError("the temperature and the gyro have no time in common")
+    if not np.isfinite(shown).all():
+        return np.full(z.n, np.nan), 0.0
+    known, step = between_steps(time, shown)
+    return np.interp(z.sampled, time, known), step
+
+
+def _range(temperature: Floats) -> tuple[float, float]:
+    if not np.isfinite(temperature).all():
+        return _REFERENCE, _REFERENCE
+    return float(temperature.min()), float(temperature.max())
+
+
+def _correlation(time: Floats, temperature: Floats) -> float:
+    if time.size < 3 or not np.isfinite(temperature).all():
+        return 0.0
+    deviations = time - time.mean(), temperature - temperature.mean()
+    sizes = [float(np.sqrt(one @ one)) for one in deviations]
+    if min(sizes) <= 1e-9 * np.abs(temperature).max():
+        return 0.0
+    return float(np.clip(deviations[0] @ deviations[1] / sizes[0] / sizes[1], -1.0, 1.0))
+
+
+def _slope(axis: Fit) -> Coefficient:
+    if not np.isfinite(axis.slope_sigma):
+        return NOTHING_KNOWN
+    if axis.degree:
+        return Coefficient(axis.slope, axis.slope_sigma)
+    bound = abs(axis.slope) + _ONE_SIDED_95 * axis.slope_sigma
+    return Coefficient(0.0, axis.slope_sigma, False, bound)
+
+
+def _hysteresis(axis: Fit, step: float) -> Coefficient:
+    """Return it with the error that a coarse thermometer adds: it turns between two steps."""
+    if not np.isfinite(axis.hysteresis_sigma):
+        return NOTHING_KNOWN
+    unsure = abs(axis.slope) * step / np.sqrt(12.0)
+    return Coefficient(axis.hysteresis, float(np.hypot(axis.hysteresis_sigma, unsure)))
+
+
+def _notes(model: TemperatureModel, blocks: Blocks) -> Sequence[str]:
+    notes = []
+    if not np.isfinite(blocks.temperature).all():
+        notes.append("There is no temperature: the bias is that of the record, at any temperature.")
+    elif model.span < SPANS[0]:
+        notes.append(
+            f"Temperature moved by {model.span:.2g} K only: the slope is not identifiable below "
+            f"{SPANS[0]:g} K. Record a warm-up from cold."
+        )
+    if model.span >= SPANS[0] and not model.time_apart:
+        notes.append(
+            "Temperature and time went together (correlation "
+            f"{model.time_correlation:.2f}): a drift in time cannot be told from one of "
+            "temperature. Let it cool down and warm up again in the same record."
+        )
+    if model.step > 0.0:
+        notes.append(f"The thermometer moves in steps of {model.step:g} K: read between them.")
+    notes += [
+        f"{name}: the bias at equal temperature differs by {one:.2g} ± {one.sigma:.1g} "
+        f"{model.unit} between warming and cooling: the thermometer is not at the gyro's "
+        "temperature, or the gyro has a memory."
+        for name, one in zip(model.names, model.hystereses, strict=True)
+        if one.known and abs(one) > _CERTAIN * one.sigma
+    ]
+    if blocks.still < 0.5:
+        notes.append(f"Only {100.0 * blocks.still:.2g} % of the record is at rest and was used.")
+    return notes

@@ -1,5 +1,0 @@
-"""Records without the details that are no larger than noise."""
-
-from zerorate.denoise.wavelet import Denoised, denoise
-
-__all__ = ["Denoised", "denoise"]

@@ -1,0 +1,5 @@
+"""Records without the details that are no larger than noise."""
+
+from zerorate.denoising.wavelet import Denoised, denoise
+
+__all__ = ["Denoised", "denoise"]

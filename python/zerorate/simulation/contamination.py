@@ -1,0 +1,219 @@
+"""Faults of real logs, put into a record: outliers, bursts of them, a sensor that is stuck."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.simulation.gyro import not_negative, whole
+from zerorate.types import Booleans, Floats
+
+__all__ = ["Contamination"]
+
+_EVERY: Final = 60.0
+"""Seconds from the beginning of one burst's turn to that of the next."""
+
+_SIGMA_OF_MEDIAN: Final = 1.482602218505602
+"""Standard deviation over median size of a Gaussian variable."""
+
+# A new fault goes to the end: what old seeds draw for those before it stays.
+_STREAMS: Final = ("share", "burst")
+
+
+@dataclass(frozen=True)
+class Contamination:
+    """Faults to put into a record.
+
+    Parameters
+    ----------
+    share : float
+        Share of the samples that are moved, each by chance, 0 to 1.
+    size : float
+        How far, in deviations of the record: see Notes.
+    one_sided : bool
+        Whether all are moved upwards; by default each goes either way by chance.
+    burst : int
+        Neighbouring samples that are moved as far once a minute, at a random place in it. A record
+        that ends within a minute may end before the burst.
+    stuck : float
+        Seconds, from the middle of the record on, in which the last value before is repeated.
+    at_zero : bool
+        Whether it is stuck at zero instead.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range, there is no fault, or a size without outliers or the
+        other way round, or `at_zero` without `stuck`.
+
+    Notes
+    -----
+    The deviation of a record is 1.4826/sqrt(2) times the median size of its steps from one sample
+    to the next: the standard deviation of white noise, whatever the level, its drift or the unit.
+    Where half the steps are zero, that of a coarse output, their root mean square counts instead.
+    The deviation of a constant record is zero, and so is the size of its outliers.
+
+    Examples
+    --------
+    >>> faults = Contamination.parse("share=0.05,size=100,one-sided")
+    >>> faults
+    Contamination(share=0.05, size=100.0, one_sided=True, burst=0, stuck=0.0, at_zero=False)
+    >>> z = np.random.default_rng(1).standard_normal(10_000)
+    >>> int(np.count_nonzero(faults.apply(z, rate=100.0, seed=1) - z > 90.0))
+    497
+    """
+
+    share: float = 0.0
+    size: float = 0.0
+    one_sided: bool = False
+    burst: int = 0
+    stuck: float = 0.0
+    at_zero: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the numbers, and that they mean something together."""
+        if not 0.0 <= self.share <= 1.0:
+            raise ValueError(f"share must be 0 to 1, got {self.share}")
+        not_negative("size", self.size)
+        whole("burst", self.burst, 0)
+        not_negative("stuck", self.stuck)
+        outliers = self.share > 0.0 or self.burst > 0
+        if not (outliers or self.stuck > 0.0):
+            raise ValueError("a contamination needs share, burst or stuck above 0")
+        if outliers != (self.size > 0.0):
+            raise ValueError("share and burst need a size above 0, and a size needs one of them")
+        if self.one_sided and not outliers:
+            raise ValueError("one_sided is for share and burst only")
+        if self.at_zero and not self.stuck > 0.0:
+            raise ValueError("at_zero needs stuck above 0")
+
+    @classmethod
+    def parse(cls, text: str) -> Contamination:
+        """Return the contamination of a text such as ``burst=20,size=30`` or ``stuck=10,at-zero``.
+
+        Raises
+        ------
+        ValueError
+            If a word is not known or stands twice, or a value is no number.
+        """
+        found: dict[str, Any] = {}
+        for word in text.split(","):
+            name, sign, value = (part.strip() for part in word.partition("="))
+            if name not in _KINDS or (_KINDS[name] is bool) == bool(sign):
+                raise ValueError(f"a contamination is made of {_WORDS}, got '{word.strip()}'")
+            if name in found:
+                raise ValueError(f"{name} stands twice in '{text}'")
+            found[name] = True if _KINDS[name] is bool else _number(name, value)
+        return cls(**{name.replace("-", "_"): value for name, value in found.items()})
+
+    def __str__(self) -> str:
+        """Return the text that `parse` reads."""
+        return ",".join(self._words())
+
+    def apply(self, z: npt.ArrayLike, rate: float, seed: int) -> Floats:
+        """Return a contaminated copy of a record.
+
+        Parameters
+        ----------
+        z : array_like, shape (n,) or (n, k)
+            Samples in any unit; what is not finite is missing, and stays.
+        rate : float
+            Samples per second, Hz.
+        seed : int
+            Not negative. The same arguments give the same copy. Each channel and each kind of
+            fault draws from its own stream, so channel i does not depend on how many there are.
+
+        Returns
+        -------
+        ndarray of float64, the shape of `z`
+            The record with its outliers, then stuck.
+
+        Raises
+        ------
+        ValueError
+            If `z` has another shape, rate is not positive and finite, or the seed is not a whole
+            number from 0.
+        """
+        samples = np.array(z, dtype=np.float64)
+        if samples.ndim not in (1, 2):
+            raise ValueError(f"z must have the shape (n,) or (n, k), got {samples.shape}")
+        if not 0.0 < rate < math.inf:
+            raise ValueError(f"rate must be positive and finite, got {rate}")
+        columns = np.atleast_2d(samples.T)
+        seeds = np.random.SeedSequence(whole("seed", seed, 0)).spawn(len(columns))
+        for column, own in zip(columns, seeds, strict=True):
+            there = np.isfinite(column)
+            column[there] = self._contaminated(column, there, rate, own)[there]
+        return samples
+
+    def stuck_span(self, n: int, rate: float) -> slice:
+        """Return which of n samples are stuck."""
+        return slice(n // 2, min(n, n // 2 + round(self.stuck * rate)))
+
+    def _contaminated(
+        self, z: Floats, there: Booleans, rate: float, seed: np.random.SeedSequence
+    ) -> Floats:
+        seeds = dict(zip(_STREAMS, seed.spawn(len(_STREAMS)), strict=True))
+        moved = z.copy()
+        if self.size > 0.0:
+            step = self.size * _deviation(z, there)
+            moved += step * self._outliers(z.size, np.random.default_rng(seeds["share"]))
+            moved += step * self._bursts(z.size, rate, np.random.default_rng(seeds["burst"]))
+        span = self.stuck_span(z.size, rate)
+        before = moved[: span.start][there[: span.start]]
+        moved[span] = 0.0 if self.at_zero or not before.size else before[-1]
+        return moved
+
+    def _outliers(self, n: int, random: np.random.Generator) -> Floats:
+        chosen = random.random(n) < self.share
+        return chosen * self._signs(n, random)
+
+    def _bursts(self, n: int, rate: float, random: np.random.Generator) -> Floats:
+        bursts = np.zeros(n)
+        minute = max(1, round(_EVERY * rate))
+        for begin in range(0, n if self.burst else 0, minute):
+            first = begin + int(random.integers(max(1, minute - self.burst + 1)))
+            end = min(first + self.burst, n)
+            bursts[first:end] = self._signs(self.burst, random)[: max(0, end - first)]
+        return bursts
+
+    def _signs(self, n: int, random: np.random.Generator) -> Floats:
+        signs = random.choice((-1.0, 1.0), n)
+        return np.ones(n) if self.one_sided else signs
+
+    def _words(self) -> Iterator[str]:
+        for field in fields(self):
+            value, name = getattr(self, field.name), field.name.replace("_", "-")
+            if value != field.default:
+                yield name if value is True else f"{name}={value:.15g}"
+
+
+_KINDS: Final = {
+    field.name.replace("_", "-"): type(field.default) for field in fields(Contamination)
+}
+"""What each word of a text stands for."""
+
+_WORDS: Final = ", ".join(name if kind is bool else f"{name}=" for name, kind in _KINDS.items())
+
+
+def _number(name: str, text: str) -> float | int:
+    try:
+        return int(text) if _KINDS[name] is int else float(text)
+    except ValueError:
+        kind = "a whole number" if _KINDS[name] is int else "a number"
+        raise ValueError(f"{name} must be {kind}, got '{text}'") from None
+
+
+def _deviation(z: Floats, there: Booleans) -> float:
+    """Return the deviation of white noise with steps of this size."""
+    steps = np.abs(np.diff(np.where(there, z, np.nan)))
+    steps = steps[np.isfinite(steps)]
+    if not steps.any():
+        return 0.0
+    typical = _SIGMA_OF_MEDIAN * float(np.median(steps)) or float(np.sqrt(np.mean(steps**2)))
+    return typical / math.sqrt(2.0)

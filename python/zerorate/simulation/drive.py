@@ -1,0 +1,532 @@
+"""A simulated drive: inertial sensors and fixes of a car whose way and errors are known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.geometry.earth import (
+    SEMI_MAJOR_AXIS,
+    earth_rate,
+    moved,
+    normal_gravity,
+    radii,
+    transport_rate,
+    wrapped,
+)
+from zerorate.geometry.rotations import (
+    cumulative_product,
+    inverse,
+    of_rotation_vectors,
+    product,
+    unit,
+)
+from zerorate.io import Log, Recording
+from zerorate.io.log import checked_rate
+from zerorate.navigation.fixes import Fixes
+from zerorate.noise import NoiseModel
+from zerorate.simulation.devices import Device
+from zerorate.simulation.gyro import not_negative, simulate, whole
+from zerorate.simulation.hand import fixed, given_or_drawn, turned
+from zerorate.types import Floats, Integers
+
+__all__ = ["SimulatedDrive", "simulate_drive"]
+
+Noise: TypeAlias = NoiseModel | Device | Literal["consumer"] | None
+
+_CONSUMER: Final = {
+    "gyro": NoiseModel(angle_random_walk=1e-4, rate_random_walk=2e-6),
+    "accel": NoiseModel(angle_random_walk=1e-3, rate_random_walk=2e-5, quantity="acceleration"),
+}
+# A new stream goes to the end: what old seeds draw for those before it stays.
+_STREAMS: Final = ("way", "bias", "gyro", "accel", "fixes")
+_LONGEST: Final = 3600.0
+"""Seconds after which the height of unaided navigation, which is unstable, has left the road."""
+_ROUNDS: Final = 60
+_SETTLED: Final = 5e-9
+"""Metres by which the last round may move the way: a few units in the last place of a longitude."""
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedDrive:
+    """A simulated drive of n samples, with all that is true of it.
+
+    North, east and down are the axes of the earth; forward, right and down those of the body.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Of the samples, s.
+    rate : float
+        Hz.
+    gyro, accel : ndarray, shape (n, 3)
+        What the sensors give, rad/s and m/s^2.
+    fixes : Fixes
+        What the receiver gives, of its antenna.
+    truth_position : ndarray, shape (n, 3)
+        Of the inertial sensors: latitude and longitude, deg, and height, m.
+    truth_velocity : ndarray, shape (n, 3)
+        North, east and down, m/s.
+    truth_attitude : ndarray, shape (n, 4)
+        Quaternions w, x, y, z from the axes of the body to those of the earth.
+    gyro_bias, accel_bias : ndarray, shape (n, 3)
+        Constant and drift, rad/s and m/s^2. Samples less bias are the truth and white noise.
+    antenna : ndarray, shape (3,)
+        From the inertial sensors, in the axes of the body, m.
+    source : str
+        Kind and seed, in words.
+    """
+
+    time: Floats
+    rate: float
+    gyro: Floats
+    accel: Floats
+    fixes: Fixes
+    truth_position: Floats
+    truth_velocity: Floats
+    truth_attitude: Floats
+    gyro_bias: Floats
+    accel_bias: Floats
+    antenna: Floats
+    source: str = "a simulated drive"
+
+    def recording(self) -> Recording:
+        """Return gyro and accelerometer as a recording."""
+
+        def log(values: Floats, kind: str, suffix: str, unit: str) -> Log:
+            names = tuple(f"{kind}_{axis}_{suffix}" for axis in "xyz")
+            return Log(self.time, self.rate, values, names, unit, {"source": self.source})
+
+        logs = {
+            "gyro": log(self.gyro, "gyro", "radps", "rad/s"),
+            "accel": log(self.accel, "accel", "mps2", "m/s^2"),
+        }
+        return Recording(logs, self.source)
+
+
+def simulate_drive(
+    duration: float = 400.0,
+    rate: float = 100.0,
+    *,
+    seed: int = 0,
+    latitude: float = 48.0,
+    longitude: float = 11.0,
+    height: float = 500.0,
+    kind: Literal["drive", "rest"] = "drive",
+    rest: float = 30.0,
+    gyro: Noise = "consumer",
+    accel: Noise = "consumer",
+    gyro_bias: npt.ArrayLike = 1e-3,
+    accel_bias: npt.ArrayLike = 0.02,
+    fixes_rate: float = 1.0,
+    sigma_position: npt.ArrayLike = 2.0,
+    sigma_velocity: npt.ArrayLike = 0.1,
+    antenna: npt.ArrayLike = (0.0, 0.0, 0.0),
+) -> SimulatedDrive:
+    """Simulate gyro, accelerometer and receiver of a car whose way is known.
+
+    Parameters
+    ----------
+    duration : float
+        Seconds, up to 3600. Default 400.
+    rate : float
+        Samples of gyro and accelerometer per second, Hz. Default 100.
+    seed : int
+        Not negative. The same arguments give the same samples. The way, the biases, each noise and
+        the fixes draw from streams of their own: another noise is on the same way.
+    latitude, longitude, height : float
+        Where it starts: deg within 85 and 180, and m above the ellipsoid.
+    kind : {"drive", "rest"}
+        A car in a town: it rests, gathers speed up to 8 to 18 m/s, slows down for corners, follows
+        bends, stops and goes on, over hills and on cambered roads. Or one that stands all the time.
+    rest : float
+        Seconds at rest at the start; default 30.
+    gyro, accel : NoiseModel, Device, "consumer" or None
+        Noise of each axis, without its constant bias; that of the accelerometer in m/s^2. By
+        default a gyro of 1e-4 rad/s/sqrt(Hz) and 2e-6 rad/s/sqrt(s), and an accelerometer of
+        1e-3 m/s^2/sqrt(Hz) and 2e-5 m/s^2/sqrt(s). None is no noise.
+    gyro_bias, accel_bias : float or array_like, shape (3,)
+        Standard deviation of the constant bias that is drawn, or its values: rad/s and m/s^2.
+    fixes_rate : float
+        Fixes per second, Hz, up to `rate`. Each is at the time of a sample, the first at 0.
+    sigma_position, sigma_velocity : float or array_like, shape (3,)
+        Standard deviations of the fixes' white noise north, east and down, m and m/s, which the
+        fixes tell as well; with 0 they tell nothing.
+    antenna : array_like, shape (3,)
+        From the inertial sensors, forward, right and down, m.
+
+    Returns
+    -------
+    SimulatedDrive
+        What the sensors and the receiver give, and what is true.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not as described.
+
+    Notes
+    -----
+    A closed form of time gives heading, speed, and, along the road, pitch and roll. From it follow
+    angular rate and specific force at the samples, without differences. The truth is then what
+    strapdown navigation makes of these samples, step by step: coning and sculling of two samples,
+    ``v + C delta + (g - (2 Omega + rho) x v - (Omega + rho) x C delta / 2) dt``, position by the
+    mean of two velocities, radii and gravity anew at each step. So a filter with that
+    mechanisation returns the truth to rounding from samples without error. The other way round,
+    samples from a given way, means that are known would be taken apart into samples that
+    oscillate. The truth leaves the closed form by centimetres, and moves sideways by less than
+    1 mm/s in 400 s, 2 mm/s in an hour: the wheels hardly slip. All steps are taken at once, by
+    successive approximation.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> drive = zr.simulate_drive(120.0, seed=3)
+    >>> drive.gyro.shape, drive.fixes
+    ((12000, 3), Fixes(120 in 119 s, positions, velocities, sigmas))
+    >>> bool((drive.truth_velocity[:3000] ** 2).sum(axis=1).max() < 1e-12)
+    True
+    """
+    hertz = checked_rate(rate)
+    n = _samples(duration, hertz)
+    start = _start(latitude, longitude, height)
+    random = _streams(seed)
+    if kind not in ("drive", "rest"):
+        raise ValueError(f"kind must be 'drive' or 'rest', got {kind!r}")
+    seconds = np.arange(n) / hertz
+    still = not_negative("rest", rest) if kind == "drive" else math.inf
+    road = _Road.drawn(random["way"], still, duration)
+    rates, force, begin = _samples_of(road, seconds, hertz, start)
+    way = _navigated(rates, force, hertz, start, begin)
+    parts = {
+        "gyro": _drift(gyro, "gyro", hertz, n, random["gyro"]),
+        "accel": _drift(accel, "accel", hertz, n, random["accel"]),
+    }
+    biases = {
+        name: given_or_drawn(f"{name}_bias", given, (3,), random["bias"]) + parts[name][1]
+        for name, given in (("gyro", gyro_bias), ("accel", accel_bias))
+    }
+    lever = fixed("antenna", antenna, (3,))
+    # The rate against the earth, which carries the antenna.
+    spin = rates - turned(inverse(way.attitude), earth_rate(way.position[:, 0]))
+    return SimulatedDrive(
+        time=seconds,
+        rate=hertz,
+        gyro=rates + biases["gyro"] + parts["gyro"][0],
+        accel=force + biases["accel"] + parts["accel"][0],
+        fixes=_fixes(
+            way,
+            spin,
+            lever,
+            seconds,
+            _moments(fixes_rate, hertz, n),
+            (_sigma("sigma_position", sigma_position), _sigma("sigma_velocity", sigma_velocity)),
+            random["fixes"],
+        ),
+        truth_position=way.in_degrees(),
+        truth_velocity=way.velocity,
+        truth_attitude=way.attitude,
+        gyro_bias=biases["gyro"],
+        accel_bias=biases["accel"],
+        antenna=lever,
+        source=f"simulated {kind}, seed {seed}",
+    )
+
+
+def _streams(seed: int) -> dict[str, np.random.Generator]:
+    children = np.random.SeedSequence(whole("seed", seed, 0)).spawn(len(_STREAMS))
+    return dict(zip(_STREAMS, map(np.random.default_rng, children), strict=True))
+
+
+def _samples(duration: float, rate: float) -> int:
+    if not (2.0 / rate <= duration <= _LONGEST):
+        raise ValueError(
+            f"duration must be two samples or longer, and {_LONGEST:g} s at most, got {duration}"
+        )
+    return round(duration * rate)
+
+
+def _start(latitude: float, longitude: float, height: float) -> Floats:
+    """Return the first position, rad, rad and m."""
+    if not (abs(latitude) <= 85.0 and abs(longitude) <= 180.0 and -1e4 <= height <= 1e5):
+        raise ValueError(
+            "latitude must be within 85 deg, longitude within 180 deg and height from -1e4 to 1e5 "
+            f"m, got {latitude}, {longitude} and {height}"
+        )
+    return np.array([math.radians(latitude), math.radians(longitude), height])
+
+
+def _sigma(name: str, given: npt.ArrayLike) -> Floats:
+    sigma = np.full(3, float(given)) if np.ndim(given) == 0 else given  # type: ignore[arg-type]
+    numbers = fixed(name, sigma, (3,))
+    if (numbers < 0.0).any():
+        raise ValueError(f"{name} must not be negative, got {numbers}")
+    return numbers
+
+
+def _moments(fixes_rate: float, rate: float, n: int) -> Integers:
+    """Return the samples at which there is a fix."""
+    if not 0.0 < fixes_rate <= rate:
+        raise ValueError(f"fixes_rate must be above 0 and {rate:g} Hz at most, got {fixes_rate}")
+    count = math.ceil(n * fixes_rate / rate)
+    found = np.rint(np.arange(count) * (rate / fixes_rate)).astype(np.int64)
+    within: Integers = found[found < n]
+    return within
+
+
+def _drift(
+    noise: Noise, name: str, rate: float, n: int, random: np.random.Generator
+) -> tuple[Floats, Floats]:
+    """Return white noise and drift of three axes."""
+    seed = int(random.integers(2**63))
+    if noise is None:
+        return np.zeros((n, 3)), np.zeros((n, 3))
+    if isinstance(noise, str) and noise != "consumer":
+        raise ValueError(
+            f"{name} must be a NoiseModel, a Device, 'consumer' or None, got {noise!r}"
+        )
+    model = _CONSUMER[name] if isinstance(noise, str) else noise
+    signal, drift = simulate(model, rate, n / rate, seed, axes=3, resolution=0.0, turn_on_bias=0.0)
+    return signal - drift, drift
+
+
+def _fixes(
+    way: _Way,
+    spin: Floats,
+    antenna: Floats,
+    seconds: Floats,
+    moments: Integers,
+    sigmas: tuple[Floats, Floats],
+    random: np.random.Generator,
+) -> Fixes:
+    attitude = way.attitude[moments]
+    noise = random.standard_normal((2, moments.size, 3))
+    lever = turned(attitude, np.tile(antenna, (moments.size, 1)))
+    carried = turned(attitude, np.cross(spin[moments], antenna))
+    told = [np.tile(s, (moments.size, 1)) if s.all() else None for s in sigmas]
+    return Fixes(
+        seconds[moments],
+        moved(way.in_degrees()[moments], lever + sigmas[0] * noise[0]),
+        way.velocity[moments] + carried + sigmas[1] * noise[1],
+        sigma_position=told[0],
+        sigma_velocity=told[1],
+        source="simulated fixes",
+    )
+
+
+_Leg: TypeAlias = tuple[float, float, float, float]
+"""Seconds, speed at the beginning and at the end, m/s, and the turn to the right, rad."""
+
+
+@dataclass(frozen=True)
+class _Road:
+    """Legs of a way with their starts, and the waves of its slope and camber."""
+
+    starts: Floats
+    legs: Floats
+    heading: float
+    slope: Floats
+    camber: Floats
+
+    @classmethod
+    def drawn(cls, random: np.random.Generator, rest: float, duration: float) -> _Road:
+        """Return a way that is as long as the drive."""
+        heading = random.uniform(0.0, 2.0 * math.pi)
+        slope, camber = _waves(random, 0.02), _waves(random, 0.015)
+        # A rest without end would not have a part of itself.
+        legs: list[_Leg] = [(min(rest, duration) + 1e-9, 0.0, 0.0, 0.0)]
+        while sum(leg[0] for leg in legs) < duration:
+            legs += _between_stops(random)
+        table = np.array(legs)
+        starts = np.concatenate([[0.0], np.cumsum(table[:-1, 0])])
+        return cls(starts, table, heading, slope, camber)
+
+    def at(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return angles roll, pitch and yaw with their derivatives, (n, 3), speed and its own."""
+        leg = np.searchsorted(self.starts, t, side="right") - 1
+        length, before, after, turn = self.legs[leg].T
+        part = np.clip((t - self.starts[leg]) / length, 0.0, 1.0)
+        eased, pace, passed = _eased(part)
+        speed = before + (after - before) * eased
+        distance = self._distances()[leg] + length * (before * part + (after - before) * passed)
+        turned_before = np.concatenate([[0.0], np.cumsum(self.legs[:-1, 3])])[leg]
+        yaw = self.heading + turned_before + turn * eased
+        roll, tilting = _sum_of(self.camber, distance)
+        pitch, climbing = _sum_of(self.slope, distance)
+        angles = np.column_stack([roll, pitch, yaw])
+        rates = np.column_stack([speed * tilting, speed * climbing, turn * pace / length])
+        return angles, rates, speed, (after - before) * pace / length
+
+    def _distances(self) -> Floats:
+        """Return the metres driven before each leg."""
+        lengths, before, after, _ = self.legs.T
+        driven: Floats = np.concatenate([[0.0], np.cumsum(0.5 * (before + after) * lengths)[:-1]])
+        return driven
+
+
+def _eased(part: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return a step from 0 to 1 of least jerk, its derivative and its integral."""
+    eased = part**3 * (10.0 - part * (15.0 - 6.0 * part))
+    return eased, 30.0 * (part * (1.0 - part)) ** 2, part**4 * (2.5 - part * (3.0 - part))
+
+
+def _waves(random: np.random.Generator, rms: float) -> Floats:
+    """Return amplitudes, rad, wave numbers, rad/m, and phases of four waves, shape (3, 4)."""
+    lengths, phases = random.uniform(120.0, 600.0, 4), random.uniform(0.0, 2.0 * math.pi, 4)
+    return np.array([np.full(4, rms * math.sqrt(0.5)), 2.0 * math.pi / lengths, phases])
+
+
+def _sum_of(waves: Floats, distance: Floats) -> tuple[Floats, Floats]:
+    amplitudes, numbers, phases = waves
+    argument = numbers * distance[:, None] + phases
+    return np.sin(argument) @ amplitudes, np.cos(argument) @ (numbers * amplitudes)
+
+
+def _between_stops(random: np.random.Generator) -> list[_Leg]:
+    """Return a drive from one stop to the next, and the rest there."""
+    speeds, turns = [0.0], [0.0]
+    for _ in range(int(random.integers(1, 4))):
+        speeds += [random.uniform(8.0, 18.0)] * 2
+        # A bend, or straight on.
+        turns += [0.0, random.choice([0.0, -1.0, 1.0]) * random.uniform(0.1, 0.7)]
+        if random.random() < 0.7:
+            corner = random.choice([-1.0, 1.0]) * random.uniform(1.0, 1.9)
+            speeds += [random.uniform(4.0, 8.0)] * 2
+            turns += [0.0, corner]
+    speeds.append(0.0)
+    turns.append(0.0)
+    legs = [
+        _leg(random, before, after, turn)
+        for (before, after), turn in zip(pairwise(speeds), turns[1:], strict=True)
+    ]
+    return [*legs, (random.uniform(4.0, 12.0), 0.0, 0.0, 0.0)]
+
+
+def _leg(random: np.random.Generator, before: float, after: float, turn: float) -> _Leg:
+    if before != after:
+        return abs(after - before) / random.uniform(0.8, 1.6), before, after, 0.0
+    straight = random.uniform(5.0, 15.0)
+    # The rate is up to 1.9 times its mean, and speed times rate thus no more than 3 m/s^2.
+    return straight if turn == 0.0 else abs(turn) * before / 1.6, before, after, turn
+
+
+def _samples_of(
+    road: _Road, seconds: Floats, rate: float, start: Floats
+) -> tuple[Floats, Floats, _Way]:
+    """Return angular rates and specific forces at the samples, and the way in closed form."""
+    angles, derivatives, speed, gained = road.at(seconds)
+    attitude = _attitudes(angles)
+    turning = _body_rates(angles, derivatives)
+    ahead = np.tile([1.0, 0.0, 0.0], (len(seconds), 1))
+    velocity = turned(attitude, ahead * speed[:, None])
+    position = _driven(velocity, rate, start, np.tile(start, (len(seconds), 1)))
+    for _ in range(2):
+        position = _driven(velocity, rate, start, position)
+    latitude, _, height = position.T
+    earth, way = earth_rate(latitude), transport_rate(latitude, height, velocity)
+    down = np.zeros_like(velocity)
+    down[:, 2] = normal_gravity(latitude, height)
+    to_body = inverse(attitude)
+    rates = turning + turned(to_body, earth + way)
+    force = ahead * gained[:, None] + speed[:, None] * np.cross(turning, ahead)
+    force += turned(to_body, np.cross(2.0 * earth + way, velocity) - down)
+    return rates, force, _Way(position, velocity, attitude)
+
+
+def _attitudes(angles: Floats) -> Floats:
+    """Return quaternions of roll, pitch and yaw, yaw first."""
+    whole = np.zeros((3, len(angles), 3))
+    for axis in range(3):
+        whole[axis, :, axis] = angles[:, axis]
+    roll, pitch, yaw = (of_rotation_vectors(vectors) for vectors in whole)
+    return product(yaw, product(pitch, roll))
+
+
+def _body_rates(angles: Floats, derivatives: Floats) -> Floats:
+    """Return the rate in the axes of the body from the derivatives of roll, pitch and yaw."""
+    roll, pitch, _ = angles.T
+    rolling, pitching, yawing = derivatives.T
+    level = yawing * np.cos(pitch)
+    return np.column_stack(
+        [
+            rolling - yawing * np.sin(pitch),
+            pitching * np.cos(roll) + level * np.sin(roll),
+            level * np.cos(roll) - pitching * np.sin(roll),
+        ]
+    )
+
+
+@dataclass(frozen=True)
+class _Way:
+    """Positions, rad, rad and m, velocities and attitudes at the samples."""
+
+    position: Floats
+    velocity: Floats
+    attitude: Floats
+
+    def in_degrees(self) -> Floats:
+        degrees = np.degrees(self.position[:, :2])
+        return np.column_stack([degrees[:, 0], wrapped(degrees[:, 1]), self.position[:, 2]])
+
+
+def _navigated(rates: Floats, force: Floats, rate: float, start: Floats, guess: _Way) -> _Way:
+    """Return what strapdown navigation makes of samples, begun where the guess begins.
+
+    Each round takes the rates of the local axes, gravity and radii from the way of the round
+    before. The way depends on these so weakly that a few rounds settle it.
+    """
+    dt = 1.0 / rate
+    theta, delta = _increments(rates, force, dt)
+    steps = cumulative_product(of_rotation_vectors(theta))
+    way = guess
+    for _ in range(_ROUNDS):
+        after = _approximated(way, steps, delta, dt, start)
+        change = np.abs(after.position - way.position) * [SEMI_MAJOR_AXIS, SEMI_MAJOR_AXIS, 1.0]
+        way = after
+        if change.max() < _SETTLED:
+            return way
+    raise AssertionError("the way does not settle")
+
+
+def _approximated(way: _Way, steps: Floats, delta: Floats, dt: float, start: Floats) -> _Way:
+    latitude, height, velocity = way.position[:-1, 0], way.position[:-1, 2], way.velocity[:-1]
+    earth, transport = earth_rate(latitude), transport_rate(latitude, height, velocity)
+    local = inverse(cumulative_product(of_rotation_vectors((earth + transport) * dt)))
+    first = way.attitude[:1]
+    attitude = np.concatenate([first, unit(product(product(local, first), steps))])
+    pushed = turned(attitude[:-1], delta)
+    slow = -np.cross(2.0 * earth + transport, velocity)
+    slow -= 0.5 * np.cross(earth + transport, pushed)
+    slow[:, 2] += normal_gravity(latitude, height)
+    gained = np.cumsum(pushed + slow * dt, axis=0)
+    moving = np.concatenate([way.velocity[:1], way.velocity[:1] + gained])
+    return _Way(_driven(moving, 1.0 / dt, start, way.position), moving, attitude)
+
+
+def _driven(velocity: Floats, rate: float, start: Floats, near: Floats) -> Floats:
+    """Return the positions at the samples, by radii at others that are near."""
+    latitude, _, height = near[:-1].T
+    meridian, normal = radii(latitude)
+    mean = 0.5 * (velocity[:-1] + velocity[1:]) / rate
+    change = np.column_stack(
+        [
+            mean[:, 0] / (meridian + height),
+            mean[:, 1] / ((normal + height) * np.cos(latitude)),
+            -mean[:, 2],
+        ]
+    )
+    return np.concatenate([start[None], start + np.cumsum(change, axis=0)])
+
+
+def _increments(rates: Floats, force: Floats, dt: float) -> tuple[Floats, Floats]:
+    """Return rotation vectors and changes of velocity from sample to sample."""
+    w0, w1, f0, f1 = rates[:-1], rates[1:], force[:-1], force[1:]
+    theta = 0.5 * (w0 + w1) * dt + np.cross(w0, w1) * (dt * dt / 12.0)
+    delta = 0.5 * (f0 + f1) * dt + np.cross(w0 + w1, f0 + f1) * (dt * dt / 8.0)
+    delta += (np.cross(w0, f1 - f0) + np.cross(f0, w1 - w0)) * (dt * dt / 12.0)
+    return theta, delta

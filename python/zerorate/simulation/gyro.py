@@ -1,0 +1,196 @@
+"""Sensor signals at rest whose noise coefficients, and whose true drift, are known."""
+
+import math
+from numbers import Integral
+from typing import Final
+
+import numpy as np
+
+from zerorate.noise import NoiseModel
+from zerorate.simulation import sequences
+from zerorate.simulation.devices import Device
+from zerorate.types import Floats
+
+__all__ = ["not_negative", "simulate", "whole"]
+
+
+_MOST_SAMPLES: Final = 10**9
+# A new term goes to the end: the streams before it, and so the signals of old seeds, stay.
+_STREAMS: Final = (
+    "turn-on bias",
+    "white",
+    "flicker",
+    "walk",
+    "quantization",
+    "markov",
+    "sinusoid",
+)
+
+
+def simulate(
+    model: NoiseModel | Device,
+    rate: float,
+    duration: float,
+    seed: int,
+    *,
+    axes: int | None = None,
+    resolution: float | None = None,
+    turn_on_bias: float | None = None,
+) -> tuple[Floats, Floats]:
+    """Simulate a gyro at rest and return its output with the drift in it.
+
+    Parameters
+    ----------
+    model : NoiseModel or Device
+        Noise of every axis. A device also brings its resolution and turn-on bias.
+    rate : float
+        Samples per second, Hz.
+    duration : float
+        Length in s; ``round(rate * duration)`` samples are made.
+    seed : int
+        Not negative. The same arguments give the same signal. Each axis and each noise term
+        draws from its own stream, so axis i does not depend on how many axes there are, nor one
+        term on the others.
+    axes : int, optional
+        Number of axes. None (the default) gives 1-D arrays, equal to axis 0 of any number.
+    resolution : float, optional
+        Step to which the output is rounded, rad/s; 0 is none. Default: the device's, else 0.
+    turn_on_bias : float, optional
+        Standard deviation of the constant bias drawn for each axis, rad/s. Default: the
+        device's, else 0.
+
+    Returns
+    -------
+    signal : ndarray of float64, shape (n,) or (n, axes)
+        Output in rad/s (m/s^2 for a model of acceleration): drift, white noise, quantization
+        noise and rounding.
+    truth : ndarray of float64, the shape of `signal`
+        What a perfect drift filter would report, in the same unit: turn-on bias, flicker, random
+        walk, ramp, Markov noise and sinusoids, without white and quantization noise and rounding.
+
+    Raises
+    ------
+    ValueError
+        If rate or duration is not positive and finite or gives no sample, if the seed is not a
+        whole number from 0, axes not one from 1, or resolution or turn_on_bias negative or not
+        finite.
+
+    Notes
+    -----
+    White noise has deviation N/sqrt(dt), the random walk starts at 0 and takes steps of deviation
+    K sqrt(dt). Flicker noise is white noise of variance B^2 through the causal fractional
+    integrator (1 - 1/z)^(-1/2), whose density is B^2/(2 pi f) well under the sampling rate:
+    N. J. Kasdin, "Discrete simulation of colored noise and stochastic processes and 1/f^alpha
+    power law noise generation", Proc. IEEE 83(5), 1995, section III.B, alpha = 1. It starts from
+    rest as well, so drift grows from the turn-on bias.
+
+    Quantization noise is the difference of successive errors of the angle, white of deviation Q,
+    times the rate. Markov noise is stationary from the first sample on, of variance
+    q_c^2 T_c / 2, and decays by exp(-dt/T_c) a sample, exact for the rate. Sinusoids start at a
+    random phase, are taken at the samples' instants and are drift: no part of them averages out
+    as white noise does.
+
+    A coefficient that is not identifiable counts by its value, not by its bound.
+
+    Examples
+    --------
+    >>> model = NoiseModel(angle_random_walk=1e-4, rate_random_walk=1e-6)
+    >>> signal, truth = simulate(model, rate=100.0, duration=60.0, seed=1)
+    >>> signal.shape, round(1e3 * float((signal - truth).std()), 2)
+    ((6000,), 1.0)
+    """
+    n = _samples(rate, duration)
+    whole_seed = whole("seed", seed, 0)
+    n_axes = 1 if axes is None else whole("axes", axes, 1)
+    noise, step, bias_sigma = _parts(model, resolution, turn_on_bias)
+    signal, truth = np.empty((n, n_axes)), np.empty((n, n_axes))
+    for i, axis_seed in enumerate(np.random.SeedSequence(whole_seed).spawn(n_axes)):
+        signal[:, i], truth[:, i] = _axis(noise, rate, n, bias_sigma, axis_seed)
+    if step > 0.0:
+        signal = np.round(signal / step) * step
+    return (signal[:, 0], truth[:, 0]) if axes is None else (signal, truth)
+
+
+def _axis(
+    noise: NoiseModel, rate: float, n: int, bias_sigma: float, seed: np.random.SeedSequence
+) -> tuple[Floats, Floats]:
+    seeds = dict(zip(_STREAMS, seed.spawn(len(_STREAMS)), strict=True))
+
+    def random(stream: str) -> np.random.Generator:
+        return np.random.default_rng(seeds[stream])
+
+    truth = np.full(n, bias_sigma * random("turn-on bias").standard_normal())
+    if noise.bias_instability > 0.0:
+        truth += noise.bias_instability * sequences.flicker(random("flicker").standard_normal(n))
+    if noise.rate_random_walk > 0.0:
+        step = noise.rate_random_walk / math.sqrt(rate)
+        truth += step * sequences.walk(random("walk").standard_normal(n))
+    if noise.rate_ramp != 0.0:
+        truth += noise.rate_ramp / rate * np.arange(n)
+    if noise.markov:
+        _add_markov(truth, noise, rate, seeds["markov"])
+    if noise.sinusoid:
+        _add_sinusoids(truth, noise, rate, random("sinusoid"))
+    sigma = noise.angle_random_walk * math.sqrt(rate)
+    signal = truth + sigma * random("white").standard_normal(n)
+    if noise.quantization > 0.0:
+        errors = random("quantization").standard_normal(n + 1)
+        signal += noise.quantization * rate * sequences.quantization(errors)
+    return signal, truth
+
+
+def _add_markov(
+    truth: Floats, noise: NoiseModel, rate: float, seed: np.random.SeedSequence
+) -> None:
+    """Add each term from a stream of its own, so that one does not depend on the others."""
+    for term, child in zip(noise.markov, seed.spawn(len(noise.markov)), strict=True):
+        white = np.random.default_rng(child).standard_normal(truth.size)
+        sigma = term.amplitude * math.sqrt(term.time / 2.0)
+        truth += sigma * sequences.markov(white, 1.0 / (rate * term.time))
+
+
+def _add_sinusoids(
+    truth: Floats, noise: NoiseModel, rate: float, random: np.random.Generator
+) -> None:
+    for term, phase in zip(noise.sinusoid, random.random(len(noise.sinusoid)), strict=True):
+        truth += term.amplitude * sequences.sinusoid(truth.size, term.frequency / rate, phase)
+
+
+def _parts(
+    model: NoiseModel | Device, resolution: float | None, turn_on_bias: float | None
+) -> tuple[NoiseModel, float, float]:
+    if isinstance(model, Device):
+        noise, step, sigma = model.noise, model.resolution, model.turn_on_bias
+    elif isinstance(model, NoiseModel):
+        noise, step, sigma = model, 0.0, 0.0
+    else:
+        raise ValueError(f"model must be a NoiseModel or a Device, got {type(model).__name__}")
+    step = step if resolution is None else not_negative("resolution", resolution)
+    sigma = sigma if turn_on_bias is None else not_negative("turn_on_bias", turn_on_bias)
+    return noise, step, sigma
+
+
+def _samples(rate: float, duration: float) -> int:
+    for name, value in (("rate", rate), ("duration", duration)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name} must be positive and finite, got {value}")
+    n = rate * duration
+    if not 0.5 < n <= _MOST_SAMPLES:
+        raise ValueError(
+            f"{duration} s at {rate} Hz is {n:.3g} samples: it must be 1 to {_MOST_SAMPLES:.0e}"
+        )
+    return round(n)
+
+
+def whole(name: str, value: int, least: int) -> int:
+    """Return a number that must be whole and from `least`."""
+    if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+        raise ValueError(f"{name} must be a whole number from {least}, got {value!r}")
+    return int(value)
+
+
+def not_negative(name: str, value: float) -> float:
+    """Return a number that must be finite and from 0."""
+    if not (math.isfinite(value) and value >= 0.0):
+        raise ValueError(f"{name} must be finite and not negative, got {value}")
+    return float(value)

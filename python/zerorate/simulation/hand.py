@@ -1,0 +1,261 @@
+"""Turns by hand from pose to pose, in closed form: orientation at any time, and its derivative."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.geometry.rotations import inverse, of_matrices, of_rotation_vectors, product, unit
+from zerorate.simulation.gyro import not_negative, whole
+from zerorate.types import Floats, Integers
+
+__all__ = ["Hand", "Poses", "fixed", "given_or_drawn", "hand", "turned"]
+
+Poses: TypeAlias = int | Literal["six"] | npt.ArrayLike
+
+_TREMOR: Final = (1.0, 8.0)
+"""Hz between which a hand trembles."""
+_LINES: Final = 8
+_SIX: Final = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0], [0, 0, -1], [-1, 0, 0], [0, -1, 0]])
+"""Which direction of the body is up, each at a right angle to the next."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hand:
+    """Orientations ``starts[i] Exp(vectors[i] s) Exp(aside)`` with s from 0 to 1 in a turn.
+
+    Parameters
+    ----------
+    starts
+        Quaternions of the poses, from the body to the world, shape (m, 4).
+    vectors
+        Rotation vectors of the turn from each, zero for the last, rad, shape (m, 3).
+    asides
+        How far the hand leaves the axis of the turn, evenly and oddly about its middle, rad,
+        shape (m, 2, 3).
+    rest, turn
+        Length of each rest and turn, s.
+    amplitudes, frequencies, phases
+        Of the trembling: rad/s, shape (k, 3); Hz, (k,); rad, (k, 3).
+    """
+
+    starts: Floats
+    vectors: Floats
+    asides: Floats
+    rest: float
+    turn: float
+    amplitudes: Floats
+    frequencies: Floats
+    phases: Floats
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the start of the first rest to the end of the last."""
+        return len(self.starts) * (self.rest + self.turn) - self.turn
+
+    def at(self, t: Floats) -> tuple[Floats, Floats]:
+        """Return orientations, shape (n, 4), and rates in the axes of the body, rad/s, (n, 3)."""
+        index, part = self.progress(t)
+        along, speed = _least_jerk(part)
+        vector = self.vectors[index]
+        aside, drift = self._aside(t, index, part)
+        step = of_rotation_vectors(aside)
+        main = product(self.starts[index], of_rotation_vectors(vector * along[:, None]))
+        rates = turned(inverse(step), vector * (speed / self.turn)[:, None])
+        return product(main, step), rates + _rate_of_vector(aside, drift)
+
+    def between(self, t: Floats, of_poses: Floats) -> Floats:
+        """Return what each pose has, shape (m, k), and in a turn a smooth change to the next."""
+        index, part = self.progress(t)
+        along = _least_jerk(part)[0][:, None]
+        following = np.minimum(index + 1, len(of_poses) - 1)
+        changed: Floats = of_poses[index] * (1.0 - along) + of_poses[following] * along
+        return changed
+
+    def progress(self, t: Floats) -> tuple[Integers, Floats]:
+        """Return the pose at or before each time, and how much of its turn is over, 0 to 1."""
+        length = self.rest + self.turn
+        # Rounding must not take the first sample of a rest for the last of the turn before.
+        index = np.clip(np.floor(t / length + 1e-9), 0, len(self.starts) - 1).astype(np.int64)
+        return index, np.clip((t - index * length - self.rest) / self.turn, 0.0, 1.0)
+
+    def spans(self, rate: float, n: int) -> tuple[Integers, Integers]:
+        """Return the samples of rests, shape (m, 2), and of turns, (m - 1, 2)."""
+        begin = np.arange(len(self.starts)) * (self.rest + self.turn)
+        first = np.ceil(begin * rate - 1e-6).astype(np.int64)
+        stop = np.floor((begin + self.rest) * rate + 1e-6).astype(np.int64) + 1
+        rests = np.column_stack((first, np.minimum(stop, n)))
+        return rests, np.column_stack((rests[:-1, 1] - 1, rests[1:, 0] + 1))
+
+    def _aside(self, t: Floats, index: Integers, part: Floats) -> tuple[Floats, Floats]:
+        """Return by how much the hand is off the turn's axis, rad, and the derivative."""
+        angle, rate = np.zeros((t.size, 3)), np.zeros((t.size, 3))
+        for aside, (bump, slope) in zip((0, 1), _bumps(part), strict=True):
+            angle += self.asides[index, aside] * bump[:, None]
+            rate += self.asides[index, aside] * (slope / self.turn)[:, None]
+        lines = zip(self.amplitudes, self.frequencies, self.phases, strict=True)
+        for amplitude, frequency, phase in lines:
+            pulse = 2.0 * math.pi * frequency
+            angle += amplitude / pulse * np.sin(pulse * t[:, None] + phase)
+            rate += amplitude * np.cos(pulse * t[:, None] + phase)
+        return angle, rate
+
+
+def hand(
+    poses: Poses,
+    rest: float,
+    turn: float,
+    *,
+    angles: tuple[float, float],
+    axis: npt.ArrayLike | None,
+    turns: npt.ArrayLike | None,
+    wobble: float,
+    tremor: float,
+    random: np.random.Generator,
+    trembling: np.random.Generator,
+) -> Hand:
+    """Return the motion of a session; arguments as in `zerorate.simulate_session`."""
+    if turns is not None:
+        vectors = fixed("turns", turns, (None, 3))
+        starts = _followed(vectors)
+    elif isinstance(poses, int):
+        vectors = _random_turns(whole("poses", poses, 1) - 1, angles, axis, random)
+        starts = _followed(vectors)
+    else:
+        starts = _given_poses(poses)
+        vectors = _rotation_vectors(product(inverse(starts[:-1]), starts[1:]))
+    asides = not_negative("wobble", wobble) * random.standard_normal((len(starts), 2, 3))
+    # A given axis is kept, and the last pose is not left.
+    asides[slice(-1, None) if axis is None else slice(None)] = 0.0
+    vectors = np.concatenate((vectors, np.zeros((1, 3))))
+    return Hand(starts, vectors, asides, rest, turn, *_trembling(tremor, trembling))
+
+
+def turned(q: Floats, vectors: Floats) -> Floats:
+    """Return vectors, shape (n, 3), turned by quaternions, shape (n, 4) or (4,)."""
+    pure = np.concatenate((np.zeros((len(vectors), 1)), vectors), axis=1)
+    rotated: Floats = product(product(q, pure), inverse(q))[:, 1:]
+    return rotated
+
+
+def fixed(name: str, values: npt.ArrayLike, shape: tuple[int | None, ...]) -> Floats:
+    """Return finite numbers of a shape, None being any length; ValueError otherwise."""
+    numbers = np.array(values, dtype=np.float64)
+    same = numbers.ndim == len(shape) and all(
+        wanted in (None, got) for wanted, got in zip(shape, numbers.shape, strict=True)
+    )
+    if not same or not np.isfinite(numbers).all():
+        text = ", ".join("m" if length is None else str(length) for length in shape)
+        raise ValueError(f"{name} must be finite, of shape ({text}), got {numbers.shape}")
+    return numbers
+
+
+def given_or_drawn(
+    name: str, given: npt.ArrayLike, shape: tuple[int, ...], random: np.random.Generator
+) -> Floats:
+    """Return the numbers given, or one number times what is drawn from a normal distribution."""
+    drawn = random.standard_normal(shape)
+    if np.ndim(given) > 0:
+        return fixed(name, given, shape)
+    scaled: Floats = not_negative(name, float(given)) * drawn  # type: ignore[arg-type]
+    return scaled
+
+
+def _least_jerk(part: Floats) -> tuple[Floats, Floats]:
+    along = part**3 * (10.0 - part * (15.0 - 6.0 * part))
+    return along, 30.0 * (part * (1.0 - part)) ** 2
+
+
+def _bumps(part: Floats) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """Return an even and an odd bump with their slopes, at both ends as smooth as the turn."""
+    even = 64.0 * (part * (1.0 - part)) ** 3
+    middle = 1.0 - 2.0 * part
+    slope = 192.0 * (part * (1.0 - part)) ** 2 * middle
+    return (even, slope), (even * middle, slope * middle - 2.0 * even)
+
+
+def _rate_of_vector(vector: Floats, derivative: Floats) -> Floats:
+    """Return the rate, in the turned axes, of Exp(vector) that changes by this derivative."""
+    angle = np.linalg.norm(vector, axis=1, keepdims=True)
+    half = 0.5 * np.sinc(angle / (2.0 * math.pi)) ** 2
+    # 1 - sin(x)/x loses its digits where x is small; a series does not.
+    square = np.maximum(angle**2, 1e-4)
+    exact = (1.0 - np.sinc(angle / math.pi)) / square
+    sixth = np.where(angle < 1e-2, (1.0 - angle**2 / 20.0) / 6.0, exact)
+    across = np.cross(vector, derivative)
+    rate: Floats = derivative - half * across + sixth * np.cross(vector, across)
+    return rate
+
+
+def _followed(vectors: Floats) -> Floats:
+    """Return the poses, the first of them level, between which these turns lie."""
+    starts = [np.array([1.0, 0.0, 0.0, 0.0])]
+    for step in of_rotation_vectors(vectors):
+        starts.append(unit(product(starts[-1], step)))
+    return np.array(starts)
+
+
+def _random_turns(
+    count: int,
+    angles: tuple[float, float],
+    axis: npt.ArrayLike | None,
+    random: np.random.Generator,
+) -> Floats:
+    low, high = angles
+    if not 0.0 < low <= high < math.inf:
+        raise ValueError(f"angles must rise from above 0 rad, got {low:g} and {high:g}")
+    about, size = random.standard_normal((count, 3)), random.uniform(low, high, count)
+    if axis is not None:
+        about = np.sign(about[:, :1]) * fixed("axis", axis, (3,))
+    length = np.linalg.norm(about, axis=1, keepdims=True)
+    if not (length > 0.0).all():
+        raise ValueError("axis must have a length above 0")
+    vectors: Floats = about / length * size[:, None]
+    return vectors
+
+
+def _given_poses(poses: npt.ArrayLike) -> Floats:
+    if isinstance(poses, str):
+        if poses != "six":
+            raise ValueError(f"poses must be a number, 'six' or orientations, got {poses!r}")
+        return _followed(np.cross(_SIX[1:], _SIX[:-1]) * (math.pi / 2.0))
+    given = np.array(poses, dtype=np.float64)
+    if given.ndim == 3:
+        return _of_matrices(fixed("poses", given, (None, 3, 3)))
+    quaternions = unit(fixed("poses", given, (None, 4)))
+    if not (len(given) and np.isfinite(quaternions).all()):
+        raise ValueError("poses must be one quaternion or more, each with a length above 0")
+    return quaternions
+
+
+def _of_matrices(matrices: Floats) -> Floats:
+    """Return the quaternions of rotation matrices; ValueError if they are none."""
+    across = matrices.transpose(0, 2, 1)
+    proper = np.linalg.det(matrices) > 0.0
+    if not len(matrices) or not (
+        proper.all() and np.allclose(matrices @ across, np.eye(3), atol=1e-6)
+    ):
+        raise ValueError("poses must be rotation matrices: orthogonal, of determinant 1")
+    return of_matrices(matrices)
+
+
+def _rotation_vectors(q: Floats) -> Floats:
+    """Return rotation vectors of at most pi, rad, shape (m, 3)."""
+    shortest = np.where(q[:, :1] < 0.0, -q, q)
+    sine = np.linalg.norm(shortest[:, 1:], axis=1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, shortest[:, :1])
+    ratio = np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 2.0)
+    vectors: Floats = shortest[:, 1:] * ratio
+    return vectors
+
+
+def _trembling(tremor: float, random: np.random.Generator) -> tuple[Floats, Floats, Floats]:
+    """Return amplitudes, frequencies and phases; `tremor` is the RMS of the length of the rate."""
+    count = _LINES if not_negative("tremor", tremor) else 0
+    amplitude = tremor * math.sqrt(2.0 / (3.0 * _LINES))
+    phases = random.uniform(0.0, 2.0 * math.pi, (count, 3))
+    return np.full((count, 3), amplitude), random.uniform(*_TREMOR, count), phases

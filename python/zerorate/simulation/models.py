@@ -1,0 +1,339 @@
+"""Gyros as linear systems: drift and noise of which the optimal filter is known."""
+
+import cmath
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Final, NamedTuple, Protocol
+
+import numpy as np
+
+from zerorate.simulation import sequences
+from zerorate.simulation.gyro import not_negative
+from zerorate.types import Floats
+
+__all__ = [
+    "MODELS",
+    "Block",
+    "GaussMarkov",
+    "GyroModel",
+    "Part",
+    "Resonance",
+    "WarmUp",
+    "flicker",
+    "record",
+    "records",
+]
+
+
+# Shares of a resonance that its start still has after so many decay times: e^-40 is rounding.
+_LEAD = 40.0
+
+
+def _check_not_negative(of: object, *names: str) -> None:
+    """Raise ValueError unless these attributes are finite and from 0."""
+    for name in names:
+        not_negative(name, getattr(of, name))
+
+
+def _check_positive(of: object, *names: str) -> None:
+    """Raise ValueError unless these attributes are finite and above 0."""
+    for name in names:
+        value = getattr(of, name)
+        if not 0.0 < value < math.inf:
+            raise ValueError(f"{name} must be finite and positive, got {value}")
+
+
+class Block(NamedTuple):
+    """States of a part: x+ = F x + w with covariance Q of w, H x in the output, P of the first."""
+
+    F: Floats
+    Q: Floats
+    P: Floats
+    H: Floats
+
+
+class Part(Protocol):
+    """Anything that can be drawn and that a Kalman filter can know."""
+
+    def block(self, rate: float) -> Block:
+        """Return the states of this part at a sampling rate in Hz."""
+
+    def series(self, n: int, rate: float, random: np.random.Generator) -> Floats:
+        """Return n samples, deg/s."""
+
+
+@dataclass(frozen=True)
+class GaussMarkov:
+    """Exponentially correlated noise, stationary: its deviation in deg/s and time in s."""
+
+    deviation: float
+    time: float
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        _check_not_negative(self, "deviation")
+        _check_positive(self, "time")
+
+    def block(self, rate: float) -> Block:
+        """Return its one state, exact at the samples."""
+        variance, step = self.deviation**2, 1.0 / (rate * self.time)
+        return _scalar(math.exp(-step), -variance * math.expm1(-2.0 * step), variance)
+
+    def series(self, n: int, rate: float, random: np.random.Generator) -> Floats:
+        """Return n samples, deg/s."""
+        white = random.standard_normal(n)
+        return self.deviation * sequences.markov(white, 1.0 / (rate * self.time))
+
+
+@dataclass(frozen=True)
+class WarmUp:
+    """A rate that starts at plus or minus `amplitude`, deg/s, and decays with `time`, s.
+
+    The sign is drawn. It leaves the mean zero and the variance that of the prior, all that the
+    error variance of a linear filter depends on.
+    """
+
+    amplitude: float
+    time: float
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        _check_not_negative(self, "amplitude")
+        _check_positive(self, "time")
+
+    def block(self, rate: float) -> Block:
+        """Return its one state, which no noise drives."""
+        return _scalar(math.exp(-1.0 / (rate * self.time)), 0.0, self.amplitude**2)
+
+    def series(self, n: int, rate: float, random: np.random.Generator) -> Floats:
+        """Return n samples, deg/s."""
+        sign = float(random.choice([-1.0, 1.0]))
+        decay: Floats = np.exp(-np.arange(n) / (rate * self.time))
+        return sign * self.amplitude * decay
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """A hump in the spectrum: AR(2) noise of a deviation in deg/s.
+
+    Its poles ring at `frequency`, Hz, and decay with `time`, s.
+    """
+
+    deviation: float
+    frequency: float
+    time: float
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        _check_not_negative(self, "deviation")
+        _check_positive(self, "frequency", "time")
+
+    def block(self, rate: float) -> Block:
+        """Return this sample and the one before as states."""
+        first, second = self._coefficients(rate)
+        correlation = first / (1.0 - second)
+        P = self.deviation**2 * np.array([[1.0, correlation], [correlation, 1.0]])
+        F = np.array([[first, second], [1.0, 0.0]])
+        Q = np.diag([self._innovation(rate) ** 2, 0.0])
+        return Block(F, Q, P, np.array([1.0, 0.0]))
+
+    def series(self, n: int, rate: float, random: np.random.Generator) -> Floats:
+        """Return n samples, deg/s.
+
+        The response Im(p^(k+1))/Im(p) of the pole p is that of a complex AR(1), solved by doubling
+        as in `zerorate.simulation.sequences.markov`.
+        """
+        lead, pole = math.ceil(_LEAD * rate * self.time), self._pole(rate)
+        x = random.standard_normal(lead + n).astype(np.complex128)
+        lag, decay = 1, pole
+        while lag < x.size and abs(decay) > 1e-17:
+            x[lag:] += decay * x[:-lag]
+            lag, decay = 2 * lag, decay * decay
+        ringing: Floats = (pole * x[lead:]).imag / pole.imag
+        return self._innovation(rate) * ringing
+
+    def _pole(self, rate: float) -> complex:
+        if not 2.0 * self.frequency < rate:
+            raise ValueError(f"a resonance at {self.frequency} Hz needs twice that, got {rate} Hz")
+        return cmath.exp(complex(-1.0 / self.time, 2.0 * math.pi * self.frequency) / rate)
+
+    def _coefficients(self, rate: float) -> tuple[float, float]:
+        pole = self._pole(rate)
+        return 2.0 * pole.real, -(abs(pole) ** 2)
+
+    def _innovation(self, rate: float) -> float:
+        """Return the deviation that drives it: Box and Jenkins, equation 3.2.28."""
+        first, second = self._coefficients(rate)
+        share = (1.0 + second) * ((1.0 - second) ** 2 - first**2) / (1.0 - second)
+        return self.deviation * math.sqrt(share)
+
+
+def flicker(bias_instability: float) -> tuple[GaussMarkov, ...]:
+    """Return Gauss-Markov processes whose sum has the density B^2/(2 pi f), B in deg/s.
+
+    Thirteen times from 0.05 s to 20 000 s stand D = 1.07 apart in their logarithms. Processes of
+    variance B^2 D/pi at all such times sum to the density with a ripple of 4e-4; without those
+    beyond both ends it is exact to 2 % from 0.0003 Hz to 0.1 Hz. So truth and optimum have
+    finitely many states.
+    """
+    times = np.geomspace(0.05, 20_000.0, 13)
+    spacing = math.log(times[1] / times[0])
+    deviation = bias_instability * math.sqrt(spacing / math.pi)
+    return tuple(GaussMarkov(deviation, float(time)) for time in times)
+
+
+def _scalar(F: float, Q: float, P: float) -> Block:
+    return Block(np.array([[F]]), np.array([[Q]]), np.array([[P]]), np.ones(1))
+
+
+@dataclass(frozen=True)
+class GyroModel:
+    """A gyro at rest: a constant bias, drift, noise that is not drift, and rounding.
+
+    Parameters
+    ----------
+    name : str
+        Unique; the noises that a seed draws depend on it.
+    angle_random_walk : float
+        White noise in deg/s/sqrt(Hz); the default is a deviation of 0.1 deg/s at 100 Hz.
+    rate_random_walk : float
+        Random walk of the drift, deg/s/sqrt(s).
+    drift : tuple of Part
+        What else a drift filter has to find.
+    disturbances : tuple of Part
+        Coloured noise that is no drift.
+    resolution : float
+        Step of the output, deg/s; 0 for none.
+    turn_on_bias : float
+        Deviation of the constant bias, deg/s. No filter is told.
+    transient : bool
+        Whether the drift dies away: such a model is reported apart.
+
+    Raises
+    ------
+    ValueError
+        If a number is negative or not finite.
+
+    Examples
+    --------
+    >>> MODELS[2].name, MODELS[2].rate_random_walk
+    ('walk', 0.0003)
+    """
+
+    name: str
+    angle_random_walk: float = 0.01
+    rate_random_walk: float = 0.0
+    drift: tuple[Part, ...] = ()
+    disturbances: tuple[Part, ...] = ()
+    resolution: float = 0.0
+    turn_on_bias: float = 0.5
+    transient: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        _check_not_negative(
+            self, "angle_random_walk", "rate_random_walk", "resolution", "turn_on_bias"
+        )
+
+
+def _hump(deviation: float) -> tuple[Resonance]:
+    """Return a hump at 18 Hz whose poles have the radius 0.97 at 100 Hz."""
+    return (Resonance(deviation, 18.0, 0.3283),)
+
+
+MODELS: Final = (
+    GyroModel("none"),
+    GyroModel("faint slow", drift=(GaussMarkov(0.0015, 600.0),)),
+    GyroModel("walk", rate_random_walk=3e-4),
+    GyroModel("strong walk", rate_random_walk=3e-3),
+    GyroModel("Markov 100 s", drift=(GaussMarkov(0.01, 100.0),)),
+    GyroModel("Markov 10 s", drift=(GaussMarkov(0.02, 10.0),)),
+    GyroModel("two Markov", drift=(GaussMarkov(0.01, 8.0), GaussMarkov(0.01, 300.0))),
+    GyroModel("flicker", drift=flicker(0.002)),
+    GyroModel("flicker + walk", rate_random_walk=2e-4, drift=flicker(0.001)),
+    GyroModel("tactical", angle_random_walk=0.0005, drift=flicker(0.0005)),
+    GyroModel(
+        "rounded",
+        angle_random_walk=0.005,
+        rate_random_walk=3e-4,
+        drift=(GaussMarkov(0.004, 60.0),),
+        resolution=0.05,
+    ),
+    GyroModel(
+        "hump",
+        angle_random_walk=0.005,
+        drift=(GaussMarkov(0.006, 150.0),),
+        disturbances=_hump(0.2),
+    ),
+    GyroModel(
+        "strong hump",
+        angle_random_walk=0.005,
+        drift=(GaussMarkov(0.006, 150.0),),
+        disturbances=_hump(0.6),
+    ),
+    GyroModel("coloured", rate_random_walk=3e-4, disturbances=(GaussMarkov(0.05, 0.1),)),
+    GyroModel("warm-up", rate_random_walk=2e-4, drift=(WarmUp(0.1, 300.0),), transient=True),
+)
+"""Classes of gyro from no drift at all to a warm-up, the transient ones last."""
+
+
+def records(model: GyroModel, rate: float, n: int, seeds: Iterable[int]) -> tuple[Floats, Floats]:
+    """Return output and true drift of several gyros of one model, shape (n, seeds), deg/s."""
+    pairs = [record(model, rate, n, seed) for seed in seeds]
+    signals, truths = zip(*pairs, strict=True)
+    return np.column_stack(signals), np.column_stack(truths)
+
+
+def record(model: GyroModel, rate: float, n: int, seed: int) -> tuple[Floats, Floats]:
+    """Simulate one gyro at rest and return its output with the drift in it.
+
+    Parameters
+    ----------
+    model : GyroModel
+        Its noises.
+    rate : float
+        Samples per second, Hz.
+    n : int
+        Number of samples.
+    seed : int
+        Not negative. Every model, seed and part of a model draws from its own stream.
+
+    Returns
+    -------
+    signal, truth : ndarray, shape (n,)
+        Output, and its drift with the turn-on bias, deg/s.
+
+    Raises
+    ------
+    ValueError
+        If the model has a resonance above half the rate.
+
+    Examples
+    --------
+    >>> from zerorate.simulation.models import MODELS
+    >>> signal, truth = record(MODELS[0], 100.0, 6000, seed=1)
+    >>> round(float((signal - truth).std()), 2), float(np.ptp(truth))
+    (0.1, 0.0)
+    """
+    streams = _streams(model, seed)
+    truth = np.full(n, model.turn_on_bias * next(streams).standard_normal())
+    white = next(streams).standard_normal(n)
+    step = model.rate_random_walk / np.sqrt(rate)
+    truth += step * sequences.walk(next(streams).standard_normal(n))
+    for part in model.drift:
+        truth += part.series(n, rate, next(streams))
+    signal = truth + model.angle_random_walk * np.sqrt(rate) * white
+    for part in model.disturbances:
+        signal += part.series(n, rate, next(streams))
+    return _rounded(signal, model.resolution), truth
+
+
+def _streams(model: GyroModel, seed: int) -> Iterator[np.random.Generator]:
+    name = int.from_bytes(model.name.encode())
+    count = 3 + len(model.drift) + len(model.disturbances)
+    return map(np.random.default_rng, np.random.SeedSequence([seed, name]).spawn(count))
+
+
+def _rounded(signal: Floats, step: float) -> Floats:
+    return np.round(signal / step) * step if step > 0.0 else signal

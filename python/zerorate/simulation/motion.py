@@ -1,0 +1,372 @@
+"""A simulated IMU in motion, of which orientation, rate and every error are known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.geometry.rotations import inverse
+from zerorate.io import Log, Recording
+from zerorate.io.log import checked_rate
+from zerorate.simulation.field import nearness, of_earth, of_magnet, spans, wandered
+from zerorate.simulation.gyro import not_negative, whole
+from zerorate.simulation.hand import fixed, given_or_drawn, turned
+from zerorate.simulation.trajectories import TRAJECTORIES, Motion, Trajectory
+from zerorate.types import Booleans, Floats
+from zerorate.units import UNITS
+
+__all__ = ["MotionErrors", "SimulatedMotion", "simulate_motion"]
+
+Kind = Literal["pendulum", "spinning pendulum", "arm", "vehicle", "circle", "hand"]
+
+_G: Final = UNITS["g"].amount
+_DEG: Final = math.radians(1.0)
+_REST: Final = 5.0
+"""Seconds at rest before a motion that starts so."""
+_STEP: Final = 1e-5
+"""Seconds by which velocity is differenced."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+
+# A new stream goes to the end: what old seeds draw for those before it stays.
+_STREAMS: Final = ("motion", "errors", "gyro", "accel", "mag", "lost")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionErrors:
+    """What the sensors of a simulated motion make of it; a number is a standard deviation.
+
+    The defaults are those of a consumer device. Bias, matrix, walk and noise of the gyro and the
+    wandering of the field are what `zerorate.Attitude` expects of its sensors before it has seen
+    any.
+
+    Parameters
+    ----------
+    gyro_bias : float or array_like, shape (3,)
+        Of what is drawn at the start, or the values, rad/s; default 0.5 deg/s.
+    gyro_scale, gyro_misalignment : float
+        Of the diagonal about 1 and of the other elements of M in ``rate = M (gyro - bias)``;
+        default 0.008 and 0.005.
+    gyro_matrix : array_like, shape (3, 3), optional
+        M itself. Default: drawn.
+    gyro_noise : float
+        Density of the white noise, rad/s/sqrt(Hz); default 0.01 deg/s/sqrt(Hz).
+    gyro_walk : float
+        By which the bias moves within a second, rad/s/sqrt(s); default 0.01 deg/s/sqrt(s).
+    accel_bias : float or array_like, shape (3,)
+        Of what is drawn, or the values, m/s^2; default 0.05.
+    accel_noise : float
+        Density, m/s^2/sqrt(Hz); default 0.004.
+    mag_noise : float
+        Of each sample, uT; default 0.5. There is no hard iron and no soft iron.
+    field_wander : float
+        Angle by which the field turns as the sensor goes about in a room, rad: each axis of the
+        earth is a Gauss-Markov process of 15 s. Default 4.5 deg.
+    lost : float
+        Share of the samples that is lost; default 0.
+    """
+
+    gyro_bias: npt.ArrayLike = 0.5 * _DEG
+    gyro_scale: float = 0.008
+    gyro_misalignment: float = 0.005
+    gyro_matrix: npt.ArrayLike | None = None
+    gyro_noise: float = 0.01 * _DEG
+    gyro_walk: float = 0.01 * _DEG
+    accel_bias: npt.ArrayLike = 0.05
+    accel_noise: float = 0.004
+    mag_noise: float = 0.5
+    field_wander: float = 4.5 * _DEG
+    lost: float = 0.0
+
+    @classmethod
+    def none(cls) -> MotionErrors:
+        """Return sensors without error."""
+        numbers = {name: 0.0 for name in cls.__dataclass_fields__ if name != "gyro_matrix"}
+        return cls(**numbers)
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedMotion:
+    """A simulated motion of n samples, with all that is true of it.
+
+    Parameters
+    ----------
+    time
+        When each sample was taken, s, shape (n,). Lost samples are not among them.
+    rate
+        Samples per second of the sensors, Hz.
+    gyro, accel, mag
+        What the sensors give, rad/s, m/s^2 and uT, shape (n, 3).
+    quaternion
+        w, x, y, z from sensor to earth, whose axes point east, north and up, shape (n, 4).
+    rates
+        True angular rate in the axes of the sensor, rad/s, shape (n, 3): the mean over the sample
+        interval that ends at the time, which is what integration needs.
+    force, velocity
+        True specific force in the axes of the sensor, m/s^2, and velocity in those of the earth,
+        m/s, at the time, shape (n, 3).
+    bias
+        Of the gyro, rad/s, shape (n, 3).
+    gyro_matrix
+        M in ``rate = M (gyro - bias)``, shape (3, 3).
+    accel_bias
+        m/s^2, shape (3,).
+    at_rest, disturbed
+        Whether the sensor stood still, and whether a magnet was near, shape (n,).
+    source
+        Kind and seed, in words.
+    """
+
+    time: Floats
+    rate: float
+    gyro: Floats
+    accel: Floats
+    mag: Floats
+    quaternion: Floats
+    rates: Floats
+    force: Floats
+    velocity: Floats
+    bias: Floats
+    gyro_matrix: Floats
+    accel_bias: Floats
+    at_rest: Booleans
+    disturbed: Booleans
+    source: str = "a simulated motion"
+
+    @property
+    def dt(self) -> Floats:
+        """Seconds from the sample before to each, shape (n,); those of the first are 1/rate."""
+        return np.diff(self.time, prepend=self.time[0] - 1.0 / self.rate)
+
+    def recording(self) -> Recording:
+        """Return gyro, accelerometer, magnetometer and true orientation as a recording.
+
+        Lost samples are missing (NaN) in it, since a log has one clock.
+        """
+        places = np.rint((self.time - self.time[0]) * self.rate).astype(np.int64)
+        n = int(places[-1]) + 1
+        seconds = self.time[0] + np.arange(n) / self.rate
+
+        def log(values: Floats, names: list[str], unit: str) -> Log:
+            rows = np.full((n, values.shape[1]), np.nan)
+            rows[places] = values
+            return Log(seconds, self.rate, rows, tuple(names), unit, {"source": self.source})
+
+        logs = {
+            "gyro": log(self.gyro, [f"gyro_{a}_radps" for a in "xyz"], "rad/s"),
+            "accel": log(self.accel, [f"accel_{a}_mps2" for a in "xyz"], "m/s^2"),
+            "mag": log(self.mag, [f"mag_{a}_ut" for a in "xyz"], "uT"),
+            "reference": log(self.quaternion, [f"ref_quat_{a}" for a in "wxyz"], "1"),
+        }
+        return Recording(logs, self.source)
+
+
+def simulate_motion(
+    kind: Kind,
+    rate: float = 100.0,
+    duration: float = 60.0,
+    *,
+    seed: int = 1,
+    start: Literal["rest", "motion"] = "rest",
+    errors: MotionErrors | None = None,
+    magnet: npt.ArrayLike = (),
+    field: float = 48.0,
+    dip: float = 65.0 * _DEG,
+) -> SimulatedMotion:
+    """Simulate gyro, accelerometer and magnetometer in a motion whose orientation is known.
+
+    Parameters
+    ----------
+    kind : str
+        ``"pendulum"``, in one plane; ``"spinning pendulum"``, in an ellipse and about its rod;
+        ``"arm"``, on the wrist of someone who walks; ``"vehicle"``, a car in a town; ``"circle"``,
+        carried round one without end; ``"hand"``, turned and moved about by hand.
+    rate : float
+        Samples per second, Hz. Default 100.
+    duration : float
+        Seconds. Default 60.
+    seed : int
+        Not negative. The same arguments give the same samples. Motion, errors and each noise draw
+        from streams of their own: other errors are of the same motion.
+    start : {"rest", "motion"}
+        Whether 5 s at rest come first, from which the motion gathers speed, or it is under way
+        from the first sample on.
+    errors : MotionErrors, optional
+        Of the sensors; default those of a consumer device. ``MotionErrors.none()`` has none.
+    magnet : array_like, shape (m, 2)
+        Seconds from and to which a magnet or iron is near: norm and dip of the field change.
+        Default: never.
+    field, dip : float
+        Of the earth: uT, and rad below the horizon. Default 48 uT, 65 deg.
+
+    Returns
+    -------
+    SimulatedMotion
+        What the sensors give, and what is true.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not as described.
+
+    Notes
+    -----
+    Orientation, angular rate and velocity are closed forms of time. Gyro samples are the mean rate
+    of the interval which ends at the sample (Gauss-Legendre, four points); accelerometer and
+    magnetometer are sampled at that time. Acceleration is a central difference of the velocity
+    over 20 us, good to 1e-6 m/s^2. How violent a motion is, its seed draws.
+
+    Examples
+    --------
+    >>> motion = simulate_motion("pendulum", duration=20.0, seed=3, start="motion")
+    >>> motion.gyro.shape, bool(motion.at_rest.any())
+    ((2000, 3), False)
+    >>> motion.recording()
+    Recording(simulated pendulum, seed 3; gyro: 3 at 100 Hz, rad/s; accel: 3 at 100 Hz, m/s^2; \
+mag: 3 at 100 Hz, uT; reference: 4 at 100 Hz, 1)
+    """
+    if kind not in TRAJECTORIES:
+        raise ValueError(f"kind must be one of {', '.join(TRAJECTORIES)}, got {kind!r}")
+    if start not in ("rest", "motion"):
+        raise ValueError(f"start must be 'rest' or 'motion', got {start!r}")
+    hertz = checked_rate(rate)
+    if not (math.isfinite(duration) and duration * hertz >= 2.0):
+        raise ValueError(f"duration must be finite and two samples or longer, got {duration} s")
+    random = _streams(seed)
+    motion = _Begun(TRAJECTORIES[kind](random["motion"], duration), start == "rest")
+    seconds = np.arange(round(duration * hertz)) / hertz
+    earth, times = of_earth(field, dip), spans(magnet)
+    found = _simulated(motion, seconds, hertz, errors or MotionErrors(), earth, times, random)
+    return replace(found, source=f"simulated {kind}, seed {seed}")
+
+
+@dataclass(frozen=True, eq=False)
+class _Begun:
+    """A motion that is under way, or one before which there is a rest."""
+
+    trajectory: Trajectory
+    from_rest: bool
+
+    def at(self, t: Floats) -> Motion:
+        """Return orientations, rates and velocities."""
+        own, pace = self._progress(t)
+        q, rates, velocity = self.trajectory.at(own)
+        return q, rates * pace[:, None], velocity * pace[:, None]
+
+    def at_rest(self, t: Floats) -> Booleans:
+        """Return when it stands still."""
+        still: Booleans = self._progress(t)[1] == 0.0
+        return still
+
+    def _progress(self, t: Floats) -> tuple[Floats, Floats]:
+        """Return the trajectory's own time, s, and how fast it passes: smoothly from 0 to 1."""
+        if not self.from_rest:
+            return t, np.ones(t.size)
+        ease = self.trajectory.ease
+        part = np.clip((t - _REST) / ease, 0.0, 1.0)
+        later = np.maximum(t - _REST - ease, 0.0)
+        own = ease * part**4 * (2.5 - part * (3.0 - part)) + later
+        return own, part**3 * (10.0 - part * (15.0 - 6.0 * part))
+
+
+def _simulated(
+    motion: _Begun,
+    seconds: Floats,
+    rate: float,
+    errors: MotionErrors,
+    earth: Floats,
+    magnet: Floats,
+    random: dict[str, np.random.Generator],
+) -> SimulatedMotion:
+    n = seconds.size
+    q, _, velocity = motion.at(seconds)
+    rates, force = _mean_rates(motion, seconds, rate), _force(motion, seconds, q)
+    M = _gyro_matrix(errors, random["errors"])
+    bias = _bias(errors, rate, n, random)
+    gyro = rates @ np.linalg.inv(M).T + bias
+    gyro += _white("gyro_noise", errors.gyro_noise * math.sqrt(rate), n, random["gyro"])
+    accel_bias = given_or_drawn("accel_bias", errors.accel_bias, (3,), random["errors"])
+    accel = force + accel_bias
+    accel += _white("accel_noise", errors.accel_noise * math.sqrt(rate), n, random["accel"])
+    at_rest = motion.at_rest(seconds)
+    near = nearness(seconds, magnet)
+    # A room's field is another one elsewhere, not later.
+    wandering = wandered(errors.field_wander, earth, rate, n, random["mag"])
+    ambient = earth + wandering[np.cumsum(~at_rest) - 1]
+    ambient += near[:, None] * of_magnet(earth, random["mag"])
+    mag = turned(inverse(q), ambient)
+    mag += _white("mag_noise", errors.mag_noise, n, random["mag"])
+    there = _received(errors.lost, n, random["lost"])
+    return SimulatedMotion(
+        time=seconds[there],
+        rate=rate,
+        gyro=gyro[there],
+        accel=accel[there],
+        mag=mag[there],
+        quaternion=q[there],
+        rates=rates[there],
+        force=force[there],
+        velocity=velocity[there],
+        bias=bias[there],
+        gyro_matrix=M,
+        accel_bias=accel_bias,
+        at_rest=at_rest[there],
+        disturbed=near[there] > 0.0,
+    )
+
+
+def _mean_rates(motion: _Begun, seconds: Floats, rate: float) -> Floats:
+    """Return the mean rate over the sample interval before each time."""
+    total = np.zeros((seconds.size, 3))
+    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+        total += 0.5 * weight * motion.at(seconds - 0.5 * (1.0 - node) / rate)[1]
+    return total
+
+
+def _force(motion: _Begun, seconds: Floats, q: Floats) -> Floats:
+    """Return the specific force in the axes of the sensor."""
+    before, after = (motion.at(seconds + h)[2] for h in (-_STEP, _STEP))
+    acceleration = (after - before) / (2.0 * _STEP)
+    return turned(inverse(q), acceleration + np.array([0.0, 0.0, _G]))
+
+
+def _gyro_matrix(errors: MotionErrors, random: np.random.Generator) -> Floats:
+    size = np.full((3, 3), not_negative("gyro_misalignment", errors.gyro_misalignment))
+    np.fill_diagonal(size, not_negative("gyro_scale", errors.gyro_scale))
+    drawn: Floats = np.eye(3) + size * random.standard_normal((3, 3))
+    if errors.gyro_matrix is None:
+        return drawn
+    given = fixed("gyro_matrix", errors.gyro_matrix, (3, 3))
+    if abs(np.linalg.det(given)) < 1e-6:
+        raise ValueError("gyro_matrix must have an inverse")
+    return given
+
+
+def _bias(
+    errors: MotionErrors, rate: float, n: int, random: dict[str, np.random.Generator]
+) -> Floats:
+    start = given_or_drawn("gyro_bias", errors.gyro_bias, (3,), random["errors"])
+    steps = _white("gyro_walk", errors.gyro_walk / math.sqrt(rate), n, random["gyro"])
+    steps[0] = 0.0
+    return start + np.cumsum(steps, axis=0)
+
+
+def _received(lost: float, n: int, random: np.random.Generator) -> Booleans:
+    """Return which samples are not lost; the first never is."""
+    if not 0.0 <= lost < 1.0:
+        raise ValueError(f"lost must be from 0 to below 1, got {lost}")
+    there = random.random(n) >= lost
+    there[0] = True
+    return there
+
+
+def _white(name: str, size: float, n: int, random: np.random.Generator) -> Floats:
+    return not_negative(name, size) * random.standard_normal((n, 3))
+
+
+def _streams(seed: int) -> dict[str, np.random.Generator]:
+    children = np.random.SeedSequence(whole("seed", seed, 0)).spawn(len(_STREAMS))
+    return dict(zip(_STREAMS, map(np.random.default_rng, children), strict=True))

@@ -1,0 +1,176 @@
+"""The Kalman filter that knows the true model of a gyro: no linear method has a smaller error."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from zerorate.simulation.models import Block, GyroModel
+from zerorate.types import Floats
+
+__all__ = ["Optimum", "System", "optimum"]
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """A model x+ = F x + w, z = H x + v whose first state, the level, has no prior.
+
+    Attributes
+    ----------
+    F, Q : ndarray, shape (m, m)
+        Transition, and covariance of w.
+    H : ndarray, shape (m,)
+        What a sample shows of the state.
+    R : float
+        Variance of v: white noise, and rounding by a step as white noise of step^2/12.
+    drift : ndarray, shape (m,)
+        What of the state is drift.
+    P : ndarray, shape (m - 1, m - 1)
+        Covariance of the states after the level at the first sample.
+    """
+
+    F: Floats
+    Q: Floats
+    H: Floats
+    R: float
+    drift: Floats
+    P: Floats
+
+
+def system(model: GyroModel, rate: float) -> System:
+    """Return the system of a model at a sampling rate in Hz.
+
+    Turn-on bias and random walk are one state, the level.
+
+    Raises
+    ------
+    ValueError
+        If there is neither white noise nor rounding, or a resonance lies above half the rate.
+    """
+    R = model.angle_random_walk**2 * rate + model.resolution**2 / 12.0
+    if R == 0.0:
+        raise ValueError(f"the optimum of {model.name!r} needs white noise or rounding above 0")
+    drifts = [part.block(rate) for part in model.drift]
+    blocks = drifts + [part.block(rate) for part in model.disturbances]
+    H = np.concatenate([[1.0], *(block.H for block in blocks)])
+    counted = 1 + sum(block.H.size for block in drifts)
+    return System(
+        F=_diagonal([np.ones((1, 1)), *(block.F for block in blocks)]),
+        Q=_diagonal([_walk(model, rate), *(block.Q for block in blocks)]),
+        H=H,
+        R=R,
+        drift=np.where(np.arange(H.size) < counted, H, 0.0),
+        P=_priors(blocks),
+    )
+
+
+def _walk(model: GyroModel, rate: float) -> Floats:
+    return np.full((1, 1), model.rate_random_walk**2 / rate)
+
+
+def _priors(blocks: Iterable[Block]) -> Floats:
+    return _diagonal([block.P for block in blocks])
+
+
+def _diagonal(blocks: Iterable[Floats]) -> Floats:
+    """Return the blocks along the diagonal of a matrix that is zero elsewhere."""
+    listed = list(blocks)
+    full = np.zeros((sum(map(len, listed)),) * 2)
+    begin = 0
+    for block in listed:
+        end = begin + len(block)
+        full[begin:end, begin:end] = block
+        begin = end
+    return full
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """Gains of a Kalman filter over time; they do not depend on the data.
+
+    Attributes
+    ----------
+    system : System
+        The model that it knows.
+    gains : ndarray, shape (n, m)
+        What each innovation adds to the m states.
+    variance : ndarray, shape (n,)
+        Of the error of the drift after each sample, (deg/s)^2.
+    innovation_variance : ndarray, shape (n,)
+        Of each innovation, (deg/s)^2; infinite for the first, as the level has no prior.
+    """
+
+    system: System
+    gains: Floats
+    variance: Floats
+    innovation_variance: Floats
+
+    def filtered(self, signal: Floats) -> tuple[Floats, Floats]:
+        """Return drift and innovation of n samples of k gyros, both of shape (n, k), deg/s."""
+        known = self.system
+        x = np.zeros((known.H.size, signal.shape[1]))
+        drift, innovation = np.empty_like(signal), np.empty_like(signal)
+        for k, (z, gain) in enumerate(zip(signal, self.gains, strict=True)):
+            innovation[k] = z - known.H @ x
+            x += np.multiply.outer(gain, innovation[k])
+            drift[k] = known.drift @ x
+            x = known.F @ x
+        return drift, innovation
+
+
+def optimum(model: GyroModel, rate: float, n: int) -> Optimum:
+    """Return the Kalman filter of a model for n samples.
+
+    Parameters
+    ----------
+    model : GyroModel
+        The gyro. Where its output is rounded the filter takes rounding for white noise of
+        variance step^2/12: nearly the optimum, as the noise fills a step.
+    rate : float
+        Samples per second, Hz.
+    n : int
+        Number of samples.
+
+    Returns
+    -------
+    Optimum
+        Gains and error variance. The level has no prior: the first sample sets it, which is the
+        exact limit of an ever wider one.
+
+    Raises
+    ------
+    ValueError
+        If the model has neither white noise nor rounding, or a resonance above half the rate.
+
+    Examples
+    --------
+    >>> from zerorate.simulation.models import MODELS
+    >>> optimum(MODELS[0], 100.0, 4).gains[:, 0].round(3).tolist()
+    [1.0, 0.5, 0.333, 0.25]
+    """
+    known = system(model, rate)
+    gains, variance, innovation_variance = np.empty((n, known.H.size)), np.empty(n), np.empty(n)
+    gains[0], P, innovation_variance[0] = np.eye(1, known.H.size)[0], _after_first(known), math.inf
+    variance[0] = known.drift @ P @ known.drift
+    for k in range(1, n):
+        P = known.F @ P @ known.F.T + known.Q
+        PH = P @ known.H
+        innovation_variance[k] = S = float(PH @ known.H) + known.R
+        gains[k] = PH / S
+        # A square, so that rounding does not take the symmetry away.
+        root = PH / math.sqrt(S)
+        P -= np.multiply.outer(root, root)
+        variance[k] = known.drift @ P @ known.drift
+    return Optimum(known, gains, variance, innovation_variance)
+
+
+def _after_first(known: System) -> Floats:
+    """Return the covariance when the level is the first sample less all else in it."""
+    others = known.H[1:]
+    shared = known.P @ others
+    P = np.empty_like(known.F)
+    P[0, 0] = others @ shared + known.R
+    P[0, 1:] = P[1:, 0] = -shared
+    P[1:, 1:] = known.P
+    return P

@@ -1,0 +1,475 @@
+"""A simulated calibration: an IMU held still in many poses and turned by hand between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from zerorate.calibration.calibration import (
+    ACCEL_BIAS,
+    ACCEL_MATRIX,
+    G_SENSITIVITY,
+    GYRO_BIAS,
+    GYRO_MATRIX,
+    PARAMETERS,
+    Calibration,
+)
+from zerorate.geometry.rotations import inverse
+from zerorate.io import Log, Recording
+from zerorate.io.log import checked_rate
+from zerorate.io.names import UNKNOWN, with_suffix
+from zerorate.noise import NoiseModel
+from zerorate.noise.coefficient import positive
+from zerorate.simulation.devices import Device, device
+from zerorate.simulation.gyro import not_negative, simulate, whole
+from zerorate.simulation.hand import Hand, Poses, fixed, given_or_drawn, hand, turned
+from zerorate.types import Floats, Integers
+from zerorate.units import UNITS
+
+__all__ = ["AccelErrors", "GyroErrors", "SimulatedSession", "simulate_session"]
+
+Noise: TypeAlias = NoiseModel | Device | None
+Course: TypeAlias = tuple[float, float] | Callable[[Floats], npt.ArrayLike]
+
+_G: Final = UNITS["g"].amount
+_DEG: Final = math.radians(1.0)
+_ACCEL_NOISE: Final = NoiseModel(
+    angle_random_walk=400e-6 * _G, bias_instability=40e-6 * _G, quantity="acceleration"
+)
+"""MPU-6050: 400 ug/sqrt(Hz) is of its data sheet, the bias instability chosen."""
+_LEVER: Final = 0.1
+"""From the centre of the turns to the accelerometer, m."""
+_REFERENCE_TEMPERATURE: Final = 25.0
+
+# A new stream goes to the end: what old seeds draw for those before it stays.
+_STREAMS: Final = ("motion", "errors", "disturbance", "gyro noise", "accel noise", "tremor")
+
+
+@dataclass(frozen=True, kw_only=True)
+class GyroErrors:
+    """What a simulated gyroscope makes of angular rate; all numbers in SI units.
+
+    Parameters
+    ----------
+    matrix : array_like, shape (3, 3), optional
+        W of ``raw = W w + bias + G f``. Default: drawn with `scale` and `misalignment`.
+    scale : float
+        Standard deviation of the diagonal of a drawn matrix about 1; default 0.02.
+    misalignment : float
+        Standard deviation of its other elements, rad; default 0.01.
+    bias : float or array_like, shape (3,)
+        rad/s: a standard deviation of what is drawn, or the values; default a deviation of
+        0.5 deg/s.
+    g_sensitivity : float or array_like, shape (3, 3)
+        G, rad/s per g: a standard deviation of each element, or the values; default a deviation
+        of 0.05 deg/s/g.
+    noise : NoiseModel, Device or None
+        Default the MPU-6050. A device brings its resolution, too; its turn-on bias does not count.
+    resolution : float, optional
+        Step to which the output is rounded, rad/s; 0 for none. Default: that of the device.
+    range : float, optional
+        Largest output, rad/s: what is larger stays there. Default: none.
+    temperature : array_like, shape (k,) or (k, 3)
+        c_1 to c_k of the bias ``sum c_j ((T - 25)/10)^j``, rad/s, T in degC. Default: none.
+    unit : {"deg/s", "rad/s", "unit"}
+        Of the samples; "unit" for counts of the resolution, the unit of which a log does not
+        tell.
+    """
+
+    matrix: npt.ArrayLike | None = None
+    scale: float = 0.02
+    misalignment: float = 0.01
+    bias: npt.ArrayLike = 0.5 * _DEG
+    g_sensitivity: npt.ArrayLike = 0.05 * _DEG
+    noise: Noise = field(default_factory=lambda: device("MPU-6050"))
+    resolution: float | None = None
+    range: float | None = None
+    temperature: npt.ArrayLike = ()
+    unit: str = "deg/s"
+
+
+@dataclass(frozen=True, kw_only=True)
+class AccelErrors:
+    """What a simulated accelerometer makes of specific force; all numbers in SI units.
+
+    Parameters
+    ----------
+    matrix : array_like, shape (3, 3), optional
+        A of ``raw = A f + bias``, lower triangular, since the axes of the body are those of the
+        accelerometer. Default: drawn with `scale` and `misalignment`.
+    scale : float
+        Standard deviation of the diagonal of a drawn matrix about 1; default 0.02.
+    misalignment : float
+        Standard deviation of the elements below it, rad; default 0.01.
+    bias : float or array_like, shape (3,)
+        m/s^2: a standard deviation of what is drawn, or the values; default a deviation of 20 mg.
+    disturbance : float
+        Standard deviation of what is added to the output of each axis in each pose, m/s^2: how
+        well a pose repeats itself. Default 0.3 mg.
+    noise : NoiseModel, Device or None
+        Default 400 ug/sqrt(Hz) and a bias instability of 40 ug.
+    resolution : float
+        Step to which the output is rounded, m/s^2; 0 for none. Default 1/16384 g.
+    range : float, optional
+        Largest output, m/s^2: what is larger stays there. Default: none.
+    unit : {"g", "m/s^2", "unit"}
+        Of the samples; "unit" for counts of the resolution, the unit of which a log does not
+        tell.
+    """
+
+    matrix: npt.ArrayLike | None = None
+    scale: float = 0.02
+    misalignment: float = 0.01
+    bias: npt.ArrayLike = 0.02 * _G
+    disturbance: float = 0.3e-3 * _G
+    noise: Noise = _ACCEL_NOISE
+    resolution: float = _G / 16384.0
+    range: float | None = None
+    unit: str = "g"
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedSession:
+    """A simulated calibration, with all that is true of it.
+
+    Parameters
+    ----------
+    recording
+        What the sensors give: ``gyro``, ``accel`` and, if asked for, ``temperature``.
+    truth
+        The parameters, with a covariance of zero, in the units of the samples. The gyro's bias is
+        the mean of ``bias``.
+    rates
+        True angular rate in the axes of the body, rad/s, shape (n, 3).
+    orientation
+        Unit quaternions w, x, y, z that turn vectors of the body into the world, whose z is up,
+        shape (n, 4). ``rates`` are their derivative, exactly.
+    force
+        True specific force in the axes of the body, m/s^2, shape (n, 3).
+    bias
+        Bias of the gyro at each sample, with drift and temperature in it, in the unit of the
+        samples, shape (n, 3).
+    rests, turns
+        Their samples, from the first to before the last, shape (poses, 2) and (poses - 1, 2). A
+        turn begins with the last sample of a rest and ends with the first of the next.
+    """
+
+    recording: Recording
+    truth: Calibration
+    rates: Floats
+    orientation: Floats
+    force: Floats
+    bias: Floats
+    rests: Integers
+    turns: Integers
+
+
+def simulate_session(
+    poses: Poses = 20,
+    *,
+    seed: int = 1,
+    rate: float = 100.0,
+    rest: float = 6.0,
+    turn: float = 2.0,
+    angles: tuple[float, float] = (60.0 * _DEG, 170.0 * _DEG),
+    axis: npt.ArrayLike | None = None,
+    turns: npt.ArrayLike | None = None,
+    wobble: float = 0.06,
+    tremor: float = 0.0,
+    gyro: GyroErrors | None = None,
+    accel: AccelErrors | None = None,
+    temperature: Course | None = None,
+    gravity: float = _G,
+) -> SimulatedSession:
+    """Simulate an IMU that is held still in some poses and turned by hand between them.
+
+    Parameters
+    ----------
+    poses : int, "six" or array_like, shape (m, 4) or (m, 3, 3)
+        How many poses, each turned to from the one before about a random axis by a random angle;
+        or "six", each axis up once and down once, exactly; or the poses: quaternions or rotation
+        matrices that turn vectors of the body into the world, whose z is up. Between given ones
+        it is turned the shortest way. Default 20.
+    seed : int
+        Not negative. The same arguments give the same session. Motion, errors and each noise draw
+        from streams of their own.
+    rate : float
+        Samples per second, Hz; default 100.
+    rest, turn : float
+        Length of each rest and each turn, s; default 6 and 2.
+    angles : tuple of float
+        Between which the angle of a random turn lies, rad; default 60 to 170 deg.
+    axis : array_like, shape (3,), optional
+        About which all random turns go, in the axes of the body in the first pose, which is
+        level: ``(0, 0, 1)`` is the vertical. Default: a random one each.
+    turns : array_like, shape (m, 3), optional
+        Rotation vectors of the turns, in the axes of the body, rad, instead of `poses`: a turn
+        may be longer than half a revolution then.
+    wobble : float
+        How far the hand leaves the axis of a turn on the way, rad: a standard deviation about each
+        axis, default 0.06. Not where the axis is given.
+    tremor : float
+        RMS of the angular rate with which the hand trembles, also at rest, rad/s: 1 to 8 Hz.
+        Default 0, a sensor that is put down.
+    gyro, accel : GyroErrors, AccelErrors, optional
+        What the sensors make of it; by default those of an ordinary consumer device.
+    temperature : tuple of float or callable, optional
+        Temperature in degC: the first and the last, between which it goes exponentially, three
+        time constants in all; or a function of the seconds, shape (n,). Default: not recorded.
+    gravity : float
+        Local gravity, m/s^2; default 9.80665.
+
+    Returns
+    -------
+    SimulatedSession
+        The recording and all that is true of it.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not as described.
+
+    Notes
+    -----
+    A turn goes along its rotation vector with the profile of least jerk, 10 s^3 - 15 s^4 + 6 s^5
+    (T. Flash and N. Hogan, "The coordination of arm movements", J. Neurosci. 5(7), 1985, equation
+    4); with the wobble its axis moves. The accelerometer is 0.1 m from the centre of the turns.
+
+    Orientation is a closed form of time and the rate its derivative, evaluated at the samples, as
+    a gyro of large bandwidth gives it. Both are known to rounding; what an integral of the samples
+    misses is the integrator's own error.
+
+    Examples
+    --------
+    >>> session = simulate_session(6, seed=2)
+    >>> session.recording
+    Recording(a simulated session; gyro: 3 at 100 Hz, deg/s; accel: 3 at 100 Hz, g)
+    >>> session.truth.gyro.scale[0]
+    Coefficient(0.9828)
+    """
+    hertz = checked_rate(rate)
+    for name, value in (("rest", rest), ("turn", turn), ("gravity", gravity)):
+        positive(name, value)
+    if min(rest, turn) * hertz < 2.0:
+        raise ValueError(f"rest and turn must be two samples or longer, got {rest} and {turn} s")
+    random = _streams(seed)
+    motion = hand(
+        poses,
+        rest,
+        turn,
+        angles=angles,
+        axis=axis,
+        turns=turns,
+        wobble=wobble,
+        tremor=tremor,
+        random=random["motion"],
+        trembling=random["tremor"],
+    )
+    seconds = np.arange(round(motion.duration * hertz)) / hertz
+    return _Imu(motion, seconds, hertz, gravity, random).session(
+        gyro or GyroErrors(), accel or AccelErrors(), temperature
+    )
+
+
+def _streams(seed: int) -> dict[str, np.random.Generator]:
+    children = np.random.SeedSequence(whole("seed", seed, 0)).spawn(len(_STREAMS))
+    return dict(zip(_STREAMS, map(np.random.default_rng, children), strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class _Imu:
+    """A motion at the samples, and what sensors make of it."""
+
+    motion: Hand
+    seconds: Floats
+    rate: float
+    gravity: float
+    random: dict[str, np.random.Generator]
+
+    def session(
+        self, gyro: GyroErrors, accel: AccelErrors, temperature: Course | None
+    ) -> SimulatedSession:
+        """Return the session of two sensors."""
+        orientation, rates = self.motion.at(self.seconds)
+        force = self._force(orientation, rates)
+        A, b_a = _accel_parameters(accel, self.random["errors"])
+        W, b_g, G = _gyro_parameters(gyro, self.random["errors"])
+        degrees = None if temperature is None else _course(temperature, self.seconds)
+        white, drift = self._noise(gyro.noise, "gyro noise")
+        bias = b_g + _by_temperature(gyro, degrees) + drift
+        raw_gyro = rates @ W.T + force @ G.T / _G + bias + white
+        raw_accel = force @ A.T + b_a + self._disturbance(accel)
+        raw_accel += sum(self._noise(accel.noise, "accel noise"))
+        outputs = _Output.of_accel(accel), _Output.of_gyro(gyro)
+        logs = {
+            "gyro": outputs[1].log(raw_gyro, self.seconds, self.rate),
+            "accel": outputs[0].log(raw_accel, self.seconds, self.rate),
+        }
+        if degrees is not None:
+            logs["temperature"] = Log(self.seconds, self.rate, degrees, ("temp_degc",), "degC")
+        rests, turns = self.motion.spans(self.rate, self.seconds.size)
+        return SimulatedSession(
+            recording=Recording(logs, "a simulated session"),
+            truth=self._truth(outputs, (A, b_a, W, bias.mean(axis=0), G), degrees),
+            rates=rates,
+            orientation=orientation,
+            force=force,
+            bias=bias / outputs[1].offset,
+            rests=rests,
+            turns=turns,
+        )
+
+    def _force(self, orientation: Floats, rates: Floats) -> Floats:
+        """Return the specific force at the accelerometer, m/s^2: gravity, and turning about."""
+        up = turned(inverse(orientation), np.tile([0.0, 0.0, 1.0], (len(orientation), 1)))
+        lever = self.random["motion"].standard_normal(3)
+        lever *= _LEVER / np.linalg.norm(lever)
+        # The rate's derivative by differences of the closed form, good to 1e-8 rad/s^2.
+        step = 1e-6
+        before, after = (self.motion.at(self.seconds + h)[1] for h in (-step, step))
+        turning = np.cross((after - before) / (2.0 * step), lever)
+        return self.gravity * up + turning + np.cross(rates, np.cross(rates, lever))
+
+    def _noise(self, noise: Noise, stream: str) -> tuple[Floats, Floats]:
+        """Return white noise and drift of three axes, SI units."""
+        n = self.seconds.size
+        if noise is None:
+            return np.zeros((n, 3)), np.zeros((n, 3))
+        seed = int(self.random[stream].integers(2**63))
+        signal, drift = simulate(
+            noise, self.rate, n / self.rate, seed, axes=3, resolution=0.0, turn_on_bias=0.0
+        )
+        return signal - drift, drift
+
+    def _disturbance(self, accel: AccelErrors) -> Floats:
+        size = not_negative("disturbance", accel.disturbance)
+        count = len(self.motion.starts)
+        of_poses = size * self.random["disturbance"].standard_normal((count, 3))
+        return self.motion.between(self.seconds, of_poses)
+
+    def _truth(
+        self,
+        outputs: tuple[_Output, _Output],
+        parameters: tuple[Floats, Floats, Floats, Floats, Floats],
+        degrees: Floats | None,
+    ) -> Calibration:
+        accel, gyro = outputs
+        A, b_a, W, b_g, G = parameters
+        values = np.empty(len(PARAMETERS))
+        values[ACCEL_MATRIX], values[ACCEL_BIAS] = A.ravel() / accel.gain, b_a / accel.offset
+        values[GYRO_MATRIX], values[GYRO_BIAS] = W.ravel() / gyro.gain, b_g / gyro.offset
+        values[G_SENSITIVITY] = G.ravel() / gyro.offset
+        return Calibration(
+            values,
+            np.zeros((values.size, values.size)),
+            np.ones(values.size, dtype=np.bool_),
+            (accel.unit, accel.corrected),
+            (gyro.unit, gyro.corrected),
+            self.gravity,
+            self.rate,
+            notes=("true values of a simulated session",),
+            temperature=None if degrees is None else float(degrees.mean()),
+        )
+
+
+@dataclass(frozen=True)
+class _Output:
+    """How a sensor's output, in SI units, becomes samples."""
+
+    names: tuple[str, ...]
+    unit: str
+    corrected: str
+    resolution: float
+    range: float | None
+    offset: float
+    """SI units in one of the samples."""
+    gain: float
+    """What a matrix between SI units is divided by."""
+
+    @classmethod
+    def of_gyro(cls, errors: GyroErrors) -> _Output:
+        device_step = errors.noise.resolution if isinstance(errors.noise, Device) else 0.0
+        step = device_step if errors.resolution is None else errors.resolution
+        return cls._of("gyro", errors.unit, ("deg/s", "rad/s"), step, errors.range)
+
+    @classmethod
+    def of_accel(cls, errors: AccelErrors) -> _Output:
+        units = ("g", "m/s^2")
+        return cls._of("accel", errors.unit, units, errors.resolution, errors.range)
+
+    @classmethod
+    def _of(
+        cls, kind: str, unit: str, known: tuple[str, str], step: float, limit: float | None
+    ) -> _Output:
+        resolution = not_negative("resolution", step)
+        names = tuple(with_suffix(f"{kind}_{axis}", unit) for axis in "xyz")
+        if limit is not None:
+            positive("range", limit)
+        if unit in known:
+            return cls(names, unit, unit, resolution, limit, UNITS[unit].amount, 1.0)
+        if unit != UNKNOWN:
+            raise ValueError(f"unit must be one of {', '.join((*known, UNKNOWN))}, got {unit!r}")
+        if not resolution:
+            raise ValueError(f"samples in {UNKNOWN!r} are counts: they need a resolution above 0")
+        return cls(names, unit, known[1], resolution, limit, resolution, resolution)
+
+    def log(self, values: Floats, seconds: Floats, rate: float) -> Log:
+        """Return the samples of an output in SI units."""
+        if self.resolution > 0.0:
+            values = np.round(values / self.resolution) * self.resolution
+        if self.range is not None:
+            values = np.clip(values, -self.range, self.range)
+        return Log(seconds, rate, values / self.offset, self.names, self.unit)
+
+
+def _accel_parameters(errors: AccelErrors, random: np.random.Generator) -> tuple[Floats, Floats]:
+    A = _matrix(errors, random)
+    if errors.matrix is None:
+        A = np.tril(A)
+    if np.triu(A, 1).any():
+        raise ValueError("the accelerometer's matrix must be lower triangular: zero above")
+    return A, given_or_drawn("bias", errors.bias, (3,), random)
+
+
+def _gyro_parameters(
+    errors: GyroErrors, random: np.random.Generator
+) -> tuple[Floats, Floats, Floats]:
+    W = _matrix(errors, random)
+    bias = given_or_drawn("bias", errors.bias, (3,), random)
+    return W, bias, given_or_drawn("g_sensitivity", errors.g_sensitivity, (3, 3), random)
+
+
+def _matrix(errors: AccelErrors | GyroErrors, random: np.random.Generator) -> Floats:
+    size = np.full((3, 3), not_negative("misalignment", errors.misalignment))
+    np.fill_diagonal(size, not_negative("scale", errors.scale))
+    drawn: Floats = np.eye(3) + size * random.standard_normal((3, 3))
+    return drawn if errors.matrix is None else fixed("matrix", errors.matrix, (3, 3))
+
+
+def _course(temperature: Course, seconds: Floats) -> Floats:
+    if callable(temperature):
+        return fixed("temperature", temperature(seconds), (seconds.size,))
+    first, last = fixed("temperature", temperature, (2,))
+    course: Floats = last + (first - last) * np.exp(-3.0 * seconds / seconds[-1])
+    return course
+
+
+def _by_temperature(gyro: GyroErrors, degrees: Floats | None) -> Floats | float:
+    """Return the bias by temperature, rad/s, shape (n, 3)."""
+    coefficients = np.array(gyro.temperature, dtype=np.float64)
+    if not coefficients.size:
+        return 0.0
+    if degrees is None:
+        raise ValueError("a bias by temperature needs the session's temperature")
+    if coefficients.ndim == 1:
+        coefficients = np.repeat(coefficients[:, None], 3, axis=1)
+    fixed("temperature", coefficients, (None, 3))
+    warmth = (degrees[:, None] - _REFERENCE_TEMPERATURE) / 10.0
+    powers = warmth[:, :, None] ** np.arange(1, len(coefficients) + 1)
+    bias: Floats = np.sum(powers * coefficients.T, axis=2)
+    return bias

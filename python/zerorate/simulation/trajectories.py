@@ -1,0 +1,258 @@
+"""Motions of what is swung, carried or driven, in closed form: orientation, rate and velocity.
+
+Each function draws a motion and returns it as a `Trajectory`. East, north and up are x, y and z of
+the earth, and the axes of a body that is level and heads east: forward, left and up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+import numpy as np
+
+from zerorate.geometry.rotations import inverse, of_rotation_vectors, product
+from zerorate.simulation.hand import hand as turned_by_hand
+from zerorate.simulation.hand import turned
+from zerorate.types import Floats
+
+__all__ = ["TRAJECTORIES", "Trajectory"]
+
+Random: TypeAlias = np.random.Generator
+Motion: TypeAlias = tuple[Floats, Floats, Floats]
+"""Quaternions from body to earth, shape (n, 4); rates in the axes of the body, rad/s, and velocity
+in those of the earth, m/s, shape (n, 3)."""
+Angle: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
+"""What gives an angle and its derivative at any time."""
+
+_G: Final = 9.80665
+_TURN: Final = 2.0 * math.pi
+_DEG: Final = math.radians(1.0)
+_X, _Y, _Z = np.eye(3)
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A motion that may be begun at any of its times.
+
+    Parameters
+    ----------
+    at
+        Gives the motion at times, s, shape (n,), from -1 s on.
+    ease
+        How long it takes from rest to full speed, s.
+    """
+
+    at: Callable[[Floats], Motion]
+    ease: float = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Waves:
+    """A sum of sines about a mean, and its derivative."""
+
+    amplitudes: Floats
+    frequencies: Floats
+    phases: Floats
+    mean: float = 0.0
+
+    @classmethod
+    def drawn(
+        cls,
+        random: Random,
+        rms: float,
+        band: tuple[float, float],
+        mean: float = 0.0,
+        lines: int = 4,
+    ) -> _Waves:
+        """Return waves of equal size between two frequencies, Hz."""
+        phases, frequencies = random.uniform(0.0, _TURN, lines), random.uniform(*band, lines)
+        return cls(np.full(lines, rms * math.sqrt(2.0 / lines)), frequencies, phases, mean)
+
+    @classmethod
+    def single(cls, amplitude: float, frequency: float, phase: float, mean: float = 0.0) -> _Waves:
+        return cls(np.array([amplitude]), np.array([frequency]), np.array([phase]), mean)
+
+    def __call__(self, t: Floats) -> tuple[Floats, Floats]:
+        pulses = _TURN * self.frequencies
+        argument = pulses * t[:, None] + self.phases
+        return (
+            self.mean + np.sin(argument) @ self.amplitudes,
+            np.cos(argument) @ (pulses * self.amplitudes),
+        )
+
+
+def pendulum(random: Random, duration: float) -> Trajectory:
+    """Return a sensor on a pendulum that swings in one plane."""
+    length = random.uniform(0.5, 1.2)
+    heading, phase = random.uniform(0.0, _TURN, 2)
+    amplitude = random.uniform(20.0, 60.0) * _DEG
+    swing = _Waves.single(amplitude, math.sqrt(_G / length) / _TURN, phase)
+    # As in a physical pendulum the sensor is not where a point of the same period would be.
+    lever = np.array([0.0, 0.0, -random.uniform(0.4, 0.9) * length])
+    return Trajectory(_lever(((_Z, _steady(heading, 0.0)), (_Y, swing)), lever))
+
+
+def spinning_pendulum(random: Random, duration: float) -> Trajectory:
+    """Return a sensor on a pendulum that swings in an ellipse and spins about its rod."""
+    length = random.uniform(0.5, 1.2)
+    frequency = math.sqrt(_G / length) / _TURN
+    first, second = (
+        _Waves.single(random.uniform(15.0, 45.0) * _DEG, frequency * detuned, phase)
+        for detuned, phase in zip((1.0, 1.02), random.uniform(0.0, _TURN, 2), strict=True)
+    )
+    spin = _steady(random.uniform(0.0, _TURN), _either_way(random, 30.0, 150.0) * _DEG)
+    lever = np.array([0.0, 0.0, -random.uniform(0.4, 0.9) * length])
+    return Trajectory(_lever(((_Y, first), (_X, second), (_Z, spin)), lever))
+
+
+def arm(random: Random, duration: float) -> Trajectory:
+    """Return a sensor on the wrist of someone who walks: shoulder, elbow and forearm swing."""
+    step = random.uniform(0.8, 1.1)
+    phase = random.uniform(0.0, _TURN)
+    way = _Waves.drawn(random, 60.0 * _DEG, (0.01, 0.04), random.uniform(0.0, _TURN))
+    shoulder = _Waves.single(random.uniform(20.0, 40.0) * _DEG, step, phase)
+    elbow = _Waves.single(random.uniform(10.0, 25.0) * _DEG, step, phase - 0.5, -25.0 * _DEG)
+    roll = _Waves.single(random.uniform(5.0, 20.0) * _DEG, step, phase + 0.7)
+    speed, bob = random.uniform(1.0, 1.6), _Waves.single(0.02, 2.0 * step, 2.0 * phase)
+    upper = ((_Z, way), (_Y, shoulder))
+    at_elbow = _lever(upper, np.array([0.0, 0.0, -0.3]))
+    # From the elbow on, as if that stood still.
+    from_elbow = _lever((*upper, (_Y, elbow), (_Z, roll)), np.array([0.0, 0.0, -0.25]))
+
+    def at(t: Floats) -> Motion:
+        q, rates, velocity = from_elbow(t)
+        ahead = way(t)[0]
+        body = np.column_stack((speed * np.cos(ahead), speed * np.sin(ahead), bob(t)[1]))
+        return q, rates, velocity + at_elbow(t)[2] + body
+
+    return Trajectory(at)
+
+
+def vehicle(random: Random, duration: float) -> Trajectory:
+    """Return a car in a town: corners and straights, changing speed, on an uneven road."""
+    way = _Corners.drawn(random, duration, speed=8.0)
+    speed = _Waves.drawn(random, 2.0, (0.02, 0.1), 8.0)
+    pitch, roll = (_Waves.drawn(random, 0.7 * _DEG, (0.2, 1.5)) for _ in range(2))
+    heave = _Waves.drawn(random, 0.02, (1.0, 8.0))
+
+    def at(t: Floats) -> Motion:
+        q, rates = _chained(((_Z, way), (_Y, pitch), (_X, roll)), t)
+        ahead, fast = way(t)[0], speed(t)[0]
+        return q, rates, np.column_stack((fast * np.cos(ahead), fast * np.sin(ahead), heave(t)[0]))
+
+    return Trajectory(at, ease=8.0)
+
+
+def circle(random: Random, duration: float) -> Trajectory:
+    """Return what is carried round a circle, without end, and tilts a little on the way."""
+    turning = _either_way(random, 30.0, 90.0) * _DEG
+    radius = random.uniform(0.5, 1.5)
+    way = _steady(random.uniform(0.0, _TURN), turning)
+    pitch, roll = (_Waves.drawn(random, 10.0 * _DEG, (0.05, 0.3)) for _ in range(2))
+    speed = abs(turning) * radius
+
+    def at(t: Floats) -> Motion:
+        q, rates = _chained(((_Z, way), (_Y, pitch), (_X, roll)), t)
+        ahead = way(t)[0]
+        return q, rates, speed * np.column_stack((np.cos(ahead), np.sin(ahead), 0.0 * t))
+
+    return Trajectory(at)
+
+
+def hand(random: Random, duration: float) -> Trajectory:
+    """Return what a hand turns from pose to pose, and moves about, with hardly a stop."""
+    rest, turn = 0.3, 1.5
+    poses = math.ceil((duration + 2.0) / (rest + turn)) + 1
+    turns = turned_by_hand(
+        poses,
+        rest,
+        turn,
+        angles=(30.0 * _DEG, 150.0 * _DEG),
+        axis=None,
+        turns=None,
+        wobble=0.06,
+        tremor=0.02,
+        random=random,
+        trembling=random,
+    )
+    moved = [_Waves.drawn(random, 0.2, (0.1, 1.0)) for _ in range(3)]
+    lever = np.array([0.1, 0.0, 0.05])
+
+    def at(t: Floats) -> Motion:
+        q, rates = turns.at(t + rest + 0.5 * turn)
+        about = turned(q, np.cross(rates, lever))
+        return q, rates, about + np.column_stack([wave(t)[0] for wave in moved])
+
+    return Trajectory(at)
+
+
+TRAJECTORIES: Final[dict[str, Callable[[Random, float], Trajectory]]] = {
+    "pendulum": pendulum,
+    "spinning pendulum": spinning_pendulum,
+    "arm": arm,
+    "vehicle": vehicle,
+    "circle": circle,
+    "hand": hand,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class _Corners:
+    """A heading that changes in corners, in each of which the rate is a raised cosine."""
+
+    start: float
+    begins: Floats
+    lengths: Floats
+    angles: Floats
+
+    @classmethod
+    def drawn(cls, random: Random, duration: float, speed: float) -> _Corners:
+        """Return corners of 30 to 100 deg, driven with up to 3 m/s^2 to the side."""
+        start, begin = random.uniform(0.0, _TURN), random.uniform(3.0, 10.0)
+        found = []
+        while begin < duration:
+            angle = _either_way(random, 30.0, 100.0) * _DEG
+            length = 2.0 * abs(angle) * speed / random.uniform(1.5, 3.0)
+            found.append((begin, length, angle))
+            begin += length + random.uniform(3.0, 15.0)
+        rows = np.array(found).reshape(-1, 3)
+        return cls(start, rows[:, 0], rows[:, 1], rows[:, 2])
+
+    def __call__(self, t: Floats) -> tuple[Floats, Floats]:
+        heading, rate = np.full(t.size, self.start), np.zeros(t.size)
+        for begin, length, angle in zip(self.begins, self.lengths, self.angles, strict=True):
+            part = np.clip((t - begin) / length, 0.0, 1.0)
+            heading += angle * (part - np.sin(_TURN * part) / _TURN)
+            rate += angle / length * (1.0 - np.cos(_TURN * part))
+        return heading, rate
+
+
+def _steady(start: float, rate: float) -> Angle:
+    return lambda t: (start + rate * t, np.full(t.size, rate))
+
+
+def _either_way(random: Random, low: float, high: float) -> float:
+    return float(random.choice((-1.0, 1.0)) * random.uniform(low, high))
+
+
+def _lever(joints: Sequence[tuple[Floats, Angle]], lever: Floats) -> Callable[[Floats], Motion]:
+    """Return the motion of the end of a lever behind joints; the first one stands still."""
+
+    def at(t: Floats) -> Motion:
+        q, rates = _chained(joints, t)
+        return q, rates, turned(q, np.cross(rates, lever))
+
+    return at
+
+
+def _chained(joints: Sequence[tuple[Floats, Angle]], t: Floats) -> tuple[Floats, Floats]:
+    """Return orientations and rates behind joints, each about an axis of the one before it."""
+    q, rates = np.tile([1.0, 0.0, 0.0, 0.0], (t.size, 1)), np.zeros((t.size, 3))
+    for axis, joint in joints:
+        angle, rate = joint(t)
+        step = of_rotation_vectors(axis * angle[:, None])
+        q, rates = product(q, step), turned(inverse(step), rates) + axis * rate[:, None]
+    return q, rates

@@ -1,0 +1,70 @@
+"""Temperatures between the steps of a thermometer."""
+
+import numpy as np
+import pytest
+
+from zerorate.calibration.temperature.thermometer import between_steps, held
+
+TIME = np.arange(7200) / 4.0
+WARMING = 20.0 + 20.0 * (1.0 - np.exp(-TIME / 400.0))
+
+
+def error(temperature, step=1.0):
+    shown = np.round(temperature / step) * step
+    found, seen = between_steps(TIME, shown)
+    assert seen == pytest.approx(step)
+    return found - temperature
+
+
+def test_a_straight_line_is_found_but_for_its_ends():
+    # A change is seen up to a sample late; the ends have no second change beside them.
+    inner = slice(400, -400)
+    assert np.abs(error(20.0 + TIME / 100.0)[inner]).max() < 0.01
+
+
+@pytest.mark.parametrize("temperature", [WARMING, WARMING[::-1], 25.0 + 10.0 * np.sin(TIME / 300)])
+def test_whole_degrees_are_read_five_times_finer(temperature):
+    # Rounding alone has an error of 0.29.
+    assert np.sqrt(np.mean(error(temperature) ** 2)) < 0.29 / 4.0
+
+
+def test_tenths_are_no_different():
+    fine = error(20.0 + (WARMING - 20.0) / 10.0, 0.1)
+    np.testing.assert_allclose(
+        fine, error(10.0 * (20.0 + (WARMING - 20.0) / 10.0)) / 10.0, atol=0.1
+    )
+
+
+def test_noise_at_a_boundary_is_passed_over():
+    noise = 0.1 * np.random.default_rng(0).standard_normal(TIME.size)
+    found, _ = between_steps(TIME, np.round(WARMING + noise))
+    assert np.sqrt(np.mean((found - WARMING) ** 2)) < 0.29 / 1.5
+
+
+@pytest.mark.parametrize(
+    "temperature",
+    [
+        np.full(TIME.size, 25.0),
+        np.where(TIME < 900.0, 25.0, 45.0),
+        WARMING + 0.01 * np.random.default_rng(0).standard_normal(TIME.size),
+    ],
+    ids=["constant", "a jump", "fine"],
+)
+def test_others_are_left_as_they_are(temperature):
+    found, step = between_steps(TIME, temperature)
+    assert step == 0.0
+    np.testing.assert_array_equal(found, temperature)
+
+
+def test_one_change_tells_one_moment():
+    shown = np.where(TIME < 900.0, 25.0, 26.0)
+    found, step = between_steps(TIME, shown)
+    assert (step, found[0], found[-1]) == (1.0, 25.0, 26.0)
+    assert np.interp(900.0, TIME, found) == pytest.approx(25.5, abs=0.01)
+
+
+def test_missing_temperatures_are_held():
+    nan = np.nan
+    shown = np.array([nan, nan, 20.0, nan, 21.0, np.inf, 1e30, -1e5])
+    np.testing.assert_array_equal(held(shown), [20, 20, 20, 20, 21, 21, 21, 21])
+    assert np.isnan(held(np.array([nan, 1e6]))).all()
