@@ -12,17 +12,9 @@ FORMS = forms()
 READ = [form for form in FORMS if form.expected in ("read", "asks")]
 REFUSED = [form for form in FORMS if form.expected not in ("read", "asks")]
 
-PENDING = (
-    "sensorlog ios",
-    "matlab mobile csv",
-    "witmotion new",
-    "arduino ide monitor stamps",
-)
-"""Forms that are not read so yet."""
-
 
 def named(listed):
-    return [pytest.param(form, id=form.name) for form in listed if form.name not in PENDING]
+    return [pytest.param(form, id=form.name) for form in listed]
 
 
 @pytest.mark.parametrize("form", named(READ))

@@ -47,11 +47,14 @@ def _read(path: Path) -> Content:
     raw = _as_utf8(path.read_bytes())
     if not is_text(raw):
         raise LogError("the content is binary, expected a text table")
-    raw = _without_arrows(raw)
+    raw, stamped = _without_arrows(raw)
     found = messages(raw)
     if found is not None:
         return found
     table = _named_by_file(_table(raw), path.stem)
+    if stamped:
+        names = table.names and ("time", *table.names[1:])
+        table = replace(table, names=names, time=0)
     return by_label(table) or by_instance(table) or Content.of(listed_names(table))
 
 
@@ -64,13 +67,13 @@ def _as_utf8(raw: bytes) -> bytes:
         raise LogError(f"damaged UTF-16: {error.reason}") from None
 
 
-def _without_arrows(raw: bytes) -> bytes:
-    """Return the lines of a serial monitor with their times as cells."""
+def _without_arrows(raw: bytes) -> tuple[bytes, bool]:
+    """Return the lines of a serial monitor with their times as cells, and whether they had any."""
     found = re.match(_STAMP + rb"(.*)", raw)
     if found is None:
-        return raw
+        return raw, False
     mark = next((mark for mark in (b";", b"\t", b",") if mark in found[2]), b" ")
-    return re.sub(_STAMP, rb"\1" + mark, raw)
+    return re.sub(_STAMP, rb"\1" + mark, raw), True
 
 
 def _table(raw: bytes) -> Table:
