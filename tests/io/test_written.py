@@ -5,6 +5,8 @@ import pytest
 
 from zerorate.io import LogError, read_log
 from zerorate.io.clocks.iso8601 import dates, is_date
+from zerorate.io.clocks.stamps import to_seconds
+from zerorate.io.clocks.written import unpacked_times
 
 N = 300
 
@@ -91,3 +93,27 @@ def test_a_time_in_several_columns():
     # Two clocks that each tell all are not added.
     both = {"time_s": np.arange(N) / 500, "time_ns": 2_000_000 * np.arange(N)}
     assert read_log({**both, "gyro_x": np.ones(N)}).rate == 500.0
+
+
+def packed(seconds, per_second):
+    """Hours, minutes and seconds of the day as one number."""
+    hours, minutes = np.floor(seconds / 3600) % 24, np.floor(seconds / 60) % 60
+    return np.rint((1e4 * hours + 1e2 * minutes + seconds % 60) * per_second)
+
+
+@pytest.mark.parametrize("start", ["11:59:30", "23:59:58", "0:00:59"])
+@pytest.mark.parametrize(("per_second", "kind"), [(1e3, np.int64), (1e3, float), (1e6, np.int64)])
+def test_hours_minutes_and_seconds_in_one_number(start, per_second, kind):
+    h, m, s = map(int, start.split(":"))
+    since = np.arange(6000) / 100
+    first = 3600 * h + 60 * m + s
+    found = to_seconds(packed(first + since, per_second).astype(kind), "time", None)
+    assert found.start == first
+    np.testing.assert_allclose(found.seconds, since, atol=1e-6)
+    assert "hours, minutes and seconds in one number" in found.note
+
+
+@pytest.mark.parametrize("step", [1, 10, 1000, 10_000])
+def test_a_count_is_no_time_of_day(step):
+    counts = 123_456 + step * np.arange(30_000)
+    assert unpacked_times(counts) is None

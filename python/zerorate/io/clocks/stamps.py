@@ -21,6 +21,7 @@ from zerorate.io.clocks.units import (
     unit_of,
     unit_of_rate,
 )
+from zerorate.io.clocks.written import unpacked_times
 from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
 from zerorate.io.table import Column
@@ -98,6 +99,9 @@ def to_seconds(
     numbers = _numbers(column, name)
     first = float(numbers[0])
     since = _since(numbers, name)
+    if found is None and unit is None and (packed := _packed(numbers, name)) is not None:
+        since, first, found = packed
+        notes.append(found.note)
     if found is None:
         since, told = _unwrapped(since, first, name)
         _check_fine(numbers, since, name)
@@ -111,6 +115,17 @@ def to_seconds(
     seconds, told = _through_midnights(seconds, name)
     note = "; ".join(filter(None, (*notes, told)))
     return Stamps(seconds, first / found.per_second + found.epoch, note or None)
+
+
+def _packed(numbers: Column, name: str) -> tuple[Counts, float, Unit] | None:
+    """Return the times of day in numbers such as 120059990, in seconds; None for all others."""
+    if time_unit(name) not in (None, "s") or middle_step(_since(numbers, name)) <= 0.0:
+        return None
+    times = unpacked_times(numbers)
+    if times is None:
+        return None
+    said = f"time column '{name}' read as hours, minutes and seconds in one number"
+    return times - times[0], float(times[0]), Unit(1.0, 0.0, said)
 
 
 def without_texts(column: Column, name: str) -> Column:

@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["is_written_time", "written_times"]
+__all__ = ["is_written_time", "unpacked_times", "written_times"]
 
 _MONTHS: Final = (
     "jan",
@@ -40,6 +40,11 @@ _TIME: Final = re.compile(
 )
 _EPOCH: Final = date(1970, 1, 1).toordinal()
 _DAY: Final = 86_400 * 10**9
+
+
+_HALF_DAY: Final = 43_200.0
+_PACKED: Final = (1, 1_000, 1_000_000)
+"""Counts a second of hours, minutes and seconds written as one number: HHMMSS, HHMMSSmmm."""
 
 
 class _Parts(NamedTuple):
@@ -149,3 +154,35 @@ def _ordinal(parts: Sequence[str], month_first: bool) -> int | None:
         return date(year, month, day).toordinal()
     except ValueError:
         return None
+
+
+def unpacked_times(numbers: npt.NDArray[Any]) -> npt.NDArray[np.float64] | None:
+    """Return the seconds of day of numbers such as 120059990, None where they are no such times.
+
+    ``HHMMSS`` with decimals, ``HHMMSSmmm`` and microseconds are told from a count by what they do
+    at a full minute: they leap by forty seconds there, and no number has a 60 where seconds stand.
+    """
+    for per_second in _PACKED:
+        seconds = _unpacked(numbers, float(per_second))
+        if seconds is not None:
+            return seconds
+    return None
+
+
+def _unpacked(numbers: npt.NDArray[Any], per_second: float) -> npt.NDArray[np.float64] | None:
+    if not 0.0 <= float(numbers.min()) <= float(numbers.max()) < 240_000.0 * per_second:
+        return None
+    written = numbers / per_second
+    whole = np.floor(written)
+    minutes, second = np.divmod(whole, 100.0)
+    hour, minute = np.divmod(minutes, 100.0)
+    if max(float(second.max()), float(minute.max())) >= 60.0:
+        return None
+    seconds: npt.NDArray[np.float64] = 3600.0 * hour + 60.0 * minute + second + (written - whole)
+    turns = np.diff(minutes) != 0.0
+    if not turns.any() or turns.mean() > 0.5:
+        return None
+    step = float(np.median(np.diff(seconds)))
+    # At a full minute, and at midnight, the rows go on as within it.
+    over = (np.diff(seconds)[turns] + _HALF_DAY) % (2.0 * _HALF_DAY) - _HALF_DAY
+    return seconds if float(np.median(np.abs(over - step))) <= max(1.0, 2.0 * step) else None
