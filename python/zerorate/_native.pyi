@@ -1592,6 +1592,9 @@ class GyroArray(Generic[_Number]):
         """
     def power_on(self) -> None:
         """The sensors were switched off and on: their biases are forgotten, their noise is not."""
+    @property
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
     def reset(self) -> None:
         """Back to before the first sample, with the same parameters."""
     def copy(self) -> Self:
@@ -2379,14 +2382,17 @@ class NavigationFilter:
         last sample), ``nis`` (m, 2) and when it was ``taken``, s; with ``record`` also what the smoother
         needs, else None. The interpreter lock is released.
         """
+    @property
+    def channels(self) -> int | None:
+        """Number of signals, None for a single one."""
     def reset(self) -> None:
         """Back to before the first sample, with the same parameters."""
     def to_bytes(self) -> bytes:
         """Parameters and state as bytes, with versions and a checksum."""
     @staticmethod
     def from_bytes(b: bytes) -> NavigationFilter:
-        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError if the bytes
-        are not one.
+        """The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError
+        if the bytes are not one.
         """
     def copy(self) -> NavigationFilter:
         """An independent object in the same state."""

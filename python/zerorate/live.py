@@ -1,29 +1,35 @@
 """A line of numbers in, a line of answers out: what ``zerorate stream`` does, without its files."""
 
 from zerorate.run.live import (
-    AttitudeLines,
+    ArraySettings,
     AttitudeSettings,
     Beside,
     CheckpointError,
     ColumnError,
     LineError,
     LineStream,
+    NavigationSettings,
     Settings,
     SettingsError,
+    WithArray,
     WithAttitude,
+    WithNavigation,
 )
 
 __all__ = [
-    "AttitudeLines",
+    "ArraySettings",
     "AttitudeSettings",
     "Beside",
     "CheckpointError",
     "ColumnError",
     "LineError",
     "LineStream",
+    "NavigationSettings",
     "Settings",
     "SettingsError",
+    "WithArray",
     "WithAttitude",
+    "WithNavigation",
 ]
 
 

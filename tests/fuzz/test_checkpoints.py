@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from support.checks import assert_finite
-from support.classes import EXAMPLES, example, process, state
+from support.classes import EXAMPLES, example, state
+from support.feeding import process
 from support.wild import forged, samples
 
 COVARIANCES = ("process_noise", "covariance")

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from support.classes import EXAMPLES, assert_same_answers, example, joined, process, state
+from support.classes import EXAMPLES, assert_same_answers, example, state
+from support.feeding import joined, process
 from support.wild import pieces, samples
 
 
@@ -27,7 +28,7 @@ def test_any_samples(search, name):
     search(case, 30)
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.parametrize("name", [name for name in EXAMPLES if EXAMPLES[name][0].side_by_side])
 def test_any_samples_side_by_side(search, name):
     """Every channel is what it is alone."""
 

@@ -24,7 +24,8 @@ from support.checkpoints import (
     sealed_anew,
 )
 from support.checks import assert_same_bits, named
-from support.classes import EXAMPLES, STREAMS, assert_same_state, example, process
+from support.classes import EXAMPLES, STREAMS, assert_same_state, example
+from support.feeding import process
 from support.settings import METHODS, MOTIONS, ORDERS, OUTPUTS, RATE, start_of
 
 BY_KIND = pytest.mark.parametrize("kind", EXAMPLES)

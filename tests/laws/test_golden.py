@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from support.classes import process
+from support.feeding import process
 from support.golden import GOLDEN, NAMES, goes_on, new, record, recorded, saved
 
 # Logarithms and exponentials, which the self-tuning filter needs, may differ by a bit elsewhere.

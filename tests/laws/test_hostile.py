@@ -15,7 +15,8 @@ from support.checks import (
     assert_symmetric,
     named,
 )
-from support.classes import EXAMPLES, STREAMS, example, process, sound_trace, state
+from support.classes import EXAMPLES, STREAMS, example, sound_trace, state
+from support.feeding import process
 from support.records import hostile_records, records
 from support.settings import (
     METHODS,

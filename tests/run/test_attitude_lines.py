@@ -5,11 +5,11 @@ import pytest
 
 import zerorate as zr
 from zerorate.live import (
-    AttitudeLines,
     AttitudeSettings,
     CheckpointError,
     ColumnError,
     LineError,
+    LineStream,
     SettingsError,
 )
 
@@ -32,13 +32,13 @@ def quaternions(answers):
 
 
 def test_six_numbers_without_a_header():
-    stream = AttitudeLines(settings())
+    stream = LineStream(settings())
     np.testing.assert_array_equal(quaternions(map(stream.take, LINES)), own(ROWS))
     assert (stream.samples, stream.position) == (200, 200)
 
 
 def test_columns_by_position_and_the_rest_passes():
-    stream = AttitudeLines(settings(columns=(4, 5, 6, 1, 2, 3)))
+    stream = LineStream(settings(columns=(4, 5, 6, 1, 2, 3)))
     turned = [
         f"{i},{line.split(',', 3)[3]},{','.join(line.split(',')[:3])}"
         for i, line in enumerate(LINES)
@@ -50,14 +50,14 @@ def test_columns_by_position_and_the_rest_passes():
 
 def test_scales_make_counts_units():
     scaled = ROWS / [0.1, 0.1, 0.1, 0.5, 0.5, 0.5]
-    stream = AttitudeLines(settings(gyro_scale=0.1, accel_scale=0.5))
+    stream = LineStream(settings(gyro_scale=0.1, accel_scale=0.5))
     lines = [",".join(map(repr, row)) for row in scaled.tolist()]
     # Powers of two are exact, tenths are rounded once more.
     np.testing.assert_allclose(quaternions(map(stream.take, lines)), own(ROWS), atol=1e-12)
 
 
 def test_a_garbled_line_takes_its_time():
-    stream = AttitudeLines(settings())
+    stream = LineStream(settings())
     answers = [stream.take(line) for line in LINES[:100]]
     with pytest.raises(LineError, match="it has 2 cells, expected 6"):
         stream.take("1.0,2.0")
@@ -70,7 +70,7 @@ def test_a_garbled_line_takes_its_time():
 
 
 def test_numbers_tell_what_was_lost():
-    stream = AttitudeLines(settings(sequence=0))
+    stream = LineStream(settings(sequence=0))
     kept = np.delete(np.arange(200), [60, 61, 62])
     answers = [stream.take(f"{i},{LINES[i]}") for i in kept]
     dt = np.full(197, 0.02)
@@ -82,7 +82,7 @@ def test_numbers_tell_what_was_lost():
 
 
 def test_time_of_its_own_unit():
-    stream = AttitudeLines(settings(time="millis", beside=("euler", "heading", "linear", "bias")))
+    stream = LineStream(settings(time="millis", beside=("euler", "heading", "linear", "bias")))
     assert stream.take("millis,gx,gy,gz,ax,ay,az").startswith("millis,quat_w")
     kept = np.delete(np.arange(200), [60, 61, 62])
     answers = [stream.take(f"{20 * i},{LINES[i]}") for i in kept]
@@ -107,7 +107,7 @@ def test_time_of_its_own_unit():
 )
 def test_columns_that_cannot_be(line, given, match):
     with pytest.raises(ColumnError, match=match):
-        AttitudeLines(settings(**given)).take(line)
+        LineStream(settings(**given)).take(line)
 
 
 @pytest.mark.parametrize(
@@ -126,29 +126,29 @@ def test_settings_that_cannot_be(given, match):
 
 class TestState:
     def stream(self):
-        made = AttitudeLines(settings(sequence=0, beside=("at_rest",)))
+        made = LineStream(settings(sequence=0, beside=("at_rest",)))
         for i in range(90):
             made.take(f"{i},{LINES[i]}")
         return made
 
     def test_it_goes_on_bit_by_bit(self):
         made = self.stream()
-        again = AttitudeLines.from_bytes(made.to_bytes(), made.settings)
+        again = LineStream.from_bytes(made.to_bytes(), made.settings)
         for i in range(95, 200):
             assert again.take(f"{i},{LINES[i]}") == made.take(f"{i},{LINES[i]}")
         assert again.to_bytes() == made.to_bytes()
 
     def test_bytes_that_are_none(self):
         raw = self.stream().to_bytes()
-        for bad in (b"", raw[:-1], raw[:40], raw[:50] + b"x" + raw[51:], b"ZRLINES2" + raw[8:]):
+        for bad in (b"", raw[:-1], raw[:40], raw[:50] + b"x" + raw[51:], b"ZRLINES1" + raw[8:]):
             with pytest.raises(CheckpointError):
-                AttitudeLines.from_bytes(bad)
+                LineStream.from_bytes(bad)
         with pytest.raises(SettingsError, match="made with beside"):
-            AttitudeLines.from_bytes(raw, settings(sequence=0))
+            LineStream.from_bytes(raw, settings(sequence=0))
 
 
 def test_a_time_in_another_unit_than_the_rate_is_refused():
-    lines = AttitudeLines(settings(time="t"))
+    lines = LineStream(settings(time="t"))
     lines.take("t,gx_dps,gy_dps,gz_dps,ax_g,ay_g,az_g")
     # At 50 Hz ten lines in milliseconds and one before; of lost lines a few are as far apart.
     for i in range(10):

@@ -2,11 +2,11 @@
 
 A class comes as one or more streams, where its settings make it different things. A stream takes
 records whose first axis is time; with channels the second axis is theirs, and where a sample is
-several numbers the last one is these, for a class that takes them as several arguments too.
-Several arrays that are returned at once are joined along their last axis.
+several numbers the last one is these, for a class that takes them as several arguments, as a matrix
+or as an event too: support/feeding.py hands them over. Several arrays that are returned at once are
+joined along their last axis.
 """
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -20,8 +20,12 @@ from support.checks import (
     assert_finite,
     assert_same_bits,
     assert_semidefinite,
+    assert_symmetric,
 )
+from support.feeding import NAVIGATED
+from support.linear import TRACKING, model
 from support.records import (
+    driven_records,
     imu_records,
     moving_records,
     ordinary_records,
@@ -31,17 +35,21 @@ from support.records import (
     wide_records,
 )
 from support.settings import (
+    LEVEL,
     METHODS,
     RATE,
     allan_settings,
+    array_settings,
     attitude_settings,
     auto_settings,
     corrector_settings,
     curve_in_unit,
     drift,
+    linear_settings,
     model_settings,
     motion_settings,
     named_attitude_settings,
+    navigation_settings,
     noise_settings,
     position_settings,
     published_settings,
@@ -193,6 +201,38 @@ def sound_wavelet(f, z, answers):
     assert np.all(f.sigma >= 0.0)
 
 
+def sound_array(f, z, answers):
+    """Finite, and missing at most where a sensor is or is left out."""
+    known = state(f)
+    assert_finite({name: known[name] for name in ("bias", "weights")})
+    assert not np.isinf(answers).any()
+    assert type(f).from_bytes(f.to_bytes()).to_bytes() == f.to_bytes()
+
+
+def sound_linear(f, z, answers):
+    known = state(f)
+    assert_finite({"answers": answers, "state": known["state"]})
+    assert_covariance(known["covariance"])
+    for name in ("innovation", "nis"):
+        assert not np.isinf(known[name]).any(), name
+    assert not np.any(known["nis"] < 0.0)
+    assert type(f).from_bytes(f.to_bytes()).to_bytes() == f.to_bytes()
+
+
+def sound_navigation(f, z, answers):
+    """Finite where it navigates, and a covariance always."""
+    known = state(f)
+    assert_finite({name: known[name] for name in ("attitude", "gyro_bias", "accel_bias")})
+    assert np.isfinite(f.covariance).all()
+    assert_symmetric(f.covariance)
+    assert np.all(np.diag(f.covariance) >= 0.0)
+    navigating = f.status not in ("waiting", "no heading")
+    for name in ("position", "velocity", "sigma"):
+        assert np.isfinite(known[name]).all() == navigating, name
+    # Its covariance is positive semidefinite, or it would be refused.
+    assert type(f).from_bytes(f.to_bytes()).to_bytes() == f.to_bytes()
+
+
 @dataclass(frozen=True)
 class Stream:
     """A streaming class with settings of one kind."""
@@ -219,9 +259,18 @@ class Stream:
     powers: int = 60
     # Where the channels are in its properties.
     channel_axis: int = 0
+    # Whether several signals go through one object side by side.
+    side_by_side: bool = True
+    # Whether its text is a call that makes it anew.
+    told: bool = True
     # Numbers in a sample, and how many of the last ones have a unit of their own.
     width: int = 1
     foreign: int = 0
+
+    @property
+    def channels(self):
+        """Numbers of channels that are tried."""
+        return (None, 2) if self.side_by_side else (None,)
 
     def wide(self, z):
         """Records of as many numbers as a sample has, made of one."""
@@ -249,7 +298,7 @@ class Stream:
                 scaled[name] = (
                     power(scaled[name], a) if callable(power) else scaled[name] * a**power
                 )
-        if "start" in scaled:
+        if isinstance(scaled.get("start"), dict):
             start = scaled["start"]
             scaled["start"] = {name: in_unit(start[name], START[name], a) for name in start}
         return scaled
@@ -272,6 +321,15 @@ def in_unit(value, power, a):
         return value * np.append(np.ones(value.shape[-1] - 1), a)
     # Flags stay flags.
     return value * a**power if power else value
+
+
+def alone(kind):
+    """Return what makes one of a class that has no channels."""
+
+    def make(arguments):
+        return kind(**{name: arguments[name] for name in arguments if name != "channels"})
+
+    return make
 
 
 # Of the arguments and the properties of a DriftFilter.
@@ -602,6 +660,73 @@ STREAMS = {
         width=2,
         foreign=1,
     ),
+    **{
+        name: Stream(
+            kind=zr.GyroArray,
+            make=alone(zr.GyroArray),
+            settings=partial(array_settings, sensors, axes),
+            examples={name: {"rate": RATE, "sensors": sensors, "axes": axes, **arguments}},
+            properties={"bias": 1}
+            | dict.fromkeys(("weights", "health", "at_rest"), 0)
+            | {"samples_seen": 0},
+            answer=1,
+            sound=sound_array,
+            units={"limit": 1, **LIMITS},
+            records=lambda width=sensors * axes: st.one_of(
+                wide_records(moving_records(), width), wide_records(records(), width)
+            ),
+            ordinary=lambda width=sensors * axes: wide_records(ordinary_records(), width),
+            side_by_side=False,
+            width=sensors * axes,
+        )
+        for name, sensors, axes, arguments in (
+            ("array", 4, 3, {}),
+            ("array-1", 3, 1, {"limit": 25.0}),
+            ("array-centralised", 2, 3, {"method": "centralised"}),
+        )
+    },
+    "linear": Stream(
+        kind=zr.LinearKalman,
+        make=lambda arguments: zr.LinearKalman(**arguments),
+        settings=linear_settings,
+        examples={"linear": {**TRACKING, "R": np.eye(2), "H": np.eye(2)}, "linear-9": model(9, 2)},
+        # Of measurements in another unit: what they measure and how well is told in it.
+        properties=dict.fromkeys(("state", "covariance", "nis"), 0) | {"innovation": 1},
+        answer=0,
+        sound=sound_linear,
+        units={"H": 1, "R": 2},
+        records=lambda: wide_records(records(), 2),
+        ordinary=lambda: wide_records(ordinary_records(), 2),
+        powers=30,
+        width=2,
+        told=False,
+    ),
+    "navigation": Stream(
+        kind=zr.NavigationFilter,
+        make=alone(zr.NavigationFilter),
+        settings=navigation_settings,
+        examples={
+            "navigation": {"start": LEVEL},
+            "navigation-wheeled": {
+                "start": LEVEL,
+                "vehicle": "wheeled",
+                "antenna": (0.4, -0.3, -1.2),
+            },
+        },
+        properties=dict.fromkeys(
+            (*NAVIGATED, "covariance", "nis", "learned_sigma", "time", "samples_seen"), 0
+        ),
+        answer=0,
+        sound=sound_navigation,
+        units={},
+        records=lambda: st.one_of(driven_records(), wide_records(records(), 14)),
+        ordinary=driven_records,
+        # The units of everything are known.
+        powers=0,
+        side_by_side=False,
+        width=14,
+        told=False,
+    ),
 }
 PROPERTIES = {stream.kind: list(stream.properties) for stream in STREAMS.values()}
 EXAMPLES = {
@@ -621,54 +746,6 @@ def example(name, channels=None):
         }
         arguments = {**arguments, "start": repeated}
     return stream.make({**arguments, "channels": channels})
-
-
-def arguments_of(kind, z):
-    """What a class takes a sample by, or a record."""
-    if kind in (zr.TemperatureFilter, zr.Tilt):
-        return tuple(np.moveaxis(np.asarray(z), -1, 0))
-    if kind is zr.Attitude:
-        # The field comes first, for its unit alone is free; it is the last argument.
-        sensors = np.split(np.asarray(z), np.shape(z)[-1] // 3, axis=-1)
-        return (*sensors[-2:], *sensors[:-2])
-    if kind is zr.PositionFilter:
-        # East and north of both, strength, rest where the number is positive.
-        numbers = np.asarray(z, dtype=float)
-        plane, others = np.split(numbers[..., :4], 2, axis=-1), np.moveaxis(numbers, -1, 0)[4:]
-        return (*plane, others[0], np.isfinite(others[1]) & (others[1] > 0.0))
-    return (z,)
-
-
-def process(f, z, **how):
-    """What `process` returns, as one array or None."""
-    with warnings.catch_warnings():
-        # Of forces at rest that are not those of gravity.
-        warnings.filterwarnings("ignore", "the accelerometer shows")
-        arguments = arguments_of(type(f), z)
-        if isinstance(f, zr.Attitude) and not f.mag:
-            # Of a state that was forged: it takes no field.
-            arguments = arguments[:2]
-        return flat(f.process(*arguments, **how))
-
-
-def flat(answers):
-    return np.concatenate(answers, axis=-1) if isinstance(answers, tuple) else answers
-
-
-def joined(parts):
-    """What several calls returned, as one; of StreamingAllan, which returns nothing, None."""
-    if all(part is None for part in parts):
-        return None
-    return np.concatenate([np.atleast_1d(part) for part in parts])
-
-
-def one_by_one(f, z):
-    """What `update` returns for each sample."""
-    arguments = partial(arguments_of, type(f))
-    answers = [flat(f.update(*arguments(sample))) for sample in z.tolist()]
-    if all(answer is None for answer in answers):
-        return None
-    return np.array(answers)
 
 
 def assert_same_answers(got, expected):

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from support.classes import EXAMPLES, example, process, state
+from support.classes import EXAMPLES, example, state
+from support.feeding import process
 from support.records import mixed_record
 
 GOLDEN = Path(__file__).parents[1] / "golden"
@@ -36,7 +37,11 @@ def channels(name):
     return 2 if name.endswith("-2") else None
 
 
-NAMES = [f"{name}{suffix}" for name in EXAMPLES for suffix in ("", "-2")]
+NAMES = [
+    f"{name}{suffix}"
+    for name, (stream, _) in EXAMPLES.items()
+    for suffix in ("", "-2")[: len(stream.channels)]
+]
 
 
 def new(name):

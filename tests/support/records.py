@@ -184,6 +184,25 @@ def imu_records(draw, width):
 
 
 @st.composite
+def driven_records(draw):
+    """A vehicle that rolls and shakes, its fixes and rests, as support/feeding.py reads them."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    n, share = draw(st.integers(1, 1500)), draw(st.sampled_from([0.0, 0.02, 0.3]))
+    speed = draw(st.sampled_from([0.0, 3.0, 30.0]))
+    z = rng.standard_normal((n, 14)) * np.repeat(
+        [0.05, 0.3, 1.0, 2.0, 0.1, 1.0], [3, 3, 1, 3, 3, 1]
+    )
+    z[:, 3:6] -= [0.0, 0.0, 9.81]
+    z[:, 6], z[:, 13] = rng.random(n) < share, rng.random(n) < share
+    # Northwards.
+    z[:, 7] += 0.02 * speed * np.arange(n)
+    z[:, 10] += speed
+    z[rng.random(n) < draw(st.sampled_from([0.0, 0.1])), rng.integers(6)] = np.nan
+    z[rng.random(n) < draw(st.sampled_from([0.0, 0.1])), 7 + rng.integers(6)] = np.nan
+    return z
+
+
+@st.composite
 def turning_records(draw):
     """Gravity in the axes of a body that rests, turns slowly or fast, and shakes, by turns."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))

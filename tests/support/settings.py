@@ -1,9 +1,12 @@
 """Settings of the streaming classes for hypothesis, and filters made from them."""
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import strategies as st
 
 import zerorate as zr
+from support.linear import model
 
 RATE = 100.0
 METHODS = ["kf", "akf", "fading"]
@@ -349,6 +352,57 @@ def temperature_settings(channels=None):
             "slope_sigma": st.sampled_from([None, 0.0, 0.1, 1e6]),
             "walk": st.sampled_from([None, 0.0, 0.01, 1e6]),
             **REST_LIMITS,
+        },
+    )
+
+
+def array_settings(sensors, axes, channels=None):
+    """Arguments of a GyroArray, which has no channels."""
+    few = {
+        "limit": st.sampled_from([None, 30.0]),
+        "weights": st.sampled_from(["auto", "mean", "white"]),
+        "scale_error": st.sampled_from([0.0, 0.05]),
+    }
+    fixed = {"sensors": st.just(sensors), "axes": st.just(axes)}
+    return st.fixed_dictionaries(
+        {"rate": st.sampled_from([20.0, RATE]), **fixed}, optional={**few, **REST_LIMITS}
+    )
+
+
+@st.composite
+def linear_settings(draw, channels=None):
+    """Arguments of a LinearKalman of two measurements."""
+    n = draw(st.sampled_from([1, 2, 5, 9]))
+    arguments = model(n, 2, seed=draw(st.integers(0, 50)))
+    return {**arguments, "channels": channels}
+
+
+# Level, heading north, at HOME of support/feeding.py.
+LEVEL = zr.Alignment(
+    time=0.0,
+    attitude=np.array([1.0, 0.0, 0.0, 0.0]),
+    latitude=48.0,
+    heading_known=True,
+    course=False,
+    gyro_bias=np.zeros(3),
+    accel_bias=np.zeros(3),
+    sigma_level=0.01,
+    sigma_heading=0.05,
+    sigma_gyro_bias=1e-4,
+    sigma_accel_bias=0.02,
+)
+
+
+def navigation_settings(channels=None):
+    """Arguments of a NavigationFilter, which has no channels."""
+    return st.fixed_dictionaries(
+        {"start": st.sampled_from([LEVEL, replace(LEVEL, heading_known=False)])},
+        optional={
+            "vehicle": st.sampled_from([None, "wheeled"]),
+            "antenna": st.just((0.4, -0.3, -1.2)),
+            "adapt": st.sampled_from(["inflate", "free", "fixed"]),
+            "kind": st.sampled_from(["rate", "increment"]),
+            "gate": st.sampled_from([5.0, 50.0]),
         },
     )
 

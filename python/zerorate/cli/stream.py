@@ -30,7 +30,6 @@ from zerorate.io.counts import Scaling
 from zerorate.options import FILTER_OPTIONS
 from zerorate.run.interrupts import Interrupted, Interrupts
 from zerorate.run.live import (
-    AttitudeLines,
     AttitudeSettings,
     Beside,
     CheckpointError,
@@ -41,7 +40,7 @@ from zerorate.run.live import (
     WithAttitude,
 )
 from zerorate.run.live.sequence import MOST_BITS
-from zerorate.run.live.serving import Line, Saver, Served, Server, datagrams, lines_of, loopback
+from zerorate.run.live.serving import Line, Saver, Server, datagrams, lines_of, loopback
 
 __all__ = ["stream"]
 
@@ -188,7 +187,7 @@ def stream(
     if position:
         if checkpoint is None:
             raise UsageFault("--position needs --checkpoint")
-        found = _read(AttitudeLines if attitude else LineStream, checkpoint)
+        found = _read(checkpoint)
         print(0 if found is None else found.position)
         return
     if source is not None and udp is not None:
@@ -199,20 +198,19 @@ def stream(
     if sequence_bits is not None and sequence is None:
         raise UsageFault("--sequence-bits needs --sequence")
     numbered = _column("--sequence", sequence), sequence_bits
-    kind: Any
     settings: Settings | AttitudeSettings
     if attitude:
         _check_none_of_filter(options)
         of_earth = _OfEarth(str(frame or FrameName.enu), not no_mag, _column("--time", time))
-        kind, settings = AttitudeLines, _attitude_settings(reading, beside, numbered, of_earth)
+        settings = _attitude_settings(reading, beside, numbered, of_earth)
     else:
         given = {"--frame": frame, "--no-mag": no_mag or None, "--time": time}
         alone = [name for name, value in given.items() if value is not None]
         if alone:
             raise UsageFault(f"{alone[0]} needs --attitude")
-        kind, settings = LineStream, _settings(reading, beside, numbered, options)
+        settings = _settings(reading, beside, numbered, options)
     saver = None if checkpoint is None else _saver(checkpoint, every * rate)
-    lines = _resumed(kind, checkpoint, settings, fields, force)
+    lines = _resumed(checkpoint, settings, fields, force)
     server = Server(lines, saver, lambda told: tell(in_options(told)), patient=fields is not None)
     try:
         _run(server, source, udp)
@@ -295,18 +293,17 @@ def _column(option: str, text: str | None) -> str | int | None:
 
 
 def _resumed(
-    kind: Any,  # noqa: ANN401  # either stream, with its own settings
     path: Path | None,
     settings: Settings | AttitudeSettings,
     cells: int | None,
     force: bool,
-) -> Served:
+) -> LineStream:
     """Return the stream in a checkpoint, or a new one if there is none, or none of use."""
-    new: Served = kind(settings, cells)
+    new = LineStream(settings, cells)
     if path is None:
         return new
     try:
-        return _read(kind, path, settings, cells) or new
+        return _read(path, settings, cells) or new
     except (DataFault, UsageFault) as fault:
         if force:
             return new
@@ -314,14 +311,12 @@ def _resumed(
 
 
 def _read(
-    kind: Any,  # noqa: ANN401
     path: Path,
     settings: Settings | AttitudeSettings | None = None,
     fields: int | None = None,
-) -> Served | None:
+) -> LineStream | None:
     try:
-        stream: Served = kind.from_bytes(path.read_bytes(), settings, fields)
-        return stream
+        return LineStream.from_bytes(path.read_bytes(), settings, fields)
     except FileNotFoundError:
         return None
     except OSError as error:

@@ -8,6 +8,7 @@ use zerorate_core::{Bank, Error, checkpoint};
 
 use crate::common::arrays;
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
 /// Measurement noise variance R while samples arrive, from the Allan variance at the shortest
@@ -81,14 +82,14 @@ impl AllanNoise {
         ];
         Ok(call("AllanNoise", &arguments, this.shared.channels))
     }
+}
 
+getters! { AllanNoise, slf, py, this;
     /// R so far, in the square of the samples' unit: float, with channels (k,).
-    #[getter]
-    fn variance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
+    variance: Object<'py> = {
         let values = this.shared.bank.streams().iter().map(|noise| noise.variance()).collect();
-        this.shared.numbers(slf.py(), values)
-    }
+        this.shared.numbers(py, values)?
+    };
 }
 
 impl AllanNoise {
@@ -183,58 +184,30 @@ impl StreamingAllan {
         let arguments = [("rate", text(rate), ""), ("octaves", octaves.to_string(), "16")];
         Ok(call("StreamingAllan", &arguments, this.shared.channels))
     }
+}
 
+getters! { StreamingAllan, slf, py, this;
     /// Samples a second.
-    #[getter]
-    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.first().rate())
-    }
-
+    rate: f64 = this.first().rate();
     /// Number of averaging times.
-    #[getter]
-    fn octaves(slf: &Bound<'_, Self>) -> PyResult<usize> {
-        Ok(reading(slf)?.first().octaves())
-    }
-
+    octaves: usize = this.first().octaves();
     /// Samples given so far, missing ones included.
-    #[getter]
-    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
-        Ok(reading(slf)?.first().samples_seen())
-    }
-
+    samples_seen: u64 = this.first().samples_seen();
     /// Averaging times in seconds: (octaves,).
-    #[getter]
-    fn taus<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
+    taus: Object<'py> = {
         let first = this.first();
         let taus = (0..first.octaves()).map(|j| first.tau(j)).collect();
-        arrays::array(slf.py(), taus, &[first.octaves()])
-    }
-
+        arrays::array(py, taus, &[first.octaves()])?
+    };
     /// Allan deviation in the samples' unit, NaN without a term: (octaves,), with channels
     /// (octaves, k).
-    #[getter]
-    fn deviation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        reading(slf)?.table(slf.py(), |allan, j| allan.allan(j).0.sqrt())
-    }
-
+    deviation: Object<'py> = this.table(py, |allan, j| allan.allan(j).0.sqrt())?;
     /// Hadamard deviation, as ``deviation``; a constant angular acceleration leaves it alone.
-    #[getter]
-    fn hadamard_deviation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        reading(slf)?.table(slf.py(), |allan, j| allan.hadamard(j).0.sqrt())
-    }
-
+    hadamard_deviation: Object<'py> = this.table(py, |allan, j| allan.hadamard(j).0.sqrt())?;
     /// Number of differences in each element of ``deviation``, int64.
-    #[getter]
-    fn terms<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        reading(slf)?.table(slf.py(), |allan, j| allan.allan(j).1 as i64)
-    }
-
+    terms: Object<'py> = this.table(py, |allan, j| allan.allan(j).1 as i64)?;
     /// Number of differences in each element of ``hadamard_deviation``, int64.
-    #[getter]
-    fn hadamard_terms<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        reading(slf)?.table(slf.py(), |allan, j| allan.hadamard(j).1 as i64)
-    }
+    hadamard_terms: Object<'py> = this.table(py, |allan, j| allan.hadamard(j).1 as i64)?;
 }
 
 impl StreamingAllan {

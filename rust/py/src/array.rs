@@ -12,6 +12,7 @@ use zerorate_core::{Bank, Error, RestLimits, memory};
 
 use crate::common::arrays;
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, AnyBank, Shared, call, exclusive, reading, streaming, text};
 use crate::common::work::in_pieces;
 
@@ -245,7 +246,7 @@ pub struct GyroArray {
     shared: Shared<dyn ArrayBank>,
 }
 
-streaming!(@state GyroArray);
+streaming!(GyroArray);
 streaming!(
     @process GyroArray,
     "What ``update`` returns for each sample of a batch: (n, sensors, 3) to (n, 3), with one axis
@@ -410,65 +411,32 @@ impl GyroArray {
         ];
         PyTuple::new(py, parts)
     }
+}
 
+getters! { GyroArray, slf, py, this;
     /// Samples a second.
-    #[getter]
-    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.shared.bank.params().rate)
-    }
-
+    rate: f64 = this.shared.bank.params().rate;
     /// Number of gyros.
-    #[getter]
-    fn sensors(slf: &Bound<'_, Self>) -> PyResult<usize> {
-        Ok(reading(slf)?.shared.bank.params().sensors)
-    }
-
+    sensors: usize = this.shared.bank.params().sensors;
     /// Axes of each gyro.
-    #[getter]
-    fn axes(slf: &Bound<'_, Self>) -> PyResult<usize> {
-        Ok(reading(slf)?.shared.bank.axes())
-    }
-
+    axes: usize = this.shared.bank.axes();
     /// Names of the sensors.
-    #[getter]
-    fn labels<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(slf.py(), &reading(slf)?.shared.bank.params().labels)
-    }
-
+    labels: Bound<'py, PyTuple> = PyTuple::new(py, &this.shared.bank.params().labels)?;
     /// Bias of each sensor in its own axes: (sensors, 3), with one axis (sensors,).
-    #[getter]
-    fn bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
-        arrays::array(slf.py(), this.shared.bank.biases(), this.shared.axes())
-    }
-
+    bias: Object<'py> = arrays::array(py, this.shared.bank.biases(), this.shared.axes())?;
     /// Share of each sensor in the last rate, zero where it was not used: (sensors, 3), with one axis
     /// (sensors,).
-    #[getter]
-    fn weights<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
-        arrays::array(slf.py(), this.shared.bank.weights(), this.shared.axes())
-    }
-
+    weights: Object<'py> = arrays::array(py, this.shared.bank.weights(), this.shared.axes())?;
     /// How far each sensor can be trusted: ``"good"``, ``"missing"``, ``"saturated"``, ``"stuck"``,
     /// ``"excluded"`` or ``"disputed"``.
-    #[getter]
-    fn health<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
-        let health = reading(slf)?.shared.bank.health();
-        PyTuple::new(slf.py(), health.into_iter().map(Health::name))
-    }
-
+    health: Bound<'py, PyTuple> = {
+        let health = this.shared.bank.health();
+        PyTuple::new(py, health.into_iter().map(Health::name))?
+    };
     /// Where the body rests: (3,), with one axis (1,).
-    #[getter]
-    fn at_rest<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(arrays::small(slf.py(), &reading(slf)?.shared.bank.at_rest()))
-    }
-
+    at_rest: Object<'py> = arrays::small(py, &this.shared.bank.at_rest());
     /// Samples so far, the missing ones included.
-    #[getter]
-    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
-        Ok(reading(slf)?.shared.bank.samples_seen())
-    }
+    samples_seen: u64 = this.shared.bank.samples_seen();
 }
 
 impl GyroArray {

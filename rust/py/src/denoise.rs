@@ -11,6 +11,7 @@ use zerorate_core::{Bank, Error, checkpoint};
 
 use crate::common::arrays;
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, positive, reading, streaming, text};
 use crate::common::work::interruptible;
 
@@ -323,72 +324,36 @@ impl WaveletDenoiser {
         ];
         Ok(call("WaveletDenoiser", &arguments, this.shared.channels))
     }
+}
 
+getters! { WaveletDenoiser, slf, py, this;
     /// By how many samples what is returned is late.
-    #[getter]
-    fn delay(slf: &Bound<'_, Self>) -> PyResult<u64> {
-        Ok(reading(slf)?.first().delay())
-    }
-
+    delay: u64 = this.first().delay();
     /// The same in seconds.
-    #[getter]
-    fn delay_seconds(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        let this = reading(slf)?;
-        Ok(this.first().delay() as f64 / this.first().params().rate)
-    }
-
+    delay_seconds: f64 = this.first().delay() as f64 / this.first().params().rate;
     /// Deviation of the noise so far, in the samples' unit, zero before it is known: float, with
     /// channels (k,).
-    #[getter]
-    fn sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
+    sigma: Object<'py> = {
         let values = this.shared.bank.streams().iter().map(|one| one.sigma()).collect();
-        this.shared.numbers(slf.py(), values)
-    }
-
+        this.shared.numbers(py, values)?
+    };
     /// Samples that were missing so far: int, with channels (k,).
-    #[getter]
-    fn missing<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
+    missing: Object<'py> = {
         let counts = this.shared.bank.streams().iter().map(|one| one.missing() as i64).collect();
-        this.shared.numbers(slf.py(), counts)
-    }
-
+        this.shared.numbers(py, counts)?
+    };
     /// Samples given so far, missing ones included.
-    #[getter]
-    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
-        Ok(reading(slf)?.first().samples_seen())
-    }
-
+    samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
-    #[getter]
-    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.first().params().rate)
-    }
-
+    rate: f64 = this.first().params().rate;
     /// Name of the wavelet.
-    #[getter]
-    fn wavelet(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
-        Ok(reading(slf)?.first().params().wavelet.name())
-    }
-
+    wavelet: &'static str = this.first().params().wavelet.name();
     /// Octaves that are denoised.
-    #[getter]
-    fn level(slf: &Bound<'_, Self>) -> PyResult<usize> {
-        Ok(reading(slf)?.first().params().level)
-    }
-
+    level: usize = this.first().params().level;
     /// What is left of a coefficient: "hard" or "soft".
-    #[getter]
-    fn mode(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
-        Ok(reading(slf)?.first().params().mode.name())
-    }
-
+    mode: &'static str = this.first().params().mode.name();
     /// In deviations of the noise.
-    #[getter]
-    fn threshold(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.first().params().threshold)
-    }
+    threshold: f64 = this.first().params().threshold;
 }
 
 impl WaveletDenoiser {

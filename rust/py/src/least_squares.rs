@@ -7,6 +7,7 @@ use zerorate_core::checkpoint::{self, Label};
 use zerorate_core::{Bank, Error, RecursiveLeastSquares as Core, RlsParams};
 
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, AnyBank, Shared, call, reading, streaming, text};
 use crate::drift::{Order, for_order, order_error};
 
@@ -157,44 +158,30 @@ impl RecursiveLeastSquares {
         ];
         Ok(call("RecursiveLeastSquares", &arguments, this.shared.channels))
     }
+}
 
+getters! { RecursiveLeastSquares, slf, py, this;
     /// Model ``[φ…, θ…, c]``, c in the unit of the samples: (p + q + 1,), with channels
     /// (k, p + q + 1).
-    #[getter]
-    fn coefficients<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
+    coefficients: Object<'py> = {
         let values = this.shared.bank.coefficients();
-        this.shared.arrays(py, values, &[this.shared.bank.size()])
-    }
-
+        this.shared.arrays(py, values, &[this.shared.bank.size()])?
+    };
     /// Covariance of the coefficients of the centred and scaled samples, over the variance of the
     /// residuals: (p + q + 1, p + q + 1), with channels (k, p + q + 1, p + q + 1).
-    #[getter]
-    fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
+    covariance: Object<'py> = {
         let values = this.shared.bank.covariance();
-        this.shared.arrays(py, values, &[this.shared.bank.size(); 2])
-    }
-
+        this.shared.arrays(py, values, &[this.shared.bank.size(); 2])?
+    };
     /// Samples given so far, missing ones included.
-    #[getter]
-    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
-        Ok(reading(slf)?.shared.bank.samples_seen())
-    }
-
+    samples_seen: u64 = this.shared.bank.samples_seen();
     /// The start-up is over: bool, with channels (k,).
-    #[getter]
-    fn ready<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
+    ready: Object<'py> = {
         let ready = this.shared.bank.ready();
-        this.shared.numbers(py, ready)
-    }
-
+        this.shared.numbers(py, ready)?
+    };
     /// Orders (p, q) of the model.
-    #[getter]
-    fn order(slf: &Bound<'_, Self>) -> PyResult<(usize, usize)> {
-        Ok(reading(slf)?.shared.bank.order())
-    }
+    order: (usize, usize) = this.shared.bank.order();
 }
 
 impl RecursiveLeastSquares {

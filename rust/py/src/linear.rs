@@ -12,6 +12,7 @@ use zerorate_core::linear::{
 
 use crate::common::arrays::{self, Record};
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::rules::{self, Rule};
 use crate::common::streaming::{self, exclusive, reading, streaming};
 use crate::common::work::interruptible;
@@ -338,83 +339,46 @@ impl LinearKalman {
             s(p)
         ))
     }
+}
 
+getters! { LinearKalman, slf, py, this;
+    /// What the state becomes in a step: (n, n).
+    F: Object<'py> = own(slf, |model| (&model.F, [0, 0]))?;
+    /// What is measured of the state: (m, n).
+    H: Object<'py> = own(slf, |model| (&model.H, [1, 0]))?;
+    /// Covariance of what disturbs the state in a step: (n, n).
+    Q: Object<'py> = own(slf, |model| (&model.Q, [0, 0]))?;
+    /// Covariance of the noise of a measurement: (m, m).
+    R: Object<'py> = own(slf, |model| (&model.R, [1, 1]))?;
+    /// What an input does to the state: (n, p); p is 0 without one.
+    B: Object<'py> = own(slf, |model| (&model.B, [0, 2]))?;
     /// The state: (n,), with channels (k, n).
-    #[getter]
-    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        reading(slf)?.shared.state(slf.py())
-    }
-
+    state: Object<'py> = this.shared.state(py)?;
     /// Its covariance: (n, n), with channels (k, n, n).
-    #[getter]
-    fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
+    covariance: Object<'py> = {
         let filters = &this.shared;
         let n = filters.bank.model().sizes[0];
         let P = filters.bank.covariance();
         let groups = P.len() / (n * n);
         let axes: Vec<usize> = filters.channels.map(|_| groups).into_iter().collect();
-        let shown = arrays::array(slf.py(), P.to_vec(), &[&axes, &[n, n][..]].concat())?;
+        let shown = arrays::array(py, P.to_vec(), &[&axes, &[n, n][..]].concat())?;
         // Own elements, not a view of one matrix.
-        across(shown, filters.channels, groups)?.call_method0("copy")
-    }
-
+        across(shown, filters.channels, groups)?.call_method0("copy")?
+    };
     /// ``z - H x`` before the last ``update``, NaN where a measurement was missing and before the first:
     /// (m,), with channels (k, m).
-    #[getter]
-    fn innovation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
+    innovation: Object<'py> = {
         let filters = &this.shared;
-        filters.arrays(slf.py(), filters.bank.innovation(), &[filters.bank.model().sizes[1]])
-    }
-
+        filters.arrays(py, filters.bank.innovation(), &[filters.bank.model().sizes[1]])?
+    };
     /// Its square relative to its covariance S, ``y.T S^-1 y``, which is as large as there are
     /// measurements in the mean where the model is right; NaN if all were missing: float, with channels
     /// (k,).
-    #[getter]
-    fn nis<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
-        this.shared.arrays(slf.py(), this.shared.bank.nis(), &[])
-    }
-
+    nis: Object<'py> = this.shared.arrays(py, this.shared.bank.nis(), &[])?;
     /// Logarithm of the density that the filter predicted for the last measurements, ``-(nis + log
     /// det(2 pi S)) / 2``; 0 if all were missing, so that a sum over samples is that of a record: float,
     /// with channels (k,).
-    #[getter]
-    fn log_likelihood<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
-        this.shared.arrays(slf.py(), this.shared.bank.log_likelihood(), &[])
-    }
-
-    /// What the state becomes in a step: (n, n).
-    #[getter]
-    fn F<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        own(slf, |model| (&model.F, [0, 0]))
-    }
-
-    /// What is measured of the state: (m, n).
-    #[getter]
-    fn H<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        own(slf, |model| (&model.H, [1, 0]))
-    }
-
-    /// Covariance of what disturbs the state in a step: (n, n).
-    #[getter]
-    fn Q<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        own(slf, |model| (&model.Q, [0, 0]))
-    }
-
-    /// Covariance of the noise of a measurement: (m, m).
-    #[getter]
-    fn R<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        own(slf, |model| (&model.R, [1, 1]))
-    }
-
-    /// What an input does to the state: (n, p); p is 0 without one.
-    #[getter]
-    fn B<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        own(slf, |model| (&model.B, [0, 2]))
-    }
+    log_likelihood: Object<'py> = this.shared.arrays(py, this.shared.bank.log_likelihood(), &[])?;
 }
 
 impl LinearKalman {

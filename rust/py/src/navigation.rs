@@ -8,12 +8,13 @@ use zerorate_core::navigation::{
     Adapt, Batch, Fix, Inertial, Kind, Known, NavigationFilter as Core, NavigationParams, Record,
     STATES, Start, Wheels,
 };
-use zerorate_core::{checkpoint, memory};
+use zerorate_core::{Error, checkpoint, memory};
 
 use crate::common::arrays;
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::rules::{self, Rule};
-use crate::common::streaming::{exclusive, quoted, reading, text};
+use crate::common::streaming::{exclusive, quoted, reading, streaming, text};
 
 const ADAPTS: [&str; 3] = ["inflate", "free", "fixed"];
 const KINDS: [&str; 2] = ["rate", "increment"];
@@ -87,8 +88,35 @@ const BYTES: usize = 1 << 13;
 #[pyclass(module = "zerorate")]
 #[derive(Debug)]
 pub struct NavigationFilter {
-    filter: Box<Core>,
+    shared: Navigator,
 }
+
+/// What the methods of all streaming classes ask of a bank: one filter.
+#[derive(Debug)]
+struct Navigator {
+    channels: Option<usize>,
+    bank: Box<Core>,
+}
+
+impl Navigator {
+    fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let mut buffer = memory::filled(0, BYTES).map_err(NativeError::from)?;
+        let bytes = checkpoint::write(&*self.bank, &mut buffer).map_err(NativeError::from)?;
+        Ok(PyBytes::new(py, bytes))
+    }
+}
+
+impl NavigationFilter {
+    fn of(filter: Core) -> Self {
+        Self { shared: Navigator { channels: None, bank: Box::new(filter) } }
+    }
+
+    fn restored(bytes: &[u8]) -> Result<Self, Error> {
+        checkpoint::read(bytes).map(Self::of)
+    }
+}
+
+streaming!(NavigationFilter);
 
 #[pymethods]
 impl NavigationFilter {
@@ -137,7 +165,7 @@ impl NavigationFilter {
         };
         let start = begun(start, wheels.is_some())?;
         let filter = Core::new(start, params).map_err(NativeError::from)?;
-        Ok(Self { filter: Box::new(filter) })
+        Ok(Self::of(filter))
     }
 
     /// Takes one sample of the sensors: its time, s, and gyro and accelerometer, rad/s and m/s^2, (3,);
@@ -155,8 +183,8 @@ impl NavigationFilter {
         let accel = three("accel", accel)?;
         let mut this = exclusive(slf)?;
         let sample = Inertial { time: t, gyro, accel, rest };
-        this.filter.update(&sample).map_err(NativeError::from)?;
-        Ok(STATUSES[this.filter.status() as usize])
+        this.shared.bank.update(&sample).map_err(NativeError::from)?;
+        Ok(STATUSES[this.shared.bank.status() as usize])
     }
 
     /// Takes a fix of the receiver: when it was measured, s, latitude and longitude, deg, and height, m,
@@ -184,7 +212,7 @@ impl NavigationFilter {
             sigma_velocity: sigmas("sigma_velocity", sigma_velocity, 0.1)?,
         };
         let mut this = exclusive(slf)?;
-        Ok(VERDICTS[this.filter.update_gnss(&fix).map_err(NativeError::from)? as usize])
+        Ok(VERDICTS[this.shared.bank.update_gnss(&fix).map_err(NativeError::from)? as usize])
     }
 
     /// Takes a recording with a gyro and an accelerometer on one clock, and the fixes of a receiver;
@@ -243,7 +271,7 @@ impl NavigationFilter {
         };
         let outputs = Outputs::new(py, n, fixes.len())?;
         // A batch that is interrupted or fails leaves the filter as it was.
-        let (mut filter, mut steps) = (this.filter.clone(), Record::default());
+        let (mut filter, mut steps) = (this.shared.bank.clone(), Record::default());
         outputs.with(|known| {
             let mut next = 0;
             for first in (0..n).step_by(PIECE) {
@@ -258,55 +286,15 @@ impl NavigationFilter {
             Ok(())
         })?;
         steps.checked().map_err(NativeError::from)?;
-        this.filter = filter;
+        this.shared.bank = filter;
         Ok((outputs.into_dict(py)?, record.then_some(NavigationRecord { steps })))
-    }
-
-    /// Back to before the first sample, with the same parameters.
-    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
-        exclusive(slf)?.filter.reset();
-        Ok(())
-    }
-
-    /// Parameters and state as bytes, with versions and a checksum.
-    fn to_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
-        let mut buffer = memory::filled(0, BYTES).map_err(NativeError::from)?;
-        let this = reading(slf)?;
-        let bytes = checkpoint::write(&*this.filter, &mut buffer).map_err(NativeError::from)?;
-        Ok(PyBytes::new(slf.py(), bytes))
-    }
-
-    /// The object that ``to_bytes`` saved, which goes on equal to the last bit; ValueError if the bytes
-    /// are not one.
-    #[staticmethod]
-    fn from_bytes(b: &[u8]) -> PyResult<Self> {
-        Ok(Self { filter: Box::new(checkpoint::read(b).map_err(NativeError::from)?) })
-    }
-
-    /// An independent object in the same state.
-    fn copy(slf: &Bound<'_, Self>) -> PyResult<Self> {
-        Ok(Self { filter: reading(slf)?.filter.clone() })
-    }
-
-    fn __copy__(slf: &Bound<'_, Self>) -> PyResult<Self> {
-        Self::copy(slf)
-    }
-
-    fn __deepcopy__(slf: &Bound<'_, Self>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Self::copy(slf)
-    }
-
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        Ok((slf.get_type().getattr("from_bytes")?, (Self::to_bytes(slf)?,)))
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = reading(slf)?;
-        let params = this.filter.params();
+        let params = this.shared.bank.params();
         let of = |v: &[f64; 3]| format!("({:?}, {:?}, {:?})", v[0], v[1], v[2]);
-        let mut words = vec![STATUSES[this.filter.status() as usize].to_owned()];
+        let mut words = vec![STATUSES[this.shared.bank.status() as usize].to_owned()];
         if params.antenna != [0.0; 3] {
             words.push(format!("antenna={}", of(&params.antenna)));
         }
@@ -320,106 +308,57 @@ impl NavigationFilter {
         ));
         Ok(format!("NavigationFilter({})", words.join(", ")))
     }
+}
 
+getters! { NavigationFilter, slf, py, this;
     /// Latitude and longitude, deg, and height, m, of the sensor; NaN before the first fix: (3,).
-    #[getter]
-    fn position<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
-        Ok(arrays::small(slf.py(), &degrees(this.filter.snapshot().position)))
-    }
-
+    position: Object<'py> = arrays::small(py, &degrees(this.shared.bank.snapshot().position));
     /// North, east and down, m/s; NaN before the first fix: (3,).
-    #[getter]
-    fn velocity<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(arrays::small(slf.py(), &reading(slf)?.filter.snapshot().velocity))
-    }
-
+    velocity: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().velocity);
     /// Quaternion w, x, y, z from the body's axes to north, east, down: (4,).
-    #[getter]
-    fn attitude<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(arrays::small(slf.py(), &reading(slf)?.filter.snapshot().attitude))
-    }
-
+    attitude: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().attitude);
     /// Bias of the gyro, rad/s: (3,).
-    #[getter]
-    fn gyro_bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(arrays::small(slf.py(), &reading(slf)?.filter.snapshot().gyro_bias))
-    }
-
+    gyro_bias: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().gyro_bias);
     /// Bias of the accelerometer, m/s^2: (3,).
-    #[getter]
-    fn accel_bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(arrays::small(slf.py(), &reading(slf)?.filter.snapshot().accel_bias))
-    }
-
+    accel_bias: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().accel_bias);
     /// Standard deviations at the last step of the covariance: position and velocity north, east and
     /// down, m and m/s, orientation about these axes, rad, biases of gyro and accelerometer, rad/s and
     /// m/s^2; NaN before the first fix: (15,).
-    #[getter]
-    fn sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(arrays::small(slf.py(), &reading(slf)?.filter.snapshot().sigma))
-    }
-
+    sigma: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().sigma);
     /// Covariance of the errors at its last step, in the order of ``sigma``; that of the velocity is
     /// ``v_estimated - exp(-[phi x]) v`` with phi the error of the orientation, those of biases are true
     /// less estimated: (15, 15).
-    #[getter]
-    fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
-        let covariance = this.filter.covariance();
+    covariance: Object<'py> = {
+        let covariance = this.shared.bank.covariance();
         let places = (0..STATES * STATES).map(|k| covariance.at(k / STATES, k % STATES));
-        arrays::array(slf.py(), places.collect(), &[STATES, STATES])
-    }
-
+        arrays::array(py, places.collect(), &[STATES, STATES])?
+    };
     /// Normalised innovations squared of the last position and velocity, 3 on average in a filter that
     /// is consistent; NaN before the first: (2,).
-    #[getter]
-    fn nis<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(arrays::small(slf.py(), &reading(slf)?.filter.nis()))
-    }
-
+    nis: Object<'py> = arrays::small(py, &this.shared.bank.nis());
     /// Standard deviations of the receiver that the innovations show, position and velocity, m and m/s;
     /// NaN until ten pairs of fixes were seen: (2, 3).
-    #[getter]
-    fn learned_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let learned = reading(slf)?.filter.learned_noise();
-        arrays::array(slf.py(), learned.concat(), &[2, 3])
-    }
-
+    learned_sigma: Object<'py> = {
+        let learned = this.shared.bank.learned_noise();
+        arrays::array(py, learned.concat(), &[2, 3])?
+    };
     /// "waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds, or
     /// "missing": without samples of a sensor for a tenth of a second.
-    #[getter]
-    fn status(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
-        Ok(STATUSES[reading(slf)?.filter.status() as usize])
-    }
-
+    status: &'static str = STATUSES[this.shared.bank.status() as usize];
     /// From the sensor to the antenna, body axes, m: (3,).
-    #[getter]
-    fn antenna<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(arrays::small(slf.py(), &reading(slf)?.filter.params().antenna))
-    }
-
+    antenna: Object<'py> = arrays::small(py, &this.shared.bank.params().antenna);
     /// Time of the last sample, s; NaN before the first.
-    #[getter]
-    fn time(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.filter.time())
-    }
-
+    time: f64 = this.shared.bank.time();
     /// Samples of the sensors given so far, missing ones included.
-    #[getter]
-    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
-        Ok(reading(slf)?.filter.samples_seen())
-    }
-
+    samples_seen: u64 = this.shared.bank.samples_seen();
     /// Fixes so far by what became of them: "used", "rejected", "refused".
-    #[getter]
-    fn fixes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        let (found, counts) = (PyDict::new(slf.py()), reading(slf)?.filter.fixes());
+    fixes: Bound<'py, PyDict> = {
+        let (found, counts) = (PyDict::new(py), this.shared.bank.fixes());
         for (name, count) in VERDICTS.into_iter().zip(counts) {
             found.set_item(name, count)?;
         }
-        Ok(found)
-    }
+        found
+    };
 }
 
 /// Numbers of a fix: time, position, velocity and deviations of both.

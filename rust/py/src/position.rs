@@ -13,6 +13,7 @@ use zerorate_core::{Bank, Error, Traced, checkpoint, memory};
 use crate::attitude::{options as constants, samples};
 use crate::common::arrays::{self, Record, Samples};
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::streaming::{
     self, AnyBank, Shared, arrays_of, call, exclusive, quoted, reading, streaming, text,
 };
@@ -212,63 +213,30 @@ impl PositionFilter {
         }
         Ok(call("PositionFilter", &arguments, this.shared.channels))
     }
+}
 
+getters! { PositionFilter, slf, py, this;
     /// East and north, m, NaN before the first fix: (2,), with channels (k, 2).
-    #[getter]
-    fn position<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, &[2], |known| known.position.to_vec())
-    }
-
+    position: Object<'py> = each(slf, &[2], |known| known.position.to_vec())?;
     /// Standard deviation of ``position``, an axis, m; NaN for "moving_average" and "heading": float,
     /// with channels (k,).
-    #[getter]
-    fn sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, &[], |known| vec![known.sigma])
-    }
-
+    sigma: Object<'py> = each(slf, &[], |known| vec![known.sigma])?;
     /// Velocity east and north, m/s: of "aided" the last that was given, zero at rest; NaN for
     /// "moving_average" and "heading": (2,), with channels (k, 2).
-    #[getter]
-    fn velocity<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, &[2], |known| known.velocity.to_vec())
-    }
-
+    velocity: Object<'py> = each(slf, &[2], |known| known.velocity.to_vec())?;
     /// Slow error that "aided" takes the receiver to have, m east and north, else NaN: (2,), with
     /// channels (k, 2).
-    #[getter]
-    fn receiver_error<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, &[2], |known| known.receiver_error.to_vec())
-    }
-
+    receiver_error: Object<'py> = each(slf, &[2], |known| known.receiver_error.to_vec())?;
     /// Whether the last fix was missing: bool, with channels (k,).
-    #[getter]
-    fn missing<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        flags(slf, |known| known.missing)
-    }
-
+    missing: Object<'py> = flags(slf, |known| known.missing)?;
     /// Whether "heading" did not take the last fix: bool, with channels (k,).
-    #[getter]
-    fn held<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        flags(slf, |known| known.held)
-    }
-
+    held: Object<'py> = flags(slf, |known| known.held)?;
     /// Fixes given so far, missing ones included.
-    #[getter]
-    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
-        Ok(reading(slf)?.first().samples_seen())
-    }
-
+    samples_seen: u64 = this.first().samples_seen();
     /// Fixes a second.
-    #[getter]
-    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.first().params().rate)
-    }
-
+    rate: f64 = this.first().params().rate;
     /// What is made of the fixes.
-    #[getter]
-    fn method(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
-        Ok(reading(slf)?.first().params().method.name())
-    }
+    method: &'static str = this.first().params().method.name();
 }
 
 impl PositionFilter {

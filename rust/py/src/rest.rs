@@ -7,6 +7,7 @@ use zerorate_core::{
 };
 
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 
 /// Whether a gyro rests, told from its own output alone while samples arrive.
@@ -95,20 +96,16 @@ impl RestDetector {
         ];
         Ok(call("RestDetector", &arguments, this.shared.channels))
     }
+}
 
+getters! { RestDetector, slf, py, this;
     /// Whether the sensor rests: bool, with channels (k,).
-    #[getter]
-    fn at_rest<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
+    at_rest: Object<'py> = {
         let flags = this.shared.bank.streams().iter().map(Core::at_rest).collect();
-        this.shared.numbers(slf.py(), flags)
-    }
-
+        this.shared.numbers(py, flags)?
+    };
     /// Samples a second.
-    #[getter]
-    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.first().rate())
-    }
+    rate: f64 = this.first().rate();
 }
 
 impl RestDetector {
@@ -207,20 +204,16 @@ impl MotionDetector {
         let arguments = [("rate", text(this.first().rate()), "")];
         Ok(call("MotionDetector", &arguments, this.shared.channels))
     }
+}
 
+getters! { MotionDetector, slf, py, this;
     /// Whether the body is known to move: bool, with channels (k,).
-    #[getter]
-    fn moving<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
+    moving: Object<'py> = {
         let flags = this.shared.bank.streams().iter().map(MotionCore::is_moving).collect();
-        this.shared.numbers(slf.py(), flags)
-    }
-
+        this.shared.numbers(py, flags)?
+    };
     /// Samples a second.
-    #[getter]
-    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.first().rate())
-    }
+    rate: f64 = this.first().rate();
 }
 
 impl MotionDetector {

@@ -1,5 +1,6 @@
 """The lines of a stream: their cells and columns, and their answers."""
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from zerorate.io.readers.cells import from_inert, inert, number
 from zerorate.io.triads import places_of
 
 __all__ = [
+    "SECONDS",
     "Beside",
     "ColumnError",
     "Layout",
@@ -29,11 +31,15 @@ __all__ = [
     "find_layout",
     "names_in",
     "position_of",
+    "seconds_in",
     "texts_of",
 ]
 
 # As many digits as a counter of 64 bits may have.
 _INTEGER: Final = re.compile(r"[+-]?[0-9]{1,20}")
+
+SECONDS: Final = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+"""Units of time that a column's name may say."""
 
 _UNPRINTABLE: Final = "it holds characters that cannot be printed"
 
@@ -259,6 +265,15 @@ def _number(cell: str) -> float:
         return number(cell, decimal_comma=False)
     except ValueError as error:
         raise LineError(f"'{_shortened(cell)}' {error}") from None
+
+
+def seconds_in(cell: str, unit: float) -> float | None:
+    """Return the time in a cell, s; None where it is missing, LineError if it is no number."""
+    try:
+        found = float(cell) * unit
+    except ValueError:
+        raise LineError("its time is not a number") from None
+    return found if math.isfinite(found) else None
 
 
 def _is_number(cell: str) -> bool:

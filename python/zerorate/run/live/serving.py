@@ -7,56 +7,21 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO, Final, Protocol, TypeAlias
+from typing import Any, BinaryIO, Final, TypeAlias
 
 from zerorate.io import atomic_path
 from zerorate.io.atomic import sweep
 from zerorate.run.interrupts import Interrupts
 from zerorate.run.live.lines import ColumnError, LineError
-from zerorate.run.live.sequence import SequenceCount
+from zerorate.run.live.stream import LineStream
 
-__all__ = ["Line", "Saver", "Served", "Server", "datagrams", "lines_of", "loopback"]
+__all__ = ["Line", "Saver", "Server", "datagrams", "lines_of", "loopback"]
 
 _TOLD: Final = 10
 _LONGEST: Final = 1 << 16
 
 Line: TypeAlias = tuple[str, Callable[[str], None]]
 """A line, and what sends its answer."""
-
-
-class Served(Protocol):
-    """What can be served: `LineStream` says what each of these is."""
-
-    samples: int
-    sequence: SequenceCount
-
-    @property
-    def open(self) -> bool:
-        """Whether the columns are known."""
-
-    @property
-    def no_answer(self) -> str:
-        """The answer to a garbled line."""
-
-    @property
-    def opening(self) -> str | None:
-        """A sentence on the columns."""
-
-    @property
-    def position(self) -> int:
-        """The sample to go on with."""
-
-    def take(self, line: str) -> str | None:
-        """Return the answer to a line."""
-
-    def notice(self) -> str | None:
-        """Return a sentence on the first samples, once."""
-
-    def sentences(self) -> Iterator[str]:
-        """Yield what there is to say at the end."""
-
-    def to_bytes(self) -> bytes:
-        """Return all that is needed to go on."""
 
 
 def lines_of(source: BinaryIO, answers: BinaryIO, interrupts: Interrupts) -> Iterator[Line]:
@@ -156,7 +121,7 @@ class Saver:
         self._thread = ThreadPoolExecutor(1)
         self._job: Future[None] | None = None
 
-    def answered(self, stream: Served) -> None:
+    def answered(self, stream: LineStream) -> None:
         """Save the stream if it is time to, counted from the first answer."""
         if self._next is None:
             self._next = stream.samples + self._every
@@ -166,7 +131,7 @@ class Saver:
         self._next = stream.samples + self._every
         self._job = self._thread.submit(self._write, stream.to_bytes())
 
-    def finish(self, stream: Served | None) -> None:
+    def finish(self, stream: LineStream | None) -> None:
         """Wait for the last checkpoint, and save once more; OSError if that cannot be done.
 
         Pass None if it is not known whether all was answered: the last checkpoint stands then.
@@ -192,7 +157,7 @@ class Server:
 
     Parameters
     ----------
-    stream : Served
+    stream : LineStream
         The filter and its settings.
     saver : Saver, optional
         Saves the stream after an answer has been given, never before.
@@ -203,7 +168,7 @@ class Server:
         Whether garbled lines may come before the first whole one.
     """
 
-    stream: Served
+    stream: LineStream
     saver: Saver | None
     warn: Callable[[str], None]
     patient: bool = False

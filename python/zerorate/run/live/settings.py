@@ -1,14 +1,18 @@
 """What a stream is asked for: its filter, and what its lines hold."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Self, Unpack
+from typing import Any, ClassVar, Final, Self, Unpack
 
 from zerorate._native import DriftFilter
 from zerorate.io.counts import Scaling
 from zerorate.io.names import canonical_unit
 from zerorate.options import FILTER_OPTIONS, LIMITS, StreamOptions, checked_options, with_limits
-from zerorate.run.live.lines import Beside, Wanted
+from zerorate.run.live.checkpoint import filter_of, whole
+from zerorate.run.live.drift import DriftEngine
+from zerorate.run.live.engine import Engine
+from zerorate.run.live.lines import Beside, Layout, Wanted, find_layout
+from zerorate.run.live.running import Running
 from zerorate.run.live.sequence import MOST_BITS
 
 __all__ = ["Settings"]
@@ -48,6 +52,8 @@ class Settings:
     ValueError
         If the filter refuses a value, the method does not use an option, or the width is none.
     """
+
+    kind: ClassVar[str] = "drift"
 
     rate: float
     beside: tuple[Beside, ...]
@@ -95,9 +101,26 @@ class Settings:
         options = with_limits(self.options, [self.options["method"]], unit)
         return DriftFilter(self.rate, channels=None if channels == 1 else channels, **options)
 
-    def wanted(self, fields: int | None) -> Wanted:
-        """Return which columns to look for in lines of so many cells, None for any number."""
-        return Wanted(self.columns, self.sequence, fields, self.unit)
+    def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
+        """Return a new filter for lines as the first one is; LineError or ColumnError if none."""
+        layout = find_layout(cells, Wanted(self.columns, self.sequence, fields, self.unit))
+        return self._engine(layout, Running(self._of(layout), self.beside), 0)
+
+    def restored(self, layout: Layout, saved: Mapping[str, Any], filter_: bytes) -> Engine:
+        """Return the filter of a checkpoint; ValueError if its parts do not belong together."""
+        found = filter_of(DriftFilter.from_bytes, filter_)
+        samples, owed, new = whole(saved["samples"]), whole(saved["owed"]), self._of(layout)
+        if (found.channels, found.params) != (new.channels, new.params) or (
+            found.samples_seen != samples - owed
+        ):
+            raise ValueError("the parts of the state do not belong together")
+        return self._engine(layout, Running(found, self.beside, owed), samples)
+
+    def _of(self, layout: Layout) -> DriftFilter:
+        return self.filter(len(layout.channels), layout.unit)
+
+    def _engine(self, layout: Layout, running: Running, samples: int) -> Engine:
+        return DriftEngine(layout, running, self.data_scale, self.options["limit"], samples)
 
     def as_json(self) -> dict[str, Any]:
         """Return the settings as JSON keeps them."""

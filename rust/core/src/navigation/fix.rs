@@ -58,13 +58,13 @@ impl Given {
             ..
         } = *fix;
         let there = latitude.abs() < LATITUDE_MAX && longitude.abs() < 7.0;
-        let flat = height.is_nan();
+        let flat = !height.is_finite();
         let position = (there && (flat || height.abs() < HEIGHT_MAX)).then_some([
             latitude,
             longitude,
             if flat { 0.0 } else { height },
         ]);
-        let level = down.is_nan();
+        let level = !down.is_finite();
         let velocity =
             Some(Vector3::new(north, east, if level { 0.0 } else { down })).filter(is_known);
         let sigma = |name, told: bool, without_down: bool, sigmas: &[f64; 3]| {

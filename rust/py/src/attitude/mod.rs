@@ -23,6 +23,7 @@ use self::samples::{Batch, Given};
 pub use self::tilt::Tilt;
 use crate::common::arrays;
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::rules::{self, Rule};
 use crate::common::streaming::{
     self, Shared, arrays_of, call, exclusive, reading, streaming, text,
@@ -302,12 +303,6 @@ impl Attitude {
         Ok(())
     }
 
-    /// From the axes of the sensor to those of the earth, w first: (4,), with channels (k, 4).
-    #[getter]
-    fn quaternion<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &[4], |body| body.snapshot.quaternion.to_vec())
-    }
-
     /// The same as a ``scipy.spatial.transform.Rotation``.
     #[getter]
     fn rotation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
@@ -321,93 +316,6 @@ impl Attitude {
         )
     }
 
-    /// Roll, pitch and yaw, rad: (3,), with channels (k, 3).
-    #[getter]
-    fn euler<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &[3], |body| body.euler.to_vec())
-    }
-
-    /// Direction of the sensor's x axis over ground, clockwise from north, 0 to 2 pi: float, with
-    /// channels (k,).
-    #[getter]
-    fn heading<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &[], |body| vec![body.heading])
-    }
-
-    /// Up, in the axes of the sensor, of length 1: (3,), with channels (k, 3).
-    #[getter]
-    fn up<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &[3], |body| body.up.to_vec())
-    }
-
-    /// What gravity alone makes the accelerometer show, in its unit: (3,), with channels (k, 3).
-    #[getter]
-    fn gravity<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &[3], |body| body.gravity.to_vec())
-    }
-
-    /// The last specific force without gravity, in the accelerometer's axes and unit, NaN if it was
-    /// missing: (3,), with channels (k, 3).
-    #[getter]
-    fn linear_acceleration<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &[3], |body| body.snapshot.linear_acceleration.to_vec())
-    }
-
-    /// The gyro's output without rotation, in its unit: (3,), with channels (k, 3).
-    #[getter]
-    fn bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &[3], |body| body.snapshot.knowledge.bias.as_slice().to_vec())
-    }
-
-    /// Standard deviation of ``bias``: (3,), with channels (k, 3).
-    #[getter]
-    fn bias_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &[3], |body| body.snapshot.knowledge.bias_sigma.as_slice().to_vec())
-    }
-
-    /// M in ``rate = M (gyro - bias)``: (3, 3), with channels (k, 3, 3).
-    #[getter]
-    fn gyro_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &[3, 3], |body| {
-            body.snapshot.knowledge.gyro_matrix.transpose().as_slice().to_vec()
-        })
-    }
-
-    /// Standard deviations of the elements of ``gyro_matrix``: (3, 3), with channels (k, 3, 3).
-    #[getter]
-    fn gyro_matrix_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &[3, 3], |body| {
-            body.snapshot.knowledge.gyro_matrix_sigma.transpose().as_slice().to_vec()
-        })
-    }
-
-    /// Standard deviation of the angle between the true and the estimated vertical, rad: float, with
-    /// channels (k,).
-    #[getter]
-    fn tilt_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &[], |body| vec![body.snapshot.knowledge.tilt_sigma])
-    }
-
-    /// Standard deviation of the heading, rad; without magnetometer that against the start: float,
-    /// with channels (k,).
-    #[getter]
-    fn heading_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &[], |body| vec![body.snapshot.knowledge.heading_sigma])
-    }
-
-    /// Whether the body rests: bool, with channels (k,).
-    #[getter]
-    fn at_rest<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        flags(slf, |body| body.snapshot.knowledge.at_rest)
-    }
-
-    /// Whether the magnetic field is another than the one known, by its strength or its dip: bool,
-    /// with channels (k,).
-    #[getter]
-    fn disturbed<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        flags(slf, |body| body.snapshot.knowledge.disturbed)
-    }
-
     /// What is to be known first of all: "starting" (first second), "rate missing", "wrong unit",
     /// "disturbed", "at rest" or "moving"; with channels a list.
     #[getter]
@@ -418,30 +326,6 @@ impl Attitude {
             None => Ok(status[0].into_pyobject(slf.py())?.into_any()),
             Some(_) => Ok(status.into_pyobject(slf.py())?.into_any()),
         }
-    }
-
-    /// Samples given so far, missing ones included.
-    #[getter]
-    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
-        Ok(reading(slf)?.shared.bank.samples_seen())
-    }
-
-    /// Samples a second.
-    #[getter]
-    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.shared.bank.params().rate)
-    }
-
-    /// The method that estimates.
-    #[getter]
-    fn method(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
-        Ok(reading(slf)?.shared.bank.method())
-    }
-
-    /// Whether a magnetometer may come.
-    #[getter]
-    fn mag(slf: &Bound<'_, Self>) -> PyResult<bool> {
-        Ok(reading(slf)?.mag)
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
@@ -470,6 +354,56 @@ impl Attitude {
         );
         Ok(call("Attitude", &arguments, this.shared.channels))
     }
+}
+
+getters! { Attitude, slf, py, this;
+    /// From the axes of the sensor to those of the earth, w first: (4,), with channels (k, 4).
+    quaternion: Object<'py> = vectors(slf, &[4], |body| body.snapshot.quaternion.to_vec())?;
+    /// Roll, pitch and yaw, rad: (3,), with channels (k, 3).
+    euler: Object<'py> = vectors(slf, &[3], |body| body.euler.to_vec())?;
+    /// Direction of the sensor's x axis over ground, clockwise from north, 0 to 2 pi: float, with
+    /// channels (k,).
+    heading: Object<'py> = vectors(slf, &[], |body| vec![body.heading])?;
+    /// Up, in the axes of the sensor, of length 1: (3,), with channels (k, 3).
+    up: Object<'py> = vectors(slf, &[3], |body| body.up.to_vec())?;
+    /// What gravity alone makes the accelerometer show, in its unit: (3,), with channels (k, 3).
+    gravity: Object<'py> = vectors(slf, &[3], |body| body.gravity.to_vec())?;
+    /// The last specific force without gravity, in the accelerometer's axes and unit, NaN if it was
+    /// missing: (3,), with channels (k, 3).
+    linear_acceleration: Object<'py> =
+        vectors(slf, &[3], |body| body.snapshot.linear_acceleration.to_vec())?;
+    /// The gyro's output without rotation, in its unit: (3,), with channels (k, 3).
+    bias: Object<'py> =
+        vectors(slf, &[3], |body| body.snapshot.knowledge.bias.as_slice().to_vec())?;
+    /// Standard deviation of ``bias``: (3,), with channels (k, 3).
+    bias_sigma: Object<'py> =
+        vectors(slf, &[3], |body| body.snapshot.knowledge.bias_sigma.as_slice().to_vec())?;
+    /// M in ``rate = M (gyro - bias)``: (3, 3), with channels (k, 3, 3).
+    gyro_matrix: Object<'py> =
+        vectors(slf, &[3, 3], |body| { body.snapshot.knowledge.gyro_matrix.transpose().as_slice().to_vec() })?;
+    /// Standard deviations of the elements of ``gyro_matrix``: (3, 3), with channels (k, 3, 3).
+    gyro_matrix_sigma: Object<'py> =
+        vectors(slf, &[3, 3], |body| { body.snapshot.knowledge.gyro_matrix_sigma.transpose().as_slice().to_vec() })?;
+    /// Standard deviation of the angle between the true and the estimated vertical, rad: float, with
+    /// channels (k,).
+    tilt_sigma: Object<'py> = vectors(slf, &[], |body| vec![body.snapshot.knowledge.tilt_sigma])?;
+    /// Standard deviation of the heading, rad; without magnetometer that against the start: float,
+    /// with channels (k,).
+    heading_sigma: Object<'py> =
+        vectors(slf, &[], |body| vec![body.snapshot.knowledge.heading_sigma])?;
+    /// Whether the body rests: bool, with channels (k,).
+    at_rest: Object<'py> = flags(slf, |body| body.snapshot.knowledge.at_rest)?;
+    /// Whether the magnetic field is another than the one known, by its strength or its dip: bool,
+    /// with channels (k,).
+    disturbed: Object<'py> = flags(slf, |body| body.snapshot.knowledge.disturbed)?;
+    /// Samples given so far, missing ones included.
+    samples_seen: u64 = this.shared.bank.samples_seen();
+    /// Samples a second.
+    rate: f64 = this.shared.bank.params().rate;
+    /// The method that estimates.
+    method: &'static str = this.shared.bank.method();
+    /// Whether a magnetometer may come.
+    mag: bool = this.mag;
 }
 
 impl Attitude {

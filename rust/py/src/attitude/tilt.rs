@@ -9,6 +9,7 @@ use zerorate_core::{Bank, Error, checkpoint, memory};
 use super::{options, samples};
 use crate::common::arrays::{self, Record, Samples};
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, exclusive, quoted, reading, streaming, text};
 
 /// Numbers in a sample: rate, angle and the time since the sample before.
@@ -164,48 +165,23 @@ impl Tilt {
         );
         Ok(call("Tilt", &arguments, this.shared.channels))
     }
+}
 
+getters! { Tilt, slf, py, this;
     /// The tilt, NaN before the first angle of the accelerometer: float, with channels (k,).
-    #[getter]
-    fn angle<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, Core::angle)
-    }
-
+    angle: Object<'py> = each(slf, Core::angle)?;
     /// Standard deviation of ``angle``, NaN for method "complementary": float, with channels (k,).
-    #[getter]
-    fn angle_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, Core::angle_sigma)
-    }
-
+    angle_sigma: Object<'py> = each(slf, Core::angle_sigma)?;
     /// The gyro's output without rotation, NaN for method "complementary": float, with channels (k,).
-    #[getter]
-    fn bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, Core::bias)
-    }
-
+    bias: Object<'py> = each(slf, Core::bias)?;
     /// Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,).
-    #[getter]
-    fn bias_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, Core::bias_sigma)
-    }
-
+    bias_sigma: Object<'py> = each(slf, Core::bias_sigma)?;
     /// Samples given so far, missing ones included.
-    #[getter]
-    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
-        Ok(reading(slf)?.first().samples_seen())
-    }
-
+    samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
-    #[getter]
-    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.first().params().rate)
-    }
-
+    rate: f64 = this.first().params().rate;
     /// How rate and angle are joined.
-    #[getter]
-    fn method(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
-        Ok(reading(slf)?.first().params().method.name())
-    }
+    method: &'static str = this.first().params().method.name();
 }
 
 impl Tilt {

@@ -9,6 +9,7 @@ use zerorate_core::{Bank, Error, Stream};
 
 use crate::common::arrays::{self, named};
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, AnyBank, Shared, call, reading, streaming, text};
 
 /// Correctors of one number of inputs.
@@ -180,22 +181,10 @@ impl ImuCorrector {
         square(slf, |correction| &correction.gyro_matrix)
     }
 
-    /// Bias of the raw gyro where no temperature is known: (3,).
-    #[getter]
-    fn gyro_bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(arrays::small(slf.py(), &reading(slf)?.shared.bank.correction().gyro_bias))
-    }
-
     /// From the raw accelerometer, less its bias, to the force: (3, 3).
     #[getter]
     fn accel_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         square(slf, |correction| &correction.accel_matrix)
-    }
-
-    /// Bias of the raw accelerometer: (3,).
-    #[getter]
-    fn accel_bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(arrays::small(slf.py(), &reading(slf)?.shared.bank.correction().accel_bias))
     }
 
     /// What a force adds to the raw gyro: (3, 3).
@@ -203,39 +192,29 @@ impl ImuCorrector {
     fn g_sensitivity<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         square(slf, |correction| &correction.g_sensitivity)
     }
+}
 
+getters! { ImuCorrector, slf, py, this;
+    /// Bias of the raw gyro where no temperature is known: (3,).
+    gyro_bias: Object<'py> = arrays::small(py, &this.shared.bank.correction().gyro_bias);
+    /// Bias of the raw accelerometer: (3,).
+    accel_bias: Object<'py> = arrays::small(py, &this.shared.bank.correction().accel_bias);
     /// The gyro's bias over temperature, as it was given; None without.
-    #[getter]
-    fn temperature<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let (py, this) = (slf.py(), reading(slf)?);
+    temperature: Option<Bound<'py, PyDict>> = {
         let Some(curve) = this.shared.bank.correction().temperature else { return Ok(None) };
         let found = PyDict::new(py);
         found.set_item("reference", curve.reference)?;
         found.set_item("range", (curve.range[0], curve.range[1]))?;
         let coefficients = curve.coefficients.as_flattened().to_vec();
         found.set_item("coefficients", arrays::array(py, coefficients, &[3, 4])?)?;
-        Ok(Some(found))
-    }
-
+        Some(found)
+    };
     /// The bias of the raw gyro, as it is taken to be now: (3,), with channels (k, 3).
-    #[getter]
-    fn bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
-        this.shared.arrays(slf.py(), this.shared.bank.biases(), &[3])
-    }
-
+    bias: Object<'py> = this.shared.arrays(py, this.shared.bank.biases(), &[3])?;
     /// The last force known, zero before it: (3,), with channels (k, 3).
-    #[getter]
-    fn force<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = reading(slf)?;
-        this.shared.arrays(slf.py(), this.shared.bank.forces(), &[3])
-    }
-
+    force: Object<'py> = this.shared.arrays(py, this.shared.bank.forces(), &[3])?;
     /// Numbers in a sample: 3, 6 or 7.
-    #[getter]
-    fn inputs(slf: &Bound<'_, Self>) -> PyResult<usize> {
-        Ok(reading(slf)?.shared.bank.width())
-    }
+    inputs: usize = this.shared.bank.width();
 }
 
 impl ImuCorrector {

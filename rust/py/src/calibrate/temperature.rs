@@ -7,6 +7,7 @@ use zerorate_core::{Bank, Error, RestLimits, checkpoint, memory};
 
 use crate::common::arrays::{self, Record, Samples};
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::streaming::{self, Shared, call, exclusive, reading, streaming, text};
 
 /// The bias of a gyro and its change with temperature, learned at rest while samples arrive.
@@ -150,56 +151,27 @@ impl TemperatureFilter {
         ];
         Ok(call("TemperatureFilter", &arguments, this.shared.channels))
     }
+}
 
+getters! { TemperatureFilter, slf, py, this;
     /// The bias at the last temperature, zero before the first rest: float, with channels (k,).
-    #[getter]
-    fn bias<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, Core::bias)
-    }
-
+    bias: Object<'py> = each(slf, Core::bias)?;
     /// Standard deviation of ``bias``; before the first rest the largest sample so far, and as long as
     /// what is taken for rest may be motion no less than the bias: float, with channels (k,).
-    #[getter]
-    fn bias_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, Core::bias_sigma)
-    }
-
+    bias_sigma: Object<'py> = each(slf, Core::bias_sigma)?;
     /// Change of the bias per kelvin: float, with channels (k,).
-    #[getter]
-    fn slope<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, Core::slope)
-    }
-
+    slope: Object<'py> = each(slf, Core::slope)?;
     /// Standard deviation of ``slope``, zero where nothing is known of it yet: float, with channels
     /// (k,).
-    #[getter]
-    fn slope_sigma<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, Core::slope_sigma)
-    }
-
+    slope_sigma: Object<'py> = each(slf, Core::slope_sigma)?;
     /// Whether the gyro rests, and the bias is being learned: bool, with channels (k,).
-    #[getter]
-    fn at_rest<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        each(slf, Core::at_rest)
-    }
-
+    at_rest: Object<'py> = each(slf, Core::at_rest)?;
     /// Samples given so far, missing ones included.
-    #[getter]
-    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
-        Ok(reading(slf)?.first().samples_seen())
-    }
-
+    samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
-    #[getter]
-    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.first().params().rate)
-    }
-
+    rate: f64 = this.first().params().rate;
     /// Temperature that the bias state belongs to, degC.
-    #[getter]
-    fn reference(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.first().params().reference)
-    }
+    reference: f64 = this.first().params().reference;
 }
 
 impl TemperatureFilter {

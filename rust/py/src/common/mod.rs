@@ -2,6 +2,7 @@
 
 pub mod arrays;
 pub mod errors;
+pub mod getters;
 pub mod outputs;
 pub mod rules;
 pub mod streaming;

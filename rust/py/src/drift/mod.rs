@@ -20,6 +20,7 @@ pub use self::options::filter_options;
 pub use self::readings::Trace;
 use crate::common::arrays;
 use crate::common::errors::NativeError;
+use crate::common::getters::{Object, getters};
 use crate::common::streaming::{Shared, arrays_of, exclusive, places, reading, streaming};
 use crate::common::work::in_pieces;
 
@@ -322,122 +323,66 @@ impl DriftFilter {
             Some(_) => status.into_bound_py_any(py),
         }
     }
+}
 
+getters! { DriftFilter, slf, py, this;
     /// Density of the white noise as learned, unit of the samples over root Hz: float, with channels
     /// (k,). For ``"auto"`` of noise slower than a quarter second, for the others from R. NaN until
     /// it is known.
-    #[getter]
-    fn angle_random_walk<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
+    angle_random_walk: Object<'py> = {
         let densities = this.shared.bank.densities();
-        this.shared.numbers(py, densities.iter().map(|both| both[0]).collect())
-    }
-
+        this.shared.numbers(py, densities.iter().map(|both| both[0]).collect())?
+    };
     /// How far the bias walks in a root second as learned by ``"auto"``, unit of the samples: float,
     /// with channels (k,). NaN until it is known, and for the other methods.
-    #[getter]
-    fn rate_random_walk<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
+    rate_random_walk: Object<'py> = {
         let densities = this.shared.bank.densities();
-        this.shared.numbers(py, densities.iter().map(|both| both[1]).collect())
-    }
-
+        this.shared.numbers(py, densities.iter().map(|both| both[1]).collect())?
+    };
     /// Samples given so far, missing ones included.
-    #[getter]
-    fn samples_seen(slf: &Bound<'_, Self>) -> PyResult<u64> {
-        Ok(reading(slf)?.shared.bank.samples_seen())
-    }
-
+    samples_seen: u64 = this.shared.bank.samples_seen();
     /// How often a step of the process noise was shortened to keep it positive semidefinite: int,
     /// with channels (k,).
-    #[getter]
-    fn guard_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
-        this.shared.numbers(py, this.shared.bank.guard_counts())
-    }
-
+    guard_count: Object<'py> = this.shared.numbers(py, this.shared.bank.guard_counts())?;
     /// How often so many outliers of ``"robust"`` followed each other that they were taken for a
     /// step of the signal: int, with channels (k,).
-    #[getter]
-    fn exit_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
-        this.shared.numbers(py, this.shared.bank.exit_counts())
-    }
-
+    exit_count: Object<'py> = this.shared.numbers(py, this.shared.bank.exit_counts())?;
     /// How often the scale learned at the start was proved wrong by many orders, upon which noise
     /// and drift were learned anew: int, with channels (k,).
-    #[getter]
-    fn restarts<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
-        this.shared.numbers(py, this.shared.bank.restarts())
-    }
-
+    restarts: Object<'py> = this.shared.numbers(py, this.shared.bank.restarts())?;
     /// Samples at or beyond ``limit`` so far: int, with channels (k,).
-    #[getter]
-    fn saturated_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
+    saturated_count: Object<'py> = {
         let tallies = this.shared.bank.tallies();
-        this.shared.numbers(py, tallies.iter().map(|tally| tally.saturated).collect())
-    }
-
+        this.shared.numbers(py, tallies.iter().map(|tally| tally.saturated).collect())?
+    };
     /// Samples so far that were left out as outliers, counted a quarter second at a time, by
     /// ``"robust"`` at once: int, with channels (k,). Zero for a published method that looks for none.
-    #[getter]
-    fn outlier_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
+    outlier_count: Object<'py> = {
         let tallies = this.shared.bank.tallies();
-        this.shared.numbers(py, tallies.iter().map(|tally| tally.outliers).collect())
-    }
-
+        this.shared.numbers(py, tallies.iter().map(|tally| tally.outliers).collect())?
+    };
     /// Samples so far that a stuck sensor gave, counted a quarter second at a time: int, with channels
     /// (k,). Zero for a published method that neither rejects outliers nor holds in motion.
-    #[getter]
-    fn stuck_count<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
+    stuck_count: Object<'py> = {
         let tallies = this.shared.bank.tallies();
-        this.shared.numbers(py, tallies.iter().map(|tally| tally.stuck).collect())
-    }
-
+        this.shared.numbers(py, tallies.iter().map(|tally| tally.stuck).collect())?
+    };
     /// The start-up is over: bool, with channels (k,).
-    #[getter]
-    fn ready<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, this) = (slf.py(), reading(slf)?);
-        this.shared.numbers(py, this.shared.bank.ready())
-    }
-
+    ready: Object<'py> = this.shared.numbers(py, this.shared.bank.ready())?;
     /// Samples a second.
-    #[getter]
-    fn rate(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(reading(slf)?.options.params.rate)
-    }
-
+    rate: f64 = this.options.params.rate;
     /// Orders (p, q) of the model; None for ``"auto"``, which has no ARMA model.
-    #[getter]
-    fn order(slf: &Bound<'_, Self>) -> PyResult<Option<(usize, usize)>> {
-        let options = reading(slf)?.options;
-        Ok(options.method.map(|_| options.order))
-    }
-
+    order: Option<(usize, usize)> = {
+        let options = this.options;
+        options.method.map(|_| options.order)
+    };
     /// ``"kf"``, ``"akf"``, ``"fading"``, ``"robust"`` or ``"auto"``.
-    #[getter]
-    fn method(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
-        Ok(reading(slf)?.options.method_name())
-    }
-
+    method: &'static str = this.options.method_name();
     /// What ``DriftFilter.started`` was given, None for a filter that learns it from its start-up.
-    #[getter]
-    fn start<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let this = reading(slf)?;
-        start::write(slf.py(), &this.shared)
-    }
-
+    start: Option<Bound<'py, PyDict>> = start::write(py, &this.shared)?;
     /// Every argument that makes such a filter anew: ``DriftFilter(**f.params)``, or
     /// ``DriftFilter.started(f.start, **f.params)`` for one that was started.
-    #[getter]
-    fn params<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        let this = reading(slf)?;
-        options::write(slf.py(), &this.options, this.shared.channels)
-    }
+    params: Bound<'py, PyDict> = options::write(py, &this.options, this.shared.channels)?;
 }
 
 /// Deviation of the drift, rest and a stuck sensor, to be filled.

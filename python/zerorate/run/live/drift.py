@@ -1,0 +1,111 @@
+"""The drift filter as the engine of a stream."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate.io.counts import note_on_counts
+from zerorate.io.names import UNKNOWN
+from zerorate.run.left_out import LeftOut
+from zerorate.run.live.engine import Engine
+from zerorate.run.live.lines import Layout
+from zerorate.run.live.running import Running
+
+__all__ = ["DriftEngine"]
+
+_HEAD: Final = 100
+"""Samples that tell whether they look like raw counts."""
+
+
+class DriftEngine(Engine):
+    """Answers each sample with its rate, in the place of the channels.
+
+    Parameters
+    ----------
+    layout : Layout
+        How every line is laid out.
+    running : Running
+        The filter.
+    scale, limit : float, optional
+        What samples are multiplied by, and the end of the sensor's range.
+    samples : int
+        Samples that it has seen, those lost or garbled among them.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        running: Running,
+        scale: float | None,
+        limit: float | None,
+        samples: int = 0,
+    ) -> None:
+        super().__init__(layout, samples)
+        self._running, self._scale, self._limit = running, scale, limit
+        self._head: list[list[float]] = []
+
+    @property
+    def columns(self) -> Sequence[str]:
+        """Names of the channels, and of what stands beside them."""
+        beside = (f"{column}_{name}" for column in self._running.beside for name in self._names)
+        return [*self._names, *beside]
+
+    @property
+    def _names(self) -> list[str]:
+        return self.layout.labels
+
+    def miss(self, count: int) -> None:
+        """Take so many samples as missing."""
+        self.samples += count
+        self._running.miss(count)
+
+    def answer(self, sample: list[float]) -> list[str]:
+        """Return the rate of each channel, and what was asked for beside it."""
+        self.samples += 1
+        if self._scale is not None:
+            sample = [value * self._scale for value in sample]
+        elif self.samples <= _HEAD:
+            self._head.append(sample)
+        return self._running.answer(sample)
+
+    def placed(self, cells: Sequence[str], texts: Sequence[str]) -> str:
+        """Return the answer to a line: texts in the place of channels, further ones at its end."""
+        return self.layout.answer(cells, texts)
+
+    def header(self, cells: Sequence[str]) -> str:
+        """Return the names of an answer's columns."""
+        return self.layout.header(cells, self._running.beside)
+
+    @property
+    def opening(self) -> str | None:
+        """A sentence on which columns are filtered, None if a line holds nothing but a sample."""
+        layout, passing = self.layout, self.layout.passing
+        if layout.names is None and not passing:
+            count = layout.fields
+            return f"no header: all {count} columns are filtered as gyros" if count > 1 else None
+        times = "" if self._scale is None else f" times {self._scale:.6g}"
+        unit = "" if layout.unit is None else f" in {layout.unit}"
+        filters = f"filters {', '.join(layout.labels)}{times}{unit}"
+        return f"{filters}; passes on {', '.join(passing)}" if passing else filters
+
+    def notice(self) -> str | None:
+        """Return a sentence on the first samples if they look like raw counts, once."""
+        if self.samples < _HEAD or not self._head:
+            return None
+        head, self._head = np.array(self._head), []
+        return note_on_counts(self._names, "gyro", self.layout.unit or UNKNOWN, head)
+
+    def sentences(self) -> Iterator[str]:
+        """Yield what there is to say of the samples that the filter has left out so far."""
+        filter_ = self._running.filter
+        seen = filter_.samples_seen
+        yield from LeftOut.of(filter_).sentences(self._names, seen, self._limit)
+
+    def state(self) -> dict[str, Any]:
+        """Return how many missing samples the filter has not been given."""
+        return {"owed": self._running.owed}
+
+    def to_bytes(self) -> bytes:
+        """Return the filter."""
+        return self._running.filter.to_bytes()
