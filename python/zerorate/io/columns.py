@@ -244,6 +244,7 @@ def _sensors(
         chosen, left = chosen_of(own, sensor if _is_named(own, sensor) else None)
         for triad in chosen:
             own_names = [names[i] for i in triad.places]
+            _check_three(kind, own_names)
             _check_unit(kind, own_names)
             notes.extend(note_on_axes(triad, own_names))
             data.extend(triad.places)
@@ -251,6 +252,15 @@ def _sensors(
         label = ", ".join(names[i] for triad in chosen for i in triad.places)
         notes.extend(note_on_others(chosen, left, label))
     return tuple(data), tuple(notes)
+
+
+def _check_three(kind: str, names: Sequence[str]) -> None:
+    """Raise LogError for more columns of one name than a sensor has axes."""
+    if len(names) > _AXES:
+        raise LogError(
+            f"{len(names)} columns are of {_CALLED[kind]}, expected three axes: "
+            f"{', '.join(names)}; say which, such as columns={','.join(names[:_AXES])}"
+        )
 
 
 def _check_unit(kind: str, names: Sequence[str]) -> None:

@@ -117,9 +117,11 @@ def _whole(linear: Triad, found: list[Triad]) -> bool:
     )
 
 
-def _rank(triad: Triad) -> tuple[bool, int]:
+def _rank(triad: Triad) -> tuple[bool, int, int]:
+    """Return what orders sensors: three axes, a good stage, a low number."""
     stage = triad.stage if triad.stage in STAGES else ""
-    return not triad.whole, STAGES.index(stage)
+    numbers = [int(word) for word in triad.device.split("_") if word.isdigit()]
+    return not triad.whole, STAGES.index(stage), numbers[-1] if numbers else -1
 
 
 def places_of(names: Sequence[str], kind: str) -> tuple[int, ...]:
@@ -143,7 +145,7 @@ def chosen_of(triads: Sequence[Triad], sensor: str | None) -> tuple[list[Triad],
     """Return the sensors of one kind that are meant, and the others.
 
     One is meant: of those that ``sensor`` names, with three axes if any has, of the best stage, the
-    first in the file. ``"all"`` means one of every device.
+    one of the lowest number, the first in the file. ``"all"`` means one of every device.
 
     Raises
     ------

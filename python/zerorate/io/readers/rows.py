@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -31,8 +32,23 @@ _DATAFLASH: Final = {
 }
 """Columns of messages of ArduPilot's DataFlash log, of which a part may lack the formats."""
 _TELLS_SENSOR: Final = {"sensor", "type", "message", "name", "label", "kind", "channel", "stream"}
-_INSTANCE: Final = (("i",), ("instance",), ("imu", "instance"), ("imu", "index"))
+_INSTANCE: Final = {
+    "i",
+    "id",
+    "imu",
+    "index",
+    "instance",
+    "device",
+    "node",
+    "num",
+    "number",
+    "unit",
+    "sensor",
+}
+"""Words that the name of a column consists of which tells sensors apart."""
 _MOST: Final = 16
+_TURN_BY_TURN: Final = 0.2
+"""Part of the rows that follow one of another sensor, at least, where sensors take turns."""
 
 
 def content_of(tables: Mapping[str, Table]) -> Content:
@@ -72,8 +88,10 @@ def messages(raw: bytes) -> Content | None:
     tables: dict[str, Table] = {}
     for label, found in rows.items():
         name = label.decode("latin-1")
-        if name in columns and label != _FORMATS:
-            table = _of_message(b"\n".join(found), columns[name].split(), name)
+        if label == _FORMATS or not name:
+            continue
+        table = _of_message(b"\n".join(found), columns.get(name, "").split(), name)
+        if table is not None:
             tables.update(_parts(table, name) if _kinds(table, *_KINDS) else {name: table})
     return content_of(tables) if any(_kinds(t, *_KINDS) for t in tables.values()) else None
 
@@ -88,18 +106,28 @@ def _stated(formats: list[bytes]) -> dict[str, str]:
     return found
 
 
-def _of_message(raw: bytes, names: list[str], label: str) -> Table:
+def _of_message(raw: bytes, names: list[str], label: str) -> Table | None:
+    """Return the table of a message; None if its rows are not what the names are of."""
     layout, _ = find_layout(raw)
-    if len(names) != layout.width:
-        names = [*names, *(f"column_{i}" for i in range(len(names), layout.width))][: layout.width]
-    layout = replace(layout, names=tuple(names), offset=0, lines_before=0)
+    own = names if len(names) == layout.width else _by_width(label, layout.width)
+    if own is None:
+        return None
+    layout = replace(layout, names=tuple(own), offset=0, lines_before=0)
+    assumed = f"rows of {label} have no names: they are taken as {', '.join(own)}"
     return Table(
         width=layout.width,
         load=lambda wanted: parsed(raw, layout, list(wanted)),
         names=layout.names,
         labels=lambda index: texts(raw, layout, index),
-        meta=Metadata(sensor=label),
+        meta=Metadata(sensor=label, notes=() if own is names else (assumed,)),
     )
+
+
+def _by_width(label: str, width: int) -> list[str] | None:
+    """Return the names of a sensor's three axes, maybe after a time; None for anything else."""
+    if not parsed_name(f"{label} x").kind or width not in (3, 4):
+        return None
+    return [*["time"][: width - 3], *(f"{label}_{axis}" for axis in "xyz")]
 
 
 def by_label(table: Table) -> Content | None:
@@ -136,13 +164,11 @@ def by_instance(table: Table) -> Content | None:
 def _parts(table: Table, label: str) -> dict[str, Table]:
     """Return the rows of each instance by its number, or the whole under its own name."""
     names = table.names or ()
-    column = next((i for i, name in enumerate(names) if words_of(name) in _INSTANCE), None)
+    column = next((i for i, name in enumerate(names) if _tells_instance(table, i, name)), None)
     if column is None:
         return {label: table}
-    (values,) = table.load([column])
-    if not 1 < len(np.unique(values)) <= _MOST:
-        return {label: table}
-    parts = parts_of(table, column)
+    found = parts_of(table, column)
+    parts = {name: found[name] for name in sorted(found, key=_natural)}
     others = ", ".join([*parts][1:])
     note = (
         f"column '{names[column]}' tells {len(parts)} sensors apart, of which {next(iter(parts))} "
@@ -151,3 +177,20 @@ def _parts(table: Table, label: str) -> dict[str, Table]:
     meta = replace(table.meta, notes=(*table.meta.notes, note))
     named = {f"{label}_{name}" if label else name: part for name, part in parts.items()}
     return {name: replace(part, meta=replace(meta, sensor=name)) for name, part in named.items()}
+
+
+def _tells_instance(table: Table, index: int, name: str) -> bool:
+    """Whether a column of this name holds the numbers of sensors that take turns."""
+    words = set(words_of(name))
+    if not words or not words <= _INSTANCE:
+        return False
+    try:
+        (values,) = table.load([index])
+    except LogError:
+        return False
+    turns = np.count_nonzero(values[1:] != values[:-1])
+    return 1 < len(np.unique(values)) <= _MOST and bool(turns >= _TURN_BY_TURN * len(values))
+
+
+def _natural(name: str) -> tuple[float, str]:
+    return (float(name), name) if name.lstrip("-").isdigit() else (math.inf, name)
