@@ -1,5 +1,7 @@
 """Recordings: which logs there are, their units, their clocks, and what is noted."""
 
+from typing import ClassVar
+
 import h5py
 import numpy as np
 import pandas as pd
@@ -312,3 +314,28 @@ def test_a_drive_in_two_files():
     recording = zr.read_recording(drive)
     assert recording.gyro.rate == pytest.approx(100, rel=1e-3)
     assert (recording.position.rate, recording.position.n) == (4, 2197)
+
+
+class TestRolesByHand:
+    TABLE: ClassVar = {
+        "t": np.arange(8) / 100,
+        **{name: np.full(8, float(i)) for i, name in enumerate("abcdefghi")},
+    }
+
+    def test_columns_of_each_kind(self):
+        columns = {"gyro": ["a", "b", "c"], "accel": ["f", "e", "d"], "mag": [7, 8, 9]}
+        recording = zr.read_recording(self.TABLE, columns=columns)
+        assert list(recording) == ["gyro", "accel", "mag"]
+        assert recording.gyro.names == ("a", "b", "c")
+        np.testing.assert_array_equal(recording.accel.data[0], [5.0, 4.0, 3.0])
+        assert recording.mag.names == ("g", "h", "i")
+
+    def test_others_are_found_by_their_names(self):
+        table = {**self.TABLE, **{f"gyro_{axis}": np.ones(8) for axis in "xyz"}}
+        recording = zr.read_recording(table, columns={"accel": ["a", "b", "c"]})
+        assert recording.gyro.names == ("gyro_x", "gyro_y", "gyro_z")
+        assert recording.accel.names == ("a", "b", "c")
+
+    def test_of_a_kind_that_is_none(self):
+        with pytest.raises(ValueError, match="columns= takes those of gyro, accel, mag, got 'imu'"):
+            zr.read_recording(self.TABLE, columns={"imu": ["a"]})

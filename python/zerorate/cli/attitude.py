@@ -53,6 +53,7 @@ _AUTO: Final = _METHODS("auto")
 
 
 @with_reading_options(
+    imu=True,
     help={
         "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; with a "
         "comma between that of the accelerometer, g or m/s^2: deg/s,g.",
@@ -63,7 +64,7 @@ _AUTO: Final = _METHODS("auto")
         "e.g. MPU-6050; with --range.",
         "range": "Range that the gyro of --device was set to, deg/s, and that of the "
         "accelerometer, g, e.g. 250,2.",
-    }
+    },
 )
 def attitude(
     *,

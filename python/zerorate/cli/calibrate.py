@@ -95,6 +95,7 @@ _APPLY: Final = "Instead of a calibration"
 
 
 @with_reading_options(
+    imu=True,
     help={
         "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; with a "
         "comma between that of the accelerometer, g or m/s^2: deg/s,g. Values are not converted.",
@@ -105,7 +106,7 @@ _APPLY: Final = "Instead of a calibration"
         "e.g. MPU-6050; with --range.",
         "range": "Range that the gyro of --device was set to, deg/s, and that of the "
         "accelerometer, g, e.g. 250,2.",
-    }
+    },
 )
 def calibrate(
     *,

@@ -84,6 +84,7 @@ class _Adapt(StrEnum):
 
 
 @with_reading_options(
+    imu=True,
     without=("group_by",),
     help={
         "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; with a "

@@ -231,6 +231,8 @@ _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
         "Names, or positions counted from 0 over all columns, e.g. gx,gy,gz. Default: the three "
         "axes of one gyro, by their names.",
     ),
+    "accel_columns": (str, "NAMES", "The same of the accelerometer."),
+    "mag_columns": (str, "NAMES", "The same of the magnetometer."),
     "unit": (
         str,
         None,
@@ -291,12 +293,15 @@ _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
 }
 """Type, metavar and help of the options of reading a log."""
 
+_OF_OTHERS: Final = {"accel_columns": "accel", "mag_columns": "mag"}
+"""Options with columns of another sensor than the gyro, and its kind."""
+
 READING: Final = tuple(_READING)
 """Names of those options."""
 
 
 def with_reading_options(
-    *, without: Sequence[str] = (), help: Mapping[str, str] | None = None
+    *, without: Sequence[str] = (), help: Mapping[str, str] | None = None, imu: bool = False
 ) -> Callable[[_Command], _Command]:
     """Return a decorator that gives a command the options of reading a log.
 
@@ -308,9 +313,12 @@ def with_reading_options(
         Options that mean nothing to the command.
     help : mapping of str to str, optional
         Texts for some options instead of the common ones.
+    imu : bool
+        Whether the command reads all sensors of a recording, whose columns may be named.
     """
     texts = help or {}
-    rows = {name: row for name, row in _READING.items() if name not in without}
+    left_out = without if imu else (*without, *_OF_OTHERS)
+    rows = {name: row for name, row in _READING.items() if name not in left_out}
 
     def parameter(name: str, kind: Any, metavar: str | None, text: str) -> inspect.Parameter:  # noqa: ANN401
         about = typer.Option(
@@ -332,6 +340,9 @@ def _reading(given: Mapping[str, Any]) -> Reading:
     arguments = dict(given)
     columns = parse_columns(arguments["columns"])
     arguments["columns"] = None if columns is None else tuple(columns)
+    others = {kind: parse_columns(arguments.pop(name, None)) for name, kind in _OF_OTHERS.items()}
+    if any(others.values()):
+        arguments["columns"] = {"gyro": arguments["columns"], **others}
     device, ends = arguments.pop("device"), arguments.pop("range")
     arguments["scale"] = _parse_scale(arguments["scale"], device, ends)
     if "time" in arguments:

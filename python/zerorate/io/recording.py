@@ -50,6 +50,8 @@ KINDS: Final = (
     "position_sigma",
     "velocity_sigma",
 )
+_ASKED: Final = ("gyro", "accel", "mag")
+"""Kinds whose columns may be named."""
 _ACCELERATIONS: Final = ("g", "m/s^2")
 _ONE: Final = "1"
 _UNSTEADY: Final = 0.25
@@ -60,7 +62,7 @@ def read_recording(
     source: LogSource | Sequence[LogSource],
     rate: float | None = None,
     *,
-    columns: Columns = None,
+    columns: Columns | Mapping[str, Columns] = None,
     reference: Columns = None,
     unit: str | Mapping[str, str] | None = None,
     topic: str | None = None,
@@ -82,7 +84,8 @@ def read_recording(
     rate
         Samples per second of the gyro and of what has no timestamps, Hz.
     columns
-        Names or indices of the gyro's columns; by default they are found, one log a sensor.
+        Names or indices of the gyro's columns, or of those of several kinds, ``{"gyro": ["p", "q",
+        "r"], "accel": [4, 5, 6]}``, also ``mag``; by default they are found, one log a sensor.
     reference
         Names or indices of the reference's columns; by default those named ``encoder``, ``ref_``,
         ``truth_`` or so, and quaternions.
@@ -139,7 +142,8 @@ def read_recording(
     sources = list(cast(Sequence[LogSource], source)) if several else [cast(LogSource, source)]
     if not sources:
         raise LogError("there is no source to read")
-    request = _request(columns, reference, unit, topic, only, Timing(time, time_unit), sensor)
+    of_kinds = columns if isinstance(columns, Mapping) else {"gyro": columns}
+    request = _request(of_kinds, reference, unit, topic, only, Timing(time, time_unit), sensor)
     return _recording(sources, request.with_numbers(rate, scale, start, stop))
 
 
@@ -164,13 +168,14 @@ def read_topic(
     Arguments and faults are those of `read_recording` and, of several topics to choose from, those
     of `read_log`.
     """
-    request = _request(columns, reference, unit, topic, only, Timing(time, time_unit), sensor)
+    timing, of_kinds = Timing(time, time_unit), {"gyro": columns}
+    request = _request(of_kinds, reference, unit, topic, only, timing, sensor)
     request = request.with_numbers(rate, scale, start, stop)
     return _recording([source], replace(request, alone=True))
 
 
 def _request(
-    columns: Columns,
+    columns: Mapping[str, Columns],
     reference: Columns,
     unit: str | Mapping[str, str] | None,
     topic: str | None,
@@ -178,8 +183,12 @@ def _request(
     timing: Timing,
     sensor: str | None,
 ) -> _Request:
-    kinds = _kinds(only)
-    return _Request(columns, reference, _units(unit), topic, kinds, timing=timing, sensor=sensor)
+    unknown = [kind for kind in columns if kind not in _ASKED]
+    if unknown:
+        raise ValueError(f"columns= takes those of {', '.join(_ASKED)}, got '{unknown[0]}'")
+    asked = {**columns, "reference": reference}
+    asked = {kind: chosen for kind, chosen in asked.items() if chosen is not None}
+    return _Request(asked, _units(unit), topic, _kinds(only), timing=timing, sensor=sensor)
 
 
 def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
@@ -192,7 +201,7 @@ def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
             found.extend(_within(_of_source(one, request, notes, offered), request, notes))
         except LogError as error:
             raise LogError(f"{label_of(one)}: {error}") from None
-        request = replace(request, columns=None, reference=None, topic=None)
+        request = replace(request, columns={}, topic=None)
     if not found:
         sought = "a sensor" if request.only == KINDS else f"a {request.only[0]}"
         raise LogError(
@@ -232,8 +241,7 @@ class _Sensor(NamedTuple):
 
 @dataclass(frozen=True)
 class _Request:
-    columns: Columns
-    reference: Columns
+    columns: Mapping[str, Columns]
     unit: Mapping[str, str]
     topic: str | None
     only: tuple[str, ...]
@@ -253,7 +261,7 @@ class _Request:
 
     def requires(self, sensors: Iterable[_Sensor]) -> bool:
         """Whether a sensor among these was asked for, so that a fault in it is one of all."""
-        asked = {"gyro"} if self.reference is None else {"gyro", "reference"}
+        asked = {"gyro", *self.columns}
         return any(sensor.kind in asked for sensor in sensors)
 
 
@@ -299,7 +307,7 @@ def _of_source(
         wanted = [sensor for sensor in sensors if sensor.kind in request.only]
         for shared in _by_clock(table, wanted):
             yield from _readable(table, shared, request, told, notes)
-        request = replace(request, columns=None, reference=None)
+        request = replace(request, columns={})
 
 
 def _tables(content: Content, topic: str | None) -> list[Table]:
@@ -310,10 +318,9 @@ def _tables(content: Content, topic: str | None) -> list[Table]:
 
 def _sensors(table: Table, request: _Request, notes: list[str]) -> list[_Sensor]:
     """Return the sensors of a table: those asked for, and those found by name."""
-    asked = {"gyro": request.columns, "reference": request.reference}
-    for columns in asked.values():
+    for columns in request.columns.values():
         check_samples(table, columns)
-    taken = {k: choose(table, c).data for k, c in asked.items() if c is not None}
+    taken = {kind: choose(table, columns).data for kind, columns in request.columns.items()}
     used = {index for places in taken.values() for index in places}
     groups: dict[tuple[str, str], list[int]] = {(k, ""): list(p) for k, p in taken.items()}
     for (kind, sensor), places in _found(table, request, used, notes).items():
