@@ -162,8 +162,8 @@ class TestStream:
         assert code == 2
         check_line(errors, "it was made with --frame enu, now it is ned; --force begins anew")
         code, _, errors = streamed(LINES, "--rate", "100", "--checkpoint", tmp_path / "state")
-        assert code == 1
-        check_line(errors, "it is no checkpoint of a stream")
+        assert code == 2
+        check_line(errors, "it is of the engine 'attitude', not of 'drift'; --force begins anew")
 
     @pytest.mark.parametrize(
         ("options", "match"),
