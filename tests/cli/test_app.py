@@ -25,14 +25,15 @@ MISTYPED = {
     "replay x --rate fast": "--rate takes a number",
     "demo --seed 1.5": "--seed takes a whole number",
     "stream --fields 0": "--fields must be greater than or equal to 1",
-    "demo --duration 0 -o /nowhere": "--duration must be positive and finite, got 0.0",
+    "demo --duration 0 -o nowhere": "--duration must be positive and finite, got 0.0",
     "simulate": "simulate needs a gyro and a file, such as simulate MPU-6050 -o gyro.csv; "
     "simulate --list shows the gyros",
 }
 
 
 @pytest.mark.parametrize("typed", MISTYPED)
-def test_what_was_mistyped_is_told_in_plain_words(call, typed):
+def test_what_was_mistyped_is_told_in_plain_words(call, tmp_path, monkeypatch, typed):
+    monkeypatch.chdir(tmp_path)
     assert call(*typed.split()) == (2, "", f"zerorate: {MISTYPED[typed]}\n")
 
 
@@ -102,6 +103,7 @@ def test_faults_of_a_program(tmp_path):
         [sys.executable, "-m", "zerorate", "replay", tmp_path / "nothing.csv"],
         capture_output=True,
         text=True,
+        cwd=tmp_path,  # where it would write
     )
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == f"zerorate: {tmp_path / 'nothing.csv'} does not exist\n"

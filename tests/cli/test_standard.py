@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tempfile
 
 import numpy as np
 import pytest
@@ -22,7 +23,9 @@ def zerorate(*arguments, encoding="utf-8", redirected="", **variables):
     if redirected:
         command = ["sh", "-c", f'exec "$@" {redirected}', "sh", *command]
     surroundings = {**os.environ, "PYTHONIOENCODING": encoding, "COLUMNS": "100", **variables}
-    done = subprocess.run(command, capture_output=True, env=surroundings)
+    # Where it may write, though nothing should be written there.
+    folder = tempfile.gettempdir()
+    done = subprocess.run(command, capture_output=True, env=surroundings, cwd=folder)
     return done.returncode, done.stdout, done.stderr
 
 
@@ -131,6 +134,13 @@ def test_figures_need_no_backend(log, tmp_path, command, backend):
     assert len(list(tmp_path.iterdir())) == 2
 
 
+@posix
+def test_a_user_without_a_home_is_told_nothing_of_it(log, tmp_path):
+    nowhere = {"HOME": "/dev/null", "XDG_CONFIG_HOME": "", "XDG_CACHE_HOME": ""}
+    code, _, errors = zerorate("allan", log, "-o", tmp_path, **nowhere)
+    assert (code, errors) == (0, b"")
+
+
 @pytest.mark.parametrize("command", ["replay", "allan", "identify"])
 def test_letters_that_no_font_has_are_no_warning(tmp_path, command):
     z = 0.5 + 0.1 * np.random.default_rng(1).standard_normal(6000)
@@ -172,4 +182,5 @@ class TestOutputs:
         check_line(errors.decode(), "the results cannot be printed: ")
 
     def test_a_fault_with_stderr_closed_is_not_printed_among_results(self, tmp_path):
-        assert zerorate("allan", tmp_path / "none.csv", redirected="2>&-") == (1, b"", b"")
+        arguments = ("allan", tmp_path / "none.csv", "-o", tmp_path)
+        assert zerorate(*arguments, redirected="2>&-") == (1, b"", b"")

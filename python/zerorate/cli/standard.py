@@ -49,6 +49,12 @@ def prepare() -> None:
     """
     # Figures go to files alone; what a notebook sets for itself may not even be installed here.
     os.environ.pop("MPLBACKEND", None)
+    home = os.path.expanduser("~")
+    if not os.path.isdir(home) or not os.access(home, os.W_OK):
+        # Matplotlib keeps its fonts elsewhere then, which is nothing to tell of a result.
+        import logging
+
+        logging.getLogger("matplotlib").setLevel(logging.ERROR)
     # A box in the place of a letter says as much.
     warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
     _reserve(0, os.O_RDONLY)
