@@ -1201,7 +1201,9 @@ class Attitude(Generic[_Number, _Flag]):
     gravity, and lets the magnetometer touch the heading alone. The others are those of textbooks.
 
     Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
-    so is one beyond 1000 rad/s or m/s^2. A missing rate is the last one for 50 ms. ``dt`` is the time
+    so is one beyond 1000 rad/s or m/s^2. Zeros of a gyro are a rate as long as it seems to give them at
+    rest, as one that is simulated or has a dead band does: after a rate below 5 deg/s, unless it has
+    rested with noise, and where it has rested with zeros for some time. A missing rate is the last one for 50 ms. ``dt`` is the time
     since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap. North is the
     magnetic one; without a magnetometer a level sensor starts along the axes of the frame, and the
     heading drifts. One object serves one thread at a time.
@@ -2112,7 +2114,8 @@ class LinearKalman(Generic[_Number]):
     ------
     ValueError
         A shape is wrong, a matrix not finite, a covariance not symmetric or not positive
-        semidefinite; or P0 is needed, because the measurements tell nothing of some state.
+        semidefinite; or P0 is needed, because the measurements tell nothing of some state, or Q and R
+        are zero and tell no size.
 
     References
     ----------
@@ -2261,8 +2264,8 @@ class NavigationFilter:
     and accelerometer. The sensors are integrated at every sample; fixes of the receiver, rest and wheels
     correct what drifts. Body axes are forward, right, down; the earth's north, east, down, WGS84.
 
-    A fix is taken if its normalised innovation squared is at most ``gate``. After ten in a row that are
-    not, the filter is taken to be wrong and finds back; in the first second after an outage there is no
+    A position or velocity is taken if its normalised innovation squared is at most ``gate``. After ten in
+    a row that are not, the filter is taken to be wrong and goes where the next one is (``moves``); in the first second after an outage there is no
     gate. A fix may be up to a second late. Without a known heading the filter waits, and with ``vehicle=
     "wheeled"`` takes it from the course above 1 m/s.
 
@@ -2348,8 +2351,10 @@ class NavigationFilter:
     ) -> Literal["used", "rejected", "refused"]:
         """Takes a fix of the receiver: when it was measured, s, latitude and longitude, deg, and height, m,
         (3,); velocity north, east, down, m/s, (3,) or None; their deviations, one or three axes. Returns
-        "used", "rejected" by the gate, or "refused": over a second old, a tenth of a second ahead of the
-        sensors, without a number, beyond 89.5 deg. ValueError if a deviation is not positive.
+        "used", "rejected" or "refused". The gate judges position and velocity apart; a fix is rejected if
+        its position is, or the velocity of one without a position. It is refused if it is over a second
+        old, a tenth of a second ahead of the sensors, without a number, or beyond 89.5 deg. ValueError if
+        a deviation is not positive.
         """
     def process(
         self,
@@ -2453,6 +2458,15 @@ class NavigationFilter:
     @property
     def fixes(self) -> dict[str, int]:
         """Fixes so far by what became of them: "used", "rejected", "refused"."""
+    @property
+    def rejected(self) -> dict[str, int]:
+        """What the gate has rejected so far, counted apart: "positions" and "velocities"."""
+    @property
+    def moves(self) -> int:
+        """How often the filter went where the positions are, after ten in a row that were rejected."""
+    @property
+    def last_move(self) -> tuple[float, float] | None:
+        """When it last did so, s, and how far it was, m; None if it never did."""
 
 @final
 class NavigationRecord:

@@ -21,6 +21,12 @@ def lost(found):
     return {name for name, there in zip(found.parameters, known, strict=False) if not there}
 
 
+def test_arrays_of_two_lengths_are_refused():
+    one = session(6).recording
+    with pytest.raises(ValueError, match="gyro and accel must have as many samples, got"):
+        zr.calibrate(gyro=one.gyro.data[:-50], accel=one.accel.data, rate=100.0)
+
+
 class TestTooLittle:
     @pytest.mark.parametrize("poses", [1, 3, 5, 6])
     def test_few_poses_are_an_error_that_says_what_there_is(self, poses):

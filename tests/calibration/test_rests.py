@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import zerorate as zr
-from support.calibrated import log, session, with_data
+from support.calibrated import log, session, sigmas, with_data
 
 
 def test_every_rest_is_found_and_none_has_motion_in_it():
@@ -83,6 +83,33 @@ def test_a_knock_is_passed_over_and_a_second_of_rest_too_short():
     moving[400:1000] *= 100.0
     moving[1140:1600] *= 100.0
     assert len(zr.find_rests(record.with_data(moving))) == 2
+
+
+@pytest.mark.parametrize("name", ["gyro", "accel"])
+@pytest.mark.parametrize("samples", [1, 2])
+def test_a_wild_sample_in_a_rest_is_named_and_left_out(name, samples):
+    """It makes neither two rests of one, nor a turn between them that no gyro can have made."""
+    simulated = session()
+    data = {kind: log.data.copy() for kind, log in simulated.recording.items()}
+    rest = zr.find_rests(simulated.recording)[4]
+    place = (rest.first + rest.last) // 2
+    value = [2000.0, -1.5, 0.25] if name == "gyro" else [16.0, 0.0, 1.0]
+    data[name][place : place + samples] = value
+    wild = with_data(simulated.recording, data["gyro"], data["accel"])
+    assert len(zr.find_rests(wild)) == 20
+    found, clean = zr.calibrate(wild), zr.calibrate(simulated.recording)
+    assert found.valid
+    assert len(found.turns) == 19
+    # Of one rest of twenty a sample or two are missing.
+    assert (np.abs(found.values - clean.values) <= 0.1 * sigmas(clean)).all()
+    listed = ", ".join(f"{x:g}" for x in value)
+    (note,) = [note for note in found.notes if "alone in" in note]
+    assert f"the {name} stand" in note
+    assert f"{listed} {simulated.recording[name].unit} at {place / 100.0:.3f} s" in note
+
+
+def test_nothing_stands_alone_in_a_usual_record():
+    assert not any("alone" in note for note in zr.calibrate(session().recording).notes)
 
 
 @pytest.mark.parametrize("rate", [10.0, 62.5, 500.0])

@@ -263,6 +263,21 @@ def test_no_finite_record_makes_it_nan(name, temperature):
         assert_finite(fit(HOSTILE[name], shown))
 
 
+@pytest.mark.parametrize("places", [slice(8), slice(2000, 2004), slice(-4, None), [1, 900, 3000]])
+def test_a_few_wild_temperatures_do_not_move_the_curve(places):
+    """A thermometer that says 85 degC until it has measured, or where a line was disturbed."""
+    temperature = warm_up()
+    z = bias_at(temperature) + noise(0)[1]
+    clean, temperature[places] = usual(), 85.0
+    model = fit(z, temperature)
+    np.testing.assert_allclose(model.range, clean.range, atol=0.2)
+    moved = model.predict([21.0, 30.0, 38.0]).value - clean.predict([21.0, 30.0, 38.0]).value
+    # A few samples of 3600 have a temperature that is held, some hundredths of a kelvin off.
+    assert np.abs(moved).max() < 0.2 * clean.predict(38.0).sigma.max()
+    count = temperature[places].size
+    assert f"{count} temperatures leap by 10 K and more" in model.notes[-1] + model.notes[0]
+
+
 def test_removal_takes_off_what_is_predicted():
     temperature = warm_up()
     z = bias_at(temperature) + noise(0)[1]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from zerorate.calibration.temperature.thermometer import between_steps, held
+from zerorate.calibration.temperature.thermometer import between_steps, held, without_leaps
 
 TIME = np.arange(7200) / 4.0
 WARMING = 20.0 + 20.0 * (1.0 - np.exp(-TIME / 400.0))
@@ -68,3 +68,33 @@ def test_missing_temperatures_are_held():
     shown = np.array([nan, nan, 20.0, nan, 21.0, np.inf, 1e30, -1e5])
     np.testing.assert_array_equal(held(shown), [20, 20, 20, 20, 21, 21, 21, 21])
     assert np.isnan(held(np.array([nan, 1e6]))).all()
+
+
+@pytest.mark.parametrize("bad", [85.0, -127.0, 0.0])
+@pytest.mark.parametrize("places", [slice(40), slice(3000, 3004), slice(-40, None), [9, 30, 60]])
+def test_what_a_thermometer_cannot_have_shown_is_missing(places, bad):
+    wild = np.zeros(TIME.size, bool)
+    wild[places] = True
+    shown = np.where(wild, bad, WARMING)
+    found, count = without_leaps(TIME, shown)
+    assert count == wild.sum()
+    np.testing.assert_array_equal(found, np.where(wild, np.nan, WARMING))
+
+
+@pytest.mark.parametrize(
+    "temperature",
+    [
+        WARMING,
+        # A kelvin a second, as in a chamber that is opened.
+        np.interp(TIME, [0.0, 600.0, 660.0, 1e4], [20.0, 20.0, 80.0, 80.0]),
+        # It was switched off, and on again in the cold.
+        np.where(TIME < 600.0, 40.0, -10.0),
+        np.where(np.arange(TIME.size) % 2, 20.0, 85.0),
+        np.full(TIME.size, np.nan),
+        np.array([20.0] * 7199 + [np.nan]),
+    ],
+)
+def test_what_it_may_have_shown_stays(temperature):
+    found, count = without_leaps(TIME, temperature)
+    assert count == 0
+    np.testing.assert_array_equal(found, temperature)

@@ -256,6 +256,18 @@ class TestCalibrate:
         assert "gyro.matrix.xx [%]" in compared
         assert "  moved" not in compared
 
+    def test_what_is_compared_with_is_not_replaced(self, cli, turns, tmp_path):
+        old = tmp_path / "old.json"
+        assert cli(turns, "-o", old, "--no-figure")[0] == 0
+        before = old.read_bytes()
+        (tmp_path / "link.json").symlink_to(old)
+        for name in ("old.json", "link.json"):
+            options = ("-o", tmp_path / name, "--compare", old, "--no-figure", "--force")
+            code, text, errors = cli(turns, *options)
+            assert (code, text) == (2, "")
+            check_line(errors, f"{name} is read as well, and is not replaced: give another -o")
+        assert old.read_bytes() == before
+
     def test_its_result_corrects_the_log(self, cli, turns, out, session):
         assert cli(turns, "-o", out, "--no-figure")[0] == 0
         assert cli("--apply", out / f"{STEM}.json", turns, "-o", out)[0] == 0

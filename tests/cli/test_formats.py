@@ -10,6 +10,8 @@ from pyarrow import table
 from scipy.io import savemat
 
 from support.bags import write_recording
+from support.commands import check_line
+from support.tables import miscounted
 from support.ulogs import flight, write_ulog
 from zerorate import read_log
 from zerorate.cli import run
@@ -86,6 +88,17 @@ def test_faults_of_usage(cli, tmp_path, monkeypatch):
         2,
         f"zerorate: {extra_needed('rosbags', 'ros', 'a ROS recording')}\n",
     )
+
+
+@pytest.mark.parametrize("rows", [1, 63])
+def test_a_miscounted_log_is_damaged_data(cli, tmp_path, rows):
+    """What is made of it in pieces is room for so many rows."""
+    path = miscounted(tmp_path / "run.parquet", rows)
+    code, text, errors = cli("replay", path, "--no-figure")
+    assert (code, text) == (1, "")
+    check_line(errors, "run.parquet: cannot be read as Parquet: ")
+    check_line(errors, f"it says that it has {rows} rows")
+    assert [one.name for one in tmp_path.iterdir()] == ["run.parquet"]
 
 
 def test_a_damaged_recording(cli, tmp_path):

@@ -4,9 +4,10 @@ import sys
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
-from support.tables import TIME, parquet, two_sensors
+from support.tables import TIME, miscounted, parquet, two_sensors
 from zerorate.io import LogError, read_log
 
 
@@ -48,4 +49,12 @@ def test_parquet_without_pyarrow_names_the_extra(tmp_path, monkeypatch):
     path = two_sensors(tmp_path)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(ImportError, match=r"pip install '\.\[io\]' in the checkout"):
+        read_log(path)
+
+
+@pytest.mark.parametrize("rows", [1, 39, 63])
+def test_a_number_of_rows_that_is_wrong_is_damage(tmp_path, rows):
+    path = miscounted(tmp_path / "run.parquet", rows)
+    assert pq.ParquetFile(path).metadata.num_rows == rows
+    with pytest.raises(LogError, match=f"run.parquet: .*damaged.*{rows} rows"):
         read_log(path)

@@ -47,7 +47,10 @@ OLDER = [
     ("fading", "drift", 1, 2),
     ("auto", "drift-auto", 1, 3),
     ("auto", "drift-auto", 2, 3),
-    ("holding", "drift-rest-gated", 2, 3),
+    ("holding", "drift-rest-gated", 2, 4),
+    ("holding", "drift-rest-gated", 3, 4),
+    ("robust-holding", "robust-gated", 3, 4),
+    ("attitude", "attitude", 1, 2),
     ("rest-detector", "rest-detector", 2, 3),
 ]
 

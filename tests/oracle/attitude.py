@@ -6,13 +6,13 @@ heading is the angle from it to east, north, up.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from oracle import quaternions
 from oracle.body_rest import BodyRest
-from oracle.field import Field
+from oracle.field import Field, without_spikes
 from oracle.inertial import Samples, prepared
 from oracle.under_way import FieldErrors, UnderWay
 
@@ -83,7 +83,7 @@ class Attitude:
         self.b, self.M = np.array(bias), np.eye(3)
         self.v = np.zeros(2)
         self.P = self.ignorance(10.0 if mag else 1e-6)
-        self.begun, self.begun_for, self.up, self.northed = False, 0.0, 0.0, False
+        self.begun, self.begun_for, self.up, self.northed = False, 0.0, 0.0, 0
         self.rest, self.at_rest = BodyRest(), False
         self.field, self.field_age = Field(), 0.0
         self.accelerations = 0.5**2
@@ -104,6 +104,7 @@ class Attitude:
     def run(self, gyro, accel, mag=None, dt=None):
         """Named arrays over the samples."""
         samples = prepared(self.rate, gyro, accel, mag, dt)
+        samples = replace(samples, mag=without_spikes(samples.mag))
         told, first, elapsed = [], 0, 0.0
         for k, (step, gap) in enumerate(zip(samples.dt, samples.gap, strict=True)):
             if gap:
@@ -158,7 +159,7 @@ class Attitude:
         for k, turn in enumerate(quaternions.steps(step + coning).tolist()):
             self.q = quaternions.product(self.q, turn)
             if not self.begun and not np.isnan(samples.accel[k, 0]):
-                self.level(samples.accel[k], samples.mag[k])
+                self.level(samples.accel[k], samples.seen[k], not np.isnan(samples.mag[k, 0]))
             turned.append(self.q)
             earth = quaternions.product(quaternions.about_up(self.heading), self.q)
             told.append({**known, "quaternion": earth})
@@ -166,15 +167,16 @@ class Attitude:
 
     # The start.
 
-    def level(self, accel, mag):
-        """The sum of the forces so far points up."""
+    def level(self, accel, mag, known):
+        """The sum of the forces so far points up; a first field may be a spike's."""
         u = np.array([0.0, 0.0, self.up]) + self.R @ accel
         size = np.linalg.norm(u)
         if size >= 1e-6:
             self.q = quaternions.unit(quaternions.product(upright(u / size), self.q))
             self.up = size
-        if self.mag and not self.northed and not np.isnan(mag[0]):
-            self.northed = True
+        told = 0 if np.isnan(mag[0]) else 1 + known
+        if self.mag and told > self.northed:
+            self.northed = told
             self.heading += self.east_of_north(self.R @ mag)
 
     @property

@@ -29,6 +29,31 @@ def followed(known, seen, seconds):
     return known + min(seconds / FOLLOWS, 1.0) * (seen - known)
 
 
+# Times by which the strength of a sample may differ from the last one's, and samples in a row that
+# agree on another, of any and of the first, until it is the field's.
+LEAPS, AGREE, AGREE_FIRST = 2.0, 3, 2
+
+
+def without_spikes(mag):
+    """Fields in which those are NaN that are far stronger or weaker than those before."""
+    kept, usual, other, count = mag.copy(), 0.0, 0.0, 0
+    for k, strength in enumerate(np.linalg.norm(mag, axis=1).tolist()):
+        if math.isnan(strength):
+            continue
+        if not alike(strength, usual):
+            count = count + 1 if alike(strength, other) else 1
+            other = strength
+            if count < (AGREE if usual else AGREE_FIRST):
+                kept[k] = np.nan
+                continue
+        usual, count = strength, 0
+    return kept
+
+
+def alike(one, other):
+    return one <= LEAPS * other and other <= LEAPS * one
+
+
 class Field:
     def __init__(self):
         self.known, self.candidate = None, np.zeros(3)

@@ -2,6 +2,7 @@
 
 import math
 from copy import deepcopy
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,11 +29,11 @@ class GatedFilter:
 
     def update(self, z):
         z = self.tally.within_range(z)
-        accepted = self.detector.judged(z) if self.rejects else z
+        accepted = self.detector.judged(z) if self.rejects else self.without_stuck(z)
         self.feed(accepted if self.at_rest else math.nan)
         tick = self.detector.observe(z) if self.hold or self.rejects else None
         if tick is not None:
-            self.tally.add(tick)
+            self.tally.add(tick if self.rejects else replace(tick, outliers=0))
             if self.hold:
                 self.take(tick)
         return {
@@ -42,6 +43,11 @@ class GatedFilter:
             "saturated": self.tally.saturated,
             "stuck": self.detector.stuck,
         }
+
+    def without_stuck(self, z):
+        """Missing, if the sample makes its run a stuck sensor's or goes on with such a one."""
+        repeats = self.detector.detector.ticker.repeats
+        return math.nan if z == repeats.previous and repeats.run + 1 >= repeats.limit else z
 
     def feed(self, z):
         twin = self.filter[0]

@@ -190,6 +190,8 @@ class Navigation:
         self.before = None
         self.alone, self.since_wheels, self.last_used = 0.0, 0.0, np.nan
         self.fixes = {"used": 0, "rejected": 0, "refused": 0}
+        self.rejected = {"positions": 0, "velocities": 0}
+        self.moves, self.last_move = 0, None
         self.clear()
 
     def clear(self):
@@ -469,7 +471,7 @@ class Navigation:
             kinds.append((0, R, z, H_p, sigma_p))
         if v is not None:
             kinds.append((1, V, v_a - self.a * age - v, H_v, sigma_v))
-        x, used = np.zeros(15), False
+        x, taken = np.zeros(15), {}
         for kind, part, z, H, sigma in kinds:
             z = np.clip(z, -INNOVATION_MAX, INNOVATION_MAX)
             judge = self.judges[kind]
@@ -477,18 +479,24 @@ class Navigation:
             noise = judge.noise(sigma**2, self.adapt)
             P, found, nis = self.correct(z, H, noise, x)
             decision = judge.decide(self.time, nis, self.gate)
+            taken[kind] = decision != "reject"
             if decision == "reject":
+                self.rejected["velocities" if kind else "positions"] += 1
                 continue
             if decision == "widen":
+                if kind == 0:
+                    self.moves, self.last_move = self.moves + 1, (self.time, np.linalg.norm(z))
                 # The filter was wrong, by as much as the fix says.
                 self.P[part, part] += np.diag(z**2)
                 self.P[PHI, PHI] += np.diag(WRONG)
                 P, found, _ = self.correct(z, H, noise, x)
-            self.P, x, used = P, found, True
-        if not used:
-            return "rejected"
-        self.apply(x)
-        return "used" if self.navigating else "refused"
+            self.P, x = P, found
+        if any(taken.values()):
+            self.apply(x)
+        if not self.navigating:
+            return "refused"
+        # The position is what a fix is for; the velocity counts where there is none.
+        return "used" if taken[min(taken)] else "rejected"
 
     def offset_from(self, p):
         return np.array(

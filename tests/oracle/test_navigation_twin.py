@@ -230,7 +230,10 @@ def test_outliers():
 
     pair = Pair(start_of(one))
     run(pair, one, changed(fixes_of(one), position=spoilt, velocity=wild))
-    assert pair.filter.fixes["used"] > 90
+    # A fifth of the positions are spoilt, whatever the velocities beside them are.
+    assert pair.filter.fixes["used"] > 75
+    assert pair.filter.fixes["rejected"] == pair.filter.rejected["positions"] > 10
+    assert pair.filter.rejected["velocities"] > 10
 
 
 @pytest.mark.parametrize("kind", ["position", "velocity", "both"])
@@ -320,7 +323,8 @@ def test_fixes(name, first):
     fixes = changed(between(fixes_of(one), first, 99.0), **FIXES[name])
     pair = Pair(start_of(one))
     run(pair, one, fixes)
-    assert pair.filter.fixes["used"] > 20
+    # Of a receiver that is too sure many are rejected until its noise is learned.
+    assert pair.filter.fixes["used"] >= 20
 
 
 @pytest.mark.parametrize("arguments", [{}, {"vehicle": "wheeled"}], ids=["plain", "wheeled"])

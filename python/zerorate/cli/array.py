@@ -94,7 +94,7 @@ def replay_arrays(
     known = None if asked.file is None else _read_rotations(asked.file)
     every = [_with_rotations(files, asked.find) for files in paths]
     for files in every:
-        check_outputs(files, force)
+        check_outputs(files, force, None, asked.file)
     for record, files in zip(found, every, strict=True):
         with progress_bar() as progress:
             log = _read(reading, record)

@@ -169,7 +169,7 @@ def attitude(
     shape = (format, None if no_figure else figure_format, not no_figure, force)
     found = records(log, reading.group_by)
     outputs = [_Outputs.of(place.of_part(one.ending), *shape) for one in found]
-    check_outputs([path for files in outputs for path in files.paths], force, log)
+    check_outputs([path for files in outputs for path in files.paths], force, log, calibration)
     if not no_figure:
         preloaded(_load_plotting)
     for one, files in zip(found, outputs, strict=True):

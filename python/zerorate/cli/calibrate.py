@@ -237,7 +237,7 @@ def calibrate(
         preloaded(_load_plotting)
     found = records(log, reading.group_by)
     outputs = [_Outputs.of(place.of_part(one.ending), figures, exports, force) for one in found]
-    check_outputs([path for files in outputs for path in files.paths], force, log)
+    check_outputs([path for files in outputs for path in files.paths], force, log, compare)
     invalid = []
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:

@@ -105,7 +105,7 @@ def compare(
         filters = [] if attitude == "none" else parse_words("--attitude", attitude)
         check_attitude(filters, frame)
     if json is not None:
-        check_outputs([json], force)
+        check_outputs([json], force, None, *(logs or []))
     with progress_bar() as progress:
         recordings = []
         for one in (one for log in logs or [] for one in records(log, reading.group_by)):

@@ -264,8 +264,7 @@ def navigate(
     suffixes = [*LogFormat, *_MAPS, *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-navigate", suffixes)
     files = _Outputs.of(place, format, None if no_figure else figure_format, not no_figure, force)
-    for source in filter(None, (log, gnss)):
-        check_outputs(files.paths, force, source)
+    check_outputs(files.paths, force, log, gnss, calibration)
     if not no_figure:
         preloaded(_load_plotting)
     with progress_bar() as progress:

@@ -92,17 +92,26 @@ _FOREIGN: Final = (
 )
 
 
-def check_outputs(paths: Sequence[Path], force: bool, source: Path | None = None) -> None:
+def check_outputs(
+    paths: Sequence[Path], force: bool, log: Path | None = None, *read: Path | None
+) -> None:
     """Raise a usage fault if a file cannot be written; remove what killed runs left there.
 
-    What a command reads, its `source`, it does not replace.
+    What a command reads, its `log` and the other files `read`, it does not replace.
     """
     with as_usage():
         for path in paths:
-            if source is not None and path.exists() and source.exists() and path.samefile(source):
+            if _is_one(path, log):
                 raise UsageFault(f"-o names the log itself: {path}")
+            if any(_is_one(path, source) for source in read):
+                raise UsageFault(f"{path} is read as well, and is not replaced: give another -o")
             check_writable(path, force, make_folders=True)
     sweep(paths)
+
+
+def _is_one(path: Path, source: Path | None) -> bool:
+    """Return whether a file to be written is one that is read, by whatever name."""
+    return source is not None and path.exists() and source.exists() and path.samefile(source)
 
 
 def make_folders(paths: Iterable[Path]) -> None:

@@ -61,7 +61,8 @@ def _reason(error: Exception) -> str:
 
 def _guarded(table: Table, called: str) -> Table:
     names = None if table.names is None else tuple(map(one_line, table.names))
-    pieces = None if table.pieces is None else _guarded_pieces(table.pieces, called)
+    rows = table.rows
+    pieces = None if table.pieces is None else _guarded_pieces(table.pieces, rows, called)
 
     def labels(index: int) -> Column:
         with _one_sentence(called):
@@ -69,7 +70,10 @@ def _guarded(table: Table, called: str) -> Table:
 
     def load(wanted: Sequence[int]) -> list[Column]:
         with _one_sentence(called):
-            return table.load(wanted)
+            columns = table.load(wanted)
+            if table.pieces is not None:
+                _check_rows(len(columns[0]) if columns else rows, rows)
+            return columns
 
     return replace(table, load=load, labels=labels, names=names, pieces=pieces)
 
@@ -77,9 +81,22 @@ def _guarded(table: Table, called: str) -> Table:
 _Pieces = Callable[[Sequence[int], int], Iterator[list[Column]]]
 
 
-def _guarded_pieces(pieces: _Pieces, called: str) -> _Pieces:
+def _guarded_pieces(pieces: _Pieces, rows: int, called: str) -> _Pieces:
     def guarded(wanted: Sequence[int], most: int) -> Iterator[list[Column]]:
         with _one_sentence(called):
-            yield from pieces(wanted, most)
+            seen = 0
+            for columns in pieces(wanted, most):
+                seen += len(columns[0]) if columns else 0
+                if seen > rows:
+                    _check_rows(seen, rows)
+                yield columns
+            _check_rows(seen if wanted else rows, rows)
 
     return guarded
+
+
+def _check_rows(seen: int, rows: int) -> None:
+    """Refuse a file of another number of rows than it says, for which whoever asks makes room."""
+    if seen != rows:
+        most = "more" if seen > rows else seen
+        raise ValueError(f"it says that it has {rows} rows and holds {most}")

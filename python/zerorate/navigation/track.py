@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -76,6 +77,8 @@ class Track(Result):
         Time of the sample after which each was taken, s; NaN where it came after the last one.
     counts : dict of str to int
         How many fixes were "used", "rejected" and "refused".
+    rejected : dict of str to int
+        How many "positions" and "velocities" the gate rejected, counted apart.
     smoothed : bool
         Whether each sample was seen in the light of all fixes.
     epoch : float, optional
@@ -98,6 +101,7 @@ class Track(Result):
     verdict: npt.NDArray[np.uint8]
     taken: Floats
     counts: dict[str, int]
+    rejected: dict[str, int]
     smoothed: bool = False
     epoch: float | None = None
     source: str = "the recording"
@@ -263,20 +267,39 @@ def track_of(
     keep: bool = True,
 ) -> Track:
     """Run a filter over arrays and return its track; with `keep` it can be smoothed."""
-    counts = nav.fixes
+    before = nav.copy()
     found, steps = nav.process_arrays(
         inputs.time, inputs.gyro, inputs.accel, inputs.fixes, inputs.rest, record=keep
     )
     return Track(
         time=inputs.time,
         fixes=inputs.fixes,
-        counts={name: count - counts[name] for name, count in nav.fixes.items()},
+        counts=_since(before.fixes, nav.fixes),
+        rejected=_since(before.rejected, nav.rejected),
         epoch=epoch,
         source=source,
-        notes=notes,
+        notes=(*_on_moves(before, nav), *notes),
         _nis=found.pop("nis"),
         _steps=steps,
         **found,
+    )
+
+
+def _since(before: dict[str, int], now: dict[str, int]) -> dict[str, int]:
+    return {name: count - before[name] for name, count in now.items()}
+
+
+def _on_moves(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
+    """Say that the filter has given way to positions that it had rejected."""
+    moves = nav.moves - before.moves
+    if not moves or nav.last_move is None:
+        return
+    time, far = nav.last_move
+    size = f"{far:.0f} m" if far < 10_000.0 else f"{far / 1000.0:.0f} km"
+    often = "" if moves == 1 else f", the last of {moves} times"
+    yield (
+        f"at {time:.2f} s ten positions in a row had been rejected, and the filter went where they "
+        f"are, {size} away{often}: either they are wrong or it was"
     )
 
 

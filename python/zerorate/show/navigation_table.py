@@ -129,6 +129,8 @@ def _parts(track: Track, nis: Floats | None) -> Iterator[str]:
 
 def _fixes(track: Track, nis: Floats | None) -> Table:
     rows = [(name, str(count)) for name, count in track.counts.items()]
+    if any(track.rejected.values()):
+        rows += [(f"{name} rejected", str(count)) for name, count in track.rejected.items()]
     note = ""
     if nis is not None:
         for name, values in zip(("position", "velocity"), nis.T, strict=True):

@@ -59,7 +59,8 @@ const PIECE: usize = 1 << 21;
 /// ------
 /// ValueError
 ///     A shape is wrong, a matrix not finite, a covariance not symmetric or not positive
-///     semidefinite; or P0 is needed, because the measurements tell nothing of some state.
+///     semidefinite; or P0 is needed, because the measurements tell nothing of some state, or Q and R
+///     are zero and tell no size.
 ///
 /// References
 /// ----------

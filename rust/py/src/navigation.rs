@@ -5,8 +5,8 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use zerorate_core::navigation::{
-    Adapt, Batch, Fix, Inertial, Kind, Known, NavigationFilter as Core, NavigationParams, Record,
-    STATES, Start, Wheels,
+    Adapt, Batch, Fix, FixCounts, Inertial, Kind, Known, NavigationFilter as Core,
+    NavigationParams, Record, STATES, Start, Wheels,
 };
 use zerorate_core::{Error, checkpoint, memory};
 
@@ -32,8 +32,8 @@ const BYTES: usize = 1 << 13;
 /// and accelerometer. The sensors are integrated at every sample; fixes of the receiver, rest and wheels
 /// correct what drifts. Body axes are forward, right, down; the earth's north, east, down, WGS84.
 ///
-/// A fix is taken if its normalised innovation squared is at most ``gate``. After ten in a row that are
-/// not, the filter is taken to be wrong and finds back; in the first second after an outage there is no
+/// A position or velocity is taken if its normalised innovation squared is at most ``gate``. After ten in
+/// a row that are not, the filter is taken to be wrong and goes where the next one is (``moves``); in the first second after an outage there is no
 /// gate. A fix may be up to a second late. Without a known heading the filter waits, and with ``vehicle=
 /// "wheeled"`` takes it from the course above 1 m/s.
 ///
@@ -189,8 +189,10 @@ impl NavigationFilter {
 
     /// Takes a fix of the receiver: when it was measured, s, latitude and longitude, deg, and height, m,
     /// (3,); velocity north, east, down, m/s, (3,) or None; their deviations, one or three axes. Returns
-    /// "used", "rejected" by the gate, or "refused": over a second old, a tenth of a second ahead of the
-    /// sensors, without a number, beyond 89.5 deg. ValueError if a deviation is not positive.
+    /// "used", "rejected" or "refused". The gate judges position and velocity apart; a fix is rejected if
+    /// its position is, or the velocity of one without a position. It is refused if it is over a second
+    /// old, a tenth of a second ahead of the sensors, without a number, or beyond 89.5 deg. ValueError if
+    /// a deviation is not positive.
     #[pyo3(signature = (t, position, velocity=None, sigma_position=None, sigma_velocity=None),
         text_signature = "($self, t, position, velocity=None, sigma_position=2.0, \
             sigma_velocity=0.1)")]
@@ -353,12 +355,33 @@ getters! { NavigationFilter, slf, py, this;
     samples_seen: u64 = this.shared.bank.samples_seen();
     /// Fixes so far by what became of them: "used", "rejected", "refused".
     fixes: Bound<'py, PyDict> = {
-        let (found, counts) = (PyDict::new(py), this.shared.bank.fixes());
-        for (name, count) in VERDICTS.into_iter().zip(counts) {
-            found.set_item(name, count)?;
-        }
-        found
+        let FixCounts { used, rejected, refused, .. } = *this.shared.bank.fixes();
+        let [one, two, three] = VERDICTS;
+        named(py, [(one, used), (two, rejected), (three, refused)])?
     };
+    /// What the gate has rejected so far, counted apart: "positions" and "velocities".
+    rejected: Bound<'py, PyDict> = {
+        let [positions, velocities] = this.shared.bank.fixes().rejected_of;
+        named(py, [("positions", positions), ("velocities", velocities)])?
+    };
+    /// How often the filter went where the positions are, after ten in a row that were rejected.
+    moves: u64 = this.shared.bank.fixes().moved;
+    /// When it last did so, s, and how far it was, m; None if it never did.
+    last_move: Option<(f64, f64)> = {
+        let FixCounts { moved, last_move: [at, by], .. } = *this.shared.bank.fixes();
+        (moved > 0).then_some((at, by))
+    };
+}
+
+fn named<'py, const N: usize>(
+    py: Python<'py>,
+    counts: [(&str, u64); N],
+) -> PyResult<Bound<'py, PyDict>> {
+    let found = PyDict::new(py);
+    for (name, count) in counts {
+        found.set_item(name, count)?;
+    }
+    Ok(found)
 }
 
 /// Numbers of a fix: time, position, velocity and deviations of both.

@@ -11,7 +11,7 @@ import numpy as np
 
 from zerorate import units
 from zerorate.calibration.calibration import Rest
-from zerorate.calibration.fit.sensors import STANDARD_GRAVITY, Sensor, sensor
+from zerorate.calibration.fit.sensors import STANDARD_GRAVITY, Sensor, resolution, sensor
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.types import Booleans, Floats, Integers
 
@@ -115,17 +115,6 @@ class Stillness:
         return np.asarray(square * left / (2.0 * np.pi**2))
 
 
-def _resolution(data: Floats) -> Floats:
-    """Return the step between neighbouring values of each axis, small where it cannot be seen."""
-    sizes = np.abs(np.diff(data[: 1 << 16], axis=0))
-    steps = np.zeros(3)
-    for axis, size in enumerate(sizes.T):
-        seen = size[size > 1e-6 * np.nanmax(size, initial=0.0)]
-        if seen.size:
-            steps[axis] = np.partition(seen, seen.size // 100)[seen.size // 100]
-    return steps
-
-
 def _windows(one: Sensor) -> _Windows:
     block = max(1, round(_BLOCK * one.rate))
     # Fewer than four samples tell no variance.
@@ -134,7 +123,7 @@ def _windows(one: Sensor) -> _Windows:
     if count < blocks:
         return _Windows(np.full(1, np.inf), np.full(3, np.nan), np.zeros(3), block, blocks)
     variance, there = _variances(one, block, blocks, count)
-    step = _resolution(one.data)
+    step = resolution(one.data)
     least = np.maximum(step**2 / 12.0, np.finfo(float).tiny)
     full = there >= 0.5 * block * blocks
     floor = _floors(np.maximum(variance[full], least)) if full.any() else np.full(3, np.nan)

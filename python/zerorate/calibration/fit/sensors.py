@@ -10,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import units
+from zerorate.calibration.fit.wild import wild_samples
 from zerorate.io.log import Log, LogError, Recording, checked_rate, present_axes
 from zerorate.io.missing import floats
-from zerorate.types import Booleans, Floats
+from zerorate.types import Booleans, Floats, Integers
 
-__all__ = ["STANDARD_GRAVITY", "Sensor", "Source", "chosen", "sensor"]
+__all__ = ["STANDARD_GRAVITY", "Sensor", "Source", "chosen", "resolution", "sensor"]
 
 Kind = Literal["gyro", "accel"]
 Source = str | Log | npt.ArrayLike | None
@@ -50,6 +51,8 @@ class Sensor:
         What raw samples were multiplied by; 1 if the unit is unknown.
     known
         Whether the unit is.
+    wild
+        Samples that are missing because they stood alone in a rest, and what they were, raw unit.
     """
 
     kind: Kind
@@ -59,6 +62,7 @@ class Sensor:
     unit: str
     factor: float
     known: bool
+    wild: tuple[Integers, Floats]
 
     @property
     def n(self) -> int:
@@ -123,6 +127,9 @@ def sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
         if not there.any():
             raise LogError(f"the {kind} has no sample of all three axes")
         data[~there] = np.nan
+    # One of them would make two rests of one, and a turn between them.
+    wild = wild_samples(data, resolution(data))
+    data[wild] = np.nan
     return Sensor(
         kind=kind,
         data=data,
@@ -131,6 +138,7 @@ def sensor(kind: Kind, log: Log, gravity: float) -> Sensor:
         unit=log.unit,
         factor=1.0 if factor is None else factor,
         known=factor is not None,
+        wild=(wild, log.data[wild]),
     )
 
 
@@ -142,6 +150,17 @@ def _evened(log: Log) -> Log:
     even = log.stamps[0] + np.arange(log.n) / rate
     data = np.stack([np.interp(even, log.stamps, axis) for axis in log.data.T], axis=1)
     return Log(even, rate, data, log.names, log.unit, log.meta)
+
+
+def resolution(data: Floats) -> Floats:
+    """Return the step between neighbouring values of each axis, small where it cannot be seen."""
+    sizes = np.abs(np.diff(data[: 1 << 16], axis=0))
+    steps = np.zeros(3)
+    for axis, size in enumerate(sizes.T):
+        seen = size[size > 1e-6 * np.nanmax(size, initial=0.0)]
+        if seen.size:
+            steps[axis] = np.partition(seen, seen.size // 100)[seen.size // 100]
+    return steps
 
 
 def _factor(kind: Kind, unit: str, gravity: float) -> float | None:
@@ -181,8 +200,13 @@ def chosen(
         accel = _partner(gyro, "gyro", "accel", recording)
     elif isinstance(accel, str) and gyro is None:
         gyro = _partner(accel, "accel", "gyro", recording)
-    clock = rate
-    return _log("gyro", gyro, recording, clock), _log("accel", accel, recording, clock)
+    logs = _log("gyro", gyro, recording, rate), _log("accel", accel, recording, rate)
+    if all(log.meta.get(UNNAMED) for log in logs) and logs[0].n != logs[1].n:
+        raise ValueError(
+            f"gyro and accel must have as many samples, got {logs[0].n} and {logs[1].n}: arrays "
+            "have one rate= and begin together; sensors of two rates are given as Logs"
+        )
+    return logs
 
 
 def _partner(name: str, own: str, other: str, recording: Recording | None) -> str | None:

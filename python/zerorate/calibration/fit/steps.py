@@ -151,6 +151,7 @@ def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]
     for log, one in zip(logs, sensors, strict=True):
         if not one.known:
             notes.append(f"the {one.kind} has no known unit: gravity and the turns gave its scale")
+        notes += _on_wild(one)
         clock = log.meta.get("clock")
         if log.stamps is not None:
             notes.append(
@@ -167,6 +168,21 @@ def _notes(gravity: float | None, logs: Sequence[Log], sensors: Sequence[Sensor]
         "from one switching on to the next"
     )
     return notes
+
+
+def _on_wild(one: Sensor) -> list[str]:
+    """Return which samples were left out since they stood alone in a rest."""
+    places, values = one.wild
+    if not places.size:
+        return []
+    listed = ", ".join(f"{value:.4g}" for value in values[0])
+    first = f"{listed} {one.unit} at {one.start + places[0] / one.rate:.3f} s"
+    if places.size == 1:
+        return [f"a sample of the {one.kind} stands alone in a rest and was left out: {first}"]
+    return [
+        f"{places.size} samples of the {one.kind} stand alone in rests and were left out, first "
+        f"{first}"
+    ]
 
 
 def _warmth(recording: Recording | None) -> float | None:

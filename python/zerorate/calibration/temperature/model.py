@@ -13,7 +13,12 @@ import numpy.typing as npt
 from zerorate.calibration.temperature import files
 from zerorate.calibration.temperature.blocks import Blocks, blocks_of
 from zerorate.calibration.temperature.fit import DEGREES, KELVINS, SPANS, Fit, fitted, powers
-from zerorate.calibration.temperature.thermometer import between_steps, held
+from zerorate.calibration.temperature.thermometer import (
+    between_steps,
+    held,
+    thermometric,
+    without_leaps,
+)
 from zerorate.io.log import Log, LogError, checked_rate
 from zerorate.io.missing import floats
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
@@ -196,7 +201,7 @@ class TemperatureModel(Result):
             single=record.single,
         )
         model = model.scaled(record.factor)
-        return replace(model, notes=tuple(_notes(model, blocks)))
+        return replace(model, notes=tuple(_notes(model, blocks, record.wild)))
 
     @property
     def axes(self) -> int:
@@ -322,7 +327,7 @@ class TemperatureModel(Result):
         data = z.data if isinstance(z, Log) else floats(z, "z")
         if data.shape[1:] not in ({(self.axes,), ()} if self.axes == 1 else {(self.axes,)}):
             raise ValueError(f"z must have {self.axes} axes as the model has, got {data.shape}")
-        T, _ = _temperatures(z, temperature, len(data), 1.0 if self.step else None)
+        T = _temperatures(z, temperature, len(data), 1.0 if self.step else None).known
         if not np.isfinite(T).all():
             T = np.full(len(data), self.reference)
         # The errors, which nobody asks for here, take longer than the bias.
@@ -386,6 +391,7 @@ class _Record(NamedTuple):
     single: bool
     step: float
     factor: float
+    wild: int
 
     @classmethod
     def of(
@@ -411,11 +417,20 @@ class _Record(NamedTuple):
         factor = 2.0 ** np.round(np.log2(max(largest, 1.0 / _LARGEST)))
         rates = np.where(np.isfinite(rates), rates, np.nan) / factor
         rate = checked_rate(rate)
-        known, step = _temperatures(z, temperature, len(rates), rate)
+        shown = _temperatures(z, temperature, len(rates), rate)
         names = z.names if isinstance(z, Log) else _names(rates.shape[1])
         unit = (z.unit if isinstance(z, Log) else "unit") if unit is None else unit
         return cls(
-            rates, known, rate, _mask(rests, len(rates)), names, unit, single, step, float(factor)
+            rates=rates,
+            temperature=shown.known,
+            rate=rate,
+            rests=_mask(rests, len(rates)),
+            names=names,
+            unit=unit,
+            single=single,
+            step=shown.step,
+            factor=float(factor),
+            wild=shown.wild,
         )
 
 
@@ -434,18 +449,26 @@ def _mask(rests: npt.ArrayLike | None, n: int) -> Booleans | None:
     return mask
 
 
+class _Shown(NamedTuple):
+    """Temperature of each sample, NaN without one; step of the thermometer; how many left out."""
+
+    known: Floats
+    step: float = 0.0
+    wild: int = 0
+
+
 def _temperatures(
     z: Log | npt.ArrayLike,
     temperature: Log | npt.ArrayLike | None,
     n: int,
     rate: float | None,
-) -> tuple[Floats, float]:
-    """Return the temperature of each sample, NaN if there is none, and the thermometer's step.
+) -> _Shown:
+    """Return the temperature of each sample.
 
     Without a rate the thermometer of an array is known to be fine.
     """
     if temperature is None:
-        return np.full(n, np.nan), 0.0
+        return _Shown(np.full(n, np.nan))
     if isinstance(temperature, Log):
         if not isinstance(z, Log):
             raise ValueError("a Log of temperatures needs z to be a Log, for its clock")
@@ -453,20 +476,29 @@ def _temperatures(
     shown = floats(temperature, "temperature")
     if shown.shape not in ((n,), (n, 1), ()):
         raise ValueError(f"temperature must have shape ({n},) as z has, got {shown.shape}")
-    known = held(np.broadcast_to(shown.reshape(-1), (n,)))
-    if rate is None or not np.isfinite(known).all():
-        return known, 0.0
-    return between_steps(np.arange(n) / rate, known)
+    shown = np.broadcast_to(shown.reshape(-1), (n,))
+    if rate is None:
+        return _Shown(held(shown))
+    return _shown(np.arange(n) / rate, shown)
 
 
-def _on_clock(z: Log, temperature: Log) -> tuple[Floats, float]:
-    time, shown = temperature.sampled, held(temperature.data[:, 0])
+def _on_clock(z: Log, temperature: Log) -> _Shown:
+    time = temperature.sampled
     if time[-1] < z.sampled[0] or time[0] > z.sampled[-1]:
         raise LogError("the temperature and the gyro have no time in common")
-    if not np.isfinite(shown).all():
-        return np.full(z.n, np.nan), 0.0
-    known, step = between_steps(time, shown)
-    return np.interp(z.sampled, time, known), step
+    shown = _shown(time, temperature.data[:, 0])
+    if not np.isfinite(shown.known).all():
+        return _Shown(np.full(z.n, np.nan))
+    return shown._replace(known=np.interp(z.sampled, time, shown.known))
+
+
+def _shown(time: Floats, temperature: Floats) -> _Shown:
+    """Return what a thermometer has shown, without what it cannot have, on its own clock."""
+    possible, wild = without_leaps(time, thermometric(temperature))
+    known = held(possible)
+    if not np.isfinite(known).all():
+        return _Shown(known)
+    return _Shown(*between_steps(time, known), wild)
 
 
 def _range(temperature: Floats) -> tuple[float, float]:
@@ -502,8 +534,14 @@ def _hysteresis(axis: Fit, step: float) -> Coefficient:
     return Coefficient(axis.hysteresis, float(np.hypot(axis.hysteresis_sigma, unsure)))
 
 
-def _notes(model: TemperatureModel, blocks: Blocks) -> Sequence[str]:
+def _notes(model: TemperatureModel, blocks: Blocks, wild: int) -> Sequence[str]:
     notes = []
+    if wild:
+        have = "temperature leaps" if wild == 1 else "temperatures leap"
+        notes.append(
+            f"{wild} {have} by 10 K and more at once and back within seconds, as no gyro does: "
+            "left out."
+        )
     if not np.isfinite(blocks.temperature).all():
         notes.append("There is no temperature: the bias is that of the record, at any temperature.")
     elif model.span < SPANS[0]:

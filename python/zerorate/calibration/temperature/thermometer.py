@@ -8,7 +8,7 @@ import numpy as np
 
 from zerorate.types import Floats, Integers
 
-__all__ = ["between_steps", "held"]
+__all__ = ["between_steps", "held", "thermometric", "without_leaps"]
 
 _COARSE: Final = 5.0
 """Seconds: a thermometer is coarse that stands still for longer most of the time."""
@@ -18,8 +18,20 @@ _LARGEST: Final = 2.0
 
 _KELVINS: Final = 1e4
 
+_LEAP: Final = 10.0
+"""Kelvins by which no temperature changes at once, and per second in which it may change more."""
+_LEAP_RATE: Final = 1.0
+
+_SHORT: Final = 15.0
+"""Seconds: what a temperature leaps to for less, and leaps back from, is none."""
+
 _ROUNDING: Final = 1e-9
 """Part of the largest value: below it a change is none."""
+
+
+def thermometric(temperature: Floats) -> Floats:
+    """Return temperatures, NaN for what no thermometer shows: 1e4 degC and more."""
+    return np.where(np.abs(temperature) <= _KELVINS, temperature, np.nan)
 
 
 def held(temperature: Floats) -> Floats:
@@ -32,6 +44,33 @@ def held(temperature: Floats) -> Floats:
         return np.where(there, temperature, np.nan)
     last = np.maximum.accumulate(np.where(there, np.arange(temperature.size), -1))
     return np.asarray(temperature[np.where(last < 0, np.argmax(there), last)])
+
+
+def without_leaps(time: Floats, temperature: Floats) -> tuple[Floats, int]:
+    """Return temperatures in which those that a thermometer cannot have had are missing, NaN.
+
+    No gyro is ten kelvins warmer at once, and colder again within seconds: a stretch of less than
+    15 s between two such leaps, or between one and an end of the record, is none. Returns how many
+    they are as well.
+    """
+    there = np.flatnonzero(np.isfinite(temperature))
+    if there.size < 2:
+        return temperature, 0
+    stamps, shown = time[there], temperature[there]
+    leaps = np.abs(np.diff(shown)) > _LEAP + _LEAP_RATE * np.diff(stamps)
+    begins = np.concatenate(([0], np.flatnonzero(leaps) + 1))
+    ends = np.append(begins[1:], shown.size)
+    lasts = stamps[ends - 1] - stamps[begins]
+    short = (lasts < _SHORT) & (ends - begins < shown.size // 2)
+    if not short.any() or short.all():
+        return temperature, 0
+    kept = ~np.repeat(short, ends - begins)
+    # What is short and no leap away from the others, between two spikes, is of the thermometer.
+    wild = np.abs(shown - np.interp(stamps, stamps[kept], shown[kept])) > _LEAP
+    wild &= ~kept
+    cleaned = temperature.copy()
+    cleaned[there[wild]] = np.nan
+    return cleaned, int(wild.sum())
 
 
 def between_steps(time: Floats, temperature: Floats) -> tuple[Floats, float]:

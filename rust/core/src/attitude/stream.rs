@@ -23,6 +23,12 @@ const LONG: f64 = 1.5;
 const GAP: f64 = 1.0;
 /// No gap is longer, s.
 const GAP_MAX: f64 = 1e9;
+/// A gyro whose rate was no higher, rad/s, may have come to rest.
+const SLOW: f64 = 5.0 * core::f64::consts::PI / 180.0;
+/// Seconds that count at most of a gyro's zeros, less those of its low rates that are none, and from
+/// how many on zeros are a rate: after a low one, and after any.
+const ZEROS_MOST: f64 = 4.0;
+const ZEROS: [f64; 2] = [-2.0, 0.5];
 /// What a sensor at rest may take gravity for, m/s²: beyond, its unit is not the one said.
 const GRAVITY_RANGE: [f64; 2] = [9.3, 10.3];
 
@@ -100,6 +106,8 @@ pub struct Attitude<E> {
     /// The last rate known, rad/s, and the seconds since it.
     rate: Vector3<f64>,
     unknown: f64,
+    /// Seconds of zeros of the gyro, less those of low rates.
+    zeros: f64,
     /// The last specific force, m/s², NaN if the last sample had none.
     force: Vector3<f64>,
     samples: u64,
@@ -118,6 +126,7 @@ impl<E: Estimator> Attitude<E> {
             estimator,
             rate: Vector3::zeros(),
             unknown: 0.0,
+            zeros: 0.0,
             force: Vector3::repeat(f64::NAN),
             samples: 0,
         };
@@ -216,14 +225,18 @@ impl<E: Estimator> Attitude<E> {
     }
 
     fn forget(&mut self) {
-        (self.rate, self.unknown) = (Vector3::zeros(), f64::INFINITY);
+        (self.rate, self.unknown, self.zeros) = (Vector3::zeros(), f64::INFINITY, 0.0);
         (self.force, self.samples) = (Vector3::repeat(f64::NAN), 0);
     }
 
     /// A sample in the units of an estimator.
     #[inline(always)]
     fn measured(&mut self, sample: &Sample, dt: f64) -> Inertial {
-        let (before, given) = (self.rate, sample::rate(sample.gyro, self.params.gyro_unit));
+        let before = self.rate;
+        let given = match sample::rate(sample.gyro, self.params.gyro_unit) {
+            Some(rate) if rate.norm_squared() <= SLOW * SLOW => self.slow(rate, dt),
+            given => given,
+        };
         let accel = sample::force(sample.accel, self.params.accel_unit);
         let mag = sample::field(sample.mag);
         self.force = accel.unwrap_or(Vector3::repeat(f64::NAN));
@@ -237,6 +250,23 @@ impl<E: Estimator> Attitude<E> {
             self.unknown = 0.0;
         }
         Inertial { gyro, known, unknown, accel, mag, dt }
+    }
+
+    /// A low rate; none if it is a vector of zeros that stands for a missing sample.
+    ///
+    /// A simulated gyro, or one with a dead band, gives zeros at rest, and one that works gives
+    /// noise: which it is shows by what it gives while it is slow. Nobody who turned a moment before
+    /// stands exactly still.
+    #[inline(never)]
+    fn slow(&mut self, rate: Vector3<f64>, dt: f64) -> Option<Vector3<f64>> {
+        if rate.norm_squared() > 0.0 {
+            self.zeros = (self.zeros - dt).max(-ZEROS_MOST);
+            return Some(rate);
+        }
+        let least = ZEROS[usize::from(self.rate.norm_squared() > SLOW * SLOW)];
+        let is_rate = self.zeros > least;
+        self.zeros = (self.zeros + dt).min(ZEROS_MOST);
+        is_rate.then_some(rate)
     }
 
     /// A rate that is missing stands for a while, one that is known for no more than that before
@@ -391,7 +421,7 @@ pub trait Tagged: Estimator + Serialize + serde::de::DeserializeOwned {
     /// As of [`Checkpoint::TAG`].
     const TAG: &'static str;
     /// As of [`Checkpoint::VERSION`].
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
 }
 
 impl<E: Tagged> Checkpoint for Attitude<E> {
@@ -403,6 +433,7 @@ impl<E: Tagged> Checkpoint for Attitude<E> {
             && self.period == 1.0 / self.params.rate
             && self.rate.iter().all(|x| is_within(*x, RATE_MAX))
             && self.unknown >= 0.0
+            && is_within(self.zeros, ZEROS_MOST)
             && self.force.iter().all(|x| is_sample(*x, FORCE_MAX))
             && is_count(self.samples)
             && self.estimator.is_sound()

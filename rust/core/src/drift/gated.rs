@@ -14,7 +14,7 @@ use crate::math::sound::is_count;
 use crate::stream::checkpoint::Checkpoint;
 use crate::stream::{Field, Stream, Traced};
 
-use crate::rest::{Event, MotionAware, RestDetector, RestLimits, Tick};
+use crate::rest::{Event, MotionAware, RestDetector, RestLimits, Run, Tick};
 
 /// A filter that takes every sample for rest.
 pub trait PublishedFilter<T, const N: usize, const M: usize>:
@@ -55,6 +55,9 @@ pub struct RestGated<T, const N: usize, const M: usize, F = DriftFilter<T, N, M>
     saturated: bool,
     samples_seen: u64,
     tally: Tally,
+    /// Samples of this tick that a robust filter has left out and that may yet prove to be a stuck
+    /// sensor's: those of the run of equal samples that is under way.
+    suspects: u64,
 }
 
 impl<T, const N: usize, const M: usize, F> RestGated<T, N, M, F>
@@ -77,24 +80,52 @@ where
             saturated: false,
             samples_seen: 0,
             tally: Tally::default(),
+            suspects: 0,
         })
     }
 
     #[inline]
     fn step(&mut self, z: T, moving: bool) -> T {
         let Behaviour { hold_in_motion, reject_outliers, .. } = self.behaviour;
-        if !hold_in_motion && !reject_outliers {
+        if !self.looks() {
             return self.filter.update(z);
         }
-        let accepted = if reject_outliers { self.detector.judged(z) } else { z };
+        let run = self.detector.run_with(z);
+        let accepted = match reject_outliers {
+            true => self.detector.judged(z),
+            false if run == Run::Stuck => T::of(f64::NAN),
+            false => z,
+        };
+        let left_out = self.filter.tally().outliers;
         self.filter.update(if self.at_rest { accepted } else { T::of(f64::NAN) });
+        self.count(self.filter.tally().outliers.saturating_sub(left_out), run);
         if let Some(tick) = self.detector.observe_while(z, moving) {
-            self.tally.add(&tick);
+            let outliers = if reject_outliers { tick.outliers } else { 0 };
+            self.tally.add(&Tick { outliers, ..tick });
+            self.suspects = 0;
             if hold_in_motion {
                 self.take(&tick);
             }
         }
         self.filter.estimate()
+    }
+
+    /// Counts outliers of a filter that judges for itself. Those of a run that proves to be a stuck
+    /// sensor's are counted as that alone.
+    fn count(&mut self, outliers: u64, run: Run) {
+        if run == Run::Begins {
+            self.suspects = 0;
+        }
+        self.suspects += outliers;
+        self.tally.outliers += outliers;
+        if run == Run::Stuck {
+            self.tally.outliers -= core::mem::take(&mut self.suspects);
+        }
+    }
+
+    /// Whether a detector looks at the samples.
+    fn looks(&self) -> bool {
+        self.behaviour.hold_in_motion || self.behaviour.reject_outliers
     }
 
     /// Known only where the samples are looked at.
@@ -139,7 +170,7 @@ where
         self.detector.restart();
         self.at_last_rests = [self.filter; 2];
         (self.at_rest, self.missing, self.saturated) = (true, false, false);
-        (self.samples_seen, self.tally) = (0, Tally::default());
+        (self.samples_seen, self.tally, self.suspects) = (0, Tally::default(), 0);
     }
 }
 
@@ -184,15 +215,19 @@ where
     F: PublishedFilter<T, N, M>,
 {
     const TAG: &'static str = F::GATED_TAG;
-    const VERSION: u16 = 3;
+    const VERSION: u16 = 4;
     const SIZES: [u8; 2] = [(N - 1) as u8, (M - N) as u8];
 
     fn is_sound(&self) -> bool {
         let made =
             |filter: &F| (*filter.params(), filter.robust().copied(), filter.start().copied());
+        let pending = self.detector.pending();
+        // One that judges for itself does so at once.
+        let maybe_outliers = if self.behaviour.reject_outliers { pending } else { 0 };
         let made_alike = |filter: &F| made(filter) == made(&self.filter);
         is_count(self.samples_seen)
-            && self.tally.is_within(self.samples_seen, self.detector.pending())
+            && self.tally.is_within_each(self.samples_seen, maybe_outliers, pending)
+            && self.suspects <= pending.min(self.tally.outliers)
             && self.filter.samples_seen() <= self.samples_seen
             && self.filter.is_sound()
             && self.at_last_rests.iter().all(|filter| made_alike(filter) && filter.is_sound())
@@ -255,11 +290,11 @@ where
         self.filter.exit_count()
     }
 
-    /// A filter that judges for itself says what it left out.
+    /// Without a detector, a filter that judges for itself has counted alone.
     fn tally(&self) -> Tally {
-        match self.filter.robust() {
-            Some(_) => Tally { outliers: self.filter.tally().outliers, ..self.tally },
-            None => self.tally,
+        match self.looks() {
+            true => self.tally,
+            false => Tally { outliers: self.filter.tally().outliers, ..self.tally },
         }
     }
 

@@ -108,9 +108,17 @@ impl Tally {
 
     /// Whether so many samples can have made it, so many of which are yet to be judged.
     fn is_within(&self, samples: u64, pending: u64) -> bool {
-        let judged = samples.checked_sub(pending);
-        let few = |count: u64| judged.is_some_and(|judged| count <= judged);
-        self.saturated <= samples && few(self.outliers) && few(self.stuck)
+        self.is_within_each(samples, pending, pending)
+    }
+
+    /// The same, if fewer of them are yet to be judged as outliers.
+    fn is_within_each(&self, samples: u64, maybe_outliers: u64, maybe_stuck: u64) -> bool {
+        let few = |count: u64, pending: u64| {
+            samples.checked_sub(pending).is_some_and(|judged| count <= judged)
+        };
+        self.saturated <= samples
+            && few(self.outliers, maybe_outliers)
+            && few(self.stuck, maybe_stuck)
     }
 }
 

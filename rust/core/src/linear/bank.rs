@@ -449,6 +449,7 @@ impl Model {
         let mut told = memory::filled(0.0, n)?;
         let mut row = memory::filled(0.0, n)?;
         let mut next = memory::filled(0.0, n)?;
+        let mut exactly = memory::filled(false, n)?;
         for j in 0..m {
             row.copy_from_slice(&self.H[j * n..][..n]);
             let mut variance = self.R[j * m + j];
@@ -457,8 +458,9 @@ impl Model {
                 variance += h * q;
             }
             for _ in 0..=n {
-                for (told, h) in told.iter_mut().zip(&row) {
-                    *told += if variance > 0.0 { h * h / variance } else { 0.0 };
+                for (i, h) in row.iter().enumerate() {
+                    told[i] += if variance > 0.0 { h * h / variance } else { 0.0 };
+                    exactly[i] |= variance <= 0.0 && *h != 0.0;
                 }
                 product(false, 1, n, n, &row, &self.F, &mut next);
                 // Powers of F may leave the range.
@@ -469,8 +471,13 @@ impl Model {
         let mut P0 = memory::filled(0.0, n * n)?;
         for (i, told) in told.iter().enumerate() {
             if *told <= 0.0 {
-                let expected = "given: of a state the measurements tell nothing in as many samples \
-                                as there are states";
+                let expected = if exactly[i] {
+                    "given: a state is measured without noise, so Q and R tell no size that its \
+                     deviation may have"
+                } else {
+                    "given: of a state the measurements tell nothing in as many samples as there \
+                     are states"
+                };
                 return Err(Error::Matrix { name: "P0", step: None, expected });
             }
             P0[i * n + i] = (UNKNOWN * UNKNOWN / told).min(VARIANCE_MAX / n as f64);

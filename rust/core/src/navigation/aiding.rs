@@ -50,18 +50,22 @@ impl NavigationFilter {
             let turned = self.motion.attitude * antenna.cross_matrix();
             (limited(&z), velocity_rows(&velocity, &turned), given.sigma_velocity)
         });
-        let mut used = false;
+        let mut taken = [None; 2];
         for (kind, measured) in [place, moved].into_iter().enumerate() {
             if let Some((z, rows, told)) = measured {
                 self.judges[kind].learn(time, &z);
-                used |= self.judged(kind, &z, &rows, &told, &mut found);
+                taken[kind] = Some(self.judged(kind, &z, &rows, &told, &mut found));
             }
         }
-        if !used {
-            return Verdict::Rejected;
+        if taken.contains(&Some(true)) {
+            self.apply(&found, witness);
         }
-        self.apply(&found, witness);
-        if self.navigating { Verdict::Used } else { Verdict::Refused }
+        let [position, velocity] = taken;
+        match position.or(velocity) {
+            _ if !self.navigating => Verdict::Refused,
+            Some(true) => Verdict::Used,
+            _ => Verdict::Rejected,
+        }
     }
 
     /// Takes one kind of measurement if it is believed.
@@ -79,7 +83,10 @@ impl NavigationFilter {
         let nis = self.correct(z, rows, &noise, found);
         match self.judges[kind].judge(self.sensors.time, nis, self.params.gate) {
             Judgement::Take => return true,
-            Judgement::Reject => (self.covariance, *found) = before,
+            Judgement::Reject => {
+                (self.covariance, *found) = before;
+                self.fixes.rejected_of[kind] += 1;
+            }
             Judgement::Widen => {
                 (self.covariance, *found) = before;
                 self.widen(kind, z);
@@ -103,6 +110,10 @@ impl NavigationFilter {
     /// The filter was wrong, by as much as the fix says.
     #[cold]
     fn widen(&mut self, kind: usize, z: &Vector3<f64>) {
+        if kind == 0 {
+            self.fixes.moved += 1;
+            self.fixes.last_move = [self.sensors.time, z.norm()];
+        }
         let first = [R, V][kind];
         for i in 0..3 {
             self.covariance.widen(first + i, z[i] * z[i]);

@@ -131,9 +131,31 @@ pub struct NavigationFilter {
     pub(crate) wheels: f64,
     /// When the last fix was used; NaN before the first.
     pub(crate) last_used: f64,
-    pub(crate) used: u64,
-    pub(crate) rejected: u64,
-    pub(crate) refused: u64,
+    pub(crate) fixes: FixCounts,
+}
+
+/// What became of the fixes so far.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FixCounts {
+    /// One of these each, as of [`Verdict`].
+    pub used: u64,
+    /// See `used`.
+    pub rejected: u64,
+    /// See `used`.
+    pub refused: u64,
+    /// Positions and velocities that the gate did not let pass.
+    pub rejected_of: [u64; 2],
+    /// How often so many positions in a row were rejected that the filter went where they are.
+    pub moved: u64,
+    /// When it did so last, s, and how far, m; NaN before the first.
+    pub last_move: [f64; 2],
+}
+
+impl FixCounts {
+    fn new() -> Self {
+        let (rejected_of, last_move) = ([0; 2], [f64::NAN; 2]);
+        Self { used: 0, rejected: 0, refused: 0, rejected_of, moved: 0, last_move }
+    }
 }
 
 /// The last sample, as rates and forces.
@@ -210,9 +232,7 @@ impl NavigationFilter {
             alone: 0.0,
             wheels: 0.0,
             last_used: f64::NAN,
-            used: 0,
-            rejected: 0,
-            refused: 0,
+            fixes: FixCounts::new(),
         })
     }
 
@@ -502,11 +522,11 @@ impl NavigationFilter {
         };
         match verdict {
             Verdict::Used => {
-                self.used += 1;
+                self.fixes.used += 1;
                 self.last_used = self.sensors.time;
             }
-            Verdict::Rejected => self.rejected += 1,
-            Verdict::Refused => self.refused += 1,
+            Verdict::Rejected => self.fixes.rejected += 1,
+            Verdict::Refused => self.fixes.refused += 1,
         }
         Ok(verdict)
     }
@@ -580,9 +600,9 @@ impl NavigationFilter {
         self.sensors.samples
     }
 
-    /// Fixes used, rejected by the gate, and refused.
-    pub fn fixes(&self) -> [u64; 3] {
-        [self.used, self.rejected, self.refused]
+    /// What became of the fixes so far.
+    pub fn fixes(&self) -> &FixCounts {
+        &self.fixes
     }
 
     /// Normalised innovations squared of the last position and velocity, 3 on average; NaN before

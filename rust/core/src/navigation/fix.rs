@@ -30,9 +30,10 @@ pub struct Fix {
 /// What became of a fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// It was used; of a fix with a velocity at least one of the two.
+    /// It was used: its position, or its velocity if it has no position.
     Used,
-    /// The gate did not let it pass.
+    /// The gate did not let that pass; the velocity of a fix whose position is rejected may still
+    /// have corrected the filter.
     Rejected,
     /// It is too old, ahead of the sensors, before the first sample, empty, or nowhere on Earth.
     Refused,

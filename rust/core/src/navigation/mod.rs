@@ -27,7 +27,7 @@ mod sound;
 pub use batch::{Batch, Known};
 pub use covariance::{Covariance, Errors, STATES, Transition};
 pub use earth::{Place, normal_gravity};
-pub use filter::{Inertial, NavigationFilter, Snapshot, Status, Witness};
+pub use filter::{FixCounts, Inertial, NavigationFilter, Snapshot, Status, Witness};
 pub use fix::{Fix, Verdict};
 pub use motion::Motion;
 pub use params::{Adapt, Kind, NavigationParams, Start, Wheels};

@@ -4,7 +4,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::covariance::{Covariance, STATES};
 use super::earth::{HEIGHT_MAX, LATITUDE_MAX};
-use super::filter::{NavigationFilter, SAMPLE_MAX, SIZES_MAX, Sensors, Sums};
+use super::filter::{FixCounts, NavigationFilter, SAMPLE_MAX, SIZES_MAX, Sensors, Sums};
+use super::judge::INNOVATION_MAX;
 use super::motion::Motion;
 use super::params::BIAS_MAX;
 use crate::checkpoint::Checkpoint;
@@ -13,11 +14,10 @@ use crate::math::sound::{are_within, is_count, is_size, is_within};
 
 impl Checkpoint for NavigationFilter {
     const TAG: &'static str = "navigation";
-    const VERSION: u16 = 1;
+    const VERSION: u16 = 2;
 
     fn is_sound(&self) -> bool {
         let chosen = self.params.checked().is_ok() && self.start.checked().is_ok();
-        let counts = [self.used, self.rejected, self.refused, self.sensors.samples];
         let sigma = |x: &f64| if self.navigating { is_size(*x, 1e8) } else { x.is_nan() };
         chosen
             && self.motion.is_sound()
@@ -33,7 +33,18 @@ impl Checkpoint for NavigationFilter {
             && is_size(self.alone, TIME_MAX)
             && is_size(self.wheels, TIME_MAX)
             && (self.last_used.is_nan() || is_within(self.last_used, self.sensors.time))
-            && counts.into_iter().all(is_count)
+            && is_count(self.sensors.samples)
+            && self.fixes.is_sound()
+    }
+}
+
+impl FixCounts {
+    fn is_sound(&self) -> bool {
+        let [at, by] = self.last_move;
+        let counts = [self.used, self.rejected, self.refused, self.moved];
+        let moved = is_within(at, TIME_MAX) && is_size(by, 2.0 * INNOVATION_MAX);
+        counts.into_iter().chain(self.rejected_of).all(is_count)
+            && if self.moved > 0 { moved } else { at.is_nan() && by.is_nan() }
     }
 }
 

@@ -27,6 +27,7 @@ use serde::{Deserialize, Serialize};
 
 use self::decision::{Decision, Times};
 pub use self::motion::MotionDetector;
+pub(crate) use self::ticker::Run;
 use self::ticker::{TickSums, Ticker};
 use crate::error::{Error, check_positive, check_rate};
 use crate::math::{Limits, Real};
@@ -155,6 +156,11 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> RestDetector<T> {
     /// outlier as far as can be told before its tick is complete.
     pub fn judged(&self, z: T) -> T {
         self.ticker.judged(z)
+    }
+
+    /// What a sample is, before it is taken, to the run of equal ones that the last one is of.
+    pub(crate) fn run_with(&self, z: T) -> Run {
+        self.ticker.run_with(z)
     }
 
     /// Samples of the tick under way of which its end may say that they are outliers, or of a stuck

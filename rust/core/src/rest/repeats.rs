@@ -79,6 +79,11 @@ impl Repeats {
         self.run >= self.limit
     }
 
+    /// Whether one more equal sample is a stuck sensor's.
+    pub(super) fn is_stuck_by_one_more(&self) -> bool {
+        self.run.saturating_add(1) >= self.limit
+    }
+
     /// Ends a tick; returns how many samples of it a stuck sensor gave.
     pub(super) fn end_tick<T: Limits + Real<Element = T>>(&mut self) -> u32 {
         if self.pairs - self.equal >= TELLING {

@@ -62,6 +62,17 @@ pub(super) struct Ticker<T> {
     waited: u32,
 }
 
+/// What a sample is to the run of equal ones that the one before it is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Run {
+    /// It differs from the one before, or either is missing.
+    Begins,
+    /// It repeats the one before, as a sensor that works may do.
+    GoesOn,
+    /// So it does, and with it the run is a stuck sensor's.
+    Stuck,
+}
+
 /// One tick, in the ticker's own units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TickSums<T> {
@@ -199,6 +210,15 @@ impl<T: Limits + Real<Element = T, SimdBool = bool>> Ticker<T> {
             Zone::Far => T::of(f64::NAN),
             Zone::Counts(near) if near == distance => z,
             Zone::Counts(near) => self.origin + self.unit * (self.centre + near),
+        }
+    }
+
+    /// What the next sample is to the run of equal ones that the last one is of.
+    pub(super) fn run_with(&self, z: T) -> Run {
+        match z == self.previous {
+            false => Run::Begins,
+            true if self.repeats.is_stuck_by_one_more() => Run::Stuck,
+            true => Run::GoesOn,
         }
     }
 

@@ -5,6 +5,7 @@ pub(crate) mod options;
 pub(crate) mod samples;
 mod tilt;
 
+use std::any::Any;
 use std::ops::Range;
 
 use numpy::PyArrayMethods;
@@ -42,7 +43,9 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 /// gravity, and lets the magnetometer touch the heading alone. The others are those of textbooks.
 ///
 /// Sensors may have rates of their own: NaN, ``None`` or a vector of zeros is a missing sample, and
-/// so is one beyond 1000 rad/s or m/s^2. A missing rate is the last one for 50 ms. ``dt`` is the time
+/// so is one beyond 1000 rad/s or m/s^2. Zeros of a gyro are a rate as long as it seems to give them at
+/// rest, as one that is simulated or has a dead band does: after a rate below 5 deg/s, unless it has
+/// rested with noise, and where it has rested with zeros for some time. A missing rate is the last one for 50 ms. ``dt`` is the time
 /// since the sample before, s, where it is not ``1 / rate``; more than 1 s is a gap. North is the
 /// magnetic one; without a magnetometer a level sensor starts along the axes of the frame, and the
 /// heading drifts. One object serves one thread at a time.
@@ -211,13 +214,14 @@ impl Attitude {
         let array = arrays::zeros::<f64>(slf.py(), &shape)?;
         let mut places = array.try_readwrite()?;
         let (out, threads) = (places.as_slice_mut()?, streaming::threads(threads)?);
+        let before = this.shared.bank.twin().ok();
         let width = 4 * this.shared.bank.channels();
         this.in_blocks(slf.py(), &batch, threads, |bank, rows, instants| {
             let out = &mut out[streaming::places(instants, width)];
             bank.process(rows, out, &mut [], threads)
         })?;
         drop(places);
-        this.warn(slf.py())?;
+        this.warn(slf.py(), before)?;
         Ok(array.into_any())
     }
 
@@ -238,9 +242,10 @@ impl Attitude {
         let batch = Given { gyro, accel, mag, dt }.batch(this.shared.channels)?;
         let (n, channels) = (batch.n, this.shared.bank.channels());
         let mut parts = Parts::new(bank::fields(), n * channels).map_err(NativeError::from)?;
+        let before = this.shared.bank.twin().ok();
         this.in_blocks(py, &batch, 1, |bank, rows, _| bank.trace(rows, &mut parts))?;
         let found = named_arrays(py, parts, &this.shared.batch_axes(n))?;
-        this.warn(py)?;
+        this.warn(py, before)?;
         Ok(found)
     }
 
@@ -445,14 +450,19 @@ impl Attitude {
         })
     }
 
-    /// Says once that the unit of the accelerometer is wrong.
-    fn warn(&self, py: Python<'_>) -> PyResult<()> {
+    /// Says that the unit of the accelerometer is wrong. Where warnings are errors it is then as it
+    /// was before the batch, whose answers nobody gets.
+    fn warn(&mut self, py: Python<'_>, before: Option<Box<dyn Any + Send>>) -> PyResult<()> {
         let Some(gravity) = self.shared.bank.wrong_gravity() else { return Ok(()) };
         let text = format!(
             "the accelerometer shows {gravity:.3} m/s^2 at rest, gravity is 9.81: is accel_unit right?"
         );
         let text = std::ffi::CString::new(text).unwrap_or_default();
-        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+        let said = PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1);
+        if let (Err(_), Some(before)) = (&said, before) {
+            self.shared.bank.become_twin(before);
+        }
+        said
     }
 }
 

@@ -23,6 +23,60 @@ const DOUBTED: f64 = 4.0;
 /// Times faster that the rejection is forgotten in a good field than it lasts.
 const FORGOTTEN: f64 = 2.0;
 
+/// Times by which the strength of a sample's field may differ from that of the one before, and samples
+/// in a row that agree on another one, of any and of the first, until that is the field.
+const LEAPS: f64 = 2.0;
+const AGREE: u8 = 3;
+const AGREE_FIRST: u8 = 2;
+
+/// Which samples of the field are none of a field: spikes, far stronger or weaker than those before.
+/// A magnet comes nearer from sample to sample, or stays.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spikes {
+    /// Square of the strength of the last sample that was none; zero before the first.
+    usual: f64,
+    /// The same of the last that seemed one, and how many in a row agree with it.
+    other: f64,
+    count: u8,
+}
+
+impl Spikes {
+    /// Takes a sample; returns whether it counts.
+    #[inline(always)]
+    pub fn pass(&mut self, field: &Vector3<f64>) -> bool {
+        let square = field.norm_squared();
+        if !is_near(square, self.usual) {
+            return self.doubt(square);
+        }
+        (self.usual, self.count) = (square, 0);
+        true
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn doubt(&mut self, square: f64) -> bool {
+        self.count = if is_near(square, self.other) { self.count + 1 } else { 1 };
+        self.other = square;
+        let enough = if self.usual > 0.0 { AGREE } else { AGREE_FIRST };
+        if self.count < enough {
+            return false;
+        }
+        (self.usual, self.count) = (square, 0);
+        true
+    }
+
+    pub fn is_sound(&self) -> bool {
+        let size = |square: f64| (0.0..=1e20).contains(&square);
+        size(self.usual) && size(self.other) && self.count < AGREE
+    }
+}
+
+/// Whether one strength is that of another, by their squares.
+#[inline(always)]
+fn is_near(one: f64, other: f64) -> bool {
+    one <= LEAPS * LEAPS * other && other <= LEAPS * LEAPS * one
+}
+
 /// Strength and dip of a field: its level part, which is not negative, the one down, and both.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Shape {
@@ -141,7 +195,7 @@ impl Magnet {
 
 #[cfg(test)]
 mod tests {
-    use super::{DOUBTED, Magnet};
+    use super::{DOUBTED, Magnet, Spikes};
     use nalgebra::Vector3;
 
     const TICK: f64 = 0.1;
@@ -170,6 +224,21 @@ mod tests {
         assert_eq!(seen(&mut magnet, earth(), 4.8, TURNING), Some(DOUBTED));
         assert!(!magnet.is_disturbed());
         assert_eq!(seen(&mut magnet, earth(), 0.4, TURNING), Some(1.0));
+    }
+
+    #[test]
+    fn a_spike_is_left_out_and_a_magnet_is_not() {
+        let strengths = |all: &[f64]| {
+            let mut spikes = Spikes::default();
+            let pass = |x: &f64| spikes.pass(&Vector3::new(0.0, *x, 0.0));
+            all.iter().map(pass).collect::<Vec<_>>()
+        };
+        let (yes, no) = (true, false);
+        assert_eq!(strengths(&[800.0, 50.0, 51.0, 50.0]), [no, no, yes, yes]);
+        assert_eq!(strengths(&[50.0, 50.0, 800.0, 50.0, 1.0, 50.0]), [no, yes, no, yes, no, yes]);
+        assert_eq!(strengths(&[50.0, 50.0, 800.0, 800.0, 50.0]), [no, yes, no, no, yes]);
+        assert_eq!(strengths(&[50.0, 50.0, 800.0, 800.0, 800.0]), [no, yes, no, no, yes]);
+        assert_eq!(strengths(&[50.0, 50.0, 90.0, 170.0, 330.0]), [no, yes, yes, yes, yes]);
     }
 
     #[test]

@@ -19,7 +19,7 @@ use nalgebra::{ComplexField, Matrix3, Quaternion, RealField, Vector3};
 use serde::{Deserialize, Serialize};
 
 use self::errors::{BIAS, Errors, Found, MATRIX, States, Transition, VELOCITY};
-use self::magnet::Magnet;
+use self::magnet::{Magnet, Spikes};
 use self::rest::{Rest, State};
 use self::start::{SPEED, Start, TILT};
 use self::strapdown::{Strapdown, Sums};
@@ -138,6 +138,7 @@ pub struct Auto {
     accelerations: Accelerations,
     lasting: Lasting,
     scale_noise: ScaleNoise,
+    spikes: Spikes,
     magnet: Magnet,
     field_errors: FieldErrors,
     /// Seconds since the field was last used.
@@ -177,6 +178,7 @@ impl Auto {
             accelerations: Accelerations::default(),
             lasting: Lasting::default(),
             scale_noise: ScaleNoise::default(),
+            spikes: Spikes::default(),
             magnet: Magnet::default(),
             field_errors: FieldErrors::default(),
             field_age: 0.0,
@@ -194,13 +196,13 @@ impl Auto {
     /// The first second levels the frame sample by sample; the first field says where north is.
     #[cold]
     #[inline(never)]
-    fn begin(&mut self, accel: &Vector3<f64>, mag: Option<&Vector3<f64>>) {
+    fn begin(&mut self, accel: &Vector3<f64>, mag: Option<&Vector3<f64>>, known: bool) {
         if let Some(up) = self.start.add(&(self.strapdown.rotation * accel)) {
             self.strapdown.set((up * self.strapdown.orientation).normalize());
         }
         if let Some(mag) = mag
             && self.options.mag
-            && self.start.is_first_field()
+            && self.start.is_first_field(known)
         {
             self.turn_heading(self.east_of_north(&(self.strapdown.rotation * mag)));
         }
@@ -404,12 +406,13 @@ impl Estimator for Auto {
         let driven = sample.gyro - self.bias;
         let driven = if sample.known { driven } else { Vector3::zeros() };
         self.strapdown.turn(self.matrix * driven * sample.dt);
+        let field = sample.mag.as_ref().filter(|mag| self.spikes.pass(mag));
         if !self.start.over
             && let Some(accel) = &sample.accel
         {
-            self.begin(accel, sample.mag.as_ref());
+            self.begin(accel, sample.mag.as_ref(), field.is_some());
         }
-        self.sums.add(sample, &driven, &self.strapdown.rotation, TICK);
+        self.sums.add(sample, field, &driven, &self.strapdown.rotation, TICK);
         if self.sums.elapsed + 0.5 * sample.dt >= TICK {
             self.tick();
         }
@@ -501,6 +504,7 @@ impl Estimator for Auto {
             && self.accelerations.is_sound()
             && self.lasting.is_sound()
             && self.scale_noise.is_sound()
+            && self.spikes.is_sound()
             && self.magnet.is_sound()
             && self.field_errors.is_sound()
     }

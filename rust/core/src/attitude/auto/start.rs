@@ -28,8 +28,17 @@ pub struct Start {
     /// Seconds since the first force.
     elapsed: f64,
     pub over: bool,
-    /// Whether a field was seen.
-    northed: bool,
+    north: North,
+}
+
+/// What has told the heading so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
+enum North {
+    #[default]
+    Unknown,
+    /// A first field, which may be a spike.
+    Doubted,
+    Known,
 }
 
 impl Start {
@@ -53,12 +62,17 @@ impl Start {
 
     /// Begins once more, with what is known of the heading.
     pub fn again(&mut self) {
-        *self = Self { northed: self.northed, ..Self::default() };
+        *self = Self { north: self.north, ..Self::default() };
     }
 
-    /// Whether no field was seen before.
-    pub fn is_first_field(&mut self) -> bool {
-        !core::mem::replace(&mut self.northed, true)
+    /// Whether a field is the first, or the first that is `known` to be no spike.
+    pub fn is_first_field(&mut self, known: bool) -> bool {
+        let told = if known { North::Known } else { North::Doubted };
+        let first = told > self.north;
+        if first {
+            self.north = told;
+        }
+        first
     }
 
     /// Whether a tick belongs to the start; then the errors are those of a mean force over the time.

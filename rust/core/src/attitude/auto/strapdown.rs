@@ -196,11 +196,13 @@ impl Sums {
         }
     }
 
-    /// Adds a sample; `rate` is without bias, `rotation` the one after it.
+    /// Adds a sample with its field, if that counts; `rate` is without bias, `rotation` the one
+    /// after it.
     #[inline(always)]
     pub fn add(
         &mut self,
         sample: &Inertial,
+        field: Option<&Vector3<f64>>,
         rate: &Vector3<f64>,
         rotation: &Matrix3<f64>,
         tick: f64,
@@ -215,9 +217,9 @@ impl Sums {
             self.accel_squared += accel.norm_squared();
             self.force += rotation * accel;
         }
-        if let Some(mag) = &sample.mag {
+        if let Some(field) = field {
             self.fields += 1.0;
-            self.field += rotation * mag;
+            self.field += rotation * field;
         }
         self.unknown += sample.unknown;
         if self.elapsed >= self.next_look {
