@@ -112,6 +112,17 @@ class TestSensors:
         assert f.heading_sigma > 3.0
         np.testing.assert_allclose(f.up, [0.0, 0.0, 1.0], atol=1e-12)
 
+    @pytest.mark.filterwarnings("error")
+    @pytest.mark.parametrize("call", ["process", "trace"])
+    def test_a_warning_that_is_an_error_loses_no_samples(self, call):
+        """Nobody gets the answers, so nothing has been asked."""
+        f = zr.Attitude(RATE)
+        f.process(STILL[:10], LEVEL[:10], FIELD[:10])
+        before = f.to_bytes()
+        with pytest.raises(UserWarning, match="is accel_unit right"):
+            getattr(f, call)(STILL, LEVEL / 9.81, FIELD)
+        assert f.to_bytes() == before
+
     def test_gravity_in_another_unit(self):
         f = zr.Attitude(RATE)
         with pytest.warns(UserWarning, match="shows 1.000 m/s.2 at rest, gravity is 9.81"):
@@ -232,3 +243,84 @@ class TestCalls:
         f = zr.Attitude(RATE)
         with pytest.raises(ValueError, match=message(words)):
             f.align(orientation, **sigmas)
+
+
+def hand(seed, **changed):
+    motion = zr.simulate_motion("hand", RATE, 60.0, seed=seed, start="rest")
+    sensors = {"gyro": motion.gyro, "accel": motion.accel, "mag": motion.mag}
+    return motion, sensors | {name: change(sensors[name]) for name, change in changed.items()}
+
+
+def off(motion, q):
+    """Angle to the true orientation of each sample, deg."""
+    return 2.0 * np.arccos(np.abs(np.sum(q * motion.quaternion, axis=1)).clip(0.0, 1.0)) / DEG
+
+
+class TestZerosOfTheGyro:
+    """They are missing samples where the sensor has others at rest, and a rate where it has not."""
+
+    @pytest.mark.parametrize("method", ["auto", "mahony", "ekf"])
+    @pytest.mark.parametrize("first", [2000, 3500])
+    def test_in_motion_they_are_missing(self, method, first):
+        def without(value):
+            def change(gyro):
+                gyro = gyro.copy()
+                gyro[first : first + 200] = value
+                return gyro
+
+            return change
+
+        (motion, zeros), (_, gap) = hand(1, gyro=without(0.0)), hand(1, gyro=without(np.nan))
+        found, expected = (zr.Attitude(RATE, method=method).process(**one) for one in (zeros, gap))
+        assert np.abs(motion.gyro[first - 1]).max() > 5.0 * DEG
+        np.testing.assert_array_equal(found, expected)
+
+    def test_of_a_perfect_gyro_they_are_a_rate(self):
+        """A simulated sensor that rests, turns at once by a quarter, and rests."""
+        gyro = STILL.copy()
+        gyro[500:600, 2] = np.pi / 2.0
+        f = filtered(gyro, LEVEL)
+        assert f.euler == pytest.approx([0.0, 0.0, np.pi / 2.0], abs=1e-3)
+        assert f.status == "at rest"
+
+    def test_of_a_gyro_with_a_dead_band_they_are_a_rate(self):
+        """It gives nothing below a degree per second: rests within and after a slow turn."""
+        rate = np.maximum(np.sin(np.arange(N) / 200.0) * 20.0 * DEG, 0.0)
+        band = np.where(rate < DEG, 0.0, rate)
+        q = zr.Attitude(RATE, mag=False).process(np.outer(band, [0.0, 0.0, 1.0]), LEVEL)
+        yaw = np.unwrap(2.0 * np.arctan2(q[:, 3], q[:, 0]))
+        # It stands below a degree per second for a tenth of a second, at the edges of the turns.
+        np.testing.assert_allclose(yaw, np.cumsum(rate) / RATE, atol=2.0 * DEG)
+
+    def test_a_gyro_that_is_zero_for_ever_is_one_at_rest(self):
+        f = filtered(STILL, LEVEL, FIELD)
+        assert f.status == "at rest"
+        assert f.heading_sigma < 5.0 * DEG
+
+
+class TestSpikesOfTheMagnetometer:
+    @pytest.mark.parametrize("seed", range(4))
+    @pytest.mark.parametrize("strength", [800.0, 0.5])
+    def test_a_hundredth_of_the_samples_moves_nothing(self, seed, strength):
+        rng = np.random.default_rng(seed)
+
+        def spikes(mag):
+            mag, rows = mag.copy(), rng.random(len(mag)) < 0.01
+            rows[seed] = True
+            towards = rng.normal(size=(rows.sum(), 3))
+            mag[rows] = strength * towards / np.linalg.norm(towards, axis=1, keepdims=True)
+            return mag
+
+        (motion, usual), (_, spoilt) = hand(seed), hand(seed, mag=spikes)
+        clean, found = (zr.Attitude(RATE).process(**one) for one in (usual, spoilt))
+        # From the first second on, as without them.
+        assert off(motion, found)[100:].max() < max(1.2 * off(motion, clean)[100:].max(), 10.0)
+
+    def test_a_magnet_that_comes_stays_disturbing(self):
+        """What lasts is no spike: it is seen, and said."""
+        motion, sensors = hand(2)
+        sensors["mag"] = sensors["mag"].copy()
+        sensors["mag"][4000:5000] += [0.0, 0.0, 300.0]
+        trace = zr.Attitude(RATE).trace(**sensors)
+        assert trace["disturbed"][4020:5000].all()
+        assert off(motion, trace["quaternion"])[1000:].max() < 10.0

@@ -123,6 +123,31 @@ def test_a_stuck_sensor_is_told_and_left_out(value):
     assert f.stuck
 
 
+@pytest.mark.parametrize("method", [*METHODS, "robust"])
+def test_a_published_filter_that_holds_leaves_a_stuck_sensor_out(method):
+    """Once: neither does it learn from it, nor is any sample counted as an outlier, too."""
+    z = at_rest(20_000)
+    z[10_000:10_300] = z[9_999] + 30.0 * NOISE
+    clean, missing = z.copy(), z.copy()
+    clean[10_000:10_300] = missing[10_000:10_300] = np.nan
+    f = zr.DriftFilter(RATE, method=method, motion="hold", output="estimate")
+    trace = f.trace(z)
+    assert f.stuck_count == 300 - 25 * (f.stuck_count < 300)
+    assert f.outlier_count + f.stuck_count + f.saturated_count <= 310
+    assert trace.stuck[10_030:10_300].all()
+    # What it took until that was known is forgotten within a second.
+    other = zr.DriftFilter(RATE, method=method, motion="hold", output="estimate").trace(missing)
+    assert np.max(np.abs(trace.bias[10_500:] - other.bias[10_500:])) < NOISE
+
+
+def test_a_filter_that_keeps_outliers_counts_none():
+    z = spoilt(at_rest(20_000), 0.02, 100.0, one_sided=False)
+    for outliers in ("keep", "reject"):
+        f = zr.DriftFilter(RATE, method="kf", motion="hold", outliers=outliers)
+        f.process(z)
+        assert (f.outlier_count > 0) == (outliers == "reject")
+
+
 @pytest.mark.parametrize("step", [0.02, 0.1, 0.3, 1.0, 3.0])
 @pytest.mark.parametrize("offset", [0.0, 0.31, 0.5])
 def test_a_coarse_sensor_is_not_stuck(step, offset):

@@ -264,6 +264,11 @@ BAD = {
     "P0 must have shape (2, 2), got (2,)": {"P0": [1.0, 1.0]},
     "P0 must be symmetric": {"P0": [[1.0, 0.5], [0.4, 1.0]]},
     "P0 must be given: of a state the measurements tell nothing": {"F": ONE},
+    # They do tell, to the last digit; what they don't is how large a deviation is.
+    "P0 must be given: a state is measured without noise, so Q and R tell no size": {
+        "Q": 0.0 * ONE,
+        "R": 0.0,
+    },
     "channels must be at least 1, got 0": {"channels": 0},
     "a filter has at most 256 measurements, got 257": {
         "H": np.ones((257, 2)),

@@ -1,6 +1,8 @@
 """Tracks: their errors, the smoother, logs."""
 
 import pickle
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -243,3 +245,35 @@ def test_fixes_on_another_clock_are_told():
         "none of the fixes is used: they are from 1.7e+09 to 1.7e+09 s"
     )
     assert "time_offset= moves them" in track.notes[0]
+
+
+def at_null_island(fixes, count, first=40):
+    """Fixes of a receiver that has lost its position, and writes 0, 0, but knows its velocity."""
+    position = fixes.position.copy()
+    position[first : first + count, :2] = 0.0
+    return replace(fixes, position=position)
+
+
+def test_a_fix_whose_position_is_rejected_is_not_used():
+    drive, nav, track = driven()
+    nav.reset()
+    spoilt = nav.process(drive.recording(), at_null_island(drive.fixes, 10))
+    assert spoilt.counts["rejected"] == track.counts["rejected"] + 10
+    assert spoilt.counts["used"] == track.counts["used"] - 10
+    assert spoilt.rejected == {"positions": 10, "velocities": 0}
+    assert (nav.rejected, nav.moves, nav.last_move) == (spoilt.rejected, 0, None)
+    assert re.search(r"positions rejected +10\n", spoilt.table())
+    assert not any("in a row" in note for note in spoilt.notes)
+    assert horizontal(spoilt, drive, drive.time > 60.0) < 3.0
+
+
+def test_a_filter_that_gives_way_says_so():
+    drive, nav, _ = driven()
+    nav.reset()
+    track = nav.process(drive.recording(), at_null_island(drive.fixes, 12))
+    assert nav.moves == 2  # there and back
+    assert track.rejected["positions"] >= 20
+    (note,) = [note for note in track.notes if "in a row" in note]
+    assert "ten positions in a row had been rejected" in note
+    assert re.search(r"went where they are, 5\d{3} km away, the last of 2 times", note)
+    assert note in track.table().replace("\n  ", " ")
