@@ -51,6 +51,7 @@ OLDER = [
     ("holding", "drift-rest-gated", 3, 4),
     ("robust-holding", "robust-gated", 3, 4),
     ("attitude", "attitude", 1, 2),
+    ("navigation", "navigation", 1, 2),
     ("rest-detector", "rest-detector", 2, 3),
 ]
 
