@@ -12,7 +12,7 @@
 use nalgebra::{SVector, SimdBool};
 
 use super::kalman::Correction;
-use crate::math::{Real, Symmetric, choose};
+use crate::math::{Aside, Real, Symmetric, choose};
 
 /// How far `G` may sink along `v vᵀ`: by `height / slope`.
 #[derive(Debug, Clone, Copy)]
@@ -92,7 +92,7 @@ pub fn adapt<T: Real, const N: usize>(
     large: T::SimdBool,
 ) -> T::SimdBool {
     if large.any() {
-        return T::aside(move || adapt_large(G, floor, column, sample, weight, large));
+        return T::aside(Large { G, floor, column, sample, weight, large });
     }
     let left = ordinary_headroom(G, floor, column);
     let (step, guarded) = bounded_step(&sample, weight, left);
@@ -116,30 +116,37 @@ fn ordinary_headroom<T: Real, const N: usize>(
 
 /// [`adapt`] where, in some lane, the floor does not outweigh rounding: there `G` is settled before
 /// the step, which may take away nearly all of it and leave what was rounded, and after it.
-#[inline(always)]
-fn adapt_large<T: Real, const N: usize>(
-    G: &mut Symmetric<T, N>,
+struct Large<'a, T: Real, const N: usize> {
+    G: &'a mut Symmetric<T, N>,
     floor: T,
     column: SVector<T, N>,
     sample: Correction<T>,
     weight: T,
     large: T::SimdBool,
-) -> T::SimdBool {
-    let (scaled, ordinary) =
-        (scaled_headroom(G, floor, &column), ordinary_headroom(G, floor, column));
-    let left = Headroom {
-        height: choose(large, scaled.height, ordinary.height),
-        slope: choose(large, scaled.slope, ordinary.slope),
-    };
-    let (step, guarded) = bounded_step(&sample, weight, left);
-    G.settle(large);
-    let before = *G;
-    add_rank_one(G, step, &column);
-    G.settle(large);
-    // Of a G that is all but singular the headroom is rounding: such a step is not made.
-    let broken = large & !G.semidefinite();
-    G.assign_where(broken, &before);
-    guarded | broken
+}
+
+impl<T: Real, const N: usize> Aside for Large<'_, T, N> {
+    type Output = T::SimdBool;
+
+    #[inline(always)]
+    fn run(self) -> T::SimdBool {
+        let Self { G, floor, column, sample, weight, large } = self;
+        let (scaled, ordinary) =
+            (scaled_headroom(G, floor, &column), ordinary_headroom(G, floor, column));
+        let left = Headroom {
+            height: choose(large, scaled.height, ordinary.height),
+            slope: choose(large, scaled.slope, ordinary.slope),
+        };
+        let (step, guarded) = bounded_step(&sample, weight, left);
+        G.settle(large);
+        let before = *G;
+        add_rank_one(G, step, &column);
+        G.settle(large);
+        // Of a G that is all but singular the headroom is rounding: such a step is not made.
+        let broken = large & !G.semidefinite();
+        G.assign_where(broken, &before);
+        guarded | broken
+    }
 }
 
 /// `(e² - S)/(k S²)`, the factor of `S K (S K)ᵀ`, or as far as the headroom allows.

@@ -13,7 +13,7 @@ use num_traits::{One, Zero};
 use pulp::bytemuck;
 use pulp::{Simd, WithSimd};
 
-use crate::math::Real;
+use crate::math::{Aside, Real};
 
 /// As many numbers as the widest register holds.
 pub const WIDEST: usize = 8;
@@ -123,8 +123,8 @@ impl<S: Simd> Real for Lane<S> {
         Self(simd::<S>().sqrt_f64s(self.0))
     }
 
-    fn aside<R>(f: impl FnOnce() -> R) -> R {
-        simd::<S>().vectorize(Aside(f))
+    fn aside<W: Aside>(work: W) -> W::Output {
+        simd::<S>().vectorize(OfItsOwn(work))
     }
 
     // One instruction of x86 is just this comparison; other processors take NaN otherwise.
@@ -141,14 +141,14 @@ impl<S: Simd> Real for Lane<S> {
     }
 }
 
-struct Aside<F>(F);
+struct OfItsOwn<W>(W);
 
-impl<R, F: FnOnce() -> R> WithSimd for Aside<F> {
-    type Output = R;
+impl<W: Aside> WithSimd for OfItsOwn<W> {
+    type Output = W::Output;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> R {
-        (self.0)()
+    fn with_simd<S: Simd>(self, _: S) -> W::Output {
+        self.0.run()
     }
 }
 

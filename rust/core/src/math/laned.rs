@@ -45,8 +45,15 @@ where
 {
     type One = SMatrix<L::One, R, C>;
 
+    // By loops, not by closures: those are compiled without vector instructions if they are called
+    // by what is not inlined.
+    #[inline(always)]
     fn splat(one: &Self::One) -> Self {
-        one.map(|number| L::splat(&number))
+        let mut numbers = Self::from_element(L::splat(&one[0]));
+        for (numbers, number) in numbers.iter_mut().zip(one.iter()) {
+            *numbers = L::splat(number);
+        }
+        numbers
     }
 
     fn lane(&self, i: usize) -> Self::One {
@@ -61,6 +68,7 @@ where
 impl<L: Laned, const N: usize> Laned for [L; N] {
     type One = [L::One; N];
 
+    #[inline(always)]
     fn splat(one: &Self::One) -> Self {
         one.each_ref().map(L::splat)
     }
@@ -82,6 +90,7 @@ macro_rules! laned {
         {
             type One = $state<f64, $($size),*>;
 
+            #[inline(always)]
             fn splat(one: &Self::One) -> Self {
                 use $crate::math::Laned;
                 Self { $($number: Laned::splat(&one.$number),)* $($common: one.$common),* }

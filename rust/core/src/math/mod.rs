@@ -21,6 +21,6 @@ pub(crate) use lane::{Lane, Mask, WIDEST};
 #[cfg(feature = "std")]
 pub(crate) use laned::{Laned, laned};
 pub(crate) use real::choose;
-pub use real::{Limits, Real};
+pub use real::{Aside, Limits, Real};
 pub use symmetric::Symmetric;
 pub(crate) use symmetric::vector;

@@ -56,6 +56,16 @@ impl Limits for f32 {
     const ROUNDING: Self = 8.0 * f32::EPSILON;
 }
 
+/// Work that [`Real::aside`] does. Not a closure: only what is always inlined has the instructions of
+/// the processor that it runs on.
+pub trait Aside {
+    /// What it returns.
+    type Output;
+
+    /// Does it; always inlined.
+    fn run(self) -> Self::Output;
+}
+
 /// A real number, or several in SIMD lanes: the arithmetic that a step needs, and no more.
 pub trait Real:
     SimdPartialOrd<Element: Limits>
@@ -75,11 +85,11 @@ pub trait Real:
     /// The square root.
     fn simd_sqrt(self) -> Self;
 
-    /// `f()` in a function of its own, for what is seldom needed and would crowd a step.
+    /// Work in a function of its own, for what is seldom needed and would crowd a step.
     #[cold]
     #[inline(never)]
-    fn aside<R>(f: impl FnOnce() -> R) -> R {
-        f()
+    fn aside<W: Aside>(work: W) -> W::Output {
+        work.run()
     }
 
     /// The constant `x` in every lane.

@@ -109,19 +109,33 @@ fn add_vectors<S: Simd, const K: usize>(
     let lanes = S::F64_LANES;
     let target: [S::f64s; TARGETS] =
         std::array::from_fn(|u| vector(simd, &targets[u * lanes..(u + 1) * lanes]));
-    let mut add = |place: usize| {
-        let earlier = vector(simd, &window[place..place + lanes]);
-        for u in 0..TARGETS {
-            let lag = (K - 1 + u * lanes).wrapping_sub(place);
-            if lag < K {
-                totals[lag] = simd.mul_add_e_f64s(target[u], earlier, totals[lag]);
-            }
-        }
-    };
     // Two loops: the compiler writes out no longer ones, and only then the sums stay in registers.
     let places = K + (TARGETS - 1) * lanes;
-    (0..places / 2).for_each(&mut add);
-    (places / 2..places).for_each(&mut add);
+    for place in 0..places / 2 {
+        add_vector(simd, &target, window, place, totals);
+    }
+    for place in places / 2..places {
+        add_vector(simd, &target, window, place, totals);
+    }
+}
+
+/// Products of the targets with the vector at one place. Not a closure: what is called without
+/// being inlined has no vector instructions, and calls a function for each.
+#[inline(always)]
+fn add_vector<S: Simd, const K: usize>(
+    simd: S,
+    target: &[S::f64s; TARGETS],
+    window: &[f64],
+    place: usize,
+    totals: &mut [S::f64s; K],
+) {
+    let earlier = vector(simd, &window[place..place + S::F64_LANES]);
+    for u in 0..TARGETS {
+        let lag = (K - 1 + u * S::F64_LANES).wrapping_sub(place);
+        if lag < K {
+            totals[lag] = simd.mul_add_e_f64s(target[u], earlier, totals[lag]);
+        }
+    }
 }
 
 #[inline(always)]
