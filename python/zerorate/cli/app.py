@@ -109,8 +109,9 @@ def _not_called() -> None:
     """Only for the list in help."""
 
 
-def hint(command: str | None) -> Hint:
+def hint(called: str | None) -> Hint:
     """Return what helps on with a command, or with the program."""
+    command = (called or "").removeprefix("zerorate ")
     if command not in _COMMANDS:
         return Hint("zerorate --help", _COMMANDS["demo"][1])
     return Hint(f"zerorate {command} --help", _COMMANDS[command][1])
@@ -120,6 +121,11 @@ def invoke(arguments: list[str]) -> int:
     """Run a command and return its exit code; faults are raised."""
     # What stands before a command takes no values.
     called = next((word for word in arguments if not word.startswith("-")), "")
-    command = typer.main.get_command(program(called))
-    code = command.main(args=arguments, prog_name="zerorate", standalone_mode=False)
+    group = typer.main.get_group(program(called))
+    if called in _COMMANDS and arguments[0] == called:
+        # At once: for options of its own the program would import what checks values.
+        command, name = group.commands[called], f"zerorate {called}"
+        code = command.main(args=arguments[1:], prog_name=name, standalone_mode=False)
+    else:
+        code = group.main(args=arguments, prog_name="zerorate", standalone_mode=False)
     return int(code or 0)
