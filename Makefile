@@ -14,7 +14,7 @@ RECORDINGS ?= ../shared/data
 WHEEL ?=
 PACKAGE = $(if $(WHEEL),'$(WHEEL)[all]',--editable '.[all]')
 
-.PHONY: help demo test test-core test-package nightly fuzz lint lint-core lint-package docs bench results compare clean check-python check-cargo
+.PHONY: help demo test test-core test-package nightly fuzz lint lint-core lint-package docs bench ratchet ratchet-renew results compare clean check-python check-cargo check-valgrind
 
 help: ## Show this help
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -34,8 +34,7 @@ test-package: $(TOOLS)
 # What takes too long for every change: deep searches, the core without its default feature, the
 # filters in a library with neither std nor an allocator.
 nightly: $(TOOLS) ## Test for an hour or two what .ci/run tests for minutes
-	$(BIN)/python -m pytest --numprocesses=logical --dist=worksteal --slow
-	HYPOTHESIS_PROFILE=deep $(BIN)/python -m pytest --numprocesses=logical --dist=worksteal -m 'not slow'
+	HYPOTHESIS_PROFILE=deep $(BIN)/python -m pytest --numprocesses=logical --dist=worksteal --slow
 	PROPTEST_CASES=5000 cargo test --quiet --release --package zerorate-core
 	cargo test --quiet --package zerorate-core --no-default-features
 	cargo run --quiet --package zerorate-core --no-default-features --profile test --example controller
@@ -69,6 +68,12 @@ bench: $(TOOLS) ## Time filters and deviations against C and other packages
 	$(BIN)/pip install --quiet --group bench
 	cargo bench --bench attitude --bench filters --bench streaming --bench allan
 	$(BIN)/python -m pytest benches --benchmark-only
+
+ratchet: | check-python check-cargo check-valgrind ## Count the instructions of hot paths; more than benches/instructions.csv says fails
+	$(PYTHON) benches/ratchet.py
+
+ratchet-renew: | check-python check-cargo check-valgrind ## Write benches/instructions.csv anew, where more is meant
+	$(PYTHON) benches/ratchet.py --renew
 
 results: $(TOOLS) ## Rebuild the tables and figures of docs/ from recordings and simulations
 	$(BIN)/python examples/published_tables.py
@@ -124,3 +129,6 @@ check-cargo:
 	@command -v cargo >/dev/null || { echo "zerorate needs Rust 1.89 or later: no cargo found" >&2; exit 1; }
 	@cargo -V | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 89) }' || \
 		{ echo "zerorate needs Rust 1.89 or later; found $$(cargo -V)" >&2; exit 1; }
+
+check-valgrind:
+	@command -v valgrind >/dev/null || { echo "counting instructions needs valgrind (apt install valgrind)" >&2; exit 1; }
