@@ -9,9 +9,17 @@ from typing import Any, ClassVar, Final, Self
 import numpy as np
 
 from zerorate._native import GyroArray
+from zerorate.io.names import looks_like_gyro
 from zerorate.run.live.checkpoint import filter_of, whole
 from zerorate.run.live.engine import Engine
-from zerorate.run.live.lines import ColumnError, Layout, Wanted, find_layout, texts_of
+from zerorate.run.live.lines import (
+    ColumnError,
+    Layout,
+    Wanted,
+    find_layout,
+    names_in,
+    texts_of,
+)
 
 __all__ = ["ArraySettings", "WithArray"]
 
@@ -83,7 +91,9 @@ class ArraySettings:
 
     def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
         """Return a new array for lines as the first one is; LineError or ColumnError if none."""
-        layout = find_layout(cells, Wanted(self.columns, self.sequence, fields))
+        names = names_in(cells) if any(cells) else None
+        gyros = tuple(i for i, name in enumerate(names or ()) if looks_like_gyro(name))
+        layout = find_layout(cells, Wanted(self.columns or gyros or None, self.sequence, fields))
         self._check(layout)
         return ArrayEngine(layout, self.array.copy(), self.beside)
 
