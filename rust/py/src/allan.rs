@@ -3,8 +3,8 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use zerorate_core::Bank;
 use zerorate_core::allan::{self as core, AllanKind};
-use zerorate_core::{Bank, Error, checkpoint};
 
 use crate::common::arrays;
 use crate::common::errors::NativeError;
@@ -57,6 +57,7 @@ streaming!(
     interpreter lock is released.",
     out
 );
+streaming!(@bank AllanNoise, core::AllanNoise<f64>);
 
 #[pymethods]
 impl AllanNoise {
@@ -74,7 +75,7 @@ impl AllanNoise {
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = reading(slf)?;
-        let noise = this.shared.bank.streams()[0];
+        let noise = this.first();
         let arguments = [
             ("fading", text(noise.fading()), "0.97"),
             ("noise", format!("'{}'", noise.kind().name()), "'allan'"),
@@ -86,21 +87,7 @@ impl AllanNoise {
 
 getters! { AllanNoise, slf, py, this;
     /// R so far, in the square of the samples' unit: float, with channels (k,).
-    variance: Object<'py> = {
-        let values = this.shared.bank.streams().iter().map(|noise| noise.variance()).collect();
-        this.shared.numbers(py, values)?
-    };
-}
-
-impl AllanNoise {
-    fn restored(bytes: &[u8]) -> Result<Self, Error> {
-        let (channels, bank) = checkpoint::restore(bytes)?;
-        Self::of(channels, bank)
-    }
-
-    fn of(channels: Option<usize>, bank: Bank<core::AllanNoise<f64>>) -> Result<Self, Error> {
-        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
-    }
+    variance: Object<'py> = this.shared.each(py, |noise| noise.variance())?;
 }
 
 /// Allan and Hadamard deviations at all octaves while samples arrive.
@@ -161,6 +148,7 @@ streaming!(
     update: "Takes one sample: a float, with channels (k,).",
     process: "Takes a batch: (n,), with channels (n, k); the interpreter lock is released."
 );
+streaming!(@bank StreamingAllan, core::StreamingAllan);
 
 #[pymethods]
 impl StreamingAllan {
@@ -211,19 +199,6 @@ getters! { StreamingAllan, slf, py, this;
 }
 
 impl StreamingAllan {
-    fn restored(bytes: &[u8]) -> Result<Self, Error> {
-        let (channels, bank) = checkpoint::restore(bytes)?;
-        Self::of(channels, bank)
-    }
-
-    fn of(channels: Option<usize>, bank: Bank<core::StreamingAllan>) -> Result<Self, Error> {
-        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
-    }
-
-    fn first(&self) -> &core::StreamingAllan {
-        &self.shared.bank.streams()[0]
-    }
-
     /// One number an octave, a column a channel.
     fn table<'py, T: numpy::Element>(
         &self,

@@ -4,10 +4,10 @@ use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use zerorate_core::Bank;
 use zerorate_core::denoise::{
     self as core, Denoised, LevelRule, Mode, Shrinkage, Wavelet, WaveletParams, decompose,
 };
-use zerorate_core::{Bank, Error, checkpoint};
 
 use crate::common::arrays;
 use crate::common::errors::NativeError;
@@ -288,6 +288,7 @@ streaming!(
     to (n, k); the interpreter lock is released.",
     out
 );
+streaming!(@bank WaveletDenoiser, core::WaveletDenoiser);
 
 #[pymethods]
 impl WaveletDenoiser {
@@ -333,15 +334,9 @@ getters! { WaveletDenoiser, slf, py, this;
     delay_seconds: f64 = this.first().delay() as f64 / this.first().params().rate;
     /// Deviation of the noise so far, in the samples' unit, zero before it is known: float, with
     /// channels (k,).
-    sigma: Object<'py> = {
-        let values = this.shared.bank.streams().iter().map(|one| one.sigma()).collect();
-        this.shared.numbers(py, values)?
-    };
+    sigma: Object<'py> = this.shared.each(py, |one| one.sigma())?;
     /// Samples that were missing so far: int, with channels (k,).
-    missing: Object<'py> = {
-        let counts = this.shared.bank.streams().iter().map(|one| one.missing() as i64).collect();
-        this.shared.numbers(py, counts)?
-    };
+    missing: Object<'py> = this.shared.each(py, |one| one.missing() as i64)?;
     /// Samples given so far, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
@@ -354,19 +349,4 @@ getters! { WaveletDenoiser, slf, py, this;
     mode: &'static str = this.first().params().mode.name();
     /// In deviations of the noise.
     threshold: f64 = this.first().params().threshold;
-}
-
-impl WaveletDenoiser {
-    fn restored(bytes: &[u8]) -> Result<Self, Error> {
-        let (channels, bank) = checkpoint::restore(bytes)?;
-        Self::of(channels, bank)
-    }
-
-    fn of(channels: Option<usize>, bank: Bank<core::WaveletDenoiser>) -> Result<Self, Error> {
-        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
-    }
-
-    fn first(&self) -> &core::WaveletDenoiser {
-        &self.shared.bank.streams()[0]
-    }
 }

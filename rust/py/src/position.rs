@@ -8,7 +8,7 @@ use zerorate_core::position::{
     PositionMethod, PositionParams, PositionSnapshot,
 };
 use zerorate_core::stream::{Output, Parts};
-use zerorate_core::{Bank, Error, Traced, checkpoint, memory};
+use zerorate_core::{Bank, Traced};
 
 use crate::attitude::{options as constants, samples};
 use crate::common::arrays::{self, Record, Samples};
@@ -96,6 +96,7 @@ pub struct PositionFilter {
 }
 
 streaming!(PositionFilter);
+streaming!(@bank PositionFilter, Core);
 
 #[pymethods]
 impl PositionFilter {
@@ -140,7 +141,7 @@ impl PositionFilter {
         let dt = samples::checked(dt.unwrap_or(f64::NAN))?;
         let axes: Vec<usize> = this.shared.channels.into_iter().collect();
         let given = Given { position, speed, cn0, rest };
-        let rows = given.rows(&axes, 1, |_| dt)?;
+        let rows = given.rows(&axes, Some(&[dt]))?;
         this.shared.update_row(slf.py(), &rows)
     }
 
@@ -228,30 +229,15 @@ getters! { PositionFilter, slf, py, this;
     /// channels (k, 2).
     receiver_error: Object<'py> = each(slf, &[2], |known| known.receiver_error.to_vec())?;
     /// Whether the last fix was missing: bool, with channels (k,).
-    missing: Object<'py> = flags(slf, |known| known.missing)?;
+    missing: Object<'py> = this.shared.each(py, |one| one.snapshot().missing)?;
     /// Whether "heading" did not take the last fix: bool, with channels (k,).
-    held: Object<'py> = flags(slf, |known| known.held)?;
+    held: Object<'py> = this.shared.each(py, |one| one.snapshot().held)?;
     /// Fixes given so far, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Fixes a second.
     rate: f64 = this.first().params().rate;
     /// What is made of the fixes.
     method: &'static str = this.first().params().method.name();
-}
-
-impl PositionFilter {
-    fn restored(bytes: &[u8]) -> Result<Self, Error> {
-        let (channels, bank) = checkpoint::restore(bytes)?;
-        Self::of(channels, bank)
-    }
-
-    fn of(channels: Option<usize>, bank: Bank<Core>) -> Result<Self, Error> {
-        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
-    }
-
-    fn first(&self) -> &Core {
-        &self.shared.bank.streams()[0]
-    }
 }
 
 /// Numbers of a shape, of each channel.
@@ -265,16 +251,6 @@ fn each<'py>(
     this.shared.arrays(filter.py(), values, shape)
 }
 
-/// One flag a channel.
-fn flags<'py>(
-    filter: &Bound<'py, PositionFilter>,
-    of: fn(&PositionSnapshot) -> bool,
-) -> PyResult<Bound<'py, PyAny>> {
-    let this = reading(filter)?;
-    let flags = this.shared.bank.streams().iter().map(|one| of(&one.snapshot())).collect();
-    this.shared.numbers(filter.py(), flags)
-}
-
 /// What one call gives.
 #[derive(Debug, Clone, Copy)]
 struct Given<'a, 'py> {
@@ -285,17 +261,9 @@ struct Given<'a, 'py> {
 }
 
 impl Given<'_, '_> {
-    /// Side by side, `before` being the axes before those of a sample, which make `count` of them;
-    /// `dt` of each.
-    fn rows(
-        &self,
-        before: &[usize],
-        count: usize,
-        dt: impl Fn(usize) -> f64,
-    ) -> PyResult<Vec<f64>> {
-        let samples = before.iter().product::<usize>();
-        let length = samples.saturating_mul(WIDTH);
-        let mut rows = memory::filled(f64::NAN, length).map_err(NativeError::from)?;
+    /// Side by side, `before` being the axes before those of a sample; with `dt` of each instant.
+    fn rows(&self, before: &[usize], dt: Option<&[f64]>) -> PyResult<Vec<f64>> {
+        let mut columns = Vec::new();
         let parts = [
             ("position", 0, 2, Some(self.position)),
             ("speed", 2, 2, self.speed),
@@ -312,15 +280,12 @@ impl Given<'_, '_> {
                     arrays::named(name, given, &arrays::tuple(&axes), |found| found == axes)?.values
                 }
             };
-            for (row, values) in rows.chunks_exact_mut(WIDTH).zip(values.chunks_exact(width)) {
-                row[first..first + width].copy_from_slice(values);
-            }
+            columns.push((first, width, values));
         }
-        let channels = samples / count.max(1);
-        for (k, row) in rows.chunks_exact_mut(WIDTH).enumerate() {
-            row[WIDTH - 1] = dt(k / channels.max(1));
-        }
-        Ok(rows)
+        let mut columns: Vec<_> =
+            columns.iter().map(|(first, width, values)| (*first, *width, &values[..])).collect();
+        columns.extend(dt.map(|dt| (WIDTH - 1, 1, dt)));
+        arrays::side_by_side(WIDTH, before.iter().product(), &columns)
     }
 
     /// The samples of a batch.
@@ -331,7 +296,7 @@ impl Given<'_, '_> {
         let n = arrays::named("position", self.position, &expected, fits)?.shape[0];
         let dt = dt.map(|dt| samples::times(dt, n)).transpose()?;
         let before: Vec<usize> = [n].into_iter().chain(channels).collect();
-        let values = self.rows(&before, n, |k| dt.as_ref().map_or(f64::NAN, |dt| dt[k]))?;
+        let values = self.rows(&before, dt.as_deref())?;
         Ok(Record { values, shape: [before.as_slice(), &[WIDTH]].concat() })
     }
 }

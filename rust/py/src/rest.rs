@@ -2,9 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use zerorate_core::{
-    Bank, Error, MotionDetector as MotionCore, RestDetector as Core, RestLimits, checkpoint,
-};
+use zerorate_core::{Bank, MotionDetector as MotionCore, RestDetector as Core, RestLimits};
 
 use crate::common::errors::NativeError;
 use crate::common::getters::{Object, getters};
@@ -68,6 +66,7 @@ streaming!(
     body is known to move, as a ``MotionDetector`` tells; one thread does it then.",
     moving
 );
+streaming!(@bank RestDetector, Core<f64>);
 
 #[pymethods]
 impl RestDetector {
@@ -100,10 +99,7 @@ impl RestDetector {
 
 getters! { RestDetector, slf, py, this;
     /// Whether the sensor rests: bool, with channels (k,).
-    at_rest: Object<'py> = {
-        let flags = this.shared.bank.streams().iter().map(Core::at_rest).collect();
-        this.shared.numbers(py, flags)?
-    };
+    at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples a second.
     rate: f64 = this.first().rate();
 }
@@ -111,19 +107,6 @@ getters! { RestDetector, slf, py, this;
 impl RestDetector {
     fn check_motion(&self) -> PyResult<()> {
         Ok(())
-    }
-
-    fn restored(bytes: &[u8]) -> Result<Self, Error> {
-        let (channels, bank) = checkpoint::restore(bytes)?;
-        Self::of(channels, bank)
-    }
-
-    fn of(channels: Option<usize>, bank: Bank<Core<f64>>) -> Result<Self, Error> {
-        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
-    }
-
-    fn first(&self) -> &Core<f64> {
-        &self.shared.bank.streams()[0]
     }
 }
 
@@ -187,6 +170,7 @@ streaming!(
     (n, k, 3) to (n, k), bool; the interpreter lock is released.",
     out
 );
+streaming!(@bank MotionDetector, MotionCore);
 
 #[pymethods]
 impl MotionDetector {
@@ -208,25 +192,7 @@ impl MotionDetector {
 
 getters! { MotionDetector, slf, py, this;
     /// Whether the body is known to move: bool, with channels (k,).
-    moving: Object<'py> = {
-        let flags = this.shared.bank.streams().iter().map(MotionCore::is_moving).collect();
-        this.shared.numbers(py, flags)?
-    };
+    moving: Object<'py> = this.shared.each(py, MotionCore::is_moving)?;
     /// Samples a second.
     rate: f64 = this.first().rate();
-}
-
-impl MotionDetector {
-    fn restored(bytes: &[u8]) -> Result<Self, Error> {
-        let (channels, bank) = checkpoint::restore(bytes)?;
-        Self::of(channels, bank)
-    }
-
-    fn of(channels: Option<usize>, bank: Bank<MotionCore>) -> Result<Self, Error> {
-        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
-    }
-
-    fn first(&self) -> &MotionCore {
-        &self.shared.bank.streams()[0]
-    }
 }

@@ -3,8 +3,8 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use zerorate_core::Bank;
 use zerorate_core::attitude::{TILT_CONSTANTS, TILT_METHODS, Tilt as Core, TiltMethod, TiltParams};
-use zerorate_core::{Bank, Error, checkpoint, memory};
 
 use super::{options, samples};
 use crate::common::arrays::{self, Record, Samples};
@@ -78,6 +78,7 @@ pub struct Tilt {
 }
 
 streaming!(Tilt);
+streaming!(@bank Tilt, Core);
 
 #[pymethods]
 impl Tilt {
@@ -123,7 +124,8 @@ impl Tilt {
         };
         let rates = arrays::row(gyro, &[channels])?;
         let angles = arrays::row(angle, &[channels])?;
-        let row: Vec<f64> = rates.iter().zip(&angles).flat_map(|(z, a)| [*z, *a, dt]).collect();
+        let columns = [(0, 1, &rates[..]), (1, 1, &angles), (2, 1, &[dt])];
+        let row = arrays::side_by_side(WIDTH, channels, &columns)?;
         this.shared.update_row(slf.py(), &row)
     }
 
@@ -146,7 +148,9 @@ impl Tilt {
         let expected = arrays::tuple(&shape);
         let angles = arrays::named("angle", angle, &expected, |found| found == shape)?;
         let dt = dt.map(|dt| samples::times(dt, shape[0])).transpose()?;
-        let values = beside(rates.values()?, &angles.values, dt.as_deref(), shape[0])?;
+        let mut columns = vec![(0, 1, rates.values()?), (1, 1, &angles.values)];
+        columns.extend(dt.as_deref().map(|dt| (2, 1, dt)));
+        let values = arrays::side_by_side(WIDTH, angles.values.len(), &columns)?;
         let record = Record { values, shape: [shape.as_slice(), &[WIDTH]].concat() };
         drop(rates);
         this.shared.process_samples(slf.py(), Samples::Copied(record), out, threads)
@@ -169,50 +173,17 @@ impl Tilt {
 
 getters! { Tilt, slf, py, this;
     /// The tilt, NaN before the first angle of the accelerometer: float, with channels (k,).
-    angle: Object<'py> = each(slf, Core::angle)?;
+    angle: Object<'py> = this.shared.each(py, Core::angle)?;
     /// Standard deviation of ``angle``, NaN for method "complementary": float, with channels (k,).
-    angle_sigma: Object<'py> = each(slf, Core::angle_sigma)?;
+    angle_sigma: Object<'py> = this.shared.each(py, Core::angle_sigma)?;
     /// The gyro's output without rotation, NaN for method "complementary": float, with channels (k,).
-    bias: Object<'py> = each(slf, Core::bias)?;
+    bias: Object<'py> = this.shared.each(py, Core::bias)?;
     /// Standard deviation of ``bias``, NaN for method "complementary": float, with channels (k,).
-    bias_sigma: Object<'py> = each(slf, Core::bias_sigma)?;
+    bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
     /// Samples given so far, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
     rate: f64 = this.first().params().rate;
     /// How rate and angle are joined.
     method: &'static str = this.first().params().method.name();
-}
-
-impl Tilt {
-    fn restored(bytes: &[u8]) -> Result<Self, Error> {
-        let (channels, bank) = checkpoint::restore(bytes)?;
-        Self::of(channels, bank)
-    }
-
-    fn of(channels: Option<usize>, bank: Bank<Core>) -> Result<Self, Error> {
-        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
-    }
-
-    fn first(&self) -> &Core {
-        &self.shared.bank.streams()[0]
-    }
-}
-
-/// One value a channel.
-fn each<'py>(tilt: &Bound<'py, Tilt>, of: fn(&Core) -> f64) -> PyResult<Bound<'py, PyAny>> {
-    let this = reading(tilt)?;
-    let values = this.shared.bank.streams().iter().map(of).collect();
-    this.shared.numbers(tilt.py(), values)
-}
-
-/// Rates, angles and times of `n` rows side by side.
-fn beside(rates: &[f64], angles: &[f64], dt: Option<&[f64]>, n: usize) -> PyResult<Vec<f64>> {
-    let length = rates.len().saturating_mul(WIDTH);
-    let mut all = memory::room(length).map_err(NativeError::from)?;
-    let channels = rates.len() / n.max(1);
-    for (i, (rate, angle)) in rates.iter().zip(angles).enumerate() {
-        all.extend([*rate, *angle, dt.map_or(f64::NAN, |dt| dt[i / channels])]);
-    }
-    Ok(all)
 }

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use zerorate_core::calibrate::{TemperatureFilter as Core, TemperatureParams};
-use zerorate_core::{Bank, Error, RestLimits, checkpoint, memory};
+use zerorate_core::{Bank, RestLimits};
 
 use crate::common::arrays::{self, Record, Samples};
 use crate::common::errors::NativeError;
@@ -62,6 +62,7 @@ pub struct TemperatureFilter {
 }
 
 streaming!(TemperatureFilter);
+streaming!(@bank TemperatureFilter, Core);
 
 #[pymethods]
 impl TemperatureFilter {
@@ -107,11 +108,11 @@ impl TemperatureFilter {
         };
         let rates = arrays::row(z, &[channels])?;
         let temperatures = match arrays::sample(temperature) {
-            Ok(one) => vec![one; channels],
+            Ok(one) => vec![one],
             Err(_) => arrays::row(temperature, &[channels])?,
         };
-        let row = [rates, temperatures];
-        let row: Vec<f64> = (0..2 * channels).map(|i| row[i % 2][i / 2]).collect();
+        let columns = [(0, 1, &rates[..]), (1, 1, &temperatures)];
+        let row = arrays::side_by_side(2, channels, &columns)?;
         this.shared.update_row(slf.py(), &row)
     }
 
@@ -130,7 +131,8 @@ impl TemperatureFilter {
         let rates = arrays::samples(z, &axes)?;
         let shape = rates.shape().to_vec();
         let temperatures = temperatures(temperature, &shape)?;
-        let values = beside(rates.values()?, &temperatures)?;
+        let columns = [(0, 1, rates.values()?), (1, 1, &temperatures)];
+        let values = arrays::side_by_side(2, shape.iter().product(), &columns)?;
         let record = Record { values, shape: [shape.as_slice(), &[2]].concat() };
         drop(rates);
         this.shared.process_samples(slf.py(), Samples::Copied(record), out, threads)
@@ -155,17 +157,17 @@ impl TemperatureFilter {
 
 getters! { TemperatureFilter, slf, py, this;
     /// The bias at the last temperature, zero before the first rest: float, with channels (k,).
-    bias: Object<'py> = each(slf, Core::bias)?;
+    bias: Object<'py> = this.shared.each(py, Core::bias)?;
     /// Standard deviation of ``bias``; before the first rest the largest sample so far, and as long as
     /// what is taken for rest may be motion no less than the bias: float, with channels (k,).
-    bias_sigma: Object<'py> = each(slf, Core::bias_sigma)?;
+    bias_sigma: Object<'py> = this.shared.each(py, Core::bias_sigma)?;
     /// Change of the bias per kelvin: float, with channels (k,).
-    slope: Object<'py> = each(slf, Core::slope)?;
+    slope: Object<'py> = this.shared.each(py, Core::slope)?;
     /// Standard deviation of ``slope``, zero where nothing is known of it yet: float, with channels
     /// (k,).
-    slope_sigma: Object<'py> = each(slf, Core::slope_sigma)?;
+    slope_sigma: Object<'py> = this.shared.each(py, Core::slope_sigma)?;
     /// Whether the gyro rests, and the bias is being learned: bool, with channels (k,).
-    at_rest: Object<'py> = each(slf, Core::at_rest)?;
+    at_rest: Object<'py> = this.shared.each(py, Core::at_rest)?;
     /// Samples given so far, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.
@@ -174,54 +176,10 @@ getters! { TemperatureFilter, slf, py, this;
     reference: f64 = this.first().params().reference;
 }
 
-impl TemperatureFilter {
-    fn restored(bytes: &[u8]) -> Result<Self, Error> {
-        let (channels, bank) = checkpoint::restore(bytes)?;
-        Self::of(channels, bank)
-    }
-
-    fn of(channels: Option<usize>, bank: Bank<Core>) -> Result<Self, Error> {
-        Ok(Self { shared: Shared::new(channels, Box::new(bank))? })
-    }
-
-    fn first(&self) -> &Core {
-        &self.shared.bank.streams()[0]
-    }
-}
-
-/// One value a channel.
-fn each<'py, T>(
-    filter: &Bound<'py, TemperatureFilter>,
-    of: fn(&Core) -> T,
-) -> PyResult<Bound<'py, PyAny>>
-where
-    T: numpy::Element + pyo3::IntoPyObjectExt<'py> + Copy,
-{
-    let this = reading(filter)?;
-    let values = this.shared.bank.streams().iter().map(of).collect();
-    this.shared.numbers(filter.py(), values)
-}
-
-/// As many temperatures as there are rates, whose shape is given: one for each, or for each row.
+/// Temperatures for rates whose shape is given: one for each, or for each row.
 fn temperatures(z: &Bound<'_, PyAny>, shape: &[usize]) -> PyResult<Vec<f64>> {
     let (whole, rows) = (arrays::tuple(shape), arrays::tuple(&shape[..1]));
     let expected = if shape.len() == 1 { whole } else { format!("{whole} or {rows}") };
     let fits = |found: &[usize]| found == shape || found == &shape[..1];
-    let found = arrays::named("temperature", z, &expected, fits)?;
-    if found.shape == shape {
-        return Ok(found.values);
-    }
-    let channels = shape[1];
-    let length = found.values.len().saturating_mul(channels);
-    let mut all = memory::room(length).map_err(NativeError::from)?;
-    found.values.iter().for_each(|one| all.extend(std::iter::repeat_n(*one, channels)));
-    Ok(all)
-}
-
-/// Pairs of a rate and a temperature.
-fn beside(rates: &[f64], temperatures: &[f64]) -> PyResult<Vec<f64>> {
-    let length = rates.len().saturating_mul(2);
-    let mut pairs = memory::room(length).map_err(NativeError::from)?;
-    rates.iter().zip(temperatures).for_each(|(z, one)| pairs.extend([*z, *one]));
-    Ok(pairs)
+    Ok(arrays::named("temperature", z, &expected, fits)?.values)
 }

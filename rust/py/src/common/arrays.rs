@@ -363,6 +363,25 @@ const FEW: usize = 16;
 /// Elements of an array that NumPy's C interface makes; it fails where there is no memory.
 const SMALL: usize = 1 << 12;
 
+/// Rows of `width` numbers, made of columns that begin at a place and have so many numbers in a row;
+/// NaN where no column is. A column of fewer rows gives each of them to as many rows in turn, as one
+/// time of an instant to all of its channels.
+pub fn side_by_side(
+    width: usize,
+    rows: usize,
+    columns: &[(usize, usize, &[f64])],
+) -> PyResult<Vec<f64>> {
+    let length = rows.saturating_mul(width);
+    let mut all = memory::filled(f64::NAN, length).map_err(NativeError::from)?;
+    for (first, size, values) in columns {
+        let each = (rows * size / values.len().max(1)).max(1);
+        for (i, row) in all.chunks_exact_mut(width).enumerate() {
+            row[*first..][..*size].copy_from_slice(&values[i / each * size..][..*size]);
+        }
+    }
+    Ok(all)
+}
+
 /// A new array of zeros.
 pub fn zeros<'py, T: Element>(
     py: Python<'py>,

@@ -424,6 +424,17 @@ impl<B: AnyBank + ?Sized> Shared<B> {
     }
 }
 
+impl<S> Shared<Bank<S>> {
+    /// One value a channel.
+    pub fn each<'py, T>(&self, py: Python<'py>, of: impl Fn(&S) -> T) -> PyResult<Bound<'py, PyAny>>
+    where
+        S: Stream + Checkpoint + Clone + Send + Sync + 'static,
+        T: numpy::Element + IntoPyObjectExt<'py> + Copy,
+    {
+        self.numbers(py, self.bank.streams().iter().map(of).collect())
+    }
+}
+
 impl<B: MotionBank + ?Sized> Shared<B> {
     /// [`update`](Self::update) where the body is known to move.
     pub fn update_moving<'py>(&mut self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
@@ -579,6 +590,27 @@ macro_rules! streaming {
             #[getter]
             fn channels(slf: &Bound<'_, Self>) -> PyResult<Option<usize>> {
                 Ok($crate::common::streaming::reading(slf)?.shared.channels)
+            }
+        }
+    };
+    // A class whose streams are all of one type.
+    (@bank $class:ident, $core:ty) => {
+        impl $class {
+            fn restored(bytes: &[u8]) -> Result<Self, zerorate_core::Error> {
+                let (channels, bank) = zerorate_core::checkpoint::restore(bytes)?;
+                Self::of(channels, bank)
+            }
+
+            fn of(
+                channels: Option<usize>,
+                bank: zerorate_core::Bank<$core>,
+            ) -> Result<Self, zerorate_core::Error> {
+                let bank = Box::new(bank);
+                Ok(Self { shared: $crate::common::streaming::Shared::new(channels, bank)? })
+            }
+
+            fn first(&self) -> &$core {
+                &self.shared.bank.streams()[0]
             }
         }
     };

@@ -1,0 +1,86 @@
+//! The filter as a stream of events: samples of the sensors and fixes of the receiver, as they come.
+
+use super::covariance::STATES;
+use super::filter::{Inertial, NavigationFilter, Snapshot};
+use super::fix::Fix;
+use crate::stream::{Field, Input, Output, Shape, Stream};
+
+/// A sample of the sensors, or a fix of the receiver.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event {
+    /// Of gyro and accelerometer.
+    Sample(Inertial),
+    /// Of the receiver.
+    Fix(Fix),
+}
+
+impl Input for Event {
+    /// Whether it is a fix, and its time; then rate, force and whether the body rests, or position,
+    /// velocity and the deviations of both.
+    const NUMBERS: usize = 14;
+
+    #[inline(always)]
+    fn read(numbers: &[f64]) -> Self {
+        let part = |i: usize| [numbers[i], numbers[i + 1], numbers[i + 2]];
+        let (time, first, second) = (numbers[1], part(2), part(5));
+        if numbers[0] > 0.0 {
+            let (sigma_position, sigma_velocity) = (part(8), part(11));
+            let (position, velocity) = (first, second);
+            return Self::Fix(Fix { time, position, velocity, sigma_position, sigma_velocity });
+        }
+        let rest = numbers[8] > 0.0;
+        Self::Sample(Inertial { time, gyro: first, accel: second, rest })
+    }
+}
+
+const fn field(name: &'static str, numbers: usize) -> Field {
+    Field { name, shape: Shape::Vector(numbers) }
+}
+
+impl Output for Snapshot {
+    const FIELDS: &'static [Field] = &[
+        field("position", 3),
+        field("velocity", 3),
+        field("attitude", 4),
+        field("gyro_bias", 3),
+        field("accel_bias", 3),
+        field("sigma", STATES),
+        Field { name: "status", shape: Shape::Number },
+    ];
+
+    #[inline(always)]
+    fn write(self, numbers: &mut [f64], _: &mut [bool]) {
+        let parts: [&[f64]; 7] = [
+            &self.position,
+            &self.velocity,
+            &self.attitude,
+            &self.gyro_bias,
+            &self.accel_bias,
+            &self.sigma,
+            &[f64::from(self.status as u8)],
+        ];
+        for (place, number) in numbers.iter_mut().zip(parts.into_iter().flatten()) {
+            *place = *number;
+        }
+    }
+}
+
+impl Stream for NavigationFilter {
+    type Input = Event;
+    type Output = Snapshot;
+
+    /// An event that cannot be changes nothing, such as a sample that is no later than the last one.
+    #[inline]
+    fn update(&mut self, event: Event) -> Snapshot {
+        // Either refuses before it has changed anything.
+        let _refused = match event {
+            Event::Sample(sample) => Self::update(self, &sample).is_err(),
+            Event::Fix(fix) => self.update_gnss(&fix).is_err(),
+        };
+        self.snapshot()
+    }
+
+    fn reset(&mut self) {
+        Self::reset(self);
+    }
+}
