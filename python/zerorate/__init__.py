@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     from zerorate.calibration.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
     from zerorate.calibration.rate.reference import FittedRate, fit_rate
     from zerorate.calibration.temperature import TemperatureBias, TemperatureModel
+    from zerorate.checks.check import check
+    from zerorate.checks.result import Checks, Finding
     from zerorate.denoising.wavelet import Denoised, denoise
     from zerorate.io.counts import raw_counts
     from zerorate.io.log import Log, LogError, Recording
@@ -101,12 +103,14 @@ __all__ = [
     "Calibration",
     "CalibrationComparison",
     "CalibrationError",
+    "Checks",
     "Coefficient",
     "Contamination",
     "Denoised",
     "Device",
     "DriftFilter",
     "DynamicAllan",
+    "Finding",
     "FittedModel",
     "FittedRate",
     "Fixes",
@@ -157,6 +161,7 @@ __all__ = [
     "body_axes",
     "calibrate",
     "calibrate_rate_table",
+    "check",
     "compare",
     "compare_calibrations",
     "denoise",
@@ -209,6 +214,8 @@ _PLACES: Final = {
     "calibration.rate.rate_table": ("RateTable", "RateTableAxis", "calibrate_rate_table"),
     "calibration.rate.reference": ("FittedRate", "fit_rate"),
     "calibration.temperature": ("TemperatureBias", "TemperatureModel"),
+    "checks.check": ("check",),
+    "checks.result": ("Checks", "Finding"),
     "denoising.wavelet": ("Denoised", "denoise"),
     "io.counts": ("raw_counts",),
     "io.log": ("Log", "LogError", "Recording"),

@@ -11,7 +11,9 @@ from typing import Annotated, Any, Final
 import typer
 
 from zerorate.attitude.estimate import METHODS, AttitudeEstimate, estimate_attitude
+from zerorate.calibrate.calibration import Calibration
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
+from zerorate.cli.checking import Fix, checked, print_alarms
 from zerorate.cli.errors import in_options, require, writing
 from zerorate.cli.options import (
     PANEL,
@@ -37,7 +39,7 @@ from zerorate.cli.outputs import (
     together,
 )
 from zerorate.cli.records import print_title, records
-from zerorate.io import write_log
+from zerorate.io import Recording, write_log
 from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
 
@@ -142,6 +144,7 @@ def attitude(
             rich_help_panel=PANEL,
         ),
     ] = None,
+    fix: Fix = False,
     format: LogFormatOption = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
@@ -161,7 +164,6 @@ def attitude(
         "mag": not no_mag,
         "gyro": gyro or "gyro",
         "accel": accel,
-        "calibration": known,
         "reference_frame": None if reference_frame is None else str(reference_frame),
     }
     suffixes = [*LogFormat, *(() if no_figure else FigureFormat)]
@@ -176,12 +178,23 @@ def attitude(
         with progress_bar() as progress:
             recording = read_imu(reading, one.source, truth)
             with naming(recording):
+                if known is not None:
+                    recording = _corrected(known, recording, gyro, accel)
+                recording, alarms = checked(recording, fix, gyro, accel)
                 work = partial(estimate_attitude, recording, progress=progress, **asked)
                 estimate = in_background(work)
             files.write(estimate, progress)
         print_title(one, first=one is found[0])
+        print_alarms(alarms)
         print(in_options(estimate.table()))
         print_written(files.paths)
+
+
+def _corrected(
+    known: Calibration, recording: Recording, gyro: str | None, accel: str | None
+) -> Recording:
+    named = {"gyro": gyro, "accel": accel}
+    return known.apply(recording, **{kind: name for kind, name in named.items() if name})
 
 
 def _load_plotting() -> None:

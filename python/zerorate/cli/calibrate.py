@@ -13,7 +13,9 @@ import typer
 from zerorate.calibration import Calibration, CalibrationError
 from zerorate.calibration import calibrate as calibrate_imu
 from zerorate.calibration.choice import own_sensors
+from zerorate.calibration.parameters import GYRO_MATRIX
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
+from zerorate.cli.checking import Fix, checked, print_alarms
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, require, writing
 from zerorate.cli.options import (
     READING,
@@ -197,6 +199,7 @@ def calibrate(
             rich_help_panel=_APPLY,
         ),
     ] = None,
+    fix: Fix = False,
     format: Annotated[
         LogFormat | None,
         typer.Option(
@@ -242,9 +245,12 @@ def calibrate(
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
             recording = read_imu(reading, one.source)
+            with naming(recording):
+                recording, alarms = checked(recording, fix, gyro, accel)
             calibration = _found(recording, sensors, asked, temperature, progress)
             files.write(calibration, sensors.of(recording), progress)
         print_title(one, first=one is found[0])
+        print_alarms(() if _says_axes(calibration) else alarms)
         _print(calibration, sensors.of(recording), old)
         print_written(files.paths)
         if not calibration.valid:
@@ -263,6 +269,13 @@ def _check_alone(context: typer.Context) -> None:
         source = context.get_parameter_source(name)
         if name not in _OF_APPLY and source is not None and source.name == "COMMANDLINE":
             raise UsageFault(f"{parameter.opts[0]} has no effect with --apply")
+
+
+def _says_axes(calibration: Calibration) -> bool:
+    """Whether the calibration itself has found other axes, and says so."""
+    matrix = calibration.values[GYRO_MATRIX].reshape(3, 3)
+    largest = np.abs(matrix).max(axis=1)
+    return not bool((np.diagonal(matrix) > 0.5 * largest).all())
 
 
 class _Names(NamedTuple):

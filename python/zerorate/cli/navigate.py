@@ -17,6 +17,7 @@ import typer
 
 from zerorate._native import NavigationFilter
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
+from zerorate.cli.checking import Fix, checked, print_alarms
 from zerorate.cli.errors import (
     DataFault,
     UsageFault,
@@ -236,6 +237,7 @@ def navigate(
             rich_help_panel=PANEL,
         ),
     ] = None,
+    fix: Fix = False,
     format: LogFormatOption = None,
     figure_format: FigureFormatOption = None,
     no_figure: NoFigure = False,
@@ -272,8 +274,10 @@ def navigate(
         fixes = _read_fixes(log, gnss)
         with naming(recording), _in_own_words():
             corrected = recording if known is None else known.apply(recording)
+            corrected, alarms = checked(corrected, fix)
             found = in_background(lambda: asked.navigated(corrected, fixes, progress))
         files.write(found, progress)
+    print_alarms(alarms)
     print(found.text())
     print_written(files.paths)
 

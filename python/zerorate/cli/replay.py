@@ -12,6 +12,7 @@ import typer
 from zerorate.calibration.calibration import Calibration
 from zerorate.cli.array import ARRAY, ArrayOptions, refuse_with_array, replay_arrays
 from zerorate.cli.calibrations import corrected_imu, read_calibration
+from zerorate.cli.checking import Fix, checked_files, print_alarms
 from zerorate.cli.errors import (
     DataFault,
     UsageFault,
@@ -91,6 +92,7 @@ def replay(
             rich_help_panel=PANEL,
         ),
     ] = None,
+    fix: Fix = False,
     no_accel: NoAccel = False,
     array: Annotated[
         bool,
@@ -147,6 +149,7 @@ def replay(
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
             recording, accel = _opened(reading, one.source, known)
+            recording, alarms = checked_files(recording, accel, fix)
             accel = None if no_accel else accel
             asked = {
                 "methods": methods,
@@ -155,6 +158,7 @@ def replay(
             }
             result = _replayed(recording, files, not no_figure, progress, asked)
         print_title(one, first=one is found[0])
+        print_alarms(alarms)
         print_result(result, files)
     others = [flag(name) for name in options if name not in used_by(method, options)]
     if others:

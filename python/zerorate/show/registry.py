@@ -51,6 +51,10 @@ VIEWS: Final = {
         "temperature_table:format_temperature",
         "temperature_figure:plot_temperature",
     ),
+    "checks.result.Checks": (
+        "checks_table:format_checks",
+        "checks_figure:plot_checks",
+    ),
     "compare.comparison.Comparison": (
         "compare_tables:format_comparison",
         "compare_figure:plot_compare",

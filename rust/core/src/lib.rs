@@ -22,6 +22,8 @@ pub mod array;
 pub mod attitude;
 pub mod calibrate;
 #[cfg(feature = "std")]
+pub mod checks;
+#[cfg(feature = "std")]
 pub mod denoise;
 pub mod drift;
 mod error;

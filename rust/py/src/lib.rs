@@ -5,6 +5,7 @@ mod allan;
 mod array;
 mod attitude;
 mod calibrate;
+mod checks;
 mod common;
 mod denoise;
 mod deviations;
@@ -30,6 +31,8 @@ mod _native {
     use crate::attitude::{Attitude, Tilt, attitude_options, tilt_options};
     #[pymodule_export]
     use crate::calibrate::{ImuCorrector, TemperatureFilter, carry_turns, integrate_rates};
+    #[pymodule_export]
+    use crate::checks::{check_field, check_fit, check_gyro, check_ticks};
     #[pymodule_export]
     use crate::common::rules::register;
     #[pymodule_export]

@@ -1,0 +1,227 @@
+"""Which hypotheses a recording leaves, by their costs in its windows: no alarm unless it is sure.
+
+A hypothesis is a unit and one of 48 senses of the axes; its cost in a window is how far gravity,
+carried through the motion by the gyro so understood, is from constant, over gravity squared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+
+from zerorate.checks.senses import GIVEN, SENSES, changes
+from zerorate.types import Booleans, Floats, Integers
+
+__all__ = ["Costs", "Decision", "Status", "decide"]
+
+Status = Literal["agrees", "partly seen", "unit only", "cannot tell", "doubt", "mistake"]
+
+_GOOD: Final = 0.25
+"""Root of the cost up to which a hypothesis explains a window."""
+_FEWEST: Final = 4
+_ALIKE: Final = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Costs:
+    """Costs of hypotheses in windows.
+
+    Parameters
+    ----------
+    costs : ndarray, shape (units, senses, windows)
+        The given hypothesis is the first.
+    null : ndarray, shape (windows,)
+        Of the force, or the field, as the sensor has it: what no gyro at all would give.
+    floor : float
+        Root of the cost that no model is better than.
+    """
+
+    costs: Floats
+    null: Floats
+    floor: float
+
+    def telling(self) -> tuple[Costs, Booleans]:
+        """Return the windows that some hypothesis explains, if half of them are left."""
+        explained = self.costs.min(axis=(0, 1)) < _GOOD**2
+        if 2 * explained.sum() < len(explained):
+            explained[:] = True
+        return Costs(self.costs[..., explained], self.null[explained], self.floor), explained
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What is left of the hypotheses.
+
+    Parameters
+    ----------
+    status : str
+        See `zerorate.checks.Finding`.
+    unit : int or None
+        Place of the unit that fits, where it is another than the given one.
+    left : ndarray of int
+        Senses that the data do not tell from the best.
+    likely : int
+        The one of them that the fewest mistakes make.
+    telling : ndarray of bool, shape (windows,)
+        Windows in which the best is better than what was given, or than the rest, by a factor of 2.
+    ratio : float
+        Cost of what was given over that of the best.
+    """
+
+    status: Status
+    unit: int
+    left: Integers
+    likely: int
+    telling: Booleans
+    ratio: float
+
+
+class _Margin(NamedTuple):
+    ratio: float
+    share: float
+    telling: int
+    where: Booleans
+
+
+def _margin(worse: Floats, better: Floats, floor: float) -> _Margin:
+    """Return by how much one hypothesis is better than another, in how many windows."""
+    high, low = worse + floor**2, better + floor**2
+    d = np.log(high / low).clip(-3.0, 3.0)
+    total = float(np.abs(d).sum())
+    share = float(np.maximum(d, 0.0).sum()) / total if total > 0.0 else 0.0
+    where = np.abs(d) > np.log(2.0)
+    return _Margin(float(high.sum() / low.sum()), share, int(where.sum()), where)
+
+
+def _beaten(costs: Costs, one: Floats, best: Floats) -> bool:
+    margin = _margin(one, best, costs.floor)
+    return margin.ratio >= 2.0 and margin.share >= 0.75 and margin.telling >= 3
+
+
+def _quiet(costs: Costs) -> Booleans:
+    """Return the units whose senses are all alike, and good: so slow that no axis can be told."""
+    means, null = costs.costs.mean(axis=2), float(costs.null.mean())
+    floor = costs.floor**2
+    alike = means.max(axis=1) + floor <= _ALIKE * (means.min(axis=1) + floor)
+    return np.asarray(alike & (means.max(axis=1) < 2.0 * (null + floor)))
+
+
+def decide(costs: Costs, *, refitted: Callable[[], Floats] | None = None) -> Decision:
+    """Return what the windows leave of the hypotheses.
+
+    Parameters
+    ----------
+    costs : Costs
+        Of all hypotheses.
+    refitted : callable, optional
+        Returns the costs of what was given, shape (windows,), with scale errors and a delay of
+        its own, and is asked before an alarm.
+    """
+    if costs.costs.shape[2] < _FEWEST:
+        return _silent("cannot tell", costs)
+    whole, (costs, explained) = costs, costs.telling()
+    quiet = _quiet(costs) if costs.costs.shape[0] > 1 else np.zeros(1, dtype=bool)
+    best = _best(costs, quiet)
+    tied = _tied(costs, best, quiet)
+    if tied[0, GIVEN]:
+        return _agreeing(costs, tied, explained)
+    unit_only = _unit_is_all(costs, best, quiet)
+    given = costs.costs[0, GIVEN]
+    if not _sure(costs, given, best, unit_only):
+        return _silent("doubt", costs, explained)
+    if refitted is not None:
+        given = np.minimum(given, refitted()[explained])
+        if not _sure(costs, given, best, unit_only):
+            return _silent("doubt", costs, explained)
+    margin = _margin(given, costs.costs[best], costs.floor)
+    where = _spread(margin.where, explained)
+    left = np.flatnonzero(tied[best[0]])
+    if unit_only:
+        return Decision("unit only", best[0], np.arange(48), GIVEN, where, margin.ratio)
+    if tied.any(axis=1).sum() > 1:
+        # Units that cannot be told apart: nothing to name.
+        return _silent("doubt", whole)
+    return Decision("mistake", best[0], left, _fewest(left), where, margin.ratio)
+
+
+def _best(costs: Costs, quiet: Booleans) -> tuple[int, int]:
+    means = costs.costs.mean(axis=2) + costs.floor**2
+    best = np.unravel_index(int(means.argmin()), means.shape)
+    if quiet[best[0]] and not quiet.all():
+        loud = np.where(quiet[:, np.newaxis], np.inf, means)
+        other = np.unravel_index(int(loud.argmin()), means.shape)
+        if means[other] <= _ALIKE * means[best]:
+            best = other
+    return int(best[0]), int(best[1])
+
+
+def _tied(costs: Costs, best: tuple[int, int], quiet: Booleans) -> Booleans:
+    units, senses, _ = costs.costs.shape
+    tied = np.zeros((units, senses), dtype=bool)
+    for unit, sense in np.ndindex(units, senses):
+        tied[unit, sense] = not _beaten(costs, costs.costs[unit, sense], costs.costs[best])
+    if not quiet[best[0]] and not quiet[0]:
+        tied[quiet] = False
+    return tied
+
+
+def _unit_is_all(costs: Costs, best: tuple[int, int], quiet: Booleans) -> bool:
+    if quiet[best[0]]:
+        return True
+    low, null = float(costs.costs[best].mean()), float(costs.null.mean())
+    return best[0] != 0 and not null >= _ALIKE * low
+
+
+def _sure(costs: Costs, given: Floats, best: tuple[int, int], unit_only: bool) -> bool:
+    """Whether what was given is worse than the best beyond doubt."""
+    low, floor = costs.costs[best], costs.floor
+    margin = _margin(given, low, floor)
+    if margin.telling < _FEWEST or margin.share < 0.9:
+        return False
+    if _without_the_worst(given, low, floor) < 4.0:
+        return False
+    if low.mean() >= _GOOD**2 or low.mean() > costs.null.mean() / 0.8 + floor**2:
+        return False
+    if unit_only:
+        senses = (_margin(c, low, floor).ratio for c in costs.costs[0])
+        return min(_margin(given, low, floor).ratio, *senses) >= 16.0
+    if costs.null.mean() >= _ALIKE * low.mean():
+        return margin.ratio >= 4.0
+    return margin.ratio >= 6.0 and _margin(given, costs.null, floor).ratio >= 6.0
+
+
+def _without_the_worst(given: Floats, low: Floats, floor: float) -> float:
+    """Return the ratio of costs without the window that speaks most: a knock alone shows nothing."""
+    others = np.arange(len(given)) != int(given.argmax())
+    return _margin(given[others], low[others], floor).ratio
+
+
+def _agreeing(costs: Costs, tied: Booleans, explained: Booleans) -> Decision:
+    """Return what is seen of axes that nothing contradicts."""
+    left = np.flatnonzero(tied[0])
+    alone = bool(tied.sum() == 1)
+    axes = SENSES[left]
+    told = (axes == axes[0]).all(axis=(0, 2)).any() or (np.abs(axes) == np.abs(axes[0])).all(
+        axis=(0, 2)
+    ).any()
+    status: Status = "agrees" if alone else "partly seen" if told and tied.sum() == len(left) else "cannot tell"
+    where = _spread(costs.costs[0].max(axis=0) > _ALIKE * costs.costs[0, GIVEN], explained)
+    return Decision(status, 0, left, GIVEN, where, 1.0)
+
+
+def _silent(status: Status, costs: Costs, explained: Booleans | None = None) -> Decision:
+    n = costs.costs.shape[2] if explained is None else len(explained)
+    return Decision(status, 0, np.arange(48), GIVEN, np.zeros(n, dtype=bool), 1.0)
+
+
+def _spread(where: Booleans, explained: Booleans) -> Booleans:
+    found = np.zeros(len(explained), dtype=bool)
+    found[explained] = where
+    return found
+
+
+def _fewest(left: Integers) -> int:
+    return int(min(left, key=lambda sense: (changes(SENSES[sense]), sense)))

@@ -1,0 +1,185 @@
+"""What a check of a recording has found, as data, as sentences, and as the recording put right."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from zerorate.checks.decision import Status
+from zerorate.io import Log, Recording
+from zerorate.noise.coefficient import Coefficient
+from zerorate.types import Floats
+from zerorate.views import Result
+
+__all__ = ["Checks", "Finding"]
+
+_ALARMS: Final = ("mistake", "unit only")
+_FORMAT: Final = "zerorate checks"
+_VERSION: Final = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """What motion shows of the unit and the axes of one sensor.
+
+    Parameters
+    ----------
+    sensor : str
+        Name of the log, ``"gyro"`` for instance.
+    status : str
+        ``"agrees"``: nothing else fits. ``"partly seen"``: nothing contradicts it, and some axis is
+        seen. ``"cannot tell"``: the motion does not show it. ``"doubt"``: something else fits
+        better, but not well enough to name it. ``"mistake"``: something else fits, beyond doubt.
+        ``"unit only"``: another unit does, of whatever axes.
+    text : str
+        A sentence.
+    unit : str
+        In which the values are; that of the log unless it is mistaken.
+    factor : float
+        What the values are multiplied by to be in it.
+    matrix : ndarray, shape (3, 3), or None
+        The axes that fit, ``matrix @ sample``, a signed permutation; None unless one alone is left.
+    likely : str
+        That permutation, or the one that the fewest mistakes make, as one would type it:
+        ``"x,-y,z"``. Empty where none is named.
+    alternatives : tuple of str
+        All that are left, if they are not all.
+    seen : tuple of (str or None)
+        What all that are left agree on, an axis each: ``"-y"``, ``"±y"`` without the sign, None.
+    spans : tuple of (float, float)
+        Seconds of the log from and to which it is seen.
+    ratio : float
+        By how much worse the log, as it is, fits than what is named; 1 if nothing is.
+    """
+
+    sensor: str
+    status: Status
+    text: str
+    unit: str = ""
+    factor: float = 1.0
+    matrix: Floats | None = None
+    likely: str = ""
+    alternatives: tuple[str, ...] = ()
+    seen: tuple[str | None, str | None, str | None] = (None, None, None)
+    spans: tuple[tuple[float, float], ...] = ()
+    ratio: float = 1.0
+
+    @property
+    def alarm(self) -> bool:
+        """Whether the sensor is not what its log says, beyond doubt."""
+        return self.status in _ALARMS
+
+    @property
+    def exact(self) -> bool:
+        """Whether it is known how to put the log right."""
+        return self.alarm and (self.matrix is not None or self.status == "unit only")
+
+    def apply(self, log: Log) -> Log:
+        """Return a log put right, with a note that says so; itself unless that is known."""
+        if not self.exact:
+            return log
+        data = log.data * self.factor
+        done = []
+        if self.unit != log.unit:
+            done.append(f"taken to be in {self.unit}")
+        if self.factor != 1.0:
+            done.append(f"multiplied by {self.factor:.6g}")
+        if self.matrix is not None and not np.array_equal(self.matrix, np.eye(3)):
+            data = data @ self.matrix.T
+            done.append(f"({self.likely}) taken for (x,y,z)")
+        note = f"{', '.join(log.names)}: {', '.join(done)}, as the motion shows"
+        notes = (*log.meta.get("notes", ()), note)
+        return replace(log, data=data, unit=self.unit, meta={**log.meta, "notes": notes})
+
+
+@dataclass(frozen=True, eq=False)
+class Checks(Result):
+    """What motion shows of a recording, as `zerorate.check` returns it.
+
+    Parameters
+    ----------
+    gyro, magnetometer : Finding
+        Against the accelerometer, and against the gyro.
+    scale : tuple of Coefficient
+        Scale of x, y and z of the gyro: 1.01 if it shows 1 % too little; not identifiable where
+        the motion does not show it to 3 %, or the gyro does not fit.
+    delay : Coefficient
+        Seconds by which the gyro is later than the accelerometer; not identifiable where the motion
+        does not show it to 15 ms.
+    dip : float or None
+        Angle by which the magnetic field points down, rad; None without a magnetometer. Where it is
+        negative the recording is from south of the magnetic equator, or a sign is wrong: motion
+        does not tell.
+    source : str
+        Name of the recording.
+    notes : tuple of str
+        Sentences on sizes that are of another unit than the one named.
+
+    Examples
+    --------
+    >>> import zerorate as zr
+    >>> recording = zr.simulate_motion("hand", duration=60.0).recording()
+    >>> zr.check(recording)
+    Checks(gyro agrees, magnetometer agrees)
+    """
+
+    gyro: Finding
+    magnetometer: Finding
+    scale: tuple[Coefficient, Coefficient, Coefficient]
+    delay: Coefficient
+    dip: float | None = None
+    source: str = "the recording"
+    notes: tuple[str, ...] = ()
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """What is mistaken beyond doubt, a sentence each."""
+        return tuple(one.text for one in (self.gyro, self.magnetometer) if one.alarm)
+
+    def apply(self, recording: Recording) -> Recording:
+        """Return the recording with its mistaken unit and axes put right, where that is exact.
+
+        A note of the gyro's log says so. The magnetometer is left as it is: no motion shows its
+        overall sign.
+        """
+        if not self.gyro.exact:
+            return recording
+        name = self.gyro.sensor
+        return replace(recording, logs={**recording, name: self.gyro.apply(recording[name])})
+
+    def to_json(self) -> str:
+        """Return all of it as JSON, null where a number is not known."""
+        content = {
+            "format": _FORMAT,
+            "version": _VERSION,
+            "source": self.source,
+            "gyro": _as_dict(self.gyro),
+            "magnetometer": _as_dict(self.magnetometer),
+            "scale": [_number(one) for one in self.scale],
+            "delay": _number(self.delay),
+            "dip": self.dip,
+            "notes": list(self.notes),
+        }
+        return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+    def __repr__(self) -> str:
+        """Return what is said of each sensor."""
+        return f"Checks({', '.join(self._said())})"
+
+    def _said(self) -> Iterator[str]:
+        for name, finding in (("gyro", self.gyro), ("magnetometer", self.magnetometer)):
+            yield f"{name} {finding.status}" if finding.sensor else f"no {name}"
+
+
+def _as_dict(finding: Finding) -> dict[str, Any]:
+    matrix = None if finding.matrix is None else finding.matrix.tolist()
+    return {**vars(finding), "matrix": matrix, "alarm": finding.alarm}
+
+
+def _number(value: Coefficient) -> dict[str, Any] | None:
+    known = {"value": value.value, "sigma": value.sigma}
+    return known if value.identifiable else None

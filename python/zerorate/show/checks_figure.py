@@ -1,0 +1,56 @@
+"""A figure of a check of a recording: when each sensor is seen to be right, or mistaken."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from zerorate.show.style import (
+    BLUE,
+    GREY_TEXT,
+    VERMILION,
+    new_figure,
+    style_panels,
+    write_caption,
+    write_title,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from zerorate.checks.result import Checks
+
+__all__ = ["plot_checks"]
+
+# Millimetres.
+_WIDTH, _HEIGHT = 120.0, 42.0
+_ROWS: Final = ("magnetometer", "gyro")
+
+
+def plot_checks(checks: Checks) -> Figure:
+    """Return a bar for each span in which a sensor is seen to be right, or mistaken.
+
+    Parameters
+    ----------
+    checks : Checks
+        What was found.
+
+    Raises
+    ------
+    ImportError
+        Without matplotlib, of the extra ``plot``.
+    """
+    figure = new_figure(_WIDTH, _HEIGHT)
+    axes = figure.add_axes((0.2, 0.34, 0.76, 0.46))
+    for row, finding in enumerate((checks.magnetometer, checks.gyro)):
+        bars = [(begin, end - begin) for begin, end in finding.spans]
+        axes.broken_barh(bars, (row - 0.3, 0.6), color=VERMILION if finding.alarm else BLUE)
+        axes.text(
+            0.01, row + 0.4, finding.status, transform=axes.get_yaxis_transform(), color=GREY_TEXT
+        )
+    axes.set_yticks(range(2), _ROWS)
+    axes.set_ylim(-0.5, 1.7)
+    axes.set_xlabel("time, s")
+    style_panels([axes])
+    write_title(figure, f"What motion shows of {checks.source}")
+    write_caption(figure, "Bars: where it is seen; red where what the log says is mistaken.")
+    return figure

@@ -1,0 +1,197 @@
+//! Costs of the senses of a magnetometer, against the gyro.
+
+use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
+
+use super::cost::average;
+use super::gyro::Record;
+use super::ticks::TICK;
+use super::window::windows;
+use super::{ROTATIONS, Sense};
+use crate::math::parallel;
+use crate::math::rotation::{exponential, turned};
+use crate::work::{filled, gathered, pause};
+
+/// Ticks of a window, in which field and hard iron are constant, and of each mean in it.
+const LENGTH: usize = 1200;
+const BLOCK: usize = 25;
+/// Windows that are enough.
+const MOST: usize = 60;
+/// Of the hard iron, in fields.
+const RIDGE: f64 = 1e-3;
+/// Deviation of the gyro's bias, rad/s.
+const BIAS: f64 = 0.05;
+const ROUNDS: usize = 3;
+/// Root of the cost that does not count more than another.
+const FLOOR: f64 = 0.05;
+const WORST: f64 = 4.0;
+
+/// Costs of the hypotheses on a magnetometer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldCosts {
+    /// First tick of each window.
+    pub starts: Vec<usize>,
+    /// Ticks of a window.
+    pub length: usize,
+    /// By rotation and window. The negative of a sense is not to be told from it.
+    pub costs: Vec<f64>,
+    /// Of the field as the sensor has it, by window.
+    pub null: Vec<f64>,
+}
+
+/// Judges the rotations by ticks of a gyro, rad/s and without bias, and of a magnetometer, whose
+/// median field is 1.
+pub fn field_costs(rates: &[[f64; 3]], fields: &[[f64; 3]]) -> FieldCosts {
+    let record = Record::of(rates, fields);
+    let starts = windows(&record.rates, &record.forces, LENGTH, MOST);
+    let all = gathered(starts.iter().map(|first| {
+        pause();
+        let part = *first..*first + LENGTH;
+        Window::of(&record.rates[part.clone()], &record.forces[part])
+    }));
+    let senses = gathered(Sense::rotations());
+    let costs = parallel::map(senses, true, |sense| costs(&all, &sense));
+    FieldCosts {
+        length: LENGTH,
+        costs: gathered(costs.into_iter().flatten()),
+        null: gathered(starts.iter().map(|first| scatter(&record.forces[*first..*first + LENGTH]))),
+        starts,
+    }
+}
+
+/// Means of a window's blocks, carried into a frame that does not turn.
+struct Window {
+    /// Element `(i, j)` of matrix `c` is the mean of R_ij m_c.
+    tensors: Vec<[Matrix3<f64>; 3]>,
+    /// Means of R, and of its integral from the middle on.
+    rotations: Vec<Matrix3<f64>>,
+    integrals: Vec<Matrix3<f64>>,
+    /// (AᵀA + ridge)⁻¹ of the field and the hard iron.
+    inverse: SMatrix<f64, 6, 6>,
+}
+
+impl Window {
+    fn of(rates: &[Vector3<f64>], fields: &[Vector3<f64>]) -> Self {
+        let (mut rotation, mut integral) = (UnitQuaternion::identity(), Matrix3::zeros());
+        let mut own = Self {
+            tensors: filled([Matrix3::zeros(); 3], LENGTH / BLOCK),
+            rotations: filled(Matrix3::zeros(), LENGTH / BLOCK),
+            integrals: filled(Matrix3::zeros(), LENGTH / BLOCK),
+            inverse: SMatrix::zeros(),
+        };
+        let (mut middle, part) = (Matrix3::zeros(), 1.0 / BLOCK as f64);
+        for (k, (rate, field)) in rates.iter().zip(fields).enumerate() {
+            if k == LENGTH / 2 {
+                middle = integral;
+            }
+            rotation = turned(&rotation, &(rate * (TICK / 2.0)));
+            let turn = rotation.to_rotation_matrix().into_inner();
+            for c in 0..3 {
+                own.tensors[k / BLOCK][c] += turn * (field[c] * part);
+            }
+            own.rotations[k / BLOCK] += turn * part;
+            own.integrals[k / BLOCK] += (integral + turn * (TICK / 2.0)) * part;
+            integral += turn * TICK;
+            rotation = turned(&rotation, &(rate * (TICK / 2.0)));
+        }
+        own.integrals.iter_mut().for_each(|psi| *psi -= middle);
+        own.inverse = own.normal().try_inverse().unwrap_or_else(SMatrix::zeros);
+        own
+    }
+
+    fn normal(&self) -> SMatrix<f64, 6, 6> {
+        let mut normal = SMatrix::<f64, 6, 6>::zeros();
+        let number = self.rotations.len() as f64;
+        normal.fixed_view_mut::<3, 3>(0, 0).fill_diagonal(number);
+        for turn in &self.rotations {
+            let mut across = normal.fixed_view_mut::<3, 3>(0, 3);
+            across += turn;
+            let mut own = normal.fixed_view_mut::<3, 3>(3, 3);
+            own += turn.transpose() * turn;
+        }
+        let across = normal.fixed_view::<3, 3>(0, 3).transpose();
+        normal.fixed_view_mut::<3, 3>(3, 0).copy_from(&across);
+        for k in 3..6 {
+            normal[(k, k)] += RIDGE;
+        }
+        normal
+    }
+
+    /// What field and hard iron leave of columns of each block.
+    fn left<const N: usize>(&self, columns: &mut [SMatrix<f64, 3, N>]) {
+        let mut right = SMatrix::<f64, 6, N>::zeros();
+        for (turn, column) in self.rotations.iter().zip(columns.iter()) {
+            let mut field = right.fixed_view_mut::<3, N>(0, 0);
+            field += column;
+            let mut iron = right.fixed_view_mut::<3, N>(3, 0);
+            iron += turn.transpose() * column;
+        }
+        let found = self.inverse * right;
+        for (turn, column) in self.rotations.iter().zip(columns) {
+            *column -= found.fixed_view::<3, N>(0, 0) + turn * found.fixed_view::<3, N>(3, 0);
+        }
+    }
+}
+
+/// Costs of a sense in all windows, with the bias of the gyro that makes them least.
+fn costs(windows: &[Window], sense: &Sense) -> Vec<f64> {
+    let fields = gathered(
+        windows.iter().map(|window| gathered(window.tensors.iter().map(|tensor| sense.of(tensor)))),
+    );
+    let (mut bias, mut best) = (Vector3::zeros(), gathered([]));
+    for round in 0..=ROUNDS {
+        pause();
+        let prior = 1.0 / (BIAS * BIAS);
+        let (mut normal, mut right) = (Matrix3::identity() * prior, bias * -prior);
+        let now = gathered(windows.iter().zip(&fields).map(|(window, fields)| {
+            let mut all = moved(window, fields, &bias);
+            window.left(&mut all);
+            let number = all.len() as f64;
+            let cost = all.iter().map(|x| x.column(0).norm_squared()).sum::<f64>() / number;
+            let cost = if cost < WORST { cost } else { WORST };
+            let weight = 1.0 / ((cost + FLOOR * FLOOR) * number);
+            for x in &all {
+                let jacobian = x.fixed_columns::<3>(1).into_owned();
+                normal += jacobian.transpose() * jacobian * weight;
+                right -= jacobian.transpose() * x.column(0) * weight;
+            }
+            cost
+        }));
+        if best.is_empty() || average(&now) < average(&best) {
+            best = now;
+        }
+        let step = normal.cholesky().map(|normal| normal.solve(&right));
+        match step.filter(|step| round < ROUNDS && step.iter().all(|x| x.is_finite())) {
+            Some(step) => bias += step,
+            None => break,
+        }
+    }
+    best
+}
+
+/// The fields of a window's blocks with a bias of the gyro, and their derivatives by it.
+fn moved(
+    window: &Window,
+    fields: &[Vector3<f64>],
+    bias: &SVector<f64, 3>,
+) -> Vec<SMatrix<f64, 3, 4>> {
+    gathered(fields.iter().zip(&window.integrals).map(|(field, psi)| {
+        let field = exponential(&(psi * -bias)) * field;
+        let jacobian = field.cross_matrix() * psi;
+        SMatrix::from_columns(&[
+            field,
+            jacobian.column(0).into(),
+            jacobian.column(1).into(),
+            jacobian.column(2).into(),
+        ])
+    }))
+}
+
+/// Variance of the means of blocks.
+fn scatter(fields: &[Vector3<f64>]) -> f64 {
+    let mean = |part: &[Vector3<f64>]| part.iter().sum::<Vector3<f64>>() / part.len() as f64;
+    let means = gathered(fields.chunks(BLOCK).map(mean));
+    let centre = mean(&means);
+    means.iter().map(|m| (m - centre).norm_squared()).sum::<f64>() / means.len() as f64
+}
+
+const _: () = assert!(ROTATIONS == 24 && LENGTH % BLOCK == 0);

@@ -1,0 +1,162 @@
+//! Costs of the units and senses of a gyro, against the accelerometer.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::carry::{Carried, carried};
+use super::cost::{Means, average, null, with_bias};
+use super::window::{MEANS, windows};
+use super::{ROTATIONS, Sense, UNITS};
+use crate::math::parallel;
+use crate::work::{gathered, pause, push};
+
+/// Both signs of the rotations.
+const SENSES: usize = 2 * ROTATIONS;
+/// Ticks of a window: of the first look, and of one that sees slower things.
+const SHORT: usize = 400;
+const LONG: usize = 800;
+/// Long windows without which short ones have to do.
+const FEWEST: usize = 6;
+/// Windows that are enough.
+const MOST: usize = 150;
+/// Bias that a hypothesis of a unit begins with at most, and one that no gyro has, rad/s.
+const BEGUN: f64 = 0.175;
+const NO_GYRO: f64 = 0.35;
+
+/// Costs of the hypotheses on a gyro.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GyroCosts {
+    /// First tick of each window.
+    pub starts: Vec<usize>,
+    /// Ticks of a window.
+    pub length: usize,
+    /// By unit, sense and window.
+    pub costs: Vec<f64>,
+    /// Of the force as the sensor has it, by window.
+    pub null: Vec<f64>,
+    /// By unit and sense, rad/s in the axes and the unit of the hypothesis' gyro.
+    pub biases: Vec<[f64; 3]>,
+}
+
+/// Judges all units and senses by ticks of a gyro, rad/s as it is named, and of an accelerometer.
+pub fn gyro_costs(rates: &[[f64; 3]], forces: &[[f64; 3]]) -> GyroCosts {
+    let record = Record::of(rates, forces);
+    let starts = windows(&record.rates, &record.forces, SHORT, MOST);
+    let zero = [Vector3::zeros(); 3];
+    let short = record.of_units(&starts, SHORT, &zero);
+    let longer = windows(&record.rates, &record.forces, LONG, MOST);
+    if longer.len() < FEWEST {
+        return record.gathered(starts, SHORT, short);
+    }
+    let begun = core::array::from_fn(|u| {
+        let best = short[u].iter().min_by(|a, b| a.average().total_cmp(&b.average()));
+        let bias = best.map_or_else(Vector3::zeros, |best| best.bias);
+        bias * (BEGUN / bias.norm().max(BEGUN))
+    });
+    let mut long = record.of_units(&longer, LONG, &begun);
+    // What was given begins where it may be best for it, too.
+    let own = short[0][0].bias;
+    for bias in [Vector3::zeros(), own] {
+        let other = record.of_sense(&longer, LONG, &bias);
+        if other.average() < long[0][0].average() {
+            long[0][0] = other;
+        }
+    }
+    record.gathered(longer, LONG, long)
+}
+
+pub(super) struct Record {
+    pub(super) rates: Vec<Vector3<f64>>,
+    pub(super) forces: Vec<Vector3<f64>>,
+}
+
+/// A hypothesis: its costs by window, and its bias.
+struct Judged {
+    costs: Vec<f64>,
+    bias: Vector3<f64>,
+}
+
+impl Judged {
+    fn average(&self) -> f64 {
+        average(&self.costs)
+    }
+}
+
+impl Record {
+    pub(super) fn of(rates: &[[f64; 3]], forces: &[[f64; 3]]) -> Self {
+        let vectors = |all: &[[f64; 3]]| gathered(all.iter().map(|v| Vector3::from(*v)));
+        Self { rates: vectors(rates), forces: vectors(forces) }
+    }
+
+    /// All senses of each unit, whose windows are carried with a bias of it.
+    fn of_units(
+        &self,
+        starts: &[usize],
+        length: usize,
+        biases: &[Vector3<f64>; 3],
+    ) -> Vec<Vec<Judged>> {
+        let tasks = gathered((0..UNITS.len()).flat_map(|u| [(u, 1.0), (u, -1.0)]));
+        let halves = parallel::map(tasks, true, |(unit, sign)| {
+            let all = self.carried(starts, length, UNITS[unit], sign, &biases[unit]);
+            judged(&all, &Sense::rotations(), sign, &biases[unit])
+        });
+        let mut units: Vec<Vec<Judged>> = gathered([]);
+        for (k, half) in halves.into_iter().enumerate() {
+            match units.last_mut() {
+                Some(unit) if k % 2 == 1 => half.into_iter().for_each(|one| push(unit, one)),
+                _ => push(&mut units, half),
+            }
+        }
+        units
+    }
+
+    /// The given sense alone, in the given unit.
+    fn of_sense(&self, starts: &[usize], length: usize, bias: &Vector3<f64>) -> Judged {
+        let all = self.carried(starts, length, UNITS[0], 1.0, bias);
+        judged(&all, &Sense::rotations()[..1], 1.0, bias).swap_remove(0)
+    }
+
+    fn carried(
+        &self,
+        starts: &[usize],
+        length: usize,
+        unit: f64,
+        sign: f64,
+        bias: &Vector3<f64>,
+    ) -> Vec<Carried> {
+        gathered(starts.iter().map(|first| {
+            pause();
+            let part = *first..*first + length;
+            carried(&self.rates[part.clone()], &self.forces[part], sign * unit, &(bias * sign))
+        }))
+    }
+
+    fn gathered(&self, starts: Vec<usize>, length: usize, units: Vec<Vec<Judged>>) -> GyroCosts {
+        let all = || units.iter().flatten();
+        GyroCosts {
+            null: null(&self.forces, &starts, length),
+            costs: gathered(all().flat_map(|one| one.costs.iter().copied())),
+            biases: gathered(all().map(|one| one.bias.into())),
+            starts,
+            length,
+        }
+    }
+}
+
+fn judged(windows: &[Carried], senses: &[Sense], sign: f64, bias: &Vector3<f64>) -> Vec<Judged> {
+    let integrals: Vec<[Matrix3<f64>; MEANS]> =
+        gathered(windows.iter().map(|window| window.integrals.map(|psi| psi * sign)));
+    gathered(senses.iter().map(|sense| {
+        pause();
+        let means =
+            |window: &Carried| -> Means { core::array::from_fn(|k| sense.of(&window.tensors[k])) };
+        let means = gathered(windows.iter().map(means));
+        let (mut costs, more) = with_bias(&means, &integrals, bias);
+        let bias = bias + more;
+        if bias.norm() > NO_GYRO {
+            costs.iter_mut().for_each(|cost| *cost += 1.0);
+        }
+        Judged { costs, bias }
+    }))
+}
+
+const _: () = assert!(SENSES == 48);

@@ -1,0 +1,90 @@
+//! Which windows of a record tell most, and the triangular means in one.
+
+use nalgebra::Vector3;
+
+use super::ticks::median_of_some;
+use crate::work::{filled, gathered, pause};
+
+/// Triangular means in a window, each over half of it and half of that from the next.
+pub(super) const MEANS: usize = 3;
+
+/// Parts of a window whose means tell how the force turned.
+const PARTS: usize = 8;
+
+/// First ticks of windows, half of one apart, that miss nothing. Of more than `most` those count in
+/// which `vectors` vary most, and a third of them for that the gyro turned most.
+pub(super) fn windows(
+    rates: &[Vector3<f64>],
+    vectors: &[Vector3<f64>],
+    length: usize,
+    most: usize,
+) -> Vec<usize> {
+    let whole = whole_windows(rates, vectors, length);
+    if whole.len() <= most {
+        return whole;
+    }
+    let centre = Vector3::from(
+        [0, 1, 2]
+            .map(|i| median_of_some(rates.iter().map(|rate| rate[i]), rates.len()).unwrap_or(0.0)),
+    );
+    let varied = gathered(whole.iter().map(|first| {
+        pause();
+        variance(&vectors[*first..*first + length])
+    }));
+    let turned = gathered(whole.iter().map(|first| {
+        let part = &rates[*first..*first + length];
+        part.iter().map(|rate| (rate - centre).map(f64::abs).sum()).sum::<f64>()
+    }));
+    let mut chosen = filled(false, whole.len());
+    for (scores, total) in [(&varied, most * 2 / 3), (&turned, most)] {
+        let mut left = gathered((0..whole.len()).filter(|k| !chosen[*k]));
+        left.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
+        let already = whole.len() - left.len();
+        left.iter().take(total - already).for_each(|k| chosen[*k] = true);
+    }
+    gathered(whole.iter().zip(&chosen).filter(|(_, chosen)| **chosen).map(|(first, _)| *first))
+}
+
+fn whole_windows(rates: &[Vector3<f64>], vectors: &[Vector3<f64>], length: usize) -> Vec<usize> {
+    let is_whole = |v: &Vector3<f64>| v.iter().all(|x| x.is_finite());
+    let n = rates.len().min(vectors.len());
+    let mut since = 0;
+    let mut found = gathered([]);
+    for k in 0..n {
+        if !(is_whole(&rates[k]) && is_whole(&vectors[k])) {
+            since = k + 1;
+        }
+        // The window that ends here.
+        let first = (k + 1).wrapping_sub(length);
+        if k + 1 >= length && first % (length / 2) == 0 && since <= first {
+            crate::work::push(&mut found, first);
+        }
+    }
+    found
+}
+
+/// Variance of the means of a window's parts, summed over axes.
+fn variance(window: &[Vector3<f64>]) -> f64 {
+    let mean = |part: &[Vector3<f64>]| part.iter().sum::<Vector3<f64>>() / part.len() as f64;
+    let length = window.len() / PARTS;
+    let means: [_; PARTS] = core::array::from_fn(|k| mean(&window[k * length..(k + 1) * length]));
+    let all = mean(&means);
+    means.iter().map(|m| (m - all).norm_squared()).sum::<f64>() / PARTS as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::windows;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn windows_that_tell_most_are_kept_and_none_that_misses_a_tick() {
+        let mut rates = vec![Vector3::zeros(); 400];
+        let forces: Vec<_> = (0..400).map(|k| Vector3::new(0.0, 0.0, f64::from(k / 200))).collect();
+        assert_eq!(windows(&rates, &forces, 80, 20), (0..9).map(|k| 40 * k).collect::<Vec<_>>());
+        rates[100] = Vector3::new(f64::NAN, 0.0, 0.0);
+        assert_eq!(windows(&rates, &forces, 80, 20), [0, 120, 160, 200, 240, 280, 320]);
+        rates[350] = Vector3::new(9.0, 0.0, 0.0);
+        assert_eq!(windows(&rates, &forces, 80, 3), [120, 160, 280]);
+    }
+}
