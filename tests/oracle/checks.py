@@ -89,7 +89,7 @@ def ticks(time, values, start, count):
 
 
 def windows(rates, forces, length, most=MOST):
-    """First ticks of windows, half of one apart, that miss nothing: at most those that tell most."""
+    """First ticks of windows, half of one apart, that miss nothing: those that tell most."""
     whole = np.isfinite(rates).all(axis=1) & np.isfinite(forces).all(axis=1)
     hop = length // 2
     lost = np.append(0, np.cumsum(~whole))
@@ -98,7 +98,9 @@ def windows(rates, forces, length, most=MOST):
     if len(starts) <= most:
         return starts
     pieces = np.arange(8) * (length // 8)
-    some = np.array([[forces[s + p : s + p + length // 8].mean(axis=0) for p in pieces] for s in starts])
+    some = np.array(
+        [[forces[s + p : s + p + length // 8].mean(axis=0) for p in pieces] for s in starts]
+    )
     varies = some.var(axis=1).sum(axis=1)
     centre = np.nanmedian(rates[:: -(-len(rates) // 20_000)], axis=0)
     turned = np.array([np.abs(rates[s : s + length] - centre).sum() for s in starts])
@@ -120,7 +122,7 @@ def triangles(length):
 
 
 def carried(rates, forces, weights):
-    """Tensors mean(R_ij a_c), (w, 3, 3, 3, 3) by window and mean, and means of the integral of R."""
+    """Tensors mean(R_ij a_c), (w, 3, 3, 3, 3) by window and mean; means of the integral of R."""
     w, n = rates.shape[:2]
     rotation = np.broadcast_to(np.eye(3), (w, 3, 3))
     tensor = np.zeros((w, len(weights), 3, 3, 3))
@@ -193,7 +195,7 @@ def null_costs(forces, starts, length):
 
 
 def gyro_costs(rates, forces):
-    """Costs (3, 48, w), null (w,), biases (3, 48, 3), first ticks (w,) and length of the windows."""
+    """Costs (3, 48, w), null (w,), biases (3, 48, 3), first ticks (w,), length."""
     starts, length = windows(rates, forces, 400), 400
     found = [unit_costs(rates, forces, starts, length, unit, np.zeros(3)) for unit in UNITS]
     longer = windows(rates, forces, 800)
@@ -289,9 +291,7 @@ def field_costs(rates, fields):
         integral = integral + rotation * TICK
         rotation = rotation @ half[:, k]
     psi -= middle[:, None]
-    found = [
-        sense_costs(np.einsum("wkijc,cj->wki", tensor, q), turns, psi) for q in ROTATIONS
-    ]
+    found = [sense_costs(np.einsum("wkijc,cj->wki", tensor, q), turns, psi) for q in ROTATIONS]
     means = m.reshape(w, blocks, block, 3).mean(axis=2)
     null = ((means - means.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1)
     return np.array(found), null, starts

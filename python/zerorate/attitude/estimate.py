@@ -16,6 +16,7 @@ from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.geometry.rotations import euler_angles
 from zerorate.io import Log, Recording
 from zerorate.io.samples import Samples
+from zerorate.io.table import FORWARD_RIGHT_DOWN
 from zerorate.metrics.orientation import OrientationErrors, orientation_errors
 from zerorate.progress import Progress, silent
 from zerorate.types import Booleans, Floats, Integers
@@ -205,7 +206,7 @@ class AttitudeEstimate(Result):
 def estimate_attitude(
     recording: Recording,
     *,
-    frame: Frame = "enu",
+    frame: Frame | None = None,
     method: str = "auto",
     offline: bool = False,
     mag: bool = True,
@@ -229,7 +230,8 @@ def estimate_attitude(
         to earth; the estimate then tells its errors.
     frame : {"enu", "ned", "nwu"}
         Axes of the earth: east, north and up; north, east and down; north, west and up. North is
-        the magnetic one. Default "enu".
+        the magnetic one. Default "enu", or "ned" where the gyro's log says that its axes point
+        forward, right and down, as those of a PX4 do: a level body has then no roll.
     method : str
         Of `zerorate.Attitude`. Default "auto", which needs no settings.
     offline : bool
@@ -278,6 +280,7 @@ def estimate_attitude(
     if calibration is not None:
         recording = calibration.apply(recording, gyro=gyro, **({"accel": accel} if accel else {}))
     samples = Samples.of(recording, gyro, accel, mag)
+    given, frame = frame, frame or _frame_of(samples.log)
     uses_mag = samples.mag is not None
     # The filter refuses what it does not know.
     settings: Any = {"mag": uses_mag, "frame": frame, "method": method, **constants}
@@ -302,7 +305,12 @@ def estimate_attitude(
         mag=uses_mag,
         reference=truth,
         source=recording.source,
-        notes=(*_told(warned), *samples.notes, *_remarks(recording, mag, uses_mag)),
+        notes=(
+            *_told(warned),
+            *_on_axes(samples.log, given),
+            *samples.notes,
+            *_remarks(recording, mag, uses_mag),
+        ),
         **cast(dict[str, Any], found),
     )
 
@@ -360,6 +368,21 @@ def _told(warned: Iterable[warnings.WarningMessage]) -> Iterator[str]:
     """Yield what the filter warned of: it knows no names of files."""
     for one in warned:
         yield str(one.message).replace("is accel_unit right", "is its unit right")
+
+
+def _frame_of(gyro: Log) -> Frame:
+    return "ned" if gyro.meta.get("axes") == FORWARD_RIGHT_DOWN else "enu"
+
+
+def _on_axes(gyro: Log, given: Frame | None) -> Iterator[str]:
+    """Yield a sentence on known axes of a log that chose the frame, or that it goes against."""
+    if gyro.meta.get("axes") != FORWARD_RIGHT_DOWN or given == "ned":
+        return
+    said = f"the log's axes point {FORWARD_RIGHT_DOWN}"
+    if given is None:
+        yield f"{said}: angles are to north, east, down"
+    else:
+        yield f"{said}: level, the roll is 180 deg in this frame, and 0 in north, east, down (ned)"
 
 
 def _remarks(recording: Recording, asked: bool, uses_mag: bool) -> Iterator[str]:

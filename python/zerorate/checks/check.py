@@ -8,15 +8,16 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
 from zerorate._native import check_field, check_fit, check_gyro, check_ticks
 from zerorate.checks.decision import Costs, Decision, decide
 from zerorate.checks.result import Checks, Finding
-from zerorate.checks.senses import SENSES, changes, listed, shared_rows, typed
+from zerorate.checks.senses import INVERSES, SENSES, changes, listed, shared_rows, typed
 from zerorate.checks.sentences import mistaken, on_axes, on_unit
 from zerorate.io import Log, Recording
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
-from zerorate.types import Booleans, Floats, Integers
+from zerorate.types import Booleans, Floats
 from zerorate.units import UNITS, convert
 
 __all__ = ["check"]
@@ -31,6 +32,7 @@ _UNITS: Final = (1.0, math.pi / 180.0, 180.0 / math.pi)
 _SCALE_KNOWN, _DELAY_KNOWN = 0.03, 0.015
 _ROTATIONS: Final = 24
 
+Counts = npt.NDArray[np.uint64]
 Scale = tuple[Coefficient, Coefficient, Coefficient]
 
 
@@ -107,7 +109,7 @@ def _reason(recording: Recording, gyro: str, accel: str) -> str:
 
 
 def _common(*logs: Log) -> tuple[float, float]:
-    return max(float(log.time[0]) for log in logs), min(float(log.time[-1]) for log in logs)
+    return max(float(log.sampled[0]) for log in logs), min(float(log.sampled[-1]) for log in logs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +127,7 @@ class _Ticks:
         count = int((stop - start) / _TICK)
 
         def ticked(log: Log) -> Floats:
-            return check_ticks(log.time, log.data, start, count)
+            return check_ticks(log.sampled, log.data, start, count)
 
         rates = convert(ticked(gyro), gyro.unit, "rad/s")
         has_field = mag is not None and mag.channels == 3 and mag.rate >= _SLOWEST
@@ -133,7 +135,7 @@ class _Ticks:
         return cls(start, rates, _sized(ticked(accel)), fields)
 
     def spans(
-        self, starts: Integers, length: int, where: Booleans
+        self, starts: Counts, length: int, where: Booleans
     ) -> tuple[tuple[float, float], ...]:
         """Return the seconds of windows, those that overlap as one."""
         found: list[tuple[float, float]] = []
@@ -145,11 +147,16 @@ class _Ticks:
         return tuple(found)
 
 
-def _sized(vectors: Floats) -> Floats:
+def _median_size(vectors: Floats) -> float:
+    """Return the median length of vectors, 0 where there is none."""
     with np.errstate(over="ignore"):
         sizes = np.linalg.norm(vectors, axis=1)
     there = sizes[np.isfinite(sizes)]
-    size = float(np.median(there)) if there.size else 0.0
+    return float(np.median(there)) if there.size else 0.0
+
+
+def _sized(vectors: Floats) -> Floats:
+    size = _median_size(vectors)
     # Without a size there is nothing to see.
     return vectors / size if size > 0.0 else np.full_like(vectors, np.nan)
 
@@ -157,7 +164,7 @@ def _sized(vectors: Floats) -> Floats:
 @dataclass(frozen=True, eq=False)
 class _Judged:
     finding: Finding
-    starts: Integers
+    starts: Counts
     length: int
     bias: Floats
     unit: float
@@ -168,7 +175,10 @@ def _judged(ticks: _Ticks, gyro: Log, name: str) -> _Judged:
     costs, null, biases, starts, length = check_gyro(ticks.rates, ticks.forces)
 
     def refitted() -> Floats:
-        return check_fit(ticks.rates, ticks.forces, starts, length, biases[0, 0], fits=False)[0]
+        args = (ticks.rates, ticks.forces, starts, length, biases[0, 0])
+        found = check_fit(*args, fits=False)[0]
+        # Numbers so wild that nothing fits are no ground for an alarm.
+        return found if found.size else np.zeros(len(starts))
 
     decision = decide(Costs(costs, null, _FLOOR), refitted=refitted)
     spans = ticks.spans(starts, length, decision.telling)
@@ -221,7 +231,9 @@ def _on_mistake(decision: Decision, named: str, unit: str, factor: float) -> str
         axes = on_axes("gyro", "accelerometer", sense)
         parts.append(axes if len(decision.left) == 1 else _on_likely(decision, axes))
         if np.linalg.det(sense) > 0.0 and len(decision.left) == 1:
-            parts[-1] += f", {mistaken(-sense.T if changes(-sense.T) < changes(sense) else sense.T)}"
+            parts[-1] += (
+                f", {mistaken(-sense.T if changes(-sense.T) < changes(sense) else sense.T)}"
+            )
     return ", and ".join(parts)
 
 
@@ -243,9 +255,7 @@ def _scale(ticks: _Ticks, judged: _Judged) -> tuple[Scale, Coefficient]:
     _, numbers, sigmas = check_fit(
         ticks.rates, ticks.forces, judged.starts, judged.length, judged.bias, fits=True
     )
-    x, y, z = (
-        _known(1.0 + numbers[place], sigmas[place], _SCALE_KNOWN) for place in (3, 7, 11)
-    )
+    x, y, z = (_known(1.0 + numbers[place], sigmas[place], _SCALE_KNOWN) for place in (3, 7, 11))
     return (x, y, z), _known(numbers[12], sigmas[12], _DELAY_KNOWN)
 
 
@@ -263,37 +273,51 @@ def _field(ticks: _Ticks, judged: _Judged, recording: Recording, mag: str) -> Fi
     """Return what the gyro, as it is or put right, shows of the magnetometer."""
     if ticks.fields is None:
         return _no_field(recording, mag, f"{mag} has not three axes, or less than {_SLOWEST:g} Hz")
-    gyro, unit = judged.finding, recording[mag].unit
+    gyro = judged.finding
     if gyro.alarm and gyro.matrix is None:
         return _no_field(recording, mag, "which way the gyro turns is not known")
     rates = (judged.unit * ticks.rates - judged.bias) @ judged.sense.T
     costs, null, starts, length = check_field(rates, ticks.fields)
+    # They are of what turns the gyro's axes into the magnetometer's.
+    costs = costs[INVERSES[:_ROTATIONS]]
     decision = decide(Costs(costs[np.newaxis], null, _FIELD_FLOOR))
     spans = ticks.spans(starts, length, decision.telling)
+    return _field_finding(decision, recording[mag].unit, mag, spans, alone=_fits_alone(gyro))
+
+
+def _fits_alone(gyro: Finding) -> bool:
+    """Whether the axes of a gyro, as it is or put right, are known."""
+    return gyro.status == "agrees" or gyro.matrix is not None
+
+
+def _field_finding(
+    decision: Decision,
+    unit: str,
+    name: str,
+    spans: tuple[tuple[float, float], ...],
+    *,
+    alone: bool,
+) -> Finding:
     # No motion tells a sense from its negative.
     both = np.concatenate([decision.left, decision.left + _ROTATIONS])
     both = both[both < len(SENSES)]
     likely = min(both.tolist(), key=lambda place: (changes(SENSES[place]), place))
-    sense = SENSES[likely]
-    other = "the magnetometer's axes fit the gyro's"
+    axes = on_axes("magnetometer", "gyro", SENSES[likely])
+    fits = "the magnetometer's axes fit the gyro's"
     said = {
-        "agrees": f"{other}, and nothing else does, but for the sign of all",
-        "partly seen": f"{other}; the motion shows not all of them",
+        "agrees": f"{fits}, and nothing else does, but for the sign of all",
+        "partly seen": f"{fits}; the motion shows not all of them",
         "cannot tell": "the motion does not show the magnetometer's axes",
         "doubt": "the magnetometer does not fit the gyro well, nor do other axes for sure",
-        "unit only": "",
-        "mistake": on_axes("magnetometer", "gyro", sense)
-        if gyro.status == "agrees" or gyro.matrix is not None
-        else f"magnetometer and gyro do not fit each other: {on_axes('magnetometer', 'gyro', sense)}"
-        ", or the reverse",
+        "mistake": axes if alone else f"magnetometer and gyro disagree: {axes}, or the reverse",
     }
     named, some = decision.status == "mistake", len(decision.left) < _ROTATIONS
     return Finding(
-        mag,
+        name,
         decision.status,
         said[decision.status],
         unit,
-        likely=typed(sense) if named else "",
+        likely=typed(SENSES[likely]) if named else "",
         alternatives=listed(both) if some else (),
         spans=spans,
         ratio=decision.ratio,
@@ -323,9 +347,7 @@ def _on_sizes(recording: Recording, accel: str, mag: str) -> Iterator[str]:
         log, known = recording.get(name), _SIZES[kind]
         if log is None or log.channels != 3 or log.unit not in known:
             continue
-        sizes = np.linalg.norm(log.data[:: max(log.n // 20_000, 1)], axis=1)
-        sizes = sizes[np.isfinite(sizes)]
-        size = float(np.median(sizes)) if sizes.size else math.nan
+        size = _median_size(log.data[:: max(log.n // 20_000, 1)])
         fits = [unit for unit, (low, high) in known.items() if low <= size <= high]
         if fits and log.unit not in fits:
             yield (

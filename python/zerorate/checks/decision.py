@@ -12,7 +12,7 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from zerorate.checks.senses import GIVEN, SENSES, changes
+from zerorate.checks.senses import GIVEN, SENSES, changes, shared_rows
 from zerorate.types import Booleans, Floats, Integers
 
 __all__ = ["Costs", "Decision", "Status", "decide"]
@@ -59,8 +59,8 @@ class Decision:
     ----------
     status : str
         See `zerorate.checks.Finding`.
-    unit : int or None
-        Place of the unit that fits, where it is another than the given one.
+    unit : int
+        Place of the unit that fits: 0 is the given one.
     left : ndarray of int
         Senses that the data do not tell from the best.
     likely : int
@@ -194,7 +194,7 @@ def _sure(costs: Costs, given: Floats, best: tuple[int, int], unit_only: bool) -
 
 
 def _without_the_worst(given: Floats, low: Floats, floor: float) -> float:
-    """Return the ratio of costs without the window that speaks most: a knock alone shows nothing."""
+    """Return the ratio of costs without the window that speaks most: one knock shows nothing."""
     others = np.arange(len(given)) != int(given.argmax())
     return _margin(given[others], low[others], floor).ratio
 
@@ -202,12 +202,8 @@ def _without_the_worst(given: Floats, low: Floats, floor: float) -> float:
 def _agreeing(costs: Costs, tied: Booleans, explained: Booleans) -> Decision:
     """Return what is seen of axes that nothing contradicts."""
     left = np.flatnonzero(tied[0])
-    alone = bool(tied.sum() == 1)
-    axes = SENSES[left]
-    told = (axes == axes[0]).all(axis=(0, 2)).any() or (np.abs(axes) == np.abs(axes[0])).all(
-        axis=(0, 2)
-    ).any()
-    status: Status = "agrees" if alone else "partly seen" if told and tied.sum() == len(left) else "cannot tell"
+    told = len(left) == tied.sum() and any(shared_rows(left))
+    status: Status = "agrees" if tied.sum() == 1 else "partly seen" if told else "cannot tell"
     where = _spread(costs.costs[0].max(axis=0) > _ALIKE * costs.costs[0, GIVEN], explained)
     return Decision(status, 0, left, GIVEN, where, 1.0)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from zerorate.types import Floats, Integers
 
-__all__ = ["GIVEN", "SENSES", "changes", "listed", "shared_rows", "typed"]
+__all__ = ["GIVEN", "INVERSES", "SENSES", "changes", "listed", "shared_rows", "typed"]
 
 
 def _rotations() -> Floats:
@@ -26,6 +26,11 @@ def _rotations() -> Floats:
 
 SENSES: Final[Floats] = np.concatenate([_rotations(), -_rotations()])
 """Shape (48, 3, 3): 24 rotations, and their negatives in the same order."""
+
+INVERSES: Final[Integers] = np.array(
+    [int((SENSES == one.T).all(axis=(1, 2)).argmax()) for one in SENSES], dtype=np.int64
+)
+"""The place of the inverse of each."""
 
 GIVEN: Final = 0
 """The sense in which a sensor's axes are as they are named."""

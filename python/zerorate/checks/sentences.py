@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from zerorate.checks.senses import changes, typed
-from zerorate.types import Floats
+from zerorate.types import Floats, Integers
 
 __all__ = ["mistaken", "on_axes", "on_unit"]
 
@@ -33,7 +33,7 @@ def on_axes(sensor: str, other: str, sense: Floats) -> str:
     return f"the {sensor}'s ({typed(sense)}) are the {other}'s (x,y,z)"
 
 
-def _on_signs(sensor: str, other: str, negative: Floats) -> str:
+def _on_signs(sensor: str, other: str, negative: Integers) -> str:
     if len(negative) == 3:
         return f"all axes of the {sensor} have the sign other than the {other}'s"
     named = " and ".join(_AXES[negative])

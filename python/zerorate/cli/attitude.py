@@ -11,7 +11,7 @@ from typing import Annotated, Any, Final
 import typer
 
 from zerorate.attitude.estimate import METHODS, AttitudeEstimate, estimate_attitude
-from zerorate.calibrate.calibration import Calibration
+from zerorate.calibration.calibration import Calibration
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms
 from zerorate.cli.errors import in_options, require, writing
@@ -74,13 +74,15 @@ def attitude(
     reading: Reading,
     output: Output = ".",
     frame: Annotated[
-        FrameName,
+        FrameName | None,
         typer.Option(
             help="Axes of the earth: east, north, up; north, east, down; or north, west, up. "
-            "North is the magnetic one.",
+            "North is the magnetic one. By default ned for a log whose axes are known to point "
+            "forward, right, down, as those of a PX4; else enu.",
+            show_default=False,
             rich_help_panel=_FILTER,
         ),
-    ] = FrameName.enu,
+    ] = None,
     method: Annotated[
         _METHODS,
         typer.Option(help="How it is found. Auto needs no settings.", rich_help_panel=_FILTER),
@@ -158,7 +160,7 @@ def attitude(
     truth = parse_columns(reference, "--reference")
     known = None if calibration is None else read_calibration(calibration)
     asked: dict[str, Any] = {
-        "frame": str(frame),
+        "frame": None if frame is None else str(frame),
         "method": str(method),
         "offline": offline,
         "mag": not no_mag,

@@ -1,7 +1,7 @@
 """What a recording contradicts, said before the results of a command, and put right if asked."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, Final, TypeAlias
 
 import numpy as np

@@ -121,6 +121,8 @@ class Selection:
         meta: dict[str, object] = {**told, "clock": grid.report}
         if self.table.meta.sensor is not None:
             meta["sensor"] = self.table.meta.sensor
+        if self.table.meta.axes is not None:
+            meta["axes"] = self.table.meta.axes
         return meta
 
 

@@ -37,19 +37,27 @@ NO_TOPICS: Final = (
 )
 
 
+FORWARD_RIGHT_DOWN: Final = "forward, right, down"
+"""Axes of a body's sensors, as autopilots have them."""
+
+
 @dataclass(frozen=True)
 class Metadata:
-    """What a file says about itself, each field None where it says nothing."""
+    """What a file says about itself, each field None where it says nothing.
+
+    ``axes`` says where x, y and z of its sensors point, in words.
+    """
 
     rate: float | None = None
     unit: str | None = None
     sensor: str | None = None
+    axes: str | None = None
     names: tuple[str, ...] | None = None
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what is no text; the rate is looked at where it is needed."""
-        for key, value in (("unit", self.unit), ("sensor", self.sensor)):
+        for key, value in (("unit", self.unit), ("sensor", self.sensor), ("axes", self.axes)):
             if value is not None:
                 object.__setattr__(self, key, _text(key, value))
         if self.names is not None:

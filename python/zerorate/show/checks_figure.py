@@ -51,6 +51,8 @@ def plot_checks(checks: Checks) -> Figure:
     axes.set_ylim(-0.5, 1.7)
     axes.set_xlabel("time, s")
     style_panels([axes])
-    write_title(figure, f"What motion shows of {checks.source}")
-    write_caption(figure, "Bars: where it is seen; red where what the log says is mistaken.")
+    write_title(figure, _HEIGHT, f"What motion shows of {checks.source}")
+    write_caption(
+        figure, _HEIGHT, "Bars: where it is seen; red where what the log says is mistaken."
+    )
     return figure

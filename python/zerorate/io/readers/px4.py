@@ -11,7 +11,7 @@ import numpy as np
 from zerorate.io.log import LogError
 from zerorate.io.names import looks_like_gyro
 from zerorate.io.readers.ulog import MAGIC, Topic, ULog, parsed
-from zerorate.io.table import Column, Content, Format, Metadata, Table
+from zerorate.io.table import FORWARD_RIGHT_DOWN, Column, Content, Format, Metadata, Table
 
 __all__ = ["FORMAT"]
 
@@ -158,7 +158,9 @@ def _table(name: str, topic: Topic, notes: tuple[str, ...]) -> Table:
     def load(wanted: Sequence[int]) -> list[Column]:
         return [arrays[i] for i in wanted]
 
-    return Table(len(names), load, names=names, meta=Metadata(sensor=name, notes=notes), time=0)
+    axes = FORWARD_RIGHT_DOWN if topic.name in _TOPICS else None
+    meta = Metadata(sensor=name, axes=axes, notes=notes)
+    return Table(len(names), load, names=names, meta=meta, time=0)
 
 
 def _name(topic: Topic) -> str:
