@@ -12,7 +12,7 @@ FLOORS = (
     ("_native", "numerals", "progress", "texts", "types", "units", "views"),
     ("denoising", "geometry", "io", "linear", "options"),
     ("metrics", "noise"),
-    ("calibration", "identify"),
+    ("calibration", "checks", "identify"),
     ("array", "attitude", "navigation", "position"),
     ("run", "simulation"),
     ("compare", "live"),
