@@ -51,7 +51,8 @@ def test_nothing_is_said_of_what_is_right(call, logs, tmp_path, command):
 
 @pytest.mark.parametrize("name", SAID)
 def test_what_is_put_right_is_noted(call, logs, tmp_path, name):
-    code, text, _ = call("attitude", logs[name], "-o", tmp_path / "a.parquet", "--no-figure", "--fix")
+    plain = ("--no-figure", "-o", tmp_path / "a.parquet")
+    code, text, _ = call("attitude", logs[name], *plain, "--fix")
     assert code == 0
     assert text.splitlines()[0] == f"{logs[name]}: {SAID[name]}: put right, by --fix"
     assert "as the motion shows" in text
