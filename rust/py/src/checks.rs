@@ -134,7 +134,7 @@ pub fn check_fit<'py>(
     let (rates, forces) = pair(rates, "forces", forces)?;
     let n = rates.shape[0];
     let is_inside = |first: &usize| first.checked_add(length).is_some_and(|last| last <= n);
-    if length == 0 || length % 4 != 0 || !starts.iter().all(is_inside) {
+    if length == 0 || !length.is_multiple_of(4) || !starts.iter().all(is_inside) {
         return Err(PyValueError::new_err(format!(
             "windows must be of a multiple of 4 ticks within {n}, got {length} from {starts:?}"
         )));

@@ -50,7 +50,7 @@ pub(super) fn carried(
     let mut means = [Sums::ZERO; MEANS];
     for b in 0..=MEANS {
         let (mut flat, mut rise) = (Sums::ZERO, Sums::ZERO);
-        if b == (MEANS + 1) / 2 {
+        if b == MEANS.div_ceil(2) {
             middle = integral;
         }
         for k in 0..block {
@@ -105,7 +105,7 @@ mod tests {
         let forces: Vec<_> = (0..40).map(at).collect();
         let found = carried(&rates, &forces, 0.5, &Vector3::zeros());
         for tensor in &found.tensors {
-            let force: Vector3<f64> = (0..3).map(|c| tensor[c].column(c)).sum();
+            let force: Vector3<f64> = (0..3).map(|c| tensor[c].column(c).into_owned()).sum();
             // A few roundings.
             assert!((force - up).amax() < 1e-14);
         }

@@ -194,4 +194,4 @@ fn scatter(fields: &[Vector3<f64>]) -> f64 {
     means.iter().map(|m| (m - centre).norm_squared()).sum::<f64>() / means.len() as f64
 }
 
-const _: () = assert!(ROTATIONS == 24 && LENGTH % BLOCK == 0);
+const _: () = assert!(ROTATIONS == 24 && LENGTH.is_multiple_of(BLOCK));

@@ -25,7 +25,7 @@ pub fn ticks(time: &[f64], values: &[[f64; 3]], start: f64, count: usize) -> Vec
     let Some(mut k) = there.next() else { return means.sums };
     let mut left = time[k] - period / 2.0;
     for next in there.by_ref() {
-        if next % PIECE == 0 {
+        if next.is_multiple_of(PIECE) {
             pause();
         }
         let step = time[next] - time[k];
@@ -133,7 +133,7 @@ pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     let (below, upper, _) = values.select_nth_unstable_by(n / 2, f64::total_cmp);
     let upper = *upper;
     let lower = below.iter().copied().fold(f64::MIN, f64::max);
-    Some(if n % 2 == 0 { lower + (upper - lower) / 2.0 } else { upper })
+    Some(if n.is_multiple_of(2) { lower + (upper - lower) / 2.0 } else { upper })
 }
 
 #[cfg(test)]

@@ -56,7 +56,7 @@ fn whole_windows(rates: &[Vector3<f64>], vectors: &[Vector3<f64>], length: usize
         }
         // The window that ends here.
         let first = (k + 1).wrapping_sub(length);
-        if k + 1 >= length && first % (length / 2) == 0 && since <= first {
+        if k + 1 >= length && first.is_multiple_of(length / 2) && since <= first {
             crate::work::push(&mut found, first);
         }
     }
