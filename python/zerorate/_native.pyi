@@ -2443,7 +2443,7 @@ class NavigationFilter:
         """
     @property
     def status(self) -> _Navigating:
-        """"waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds, or
+        """ "waiting" for a fix, "no heading", "navigating", "coasting" without fixes for two seconds, or
         "missing": without samples of a sensor for a tenth of a second.
         """
     @property

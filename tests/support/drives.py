@@ -49,6 +49,9 @@ def rotation(quaternion):
 
 def densities(sensor, model):
     """White noise and walk of the bias of three axes, as a filter takes them of a model."""
+    if isinstance(model, list):
+        of_axes = [densities(sensor, one) for one in model]
+        return tuple(zip(*((white[0], walk[0]) for white, walk in of_axes), strict=True))
     white, walk = CONSUMER[sensor] if model is None else model.__noise_densities__(sensor)
     return (white,) * 3, (CONSUMER[sensor][1] if walk is None else walk,) * 3
 
