@@ -76,7 +76,7 @@ def test_it_writes_a_log_maps_and_a_figure(cli, imu, gnss, out):
     assert (code, errors) == (0, "")
     stem = "imu-zerorate-navigate"
     assert names(out) == [f"{stem}.{x}" for x in ("geojson", "gpx", "parquet", "png")]
-    assert text.startswith("Track of imu.csv\n\nAlignment: roll ")
+    assert re.match(r"Track of imu.csv\n\nAligned at [\d.]+ s\n  roll, pitch, deg ", text)
     assert "NIS of position, mean" in text
     assert "outages" not in text
     found, track = zr.read_fixes(out / f"{stem}.parquet"), expected()

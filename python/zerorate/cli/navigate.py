@@ -3,7 +3,6 @@
 import json
 import math
 import re
-import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -477,12 +476,11 @@ class _Found:
 
     def text(self) -> str:
         """Return the alignment, the tables of the track, and that of outages."""
-        from zerorate.show import WIDTH, format_outages, format_track
+        from zerorate.show import format_outages, format_track
 
         table = format_track(self.track, nis=self.nis)
         title, rest = table.split("\n", 1)
-        aligned = textwrap.fill(f"Alignment: {self.start}", WIDTH, subsequent_indent="  ")
-        parts = [title, aligned, rest.strip("\n")]
+        parts = [title, self.start.table(), rest.strip("\n")]
         if self.outages is not None:
             parts.append(format_outages(self.outages))
         return "\n\n".join(parts)
