@@ -206,6 +206,14 @@ impl Deviation {
         sizes.iter().all(|(x, most)| is_size(*x, *most))
             && self.mean.abs() <= 4.0
             && self.iron.is_sound()
-            && are_within(&(self.shares * self.iron.strength), 1e7)
+            && self.is_shared_soundly()
+    }
+
+    /// Before the first field nothing has a share.
+    fn is_shared_soundly(&self) -> bool {
+        match self.iron.strength {
+            0.0 => self.shares == Vector3::zeros(),
+            strength => are_within(&(self.shares * strength), 1e7),
+        }
     }
 }
