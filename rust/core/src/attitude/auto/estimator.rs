@@ -135,5 +135,5 @@ impl Estimator for Auto {
 
 impl Tagged for Auto {
     const TAG: &'static str = "attitude";
-    const VERSION: u16 = 2;
+    const VERSION: u16 = 3;
 }
