@@ -81,3 +81,37 @@ def _parquet(path, table):
     pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     pq.write_table(pa.table(table), path, row_group_size=1000)
     return path
+
+
+@pytest.fixture(scope="module")
+def sessions(tmp_path_factory):
+    """Logs of turns between rests: with a wrong sign of y, with a unit that is not its."""
+    folder = tmp_path_factory.mktemp("sessions")
+    recording = zr.simulate_session(seed=2).recording
+    gyro, accel = recording.gyro.data, recording.accel.data
+    wrong = {"sign": gyro * [1.0, -1.0, 1.0], "unit": np.radians(gyro)}
+    header = ",".join(["time_s", *(f"gyro_{a}_dps" for a in AXES), *(f"accel_{a}_g" for a in AXES)])
+    for name, values in wrong.items():
+        rows = np.column_stack([recording.gyro.time, values, accel])
+        np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=header, comments="")
+    return folder
+
+
+def test_a_calibration_says_it_once(call, sessions, tmp_path):
+    asked = ("calibrate", sessions / "sign.csv", "-o", tmp_path, "--no-figure", "--force")
+    code, text, errors = call(*asked)
+    assert code == 1
+    # It has found the axes itself.
+    assert "the gyro's y axis" not in text
+    assert "left-handed" in errors
+    code, text, _ = call(*asked, "--fix")
+    assert code == 0
+    assert text.splitlines()[0].endswith(f"{SAID['sign']}: put right, by --fix")
+
+
+def test_what_is_mistaken_is_said_before_a_fault_that_comes_of_it(call, sessions, tmp_path):
+    asked = ("calibrate", sessions / "unit.csv", "-o", tmp_path, "--no-figure")
+    code, text, errors = call(*asked)
+    assert (code, errors.count("\n")) == (1, 1)
+    assert "the gyro's values are in rad/s, not in deg/s: --fix puts it right" in text
+    assert call(*asked, "--fix")[0] == 0

@@ -13,7 +13,7 @@ import typer
 from zerorate.attitude.estimate import METHODS, AttitudeEstimate, estimate_attitude
 from zerorate.calibration.calibration import Calibration
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
-from zerorate.cli.checking import Fix, checked, print_alarms
+from zerorate.cli.checking import Fix, checked, print_alarms, said_first
 from zerorate.cli.errors import in_options, require, writing
 from zerorate.cli.options import (
     PANEL,
@@ -196,6 +196,7 @@ def attitude(
                 if known is not None:
                     recording = _corrected(known, recording, gyro, accel)
                 recording, alarms = checked(recording, fix, gyro, accel)
+            with said_first(alarms), naming(recording):
                 work = partial(estimate_attitude, recording, progress=progress, **asked)
                 estimate = in_background(work)
             files.write(estimate, progress)

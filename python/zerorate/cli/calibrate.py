@@ -15,7 +15,7 @@ from zerorate.calibration import calibrate as calibrate_imu
 from zerorate.calibration.choice import own_sensors
 from zerorate.calibration.parameters import GYRO_MATRIX
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
-from zerorate.cli.checking import Fix, checked, print_alarms
+from zerorate.cli.checking import Fix, checked, print_alarms, said_first
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, require, writing
 from zerorate.cli.options import (
     READING,
@@ -247,7 +247,8 @@ def calibrate(
             recording = read_imu(reading, one.source)
             with naming(recording):
                 recording, alarms = checked(recording, fix, gyro, accel)
-            calibration = _found(recording, sensors, asked, temperature, progress)
+            with said_first(alarms):
+                calibration = _found(recording, sensors, asked, temperature, progress)
             files.write(calibration, sensors.of(recording), progress)
         print_title(one, first=one is found[0])
         print_alarms(() if _says_axes(calibration) else alarms)

@@ -1,6 +1,7 @@
 """What a recording contradicts, said before the results of a command, and put right if asked."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Annotated, Final, TypeAlias
 
@@ -8,11 +9,12 @@ import numpy as np
 import typer
 
 from zerorate.checks import Checks, Finding, check
+from zerorate.cli.errors import DataFault
 from zerorate.cli.options import PANEL
 from zerorate.io import Log, LogError, LogFile, Recording
 from zerorate.types import Floats
 
-__all__ = ["Fix", "checked", "checked_files", "print_alarms"]
+__all__ = ["Fix", "checked", "checked_files", "print_alarms", "said_first"]
 
 Fix: TypeAlias = Annotated[
     bool,
@@ -25,7 +27,7 @@ Fix: TypeAlias = Annotated[
 ]
 
 _READ: Final = 1 << 20
-"""Samples of a log larger than memory that are looked at."""
+"""Samples of a log that `replay` looks at: of three hours at 100 Hz."""
 
 
 def checked(
@@ -56,12 +58,22 @@ def print_alarms(lines: Sequence[str]) -> None:
         print("\n".join(lines), end="\n\n")
 
 
+@contextmanager
+def said_first(lines: Sequence[str]) -> Iterator[None]:
+    """Print what contradicts a recording before a fault, which may come of it."""
+    try:
+        yield
+    except DataFault:
+        print_alarms(lines)
+        raise
+
+
 def checked_files(
     gyro: LogFile, accel: LogFile | None, fix: bool
 ) -> tuple[LogFile, tuple[str, ...]]:
     """Return a gyro's log, put right if asked and known how, and what is to be said of it first.
 
-    Of logs that are read block by block the first million samples are looked at.
+    The first million samples are looked at.
     """
     if accel is None or gyro.header.channels != 3 or accel.header.channels != 3:
         return gyro, ()
@@ -77,11 +89,13 @@ def checked_files(
 
 
 def _beginning(log: LogFile) -> Log:
-    if log.whole is not None:
-        return log.whole
     header, count = log.header, min(log.header.n, _READ)
+    if log.whole is not None and count == header.n:
+        return log.whole
     data = next(log.blocks(count)).T
-    return Log(log.time(0, count), header.rate, data, header.names, header.unit)
+    stamps = None if log.stamps is None else log.stamps(0, count)
+    time = log.time(0, count)
+    return Log(time, header.rate, data, header.names, header.unit, stamps=stamps)
 
 
 def _fixed(log: LogFile, finding: Finding) -> LogFile:

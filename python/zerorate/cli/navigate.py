@@ -16,7 +16,7 @@ import typer
 
 from zerorate._native import NavigationFilter
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
-from zerorate.cli.checking import Fix, checked, print_alarms
+from zerorate.cli.checking import Fix, checked, print_alarms, said_first
 from zerorate.cli.errors import (
     DataFault,
     UsageFault,
@@ -274,6 +274,7 @@ def navigate(
         with naming(recording), _in_own_words():
             corrected = recording if known is None else known.apply(recording)
             corrected, alarms = checked(corrected, fix)
+        with said_first(alarms), naming(recording), _in_own_words():
             found = in_background(lambda: asked.navigated(corrected, fixes, progress))
         files.write(found, progress)
     print_alarms(alarms)

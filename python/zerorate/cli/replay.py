@@ -12,7 +12,7 @@ import typer
 from zerorate.calibration.calibration import Calibration
 from zerorate.cli.array import ARRAY, ArrayOptions, refuse_with_array, replay_arrays
 from zerorate.cli.calibrations import corrected_imu, read_calibration
-from zerorate.cli.checking import Fix, checked_files, print_alarms
+from zerorate.cli.checking import Fix, checked_files, print_alarms, said_first
 from zerorate.cli.errors import (
     DataFault,
     UsageFault,
@@ -156,7 +156,8 @@ def replay(
                 "accel": accel,
                 **with_limits(given, methods, recording.header.unit),
             }
-            result = _replayed(recording, files, not no_figure, progress, asked)
+            with said_first(alarms):
+                result = _replayed(recording, files, not no_figure, progress, asked)
         print_title(one, first=one is found[0])
         print_alarms(alarms)
         print_result(result, files)
