@@ -220,8 +220,8 @@ def main():
     head = ["", "records", *OUTCOMES[:-1], "deg/s as rad/s", "rad/s as deg/s", "wrong", "false"]
     print(table("47 wrong permutations and two wrong units a record", head, rows))
     print("\n*wrong*: a name that is not right. *false*: an alarm of the record as it is.\n")
-    print("## 23 wrong classes of a magnetometer's axes\n")
-    print(table(["", "exact", "several left", "silent", "wrong"], magnetic))
+    head = ["", "exact", "several left", "silent", "wrong"]
+    print(table("23 wrong classes of a magnetometer's axes a record", head, magnetic))
     print("\nSix kinds of simulated motion, six seeds each, of 60 and 120 s, as they are:\n")
     print(
         table(
@@ -233,9 +233,7 @@ def main():
     flights = [rotorcraft(seed) for seed in SEEDS]
     said = axes(flights)
     given = sum(bool(zr.check(one).alarms) for one in flights)
-    print(
-        f"\nA rotor craft, three flights: {given} false alarms; of 141 wrong permutations ", end=""
-    )
+    print(f"\nA rotor craft, three flights: {given} false alarms; of 141 wrong permutations")
     print(f"{said['silent']} silent, {said['wrong']} named wrongly.")
     plain, full = seconds()
     print(

@@ -192,7 +192,7 @@ def _gyro_finding(
     decision: Decision, gyro: Log, name: str, spans: tuple[tuple[float, float], ...]
 ) -> Finding:
     unit, factor = _in_unit(gyro.unit, decision.unit)
-    alone = len(decision.left) == 1
+    alone = len(decision.left) == 1 and not decision.others
     some = len(decision.left) < len(SENSES)
     said = {
         "agrees": "the gyro's unit and axes fit the accelerometer, and nothing else does",
@@ -229,8 +229,9 @@ def _on_mistake(decision: Decision, named: str, unit: str, factor: float) -> str
     parts = [] if decision.unit == 0 else [on_unit("gyro", named, unit, factor)]
     if changes(sense) > 0:
         axes = on_axes("gyro", "accelerometer", sense)
-        parts.append(axes if len(decision.left) == 1 else _on_likely(decision, axes))
-        if np.linalg.det(sense) > 0.0 and len(decision.left) == 1:
+        alone = len(decision.left) == 1 and not decision.others
+        parts.append(axes if alone else _on_likely(decision, axes))
+        if np.linalg.det(sense) > 0.0 and alone:
             parts[-1] += (
                 f", {mistaken(-sense.T if changes(-sense.T) < changes(sense) else sense.T)}"
             )
@@ -238,8 +239,10 @@ def _on_mistake(decision: Decision, named: str, unit: str, factor: float) -> str
 
 
 def _on_likely(decision: Decision, axes: str) -> str:
-    others = ", ".join(f"({one})" for one in listed(decision.left)[1:4])
-    return f"{axes}; that is the likeliest of {len(decision.left)} that fit, beside {others}"
+    others = [f"({one})" for one in listed(decision.left)[1:4]]
+    if decision.others:
+        others.append("some in another unit")
+    return f"{axes}; that is the likeliest of several that fit, beside {', '.join(others)}"
 
 
 def _fits(finding: Finding) -> bool:

@@ -64,11 +64,13 @@ class Decision:
     left : ndarray of int
         Senses that the data do not tell from the best.
     likely : int
-        The one of them that the fewest mistakes make.
+        The one of them that the fewest mistakes make, and of several such the one that fits best.
     telling : ndarray of bool, shape (windows,)
         Windows in which the best is better than what was given, or than the rest, by a factor of 2.
     ratio : float
         Cost of what was given over that of the best.
+    others : bool
+        Whether hypotheses of other units are left, too.
     """
 
     status: Status
@@ -77,6 +79,7 @@ class Decision:
     likely: int
     telling: Booleans
     ratio: float
+    others: bool = False
 
 
 class _Margin(NamedTuple):
@@ -122,7 +125,7 @@ def decide(costs: Costs, *, refitted: Callable[[], Floats] | None = None) -> Dec
     """
     if costs.costs.shape[2] < _FEWEST:
         return _silent("cannot tell", costs)
-    whole, (costs, explained) = costs, costs.telling()
+    costs, explained = costs.telling()
     quiet = _quiet(costs) if costs.costs.shape[0] > 1 else np.zeros(1, dtype=bool)
     best = _best(costs, quiet)
     tied = _tied(costs, best, quiet)
@@ -141,10 +144,13 @@ def decide(costs: Costs, *, refitted: Callable[[], Floats] | None = None) -> Dec
     left = np.flatnonzero(tied[best[0]])
     if unit_only:
         return Decision("unit only", best[0], np.arange(48), GIVEN, where, margin.ratio)
-    if tied.any(axis=1).sum() > 1:
-        # Units that cannot be told apart: nothing to name.
-        return _silent("doubt", whole)
-    return Decision("mistake", best[0], left, _fewest(left), where, margin.ratio)
+    others = int(tied.sum()) > len(left)
+    if others and best[0] != 0:
+        # Units that cannot be told apart, of which the given one does not fit best: none is named.
+        return _silent("doubt", costs, explained)
+    return Decision(
+        "mistake", best[0], left, _fewest(costs, best[0], left), where, margin.ratio, others
+    )
 
 
 def _best(costs: Costs, quiet: Booleans) -> tuple[int, int]:
@@ -219,5 +225,7 @@ def _spread(where: Booleans, explained: Booleans) -> Booleans:
     return found
 
 
-def _fewest(left: Integers) -> int:
-    return int(min(left, key=lambda sense: (changes(SENSES[sense]), sense)))
+def _fewest(costs: Costs, unit: int, left: Integers) -> int:
+    """Return the sense that the fewest mistakes make, of several the one that fits best."""
+    means = costs.costs[unit].mean(axis=1)
+    return int(min(left, key=lambda sense: (changes(SENSES[sense]), means[sense])))
