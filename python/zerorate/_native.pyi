@@ -136,6 +136,7 @@ __all__ = [
     "log_normal_cdf",
     "longest_factor",
     "position_options",
+    "register",
     "reversals",
     "smooth_linear",
     "tilt_options",
