@@ -8,7 +8,7 @@ use numpy::{
     Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArrayDyn,
     PyUntypedArray, PyUntypedArrayMethods,
 };
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyException, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyList, PyTuple};
 use zerorate_core::memory;
@@ -258,7 +258,11 @@ fn floats<'py>(z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     if z.is_none() {
         return Err(no_numbers("object"));
     }
-    let array = rules::call(z.py(), Rule::WithoutMasks, (z,)).map_err(|_| {
+    let array = rules::call(z.py(), Rule::WithoutMasks, (z,)).map_err(|error| {
+        // Who interrupts the first call of the rule, which imports it, says nothing of the array.
+        if !error.is_instance_of::<PyException>(z.py()) {
+            return error;
+        }
         PyValueError::new_err(format!(
             "z must be a rectangular array of numbers, got {}",
             describe(z)
