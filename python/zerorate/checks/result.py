@@ -124,7 +124,7 @@ class Checks(Result):
     >>> import zerorate as zr
     >>> recording = zr.simulate_motion("hand", duration=60.0).recording()
     >>> zr.check(recording)
-    Checks(gyro agrees, magnetometer agrees)
+    Checks(gyro agrees, magnetometer cannot tell)
     """
 
     gyro: Finding
