@@ -23,4 +23,6 @@ mod rest;
 #[cfg(feature = "std")]
 mod streaming;
 #[cfg(feature = "std")]
+mod vehicles;
+#[cfg(feature = "std")]
 mod wavelet;

@@ -228,17 +228,16 @@ mod tests {
 
     #[test]
     fn a_spike_is_left_out_and_a_magnet_is_not() {
-        let strengths = |all: &[f64]| {
+        fn passed<const N: usize>(strengths: [f64; N]) -> [bool; N] {
             let mut spikes = Spikes::default();
-            let pass = |x: &f64| spikes.pass(&Vector3::new(0.0, *x, 0.0));
-            all.iter().map(pass).collect::<Vec<_>>()
-        };
+            strengths.map(|x| spikes.pass(&Vector3::new(0.0, x, 0.0)))
+        }
         let (yes, no) = (true, false);
-        assert_eq!(strengths(&[800.0, 50.0, 51.0, 50.0]), [no, no, yes, yes]);
-        assert_eq!(strengths(&[50.0, 50.0, 800.0, 50.0, 1.0, 50.0]), [no, yes, no, yes, no, yes]);
-        assert_eq!(strengths(&[50.0, 50.0, 800.0, 800.0, 50.0]), [no, yes, no, no, yes]);
-        assert_eq!(strengths(&[50.0, 50.0, 800.0, 800.0, 800.0]), [no, yes, no, no, yes]);
-        assert_eq!(strengths(&[50.0, 50.0, 90.0, 170.0, 330.0]), [no, yes, yes, yes, yes]);
+        assert_eq!(passed([800.0, 50.0, 51.0, 50.0]), [no, no, yes, yes]);
+        assert_eq!(passed([50.0, 50.0, 800.0, 50.0, 1.0, 50.0]), [no, yes, no, yes, no, yes]);
+        assert_eq!(passed([50.0, 50.0, 800.0, 800.0, 50.0]), [no, yes, no, no, yes]);
+        assert_eq!(passed([50.0, 50.0, 800.0, 800.0, 800.0]), [no, yes, no, no, yes]);
+        assert_eq!(passed([50.0, 50.0, 90.0, 170.0, 330.0]), [no, yes, yes, yes, yes]);
     }
 
     #[test]
