@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import zerorate as zr
 from oracle.temperature_filter import TemperatureFilter as Twin
 from support.records import warm_records
+from support.rounding import but_for_rounding
 from support.settings import temperature_settings
 
 # As of the other filters that weigh models by likelihoods.
@@ -47,7 +48,9 @@ def test_it_is_its_twin(data):
     z, temperature = data.draw(warm_records()).T
     got, expected = compared(arguments, z, temperature)
     scale = np.abs(expected).max(initial=1.0)
-    np.testing.assert_allclose(got, expected, rtol=TOLERANCE, atol=TOLERANCE * scale)
+    limits = {key: arguments.get(key) for key in ("rest_limit", "bias_limit")}
+    with but_for_rounding(z, arguments["rate"], **limits):
+        np.testing.assert_allclose(got, expected, rtol=TOLERANCE, atol=TOLERANCE * scale)
 
 
 @pytest.mark.parametrize("step", [0.0, 1.0])

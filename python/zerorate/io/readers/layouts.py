@@ -34,6 +34,8 @@ _RATE: Final = re.compile(
 )
 _TIME_OF_DAY: Final = re.compile(r"\d{1,4}[-/.:]\w+[-/.:]\d.*")
 _TIMES: Final = {spelling for spellings in UNITS.values() for spelling in spellings}
+_NO_UNIT: Final = ("", "-")
+"""What stands for no value in a row, and for none in a line of units."""
 _LOOKED_AT: Final = 400
 """Lines that tell how many cells a row has."""
 _FOR_COMMA: Final = 50
@@ -148,10 +150,26 @@ def _first_row(cells: list[list[str]], decimal_comma: bool) -> int:
         return 1
     (width, _), *_ = sorted(widths.items(), key=lambda item: (-item[1], -item[0]))
     at = next(i for i, row in enumerate(cells) if has_value[i] and len(row) == width)
+    at = _first_gappy(cells, at, decimal_comma)
     following = cells[at + 1] if at + 1 < len(cells) else None
     if following is not None and len(following) == width:
         return at + _is_header(cells[at], following, decimal_comma)
     return at + (at == 0 and not all(cell in MISSING or is_value(cell) for cell in cells[at]))
+
+
+def _first_gappy(cells: list[list[str]], at: int, decimal_comma: bool) -> int:
+    """Return the first of the lines above a row that are rows, too: much may be missing in them.
+
+    Lines without any cell are rows between two rows, and a space below a header.
+    """
+    first = at
+    for above in reversed(range(at)):
+        told = [cell for cell in cells[above] if cell not in _NO_UNIT]
+        known = all(cell in MISSING or is_value(cell, decimal_comma) for cell in told)
+        if len(cells[above]) != len(cells[at]) or not known:
+            break
+        first = above if told else first
+    return first
 
 
 def _is_header(row: list[str], following: list[str], decimal_comma: bool) -> bool:
