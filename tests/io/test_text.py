@@ -166,3 +166,19 @@ def test_any_content_is_read_or_refused(tmp_path_factory, raw):
     except LogError:
         return
     assert log.n >= 1
+
+
+@pytest.mark.parametrize("first", ["NA;NA;-2,5", ";;-2,5", "NA;NA;NA"])
+def test_a_first_row_with_much_missing_is_a_row(tmp_path, parser, first):
+    path = tmp_path / "log.csv"
+    path.write_text(f"gyro_x;gyro_y;gyro_z\n{first}\n" + "1,5;2,5;3,5\n" * 5)
+    data = read_log(path, rate=100).data
+    assert data.shape == (6, 3)
+    assert np.isnan(data[0, :2]).all()
+
+
+def test_a_space_below_the_names_is_none_among_the_rows(tmp_path, parser):
+    path = tmp_path / "log.csv"
+    path.write_text("gyro_x;gyro_y;gyro_z\n;;\n" + "1,5;2,5;3,5\n;;\n" * 5)
+    data = read_log(path, rate=100).data
+    np.testing.assert_array_equal(np.isnan(data).all(axis=1), [False, True] * 5)

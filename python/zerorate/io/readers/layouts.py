@@ -82,7 +82,8 @@ def find_layout(raw: bytes, names: tuple[str, ...] | None = None) -> tuple[Layou
     if not below_names and at:
         _check_has_number(first, row, decimal_comma)
         told, at = _header(cells, body, at)
-        header = body[at].text
+        # A space below the names is not what stands among the rows when a device is started anew.
+        header = body[at].text if any(cells[at]) else None
     told = told and _without_empty_times(told, cells[at_row:])
     layout = Layout(
         offset=first.offset,
