@@ -309,9 +309,9 @@ proptest! {
 
 #[cfg(feature = "std")]
 proptest! {
-    // So has this one.
+    // So has this one, and three times as many.
     #![proptest_config(ProptestConfig {
-        cases: ProptestConfig::default().cases / 16,
+        cases: ProptestConfig::default().cases / 32,
         failure_persistence: None,
         ..ProptestConfig::default()
     })]
