@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from zerorate._native import DriftFilter, filter_options
+from zerorate.faults import ArgumentError
 from zerorate.units import convert, kind
 
 if TYPE_CHECKING:
@@ -169,7 +170,7 @@ def check_used(given: Iterable[str], methods: Sequence[str]) -> None:
         users = _option(name).methods
         if not set(users) & set(methods):
             running = f"method{'s' if len(methods) > 1 else ''} {_listed(methods)}"
-            raise ValueError(f"{name} has no effect on {running}, only on {_listed(users)}")
+            raise ArgumentError(name, f"has no effect on {running}, only on {_listed(users)}")
 
 
 def used_by(method: str, options: Mapping[str, Any]) -> dict[str, Any]:

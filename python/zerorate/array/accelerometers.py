@@ -9,6 +9,7 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.io.log import checked_rate
 from zerorate.io.missing import floats
 from zerorate.types import Booleans, Floats, Integers
@@ -190,7 +191,7 @@ def fuse_accelerometers(
     matrices, levers = _rotations(rotations, sensors), _positions(positions, sensors)
     given = _given(weights, sensors)
     if not 0.0 <= scale_error <= 1.0:
-        raise ValueError(f"scale_error must be from 0 to 1, got {scale_error}")
+        raise ArgumentError("scale_error", f"must be from 0 to 1, got {scale_error}")
     omega = _rates(rate_fused, n) * units.rate
     there = _present(samples, limit, units.accel)
     force = np.where(there[:, :, np.newaxis], samples * units.accel, np.nan)
@@ -233,7 +234,7 @@ class _Units(NamedTuple):
             ("accel_unit", accel_unit, "acceleration"),
         ):
             if kind(unit) != expected:
-                raise ValueError(f"{name} must be a unit of {expected}, got '{unit}'")
+                raise ArgumentError(name, f"must be a unit of {expected}, got '{unit}'")
         return cls(
             convert(1.0, gyro_unit, "rad/s"),
             convert(1.0, accel_unit, "m/s^2"),
@@ -330,14 +331,16 @@ def _derivative(omega: Floats, rate: float) -> tuple[Floats, Floats]:
 def _samples(accel: npt.ArrayLike) -> Floats:
     samples = floats(accel, "accel")
     if samples.ndim != 3 or samples.shape[2] != 3 or 0 in samples.shape:
-        raise ValueError(f"accel must have shape (n, sensors, 3), got {samples.shape}")
+        raise ArgumentError("accel", f"must have shape (n, sensors, 3), got {samples.shape}")
     return samples
 
 
 def _rates(rate_fused: npt.ArrayLike, n: int) -> Floats:
     rates = floats(rate_fused, "rate_fused")
     if rates.shape != (n, 3):
-        raise ValueError(f"rate_fused must have shape ({n}, 3), as accel has, got {rates.shape}")
+        raise ArgumentError(
+            "rate_fused", f"must have shape ({n}, 3), as accel has, got {rates.shape}"
+        )
     return np.where(np.abs(rates) <= _MOST_RATE, rates, np.nan)
 
 
@@ -346,7 +349,7 @@ def _rotations(rotations: npt.ArrayLike | None, sensors: int) -> Floats | None:
         return None
     matrices = floats(rotations, "rotations")
     if matrices.shape != (sensors, 3, 3):
-        raise ValueError(f"rotations must have shape ({sensors}, 3, 3), got {matrices.shape}")
+        raise ArgumentError("rotations", f"must have shape ({sensors}, 3, 3), got {matrices.shape}")
     for k, matrix in enumerate(matrices):
         off = np.abs(matrix @ matrix.T - np.eye(3)).max()
         # Not so for NaN.
@@ -360,9 +363,11 @@ def _positions(positions: npt.ArrayLike | None, sensors: int) -> Floats | None:
         return None
     levers = floats(positions, "positions")
     if levers.shape != (sensors, 3):
-        raise ValueError(f"positions must have shape ({sensors}, 3), in m, got {levers.shape}")
+        raise ArgumentError(
+            "positions", f"must have shape ({sensors}, 3), in m, got {levers.shape}"
+        )
     if not (np.abs(levers) <= _MOST_LEVER).all():
-        raise ValueError(f"positions must be finite, within {_MOST_LEVER:g} m")
+        raise ArgumentError("positions", f"must be finite, within {_MOST_LEVER:g} m")
     return levers
 
 
@@ -370,14 +375,14 @@ def _given(weights: str | npt.ArrayLike, sensors: int) -> Floats | str:
     """Return the word, or numbers of mean 1."""
     if isinstance(weights, str):
         if weights not in ("auto", "mean", "white"):
-            raise ValueError(f"weights must be auto, mean, white or numbers, got '{weights}'")
+            raise ArgumentError("weights", f"must be auto, mean, white or numbers, got '{weights}'")
         return weights
     numbers = floats(weights, "weights")
     if numbers.shape != (sensors,) or not (np.isfinite(numbers) & (numbers >= 0.0)).all():
-        raise ValueError(f"weights must be {sensors} numbers, none negative")
+        raise ArgumentError("weights", f"must be {sensors} numbers, none negative")
     largest = float(numbers.max())
     if largest == 0.0:
-        raise ValueError("weights must not all be zero")
+        raise ArgumentError("weights", "must not all be zero")
     scaled: Floats = numbers / largest
     scaled /= scaled.mean()
     return scaled
@@ -388,7 +393,7 @@ def _present(samples: Floats, limit: float | None, factor: float) -> Booleans:
     most = _MOST_ACCEL / factor
     if limit is not None:
         if not limit > 0.0:
-            raise ValueError(f"limit must be positive, got {limit}")
+            raise ArgumentError("limit", f"must be positive, got {limit}")
         most = min(most, np.nextafter(limit, 0.0))
     there: Booleans = np.all(np.abs(samples) <= most, axis=2)
     return there

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from zerorate import _native
 from zerorate.array.virtual_gyro import Parts, VirtualGyro, WeightsName, weigh
+from zerorate.faults import ArgumentError, given, said
 from zerorate.io import Log
 from zerorate.io.log import checked_rate
 from zerorate.io.missing import floats
@@ -236,16 +237,17 @@ def _checked(z: npt.ArrayLike, bridge: int) -> Floats:
     """Return a copy of the record, NaN for all that is not finite."""
     record = floats(z, "z")
     if record.ndim == 3:
-        raise ValueError(
-            "z must have shape (n, N), the rates of N gyros about one axis, "
-            f"got {record.shape}: take one axis at a time, z[:, :, 0]"
+        raise ArgumentError(
+            "z",
+            "must have shape (n, N), the rates of N gyros about one axis, "
+            f"got {record.shape}: take one axis at a time, z[:, :, 0]",
         )
     if record.ndim != 2 or 0 in record.shape:
-        raise ValueError(
-            f"z must have shape (n, N), a column for each of N gyros, got {record.shape}"
+        raise ArgumentError(
+            "z", f"must have shape (n, N), a column for each of N gyros, got {record.shape}"
         )
     if bridge < 0:
-        raise ValueError(f"bridge must not be negative, got {bridge}")
+        raise ArgumentError("bridge", f"must not be negative, got {bridge}")
     return np.where(np.isfinite(record), record, np.nan)
 
 
@@ -263,7 +265,7 @@ def _names(names: Sequence[str] | None, gyros: int) -> tuple[str, ...]:
         return tuple(f"gyro {i + 1}" for i in range(gyros))
     listed = (names,) if isinstance(names, str) else tuple(names)
     if len(listed) != gyros:
-        raise ValueError(f"names must have one entry a gyro: {gyros}, got {len(listed)}")
+        raise ArgumentError("names", f"must have one entry a gyro: {gyros}, got {len(listed)}")
     return listed
 
 
@@ -429,4 +431,8 @@ def _on_terms(terms: Integers, tau: Floats) -> Iterator[str]:
     """Yield a note on the averaging times for which the gaps leave no term."""
     empty = np.flatnonzero(terms == 0)
     if empty.size:
-        yield f"gaps leave no term from {tau[empty[0]]:g} s on: bridge= fills short ones"
+        yield said(
+            f"gaps leave no term from {tau[empty[0]]:g} s on: ",
+            given("bridge"),
+            " fills short ones",
+        )

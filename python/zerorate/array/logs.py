@@ -9,6 +9,7 @@ from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
+from zerorate.faults import ArgumentError
 from zerorate.io.log import Log, LogError, Recording, checked_rate
 from zerorate.io.names import looks_like_gyro, meaning_of, plain, split_unit
 from zerorate.types import Floats
@@ -183,7 +184,7 @@ def _taken_apart(log: Log, axes: int | None) -> list[_Sensor]:
     """Return the sensors that share a log."""
     size = axes or (3 if _in_threes(log.names) else 1)
     if size not in (1, 3):
-        raise ValueError(f"axes must be 1 or 3, got {size}")
+        raise ArgumentError("axes", f"must be 1 or 3, got {size}")
     if log.channels % size:
         raise LogError(
             f"{log.channels} columns are no sensors of {size} axes each: {', '.join(log.names)}"

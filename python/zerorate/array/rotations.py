@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import DriftFilter
+from zerorate.faults import ArgumentError
 from zerorate.geometry import rotations as quaternions
 from zerorate.io.log import LogError, checked_rate
 from zerorate.io.missing import floats
@@ -284,14 +285,14 @@ class _Pair(NamedTuple):
 def _samples(z: npt.ArrayLike) -> Floats:
     samples = floats(z, "z")
     if samples.ndim != 3 or samples.shape[2] != 3 or 0 in samples.shape:
-        raise ValueError(f"z must have shape (n, sensors, 3), got {samples.shape}")
+        raise ArgumentError("z", f"must have shape (n, sensors, 3), got {samples.shape}")
     return samples
 
 
 def _names(labels: Sequence[str] | None, sensors: int) -> tuple[str, ...]:
     names = tuple(str(i + 1) for i in range(sensors)) if labels is None else tuple(labels)
     if len(names) != sensors or len(set(names)) < sensors:
-        raise ValueError(f"labels must be {sensors} different names, got {names}")
+        raise ArgumentError("labels", f"must be {sensors} different names, got {names}")
     return names
 
 

@@ -10,6 +10,7 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
+from zerorate.faults import ArgumentError
 from zerorate.types import Floats
 from zerorate.views import Result
 
@@ -211,7 +212,7 @@ def _check(
     parts: Parts, seconds: float, horizon: float, weights: str, names: Sequence[str]
 ) -> None:
     if not horizon > 0.0:
-        raise ValueError(f"horizon must be a positive time in s, or infinite, got {horizon}")
+        raise ArgumentError("horizon", f"must be a positive time in s, or infinite, got {horizon}")
     if weights not in _NAMES:
         raise ValueError(f"unknown weights {weights!r}; known: {', '.join(_NAMES)}")
     least = _LEAST_SECONDS * len(names)

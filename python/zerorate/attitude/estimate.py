@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from zerorate._native import Attitude
 from zerorate.calibration.calibration import Calibration
+from zerorate.faults import ArgumentError
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
 from zerorate.geometry.rotations import euler_angles
 from zerorate.io import Log, Recording
@@ -274,8 +275,8 @@ def estimate_attitude(
     True
     """
     if reference_frame is not None and reference_frame not in FRAMES:
-        raise ValueError(
-            f"reference_frame must be one of {', '.join(FRAMES)}, got {reference_frame!r}"
+        raise ArgumentError(
+            "reference_frame", f"must be one of {', '.join(FRAMES)}, got {reference_frame!r}"
         )
     if calibration is not None:
         recording = calibration.apply(recording, gyro=gyro, **({"accel": accel} if accel else {}))

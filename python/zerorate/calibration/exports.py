@@ -19,6 +19,7 @@ from zerorate.calibration.parameters import (
     GYRO_MATRIX,
     PARAMETERS,
 )
+from zerorate.faults import given, said
 from zerorate.io.atomic import atomic_path
 from zerorate.noise.exports import written
 from zerorate.types import Floats
@@ -316,8 +317,14 @@ def _in_si(calibration: Calibration, program: str) -> Calibration:
     ):
         if unit not in UNITS:
             raise ValueError(
-                f"{program} takes samples in rad/s and m/s^2, and the unit of the {sensor} is not "
-                "known: give unit= or scale= where the log is read"
+                said(
+                    f"{program} takes samples in rad/s and m/s^2, and the unit of the {sensor} is "
+                    "not known: give ",
+                    given("unit"),
+                    " or ",
+                    given("scale"),
+                    " where the log is read",
+                )
             )
     return calibration.in_units(gyro="rad/s", accel="m/s^2")
 

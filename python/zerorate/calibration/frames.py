@@ -20,6 +20,7 @@ from zerorate.calibration.parameters import (
     Vector,
     estimated,
 )
+from zerorate.faults import ArgumentError
 from zerorate.noise.coefficient import NOTHING_KNOWN
 from zerorate.types import Booleans, Floats
 
@@ -62,7 +63,7 @@ def rotation_of(matrix: Floats, frame: Frame) -> Floats:
 def in_frame(calibration: Calibration, frame: Frame) -> Calibration:
     """Return a calibration in the axes of a frame; itself if it is in them."""
     if frame not in ("x", "z", "symmetric"):
-        raise ValueError(f"frame must be 'x', 'z' or 'symmetric', got {frame!r}")
+        raise ArgumentError("frame", f"must be 'x', 'z' or 'symmetric', got {frame!r}")
     if frame == calibration.frame:
         return calibration
     values = calibration.values

@@ -19,6 +19,7 @@ from zerorate.calibration.parameters import (
     G_SENSITIVITY,
     GYRO_BIAS,
 )
+from zerorate.faults import ArgumentError
 from zerorate.io import Log, LogError, Recording
 from zerorate.io.missing import floats
 from zerorate.io.names import UNKNOWN, looks_like_accelerometer, looks_like_gyro
@@ -177,7 +178,7 @@ def corrector(
     if inputs == 3:
         return ImuCorrector(*gyro, inputs=3, channels=channels)
     if inputs not in _COLUMNS:
-        raise ValueError(f"inputs must be 3, 6 or 7, got {inputs!r}")
+        raise ArgumentError("inputs", f"must be 3, 6 or 7, got {inputs!r}")
     accel = calibration.accel
     per_g = convert(1.0, "g", accel.unit)
     return ImuCorrector(
@@ -319,14 +320,14 @@ def apply_accel(calibration: Calibration, z: npt.ArrayLike) -> Floats:
 def _axes(z: npt.ArrayLike, name: str) -> Floats:
     values = floats(z, name)
     if values.ndim not in (1, 2) or values.shape[-1] != 3:
-        raise ValueError(f"{name} must have shape (n, 3) or (3,), got {values.shape}")
+        raise ArgumentError(name, f"must have shape (n, 3) or (3,), got {values.shape}")
     return values
 
 
 def _like(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
     found = floats(values, name)
     if found.ndim and found.shape != shape and found.shape != shape[1:]:
-        raise ValueError(f"{name} must have shape {shape} as the gyro, got {found.shape}")
+        raise ArgumentError(name, f"must have shape {shape} as the gyro, got {found.shape}")
     return np.broadcast_to(found, shape)
 
 
@@ -339,9 +340,10 @@ def _of_array(calibration: Calibration, samples: npt.ArrayLike) -> Floats:
         )
     values = floats(samples, "samples")
     if values.ndim not in (1, 2) or values.shape[-1] not in _COLUMNS:
-        raise ValueError(
-            "samples must have shape (n, 3) of a gyro, (n, 6) of gyro and accelerometer or (n, 7) "
-            f"with the temperature behind, got {values.shape}"
+        raise ArgumentError(
+            "samples",
+            "must have shape (n, 3) of a gyro, (n, 6) of gyro and accelerometer or (n, 7) "
+            f"with the temperature behind, got {values.shape}",
         )
     rows = np.atleast_2d(values)
     if rows.shape[1] == 3:

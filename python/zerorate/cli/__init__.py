@@ -7,7 +7,7 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, prepare, tell
 from zerorate.texts import extra_needed
@@ -95,9 +95,6 @@ def _told(error: BaseException) -> int:
         return _of_the_system(error)
     if isinstance(error, MemoryError):
         return _fail("there is not enough memory for this much data", 1)
-    # The base class of usage errors has no public name that is the same in every typer.
-    if hasattr(error, "format_message"):
-        return _fail(_in_plain_words(error), 2)
     return _own_fault(error)
 
 
@@ -124,15 +121,6 @@ def _of_the_system(error: OSError) -> int:
     if isinstance(error, BrokenPipeError):
         return BROKEN_PIPE
     return _fail(f"the results cannot be printed: {error}", 1)
-
-
-def _in_plain_words(error: Any) -> str:  # noqa: ANN401
-    """Return what is wrong with what was typed, and how it is right."""
-    from zerorate.cli.app import hint
-    from zerorate.cli.errors import in_plain_words
-
-    command = getattr(getattr(error, "ctx", None), "info_name", None)
-    return in_plain_words(error.format_message(), hint(command))
 
 
 def _own_fault(error: BaseException) -> int:

@@ -15,8 +15,8 @@ from zerorate.cli.errors import (
     DataFault,
     UsageFault,
     as_usage,
-    in_options,
     require,
+    sentence,
     writing,
 )
 from zerorate.cli.options import (
@@ -214,14 +214,14 @@ def _found(analysis: partial[Characterisation], log: Log, progress: Progress) ->
         with as_usage():
             return analysis(log, progress=progress)
     except LogError as error:
-        raise DataFault(f"{log.meta['source']}: {in_options(error)}") from None
+        raise DataFault(f"{log.meta['source']}: {sentence(error)}") from None
 
 
 def _print_result(found: Sequence[Characterisation], outputs: "_Outputs") -> None:
     print(format_allan(found))
     notes = format_allan_notes(found)
     if notes:
-        print(f"\n{in_options(notes)}")
+        print(f"\n{notes}")
     print_written(outputs.paths)
 
 

@@ -1,15 +1,17 @@
 """The commands of the program."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Annotated, Final
 
 import typer
 
 from zerorate._native import __version__
-from zerorate.cli.errors import Hint
+from zerorate.cli.errors import UsageFault
+from zerorate.cli.typed import Hint, flags_of, in_plain_words, unknown
+from zerorate.faults import naming
 
-__all__ = ["hint", "invoke", "program"]
+__all__ = ["invoke", "program"]
 
 _COMMANDS: Final = {
     "demo": (
@@ -109,12 +111,26 @@ def _not_called() -> None:
     """Only for the list in help."""
 
 
-def hint(called: str | None) -> Hint:
+_OTHERWISE: Final[Mapping[str, Mapping[str, str]]] = {
+    "navigate": {"span": "--rest", "seconds": "--outages"},
+    "stream": {
+        "beside": "--with",
+        "data_scale": "--scale",
+        "gyro_scale": "--scale",
+        "accel_scale": "--scale",
+        "gyro_unit": "--unit",
+        "accel_unit": "--unit",
+        "mag": "--no-mag",
+    },
+}
+"""Arguments of the package that a command has under another name."""
+
+
+def _hint(called: str) -> Hint:
     """Return what helps on with a command, or with the program."""
-    command = (called or "").removeprefix("zerorate ")
-    if command not in _COMMANDS:
+    if called not in _COMMANDS:
         return Hint("zerorate --help", _COMMANDS["demo"][1])
-    return Hint(f"zerorate {command} --help", _COMMANDS[command][1])
+    return Hint(f"zerorate {called} --help", _COMMANDS[called][1])
 
 
 def invoke(arguments: list[str]) -> int:
@@ -124,8 +140,18 @@ def invoke(arguments: list[str]) -> int:
     group = typer.main.get_group(program(called))
     if called in _COMMANDS and arguments[0] == called:
         # At once: for options of its own the program would import what checks values.
-        command, name = group.commands[called], f"zerorate {called}"
-        code = command.main(args=arguments[1:], prog_name=name, standalone_mode=False)
+        command, name, words = group.commands[called], f"zerorate {called}", arguments[1:]
+        taken, flags = _command(called), flags_of(command, _OTHERWISE.get(called, {}))
+    elif arguments[0] == called:
+        raise UsageFault(unknown("command", called, [*_COMMANDS], _hint("")))
     else:
-        code = group.main(args=arguments, prog_name="zerorate", standalone_mode=False)
-    return int(code or 0)
+        command, name, words, taken, flags = group, "zerorate", arguments, None, {}
+    try:
+        with naming(flags):
+            return int(command.main(args=words, prog_name=name, standalone_mode=False) or 0)
+    except Exception as error:
+        # The base class of usage errors has no public name that is the same in every typer.
+        if hasattr(error, "format_message"):
+            told = in_plain_words(error, taken, words, _hint(called))
+            raise UsageFault(told) from None
+        raise

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, writing
+from zerorate.cli.errors import UsageFault, as_usage, of_log, writing
 from zerorate.cli.outputs import check_outputs, print_written, progress_bar, together
 from zerorate.cli.records import Record, print_title
 from zerorate.io import LogError, read_recording, write_log
@@ -190,7 +190,7 @@ def _print(result: ArrayReplay, rotations: Rotations | None, files: Sequence[Pat
     turned = None if rotations is None else format_rotations(rotations)
     notes = format_array_notes(result, [*_not_aligned(result)])
     accel = None if result.accel is None else format_accelerometers(result)
-    print("\n\n".join(filter(None, (format_array(result), accel, turned, in_options(notes)))))
+    print("\n\n".join(filter(None, (format_array(result), accel, turned, notes))))
     print_written(files)
 
 
@@ -242,5 +242,4 @@ def _naming(source: str) -> Iterator[None]:
     try:
         yield
     except LogError as error:
-        text = str(error)
-        raise DataFault(text if text.startswith(source) else f"{source}: {text}") from None
+        raise of_log(error, source) from None

@@ -14,7 +14,7 @@ from zerorate.attitude.estimate import METHODS, AttitudeEstimate, estimate_attit
 from zerorate.calibration.calibration import Calibration
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
-from zerorate.cli.errors import in_options, require, writing
+from zerorate.cli.errors import require, writing
 from zerorate.cli.options import (
     PANEL,
     FigureFormat,
@@ -189,7 +189,7 @@ def attitude(
             files.write(estimate, progress)
         print_title(one, first=one is found[0])
         print_alarms(alarms)
-        print(in_options(estimate.table()))
+        print(estimate.table())
         print_written(files.paths)
 
 

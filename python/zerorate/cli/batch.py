@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 import typer
 
 from zerorate.cli.calibrations import read_calibration
-from zerorate.cli.errors import DataFault, UsageFault, in_options, of_a_file
+from zerorate.cli.errors import DataFault, UsageFault, of_a_file, sentence
 from zerorate.cli.options import (
     LogFormat,
     NoAccel,
@@ -20,6 +20,7 @@ from zerorate.cli.options import (
     with_reading_options,
 )
 from zerorate.cli.outputs import counting_bar
+from zerorate.faults import told
 from zerorate.numerals import significant
 from zerorate.options import FILTER_OPTIONS
 from zerorate.run.batch import BatchResult, Outlier, Settings, run_batch
@@ -125,7 +126,7 @@ def batch(
                 progress=progress,
             )
     except (ValueError, ImportError) as error:
-        raise UsageFault(in_options(error)) from None
+        raise UsageFault(sentence(error)) from None
     except OSError as error:
         raise DataFault(of_a_file(error)) from None
     _print(result)
@@ -151,7 +152,7 @@ def _print(result: BatchResult) -> None:
         f"{counts['skipped']} skipped, {counts['failed']} failed"
     )
     for one in result.failed:
-        print(f"failed: {one.name}: {in_options(one.error)}")
+        print(f"failed: {one.name}: {told(one.error or '')}")
     if result.left_out:
         count = len(result.left_out)
         print(f"left out: {count} file{'s' if count > 1 else ''} that zerorate has written")
@@ -164,7 +165,7 @@ def _print(result: BatchResult) -> None:
 
 def _print_notes(notes: Mapping[str, Sequence[str]]) -> None:
     for note, logs in islice(notes.items(), _SHOWN):
-        print(f"note: {logs[0]}{_and_others(len(logs) - 1)}: {in_options(note)}")
+        print(f"note: {logs[0]}{_and_others(len(logs) - 1)}: {told(note)}")
     if len(notes) > _SHOWN:
         print(f"{len(notes) - _SHOWN} more notes are in the summary")
 

@@ -16,7 +16,7 @@ from zerorate.calibration.choice import own_sensors
 from zerorate.calibration.parameters import GYRO_MATRIX
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, require, writing
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, require, writing
 from zerorate.cli.options import (
     READING,
     FigureFormat,
@@ -336,7 +336,7 @@ def _print(calibration: Calibration, recording: Recording, old: Calibration | No
 def _notes(recording: Recording) -> tuple[str, ...]:
     """Return the sentences on a recording and on its logs, none of them twice."""
     of_logs = (note for log in recording.values() for note in notes_of(log))
-    return tuple(dict.fromkeys(map(in_options, (*recording.notes, *of_logs))))
+    return tuple(dict.fromkeys((*recording.notes, *of_logs)))
 
 
 def _load_plotting() -> None:

@@ -1,22 +1,17 @@
 """Calibrations that commands read, and recordings of an IMU that they are applied to."""
 
-import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
 from zerorate.calibration.calibration import Calibration
 from zerorate.calibration.choice import corrected_gyro as gyro_of
 from zerorate.calibration.choice import own_accel
-from zerorate.cli.errors import DataFault, as_usage, in_options, of_a_file
+from zerorate.cli.errors import DataFault, as_usage, of_a_file, of_log
 from zerorate.cli.options import Reading, units_of_sensors
 from zerorate.io import Log, LogError, Recording, read_recording
 from zerorate.io.formats import LogSource
-
-_NAME: Final = re.compile(r"\b(gyro|accel)='([^']+)'")
-"""A sensor that is chosen by an argument."""
 
 __all__ = ["corrected_imu", "naming", "read_calibration", "read_imu"]
 
@@ -66,5 +61,4 @@ def naming(recording: Recording) -> Iterator[None]:
         with as_usage():
             yield
     except LogError as error:
-        said, source = _NAME.sub(r"--\1 \2", in_options(error)), recording.source
-        raise DataFault(said if said.startswith(source) else f"{source}: {said}") from None
+        raise of_log(error, recording.source) from None

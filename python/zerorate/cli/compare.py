@@ -9,7 +9,7 @@ from typing import Annotated, cast
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, writing
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, sentence, writing
 from zerorate.cli.options import (
     RECORDING,
     Reading,
@@ -147,9 +147,9 @@ def _compared(
     try:
         return run_methods(recordings, methods, progress, faults)
     except LogError as error:
-        raise DataFault(in_options(error)) from None
+        raise DataFault(sentence(error)) from None
     except ValueError as error:
-        raise UsageFault(in_options(error)) from None
+        raise UsageFault(sentence(error)) from None
 
 
 def _attitudes(
@@ -164,7 +164,7 @@ def _attitudes(
         try:
             found = compare_attitude([one], methods, progress, frame=cast(Frame, frame))
         except LogError as error:
-            notes.append(f"no attitude: {in_options(error)}")
+            notes.append(f"no attitude: {sentence(error)}")
         else:
             rows.extend(found.rows)
             notes.extend(found.notes)

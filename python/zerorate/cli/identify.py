@@ -10,7 +10,7 @@ from typing import Annotated, Final, Literal, NoReturn
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, in_options, require, writing
+from zerorate.cli.errors import DataFault, UsageFault, require, writing
 from zerorate.cli.options import (
     Force,
     LogArgument,
@@ -29,6 +29,7 @@ from zerorate.cli.outputs import (
     together,
 )
 from zerorate.cli.records import print_title, records
+from zerorate.faults import said, sentence_of, told
 from zerorate.identify.arma import MAX_ORDER
 from zerorate.identify.as_json import as_json
 from zerorate.identify.identification import LEAST_SAMPLES, Identification
@@ -219,25 +220,25 @@ def _found(analysis: Callable[..., Identification], log: Log, progress: Progress
         try:
             axes.append(analysis(z, log.rate, name=name, unit=log.unit, progress=tell))
         except ValueError as error:
-            refused[name] = in_options(error)
+            refused[name] = sentence_of(error)
     if not axes:
         _refuse(log, refused)
-    left_out = (f"{name} is left out: {reason}" for name, reason in refused.items())
+    left_out = (said(f"{name} is left out: ", reason) for name, reason in refused.items())
     return _Found(axes, (*notes_of(log, even=True), *left_out))
 
 
 def _refuse(log: Log, reasons: Mapping[str, str]) -> NoReturn:
     """Raise a fault of the data where no column can be modelled, else one of the options."""
-    told = "; ".join(f"column '{name}': {reason}" for name, reason in reasons.items())
+    listed = "; ".join(f"column '{name}': {told(reason)}" for name, reason in reasons.items())
     for z in log.data.T:
         try:
             as_record(z, LEAST_SAMPLES, "identification")
         except ValueError:
             raise DataFault(
-                f"{log.meta['source']}: {told}; others are chosen with --columns"
+                f"{log.meta['source']}: {listed}; others are chosen with --columns"
             ) from None
     name, reason = next(iter(reasons.items()))
-    raise UsageFault(f"{name}: {reason}")
+    raise UsageFault(f"{name}: {told(reason)}")
 
 
 def _print_result(found: _Found, outputs: "_Outputs") -> None:

@@ -3,9 +3,8 @@
 import json
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -48,6 +47,7 @@ from zerorate.cli.outputs import (
     progress_bar,
     together,
 )
+from zerorate.faults import said
 from zerorate.io import LogError, Recording, write_log
 from zerorate.navigation.alignment import Alignment, align
 from zerorate.navigation.clock import find_time_offset
@@ -271,10 +271,10 @@ def navigate(
     with progress_bar() as progress:
         recording = read_imu(reading, log)
         fixes = _read_fixes(log, gnss)
-        with naming(recording), _in_own_words():
+        with naming(recording):
             corrected = recording if known is None else known.apply(recording)
             corrected, alarms = checked(corrected, fix)
-        with said_first(alarms), naming(recording), _in_own_words():
+        with said_first(alarms), naming(recording):
             found = in_background(lambda: asked.navigated(corrected, fixes, progress))
         files.write(found, progress)
     print_alarms(alarms)
@@ -366,30 +366,9 @@ def _noise(path: Path, quantity: str) -> NoiseModel:
         raise DataFault(text if text.startswith(str(path)) else f"{path}: {text}") from None
 
 
-@contextmanager
-def _in_own_words() -> Iterator[None]:
-    """Name options where messages of the package name arguments."""
-
-    def said(error: Exception) -> str:
-        text = re.sub(r"\b(span|heading|time_offset)=", _named, str(error))
-        return re.sub(r"^(span|gate|antenna|axle|heading|seconds)\b", _named, text)
-
-    try:
-        yield
-    except LogError as error:
-        raise LogError(said(error)) from None
-    except ValueError as error:
-        raise ValueError(said(error)) from None
-
-
-def _named(found: re.Match[str]) -> str:
-    flags = {"span": "--rest", "seconds": "--outages", "time_offset": "--time-offset"}
-    return flags.get(found[1], f"--{found[1]}")
-
-
 def _read_fixes(log: Path, gnss: Path | None) -> Fixes:
     try:
-        with read_faults(columns_asked=False):
+        with read_faults():
             return read_fixes(log if gnss is None else gnss)
     except DataFault as fault:
         if gnss is not None:
@@ -519,7 +498,7 @@ class _Asked:
             keep="all" if self.smooth else "track",
         )
         if not track.navigating.any():
-            raise LogError(f"the filter did not begin: {not_begun(track)}")
+            raise LogError(said("the filter did not begin: ", not_begun(track)))
         nis = track.nis()
         progress("outages", 0.3)
         errors = self._outages(recording, fixes, nav, progress)

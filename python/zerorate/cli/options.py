@@ -2,8 +2,7 @@
 
 import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, StrEnum
 from pathlib import Path
@@ -12,7 +11,8 @@ from typing import Annotated, Any, Final, TypeAlias, TypeVar
 import typer
 
 from zerorate._native import DriftFilter
-from zerorate.cli.errors import UsageFault, as_usage, in_options, read_faults
+from zerorate.cli.errors import UsageFault, as_usage, read_faults
+from zerorate.faults import naming
 from zerorate.io import raw_counts
 from zerorate.io.counts import Scale
 from zerorate.io.names import canonical_unit
@@ -65,9 +65,6 @@ _FLAGS: Final = {
     "scale": "--noise-scale",
 }
 """Options of the filter that are called otherwise than in Python."""
-
-_FIRST: Final = re.compile(rf"^({'|'.join(FILTER_OPTIONS)})\b")
-"""The option that a refusal begins with."""
 
 _REQUIRED: Final = inspect.Parameter.empty
 RECORDING: Final = (
@@ -217,8 +214,7 @@ class Reading:
         **further: Any,  # noqa: ANN401
     ) -> _Read:
         """Return what a reader makes of a source, or raise a fault that names options."""
-        chosen = (self.arguments["columns"], further.get("reference"), further.get("quaternion"))
-        with read_faults(columns_asked=any(chosen)):
+        with read_faults():
             return reader(source, **self.arguments, **further)
 
 
@@ -365,7 +361,7 @@ def _parse_scale(scale: str | None, device: str | None, ends: str | None) -> Sca
     if device is not None and ends is not None:
         if scale is not None:
             raise UsageFault("give either --scale or --device with --range, not both")
-        with _named_options():
+        with as_usage():
             return raw_counts(device, *_parse_numbers("--range", ends, "250 or 250,2"))
     if scale is None:
         return None
@@ -389,24 +385,13 @@ def _parse_fraction(text: str) -> float:
     return float(number) / float(divisor) if divisor else float(number)
 
 
-@contextmanager
-def _named_options() -> Iterator[None]:
-    """Turn what an argument is refused for into a usage fault that names options."""
-    try:
-        yield
-    except ValueError as error:
-        raise UsageFault(in_options(error)) from None
-
-
 def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> None:
     """Raise a usage fault for an option that no method uses, or a value that is refused."""
-    try:
+    with naming({name: flag(name) for name in FILTER_OPTIONS}), as_usage():
         check_used(options, methods)
         for method in methods:
             # Of the rate no refusal depends.
             DriftFilter(1.0, **{**used_by(method, options), "method": method})
-    except ValueError as error:
-        raise UsageFault(_FIRST.sub(lambda found: flag(found[0]), str(error))) from None
 
 
 def flag(name: str) -> str:
@@ -517,10 +502,10 @@ def _parse_pair(option: Option, text: str) -> tuple[float, float] | str:
 
 def parse_order(text: str) -> tuple[int, int]:
     """Return the orders of ``2,1``."""
-    found = re.fullmatch(r"\s*([0-9]+)\s*,\s*([0-9]+)\s*", text)
-    if found is None:
+    p, _, q = (word.strip() for word in text.partition(","))
+    if not (p + q).isdecimal() or not (p and q):
         raise UsageFault(f"--order takes two numbers p,q such as 2,1, got '{text}'")
-    return int(found[1]), int(found[2])
+    return int(p), int(q)
 
 
 def parse_columns(text: str | None, option: str = "--columns") -> list[str | int] | None:

@@ -35,7 +35,7 @@ def records(log: Path, group_by: str | int | None) -> Sequence[Record]:
     """Return the records in a file: itself, or one for each value in a column."""
     if group_by is None:
         return [Record(log)]
-    with read_faults(columns_asked=True):
+    with read_faults():
         parts = split_log(log, group_by)
     endings: dict[str, None] = {}
     for name in parts:

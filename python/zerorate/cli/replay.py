@@ -14,10 +14,9 @@ from zerorate.cli.array import ARRAY, ArrayOptions, refuse_with_array, replay_ar
 from zerorate.cli.calibrations import corrected_imu, read_calibration
 from zerorate.cli.checking import Fix, checked_files, print_alarms, said_first
 from zerorate.cli.errors import (
-    DataFault,
     UsageFault,
     as_usage,
-    in_options,
+    of_log,
     read_faults,
     require,
     writing,
@@ -203,7 +202,7 @@ def _replayed(
     if not draws:
         return _into_file(recording, files.log, files.force, progress, asked)
     accel = asked["accel"]
-    with read_faults(columns_asked=False):
+    with read_faults():
         whole = recording.log()
         own = None if accel is None else accel.log()
     result = in_memory(whole, progress, **{**asked, "accel": own})
@@ -215,7 +214,7 @@ def _into_file(
     recording: LogFile, path: Path, force: bool, progress: Progress, asked: Mapping[str, Any]
 ) -> Summary:
     """Write the filtered log block by block and return the rest, or raise a fault."""
-    with writing(), _naming(recording.header), _values():
+    with writing(), _naming(recording.header), as_usage():
         make_folders([path])
         return replay_to_file(recording, path, force=force, progress=progress, **asked)
 
@@ -226,25 +225,12 @@ def _naming(header: Header) -> Iterator[None]:
     try:
         yield
     except LogError as error:
-        source = str(header.meta.get("source", "the log"))
-        named = str(error).startswith(source)
-        raise DataFault(str(error) if named else f"{source}: {error}") from None
-
-
-@contextmanager
-def _values() -> Iterator[None]:
-    """Turn an argument that is not valid into a usage fault."""
-    try:
-        yield
-    except LogError:
-        raise
-    except ValueError as error:
-        raise UsageFault(str(error)) from None
+        raise of_log(error, str(header.meta.get("source", "the log"))) from None
 
 
 def print_result(result: Summary, outputs: "Outputs") -> None:
     """Print the table, the notes, and which files were written."""
-    parts = (format_table(result), format_learned(result), in_options(format_notes(result)))
+    parts = (format_table(result), format_learned(result), format_notes(result))
     print("\n\n".join(filter(None, parts)))
     print_written(outputs.paths)
 

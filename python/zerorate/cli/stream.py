@@ -1,7 +1,6 @@
 """``zerorate stream``: lines of samples in, a line of answers out for each, at once."""
 
 import math
-import re
 import signal
 import sys
 from collections.abc import Iterator, Mapping
@@ -11,7 +10,7 @@ from typing import Annotated, Any, BinaryIO, Final, NamedTuple, TextIO, TypeAlia
 
 import typer
 
-from zerorate.cli.errors import DataFault, UsageFault, as_usage, in_options, of_a_file
+from zerorate.cli.errors import DataFault, UsageFault, as_usage, of_a_file, sentence
 from zerorate.cli.options import (
     FrameName,
     Reading,
@@ -25,6 +24,7 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import make_folders
 from zerorate.cli.standard import BROKEN_PIPE, drop_stdout, tell
+from zerorate.faults import naming, told
 from zerorate.io import check_writable
 from zerorate.io.counts import Scaling
 from zerorate.options import FILTER_OPTIONS
@@ -47,35 +47,6 @@ __all__ = ["stream"]
 _BY_SIGNAL: Final = 128
 _PANEL: Final = "Attitude"
 """The panel of help with what is of attitudes alone."""
-_SETTINGS: Final = (
-    "rate",
-    "beside",
-    "columns",
-    "unit",
-    "data_scale",
-    "sequence",
-    "sequence_bits",
-    "fields",
-    "frame",
-    "mag",
-    "time",
-    "gyro_unit",
-    "accel_unit",
-    "gyro_scale",
-    "accel_scale",
-    *FILTER_OPTIONS,
-)
-_FLAGS: Final = {
-    "beside": "--with",
-    "data_scale": "--scale",
-    "gyro_scale": "--scale",
-    "accel_scale": "--scale",
-    "gyro_unit": "--unit",
-    "accel_unit": "--unit",
-    "mag": "--no-mag",
-}
-"""Settings that are called otherwise on the command line."""
-_SETTING: Final = re.compile(rf"\b({'|'.join(_SETTINGS)})=")
 
 
 @with_filter_options
@@ -211,7 +182,7 @@ def stream(
         settings = _settings(reading, beside, numbered, options)
     saver = None if checkpoint is None else _saver(checkpoint, every * rate)
     lines = _resumed(checkpoint, settings, fields, force)
-    server = Server(lines, saver, lambda told: tell(in_options(told)), patient=fields is not None)
+    server = Server(lines, saver, lambda text: tell(told(text)), patient=fields is not None)
     try:
         _run(server, source, udp)
     finally:
@@ -322,17 +293,10 @@ def _read(
     except OSError as error:
         raise DataFault(of_a_file(error)) from None
     except SettingsError as error:
-        raise UsageFault(f"{path}: {_in_options(error)}") from None
+        with naming({name: flag(name) for name in FILTER_OPTIONS}):
+            raise UsageFault(f"{path}: {sentence(error)}") from None
     except CheckpointError as error:
         raise DataFault(f"{path}: {error}") from None
-
-
-def _in_options(error: SettingsError) -> str:
-    return _SETTING.sub(lambda found: f"{_flag(found[1])} ", str(error))
-
-
-def _flag(setting: str) -> str:
-    return _FLAGS.get(setting) or flag(setting)
 
 
 def _run(server: Server, source: Path | None, udp: str | None) -> None:
@@ -354,8 +318,8 @@ def _run(server: Server, source: Path | None, udp: str | None) -> None:
 
 def _report(server: Server, numbered: bool) -> None:
     """Tell what was lost, if samples were numbered, garbled, or left out by the filter."""
-    for sentence in server.stream.sentences():
-        tell(sentence)
+    for one in server.stream.sentences():
+        tell(one)
     count = server.stream.sequence
     if server.stream.open and numbered:
         wrap = f"; they wrap after {count.turn[1]}" if count.wraps and count.turn else ""
@@ -416,7 +380,7 @@ def _faults() -> Iterator[None]:
     try:
         yield
     except LineError as error:
-        raise DataFault(in_options(error)) from None
+        raise DataFault(sentence(error)) from None
     except BrokenPipeError:
         drop_stdout()
         raise typer.Exit(BROKEN_PIPE) from None

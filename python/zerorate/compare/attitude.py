@@ -16,6 +16,7 @@ from zerorate.compare.orientation import turning_speed
 from zerorate.compare.peers import PEERS, Run, missing
 from zerorate.compare.trial import Orientation, Trial
 from zerorate.compare.turning import MOVING
+from zerorate.faults import ArgumentError
 from zerorate.io import LogError, Recording
 from zerorate.metrics import orientation_errors
 from zerorate.progress import Progress, silent
@@ -99,7 +100,7 @@ def check_attitude(methods: Sequence[str], frame: str) -> None:
     if len(set(methods)) < len(methods):
         raise ValueError(f"methods of attitude must all be different, got {', '.join(methods)}")
     if frame not in FRAMES:
-        raise ValueError(f"frame must be one of {', '.join(FRAMES)}, got {frame!r}")
+        raise ArgumentError("frame", f"must be one of {', '.join(FRAMES)}, got {frame!r}")
 
 
 def _installed(methods: Sequence[str]) -> tuple[list[str], list[str]]:

@@ -16,6 +16,7 @@ from zerorate.compare.own import OwnMethod, while_on
 from zerorate.compare.rest import rest_notes, rest_rows, scored_axes
 from zerorate.compare.trial import Kind, Orientation, Trial
 from zerorate.compare.turning import fitted, turning_rows
+from zerorate.faults import ArgumentError
 from zerorate.io import Recording
 from zerorate.io.log import notes_of
 from zerorate.progress import Progress, silent
@@ -125,7 +126,9 @@ def _faults(
     listed = [given] if isinstance(given, str | Contamination) else given
     found = [Contamination.parse(one) if isinstance(one, str) else one for one in listed]
     if len(set(found)) < len(found):
-        raise ValueError(f"contaminations must all be different, got {', '.join(map(str, found))}")
+        raise ArgumentError(
+            "contaminations", f"must all be different, got {', '.join(map(str, found))}"
+        )
     return found
 
 

@@ -11,6 +11,7 @@ from zerorate import metrics
 from zerorate._native import DriftFilter, Trace, exponential_mean
 from zerorate.compare.own import OwnMethod
 from zerorate.denoising import denoise
+from zerorate.faults import ArgumentError
 from zerorate.options import FILTER_OPTIONS, with_limits
 from zerorate.options import METHODS as FILTERS
 from zerorate.run.replay.history import Recorder, memory
@@ -123,7 +124,7 @@ def resolved(methods: Sequence[str | OwnMethod | Callable[..., Any]]) -> list[Ch
     found = [_resolved(one) for one in methods]
     names = [name_of(one) for one in found]
     if not names or len(set(names)) < len(names):
-        raise ValueError(f"methods must be at least one and all different, got {names}")
+        raise ArgumentError("methods", f"must be at least one and all different, got {names}")
     return found
 
 

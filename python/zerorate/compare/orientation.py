@@ -19,6 +19,7 @@ from zerorate.compare.methods import (
 )
 from zerorate.compare.trial import Orientation, Trial
 from zerorate.compare.turning import MOVING
+from zerorate.faults import given, said
 from zerorate.geometry import rotations
 from zerorate.io import Log, LogError
 from zerorate.types import Booleans, Floats
@@ -55,8 +56,11 @@ def orientation_rows(
     log = recording.log
     if log.channels != 3:
         raise LogError(
-            f"{recording.source}: orientation needs three gyros, got {', '.join(log.names)}; "
-            "choose with columns="
+            said(
+                f"{recording.source}: orientation needs three gyros, got {', '.join(log.names)}; "
+                "choose with ",
+                given("columns"),
+            )
         )
     # Where the reference is missing it is taken to turn.
     turns = ~(turning_speed(truth.quaternions, log.rate, _SPEED_OVER) <= MOVING)

@@ -17,6 +17,7 @@ from zerorate.compare.methods import (
     name_of,
 )
 from zerorate.compare.own import while_on
+from zerorate.faults import ArgumentError
 from zerorate.metrics.averages import best_shared_ema
 from zerorate.progress import Progress, silent
 from zerorate.simulation import Contamination
@@ -267,7 +268,7 @@ def _scores(
 def _checked(methods: Sequence[Chosen | Method]) -> tuple[str, ...]:
     names = tuple(name_of(method) for method in methods)
     if not names or len(set(names)) < len(names):
-        raise ValueError(f"methods must be at least one and all different, got {list(names)}")
+        raise ArgumentError("methods", f"must be at least one and all different, got {list(names)}")
     for method in methods:
         check_name(method)
     return names
@@ -302,9 +303,10 @@ def _error(squares: Floats, least: Floats) -> Floats:
 def scored_span(duration: float, score_from: float, rate: float) -> tuple[int, int]:
     """Return the first sample that counts and the number of all."""
     if not (0.0 <= score_from < duration < math.inf and 0.0 < rate < math.inf):
-        raise ValueError(
-            f"rate must be positive and score_from from 0 to below duration, got {rate} Hz, "
-            f"{score_from} s and {duration} s"
+        raise ArgumentError(
+            "rate",
+            f"must be positive and score_from from 0 to below duration, got {rate} Hz, "
+            f"{score_from} s and {duration} s",
         )
     first, n = round(score_from * rate), round(duration * rate)
     if not first < n:

@@ -10,6 +10,7 @@ from typing import Final, Literal
 import numpy as np
 
 from zerorate.compare.slope import slope
+from zerorate.faults import given, said
 from zerorate.io import Log, LogError, Recording
 from zerorate.io.columns import TimeColumn
 from zerorate.io.counts import Scale
@@ -101,8 +102,11 @@ class Trial:
             return cls(log)
         if log.unit != "rad/s":
             raise LogError(
-                f"{recording.source}: motion needs gyros of a known unit, got '{log.unit}'; "
-                "give unit="
+                said(
+                    f"{recording.source}: motion needs gyros of a known unit, got '{log.unit}'; "
+                    "give ",
+                    given("unit"),
+                )
             )
         values = spread(truth, log)
         if truth.channels == 4:
@@ -219,7 +223,9 @@ def _gyros(recording: Recording) -> Log:
     """Return the channels of all gyros of the first's topic and clock, in rad/s if known."""
     found = [_in_si(log) for log in recording.of_kind("gyro")]
     if not found:
-        raise LogError(f"{recording.source}: no column looks like a gyro; choose with columns=")
+        raise LogError(
+            said(f"{recording.source}: no column looks like a gyro; choose with ", given("columns"))
+        )
     first = found[0]
     topic = first.meta.get("sensor")
     logs = [log for log in found if _same_clock(log, first) and log.meta.get("sensor") == topic]

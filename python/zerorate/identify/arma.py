@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
+from zerorate.faults import ArgumentError
 from zerorate.identify.arma_model import ArmaModel
 from zerorate.noise.records import as_record
 from zerorate.types import Booleans, Floats, Integers
@@ -108,7 +109,7 @@ def fit_arma(
     """
     check_orders(p, q)
     if method not in METHODS:
-        raise ValueError(f"method must be 'css' or 'exact', got {method!r}")
+        raise ArgumentError("method", f"must be 'css' or 'exact', got {method!r}")
     record = as_record(z, 2 * (p + q + 1) + p, f"ARMA({p}, {q})")
     begin = None if start is None else np.asarray(start, dtype=np.float64).ravel()
     found, numbers, search = _native.arma_fit(record, p, q, constant, method == "exact", begin)
@@ -171,7 +172,9 @@ def check_orders(p: int, q: int) -> None:
     """Raise ValueError unless both orders are whole numbers from 0 to 8."""
     for name, order in (("p", p), ("q", q)):
         if not isinstance(order, int | np.integer) or not 0 <= order <= MAX_ORDER:
-            raise ValueError(f"{name} must be a whole number from 0 to {MAX_ORDER}, got {order!r}")
+            raise ArgumentError(
+                name, f"must be a whole number from 0 to {MAX_ORDER}, got {order!r}"
+            )
 
 
 def _remarks(on_circle: bool) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import arma_residuals
+from zerorate.faults import ArgumentError
 from zerorate.identify.arma_text import diagnosis, from_json, to_json
 from zerorate.identify.filter_start import filter_of
 from zerorate.identify.polynomials import (
@@ -254,7 +255,7 @@ class ArmaModel(Result):
             If `n` is not positive.
         """
         if n < 1:
-            raise ValueError(f"n must be at least 1, got {n}")
+            raise ArgumentError("n", f"must be at least 1, got {n}")
         return psi_weights(self.phi, self.theta, n)
 
     def autocovariance(self, lags: int) -> Floats:
@@ -266,7 +267,7 @@ class ArmaModel(Result):
             If the model is not stationary, or `lags` negative.
         """
         if lags < 0:
-            raise ValueError(f"lags must not be negative, got {lags}")
+            raise ArgumentError("lags", f"must not be negative, got {lags}")
         if not self.stationary:
             least = float(np.min(np.abs(self.ar_roots)))
             raise ValueError(
@@ -376,7 +377,9 @@ def _roots(coefficients: Floats) -> Complexes:
 def _check(model: ArmaModel) -> None:
     size = len(model.phi) + len(model.theta) + 1
     if model.covariance.shape != (size, size):
-        raise ValueError(f"covariance must have shape {(size, size)}, got {model.covariance.shape}")
+        raise ArgumentError(
+            "covariance", f"must have shape {(size, size)}, got {model.covariance.shape}"
+        )
     numbers: dict[str, Any] = {
         "phi": model.phi,
         "theta": model.theta,
@@ -385,6 +388,6 @@ def _check(model: ArmaModel) -> None:
     }
     for name, value in numbers.items():
         if not np.all(np.isfinite(value)):
-            raise ValueError(f"{name} must be finite, got {value}")
+            raise ArgumentError(name, f"must be finite, got {value}")
     if model.sigma2 < 0.0:
         raise ValueError(f"sigma2 must not be negative, got {model.sigma2}")

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
+from zerorate.faults import ArgumentError
 from zerorate.identify.preparation import segments as cut
 from zerorate.identify.verdict import TWO_SIDED_95, Verdict
 from zerorate.noise.records import as_record, size_of
@@ -104,7 +105,7 @@ def reverse_arrangements(
     """
     if of not in get_args(Of):
         names = ", ".join(repr(name) for name in get_args(Of))
-        raise ValueError(f"of must be one of {names}, got {of!r}")
+        raise ArgumentError("of", f"must be one of {names}, got {of!r}")
     record = as_record(z, _LEAST, "the reverse-arrangements test")
     unit = size_of(record[np.isfinite(record)])
     values, places, n = _values(record / unit, segments, of)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import fit_autoregression
+from zerorate.faults import ArgumentError
 from zerorate.identify.arma_model import ArmaModel
 from zerorate.noise.records import as_record
 
@@ -101,7 +102,7 @@ def checked_order(name: str, value: SupportsIndex) -> int:
     except TypeError:
         raise TypeError(f"{name} must be a whole number, got {value!r}") from None
     if not 0 <= order <= HIGHEST_ORDER:
-        raise ValueError(f"{name} must be 0 to {HIGHEST_ORDER}, got {order}")
+        raise ArgumentError(name, f"must be 0 to {HIGHEST_ORDER}, got {order}")
     return order
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
+from zerorate.faults import ArgumentError
 from zerorate.identify.verdict import TWO_SIDED_95, Verdict
 from zerorate.noise.records import as_record, centred, checked_width
 from zerorate.types import Floats, Integers
@@ -103,11 +104,13 @@ def correlations(record: Floats, lags: int, welcome: int = 0) -> Correlations:
     """
     checked_width(lags, "lags")
     if lags >= record.size:
-        raise ValueError(f"lags must be less than the number of samples, {record.size}, got {lags}")
+        raise ArgumentError(
+            "lags", f"must be less than the number of samples, {record.size}, got {lags}"
+        )
     sums, pairs = _native.lagged_products(centred(record), max(lags, welcome))
     longest = int(np.count_nonzero(pairs))
     if lags >= longest:
-        raise ValueError(f"lags must be less than the longest stretch, {longest}, got {lags}")
+        raise ArgumentError("lags", f"must be less than the longest stretch, {longest}, got {lags}")
     n, lag = int(pairs[0]), np.arange(1, longest)
     pairs = pairs[1:longest]
     return Correlations(sums[1:longest] / sums[0] * ((n - lag) / pairs), pairs, n)
@@ -247,7 +250,7 @@ def whiteness(residuals: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Whit
 def _check_fitted(lags: int, fitted: int) -> None:
     checked_width(lags, "lags")
     if not 0 <= fitted < lags:
-        raise ValueError(f"fitted must be from 0 to less than lags, {lags}, got {fitted}")
+        raise ArgumentError("fitted", f"must be from 0 to less than lags, {lags}, got {fitted}")
 
 
 def _portmanteau(found: Correlations, fitted: int) -> Verdict:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import RecursiveLeastSquares
+from zerorate.faults import given, said
 from zerorate.identify.arma import fit_arma
 from zerorate.identify.arma_model import ArmaModel
 from zerorate.identify.autoregression import fit_ar
@@ -337,8 +338,12 @@ def _check_sizes(data: Floats) -> None:
     typical, farthest = np.nanmedian(away), int(np.nanargmax(away))
     if 0.0 < _ONE_SIZE * typical < away[farthest]:
         raise ValueError(
-            f"identification needs samples of one size: sample {farthest} is {data[farthest]:g}, "
-            f"and half of all lie within {typical:.3g} of {middle:.3g}; outliers= can replace it"
+            said(
+                f"identification needs samples of one size: sample {farthest} is "
+                f"{data[farthest]:g}, and half of all lie within {typical:.3g} of {middle:.3g}; ",
+                given("outliers"),
+                " can replace it",
+            )
         )
 
 

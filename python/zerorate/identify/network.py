@@ -9,6 +9,7 @@ from typing import Final, Literal, SupportsIndex
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.identify.arma_model import ArmaModel
 from zerorate.identify.autoregression import fit_ar
 from zerorate.noise.records import as_record, with_gaps
@@ -127,7 +128,7 @@ class NetworkModel:
     def _scaled(self, past: npt.ArrayLike) -> Floats:
         given = np.asarray(past, dtype=float)
         if given.shape[-1:] != (self.inputs,):
-            raise ValueError(f"past must have shape (…, {self.inputs}), got {given.shape}")
+            raise ArgumentError("past", f"must have shape (…, {self.inputs}), got {given.shape}")
         return (given - self.mean) / self.scale
 
 
@@ -205,7 +206,7 @@ def fit_network(
 def _within(name: str, value: SupportsIndex, most: int) -> int:
     whole = operator.index(value)
     if not 1 <= whole <= most:
-        raise ValueError(f"{name} must be from 1 to {most}, got {whole}")
+        raise ArgumentError(name, f"must be from 1 to {most}, got {whole}")
     return whole
 
 

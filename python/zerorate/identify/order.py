@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import autoregression_variances
+from zerorate.faults import ArgumentError
 from zerorate.identify.arma import arma_grid
 from zerorate.identify.autoregression import ArMethod, checked_order
 from zerorate.types import Floats
@@ -180,7 +181,7 @@ def select_order(
     """
     _check("criterion", criterion, CRITERIA)
     if not margin >= 0.0:
-        raise ValueError(f"margin must not be negative, got {margin!r}")
+        raise ArgumentError("margin", f"must not be negative, got {margin!r}")
     _check("kind", kind, _KINDS)
     if kind == "ar":
         compared = _autoregressions(z, checked_order("max_order", max_order), method)
@@ -208,7 +209,7 @@ def _mixed(z: npt.ArrayLike, max_p: int, max_q: int) -> _Comparison:
 def _check(name: str, value: str, known: Sequence[str]) -> None:
     if value not in known:
         names = ", ".join(f"'{choice}'" for choice in known)
-        raise ValueError(f"{name} must be one of {names}, got {value!r}")
+        raise ArgumentError(name, f"must be one of {names}, got {value!r}")
 
 
 def above_least(orders: OrderSelection, name: Criterion) -> Floats:

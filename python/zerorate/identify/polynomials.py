@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.types import Floats
 
 __all__ = [
@@ -200,12 +201,12 @@ def spectrum(
 ) -> Floats:
     """Return the one-sided density at frequencies in Hz."""
     if not 0.0 < rate < np.inf:
-        raise ValueError(f"rate must be a positive number of samples a second, got {rate}")
+        raise ArgumentError("rate", f"must be a positive number of samples a second, got {rate}")
     f = np.asarray(frequencies, dtype=np.float64)
     wrong = f[~((f >= 0.0) & (f <= rate / 2.0))]
     if wrong.size:
-        raise ValueError(
-            f"frequencies must lie from 0 to rate / 2 = {rate / 2.0:g}, got {wrong[0]}"
+        raise ArgumentError(
+            "frequencies", f"must lie from 0 to rate / 2 = {rate / 2.0:g}, got {wrong[0]}"
         )
     moving, auto = (_squared_gain(c, f / rate) for c in (theta, -phi))
     with np.errstate(divide="ignore"):

@@ -8,6 +8,7 @@ from typing import Final, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.identify.window_filters import Cleaned, far_from_average, hampel, moving_average
 from zerorate.identify.window_filters import decimate as _decimated
 from zerorate.io.log import checked_rate
@@ -50,7 +51,7 @@ def detrend(z: npt.ArrayLike, kind: Trend = "mean") -> Floats:
     [0.0, 0.0, nan, 0.0]
     """
     if kind not in _LEAST:
-        raise ValueError(f"kind must be one of {_names()}, got {kind!r}")
+        raise ArgumentError("kind", f"must be one of {_names()}, got {kind!r}")
     record = with_gaps(as_record(z))
     there = np.isfinite(record)
     if np.count_nonzero(there) < _LEAST[kind]:
@@ -94,8 +95,8 @@ def segments(z: npt.ArrayLike, count: int) -> Floats:
     """
     record = with_gaps(as_record(z))
     if checked_width(count, "segments") > record.size:
-        raise ValueError(
-            f"segments must be at most the number of samples, {record.size}, got {count}"
+        raise ArgumentError(
+            "segments", f"must be at most the number of samples, {record.size}, got {count}"
         )
     length = record.size // count
     return record[: count * length].reshape(count, length)
@@ -214,7 +215,7 @@ def prepare(
 def _cleaned(data: Floats, outliers: str, window: int, threshold: float) -> Cleaned:
     if outliers not in get_args(Outliers):
         names = ", ".join(repr(name) for name in get_args(Outliers))
-        raise ValueError(f"outliers must be one of {names} or None, got {outliers!r}")
+        raise ArgumentError("outliers", f"must be one of {names} or None, got {outliers!r}")
     clean = hampel if outliers == "hampel" else far_from_average
     return clean(data, window, threshold)
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.identify.polynomials import (
     at_one,
     cancelled,
@@ -100,7 +101,7 @@ class StateSpace:
             object.__setattr__(self, name, _array(name, getattr(self, name), shape))
         for name in ("sigma2", "R"):
             if not 0.0 <= getattr(self, name) < np.inf:
-                raise ValueError(f"{name} must be zero or positive, got {getattr(self, name)}")
+                raise ArgumentError(name, f"must be zero or positive, got {getattr(self, name)}")
 
     @property
     def size(self) -> int:
@@ -135,7 +136,7 @@ class StateSpace:
             If the model is not stationary, or `lags` negative.
         """
         if lags < 0:
-            raise ValueError(f"lags must not be negative, got {lags}")
+            raise ArgumentError("lags", f"must not be negative, got {lags}")
         gamma = self._seen(self.covariance() @ self.H, lags + 1)
         gamma[0] += self.R
         return gamma
@@ -279,7 +280,7 @@ def _array(name: str, value: Any, shape: tuple[int, ...]) -> Floats:  # noqa: AN
     fits = array.ndim == len(shape) and array.shape[0] == shape[0]
     if not fits or (shape[-1] >= 0 and array.shape != shape):
         wanted = str(shape).replace("-1", "u")
-        raise ValueError(f"{name} must have shape {wanted}, got {array.shape}")
+        raise ArgumentError(name, f"must have shape {wanted}, got {array.shape}")
     return array
 
 
@@ -346,7 +347,7 @@ def build(numbers: ArmaNumbers, form: Form, R: float) -> StateSpace:
     """Return a model in a form by its name."""
     if form not in _FORMS:
         known = ", ".join(repr(name) for name in _FORMS)
-        raise ValueError(f"form must be one of {known}, got {form!r}")
+        raise ArgumentError("form", f"must be one of {known}, got {form!r}")
     return _FORMS[form](numbers, R)
 
 

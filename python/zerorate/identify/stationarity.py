@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
+from zerorate.faults import ArgumentError
 from zerorate.identify.autoregression import HIGHEST_ORDER, fit_ar
 from zerorate.identify.preparation import detrend
 from zerorate.identify.verdict import Verdict
@@ -74,7 +75,7 @@ def kpss(z: npt.ArrayLike, lags: int | None = None, trend: Level = "constant") -
     (True, False)
     """
     if trend not in _KPSS_CRITICAL:
-        raise ValueError(f"trend must be one of 'constant', 'linear', got {trend!r}")
+        raise ArgumentError("trend", f"must be one of 'constant', 'linear', got {trend!r}")
     residuals = centred(as_record(z, _KPSS_LEAST, "the KPSS test"))
     if trend == "linear":
         residuals = _without_line(residuals)
@@ -137,7 +138,7 @@ def _lags_by_rule(residuals: Floats, n: int) -> int:
 
 def _kpss_lags(lags: int, n: int) -> int:
     if lags not in range(n):
-        raise ValueError(f"lags must be a whole number from 0 to {n - 1}, got {lags!r}")
+        raise ArgumentError("lags", f"must be a whole number from 0 to {n - 1}, got {lags!r}")
     return int(lags)
 
 
@@ -254,5 +255,5 @@ def _most_lags(n: int) -> int:
 def _adf_lags(lags: int, n: int) -> int:
     most = max(_most_lags(n), 0)
     if lags not in range(most + 1):
-        raise ValueError(f"lags must be a whole number from 0 to {most}, got {lags!r}")
+        raise ArgumentError("lags", f"must be a whole number from 0 to {most}, got {lags!r}")
     return int(lags)

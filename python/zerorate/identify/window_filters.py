@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
+from zerorate.faults import ArgumentError
 from zerorate.noise.records import as_record, checked_width, resolution, with_gaps
 from zerorate.types import Booleans, Floats
 
@@ -177,7 +178,7 @@ def far_from_average(z: npt.ArrayLike, width: int = 11, threshold: float = 4.0) 
 
 def _check_threshold(threshold: float) -> None:
     if not (math.isfinite(threshold) and threshold >= 0.0):
-        raise ValueError(f"threshold must be finite and not negative, got {threshold!r}")
+        raise ArgumentError("threshold", f"must be finite and not negative, got {threshold!r}")
 
 
 _STOP_BAND: Final = 80.0

@@ -11,6 +11,8 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
+from zerorate.faults import given, said
+
 __all__ = ["atomic_path", "check_writable", "sweep"]
 
 
@@ -105,7 +107,10 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[P
 
 def _check_free(target: Path, force: bool) -> None:
     if target.exists() and not force:
-        raise FileExistsError(f"{target} exists already; pass force=True to replace it")
+        python = "force=True"
+        raise FileExistsError(
+            said(f"{target} exists already; pass ", given("force", "", python), " to replace it")
+        )
 
 
 def _flush(path: Path) -> None:

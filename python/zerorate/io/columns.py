@@ -10,6 +10,7 @@ from typing import Final, Literal
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io.clocks.names import looks_like_time, may_be_time, named_like_time, time_unit
 from zerorate.io.clocks.stamps import Beside, to_seconds, without_texts
 from zerorate.io.clocks.units import PER_SECOND, checked_time_unit
@@ -204,19 +205,25 @@ def check_samples(table: Table, asked: Columns) -> None:
             continue
         gyros = ", ".join(own for own in table.names or () if looks_like_gyro(own))
         hint = f"; the gyro columns are {gyros}" if gyros else ""
-        raise LogError(f"columns= names '{name}', which holds the time, not samples{hint}")
+        raise LogError(
+            said(given("columns"), f" names '{name}', which holds the time, not samples{hint}"),
+            "columns",
+        )
 
 
 def _of_unnamed(table: Table, excluded: set[int | None]) -> tuple[int, ...]:
     """Return the columns of a table without names that are samples; LogError if they are many."""
     others = tuple(i for i in range(table.width) if i not in excluded)
     if not others:
-        raise LogError(f"no column looks like a gyro; choose with columns= from: {_listed(table)}")
+        raise _none_like("a gyro", table)
     if len(others) > _AXES:
         last = ",".join(map(str, others[-_AXES:]))
         raise LogError(
-            f"the table has no names, and {len(others)} columns beside the time are no gyro of "
-            f"three axes; say which are, counted from 0, such as columns={last}"
+            said(
+                f"the table has no names, and {len(others)} columns beside the time are no gyro of "
+                "three axes; say which are, counted from 0, such as ",
+                given("columns", last),
+            )
         )
     return others
 
@@ -232,10 +239,7 @@ def _sensors(
     found = triads_in({i: name for i, name in enumerate(names) if i != time})
     of_kinds = [triad for triad in found if triad.kind in kinds]
     if not of_kinds:
-        raise LogError(
-            f"no column looks like {_SOUGHT[tuple(kinds)]}; choose with columns= from: "
-            f"{_listed(table)}"
-        )
+        raise _none_like(_SOUGHT[tuple(kinds)], table)
     named(of_kinds, sensor)
     data: list[int] = []
     notes: list[str] = []
@@ -258,8 +262,11 @@ def _check_three(kind: str, names: Sequence[str]) -> None:
     """Raise LogError for more columns of one name than a sensor has axes."""
     if len(names) > _AXES:
         raise LogError(
-            f"{len(names)} columns are of {_CALLED[kind]}, expected three axes: "
-            f"{', '.join(names)}; say which, such as columns={','.join(names[:_AXES])}"
+            said(
+                f"{len(names)} columns are of {_CALLED[kind]}, expected three axes: "
+                f"{', '.join(names)}; say which, such as ",
+                given("columns", ",".join(names[:_AXES])),
+            )
         )
 
 
@@ -269,8 +276,12 @@ def _check_unit(kind: str, names: Sequence[str]) -> None:
         of_unit = KIND_OF_UNIT.get(unit, "angle" if unit in ("deg", "rad") else kind)
         if of_unit != kind:
             raise LogError(
-                f"column '{name}' is named like {_CALLED[kind]} but is in {unit}, the unit of "
-                f"{_CALLED[of_unit]}; columns= reads it all the same"
+                said(
+                    f"column '{name}' is named like {_CALLED[kind]} but is in {unit}, the unit of "
+                    f"{_CALLED[of_unit]}; ",
+                    given("columns"),
+                    " reads it all the same",
+                )
             )
 
 
@@ -278,7 +289,10 @@ def _check_different(names: Sequence[str]) -> None:
     repeated = sorted({name for name in names if names.count(name) > 1})
     if repeated:
         raise LogError(
-            f"names must differ, repeated: {', '.join(repeated)}; choose by position with columns="
+            said(
+                f"names must differ, repeated: {', '.join(repeated)}; choose by position with ",
+                given("columns"),
+            )
         )
 
 
@@ -294,11 +308,15 @@ def _asked(table: Table, columns: str | int | Sequence[str | int]) -> tuple[int,
     single = isinstance(columns, (str, int, np.integer))
     wanted = [columns] if single else list(columns)  # type: ignore[arg-type]
     if not wanted:
-        raise LogError("columns= is empty; name at least one column or leave it out")
+        raise LogError(
+            said(given("columns"), " is empty; name at least one column or leave it out"), "columns"
+        )
     indices = tuple(_index(table, column) for column in wanted)
     repeated = sorted({table.label(i) for i in indices if indices.count(i) > 1})
     if repeated:
-        raise LogError(f"columns= names a column twice: {', '.join(repeated)}")
+        raise LogError(
+            said(given("columns"), f" names a column twice: {', '.join(repeated)}"), "columns"
+        )
     return indices
 
 
@@ -306,9 +324,13 @@ def _index(table: Table, column: object) -> int:
     if isinstance(column, str):
         return _index_of_name(table, column)
     if isinstance(column, bool) or not isinstance(column, (int, np.integer)):
-        raise LogError(f"columns= takes names and indices, got {column!r}")
+        raise LogError(
+            said(given("columns"), f" takes names and indices, got {column!r}"), "columns"
+        )
     if not -table.width <= column < table.width:
-        raise LogError(f"there is no column {column}: the file has {table.width} columns")
+        raise LogError(
+            f"there is no column {column}: the file has {table.width} columns", "columns"
+        )
     return int(column) % table.width
 
 
@@ -316,12 +338,19 @@ def _index_of_name(table: Table, name: str) -> int:
     names = [table.label(i) for i in range(table.width)]
     found = [i for i, own in enumerate(names) if own == name]
     if len(found) > 1:
-        raise LogError(f"{len(found)} columns are named '{name}'; choose one by its index")
+        raise LogError(
+            f"{len(found)} columns are named '{name}'; choose one by its index", "columns"
+        )
     if found:
         return found[0]
     close = difflib.get_close_matches(name, names, n=3)
     hint = f"; close: {', '.join(close)}" if close else ""
-    raise LogError(f"there is no column '{name}'{hint}; the file has: {_listed(table)}")
+    raise LogError(f"there is no column '{name}'{hint}; the file has: {_listed(table)}", "columns")
+
+
+def _none_like(sought: str, table: Table) -> LogError:
+    choose = f"no column looks like {sought}; choose with "
+    return LogError(said(choose, given("columns"), f" from: {_listed(table)}"))
 
 
 def _listed(table: Table) -> str:

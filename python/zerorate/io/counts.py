@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io.names import (
     UNKNOWN,
     canonical_unit,
@@ -142,7 +143,11 @@ def raw_counts(device: str, gyro: float, accel: float | None = None) -> RawCount
     name = next((known for known in SENSITIVITIES if _plain(known) == wanted), None)
     if name is None:
         known = ", ".join(SENSITIVITIES)
-        raise ValueError(f"device= is '{device}', which has no entry in the table; known: {known}")
+        raise ValueError(
+            said(
+                given("device"), f" is '{device}', which has no entry in the table; known: {known}"
+            )
+        )
     table = SENSITIVITIES[name]
     per_degree = _at(table.gyro, gyro, f"the gyro of the {name}", "deg/s")
     if accel is None:
@@ -158,7 +163,9 @@ def _plain(device: str) -> str:
 def _at(table: Mapping[float, float], end: float, what: str, unit: str) -> float:
     if end not in table:
         known = ", ".join(f"{one:g}" for one in sorted(table)) or "none"
-        raise ValueError(f"range= is {end:g} {unit}, but {what} has these ranges: {known} {unit}")
+        raise ValueError(
+            said(given("range"), f" is {end:g} {unit}, but {what} has these ranges: {known} {unit}")
+        )
     return table[end]
 
 
@@ -199,7 +206,9 @@ class Scaling:
         if isinstance(scale, Mapping):
             unknown = sorted(map(str, scale.keys() - _KINDS.keys()))
             if unknown:
-                raise ValueError(f"scale= is of {' or '.join(_KINDS)}, got one of '{unknown[0]}'")
+                raise ValueError(
+                    said(given("scale"), f" is of {' or '.join(_KINDS)}, got one of '{unknown[0]}'")
+                )
             return cls(factors={kind: _checked(factor) for kind, factor in scale.items()})
         return cls(number=_checked(scale))
 
@@ -209,7 +218,7 @@ class Scaling:
             return self.number
         return None if kind is None else self.factors.get(kind)
 
-    def unit(self, kind: str, given: str | None) -> str | None:
+    def unit(self, kind: str, asked: str | None) -> str | None:
         """Return the unit of a kind of sensor, of which the caller may have given one.
 
         Raises
@@ -218,15 +227,19 @@ class Scaling:
             If the device's is another.
         """
         own = self.units.get(kind)
-        if own is not None and given is not None and canonical_unit(given) != own:
-            raise ValueError(f"unit= is {given}, but the counts of that device become {own}")
-        return own or given
+        if own is not None and asked is not None and canonical_unit(asked) != own:
+            raise ValueError(
+                said(given("unit"), f" is {asked}, but the counts of that device become {own}")
+            )
+        return own or asked
 
 
 def _checked(scale: object) -> float:
     number = float(scale) if isinstance(scale, Real) and not isinstance(scale, bool) else math.nan
     if not math.isfinite(number) or number == 0.0:
-        raise ValueError(f"scale= must be a finite number other than 0, got {scale!r}")
+        raise ValueError(
+            said(given("scale"), f" must be a finite number other than 0, got {scale!r}")
+        )
     return number
 
 
@@ -266,8 +279,13 @@ def note_on_counts(names: Sequence[str], kind: str, unit: str, head: Floats) -> 
         return None
     without = "without a unit" if unit == UNKNOWN else f"up to {most:g} {unit}"
     ranges = "250, 2" if kind == "accel" else "250"
-    return (
-        f"{', '.join(names)} are whole numbers {without}, as raw counts are: for an MPU-6050 "
-        f'scale=zr.raw_counts("MPU-6050", {ranges}), or scale= and unit=, make {_OF_DEVICE[kind]} '
-        "of them"
+    python = f'scale=zr.raw_counts("MPU-6050", {ranges})'
+    return said(
+        f"{', '.join(names)} are whole numbers {without}, as raw counts are: for an MPU-6050 ",
+        given("device", "MPU-6050", python, given("range", ranges.replace(" ", ""))),
+        ", or ",
+        given("scale"),
+        " and ",
+        given("unit"),
+        f", make {_OF_DEVICE[kind]} of them",
     )

@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError, Sentence, said, sentence_of
 from zerorate.io.missing import floats
 from zerorate.texts import one_line
 from zerorate.types import Floats
@@ -26,11 +27,24 @@ __all__ = ["Header", "Log", "LogError", "Recording", "checked_rate", "notes_of",
 
 
 class LogError(ValueError):
-    """The content of a log is not what was expected; the message says what and where."""
+    """The content of a log is not what was expected; the message says what and where.
 
-    def __init__(self, message: str) -> None:
+    Attributes
+    ----------
+    argument : str or None
+        Keyword of the argument that asked for what the log does not have; None where the log itself
+        is at fault.
+    """
+
+    def __init__(self, message: str, argument: str | None = None) -> None:
         """Keep the message to one line, whatever names and cells are quoted in it."""
-        super().__init__(one_line(message))
+        line = message.each(one_line) if isinstance(message, Sentence) else one_line(message)
+        super().__init__(line)
+        self.argument = argument
+
+    def around(self, before: str = "", after: str = "") -> LogError:
+        """Return the error with more text, as the name of the log before."""
+        return LogError(said(before, sentence_of(self), after), self.argument)
 
 
 def checked_rate(rate: object) -> float:
@@ -40,7 +54,9 @@ def checked_rate(rate: object) -> float:
     except OverflowError:
         value = math.inf
     if not 0 < value < math.inf:
-        raise ValueError(f"rate must be a positive finite number of Hz, got {reprlib.repr(rate)}")
+        raise ArgumentError(
+            "rate", f"must be a positive finite number of Hz, got {reprlib.repr(rate)}"
+        )
     return value
 
 

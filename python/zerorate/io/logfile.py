@@ -246,7 +246,7 @@ def _opened(
         gyro = _of_selection(chosen, told, label, asked.span)
         return gyro, _accelerometer(chosen, told, label, asked) if accel else None
     except LogError as error:
-        raise LogError(f"{label}: {error}") from None
+        raise error.around(f"{label}: ") from None
 
 
 def _of_selection(chosen: Selection, told: dict[str, str], label: str, span: Span) -> LogFile:
@@ -297,7 +297,7 @@ def _in_pieces(chosen: Selection, told: dict[str, str], label: str, span: Span) 
         span.check(grid.length / grid.rate, grid.rate)
         header = header.noting([span.note(grid.length / grid.rate)])
     if not part:
-        raise LogError(span.missed())
+        raise span.missed()
     places = Places.of(grid.spread, grid.length)
 
     def times(first: int, end: int) -> Floats:
@@ -310,7 +310,7 @@ def _in_pieces(chosen: Selection, told: dict[str, str], label: str, span: Span) 
             for block in placed(pieces, places, rows, len(chosen.names), part):
                 yield scaled(block, group.factor)
         except LogError as error:
-            raise LogError(f"{label}: {error}") from None
+            raise error.around(f"{label}: ") from None
 
     def stamps(first: int, end: int) -> Floats:
         kept = grid.times(range(part.start + first, part.start + end))

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
+from zerorate.faults import given, said
 from zerorate.io.log import LogError
 from zerorate.io.words import Parsed, parsed_name
 
@@ -149,13 +150,17 @@ def foreign_unit(names: Sequence[str]) -> Foreign | None:
     return next((found for _, found in map(_without_foreign, names) if found is not None), None)
 
 
-def check_foreign(names: Sequence[str], given: str | None, factor: float | None) -> None:
+def check_foreign(names: Sequence[str], unit: str | None, factor: float | None) -> None:
     """Raise LogError if a unit is given for columns of another one that nothing multiplies."""
     found = foreign_unit(names)
-    if found is not None and given is not None and factor is None:
+    if found is not None and unit is not None and factor is None:
         raise LogError(
-            f"unit '{given}' was given, but the columns {', '.join(names)} are in {found.name}; "
-            f"scale={found.factor:.9g} makes {found.unit} of them"
+            said(
+                f"unit '{unit}' was given, but the columns {', '.join(names)} are in {found.name}",
+                "; ",
+                given("scale", f"{found.factor:.9g}"),
+                f" makes {found.unit} of them",
+            )
         )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io.clocks.names import looks_like_time
 from zerorate.io.log import LogError
 from zerorate.io.names import meaning_of
@@ -98,7 +99,11 @@ def advice(table: Table, time: int | None, stamps: Column | None) -> str | None:
         if index == time or looks_like_time(name) or meaning_of(name) is not None:
             continue
         if _explains(table, index, stamps):
-            return f"column '{name}' seems to tell several records apart; group_by= reads each"
+            return said(
+                f"column '{name}' seems to tell several records apart; ",
+                given("group_by"),
+                " reads each",
+            )
     return None
 
 

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io.clocks.grid import Grid
 from zerorate.io.clocks.repeats import HEAD
 from zerorate.io.clocks.sensor_clock import Clock, clock_of
@@ -272,14 +273,14 @@ def read_groups(
         logs = logs_of(chosen, {"source": label, "format": kind})
         return list(all_within(asked.span, logs))
     except LogError as error:
-        raise LogError(f"{label}: {error}") from None
+        raise error.around(f"{label}: ") from None
 
 
 def all_within(span: Span, logs: Sequence[Log]) -> Iterator[Log]:
     """Yield the parts of logs that lie in a span; LogError if one has none."""
     for part in span.of(logs):
         if part is None:
-            raise LogError(span.missed())
+            raise span.missed()
         yield part
 
 
@@ -302,9 +303,9 @@ def selected(
     groups = grouped(names, table.meta.unit)
     stated = _stated_rate(rate, table)
     if choice.time is None and stated is None:
-        told = "there are no timestamps to tell the sampling rate; give rate= in Hz"
-        hints = [note for note in table.meta.notes if NOT_TIME in note]
-        raise LogError("; ".join([told, *hints]))
+        hints = "".join(f"; {note}" for note in table.meta.notes if NOT_TIME in note)
+        lacking = "there are no timestamps to tell the sampling rate; give "
+        raise LogError(said(lacking, given("rate"), f" in Hz{hints}"))
     return Selection(table, choice.data, choice.time, names, groups, stated)
 
 
@@ -316,7 +317,7 @@ def row_clock(chosen: Selection, column: Column | None, rows: int) -> Clock:
     try:
         clock = clock_of(_stamps_of(chosen, column), chosen.rate, rows)
     except LogError as error:
-        raise LogError(f"{error}; {hint}" if hint else str(error)) from None
+        raise error.around("", said("; ", hint) if hint else "") from None
     return replace(clock, notes=(*clock.notes, hint)) if hint else clock
 
 
@@ -426,11 +427,17 @@ def _on_unit(names: Sequence[str], group: Group) -> str:
     """Return the sentence on a unit that is not known, or not computed with."""
     found = foreign_unit(names)
     if found is None:
-        return "the unit of the data is not known; give unit="
-    made = f"unit={found.unit} with scale={found.factor:.9g} makes {found.unit} of them"
+        return said("the unit of the data is not known; give ", given("unit"))
     if group.factor is not None:
-        return f"the data are those in {found.name} times {group.factor:g}; give unit="
-    return f"the data are in {found.name}, a unit that is not computed with; {made}"
+        times = f"the data are those in {found.name} times {group.factor:g}; give "
+        return said(times, given("unit"))
+    return said(
+        f"the data are in {found.name}, a unit that is not computed with; ",
+        given("unit", found.unit),
+        " with ",
+        given("scale", f"{found.factor:.9g}"),
+        f" makes {found.unit} of them",
+    )
 
 
 def _on_bursts(grid: Grid) -> Iterator[str]:
@@ -441,9 +448,11 @@ def _on_bursts(grid: Grid) -> Iterator[str]:
             f"on the regular clock of {report.rate:.7g} Hz that made them"
         )
     elif report.missing_samples > len(grid.place):
-        yield (
+        yield said(
             "more samples are missing than there are; if they were stamped as they arrived, in "
-            "bursts, rate= tells so"
+            "bursts, ",
+            given("rate"),
+            " tells so",
         )
 
 
@@ -523,10 +532,12 @@ def read_sensors(
 
 
 def _by_kind(units: list[str]) -> dict[str, str]:
-    given = {_KIND[unit]: unit for unit in units}
-    if len(given) < len(units):
-        raise ValueError(f"unit= takes one unit of each kind, got {', '.join(units)}")
-    return given
+    of_kinds = {_KIND[unit]: unit for unit in units}
+    if len(of_kinds) < len(units):
+        raise ValueError(
+            said(given("unit"), f" takes one unit of each kind, got {', '.join(units)}")
+        )
+    return of_kinds
 
 
 def _groups(

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple, cast
 
 import numpy as np
 
+from zerorate.faults import given, said, sentence_of
 from zerorate.io.clocks.names import looks_like_time
 from zerorate.io.clocks.sensor_clock import Clock
 from zerorate.io.columns import Columns, TimeColumn, Timing, check_samples, choose, with_time
@@ -185,7 +186,9 @@ def _request(
 ) -> _Request:
     unknown = [kind for kind in columns if kind not in _ASKED]
     if unknown:
-        raise ValueError(f"columns= takes those of {', '.join(_ASKED)}, got '{unknown[0]}'")
+        raise ValueError(
+            said(given("columns"), f" takes those of {', '.join(_ASKED)}, got '{unknown[0]}'")
+        )
     asked = {**columns, "reference": reference}
     asked = {kind: chosen for kind, chosen in asked.items() if chosen is not None}
     return _Request(asked, _units(unit), topic, _kinds(only), timing=timing, sensor=sensor)
@@ -200,13 +203,16 @@ def _recording(sources: Sequence[LogSource], request: _Request) -> Recording:
         try:
             found.extend(_within(_of_source(one, request, notes, offered), request, notes))
         except LogError as error:
-            raise LogError(f"{label_of(one)}: {error}") from None
+            raise error.around(f"{label_of(one)}: ") from None
         request = replace(request, columns={}, topic=None)
     if not found:
         sought = "a sensor" if request.only == KINDS else f"a {request.only[0]}"
         raise LogError(
-            f"{label}: no column looks like {sought}; choose with columns= from: "
-            f"{', '.join(offered)}"
+            said(
+                f"{label}: no column looks like {sought}; choose with ",
+                given("columns"),
+                f" from: {', '.join(offered)}",
+            )
         )
     return Recording(_named(found), label, notes=tuple(dict.fromkeys(notes)))
 
@@ -226,8 +232,9 @@ def _within(found: Iterable[_Found], request: _Request, notes: list[str]) -> Ite
             yield _Found(kind, part)
             continue
         if kind == "gyro":
-            raise LogError(f"{', '.join(log.names)}: {request.span.missed()}")
-        notes.append(f"{', '.join(log.names)}: left out, for {request.span.missed()}")
+            raise request.span.missed().around(f"{', '.join(log.names)}: ")
+        missed = sentence_of(request.span.missed())
+        notes.append(said(f"{', '.join(log.names)}: left out, for ", missed))
 
 
 class _Sensor(NamedTuple):
@@ -256,8 +263,8 @@ class _Request:
         self, rate: float | None, scale: Scale, start: float | None, stop: float | None
     ) -> _Request:
         """Return the request with a rate, a scale and a span; ValueError if one is not valid."""
-        given = None if rate is None else checked_rate(rate)
-        return replace(self, rate=given, scaling=Scaling.of(scale), span=Span(start, stop))
+        known = None if rate is None else checked_rate(rate)
+        return replace(self, rate=known, scaling=Scaling.of(scale), span=Span(start, stop))
 
     def requires(self, sensors: Iterable[_Sensor]) -> bool:
         """Whether a sensor among these was asked for, so that a fault in it is one of all."""
@@ -457,7 +464,7 @@ def _readable(
             return [found for each in alone for found in each]
         if request.requires(sensors):
             raise
-        notes.append(f"{_listed(table, sensors)}: left out, for {error}")
+        notes.append(said(f"{_listed(table, sensors)}: left out, for ", sentence_of(error)))
         return []
 
 

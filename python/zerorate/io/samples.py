@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io import Log, LogError, Recording
 from zerorate.io.log import notes_of
 from zerorate.types import Floats
@@ -113,8 +114,11 @@ def _sensor(recording: Recording, name: str, kind: str, unit: str, what: str) ->
     _check_axes(log, called, what)
     if log.unit not in UNITS or UNITS[log.unit].kind != kind:
         raise LogError(
-            f"{', '.join(log.names)}: {what} needs {called} of a known unit, got "
-            f"'{log.unit}'; give unit="
+            said(
+                f"{', '.join(log.names)}: {what} needs {called} of a known unit, got "
+                f"'{log.unit}'; give ",
+                given("unit"),
+            )
         )
     data = convert(log.data, log.unit, unit)
     return replace(log, data=data, unit=unit)

@@ -9,6 +9,7 @@ from numbers import Real
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io.log import Log, LogError
 
 __all__ = ["Span"]
@@ -35,10 +36,17 @@ class Span:
         for name, value in (("start", self.start), ("stop", self.stop)):
             number = value if isinstance(value, Real) and not isinstance(value, bool) else math.nan
             if value is not None and not 0.0 <= float(number) < math.inf:
-                raise ValueError(f"{name}= is seconds from the first sample, got {value!r}")
+                raise ValueError(
+                    said(given(name), f" is seconds from the first sample, got {value!r}")
+                )
         if self.stop is not None and self.stop <= (self.start or 0.0):
             raise ValueError(
-                f"stop= at {self.stop:g} s is not after start= at {self.start or 0:g} s"
+                said(
+                    given("stop"),
+                    f" at {self.stop:g} s is not after ",
+                    given("start"),
+                    f" at {self.start or 0:g} s",
+                )
             )
 
     @property
@@ -66,7 +74,10 @@ class Span:
             # The last sample stands for a period, which a rounded length may leave out.
             beyond = value is not None and value > duration + (1 / rate if name == "stop" else 0)
             if beyond or (name == "start" and value == duration):
-                raise LogError(f"{name}= is at {value:g} s, but the log is {duration:.6g} s long")
+                raise LogError(
+                    said(given(name), f" is at {value:g} s, but the log is {duration:.6g} s long"),
+                    name,
+                )
 
     def note(self, duration: float) -> str:
         """Return a sentence on what was read of a log so many seconds long."""
@@ -103,10 +114,19 @@ class Span:
             stamps=None if log.stamps is None else log.stamps[part],
         )
 
-    def missed(self) -> str:
-        """Return a sentence on a log without a sample in it."""
-        ends = (self.start or 0.0, math.inf if self.stop is None else self.stop)
-        return "there is no sample between start= at {:g} s and stop= at {:g} s".format(*ends)
+    def missed(self) -> LogError:
+        """Return the error of a log without a sample in it."""
+        last = math.inf if self.stop is None else self.stop
+        return LogError(
+            said(
+                "there is no sample between ",
+                given("start"),
+                f" at {self.start or 0.0:g} s and ",
+                given("stop"),
+                f" at {last:g} s",
+            ),
+            "start",
+        )
 
 
 def _on_emptied(log: Log, part: slice) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from zerorate.faults import given, said
 from zerorate.io.columns import choose
 from zerorate.io.formats import LogSource, label_of, opened
 from zerorate.io.log import LogError
@@ -47,14 +48,19 @@ def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:
     try:
         kind, content = opened(source)
         if "" not in content.tables:
-            raise LogError("group_by= is for tables, and this is a recording of topics")
+            raise LogError(
+                said(given("group_by"), " is for tables, and this is a recording of topics"),
+                "group_by",
+            )
         table = content.chosen(None)
         if table.names is None:
-            raise LogError("a table without names has no column for group_by=")
+            raise LogError(
+                said("a table without names has no column for ", given("group_by")), "group_by"
+            )
         (index,) = choose(table, group_by).data
         found = parts_of(table, index)
     except LogError as error:
-        raise LogError(f"{label}: {error}") from None
+        raise error.around(f"{label}: ") from None
     column = table.label(index)
     return {
         name: Part(name, f"{label} ({column} {name})", kind, Content.of(part))

@@ -15,6 +15,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import given, said
 from zerorate.io.log import LogError
 from zerorate.io.missing import without_masks
 from zerorate.texts import one_line
@@ -32,8 +33,8 @@ __all__ = [
 
 Column = npt.NDArray[Any]
 
-NO_TOPICS: Final = (
-    "topic= chooses among the topics of a ROS recording or a PX4 log; this is neither"
+NO_TOPICS: Final = said(
+    given("topic"), " chooses among the topics of a ROS recording or a PX4 log; this is neither"
 )
 
 
@@ -132,7 +133,7 @@ class Content:
 
         def only(asked: str | None) -> str:
             if asked is not None:
-                raise LogError(NO_TOPICS)
+                raise LogError(NO_TOPICS, "topic")
             return ""
 
         return cls({"": table}, only)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import exponential_mean
+from zerorate.faults import ArgumentError
 from zerorate.metrics.channels import columns, per_channel, positive, same_shape
 from zerorate.metrics.rest import coasting_error
 from zerorate.metrics.truth import rmse
@@ -146,8 +147,8 @@ def _to_truth(truth: Floats, begin: int, x: Floats) -> float:
 
 def _first(start: float, rate: float, n: int) -> int:
     if not 0.0 <= start * rate < n:
-        raise ValueError(
-            f"start must be 0 or more and less than the record's {n / rate:g} s, got {start}"
+        raise ArgumentError(
+            "start", f"must be 0 or more and less than the record's {n / rate:g} s, got {start}"
         )
     return round(start * rate)
 

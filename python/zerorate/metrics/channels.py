@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.io.missing import floats
 from zerorate.types import Booleans, Floats
 
@@ -27,7 +28,7 @@ def columns(name: str, data: npt.ArrayLike) -> Floats:
     """Return the channels as rows, without copying."""
     array = floats(data, name)
     if array.ndim not in (1, 2):
-        raise ValueError(f"{name} must have shape (n,) or (n, k), got {array.shape}")
+        raise ArgumentError(name, f"must have shape (n,) or (n, k), got {array.shape}")
     if array.size == 0:
         raise ValueError(f"{name} is empty")
     return array.reshape(len(array), -1).T
@@ -83,7 +84,7 @@ def rms(x: Floats) -> float:
 def positive(name: str, value: float) -> float:
     """Return a number that must be positive and finite."""
     if not (math.isfinite(value) and value > 0.0):
-        raise ValueError(f"{name} must be positive and finite, got {value}")
+        raise ArgumentError(name, f"must be positive and finite, got {value}")
     return float(value)
 
 

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.metrics.channels import columns, per_channel, positive, same_shape
 from zerorate.metrics.truth import rmse
 from zerorate.types import Floats
@@ -274,7 +275,7 @@ def equal_delay_lowpass(raw: npt.ArrayLike, rate: float, delay: float) -> Floats
     """
     z = columns("raw", raw)
     if not (math.isfinite(delay) and delay >= 0.0):
-        raise ValueError(f"delay must be finite and not negative, got {delay}")
+        raise ArgumentError("delay", f"must be finite and not negative, got {delay}")
     lag = delay * positive("rate", rate)
     y = np.stack([_lowpass_present(column, lag / (1.0 + lag)) for column in z])
     return y[0] if np.ndim(raw) == 1 else np.ascontiguousarray(y.T)

@@ -9,6 +9,7 @@ from typing import Literal, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.geometry import rotations
 from zerorate.io.missing import floats
 from zerorate.metrics.channels import positive, rms
@@ -105,7 +106,7 @@ def orientation_errors(
             f"quaternions and reference must be of one length, got {len(q)} and {len(true)}"
         )
     if heading not in ("absolute", "relative"):
-        raise ValueError(f"heading must be 'absolute' or 'relative', got {heading!r}")
+        raise ArgumentError("heading", f"must be 'absolute' or 'relative', got {heading!r}")
     error = rotations.product(rotations.unit(q), rotations.inverse(rotations.unit(true)))
     error = error[np.isfinite(error).all(axis=1) & _judged(where, len(q))]
     if not len(error):
@@ -133,8 +134,8 @@ def _judged(where: npt.ArrayLike | None, n: int) -> Booleans:
         return np.ones(n, dtype=np.bool_)
     mask = np.asarray(where)
     if mask.dtype != np.bool_ or mask.shape != (n,):
-        raise ValueError(
-            f"where must hold true and false in shape ({n},), got {mask.dtype} in {mask.shape}"
+        raise ArgumentError(
+            "where", f"must hold true and false in shape ({n},), got {mask.dtype} in {mask.shape}"
         )
     return mask
 
@@ -230,7 +231,7 @@ def _between(q: Floats, start: npt.NDArray[np.intp], end: npt.NDArray[np.intp]) 
 def _of_width(name: str, data: npt.ArrayLike, width: int) -> Floats:
     array = floats(data, name)
     if array.ndim != 2 or array.shape[1] != width or array.size == 0:
-        raise ValueError(f"{name} must have shape (n, {width}), got {array.shape}")
+        raise ArgumentError(name, f"must have shape (n, {width}), got {array.shape}")
     return array
 
 

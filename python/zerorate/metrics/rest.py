@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import allan_deviations, longest_factor
+from zerorate.faults import ArgumentError
 from zerorate.metrics.channels import (
     columns,
     pairs,
@@ -226,7 +227,7 @@ def allan_ratio(
 
 def _factors(n: int, rate: float, memory: float) -> list[int]:
     if not memory >= 0.0:
-        raise ValueError(f"memory must not be negative, got {memory}")
+        raise ArgumentError("memory", f"must not be negative, got {memory}")
     octaves = (1 << i for i in range(max(1, (n // 4).bit_length())))
     most = min(n // 4, longest_factor("oadev", n))
     factors = [m for m in octaves if 10.0 * memory * rate <= m <= most]

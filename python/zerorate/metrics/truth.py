@@ -7,6 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.io.missing import floats
 from zerorate.metrics.channels import (
     columns,
@@ -196,7 +197,7 @@ def nis(
     """
     variance = _spread_over(innovation, innovation_variance)
     if np.any(variance <= 0.0):
-        raise ValueError("innovation_variance must be positive")
+        raise ArgumentError("innovation_variance", "must be positive")
     chosen = innovation if where is None else _only(innovation, where)
     both = pairs("innovation", chosen, "innovation_variance", variance)
     return per_channel([float(np.mean(e * e / s)) for e, s in both], innovation)
@@ -233,7 +234,7 @@ def coverage(error: npt.ArrayLike, sigma: npt.ArrayLike) -> float | Floats:
     """
     both = pairs("error", error, "sigma", sigma)
     if any((s < 0.0).any() for _, s in both):
-        raise ValueError("sigma must not be negative")
+        raise ArgumentError("sigma", "must not be negative")
     return per_channel([float(np.mean(np.abs(e) <= s)) for e, s in both], error)
 
 
@@ -251,7 +252,7 @@ def _only(innovation: npt.ArrayLike, where: npt.ArrayLike) -> Floats:
     """Return the innovations, missing where they do not count."""
     e, mask = columns("innovation", innovation), np.asanyarray(where)
     if mask.dtype != np.bool_:
-        raise ValueError(f"where must hold true and false, got dtype {mask.dtype}")
+        raise ArgumentError("where", f"must hold true and false, got dtype {mask.dtype}")
     flags = columns("where", where)
     if len(flags) == 1:
         flags = np.repeat(flags, len(e), axis=0)

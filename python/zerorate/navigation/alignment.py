@@ -9,6 +9,7 @@ from typing import Final, Literal
 import numpy as np
 
 from zerorate.calibration import find_rests
+from zerorate.faults import ArgumentError, given, said
 from zerorate.geometry.earth import earth_rate
 from zerorate.geometry.rotations import inverse, product
 from zerorate.io import LogError, Recording
@@ -126,10 +127,12 @@ def align(
     _within("latitude", latitude, 89.5, "deg")
     for name, sigma in (("sigma_heading", sigma_heading), ("sigma_accel_bias", sigma_accel_bias)):
         if not 0.0 < sigma <= 10.0:
-            raise ValueError(f"{name} must be above 0 and at most 10, got {sigma}")
+            raise ArgumentError(name, f"must be above 0 and at most 10, got {sigma}")
     known = heading is not None and heading != "course"
     if isinstance(heading, str) and heading != "course":
-        raise ValueError(f"heading must be an angle in rad, 'course' or None, got {heading!r}")
+        raise ArgumentError(
+            "heading", f"must be an angle in rad, 'course' or None, got {heading!r}"
+        )
     yaw = float(heading) if known else 0.0  # type: ignore[arg-type]
     _within("heading", yaw, 4.0 * math.pi, "rad")
     samples = Samples.of(imu, mag=False, what="an alignment")
@@ -159,7 +162,7 @@ def align(
 
 def _within(name: str, value: float, bound: float, unit: str) -> None:
     if not abs(value) <= bound:
-        raise ValueError(f"{name} must be within {bound:.4g} {unit}, got {value}")
+        raise ArgumentError(name, f"must be within {bound:.4g} {unit}, got {value}")
 
 
 def _rest(imu: Recording, samples: Samples) -> tuple[float, float]:
@@ -171,8 +174,12 @@ def _rest(imu: Recording, samples: Samples) -> tuple[float, float]:
         ends = float(samples.time[-1]) - last < 1.0
         return first, first + max(_REST, 0.5 * (last - first)) if ends else last
     raise LogError(
-        f"{imu.source}: the vehicle does not rest for {_REST:g} s, which an alignment needs: say "
-        "with span= when it rests"
+        said(
+            f"{imu.source}: the vehicle does not rest for {_REST:g} s, which an alignment needs: "
+            "say with ",
+            given("span"),
+            " when it rests",
+        )
     )
 
 
@@ -211,7 +218,9 @@ def _steady(samples: Samples, first: float, last: float) -> tuple[float, float]:
 def _given(span: tuple[float, float]) -> tuple[float, float]:
     first, last = (float(x) for x in span)
     if not last - first >= _SHORTEST:
-        raise ValueError(f"span must be at least {_SHORTEST:g} s long, got {first:g} to {last:g} s")
+        raise ArgumentError(
+            "span", f"must be at least {_SHORTEST:g} s long, got {first:g} to {last:g} s"
+        )
     return first, last
 
 

@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.io.missing import floats
 from zerorate.types import Floats, Integers
 
@@ -74,7 +75,7 @@ class Fixes:
         time = _numbers("time", self.time, ())
         object.__setattr__(self, "time", time)
         if not np.isfinite(time).all() or not (np.diff(time) > 0.0).all():
-            raise ValueError(f"time must be finite and rise from fix to fix{_at_time(time)}")
+            raise ArgumentError("time", f"must be finite and rise from fix to fix{_at_time(time)}")
         object.__setattr__(
             self, "position", _places(_numbers("position", self.position, (3,), time))
         )
@@ -89,7 +90,7 @@ class Fixes:
             if given is not None:
                 object.__setattr__(self, name, _whole(name, given, time))
         if self.epoch is not None and not math.isfinite(self.epoch):
-            raise ValueError(f"epoch must be a finite number of seconds, got {self.epoch}")
+            raise ArgumentError("epoch", f"must be a finite number of seconds, got {self.epoch}")
 
     def __len__(self) -> int:
         """Return the number of fixes."""
@@ -132,14 +133,14 @@ def _numbers(
         # A copy, with NaN for what a mask hides.
         array = np.array(floats(values, name))
     except (TypeError, ValueError):
-        raise ValueError(f"{name} must be an array of numbers") from None
+        raise ArgumentError(name, "must be an array of numbers") from None
     n = None if time is None else len(time)
     if array.ndim != 1 + len(columns) or array.shape[1:] != columns or n not in (None, len(array)):
         wanted = ", ".join(map(str, ("n" if n is None else n, *columns)))
         comma = "" if columns else ","
-        raise ValueError(f"{name} must be of shape ({wanted}{comma}), got {array.shape}")
+        raise ArgumentError(name, f"must be of shape ({wanted}{comma}), got {array.shape}")
     if np.isinf(array).any():
-        raise ValueError(f"{name} must not be infinite")
+        raise ArgumentError(name, "must not be infinite")
     array.flags.writeable = False
     return array
 
@@ -167,13 +168,13 @@ def _places(position: Floats) -> Floats:
 def _check_sigma(name: str, sigma: Floats | None) -> None:
     if sigma is not None and (sigma <= 0.0).any():
         i = int(np.flatnonzero((sigma <= 0.0).any(axis=1))[0])
-        raise ValueError(f"{name} must be positive, or NaN where it is not known; fix {i} is not")
+        raise ArgumentError(name, f"must be positive, or NaN where it is not known; fix {i} is not")
 
 
 def _whole(name: str, values: npt.ArrayLike, time: Floats) -> Integers:
     numbers = _numbers(name, values, (), time)
     if (numbers != np.round(numbers)).any():
-        raise ValueError(f"{name} must be whole numbers")
+        raise ArgumentError(name, "must be whole numbers")
     whole = numbers.astype(np.int64)
     whole.flags.writeable = False
     return whole

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.io import LogError, Recording
 from zerorate.types import Floats
 
@@ -76,11 +77,11 @@ def rotation(given: npt.ArrayLike) -> Floats:
     except (TypeError, ValueError):
         matrix = np.empty(0)
     if matrix.shape != (3, 3):
-        raise ValueError("body_from_sensor must be a matrix of shape (3, 3)")
+        raise ArgumentError("body_from_sensor", "must be a matrix of shape (3, 3)")
     off = np.abs(matrix @ matrix.T - np.eye(3)).max()
     if not off < _ORTHOGONAL or np.linalg.det(matrix) < 0.0:
-        raise ValueError(
-            "body_from_sensor must be a rotation: rows of length 1 at right angles, not mirrored"
+        raise ArgumentError(
+            "body_from_sensor", "must be a rotation: rows of length 1 at right angles, not mirrored"
         )
     return matrix
 

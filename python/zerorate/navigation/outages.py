@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError, said
 from zerorate.geometry.rotations import inverse, product
 from zerorate.io import LogError
 from zerorate.metrics.channels import positive
@@ -215,8 +216,8 @@ def outages(
         raise ValueError("antenna is for a filter that is made here: nav has its own")
     template = _aligned(imu, gnss, _lever(antenna)) if nav is None else nav
     if template.samples_seen:
-        raise ValueError(
-            f"nav must be a filter that has seen no sample, this one has {template.samples_seen}"
+        raise ArgumentError(
+            "nav", f"must be a filter that has seen no sample, this one has {template.samples_seen}"
         )
     steps = len(asked) * (1 + smooth) + 1
     progress("navigating", 0.0)
@@ -243,20 +244,20 @@ def outages(
 def _lengths(seconds: float | Sequence[float]) -> list[float]:
     given = np.atleast_1d(np.asarray(seconds, dtype=np.float64))
     if given.ndim != 1 or not given.size:
-        raise ValueError("seconds must be a number or several, such as (10, 30, 60)")
+        raise ArgumentError("seconds", "must be a number or several, such as (10, 30, 60)")
     return list(dict.fromkeys(positive("seconds", float(one)) for one in given))
 
 
 def _lever(antenna: npt.ArrayLike | None) -> Floats:
     lever = np.asarray((0.0, 0.0, 0.0) if antenna is None else antenna, dtype=np.float64)
     if lever.shape != (3,) or not np.isfinite(lever).all():
-        raise ValueError(f"antenna must be three finite numbers, got {antenna!r}")
+        raise ArgumentError("antenna", f"must be three finite numbers, got {antenna!r}")
     return lever
 
 
 def _at_least(name: str, value: float) -> None:
     if not 0.0 <= value < math.inf:
-        raise ValueError(f"{name} must be a number from 0, got {value}")
+        raise ArgumentError(name, f"must be a number from 0, got {value}")
 
 
 def _aligned(imu: Recording, gnss: Fixes, lever: Floats) -> NavigationFilter:
@@ -297,7 +298,7 @@ class _Within:
 
         there = np.flatnonzero(track.navigating)
         if not there.size:
-            raise LogError(f"{track.source}: the filter did not begin: {not_begun(track)}")
+            raise LogError(said(f"{track.source}: the filter did not begin: ", not_begun(track)))
         start = track.time[there[0]]
         until = np.flatnonzero(gnss.time <= start + _SAME)
         inside = np.flatnonzero(gnss.time <= track.time[-1])
@@ -328,7 +329,7 @@ class _Within:
             )
         befores = np.array([a - 1 for a, _ in ends])
         if np.isin(befores, [b - 1 for _, b in ends]).any():
-            raise ValueError(f"between must leave a fix between outages, got {between:g} s")
+            raise ArgumentError("between", f"must leave a fix between outages, got {between:g} s")
         return _Withheld(
             np.concatenate([np.arange(a, b) for a, b in ends]),
             np.repeat(np.arange(len(ends)), [b - a for a, b in ends]),

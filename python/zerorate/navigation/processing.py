@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import NavigationFilter
+from zerorate.faults import ArgumentError, given, said
 from zerorate.io import Recording
 from zerorate.io.samples import Samples
 from zerorate.navigation.fixes import Fixes
@@ -33,7 +34,7 @@ def processed(
     if gnss is not None and not isinstance(gnss, Fixes):
         raise TypeError(f"gnss must be Fixes, as zr.read_fixes returns them, got {_type(gnss)}")
     if not math.isfinite(time_offset):
-        raise ValueError(f"time_offset must be a number of seconds, got {time_offset}")
+        raise ArgumentError("time_offset", f"must be a number of seconds, got {time_offset}")
     fixes = None if gnss is None else gnss.shifted(time_offset)
     time = samples.time
     inputs = Inputs(
@@ -48,9 +49,13 @@ def processed(
     if fixes is not None and len(fixes) and len(time) and not len(fixes.between(time[0], time[-1])):
         notes.insert(
             0,
-            f"none of the fixes is used: they are from {fixes.time[0]:.6g} to "
-            f"{fixes.time[-1]:.6g} s and the samples from {time[0]:.6g} to {time[-1]:.6g} s, as on "
-            "another clock; time_offset= moves them",
+            said(
+                f"none of the fixes is used: they are from {fixes.time[0]:.6g} to "
+                f"{fixes.time[-1]:.6g} s and the samples from {time[0]:.6g} to {time[-1]:.6g} s, "
+                "as on another clock; ",
+                given("time_offset"),
+                " moves them",
+            ),
         )
     told = tuple(dict.fromkeys(notes))
     return track_of(nav, inputs, source=imu.source, epoch=epoch, notes=told, keep=keep)
@@ -83,8 +88,9 @@ def _told(sigma: Floats | None, usual: float) -> Floats | float:
 def _flags(rest: npt.ArrayLike, n: int) -> npt.NDArray[np.bool_]:
     flags = np.asarray(rest)
     if flags.shape != (n,) or flags.dtype != np.bool_:
-        raise ValueError(
-            f"rest must be an array of bool, shape ({n},), got {flags.dtype} of shape {flags.shape}"
+        raise ArgumentError(
+            "rest",
+            f"must be an array of bool, shape ({n},), got {flags.dtype} of shape {flags.shape}",
         )
     return flags
 

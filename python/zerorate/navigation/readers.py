@@ -11,6 +11,7 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
+from zerorate.faults import ArgumentError
 from zerorate.io.clocks.names import looks_like_time, may_be_time, time_unit
 from zerorate.io.clocks.stamps import to_seconds, without_texts
 from zerorate.io.damage import guarded_content
@@ -125,12 +126,12 @@ def read_fixes(
     """
     if format is not None and format not in get_args(FixFormat):
         known = ", ".join(repr(name) for name in get_args(FixFormat))
-        raise ValueError(f"format must be one of {known}, got {format!r}")
+        raise ArgumentError("format", f"must be one of {known}, got {format!r}")
     label = label_of(source)
     try:
         return _fixes(_chosen(_content(source, format), topic), label)
     except LogError as error:
-        raise LogError(f"{label}: {error}") from None
+        raise error.around(f"{label}: ") from None
 
 
 _RECEIVERS: Final[Mapping[str, Format]] = {

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import NavigationFilter, NavigationRecord
+from zerorate.faults import given, said
 from zerorate.geometry.earth import local_ned, moved
 from zerorate.geometry.rotations import inverse, of_rotation_vectors, product
 from zerorate.io import Log
@@ -309,12 +310,18 @@ def not_begun(track: Track) -> str:
     if not len(fixes) or not len(time):
         return "there are no fixes" if len(time) else "there are no samples"
     if not ((fixes >= time[0]) & (fixes <= time[-1])).any():
-        return (
+        return said(
             f"its samples are from {time[0]:.6g} to {time[-1]:.6g} s and the fixes from "
-            f"{fixes[0]:.6g} to {fixes[-1]:.6g} s: time_offset= moves these"
+            f"{fixes[0]:.6g} to {fixes[-1]:.6g} s: ",
+            given("time_offset"),
+            " moves these",
         )
     if STATUSES[int(track.status[-1])] == "no heading":
-        return "the heading is not known, and the vehicle not above 1 m/s: heading= says it"
+        return said(
+            "the heading is not known, and the vehicle not above 1 m/s: ",
+            given("heading"),
+            " says it",
+        )
     return "no fix was used after the vehicle was aligned"
 
 

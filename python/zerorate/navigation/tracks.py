@@ -14,6 +14,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.geometry.earth import wrapped
 from zerorate.io.atomic import atomic_path
 from zerorate.texts import one_line
@@ -171,11 +172,13 @@ def _checked(track: Track, epoch: float | None, name: str | None) -> _Rows:
     if not there.any():
         raise ValueError("no row of the track has a latitude and longitude")
     if (np.abs(position[there, 0]) > 90.0).any():
-        raise ValueError("latitudes must be within 90 deg: are they in rad or scaled?")
+        raise ArgumentError("latitudes", "must be within 90 deg: are they in rad or scaled?")
     if epoch is None:
         epoch = getattr(track, "epoch", None)
     if epoch is not None and not (math.isfinite(epoch) and np.isfinite(time).all()):
-        raise ValueError("times must be finite where the epoch is known, and so must the epoch")
+        raise ArgumentError(
+            "times", "must be finite where the epoch is known, and so must the epoch"
+        )
     rows = np.column_stack([time, position[:, 0], wrapped(position[:, 1]), position[:, 2]])
     return _Rows(rows, epoch, one_line(name or str(getattr(track, "source", "track"))))
 

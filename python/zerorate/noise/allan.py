@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
+from zerorate.faults import ArgumentError, given, said
 from zerorate.io import Log
 from zerorate.io.log import checked_rate
 from zerorate.io.missing import real_numbers
@@ -137,18 +138,20 @@ def allan(
 
 def _check(confidence: float, exponent: int | None, bridge: int) -> None:
     if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence must lie between 0 and 1, got {confidence}")
+        raise ArgumentError("confidence", f"must lie between 0 and 1, got {confidence}")
     if exponent is not None and exponent not in range(-4, 3):
-        raise ValueError(f"exponent must be a whole number from -4 to 2, got {exponent}")
+        raise ArgumentError("exponent", f"must be a whole number from -4 to 2, got {exponent}")
     if bridge < 0:
-        raise ValueError(f"bridge must not be negative, got {bridge}")
+        raise ArgumentError("bridge", f"must not be negative, got {bridge}")
 
 
 def _record(z: npt.ArrayLike) -> npt.NDArray[np.generic]:
     """Return the record as an array, as it is in memory."""
     record = real_numbers(z, "z")
     if record.ndim not in (1, 2) or 0 in record.shape:
-        raise ValueError(f"z must have shape (n,) or (n, k) with a sample, got {record.shape}")
+        raise ArgumentError(
+            "z", f"must have shape (n,) or (n, k) with a sample, got {record.shape}"
+        )
     return record
 
 
@@ -193,7 +196,7 @@ def _names(names: Sequence[str] | None, deviation: Floats) -> tuple[str, ...]:
         return ("",) if channels == 1 else tuple(f"axis {i + 1}" for i in range(channels))
     listed = (names,) if isinstance(names, str) else tuple(names)
     if len(listed) != channels:
-        raise ValueError(f"names must have one entry an axis: {channels}, got {len(listed)}")
+        raise ArgumentError("names", f"must have one entry an axis: {channels}, got {len(listed)}")
     return listed
 
 
@@ -216,4 +219,8 @@ def _on_gaps(terms: Integers, taus: Floats, names: tuple[str, ...]) -> Iterator[
         lost = np.flatnonzero(counts == 0)
         if lost.size:
             label = f"{name}: " if name else ""
-            yield f"{label}gaps leave no term from {taus[lost[0]]:g} s on: bridge= fills short ones"
+            yield said(
+                f"{label}gaps leave no term from {taus[lost[0]]:g} s on: ",
+                given("bridge"),
+                " fills short ones",
+            )

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io import Log, LogError
 from zerorate.io.log import notes_of
 from zerorate.noise import AllanResult, FittedModel, NoiseModel, allan, worst_axis
@@ -193,7 +194,9 @@ def _check_samples(log: Log, kind: KindName) -> None:
         raise LogError(f"{kind} needs at least {_LEAST_SAMPLES} samples, the log has {log.n}")
     for name, column in zip(log.names, log.data.T, strict=True):
         if not np.isfinite(column).any():
-            raise LogError(f"column '{name}' holds no sample: choose others with columns=")
+            raise LogError(
+                said(f"column '{name}' holds no sample: choose others with ", given("columns"))
+            )
 
 
 def _examined(

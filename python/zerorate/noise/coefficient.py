@@ -3,6 +3,8 @@
 import math
 from typing import Any, Final, Self, overload
 
+from zerorate.faults import ArgumentError
+
 __all__ = ["NOTHING_KNOWN", "Coefficient", "CoefficientField", "positive"]
 
 _ONE_SIDED_95: Final = 1.6448536269514722
@@ -64,7 +66,7 @@ class Coefficient(float):
         self._sigma = _finite("sigma", sigma)
         self._identifiable = bool(identifiable)
         if self._sigma < 0.0:
-            raise ValueError(f"sigma must not be negative, got {self._sigma}")
+            raise ArgumentError("sigma", f"must not be negative, got {self._sigma}")
         if upper_bound is None:
             if not identifiable:
                 raise ValueError("a coefficient that is not identifiable needs its upper_bound")
@@ -73,8 +75,8 @@ class Coefficient(float):
         unbounded = bound == math.inf and not identifiable
         self._upper_bound = bound if unbounded else _finite("upper_bound", bound)
         if self._upper_bound < self.value:
-            raise ValueError(
-                f"upper_bound must not be below the value {self.value}, got {self._upper_bound}"
+            raise ArgumentError(
+                "upper_bound", f"must not be below the value {self.value}, got {self._upper_bound}"
             )
         return self
 
@@ -151,14 +153,14 @@ class Coefficient(float):
 def positive(name: str, value: float) -> float:
     """Return a number as a float; ValueError if it is not positive and finite."""
     if not (math.isfinite(value) and value > 0.0):
-        raise ValueError(f"{name} must be positive and finite, got {value}")
+        raise ArgumentError(name, f"must be positive and finite, got {value}")
     return float(value)
 
 
 def _finite(name: str, value: float) -> float:
     number = float(value)
     if not math.isfinite(number):
-        raise ValueError(f"{name} must be finite, got {number}")
+        raise ArgumentError(name, f"must be finite, got {number}")
     return number
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate import _native
+from zerorate.faults import ArgumentError
 from zerorate.noise.kinds import KindName, TauGrid, factors, seconds
 from zerorate.noise.kinds import kind as find_kind
 from zerorate.noise.quantities import check_unit
@@ -141,7 +142,7 @@ def _sizes(n: int, rate: float, window: float | None, step: float | None) -> tup
     """Return the length of a window and the step to the next, in samples."""
     for name, time in (("window", window), ("step", step)):
         if time is not None and not math.isfinite(time):
-            raise ValueError(f"{name} must be a finite time in s, got {time}")
+            raise ArgumentError(name, f"must be a finite time in s, got {time}")
     size = n // 10 if window is None else whole_samples(window, rate)
     if not _LEAST_SAMPLES <= size <= n:
         raise ValueError(
@@ -150,5 +151,5 @@ def _sizes(n: int, rate: float, window: float | None, step: float | None) -> tup
         )
     stride = max((n - size) // _WINDOWS, 1) if step is None else whole_samples(step, rate)
     if stride < 1:
-        raise ValueError(f"step must be at least one sample, {1.0 / rate:g} s, got {step}")
+        raise ArgumentError("step", f"must be at least one sample, {1.0 / rate:g} s, got {step}")
     return size, stride

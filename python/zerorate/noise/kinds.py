@@ -9,6 +9,7 @@ from typing import Final, Literal
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.types import Floats, Integers
 
 __all__ = ["KINDS", "Kind", "KindName", "TauGrid", "factors", "kind", "seconds"]
@@ -118,7 +119,9 @@ def factors(
         return _grid(taus, kind, longest), ()
     wanted = np.atleast_1d(np.asarray(taus, dtype=np.float64))
     if wanted.ndim != 1 or wanted.size == 0 or not np.all(np.isfinite(wanted) & (wanted > 0.0)):
-        raise ValueError("taus must be positive and finite averaging times in s, at least one")
+        raise ArgumentError(
+            "taus", "must be positive and finite averaging times in s, at least one"
+        )
     with np.errstate(over="ignore"):
         exact = wanted * rate / _time_of_factor(kind)
     found = _whole(exact, kind)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Self, TypeVar, get_args
 
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.noise.coefficient import Coefficient, CoefficientField, positive
 from zerorate.noise.densities import densities
 from zerorate.noise.exports import to_kalibr, to_orbslam3, to_px4, to_ros, to_vins
@@ -121,7 +122,7 @@ class NoiseModel(Result):
         object.__setattr__(self, "sinusoid", _terms("sinusoid", self.sinusoid, Sinusoid))
         if self.quantity not in get_args(Quantity):
             known = ", ".join(repr(name) for name in get_args(Quantity))
-            raise ValueError(f"quantity must be one of {known}, got {self.quantity!r}")
+            raise ArgumentError("quantity", f"must be one of {known}, got {self.quantity!r}")
 
     @classmethod
     def from_json(cls, source: str | os.PathLike[str]) -> Self:
@@ -297,7 +298,7 @@ class NoiseModel(Result):
 def _terms(name: str, given: object, kind_: type) -> tuple[Any, ...]:
     terms = tuple(given) if isinstance(given, Iterable) else (None,)
     if not all(isinstance(term, kind_) for term in terms):
-        raise ValueError(f"{name} must be a sequence of {kind_.__name__}, got {given!r}")
+        raise ArgumentError(name, f"must be a sequence of {kind_.__name__}, got {given!r}")
     return terms
 
 

@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.faults import ArgumentError
 from zerorate.noise.kinds import Kind
 from zerorate.types import Floats
 
@@ -186,11 +187,11 @@ def check_times(markov: Sequence[float] | int) -> tuple[float, ...] | int:
     """Return a number of Markov terms, or their times; ValueError if one means nothing."""
     if isinstance(markov, int | np.integer):
         if markov < 0:
-            raise ValueError(f"markov must not be a negative number of terms, got {markov}")
+            raise ArgumentError("markov", f"must not be a negative number of terms, got {markov}")
         return int(markov)
     times = tuple(float(time) for time in markov)
     if not all(math.isfinite(time) and time > 0.0 for time in times):
-        raise ValueError(f"markov must be positive correlation times in s, got {times}")
+        raise ArgumentError("markov", f"must be positive correlation times in s, got {times}")
     return times
 
 
@@ -198,8 +199,9 @@ def check_frequencies(sinusoid: Sequence[float], rate: float) -> tuple[float, ..
     """Return the frequencies; ValueError unless they lie between zero and half the rate."""
     frequencies = tuple(float(frequency) for frequency in sinusoid)
     if not all(0.0 < frequency < rate / 2.0 for frequency in frequencies):
-        raise ValueError(
-            f"sinusoid must be frequencies above 0 and below {rate / 2.0:g} Hz, got {frequencies}"
+        raise ArgumentError(
+            "sinusoid",
+            f"must be frequencies above 0 and below {rate / 2.0:g} Hz, got {frequencies}",
         )
     return frequencies
 

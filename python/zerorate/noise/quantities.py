@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 import numpy as np
 
+from zerorate.faults import ArgumentError
 from zerorate.noise.kinds import KINDS
 from zerorate.units import convert, kind
 
@@ -117,9 +118,10 @@ def si_unit(unit: str) -> tuple[float, Quantity]:
 def _quantity(unit: str) -> tuple[Quantity, str]:
     found = _QUANTITIES.get(kind(unit))
     if found is None:
-        raise ValueError(
-            f"unit must be one of an angular rate or an acceleration, got {unit!r}, "
-            f"which is one of {kind(unit)}"
+        raise ArgumentError(
+            "unit",
+            f"must be one of an angular rate or an acceleration, got {unit!r}, "
+            f"which is one of {kind(unit)}",
         )
     return found
 

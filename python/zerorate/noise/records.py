@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.io.log import checked_rate
 from zerorate.io.missing import floats
 from zerorate.types import Floats
@@ -50,7 +51,7 @@ def as_record(z: npt.ArrayLike, least: int = 1, purpose: str = "this") -> Floats
     """
     record = np.ascontiguousarray(floats(z, "z"))
     if record.ndim != 1:
-        raise ValueError(f"z must be one axis of shape (n,), got shape {record.shape}")
+        raise ArgumentError("z", f"must be one axis of shape (n,), got shape {record.shape}")
     present = np.isfinite(record)
     count = int(np.count_nonzero(present))
     if count == 0:
@@ -68,7 +69,7 @@ def samples(z: npt.ArrayLike, rate: float) -> Floats:
     checked_rate(rate)
     record = floats(z, "z")
     if record.ndim != 1:
-        raise ValueError(f"z must have shape (n,), got {record.shape}")
+        raise ArgumentError("z", f"must have shape (n,), got {record.shape}")
     return record
 
 
@@ -97,7 +98,7 @@ def checked_width(width: int, name: str = "width") -> int:
     """Return a number of samples; ValueError unless it is a whole number from 1 on."""
     whole = isinstance(width, numbers.Integral) and not isinstance(width, bool)
     if not whole or width < 1:
-        raise ValueError(f"{name} must be a whole number from 1 on, got {width!r}")
+        raise ArgumentError(name, f"must be a whole number from 1 on, got {width!r}")
     return int(width)
 
 

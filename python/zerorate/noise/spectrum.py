@@ -11,6 +11,7 @@ from typing import Final, Self
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.noise.fit import Component, FittedModel, Problem, fitted
 from zerorate.noise.processes import TERMS, check_terms, strength
 from zerorate.noise.quantities import check_unit, si_unit
@@ -50,8 +51,8 @@ class Spectrum:
         """Return the spectrum of the longest stretch of a record, shape (n,), without a gap."""
         record = longest_stretch(samples(z, rate))
         if record.size < _LEAST_SAMPLES:
-            raise ValueError(
-                f"z must have at least {_LEAST_SAMPLES} samples without a gap, has {record.size}"
+            raise ArgumentError(
+                "z", f"must have at least {_LEAST_SAMPLES} samples without a gap, has {record.size}"
             )
         record = record[: _quick(record.size)]
         if np.all(record == record[0]):

@@ -5,6 +5,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import copy_context
 from types import FrameType
 from typing import Any, Final, Self, TypeVar
 
@@ -54,10 +55,12 @@ def in_background(work: Callable[[], T]) -> T:
     from concurrent.futures import Future
 
     future: Future[T] = Future()
+    # What holds round the caller holds round the work, such as what arguments are called.
+    context = copy_context()
 
     def run() -> None:
         try:
-            future.set_result(work())
+            future.set_result(context.run(work))
         except BaseException as error:
             future.set_exception(error)
 

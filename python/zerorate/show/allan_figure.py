@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from zerorate.faults import ArgumentError
 from zerorate.noise import AllanResult, NoiseModel
 from zerorate.noise.kinds import KINDS
 from zerorate.noise.quantities import UNKNOWN, Shown, shown_unit
@@ -109,13 +110,13 @@ def plot_allan(
     results = [result] if isinstance(result, AllanResult) else list(result)
     if len({(one.kind, one.unit) for one in results}) != 1:
         listed = ", ".join(f"{one.kind} in {one.unit}" for one in results) or "none"
-        raise ValueError(f"results must be of one kind and unit, got {listed}")
+        raise ArgumentError("results", f"must be of one kind and unit, got {listed}")
     axes = [axis for one in results for axis in one]
     listed_models: Sequence[NoiseModel | None] = (
         [models] if isinstance(models, NoiseModel) else models or [None] * len(axes)
     )
     if len(listed_models) != len(axes):
-        raise ValueError(f"models must be one an axis: {len(axes)}, got {len(listed_models)}")
+        raise ArgumentError("models", f"must be one an axis: {len(axes)}, got {len(listed_models)}")
     shown = shown_unit(*results)
     pairs = zip(axes, listed_models, strict=True)
     panels = [_Panel.of(axis, model, shown) for axis, model in pairs]

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from zerorate.faults import told
+
 __all__ = ["GAP", "WIDTH", "Table", "aligned", "as_text", "bulleted"]
 
 WIDTH: Final = 100
@@ -71,7 +73,9 @@ def aligned(rows: Sequence[Sequence[str]], words: int = 1, most: int | None = No
 
 def bulleted(notes: Iterable[str]) -> str:
     """Return sentences as a list, one a paragraph."""
-    return "\n".join(textwrap.fill(f"- {note}", WIDTH, subsequent_indent="  ") for note in notes)
+    return "\n".join(
+        textwrap.fill(f"- {told(note)}", WIDTH, subsequent_indent="  ") for note in notes
+    )
 
 
 def _line(cells: Sequence[str], widths: Sequence[int], words: int) -> str:

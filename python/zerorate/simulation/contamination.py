@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.simulation.gyro import not_negative, whole
 from zerorate.types import Booleans, Floats
 
@@ -78,7 +79,7 @@ class Contamination:
     def __post_init__(self) -> None:
         """Check the numbers, and that they mean something together."""
         if not 0.0 <= self.share <= 1.0:
-            raise ValueError(f"share must be 0 to 1, got {self.share}")
+            raise ArgumentError("share", f"must be 0 to 1, got {self.share}")
         not_negative("size", self.size)
         whole("burst", self.burst, 0)
         not_negative("stuck", self.stuck)
@@ -141,9 +142,9 @@ class Contamination:
         """
         samples = np.array(z, dtype=np.float64)
         if samples.ndim not in (1, 2):
-            raise ValueError(f"z must have the shape (n,) or (n, k), got {samples.shape}")
+            raise ArgumentError("z", f"must have the shape (n,) or (n, k), got {samples.shape}")
         if not 0.0 < rate < math.inf:
-            raise ValueError(f"rate must be positive and finite, got {rate}")
+            raise ArgumentError("rate", f"must be positive and finite, got {rate}")
         columns = np.atleast_2d(samples.T)
         seeds = np.random.SeedSequence(whole("seed", seed, 0)).spawn(len(columns))
         for column, own in zip(columns, seeds, strict=True):
@@ -206,7 +207,7 @@ def _number(name: str, text: str) -> float | int:
         return int(text) if _KINDS[name] is int else float(text)
     except ValueError:
         kind = "a whole number" if _KINDS[name] is int else "a number"
-        raise ValueError(f"{name} must be {kind}, got '{text}'") from None
+        raise ArgumentError(name, f"must be {kind}, got '{text}'") from None
 
 
 def _deviation(z: Floats, there: Booleans) -> float:

@@ -10,6 +10,7 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.geometry.earth import (
     SEMI_MAJOR_AXIS,
     earth_rate,
@@ -197,7 +198,7 @@ def simulate_drive(
     start = _start(latitude, longitude, height)
     random = _streams(seed)
     if kind not in ("drive", "rest"):
-        raise ValueError(f"kind must be 'drive' or 'rest', got {kind!r}")
+        raise ArgumentError("kind", f"must be 'drive' or 'rest', got {kind!r}")
     seconds = np.arange(n) / hertz
     still = not_negative("rest", rest) if kind == "drive" else math.inf
     road = _Road.drawn(random["way"], still, duration)
@@ -245,8 +246,8 @@ def _streams(seed: int) -> dict[str, np.random.Generator]:
 
 def _samples(duration: float, rate: float) -> int:
     if not (2.0 / rate <= duration <= _LONGEST):
-        raise ValueError(
-            f"duration must be two samples or longer, and {_LONGEST:g} s at most, got {duration}"
+        raise ArgumentError(
+            "duration", f"must be two samples or longer, and {_LONGEST:g} s at most, got {duration}"
         )
     return round(duration * rate)
 
@@ -254,9 +255,10 @@ def _samples(duration: float, rate: float) -> int:
 def _start(latitude: float, longitude: float, height: float) -> Floats:
     """Return the first position, rad, rad and m."""
     if not (abs(latitude) <= 85.0 and abs(longitude) <= 180.0 and -1e4 <= height <= 1e5):
-        raise ValueError(
-            "latitude must be within 85 deg, longitude within 180 deg and height from -1e4 to 1e5 "
-            f"m, got {latitude}, {longitude} and {height}"
+        raise ArgumentError(
+            "latitude",
+            "must be within 85 deg, longitude within 180 deg and height from -1e4 to 1e5 "
+            f"m, got {latitude}, {longitude} and {height}",
         )
     return np.array([math.radians(latitude), math.radians(longitude), height])
 
@@ -265,14 +267,16 @@ def _sigma(name: str, given: npt.ArrayLike) -> Floats:
     sigma = np.full(3, float(given)) if np.ndim(given) == 0 else given  # type: ignore[arg-type]
     numbers = fixed(name, sigma, (3,))
     if (numbers < 0.0).any():
-        raise ValueError(f"{name} must not be negative, got {numbers}")
+        raise ArgumentError(name, f"must not be negative, got {numbers}")
     return numbers
 
 
 def _moments(fixes_rate: float, rate: float, n: int) -> Integers:
     """Return the samples at which there is a fix."""
     if not 0.0 < fixes_rate <= rate:
-        raise ValueError(f"fixes_rate must be above 0 and {rate:g} Hz at most, got {fixes_rate}")
+        raise ArgumentError(
+            "fixes_rate", f"must be above 0 and {rate:g} Hz at most, got {fixes_rate}"
+        )
     count = math.ceil(n * fixes_rate / rate)
     found = np.rint(np.arange(count) * (rate / fixes_rate)).astype(np.int64)
     within: Integers = found[found < n]
@@ -287,8 +291,8 @@ def _drift(
     if noise is None:
         return np.zeros((n, 3)), np.zeros((n, 3))
     if isinstance(noise, str) and noise != "consumer":
-        raise ValueError(
-            f"{name} must be a NoiseModel, a Device, 'consumer' or None, got {noise!r}"
+        raise ArgumentError(
+            name, f"must be a NoiseModel, a Device, 'consumer' or None, got {noise!r}"
         )
     model = _CONSUMER[name] if isinstance(noise, str) else noise
     signal, drift = simulate(model, rate, n / rate, seed, axes=3, resolution=0.0, turn_on_bias=0.0)

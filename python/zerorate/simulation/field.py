@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.simulation.gyro import not_negative
 from zerorate.simulation.hand import fixed
 from zerorate.types import Floats
@@ -25,7 +26,7 @@ _EDGE: Final = 0.2
 def of_earth(norm: float, dip: float) -> Floats:
     """Return the field in east, north and up, in the unit of its norm; the dip is in rad."""
     if not abs(dip) <= 0.5 * math.pi:
-        raise ValueError(f"dip must be from -pi/2 to pi/2, got {dip}")
+        raise ArgumentError("dip", f"must be from -pi/2 to pi/2, got {dip}")
     return not_negative("field", norm) * np.array([0.0, math.cos(dip), -math.sin(dip)])
 
 
@@ -64,7 +65,7 @@ def spans(magnet: npt.ArrayLike) -> Floats:
     """Return when a magnet is near, shape (m, 2); ValueError if these are no spans of time."""
     given = np.zeros((0, 2)) if np.size(magnet) == 0 else fixed("magnet", magnet, (None, 2))
     if not (given[:, 0] < given[:, 1]).all():
-        raise ValueError("magnet must be pairs of seconds, each from less to more")
+        raise ArgumentError("magnet", "must be pairs of seconds, each from less to more")
     return given
 
 

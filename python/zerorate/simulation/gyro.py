@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.faults import ArgumentError
 from zerorate.noise import NoiseModel
 from zerorate.simulation import sequences
 from zerorate.simulation.devices import Device
@@ -164,7 +165,9 @@ def _parts(
     elif isinstance(model, NoiseModel):
         noise, step, sigma = model, 0.0, 0.0
     else:
-        raise ValueError(f"model must be a NoiseModel or a Device, got {type(model).__name__}")
+        raise ArgumentError(
+            "model", f"must be a NoiseModel or a Device, got {type(model).__name__}"
+        )
     step = step if resolution is None else not_negative("resolution", resolution)
     sigma = sigma if turn_on_bias is None else not_negative("turn_on_bias", turn_on_bias)
     return noise, step, sigma
@@ -173,7 +176,7 @@ def _parts(
 def _samples(rate: float, duration: float) -> int:
     for name, value in (("rate", rate), ("duration", duration)):
         if not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name} must be positive and finite, got {value}")
+            raise ArgumentError(name, f"must be positive and finite, got {value}")
     n = rate * duration
     if not 0.5 < n <= _MOST_SAMPLES:
         raise ValueError(
@@ -185,12 +188,12 @@ def _samples(rate: float, duration: float) -> int:
 def whole(name: str, value: int, least: int) -> int:
     """Return a number that must be whole and from `least`."""
     if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
-        raise ValueError(f"{name} must be a whole number from {least}, got {value!r}")
+        raise ArgumentError(name, f"must be a whole number from {least}, got {value!r}")
     return int(value)
 
 
 def not_negative(name: str, value: float) -> float:
     """Return a number that must be finite and from 0."""
     if not (math.isfinite(value) and value >= 0.0):
-        raise ValueError(f"{name} must be finite and not negative, got {value}")
+        raise ArgumentError(name, f"must be finite and not negative, got {value}")
     return float(value)

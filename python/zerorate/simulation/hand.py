@@ -9,6 +9,7 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.geometry.rotations import inverse, of_matrices, of_rotation_vectors, product, unit
 from zerorate.simulation.gyro import not_negative, whole
 from zerorate.types import Floats, Integers
@@ -150,7 +151,7 @@ def fixed(name: str, values: npt.ArrayLike, shape: tuple[int | None, ...]) -> Fl
     )
     if not same or not np.isfinite(numbers).all():
         text = ", ".join("m" if length is None else str(length) for length in shape)
-        raise ValueError(f"{name} must be finite, of shape ({text}), got {numbers.shape}")
+        raise ArgumentError(name, f"must be finite, of shape ({text}), got {numbers.shape}")
     return numbers
 
 
@@ -207,13 +208,13 @@ def _random_turns(
 ) -> Floats:
     low, high = angles
     if not 0.0 < low <= high < math.inf:
-        raise ValueError(f"angles must rise from above 0 rad, got {low:g} and {high:g}")
+        raise ArgumentError("angles", f"must rise from above 0 rad, got {low:g} and {high:g}")
     about, size = random.standard_normal((count, 3)), random.uniform(low, high, count)
     if axis is not None:
         about = np.sign(about[:, :1]) * fixed("axis", axis, (3,))
     length = np.linalg.norm(about, axis=1, keepdims=True)
     if not (length > 0.0).all():
-        raise ValueError("axis must have a length above 0")
+        raise ArgumentError("axis", "must have a length above 0")
     vectors: Floats = about / length * size[:, None]
     return vectors
 
@@ -221,14 +222,14 @@ def _random_turns(
 def _given_poses(poses: npt.ArrayLike) -> Floats:
     if isinstance(poses, str):
         if poses != "six":
-            raise ValueError(f"poses must be a number, 'six' or orientations, got {poses!r}")
+            raise ArgumentError("poses", f"must be a number, 'six' or orientations, got {poses!r}")
         return _followed(np.cross(_SIX[1:], _SIX[:-1]) * (math.pi / 2.0))
     given = np.array(poses, dtype=np.float64)
     if given.ndim == 3:
         return _of_matrices(fixed("poses", given, (None, 3, 3)))
     quaternions = unit(fixed("poses", given, (None, 4)))
     if not (len(given) and np.isfinite(quaternions).all()):
-        raise ValueError("poses must be one quaternion or more, each with a length above 0")
+        raise ArgumentError("poses", "must be one quaternion or more, each with a length above 0")
     return quaternions
 
 
@@ -239,7 +240,7 @@ def _of_matrices(matrices: Floats) -> Floats:
     if not len(matrices) or not (
         proper.all() and np.allclose(matrices @ across, np.eye(3), atol=1e-6)
     ):
-        raise ValueError("poses must be rotation matrices: orthogonal, of determinant 1")
+        raise ArgumentError("poses", "must be rotation matrices: orthogonal, of determinant 1")
     return of_matrices(matrices)
 
 

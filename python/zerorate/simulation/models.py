@@ -8,6 +8,7 @@ from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 
+from zerorate.faults import ArgumentError
 from zerorate.simulation import sequences
 from zerorate.simulation.gyro import not_negative
 from zerorate.types import Floats
@@ -41,7 +42,7 @@ def _check_positive(of: object, *names: str) -> None:
     for name in names:
         value = getattr(of, name)
         if not 0.0 < value < math.inf:
-            raise ValueError(f"{name} must be finite and positive, got {value}")
+            raise ArgumentError(name, f"must be finite and positive, got {value}")
 
 
 class Block(NamedTuple):

@@ -9,6 +9,7 @@ from typing import Final, Literal
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.geometry.rotations import inverse
 from zerorate.io import Log, Recording
 from zerorate.io.log import checked_rate
@@ -229,12 +230,14 @@ def simulate_motion(
 mag: 3 at 100 Hz, uT; reference: 4 at 100 Hz, 1)
     """
     if kind not in TRAJECTORIES:
-        raise ValueError(f"kind must be one of {', '.join(TRAJECTORIES)}, got {kind!r}")
+        raise ArgumentError("kind", f"must be one of {', '.join(TRAJECTORIES)}, got {kind!r}")
     if start not in ("rest", "motion"):
-        raise ValueError(f"start must be 'rest' or 'motion', got {start!r}")
+        raise ArgumentError("start", f"must be 'rest' or 'motion', got {start!r}")
     hertz = checked_rate(rate)
     if not (math.isfinite(duration) and duration * hertz >= 2.0):
-        raise ValueError(f"duration must be finite and two samples or longer, got {duration} s")
+        raise ArgumentError(
+            "duration", f"must be finite and two samples or longer, got {duration} s"
+        )
     random = _streams(seed)
     motion = _Begun(TRAJECTORIES[kind](random["motion"], duration), start == "rest")
     seconds = np.arange(round(duration * hertz)) / hertz
@@ -341,7 +344,7 @@ def _gyro_matrix(errors: MotionErrors, random: np.random.Generator) -> Floats:
         return drawn
     given = fixed("gyro_matrix", errors.gyro_matrix, (3, 3))
     if abs(np.linalg.det(given)) < 1e-6:
-        raise ValueError("gyro_matrix must have an inverse")
+        raise ArgumentError("gyro_matrix", "must have an inverse")
     return given
 
 
@@ -357,7 +360,7 @@ def _bias(
 def _received(lost: float, n: int, random: np.random.Generator) -> Booleans:
     """Return which samples are not lost; the first never is."""
     if not 0.0 <= lost < 1.0:
-        raise ValueError(f"lost must be from 0 to below 1, got {lost}")
+        raise ArgumentError("lost", f"must be from 0 to below 1, got {lost}")
     there = random.random(n) >= lost
     there[0] = True
     return there

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.faults import ArgumentError
 from zerorate.io.log import checked_rate
 from zerorate.types import Floats
 
@@ -76,7 +77,7 @@ MOTIONS: Final[dict[str, Callable[[float, float, int], Floats]]] = {
 def _times(rate: float, duration: float) -> Floats:
     hertz = checked_rate(rate)
     if not 0.0 < duration < math.inf:
-        raise ValueError(f"duration must be positive and finite, got {duration}")
+        raise ArgumentError("duration", f"must be positive and finite, got {duration}")
     return np.arange(max(round(duration * hertz), 1)) / hertz
 
 

@@ -19,6 +19,7 @@ from zerorate.calibration.calibration import (
     PARAMETERS,
     Calibration,
 )
+from zerorate.faults import ArgumentError
 from zerorate.geometry.rotations import inverse
 from zerorate.io import Log, Recording
 from zerorate.io.log import checked_rate
@@ -413,7 +414,9 @@ class _Output:
         if unit in known:
             return cls(names, unit, unit, resolution, limit, UNITS[unit].amount, 1.0)
         if unit != UNKNOWN:
-            raise ValueError(f"unit must be one of {', '.join((*known, UNKNOWN))}, got {unit!r}")
+            raise ArgumentError(
+                "unit", f"must be one of {', '.join((*known, UNKNOWN))}, got {unit!r}"
+            )
         if not resolution:
             raise ValueError(f"samples in {UNKNOWN!r} are counts: they need a resolution above 0")
         return cls(names, unit, known[1], resolution, limit, resolution, resolution)

@@ -8,6 +8,7 @@ use zerorate_core::stream::on_pool;
 use zerorate_core::work::Current;
 
 use crate::common::arrays;
+use crate::common::errors::about;
 use crate::common::streaming::positive;
 use crate::common::work::interruptible;
 
@@ -72,7 +73,7 @@ pub fn allan_deviations<'py>(
     let kind = named(kind)?;
     let factors = read(factors)?;
     let bridge = usize::try_from(bridge)
-        .map_err(|_| PyValueError::new_err(format!("bridge must not be negative, got {bridge}")))?;
+        .map_err(|_| about("bridge", format!("bridge must not be negative, got {bridge}")))?;
     let threads = threads.map(|n| positive("threads", n.min(i128::from(u16::MAX)))).transpose()?;
     let columns = arrays::columns(z)?;
     let shape: Vec<usize> = std::iter::once(factors.len()).chain(columns.axes).collect();

@@ -12,6 +12,7 @@ import numpy as np
 from zerorate import units
 from zerorate.calibration.calibration import Rest
 from zerorate.calibration.fit.sensors import STANDARD_GRAVITY, Sensor, resolution, sensor
+from zerorate.faults import ArgumentError
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.types import Booleans, Floats, Integers
 
@@ -235,7 +236,9 @@ def given_rests(
     times = sorted(_times(rest) for rest in given)
     for (_, stop), (start, _) in pairwise(times):
         if start < stop:
-            raise ValueError(f"rests must not overlap: one ends at {stop:g} s, after {start:g} s")
+            raise ArgumentError(
+                "rests", f"must not overlap: one ends at {stop:g} s, after {start:g} s"
+            )
     rests = []
     for start, stop in times:
         rest = _rest(gyro, gyro, accel, gyro.place(start), gyro.place(stop))

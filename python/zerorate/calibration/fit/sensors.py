@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from zerorate import units
 from zerorate.calibration.fit.wild import wild_samples
+from zerorate.faults import given, said
 from zerorate.io.log import Log, LogError, Recording, checked_rate, present_axes
 from zerorate.io.missing import floats
 from zerorate.types import Booleans, Floats, Integers
@@ -246,8 +247,11 @@ def _named(kind: Kind, name: str | None, recording: Recording) -> Log:
             )
         raise LogError(told)
     raise LogError(
-        f"the recording has {len(known)} logs of {kind}: {', '.join(known)}; "
-        f"choose one, such as {kind}='{known[0]}'"
+        said(
+            f"the recording has {len(known)} logs of {kind}: {', '.join(known)}; choose one, such "
+            "as ",
+            given(kind, known[0], f"{kind}='{known[0]}'"),
+        )
     )
 
 

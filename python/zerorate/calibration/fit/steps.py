@@ -34,6 +34,7 @@ from zerorate.calibration.fit.turns import (
     turns_between,
 )
 from zerorate.calibration.parameters import Frame
+from zerorate.faults import ArgumentError
 from zerorate.io.log import Log, LogError, Recording
 from zerorate.noise.coefficient import positive
 
@@ -82,21 +83,22 @@ class Choices:
     def __post_init__(self) -> None:
         """Check all of them."""
         if self.g_sensitivity not in ("auto", True, False):
-            raise ValueError(
-                f"g_sensitivity must be 'auto', True or False, got {self.g_sensitivity!r}"
+            raise ArgumentError(
+                "g_sensitivity", f"must be 'auto', True or False, got {self.g_sensitivity!r}"
             )
         for name, value, allowed in (
             ("frame", self.frame, get_args(Frame)),
             ("prior", self.prior, get_args(PriorName)),
         ):
             if value not in allowed:
-                raise ValueError(f"{name} must be one of {', '.join(allowed)}, got {value!r}")
+                raise ArgumentError(name, f"must be one of {', '.join(allowed)}, got {value!r}")
         if self.saturation is not None:
             positive("saturation", self.saturation)
         if not _LEAST_GRAVITY <= positive("gravity", self.local_gravity) <= _MOST_GRAVITY:
-            raise ValueError(
-                f"gravity must be that of a place on Earth in m/s^2, {_LEAST_GRAVITY} to "
-                f"{_MOST_GRAVITY}, got {self.gravity}"
+            raise ArgumentError(
+                "gravity",
+                f"must be that of a place on Earth in m/s^2, {_LEAST_GRAVITY} to "
+                f"{_MOST_GRAVITY}, got {self.gravity}",
             )
 
     @property

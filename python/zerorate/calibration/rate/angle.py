@@ -12,6 +12,7 @@ import numpy.typing as npt
 from zerorate import _native
 from zerorate.calibration.rate.angle_error import RateErrors, angle_sigma
 from zerorate.calibration.rate.gaps import bridge
+from zerorate.faults import ArgumentError, given, said
 from zerorate.geometry import rotations
 from zerorate.io import Log, LogError
 from zerorate.io.log import checked_rate
@@ -131,7 +132,7 @@ def integrate(
     """
     if method not in get_args(IntegrationMethod):
         names = ", ".join(get_args(IntegrationMethod))
-        raise ValueError(f"method must be one of {names}, got {method!r}")
+        raise ArgumentError("method", f"must be one of {names}, got {method!r}")
     record = _Record.of(z, rate, unit)
     errors, left_out = _errors(
         record.rates.shape[1], noise, angle_random_walk, rate_random_walk, bias_sigma
@@ -176,22 +177,25 @@ class _Record:
     @classmethod
     def _checked(cls, values: Floats, rate: float, steps: Floats, unit: str) -> _Record:
         if values.ndim != 2 or values.shape[1] not in (1, 3):
-            raise ValueError(f"z must have shape (n,), (n, 1) or (n, 3), got {values.shape}")
+            raise ArgumentError("z", f"must have shape (n,), (n, 1) or (n, 3), got {values.shape}")
         if len(values) < 2:
-            raise ValueError(f"z must have two samples or more, got {len(values)}")
+            raise ArgumentError("z", f"must have two samples or more, got {len(values)}")
         if not np.isfinite(values).any(axis=0).all():
-            raise ValueError("z must have a sample on each axis, but all of one are missing")
+            raise ArgumentError("z", "must have a sample on each axis, but all of one are missing")
         if kind(unit) != "rate":
-            raise ValueError(f"unit must be one of an angular rate, got {unit!r}")
+            raise ArgumentError("unit", f"must be one of an angular rate, got {unit!r}")
         return cls(values * convert(1.0, unit, "rad/s"), rate, steps)
 
 
-def _unit_of(log: Log, given: str | None) -> str:
-    if log.unit == UNKNOWN and given is None:
-        raise LogError(f"the unit of {', '.join(log.names)} is not known: give unit=")
-    if log.unit != UNKNOWN and given not in (None, log.unit):
-        raise LogError(f"the log is in {log.unit}, but unit={given!r} was given")
-    return given or log.unit
+def _unit_of(log: Log, asked: str | None) -> str:
+    if log.unit == UNKNOWN and asked is None:
+        raise LogError(
+            said(f"the unit of {', '.join(log.names)} is not known: give ", given("unit"))
+        )
+    if log.unit != UNKNOWN and asked not in (None, log.unit):
+        told = given("unit", str(asked), f"unit={asked!r}")
+        raise LogError(said(f"the log is in {log.unit}, but ", told, " was given"), "unit")
+    return asked or log.unit
 
 
 def _summed(rates: Floats, steps: Floats, method: IntegrationMethod) -> Floats:
@@ -211,7 +215,9 @@ def _errors(
     if noise is None and white is None and walk is None and bias is None:
         return None, []
     if noise is not None and noise.quantity != "angular rate":
-        raise ValueError(f"noise must be that of an angular rate, got one of {noise.quantity}")
+        raise ArgumentError(
+            "noise", f"must be that of an angular rate, got one of {noise.quantity}"
+        )
     model = NoiseModel() if noise is None else noise
     instability = FLICKER_FLOOR * _counted(model.bias_instability)
     known = RateErrors(
@@ -232,7 +238,9 @@ def _counted(coefficient: float) -> float:
 def _of_axes(name: str, values: npt.ArrayLike, k: int) -> Floats:
     given = np.array(values, dtype=np.float64)
     if given.shape not in ((), (k,)) or not (np.isfinite(given) & (given >= 0.0)).all():
-        raise ValueError(f"{name} must be finite and not negative, one number or one for each axis")
+        raise ArgumentError(
+            name, "must be finite and not negative, one number or one for each axis"
+        )
     return np.broadcast_to(given, (k,))
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.io import Log
 from zerorate.io.missing import floats
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
@@ -181,7 +182,9 @@ class RateTable(Result):
         if k == 1:
             return given.reshape(-1, 1)
         if given.shape[-1:] != (k,):
-            raise ValueError(f"{name} must have {k} axes in its last dimension, got {given.shape}")
+            raise ArgumentError(
+                name, f"must have {k} axes in its last dimension, got {given.shape}"
+            )
         return given
 
 
@@ -261,7 +264,7 @@ def _columns(name: str, values: npt.ArrayLike) -> Floats:
     given = floats(values, name)
     columns = given[:, None] if given.ndim == 1 else given
     if columns.ndim != 2 or not np.isfinite(columns).all():
-        raise ValueError(f"{name} must be finite, of shape (m,) or (m, 3), got {given.shape}")
+        raise ArgumentError(name, f"must be finite, of shape (m,) or (m, 3), got {given.shape}")
     return columns
 
 
@@ -284,9 +287,9 @@ def _positive(
     if given.ndim == 1 and given.shape == shape[:1]:
         given = given[:, None]
     if given.shape not in ((), given_shape, shape, (shape[0], 1)):
-        raise ValueError(f"{name} must be one number, or one a mean, got shape {given.shape}")
+        raise ArgumentError(name, f"must be one number, or one a mean, got shape {given.shape}")
     if not (np.isfinite(given) & (given > 0.0)).all():
-        raise ValueError(f"{name} must be positive and finite")
+        raise ArgumentError(name, "must be positive and finite")
     return np.broadcast_to(given, shape)
 
 
@@ -323,7 +326,9 @@ def _axis(table: _Table, others: Booleans, told: bool) -> RateTableAxis:
     """Return the fit of one axis; `others` says which other axes were turned about."""
     largest = float(np.abs(table.own).max())
     if not np.ptp(table.own) > 0.0:
-        raise ValueError("rates must differ about each axis: one alone tells no scale from bias")
+        raise ArgumentError(
+            "rates", "must differ about each axis: one alone tells no scale from bias"
+        )
     if _fitted(table, (), largest) is None:
         raise ValueError(
             f"{len(table.means)} means cannot tell the {2 + table.cross.shape[1]} coefficients of "

@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.io import Log, LogError
 from zerorate.io.log import checked_rate
 from zerorate.io.missing import floats
@@ -201,7 +202,7 @@ def _one_channel(name: str, given: npt.ArrayLike | Log) -> Floats:
     if values.ndim == 2 and values.shape[1] == 1:
         values = values[:, 0]
     if values.ndim != 1:
-        raise ValueError(f"{name} must be one axis, of shape (n,), got {values.shape}")
+        raise ArgumentError(name, f"must be one axis, of shape (n,), got {values.shape}")
     return values
 
 

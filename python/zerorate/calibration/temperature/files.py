@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import numpy as np
 
 from zerorate.calibration.temperature.fit import KELVINS
+from zerorate.faults import ArgumentError, given, said
 from zerorate.io.saved import check_format, checked, finite_numbers, part, restored
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.noise.exports import written
@@ -114,7 +115,7 @@ def _arguments(content: object) -> dict[str, Any]:
         raise ValueError(f"'single' is true of {len(axes)} axes")
     degrees = tuple(part(axis, "degree", int) for axis in axes)
     if not all(0 <= degree <= 3 for degree in degrees):
-        raise ValueError(f"degrees must be 0 to 3, got {degrees}")
+        raise ArgumentError("degrees", f"must be 0 to 3, got {degrees}")
     return {
         "coefficients": np.array([_listed(axis, "coefficients", (4,)) for axis in axes]),
         "covariance": np.array([_listed(axis, "covariance", (4, 4)) for axis in axes]),
@@ -186,7 +187,7 @@ def to_px4(
         If the file exists (without `force`) or cannot be written. Nothing is left half-written.
     """
     if instance not in range(4):
-        raise ValueError(f"instance must be 0 to 3, got {instance!r}")
+        raise ArgumentError("instance", f"must be 0 to 3, got {instance!r}")
     c = _per_kelvin(_in_radians(model, "PX4"))
     low, high = model.range
     named = [("ENABLE", "TC_G_ENABLE", 1), ("ID", f"TC_G{instance}_ID", device_id)]
@@ -243,7 +244,7 @@ def to_ardupilot(
         If the file exists (without `force`) or cannot be written. Nothing is left half-written.
     """
     if instance not in range(1, 4):
-        raise ValueError(f"instance must be 1 to 3, got {instance!r}")
+        raise ArgumentError("instance", f"must be 1 to 3, got {instance!r}")
     found = _in_radians(model, "ArduPilot")
     c = _moved(_per_kelvin(found), _ARDUPILOT_REFERENCE - found.reference)
     low, high = model.range
@@ -272,8 +273,11 @@ def _in_radians(model: TemperatureModel, program: str) -> TemperatureModel:
         raise ValueError(f"{program} takes a gyro of three axes, the model has {model.axes}")
     if model.unit not in UNITS or UNITS[model.unit].kind != "rate":
         raise ValueError(
-            f"{program} takes rad/s, and the unit of the model is {model.unit!r}: give unit= where "
-            "it is fitted"
+            said(
+                f"{program} takes rad/s, and the unit of the model is {model.unit!r}: give ",
+                given("unit"),
+                " where it is fitted",
+            )
         )
     return model.scaled(convert(1.0, model.unit, "rad/s"))
 

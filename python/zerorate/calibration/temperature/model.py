@@ -19,6 +19,7 @@ from zerorate.calibration.temperature.thermometer import (
     thermometric,
     without_leaps,
 )
+from zerorate.faults import ArgumentError
 from zerorate.io.log import Log, LogError, checked_rate
 from zerorate.io.missing import floats
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
@@ -175,7 +176,9 @@ class TemperatureModel(Result):
         """
         record = _Record.of(z, temperature, rate, rests, unit)
         if not (isinstance(max_degree, int) and 0 <= max_degree <= DEGREES):
-            raise ValueError(f"max_degree must be a whole number from 0 to 3, got {max_degree!r}")
+            raise ArgumentError(
+                "max_degree", f"must be a whole number from 0 to 3, got {max_degree!r}"
+            )
         blocks = blocks_of(record.rates, record.temperature, record.rate, record.rests)
         if blocks.count.size < _FEWEST:
             raise ValueError(
@@ -326,7 +329,9 @@ class TemperatureModel(Result):
         """
         data = z.data if isinstance(z, Log) else floats(z, "z")
         if data.shape[1:] not in ({(self.axes,), ()} if self.axes == 1 else {(self.axes,)}):
-            raise ValueError(f"z must have {self.axes} axes as the model has, got {data.shape}")
+            raise ArgumentError(
+                "z", f"must have {self.axes} axes as the model has, got {data.shape}"
+            )
         T = _temperatures(z, temperature, len(data), 1.0 if self.step else None).known
         if not np.isfinite(T).all():
             T = np.full(len(data), self.reference)
@@ -404,7 +409,9 @@ class _Record(NamedTuple):
     ) -> _Record:
         data = z.data if isinstance(z, Log) else floats(z, "z")
         if data.ndim not in (1, 2) or 0 in data.shape:
-            raise ValueError(f"z must have shape (n,) or (n, k) with samples, got {data.shape}")
+            raise ArgumentError(
+                "z", f"must have shape (n,) or (n, k) with samples, got {data.shape}"
+            )
         if isinstance(z, Log):
             rate = z.rate
         elif rate is None:
@@ -413,7 +420,7 @@ class _Record(NamedTuple):
         rates = data.reshape(len(data), -1)
         largest = np.max(np.abs(rates), where=np.isfinite(rates), initial=0.0)
         if largest > _LARGEST:
-            raise ValueError(f"z must be within {_LARGEST:g}, got {largest:g}")
+            raise ArgumentError("z", f"must be within {_LARGEST:g}, got {largest:g}")
         factor = 2.0 ** np.round(np.log2(max(largest, 1.0 / _LARGEST)))
         rates = np.where(np.isfinite(rates), rates, np.nan) / factor
         rate = checked_rate(rate)
@@ -443,8 +450,8 @@ def _mask(rests: npt.ArrayLike | None, n: int) -> Booleans | None:
         return None
     mask = np.asarray(rests)
     if mask.shape != (n,) or mask.dtype != np.bool_:
-        raise ValueError(
-            f"rests must be {n} values, True or False, got shape {mask.shape} of {mask.dtype}"
+        raise ArgumentError(
+            "rests", f"must be {n} values, True or False, got shape {mask.shape} of {mask.dtype}"
         )
     return mask
 
@@ -475,7 +482,7 @@ def _temperatures(
         return _on_clock(z, temperature)
     shown = floats(temperature, "temperature")
     if shown.shape not in ((n,), (n, 1), ()):
-        raise ValueError(f"temperature must have shape ({n},) as z has, got {shown.shape}")
+        raise ArgumentError("temperature", f"must have shape ({n},) as z has, got {shown.shape}")
     shown = np.broadcast_to(shown.reshape(-1), (n,))
     if rate is None:
         return _Shown(held(shown))

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io.clocks.arrivals import Bursts, bursts, floor
 from zerorate.io.clocks.gaps import LONG_STEP, LONG_WINDOW, WINDOW, missing_samples, places
 from zerorate.io.clocks.grid import ClockReport, Grid
@@ -91,7 +92,7 @@ def fitted_grid(stamps: Floats, start: float = 0.0, rate: float | None = None) -
     """Return the grid of `fit_grid` at its own rate, which may not be the one stated."""
     if len(stamps) < 2:
         if rate is None:
-            raise LogError("one row gives no rate; give rate=")
+            raise LogError(said("one row gives no rate; give ", given("rate")))
         return Grid(rate, 1, ClockReport(rate))
     if (steady := _steady_clock(stamps, start)) is not None:
         report = ClockReport(steady.rate, jitter_rms=steady.rms, jitter_max=steady.most)

@@ -87,7 +87,7 @@ class Clock:
             return replace(self, grid=self.grid.at(self.rate), notes=(*self.notes, *said))
         except LogError as error:
             assumed = self.stamps and self.stamps.note
-            raise LogError(f"{error} ({assumed})" if assumed else str(error)) from None
+            raise error.around("", f" ({assumed})" if assumed else "") from None
 
 
 def clock_of(stamps: Stamps | None, rate: float | None, rows: int) -> Clock:
@@ -97,6 +97,6 @@ def clock_of(stamps: Stamps | None, rate: float | None, rows: int) -> Clock:
     try:
         grid = fitted_grid(stamps.seconds, stamps.start, rate)
     except LogError as error:
-        raise LogError(f"{error} ({stamps.note})" if stamps.note else str(error)) from None
+        raise error.around("", f" ({stamps.note})" if stamps.note else "") from None
     notes = (stamps.note,) if stamps.note else ()
     return Clock(grid, stamps.start + grid.offset, stamps, rate, notes)

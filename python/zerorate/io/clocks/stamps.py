@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io.clocks.iso8601 import dates_in
 from zerorate.io.clocks.names import time_unit
 from zerorate.io.clocks.units import (
@@ -16,6 +17,7 @@ from zerorate.io.clocks.units import (
     Counts,
     Unit,
     date_unit,
+    in_unit,
     middle_step,
     row_step,
     unit_of,
@@ -211,10 +213,15 @@ def _check_fine(numbers: Column, since: Counts, name: str) -> None:
     with np.errstate(over="ignore"):
         if (numbers.astype(np.float32) == numbers).all():
             raise LogError(
-                f"time column '{name}' was kept in float32, where numbers as large as "
-                f"{largest:.6g} are {apart:g} apart: too coarse for rows {step:.4g} apart. Write "
-                "it in float64 or as whole numbers, or since the start of the log; or read the "
-                "log without it, by time=False and rate="
+                said(
+                    f"time column '{name}' was kept in float32, where numbers as large as "
+                    f"{largest:.6g} are {apart:g} apart: too coarse for rows {step:.4g} apart. "
+                    "Write it in float64 or as whole numbers, or since the start of the log; or "
+                    "read the log without it, by ",
+                    given("time", "none", "time=False"),
+                    " and ",
+                    given("rate"),
+                )
             )
 
 
@@ -310,5 +317,5 @@ def _per_second_of(unit: str, rate: float | None) -> float:
     if unit in PER_SECOND:
         return PER_SECOND[unit]
     if rate is None:
-        raise LogError("time_unit='samples' needs rate=, the samples a second")
+        raise LogError(said(in_unit("samples"), " needs ", given("rate"), ", the samples a second"))
     return rate

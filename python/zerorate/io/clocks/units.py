@@ -12,6 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import Argument, given, said
 from zerorate.io.clocks.names import UNITS
 from zerorate.io.log import LogError
 from zerorate.types import Floats
@@ -85,7 +86,9 @@ def checked_time_unit(unit: str | None) -> str | None:
     for known, spellings in UNITS.items():
         if isinstance(unit, str) and unit.lower() in spellings:
             return known
-    raise ValueError(f"time_unit= must be one of {', '.join(TIME_UNITS)}, got {unit!r}")
+    raise ValueError(
+        said(given("time_unit"), f" must be one of {', '.join(TIME_UNITS)}, got {unit!r}")
+    )
 
 
 def date_unit(name: str, first: float, since: Counts) -> tuple[str, Unit] | None:
@@ -166,16 +169,25 @@ def _refusal(name: str, units: Sequence[str], step: float) -> LogError:
     if not units:
         readings = " or ".join(f"{_rate(u, step)} in {u}" for u in ("s", "ms"))
         return LogError(
-            f"time column '{name}' is in no unit the clock of a sensor of 0.5 Hz to 32 kHz (it "
-            f"would be {readings}); time_unit= says its unit"
+            said(
+                f"time column '{name}' is in no unit the clock of a sensor of 0.5 Hz to 32 kHz (it "
+                f"would be {readings}); ",
+                given("time_unit"),
+                " says its unit",
+            )
         )
     readings = " or ".join(f"{u} ({_rate(u, step)})" for u in units)
-    counter = ", or count samples (time_unit='samples' and rate=)" if step == 1.0 else ""
-    return UnitsRemain(
-        f"time column '{name}' may be in {readings}{counter}: say which by "
-        f"{' or '.join(f'time_unit={u!r}' for u in units)}",
-        tuple(units),
-    )
+    counted = (", or count samples (", in_unit(SAMPLES), " and ", given("rate"), ")")
+    counter = counted if step == 1.0 else ()
+    first, *others = map(in_unit, units)
+    listed = [part for unit in others for part in (" or ", unit)]
+    parts = (f"time column '{name}' may be in {readings}", *counter, ": say which by ")
+    return UnitsRemain(said(*parts, first, *listed), tuple(units))
+
+
+def in_unit(unit: str) -> Argument:
+    """Return the argument that says a unit of timestamps."""
+    return given("time_unit", unit, f"time_unit={unit!r}")
 
 
 def _rate(unit: str, step: float) -> str:

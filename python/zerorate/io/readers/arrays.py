@@ -8,6 +8,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io.clocks.names import looks_like_time, may_be_time
 from zerorate.io.log import LogError
 from zerorate.io.names import looks_like_sensor, split_unit
@@ -151,8 +152,11 @@ def _named(axes: Mapping[str, Axis], meta: Metadata) -> Table:
 def _raise_lengths(arrays: Sequence[tuple[str, Stored]]) -> NoReturn:
     listed = ", ".join(f"'{name}' {array.shape[:1]}" for name, array in arrays)
     raise LogError(
-        f"the arrays differ in length ({listed}), expected one value a sample in each; "
-        "choose with columns="
+        said(
+            f"the arrays differ in length ({listed}), expected one value a sample in each; "
+            "choose with ",
+            given("columns"),
+        )
     )
 
 

@@ -176,7 +176,9 @@ def _chosen(tables: Mapping[str, Table], sensors: Sequence[str], asked: str | No
         named = next((n for n in (asked, asked.removesuffix("_0")) if n in tables), None)
         if named is not None:
             return named
-        raise LogError(f"there is no topic '{asked}'; the log has: {', '.join(sorted(tables))}")
+        raise LogError(
+            f"there is no topic '{asked}'; the log has: {', '.join(sorted(tables))}", "topic"
+        )
     found = next((name for name in sensors if _has_gyro(tables[name])), None)
     if found is None:
         listed = ", ".join(sorted(tables)) or "none"

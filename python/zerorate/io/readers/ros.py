@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import given, said
 from zerorate.io.log import LogError
 from zerorate.io.readers.apart import asked
 from zerorate.io.table import Column, Content, Format, Metadata, Table
@@ -90,9 +91,17 @@ def _chosen(topics: list[str], asked: str | None) -> str:
     if not topics:
         raise LogError(f"no topic holds {_IMU}, expected the messages of a gyro")
     if asked is not None and asked not in topics:
-        raise LogError(f"there is no topic '{asked}' of {_IMU}; the recording has: {listed}")
+        raise LogError(
+            f"there is no topic '{asked}' of {_IMU}; the recording has: {listed}", "topic"
+        )
     if asked is None and len(topics) > 1:
-        raise LogError(f"{len(topics)} topics hold {_IMU}; choose with topic= from: {listed}")
+        raise LogError(
+            said(
+                f"{len(topics)} topics hold {_IMU}; choose with ",
+                given("topic"),
+                f" from: {listed}",
+            )
+        )
     return topics[0] if asked is None else asked
 
 

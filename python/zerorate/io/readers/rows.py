@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io.log import LogError
 from zerorate.io.names import meaning_of
 from zerorate.io.parts import parts_of
@@ -57,7 +58,7 @@ def content_of(tables: Mapping[str, Table]) -> Content:
     def topic(asked: str | None) -> str:
         if asked is not None:
             if asked not in tables:
-                raise LogError(f"there is no topic '{asked}'; it has: {', '.join(tables)}")
+                raise LogError(f"there is no topic '{asked}'; it has: {', '.join(tables)}", "topic")
             return asked
         return next((name for name, table in tables.items() if _kinds(table, "gyro")), first)
 
@@ -170,9 +171,11 @@ def _parts(table: Table, label: str) -> dict[str, Table]:
     found = parts_of(table, column)
     parts = {name: found[name] for name in sorted(found, key=_natural)}
     others = ", ".join([*parts][1:])
-    note = (
+    note = said(
         f"column '{names[column]}' tells {len(parts)} sensors apart, of which {next(iter(parts))} "
-        f"is the first; topic= reads another: {others}"
+        "is the first; ",
+        given("topic"),
+        f" reads another: {others}",
     )
     meta = replace(table.meta, notes=(*table.meta.notes, note))
     named = {f"{label}_{name}" if label else name: part for name, part in parts.items()}

@@ -149,7 +149,7 @@ def _read_folder(folder: Path) -> Content:
         try:
             table = _named_by_file(_table(_as_utf8(file.read_bytes())), file.stem)
         except LogError as error:
-            raise LogError(f"{file.name}: {error}") from None
+            raise error.around(f"{file.name}: ") from None
         tables[file.stem] = replace(table, meta=replace(table.meta, sensor=file.stem))
     return content_of(tables)
 

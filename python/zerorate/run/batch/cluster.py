@@ -6,6 +6,7 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from typing import Any, Final, TypeVar
 
+from zerorate.faults import ArgumentError
 from zerorate.run.batch.engines import Died, Finished
 from zerorate.run.interrupts import for_the_parent_alone
 from zerorate.run.workers import single_threaded
@@ -72,7 +73,7 @@ def local_cluster(count: int) -> Iterator[Cluster]:
         Without the package distributed, of the extra ``cluster``.
     """
     if count < 1:
-        raise ValueError(f"local_cluster must be at least 1 worker, got {count}")
+        raise ArgumentError("local_cluster", f"must be at least 1 worker, got {count}")
     distributed = _distributed()
     from dask import config as dask_config
 

@@ -11,6 +11,7 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final, Generic, Protocol, TypeVar
 
+from zerorate.faults import ArgumentError
 from zerorate.run.interrupts import for_the_parent_alone
 from zerorate.run.workers import single_threaded
 
@@ -78,7 +79,7 @@ class Processes:
 
     def __init__(self, count: int | None = None) -> None:
         if count is not None and count < 1:
-            raise ValueError(f"workers must be at least 1, got {count}")
+            raise ArgumentError("workers", f"must be at least 1, got {count}")
         self._count = count or _cores()
 
     def run(

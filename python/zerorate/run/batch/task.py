@@ -10,6 +10,7 @@ from typing import Any, Final, Literal, Self, Unpack
 
 from zerorate._native import __version__
 from zerorate.calibration.calibration import Calibration
+from zerorate.faults import ArgumentError, Sentence, packed, said, sentence_of, unpacked, without
 from zerorate.io import LogError, atomic_path
 from zerorate.io.columns import TimeColumn, Timing
 from zerorate.io.counts import Scale, Scaling
@@ -115,7 +116,7 @@ class Settings:
     ) -> None:
         # Refused here is what would otherwise fail in every log.
         if command not in COMMANDS:
-            raise ValueError(f"command must be {_either(COMMANDS)}, got '{command}'")
+            raise ArgumentError("command", f"must be {_either(COMMANDS)}, got '{command}'")
         if rate is not None:
             checked_rate(rate)
         several = command == "allan" or calibration is not None
@@ -129,7 +130,9 @@ class Settings:
         if command == "replay":
             chosen = checked_options(options)
             if format not in (None, *_FORMATS):
-                raise ValueError(f"format must be one of {', '.join(_FORMATS)}, got '{format}'")
+                raise ArgumentError(
+                    "format", f"must be one of {', '.join(_FORMATS)}, got '{format}'"
+                )
         elif given := [*options, *_named(format=format, calibration=calibration)]:
             raise ValueError(f"{given[0]} has no effect on command '{command}', only on 'replay'")
         reading = {
@@ -216,7 +219,7 @@ class Record:
         """Return the record of an output if both are there and belong together."""
         try:
             fields = json.loads(path.read_bytes())
-            listed = {name: tuple(fields[name]) for name in ("rows", "notes")}
+            listed = {"rows": tuple(fields["rows"]), "notes": tuple(map(unpacked, fields["notes"]))}
             found = cls(**{**fields, **listed})
             return found if output.stat().st_size == found.output_bytes else None
         except (OSError, ValueError, TypeError, KeyError):
@@ -225,7 +228,8 @@ class Record:
     def write(self, path: Path) -> None:
         """Write the record of an output that is in its place."""
         with atomic_path(path, force=True) as temporary:
-            text = json.dumps(vars(self), indent=1) + "\n"
+            fields = {**vars(self), "notes": [*map(packed, self.notes)]}
+            text = json.dumps(fields, indent=1) + "\n"
             temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
@@ -283,8 +287,11 @@ def _check_version(expected: str) -> None:
 
 def _told(error: Exception, source: Path) -> str:
     """Return one line without the log's path, with the kind of an error that needs it."""
-    line = " ".join(str(error).split()).removeprefix(f"{label_of(source)}: ")
-    return line if isinstance(error, LogError | OSError) else f"{type(error).__name__}: {line}"
+    text = sentence_of(error)
+    line = text if isinstance(text, Sentence) else " ".join(text.split())
+    line = without(line, f"{label_of(source)}: ")
+    told = isinstance(error, LogError | OSError | ArgumentError)
+    return line if told else said(f"{type(error).__name__}: ", line)
 
 
 def _named(**given: object) -> list[str]:

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Final, Self
 import numpy as np
 
 from zerorate._native import GyroArray
+from zerorate.faults import ArgumentError, given, said
 from zerorate.io.names import looks_like_gyro
 from zerorate.run.live.checkpoint import filter_of, whole
 from zerorate.run.live.engine import Engine
@@ -77,8 +78,9 @@ class ArraySettings:
     def __post_init__(self) -> None:
         """Check all that does not depend on the lines."""
         if self.array.samples_seen:
-            raise ValueError(
-                f"array must be one that has seen no sample, got {self.array.samples_seen} samples"
+            raise ArgumentError(
+                "array",
+                f"must be one that has seen no sample, got {self.array.samples_seen} samples",
             )
         object.__setattr__(self, "array", self.array.copy())
         for name in self.beside:
@@ -126,8 +128,12 @@ class ArraySettings:
         sensors, axes = self.array.sensors, self.array.axes
         if len(layout.channels) != sensors * axes:
             raise ColumnError(
-                f"an array of {sensors} sensors needs {sensors * axes} columns, got "
-                f"{len(layout.channels)}: choose with columns= sensor by sensor"
+                said(
+                    f"an array of {sensors} sensors needs {sensors * axes} columns, got "
+                    f"{len(layout.channels)}: choose with ",
+                    given("columns"),
+                    " sensor by sensor",
+                )
             )
 
 

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Final, Self
 import numpy as np
 
 from zerorate._native import Attitude
+from zerorate.faults import given, said
 from zerorate.io.clocks.names import time_unit
 from zerorate.io.names import Meaning, canonical_unit, meaning_of
 from zerorate.io.triads import places_of
@@ -119,8 +120,11 @@ class AttitudeSettings:
             WithAttitude(name)
         if self.columns is not None and len(self.columns) not in (6, 9):
             raise ValueError(
-                "columns= takes six columns, or nine with a magnetometer, of gyro and "
-                f"accelerometer, got {len(self.columns)}"
+                said(
+                    given("columns"),
+                    " takes six columns, or nine with a magnetometer, of gyro and accelerometer, "
+                    f"got {len(self.columns)}",
+                )
             )
         for name, kind in (("gyro_unit", "rate"), ("accel_unit", "acceleration")):
             unit = getattr(self, name)
@@ -261,9 +265,14 @@ class AttitudeEngine(Engine):
         self._odd = 0 if 1.0 / _APART < step * rate < _APART else self._odd + 1
         if self._odd >= _ODD:
             raise ColumnError(
-                f"the time and rate= contradict: {_ODD} lines are {step:.4g} s apart, and at "
-                f"{rate:g} Hz they would be {1.0 / rate:.4g} s; name "
-                "the column with its unit, time_ms for instance, or leave out --time"
+                said(
+                    "the time and ",
+                    given("rate"),
+                    f" contradict: {_ODD} lines are {step:.4g} s apart, and at {rate:g} Hz they "
+                    f"would be {1.0 / rate:.4g} s; name the column with its unit, time_ms for "
+                    "instance, or leave out ",
+                    given("time"),
+                )
             )
 
     def _scaled(self, row: list[float]) -> list[Any]:
@@ -312,8 +321,11 @@ def _found(cells: Sequence[str], settings: AttitudeSettings, fields: int | None)
         channels = [i for i in range(width) if i not in (sequence, time)]
     if len(channels) not in (6, 9) or len(set(channels)) < len(channels):
         raise ColumnError(
-            f"an attitude needs six or nine columns, got {len(channels)}: choose with columns= "
-            "gyro x,y,z, accelerometer x,y,z and maybe magnetometer x,y,z"
+            said(
+                f"an attitude needs six or nine columns, got {len(channels)}: choose with ",
+                given("columns"),
+                " gyro x,y,z, accelerometer x,y,z and maybe magnetometer x,y,z",
+            )
         )
     if {sequence, time} & set(channels):
         raise ColumnError("the column of the time or of the sequence number is one of a sensor too")
@@ -334,11 +346,15 @@ def _sensors(names: Sequence[str]) -> list[int]:
     return [place for places in kinds if len(places) == 3 for place in places]
 
 
-def _unit(sensor: str, known: str, given: str | None, meaning: Meaning | None) -> str:
+def _unit(sensor: str, known: str, asked: str | None, meaning: Meaning | None) -> str:
     own = None if meaning is None else meaning.unit
-    if own is not None and given is not None and own != given:
-        raise ColumnError(f"the {sensor} is named in {own}, but unit= is {given}")
-    found = own or given
+    if own is not None and asked is not None and own != asked:
+        raise ColumnError(
+            said(f"the {sensor} is named in {own}, but ", given("unit"), f" is {asked}")
+        )
+    found = own or asked
     if found is None:
-        raise ColumnError(f"the unit of the {sensor} is not known; unit= gives it: {known}")
+        raise ColumnError(
+            said(f"the unit of the {sensor} is not known; ", given("unit"), f" gives it: {known}")
+        )
     return found

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Self, TypeVar
 
+from zerorate.faults import given, said
 from zerorate.io.names import canonical_unit
 from zerorate.options import LIMITS
 from zerorate.run.live.engine import EngineSettings
@@ -131,9 +132,9 @@ def check_settings(
     # Limits that are not given are not there; options of one of two methods come after the method.
     for name in [*ours, *(LIMITS.keys() & then.keys() - ours.keys())]:
         if ours.get(name) != then.get(name):
+            made = given(name, _in_words(then.get(name)))
             raise SettingsError(
-                f"it was made with {name}={_in_words(then.get(name))}, now it is "
-                f"{_in_words(ours.get(name))}"
+                said("it was made with ", made, f", now it is {_in_words(ours.get(name))}")
             )
 
 

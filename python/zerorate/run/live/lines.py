@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import DriftFilter
+from zerorate.faults import given, said
 from zerorate.io import LogError
 from zerorate.io.clocks.iso8601 import is_date
 from zerorate.io.clocks.names import named_like_time
@@ -194,7 +195,9 @@ def _gyros(names: Sequence[str]) -> list[int]:
 def _on_no_channel(names: Sequence[str] | None) -> str:
     if names is None:
         return "it holds the sequence number alone, expected a sample next to it"
-    return f"no column looks like a gyro; choose with columns= from: {', '.join(names)}"
+    return said(
+        "no column looks like a gyro; choose with ", given("columns"), f" from: {', '.join(names)}"
+    )
 
 
 def _check_channels(
@@ -202,15 +205,17 @@ def _check_channels(
 ) -> None:
     """Refuse columns that were asked for as gyros and are none."""
     if len(set(channels)) < len(channels):
-        raise ColumnError("columns= names a column twice")
+        raise ColumnError(said(given("columns"), " names a column twice"))
     if sequence in channels:
-        raise ColumnError("columns= names the column of the sequence number")
+        raise ColumnError(said(given("columns"), " names the column of the sequence number"))
     named = tuple(names or ())
     times = [named[i] for i in channels if named and named_like_time(named[i])]
     if times:
         gyros = ", ".join(named[gyro] for gyro in _gyros(named))
         hint = f"; the gyro columns are {gyros}" if gyros else ""
-        raise ColumnError(f"columns= names '{times[0]}', which holds the time, not samples{hint}")
+        raise ColumnError(
+            said(given("columns"), f" names '{times[0]}', which holds the time, not samples{hint}")
+        )
 
 
 def _unit(channels: Sequence[int], names: Sequence[str] | None, given: str | None) -> str | None:

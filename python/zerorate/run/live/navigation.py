@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Final, NamedTuple, Self
 import numpy as np
 
 from zerorate._native import NavigationFilter
+from zerorate.faults import ArgumentError, given, said
 from zerorate.io.clocks.names import time_unit
 from zerorate.run.live.checkpoint import filter_of, whole
 from zerorate.run.live.engine import Engine
@@ -104,13 +105,15 @@ class NavigationSettings:
         """Check all that does not depend on the lines."""
         seen = self.filter.samples_seen
         if seen:
-            raise ValueError(f"filter must be one that has seen no sample, got {seen} samples")
+            raise ArgumentError(
+                "filter", f"must be one that has seen no sample, got {seen} samples"
+            )
         object.__setattr__(self, "filter", self.filter.copy())
         for name in self.beside:
             WithNavigation(name)
         for name in ("rate", "sigma_position", "sigma_velocity"):
             if not 0.0 < getattr(self, name) < np.inf:
-                raise ValueError(f"{name} must be a positive number, got {getattr(self, name)}")
+                raise ArgumentError(name, f"must be a positive number, got {getattr(self, name)}")
 
     def opened(self, cells: Sequence[str], fields: int | None) -> Engine:
         """Return a new filter for lines as the first one is; LineError or ColumnError if none."""
@@ -138,9 +141,13 @@ class NavigationSettings:
     ) -> Engine:
         if len(layout.channels) not in _WIDTHS:
             raise ColumnError(
-                "a navigation needs six, nine or twelve columns, got "
-                f"{len(layout.channels)}: choose with columns= gyro and accelerometer x, y, z, "
-                "then maybe latitude, longitude, height and velocity north, east, down of a fix"
+                said(
+                    "a navigation needs six, nine or twelve columns, got "
+                    f"{len(layout.channels)}: choose with ",
+                    given("columns"),
+                    " gyro and accelerometer x, y, z, then maybe latitude, longitude, height and "
+                    "velocity north, east, down of a fix",
+                )
             )
         if time in layout.channels or time >= layout.fields:
             raise ColumnError("the column of the time is one of a sensor too")

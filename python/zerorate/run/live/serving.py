@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, Final, TypeAlias
 
+from zerorate.faults import said, sentence_of
 from zerorate.io import atomic_path
 from zerorate.io.atomic import sweep
 from zerorate.run.interrupts import Interrupts
@@ -206,11 +207,11 @@ class Server:
         try:
             return self.stream.take(line)
         except ColumnError as error:
-            raise ColumnError(f"line {number}: {error}") from None
+            raise ColumnError(said(f"line {number}: ", sentence_of(error))) from None
         except LineError as error:
             if not self.stream.open and not self.patient:
-                raise LineError(f"line {number}: {error}") from None
-            self._tell(f"line {number}: {error}; it is taken as missing")
+                raise LineError(said(f"line {number}: ", sentence_of(error))) from None
+            self._tell(said(f"line {number}: ", sentence_of(error), "; it is taken as missing"))
         return self.stream.no_answer if self.stream.open else None
 
     def _tell(self, sentence: str) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Self, Unpack
 
 from zerorate._native import DriftFilter
+from zerorate.faults import ArgumentError
 from zerorate.io.counts import Scaling
 from zerorate.io.names import canonical_unit
 from zerorate.options import FILTER_OPTIONS, LIMITS, StreamOptions, checked_options, with_limits
@@ -144,4 +145,4 @@ def _check_bits(bits: int, sequence: str | int | None) -> None:
     if sequence is None:
         raise ValueError("sequence_bits needs sequence, the column of the numbers")
     if not 1 <= bits <= MOST_BITS:
-        raise ValueError(f"sequence_bits must be 1 to {MOST_BITS}, got {bits}")
+        raise ArgumentError("sequence_bits", f"must be 1 to {MOST_BITS}, got {bits}")

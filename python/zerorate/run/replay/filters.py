@@ -9,6 +9,7 @@ from typing import Any, Final, Literal, cast, get_args
 import numpy as np
 
 from zerorate._native import DriftFilter
+from zerorate.faults import ArgumentError
 from zerorate.io.log import Header
 from zerorate.options import FilterOptions, check_used, used_by, with_limits
 from zerorate.run.replay.history import Recorder, moments
@@ -189,12 +190,12 @@ def _room(raw: Floats) -> _Noted:
 
 def _checked_output(output: Output) -> Output:
     if output not in get_args(Output):
-        raise ValueError(f"output must be 'compensated' or 'estimate', got {output!r}")
+        raise ArgumentError("output", f"must be 'compensated' or 'estimate', got {output!r}")
     return output
 
 
 def _checked(methods: Sequence[str]) -> list[str]:
     listed = list(methods)
     if not listed or len(set(listed)) < len(listed):
-        raise ValueError(f"methods must be at least one and all different, got {listed}")
+        raise ArgumentError("methods", f"must be at least one and all different, got {listed}")
     return listed

@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from zerorate.faults import given, said
 from zerorate.io import Log
 from zerorate.io.log import Header
 from zerorate.io.names import split_unit, with_suffix
@@ -215,9 +216,11 @@ def unlearned(replay: Summary) -> Iterator[str]:
                 "no noise, model or gain was learned"
             )
         elif replay.status[i] == _PROVISIONAL:
-            yield (
+            yield said(
                 f"{name}: what was learned as rest may be motion: nothing louder was seen, and it "
-                "did not last a minute; rest_limit= tells them apart"
+                "did not last a minute; ",
+                given("rest_limit"),
+                " tells them apart",
             )
 
 

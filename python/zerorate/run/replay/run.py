@@ -9,6 +9,7 @@ from typing import Any, Final, Unpack
 import numpy as np
 import numpy.typing as npt
 
+from zerorate.faults import ArgumentError
 from zerorate.io import Log, LogError, LogFile, Recording, atomic_path, write_log
 from zerorate.io.missing import floats
 from zerorate.io.readers.parquet import TIME_NAME, RowGroups, about
@@ -346,5 +347,7 @@ def _like(truth: npt.ArrayLike, log: Log) -> Floats:
     known = floats(truth, "truth")
     known = known[:, np.newaxis] if known.ndim == 1 else known
     if known.shape != log.data.shape:
-        raise ValueError(f"truth must have the log's shape {log.data.shape}, got {known.shape}")
+        raise ArgumentError(
+            "truth", f"must have the log's shape {log.data.shape}, got {known.shape}"
+        )
     return np.ascontiguousarray(known.T)

@@ -1,7 +1,7 @@
 //! Errors of the core as Python exceptions.
 
-use pyo3::PyErr;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
 use zerorate_core::Error;
 
 /// Carries an error of the core to Python: a bad value, unless memory ran out or work was stopped.
@@ -20,9 +20,18 @@ impl From<NativeError> for PyErr {
         match error.0 {
             Error::Memory { .. } => PyMemoryError::new_err(message),
             Error::Stopped => PyKeyboardInterrupt::new_err(message),
+            Error::Parameter { name, .. } | Error::Matrix { name, .. } => about(name, message),
             _ => PyValueError::new_err(message),
         }
     }
+}
+
+/// A ValueError of an argument, with whose name the message begins: it is in `argument`.
+pub fn about(argument: &str, message: String) -> PyErr {
+    let error = PyValueError::new_err(message);
+    // Without it the message still says which one it is.
+    Python::attach(|py| error.value(py).setattr("argument", argument).ok());
+    error
 }
 
 /// Two threads in one filter.

@@ -15,7 +15,7 @@ use zerorate_core::stream::{Field, Input, Output, Parts, Shape, Values, sizes};
 use zerorate_core::{Bank, Error, MotionAware, Stream, memory};
 
 use super::arrays::{self, Samples};
-use super::errors::{NativeError, in_use};
+use super::errors::{NativeError, about, in_use};
 use super::outputs::Outputs;
 use super::work::in_pieces;
 
@@ -179,7 +179,7 @@ pub fn positive(name: &str, value: i128) -> PyResult<usize> {
     usize::try_from(value)
         .ok()
         .filter(|value| *value > 0)
-        .ok_or_else(|| PyValueError::new_err(format!("{name} must be at least 1, got {value}")))
+        .ok_or_else(|| about(name, format!("{name} must be at least 1, got {value}")))
 }
 
 /// The number of channels that Python gave, which must not be zero.

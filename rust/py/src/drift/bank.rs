@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use zerorate_core::checkpoint::{self, Label};
 use zerorate_core::drift::options::Options;
@@ -12,7 +12,7 @@ use zerorate_core::{
     RobustFilter, Status, Tally, memory,
 };
 
-use crate::common::errors::NativeError;
+use crate::common::errors::{NativeError, about};
 use crate::common::streaming::MotionBank;
 
 /// Samples of a channel that are worked on before the next channel's.
@@ -238,9 +238,8 @@ impl<'py> FromPyObject<'_, 'py> for Order {
 
 /// The error for an order that is not supported.
 pub fn order_error((p, q): (i64, i64)) -> PyErr {
-    PyValueError::new_err(format!(
-        "order must be (p, q) with p from 1 to 3 and q from 0 to 3, got ({p}, {q})"
-    ))
+    let told = format!("order must be (p, q) with p from 1 to 3 and q from 0 to 3, got ({p}, {q})");
+    about("order", told)
 }
 
 /// A bank of new filters.

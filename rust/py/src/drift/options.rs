@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use pyo3::IntoPyObjectExt;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use zerorate_core::drift::options::{
@@ -11,7 +11,7 @@ use zerorate_core::drift::options::{
 };
 
 use super::bank::{Order, order_error};
-use crate::common::errors::NativeError;
+use crate::common::errors::{NativeError, about};
 use crate::common::streaming::{self, quoted};
 
 /// The options that keyword arguments ask for, and the number of channels.
@@ -40,9 +40,9 @@ pub fn read(rate: f64, given: Option<&Bound<'_, PyDict>>) -> PyResult<(Options, 
 fn check_limits(options: &Options) -> PyResult<()> {
     let limits = [("rest_limit", options.limits.rest), ("bias_limit", options.limits.bias)];
     match limits.iter().find(|(_, limit)| limit.is_some()) {
-        Some((name, _)) if !options.behaviour.hold_in_motion => Err(PyValueError::new_err(
-            format!("{name} has no effect on motion 'ignore', only on 'hold'"),
-        )),
+        Some((name, _)) if !options.behaviour.hold_in_motion => {
+            Err(about(name, format!("{name} has no effect on motion 'ignore', only on 'hold'")))
+        }
         _ => Ok(()),
     }
 }
@@ -52,7 +52,7 @@ fn method(given: Option<&Bound<'_, PyDict>>, rate: f64) -> PyResult<Options> {
     let name: Option<String> = given.map(|name| argument("method", &name)).transpose()?;
     let name = name.as_deref().unwrap_or(METHOD);
     Options::of_method(name, rate).ok_or_else(|| {
-        PyValueError::new_err(format!("method must be {}, got '{name}'", quoted(&METHODS, "or")))
+        about("method", format!("method must be {}, got '{name}'", quoted(&METHODS, "or")))
     })
 }
 
@@ -60,9 +60,10 @@ fn set(options: &mut Options, option: &DriftOption, value: &Bound<'_, PyAny>) ->
     if !options.uses(option) {
         let (name, method) = (option.name, options.method_name());
         let methods = quoted(option.methods, "and");
-        return Err(PyValueError::new_err(format!(
-            "{name} has no effect on method '{method}', only on {methods}"
-        )));
+        return Err(about(
+            name,
+            format!("{name} has no effect on method '{method}', only on {methods}"),
+        ));
     }
     // Nothing given is the default of the method.
     if value.is_none() && matches!(option.kind, Kind::Choice(_)) && option.name == "motion" {
@@ -104,7 +105,7 @@ fn word_of(
     let word = words.iter().find(|word| given.as_deref() == Some(word));
     word.map(|word| Value::Word(word)).ok_or_else(|| {
         let given = value.repr().map_or_else(|_| String::new(), |text| text.to_string());
-        PyValueError::new_err(format!("{} must be {}, got {given}", option.name, option.expected))
+        about(option.name, format!("{} must be {}, got {given}", option.name, option.expected))
     })
 }
 
