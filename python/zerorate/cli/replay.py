@@ -19,6 +19,7 @@ from zerorate.cli.errors import (
     of_log,
     read_faults,
     require,
+    sentence,
     writing,
 )
 from zerorate.cli.options import (
@@ -214,7 +215,7 @@ def _into_file(
     recording: LogFile, path: Path, force: bool, progress: Progress, asked: Mapping[str, Any]
 ) -> Summary:
     """Write the filtered log block by block and return the rest, or raise a fault."""
-    with writing(), _naming(recording.header), as_usage():
+    with writing(), _naming(recording.header), _values():
         make_folders([path])
         return replay_to_file(recording, path, force=force, progress=progress, **asked)
 
@@ -226,6 +227,17 @@ def _naming(header: Header) -> Iterator[None]:
         yield
     except LogError as error:
         raise of_log(error, str(header.meta.get("source", "the log"))) from None
+
+
+@contextmanager
+def _values() -> Iterator[None]:
+    """Turn an argument that is not valid into a usage fault."""
+    try:
+        yield
+    except LogError:
+        raise
+    except ValueError as error:
+        raise UsageFault(sentence(error)) from None
 
 
 def print_result(result: Summary, outputs: "Outputs") -> None:
