@@ -64,6 +64,11 @@ mod _native {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let py = module.py();
+        // Where it is not, the first array that is read brings it.
+        if py.import("sys")?.getattr("modules")?.contains("numpy")? {
+            crate::common::arrays::find_numpy(py)?;
+        }
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

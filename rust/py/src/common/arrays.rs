@@ -248,8 +248,15 @@ fn read(z: &Bound<'_, PyAny>) -> PyResult<Record> {
     copied(&floats(z)?)
 }
 
+/// Finds the functions of NumPy, which later calls expect to be there: an interrupt of the very first
+/// of them would be a panic.
+pub fn find_numpy(py: Python<'_>) -> PyResult<()> {
+    numpy::get_array_module(py).map(|_| ())
+}
+
 /// `z` as an array of float64; missing samples are NaN.
 fn floats<'py>(z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    find_numpy(z.py())?;
     let masks = z.py().import("numpy")?.getattr("ma")?;
     let masked = masks.call_method1("isMaskedArray", (z,))?.is_truthy()?;
     if !masked && z.cast::<PyArrayDyn<f64>>().is_ok() {
