@@ -1232,7 +1232,12 @@ class Attitude(Generic[_Number, _Flag]):
         `DriftFilter` of three channels in that unit, or a `Calibration`, for raw samples, which also
         gives the gyro's matrix.
     bias_sigma : array_like, shape () or (3,), optional
-        Its standard deviation; by default what the object knows of it, or 0.5 deg/s.
+        Its standard deviation; by default 0.05 deg/s of what an object knows, or more if it says so,
+        0.5 deg/s of numbers, and 1 deg/s where nothing is known.
+    bias_limit : float, optional
+        Of "auto", in ``gyro_unit``: the largest bias that such a gyro has; a steadier rate beyond is a
+        turn, never a rest. Default 10 deg/s. Small keeps a table that turns slowly from the first
+        sample on from passing for a rest, large finds the bias of a bad gyro.
     channels : int, optional
         Bodies side by side; ``None`` is a single one.
     time_constant : float, default 0.5
@@ -1281,6 +1286,7 @@ class Attitude(Generic[_Number, _Flag]):
         accel_unit: str = "m/s^2",
         bias: Calibration | DriftFilter | npt.ArrayLike | None = None,
         bias_sigma: npt.ArrayLike | None = None,
+        bias_limit: float | None = None,
         channels: None = None,
         time_constant: float = 0.5,
         kp: float = 1.0,
@@ -1303,6 +1309,7 @@ class Attitude(Generic[_Number, _Flag]):
         accel_unit: str = "m/s^2",
         bias: Calibration | DriftFilter | npt.ArrayLike | None = None,
         bias_sigma: npt.ArrayLike | None = None,
+        bias_limit: float | None = None,
         channels: int,
         time_constant: float = 0.5,
         kp: float = 1.0,

@@ -298,7 +298,8 @@ def test_the_tables_are_what_the_classes_take(kind, table):
     signature = inspect.signature(kind).parameters
     for name, option in table.items():
         assert option.default == signature[name].default, name
-    others = {"rate", "mag", "frame", "gyro_unit", "accel_unit", "bias", "bias_sigma", "channels"}
+    others = {"rate", "mag", "frame", "gyro_unit", "accel_unit", "channels"}
+    others |= {"bias", "bias_sigma", "bias_limit"}
     assert set(signature) - others == set(table)
 
 

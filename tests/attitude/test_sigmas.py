@@ -51,7 +51,8 @@ def test_tilt_and_bias_of_what_is_swung() -> None:
     93 %."""
     tilts, _, biases = (np.concatenate(z) for z in zip(*of_swung(), strict=True))
     assert 0.55 < covered(tilts) < 0.80
-    assert 0.55 < covered(biases) < 0.80
+    # A gyro that is begun in motion may have 1 deg/s of bias, the simulated ones have half of it.
+    assert 0.55 < covered(biases) < 0.90
 
 
 def test_heading_of_what_is_swung() -> None:

@@ -13,8 +13,9 @@ import numpy as np
 from oracle import quaternions
 from oracle.body_rest import BodyRest
 from oracle.field import Field, without_spikes
+from oracle.heading import Deviation, Drift, share_of_places
 from oracle.inertial import Samples, prepared
-from oracle.under_way import FieldErrors, UnderWay
+from oracle.under_way import UnderWay
 
 PHI, B, S, V = 0, 3, 6, 15
 UP = 2
@@ -23,17 +24,25 @@ G = 9.81
 TICK, LOOKS = 0.1, 4
 # Noise of the rotation: white, of what the gyro's matrix does not hold, and of every turn.
 N, SCALE, TURN = 0.01 * DEG, 0.0015, 0.003
-BIAS_WALK, BIAS_SIGMA = 0.01 * DEG, 0.5 * DEG
+BIAS_WALK, BIAS_FOLLOWED, BIAS_SIGMA, BIAS_LIMIT = 0.01 * DEG, 0.5 * DEG, DEG, 10.0 * DEG
+REFUTED_BIAS, REFUTED_TILT, BIAS_REVIVED = 0.02 * DEG, 0.2, 0.15 * DEG
 MATRIX_WALK, MATRIX_SIGMA = 1e-5, np.where(np.eye(3), 0.008, 0.005).ravel()
 VELOCITY_WALK, SPEED, MEMORY = 0.01, 0.25, 5.0
-REST_VELOCITY, REST_RATE = 1e-4, (0.04 * DEG) ** 2
+REST_VELOCITY = 1e-4
 FIELD, FIELD_WALK, FIELD_HOLDS = (25.0 * DEG) ** 2, (0.02 * DEG) ** 2, 1.0
 LEVEL = 0.1
 # The start: seconds, speed and tilt.
 START, START_SPEED, START_TILT = 1.0, 1.0, 0.5
 # The gyro's scale: seconds of the sums and of following, usual and largest ratio, largest growth.
 SUMMED, FOLLOWS, USUAL, LARGEST, MOST = 2.0, 3.0, 0.3, 6.0, 150.0
+LOST_TURNING = 1.5**2
 UNKNOWN, STILL = 1.0, 0.01
+# Lost samples: seconds in which a rate is forgotten, and those of the usual one.
+FORGOTTEN, USUAL_RATE, ANGLE_MOST = 0.3, 5.0, 10.0
+# A wrong tilt: seconds of the force and between two, persistence, level part; a fallen frame.
+FORCE, BETWEEN, PERSIST, LEVEL_FORCE, UPRIGHT, FALLEN = 1.5, 2.0, 2.0, 2.5, 0.7, 3.0
+# A body that goes straight on: rate and seconds, and the density of its rate.
+STRAIGHT, STRAIGHT_FOR, STRAIGHT_NOISE = 3.0 * DEG, 1.5, DEG
 ACCEL_BIAS = 0.05
 BOUNDS = {PHI: 0.5, PHI + 1: 0.5, UP: 10.0, V: 100.0, V + 1: 100.0}
 
@@ -44,7 +53,7 @@ class Tick:
 
     samples: Samples
     R: np.ndarray
-    # Rate without bias; zero where it is unknown.
+    # Rate without bias; it fades where it is unknown.
     rate: np.ndarray
 
     def __post_init__(self):
@@ -60,14 +69,22 @@ class Tick:
         turned = np.einsum("nij,nj->ni", self.R[present], vectors[present])
         return turned.sum(axis=0) / max(present.sum(), 1)
 
-    def turned_by(self):
-        """A (3, 12): how errors of bias and matrix turn the frame within the tick."""
+    def places(self):
+        """Samples at which it is looked how the frame is turned."""
         places, next_look, elapsed = [], 0.5 * TICK / LOOKS, 0.0
         for k, dt in enumerate(self.samples.dt):
             elapsed += dt
             if elapsed >= next_look:
                 places.append(k)
                 next_look += TICK / LOOKS
+        return places
+
+    def mean_rotation(self):
+        return np.mean(self.R[self.places()], axis=0)
+
+    def turned_by(self):
+        """A (3, 12): how errors of bias and matrix turn the frame within the tick."""
+        places = self.places()
         R, w = self.R[places], self.rate[places]
         by_matrix = np.mean(np.einsum("nir,nc->nirc", R, w), axis=0).reshape(3, 9)
         return self.span * np.hstack([-np.mean(R, axis=0), by_matrix])
@@ -80,20 +97,29 @@ class Attitude:
         self.rate, self.mag = rate, mag
         self.q, self.heading = (1.0, 0.0, 0.0, 0.0), 0.0
         self.before = np.zeros(3)
-        self.b, self.M = np.array(bias), np.eye(3)
+        self.given, self.b, self.M = bias, np.array(bias), np.eye(3)
         self.v = np.zeros(2)
         self.P = self.ignorance(10.0 if mag else 1e-6)
         self.begun, self.begun_for, self.up, self.northed = False, 0.0, 0.0, 0
         self.rest, self.at_rest = BodyRest(), False
         self.field, self.field_age = Field(), 0.0
+        self.drift, self.by_bias = Drift(), np.zeros(3)
+        self.deviation = Deviation(self.P[UP, UP])
+        self.lost = self.lost_variance = self.covered = self.usual = 0.0
+        self.straight, self.straight_for = 0.0, 0.0
+        self.stand()
         self.accelerations = 0.5**2
-        self.under_way, self.field_errors = UnderWay(), FieldErrors()
+        self.under_way = UnderWay()
         self.forget_scale()
         self.speed = 0.0
 
-    def ignorance(self, heading):
+    def stand(self):
+        self.mean_force, self.recovered = np.array([0.0, 0.0, G]), BETWEEN
+        self.felt = np.zeros(3)
+
+    def ignorance(self, heading, bias=BIAS_SIGMA**2):
         tilt, speed = START_TILT**2, START_SPEED**2
-        gyro = [*np.full(3, BIAS_SIGMA**2), *MATRIX_SIGMA**2]
+        gyro = [*np.full(3, bias), *MATRIX_SIGMA**2]
         return np.diag([tilt, tilt, heading, *gyro, speed, speed])
 
     def forget_scale(self):
@@ -131,10 +157,15 @@ class Attitude:
             "gyro_matrix": self.M,
             "gyro_matrix_sigma": sigma[S:V].reshape(3, 3),
             "tilt_sigma": math.sqrt(self.tilt),
-            "heading_sigma": math.sqrt(self.field_errors.variance(self.P[UP, UP])),
+            "heading_sigma": math.sqrt(self.heading_variance),
             "at_rest": self.at_rest,
             "disturbed": self.field.disturbed,
         }
+
+    @property
+    def heading_variance(self):
+        own = self.P[UP, UP]
+        return self.deviation.variance(own) if self.mag else own
 
     @property
     def doubt(self):
@@ -151,7 +182,7 @@ class Attitude:
 
     def follow(self, samples):
         """Samples of a tick, and what is known after each: but for the orientation, what was."""
-        rate = np.where(samples.known[:, None], samples.gyro - self.b, 0.0)
+        rate = self.fading(samples)[:, None] * (samples.gyro - self.b)
         step = (rate @ self.M.T) * samples.dt[:, None]
         coning = np.cross(np.vstack([self.before, step[:-1]]), step) / 12.0
         self.before, told, turned = step[-1], [], []
@@ -164,6 +195,20 @@ class Attitude:
             earth = quaternions.product(quaternions.about_up(self.heading), self.q)
             told.append({**known, "quaternion": earth})
         return Tick(samples, quaternions.matrices(turned), rate), told
+
+    def fading(self, samples):
+        """The share of the last rate that is believed; how far the body may have turned since."""
+        kept = np.exp(-samples.age / FORGOTTEN)
+        for k in range(len(samples)):
+            if samples.age[k] == 0.0:
+                self.lost = 0.0
+                continue
+            self.covered += samples.unknown[k] if samples.age[k] < math.inf else 0.0
+            rate = max(np.linalg.norm(samples.gyro[k] - self.b), math.sqrt(self.usual), STILL)
+            angle = min(self.lost + samples.dt[k] * (1.0 - kept[k]) * rate, ANGLE_MOST)
+            self.lost_variance += angle**2 - self.lost**2
+            self.lost = angle
+        return kept
 
     # The start.
 
@@ -207,30 +252,52 @@ class Attitude:
     # A tick.
 
     def end(self, tick):
-        state = self.rest.observe(tick, self.b)
-        self.at_rest = state != "motion"
-        if state == "far":
-            self.relearn(self.rest.gyro)
+        told = self.look(tick)
         self.speed = math.sqrt(np.mean(np.sum((tick.samples.gyro - self.b) ** 2, axis=1)))
         self.predict(tick)
-        if self.starting(tick.span) or not tick.forces:
+        moving = not self.starting(tick.span) and tick.forces > 0
+        if not moving:
             self.v = np.zeros(2)
-        else:
-            self.correct(tick)
+        self.correct(tick, told, moving)
         if self.mag:
             self.see(tick)
         self.q = quaternions.unit(self.q)
 
-    def relearn(self, level):
-        """A rest far from the bias: nothing that was learned of the gyro holds."""
+    def look(self, tick):
+        """Whether it rests; returns what a rest says of the bias, and the variance of that."""
+        field = self.R.T @ tick.field if self.mag and tick.fields else None
+        most = np.max(np.diag(self.P)[B:S])
+        state, told = self.rest.observe(tick, field, self.b, most, BIAS_LIMIT)
+        self.at_rest = state not in ("motion", "denied")
+        if state == "jumped":
+            heading = max(self.P[UP, UP], 10.0 if self.mag else 0.0)
+            self.relearn(told[0], BIAS_FOLLOWED**2, heading)
+            return tick.gyro, told[1]
+        if state == "refuted":
+            self.undo(told[0], max(told[1], REFUTED_BIAS**2))
+            return None
+        if state == "denied":
+            self.undo(np.array(self.given), BIAS_SIGMA**2)
+            self.by_bias = np.zeros(3)
+        return told
+
+    def undo(self, level, variance):
+        self.heading += self.by_bias @ (level - self.b)
+        self.relearn(level, variance, self.P[UP, UP])
+        self.restart([PHI, PHI + 1], REFUTED_TILT**2)
+
+    def relearn(self, level, variance, heading):
+        """Nothing that was learned of the gyro holds."""
         self.b, self.M, self.v = level, np.eye(3), np.zeros(2)
-        self.P = self.ignorance(max(self.P[UP, UP], 10.0 if self.mag else 0.0))
+        self.P = self.ignorance(heading, variance)
         self.forget_scale()
+        self.drift.end()
 
     def predict(self, tick):
         h = tick.span * tick.force[2]
         turning, lifting = np.eye(17), np.eye(17)
         turning[PHI:B, B:V] = tick.turned_by()
+        self.by_bias = self.by_bias + turning[UP, B:S]
         lifting[V, PHI + 1], lifting[V + 1, PHI] = h, -h
         F = lifting @ turning
         self.P = F @ self.P @ F.T + np.diag(self.noise(tick))
@@ -243,12 +310,16 @@ class Attitude:
     def noise(self, tick):
         """Variances that a tick adds; those of bias and matrix not beyond their start."""
         rotation = N**2 + self.scale * self.speed**2 + TURN**2 * self.speed
+        if self.lost == 0.0:
+            self.usual += min(tick.span / USUAL_RATE, 1.0) * (self.speed**2 - self.usual)
         Q = np.zeros(17)
-        Q[PHI:B] = tick.span * rotation + UNKNOWN * tick.unknown
+        Q[PHI:B] = tick.span * rotation + UNKNOWN * max(tick.unknown - self.covered, 0.0)
+        Q[PHI:B] += self.lost_variance
+        self.lost_variance = self.covered = 0.0
         Q[UP] += tick.span * FIELD_WALK if self.mag else 0.0
         Q[B:S], Q[S:V] = tick.span * BIAS_WALK**2, tick.span * MATRIX_WALK**2
         Q[V:] = tick.span * (VELOCITY_WALK**2 + self.under_way.walk)
-        most = np.append(np.full(3, BIAS_SIGMA**2), MATRIX_SIGMA**2)
+        most = np.append(np.full(3, BIAS_FOLLOWED**2), MATRIX_SIGMA**2)
         # A prediction leaves these variances as they were.
         Q[B:V] = np.minimum(Q[B:V], np.maximum(most - np.diag(self.P)[B:V], 0.0))
         return Q
@@ -260,31 +331,85 @@ class Attitude:
                 shrink[i, i] = math.sqrt(most / self.P[i, i])
                 self.P = shrink @ self.P @ shrink
 
-    def correct(self, tick):
+    def correct(self, tick, told, moving):
         """The velocity stays near zero; at rest it is zero, and the rate is the bias."""
-        R = REST_VELOCITY / tick.span
+        x = np.zeros(17)
+        ratio = self.slow(tick.span, x) if moving else None
+        if told is not None:
+            for i, rate in enumerate(told[0] - self.b):
+                self.measure(B + i, rate, told[1], x)
+        if moving and not self.at_rest and not (self.rest.used or self.rest.denied):
+            self.go_straight(tick, x)
+        self.apply(x)
+        if moving:
+            self.recover(tick, ratio)
+
+    def slow(self, span, x):
+        """Returns how much longer corrections of the tilt point one way than is expected."""
+        R = REST_VELOCITY / span
         if self.at_rest:
             self.under_way = UnderWay(first=0.0)
         else:
-            self.under_way.observe(self.v, self.R, tick.span)
-            weight = min(tick.span / MEMORY, 1.0)
+            self.under_way.observe(self.v, self.R, span)
+            weight = min(span / MEMORY, 1.0)
             self.accelerations += weight * (0.5 * self.v @ self.v - self.accelerations)
-            R = self.velocity_noise / tick.span
+            R = self.velocity_noise / span
         by, both = self.P[V:, V:] + R * np.eye(2), self.P[PHI:UP, V:]
         expected = np.trace(both @ np.linalg.solve(by, both.T))
-        x = np.zeros(17)
         for j in range(2):
             self.measure(V + j, -self.v[j], R, x)
-        if self.at_rest:
-            for i, rate in enumerate(tick.gyro - self.b):
-                self.measure(B + i, rate, REST_RATE / tick.span, x)
-        else:
-            self.judge(x[PHI:UP], expected, tick.span)
-        self.apply(x)
+        return None if self.at_rest else self.judge(x[PHI:UP], expected, span)
+
+    def go_straight(self, tick, x):
+        if tick.unknown > 0.0:
+            self.straight_for = 0.0
+            return
+        up = self.R[2]
+        rate = up @ tick.gyro
+        apart = abs(rate - self.straight)
+        self.straight += min(tick.span / STRAIGHT_FOR, 1.0) * (rate - self.straight)
+        steady = apart <= STRAIGHT and abs(self.straight) <= BIAS_LIMIT
+        self.straight_for = self.straight_for + tick.span if steady else 0.0
+        if self.straight_for >= STRAIGHT_FOR * (1.0 - 1e-9):
+            H = np.zeros(17)
+            H[B:S] = up
+            self.measure(H, rate - up @ self.b, STRAIGHT_NOISE**2 / tick.span, x)
+
+    def recover(self, tick, ratio):
+        """A tilt that is wrong although the filter is sure of it."""
+        # What never changes while the body turns is stuck.
+        if np.linalg.norm(tick.accel - self.felt) > 1e-9 or self.speed**2 <= 0.01:
+            weight = min(tick.span / FORCE, 1.0)
+            self.mean_force = self.mean_force + weight * (tick.force - self.mean_force)
+            self.recovered = min(self.recovered + tick.span, BETWEEN)
+        self.felt = tick.accel
+        x, y, z = self.mean_force
+        size, angle = np.linalg.norm(self.mean_force), (x * x + y * y) / G**2
+        if z < UPRIGHT * size and size > FALLEN:
+            self.begun, self.begun_for, self.up = False, 0.0, 0.0
+            self.stand()
+            return
+        if (
+            ratio is None
+            or ratio <= PERSIST
+            or math.hypot(x, y) <= LEVEL_FORCE
+            or angle <= self.P[PHI, PHI] + self.P[PHI + 1, PHI + 1]
+            or self.recovered < BETWEEN * (1.0 - 1e-9)
+        ):
+            return
+        self.recovered = 0.0
+        self.restart([V, V + 1], START_SPEED**2)
+        for i in (PHI, PHI + 1):
+            self.P[i, i] = max(self.P[i, i], min(angle, START_TILT**2))
+        self.bound()
+        up = self.R[2]
+        self.P[B:S, B:S] += BIAS_REVIVED**2 * (np.eye(3) - np.outer(up, up))
+        self.v, self.accelerations = np.zeros(2), 0.5**2
+        self.sum, self.expected = np.zeros(2), 0.0
 
     def measure(self, i, innovation, R, x):
-        """One state was measured: gain, and Joseph's form of its covariance."""
-        H = np.eye(17)[i]
+        """One state was measured, or a sum of them: gain, and Joseph's form of its covariance."""
+        H = np.eye(17)[i] if isinstance(i, int) else i
         K = self.P @ H / (H @ self.P @ H + R)
         x += K * (innovation - H @ x)
         rest = np.eye(17) - np.outer(K, H)
@@ -294,14 +419,17 @@ class Attitude:
         """Corrections of the tilt that persist are the gyro's."""
         self.sum = max(1.0 - span / SUMMED, 0.0) * self.sum + tilt
         self.expected = max(1.0 - 2.0 * span / SUMMED, 0.0) * self.expected + expected
-        ratio = min(self.sum @ self.sum / (self.expected + 1e-12), LARGEST)
-        scale = self.scale * (1.0 + min(span / FOLLOWS, 1.0) * (ratio - USUAL))
+        ratio = self.sum @ self.sum / (self.expected + 1e-12)
+        share = min(span / FOLLOWS, 1.0) * min(self.speed**2 / LOST_TURNING, 1.0)
+        scale = self.scale * (1.0 + share * (min(ratio, LARGEST) - USUAL))
         self.scale = min(max(scale, SCALE**2), MOST * SCALE**2)
+        return ratio
 
     def apply(self, x):
         tilt = quaternions.steps(np.array([[x[PHI], x[PHI + 1], 0.0]]))[0].tolist()
         self.q = quaternions.product(tilt, self.q)
         self.heading += x[UP]
+        self.drift.learned(x[B:S])
         self.b = np.clip(self.b + x[B:S], -10.0, 10.0)
         self.M = np.eye(3) + np.clip(self.M - np.eye(3) + x[S:V].reshape(3, 3), -0.2, 0.2)
         self.v = np.clip(self.v + x[V:], -1e4, 1e4)
@@ -310,22 +438,53 @@ class Attitude:
 
     def see(self, tick):
         """Corrects the heading alone: the gain of all others is zero, whatever it should be."""
+        self.follow_drift(tick.span)
         self.field_age = min(self.field_age + tick.span, FIELD_HOLDS)
         if not tick.fields:
             return
         seconds, self.field_age = self.field_age, 0.0
         doubt = self.field.observe(tick.field, seconds, self.speed)
+        east, north, up = tick.field
+        weight, e = share_of_places(self.speed, seconds), self.east_of_north(tick.field)
+        self.drift.look(np.array([math.hypot(east, north), -up]), weight)
+        turned = tick.mean_rotation()
+        self.deviation.look(tick.field, turned, seconds, 16.0 if doubt is None else doubt)
+        if self.begun and not self.at_rest:
+            before, believed = self.P[UP, UP], self.field.believed
+            grown = self.drift.judge(e, before, believed, self.R[2], seconds)
+            self.blur_heading(grown)
+            self.by_bias = np.zeros(3) if grown else self.by_bias
         if doubt is None:
             return
-        east, north, up = tick.field
         level = (east**2 + north**2) / (east**2 + north**2 + up**2)
         R = FIELD / seconds * doubt * max(LEVEL / level, 1.0)
-        K = np.zeros(17)
-        K[UP] = self.P[UP, UP] / (self.P[UP, UP] + R)
-        self.field_errors.observe(K[UP], R, tick.field, 0.5 * self.tilt)
+        before, K = self.P[UP, UP], np.zeros(17)
+        K[UP] = gain = before / (before + R)
+        self.drift.correct(e, before + R, gain)
         rest = np.eye(17) - np.outer(K, np.eye(17)[UP])
         self.P = rest @ self.P @ rest.T + R * np.outer(K, K)
-        self.heading += K[UP] * self.east_of_north(tick.field)
+        self.by_bias = (1.0 - gain) * self.by_bias
+        c, s = math.cos(self.heading), math.sin(self.heading)
+        east = c * turned[0] - s * turned[1]
+        tilt, after = 0.5 * self.tilt, self.P[UP, UP]
+        self.deviation.correct(gain, R, e, tick.field, tilt, east, weight, seconds, before, after)
+        self.heading += gain * e
+
+    def follow_drift(self, span):
+        turned, grown = self.drift.predict(self.R[2], span)
+        if grown:
+            self.blur_heading(grown)
+            self.heading += turned
+        if self.at_rest:
+            self.drift.mean *= max(1.0 - span / 2.0, 0.0)
+            if self.rest.lasted >= 2.0:
+                self.drift.end()
+
+    def blur_heading(self, grown):
+        self.P[UP, UP] += grown
+        most = BOUNDS[UP] / self.P[UP, UP]
+        self.bound()
+        self.drift.with_heading = self.drift.with_heading * math.sqrt(min(most, 1.0))
 
     def east_of_north(self, direction):
         """Angle from north to a direction in the frame, clockwise."""
@@ -336,7 +495,10 @@ class Attitude:
 
     def lose(self, seconds):
         """It may have turned as it did, another way every second."""
-        self.rest, self.at_rest = BodyRest(), False
+        self.rest.interrupt()
+        self.at_rest = False
+        self.lost = self.lost_variance = self.covered = self.usual = 0.0
+        self.stand()
         self.v, self.before, self.under_way = np.zeros(2), np.zeros(3), UnderWay()
         turned = (self.speed**2 + STILL**2) * seconds
         self.restart([V, V + 1], START_SPEED**2)

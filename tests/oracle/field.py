@@ -57,12 +57,17 @@ def alike(one, other):
 class Field:
     def __init__(self):
         self.known, self.candidate = None, np.zeros(3)
-        self.turned = self.undisturbed = 0.0
+        self.turned = self.stayed = self.undisturbed = 0.0
         self.rejected, self.trusted = REJECTED, False
 
     @property
     def disturbed(self):
         return self.known is not None and not self.trusted
+
+    @property
+    def believed(self):
+        """Whether its direction says something of a heading that drifts."""
+        return self.trusted or (self.known is None and self.stayed >= 30.0)
 
     def observe(self, field, seconds, rate):
         """By how much the variance of the heading is larger; None if it must not be used."""
@@ -90,8 +95,9 @@ class Field:
 
     def consider(self, seen, seconds, rate):
         if not near(seen, self.candidate):
-            self.candidate, self.turned = seen, 0.0
+            self.candidate, self.turned, self.stayed = seen, 0.0, 0.0
             return
+        self.stayed += seconds
         if rate > TURNING:
             self.turned += seconds
         self.candidate = followed(self.candidate, seen, seconds)

@@ -21,6 +21,8 @@ class Samples:
     gyro: np.ndarray
     known: np.ndarray
     unknown: np.ndarray
+    # Seconds since the last known rate, 0 where it is this one.
+    age: np.ndarray
     accel: np.ndarray
     mag: np.ndarray
     dt: np.ndarray
@@ -70,7 +72,7 @@ def prepared(rate, gyro, accel, mag, dt):
     # Over a gap nothing is known.
     given = without_zeros(measured(gyro, n, 1e3), np.where(dt > GAP, 0.0, dt))
     rates, known, unknown, gap = np.zeros((n, 3)), np.ones(n, bool), np.zeros(n), np.zeros(n)
-    last, since = np.zeros(3), math.inf
+    age, last, since = np.zeros(n), np.zeros(3), math.inf
     for k, time in enumerate(dt):
         present = not math.isnan(given[k, 0])
         rates[k], before = (given[k] if present else last), last
@@ -83,10 +85,10 @@ def prepared(rate, gyro, accel, mag, dt):
         else:
             unknown[k] = min(max(since + time - HELD, 0.0), time)
             since += time
-            known[k] = since <= HELD
+            known[k], age[k] = since <= HELD, since
         last = given[k] if present else last
         if time > GAP:
             # Nothing is integrated over a gap.
             gap[k], dt[k], unknown[k], rates[k] = min(time, GAP_MAX), 0.0, 0.0, last
     gap[0] = 0.0
-    return Samples(rates, known, unknown, accel, mag, dt, gap, mag)
+    return Samples(rates, known, unknown, age, accel, mag, dt, gap, mag)

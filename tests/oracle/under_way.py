@@ -1,12 +1,9 @@
-"""The velocity of a body that is under way, and what a field that is wrong in places leaves."""
-
-import math
+"""The velocity of a body that is under way."""
 
 import numpy as np
 
 SLOW, LASTS, MEMORY = 1.5, 6.0, 5.0
 SHARE, SWINGS = 0.3, 0.1
-SPREAD, STEEPEST = math.radians(5.0), 10.0
 
 
 class UnderWay:
@@ -38,19 +35,3 @@ class UnderWay:
         """How much larger the variance of the tilt is than the filter's own."""
         slow = 2.0 * LASTS * max(self.over_ground / noise - SWINGS, 0.0)
         return SHARE + (1.0 - SHARE) * self.first + slow
-
-
-class FieldErrors:
-    """Of the heading's variance what white noise of the field has made, and what tilt has."""
-
-    def __init__(self):
-        self.white = self.tilted = 0.0
-
-    def observe(self, gain, R, field, tilt):
-        self.white = (1.0 - gain) ** 2 * self.white + gain**2 * R
-        slope = min(abs(field[2]) / math.hypot(field[0], field[1]), STEEPEST)
-        self.tilted += gain * (slope * math.sqrt(tilt) - self.tilted)
-
-    def variance(self, heading):
-        white = min(self.white, heading)
-        return heading - white + white * SPREAD**2 / (white + SPREAD**2) + self.tilted**2

@@ -42,6 +42,7 @@ from zerorate.cli.records import print_title, records
 from zerorate.io import Recording, write_log
 from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
+from zerorate.units import convert
 
 __all__ = ["attitude"]
 
@@ -120,6 +121,16 @@ def attitude(
             rich_help_panel=_FILTER,
         ),
     ] = None,
+    bias_limit: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEG/S",
+            min=0.0,
+            help="The largest bias that such a gyro has, deg/s: a steadier rate beyond is a turn, "
+            "never a rest. Default 10.",
+            rich_help_panel=_FILTER,
+        ),
+    ] = None,
     calibration: Annotated[
         Path | None,
         typer.Option(
@@ -168,6 +179,8 @@ def attitude(
         "accel": accel,
         "reference_frame": None if reference_frame is None else str(reference_frame),
     }
+    if bias_limit is not None:
+        asked["bias_limit"] = convert(bias_limit, "deg/s", "rad/s")
     suffixes = [*LogFormat, *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-attitude", suffixes)
     shape = (format, None if no_figure else figure_format, not no_figure, force)

@@ -51,6 +51,8 @@ pub struct Inertial {
     pub known: bool,
     /// Seconds since the sample before for which nothing is known of the rate.
     pub unknown: f64,
+    /// Seconds since the last rate that is known, zero if this one is; infinite if none ever was.
+    pub age: f64,
     /// Specific force, m/s², unless it is missing.
     pub accel: Option<Vector3<f64>>,
     /// Magnetic field, in any unit, unless it is missing.

@@ -241,15 +241,16 @@ impl<E: Estimator> Attitude<E> {
         let mag = sample::field(sample.mag);
         self.force = accel.unwrap_or(Vector3::repeat(f64::NAN));
         let mut gyro = given.unwrap_or(before);
-        let (mut known, mut unknown) = (given.is_some(), 0.0);
+        let (mut known, mut unknown, mut age) = (given.is_some(), 0.0, 0.0);
         self.rate = gyro;
         if !known | (dt > LONG * self.period) {
             (known, unknown) = self.stretch(known, dt);
+            age = self.unknown;
             gyro = if known { (gyro + before) * 0.5 } else { gyro };
         } else {
             self.unknown = 0.0;
         }
-        Inertial { gyro, known, unknown, accel, mag, dt }
+        Inertial { gyro, known, unknown, age, accel, mag, dt }
     }
 
     /// A low rate; none if it is a vector of zeros that stands for a missing sample.

@@ -24,6 +24,8 @@ pub trait AttitudeBank: AnyBank {
     fn options(&self) -> NamedOptions;
     /// Whether scale and misalignment of the gyro were given.
     fn is_calibrated(&self) -> bool;
+    /// The largest bias that a gyro has, rad/s, where it is not the usual one.
+    fn bias_limit(&self) -> Option<f64>;
     fn readings(&self) -> Vec<Reading>;
     fn samples_seen(&self) -> u64;
     fn wrong_gravity(&self) -> Option<f64>;
@@ -55,6 +57,10 @@ where
 
     fn is_calibrated(&self) -> bool {
         self.streams()[0].estimator().is_calibrated()
+    }
+
+    fn bias_limit(&self) -> Option<f64> {
+        self.streams()[0].estimator().bias_limit()
     }
 
     fn readings(&self) -> Vec<Reading> {

@@ -13,7 +13,7 @@ use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use zerorate_core::attitude::{
-    AttitudeParams, AutoOptions, CONSTANTS, Frame, NamedOptions, Reading,
+    AttitudeParams, AutoOptions, CONSTANTS, Frame, METHODS, NamedOptions, Reading,
 };
 use zerorate_core::stream::Parts;
 use zerorate_core::{Error, memory};
@@ -69,7 +69,12 @@ const ROWS_OF_THREADS: usize = 1 << 14;
 ///     `DriftFilter` of three channels in that unit, or a `Calibration`, for raw samples, which also
 ///     gives the gyro's matrix.
 /// bias_sigma : array_like, shape () or (3,), optional
-///     Its standard deviation; by default what the object knows of it, or 0.5 deg/s.
+///     Its standard deviation; by default 0.05 deg/s of what an object knows, or more if it says so,
+///     0.5 deg/s of numbers, and 1 deg/s where nothing is known.
+/// bias_limit : float, optional
+///     Of "auto", in ``gyro_unit``: the largest bias that such a gyro has; a steadier rate beyond is a
+///     turn, never a rest. Default 10 deg/s. Small keeps a table that turns slowly from the first
+///     sample on from passing for a rest, large finds the bias of a bad gyro.
 /// channels : int, optional
 ///     Bodies side by side; ``None`` is a single one.
 /// time_constant : float, default 0.5
@@ -120,10 +125,10 @@ impl Attitude {
     #[pyo3(
         signature = (
             rate, *, mag=true, frame="enu", method="auto", gyro_unit="rad/s",
-            accel_unit="m/s^2", bias=None, bias_sigma=None, channels=None, **constants
+            accel_unit="m/s^2", bias=None, bias_sigma=None, bias_limit=None, channels=None, **constants
         ),
         text_signature = "(rate, *, mag=True, frame='enu', method='auto', gyro_unit='rad/s', \
-            accel_unit='m/s^2', bias=None, bias_sigma=None, channels=None, time_constant=0.5, \
+            accel_unit='m/s^2', bias=None, bias_sigma=None, bias_limit=None, channels=None, time_constant=0.5, \
             kp=1.0, ki=0.3, beta=None, gyro_noise=0.0002, accel_noise=0.1, mag_noise=0.1, \
             bias_walk=0.0001)"
     )]
@@ -139,6 +144,7 @@ impl Attitude {
         accel_unit: &str,
         bias: Option<&Bound<'_, PyAny>>,
         bias_sigma: Option<&Bound<'_, PyAny>>,
+        bias_limit: Option<f64>,
         channels: Option<i128>,
         constants: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
@@ -150,14 +156,20 @@ impl Attitude {
             gyro_unit: factor(py, gyro_unit, "rad/s", "gyro_unit")?,
             accel_unit: factor(py, accel_unit, "m/s^2", "accel_unit")?,
         };
-        options::check_bias(method, bias.is_some(), bias_sigma.is_some())?;
+        let (told, sigma) = (bias.is_some(), bias_sigma.is_some());
+        options::check_bias(method, told, sigma, bias_limit.is_some())?;
         options::check_field(mag, constants)?;
         let mut auto = AutoOptions { mag, ..AutoOptions::default() };
         prior(py, bias, bias_sigma, (gyro_unit, params.gyro_unit), method, &mut auto)?;
+        if let Some(limit) = bias_limit {
+            auto.bias_limit = limit * params.gyro_unit;
+        }
+        let usual =
+            if told || sigma { auto.bias_sigma } else { NamedOptions::default().bias_sigma };
         let named = NamedOptions {
             mag,
             bias: auto.bias,
-            bias_sigma: auto.bias_sigma,
+            bias_sigma: usual,
             constants: options::read("Attitude", CONSTANTS, method, constants)?,
         };
         let bank = bank::new(method, params, auto, named, channels.unwrap_or(1))?;
@@ -337,13 +349,18 @@ impl Attitude {
         let (py, this) = (slf.py(), reading(slf)?);
         let bank = &this.shared.bank;
         let (params, method, chosen) = (bank.params(), bank.method(), bank.options());
-        let usual = NamedOptions::default();
+        let mut usual = NamedOptions::default();
+        if method == METHODS[0] {
+            usual.bias_sigma = AutoOptions::default().bias_sigma;
+        }
         let constants = options::written(CONSTANTS, method, &chosen.constants);
         // What it was calibrated by is long: a call with an ellipsis makes no filter.
         let bias = match bank.is_calibrated() {
             true => "...".to_owned(),
             false => in_unit(chosen.bias, usual.bias, params.gyro_unit),
         };
+        let limit = bank.bias_limit().map(|limit| text(quotient(limit, params.gyro_unit)));
+        let limit = limit.unwrap_or_else(|| "None".to_owned());
         let mut arguments = vec![
             ("rate", text(params.rate), ""),
             ("mag", if chosen.mag { "True" } else { "False" }.to_owned(), "True"),
@@ -353,6 +370,7 @@ impl Attitude {
             ("accel_unit", unit_of(py, params.accel_unit, &ACCEL_UNITS)?, "'m/s^2'"),
             ("bias", bias, "None"),
             ("bias_sigma", in_unit(chosen.bias_sigma, usual.bias_sigma, params.gyro_unit), "None"),
+            ("bias_limit", limit, "None"),
         ];
         arguments.extend(
             constants.iter().map(|(name, value, usual)| (*name, value.clone(), usual.as_str())),
@@ -523,13 +541,10 @@ fn prior(
         (None, None) => return Ok(()),
         (bias, _) => bias.unwrap_or(&zero),
     };
-    let sigma = match sigma {
-        Some(given) => Some(spread(given)?),
-        None => learned_sigma(given)?,
+    options.bias_sigma = match sigma {
+        Some(given) => spread(given)?.map(|x| x * factor),
+        None => believed(given, factor)?.unwrap_or(options.bias_sigma),
     };
-    if let Some(sigma) = sigma {
-        options.bias_sigma = sigma.map(|x| x * factor);
-    }
     let Some(ask) = given.getattr_opt("__gyro_prior__")? else {
         let bias = if is_filter(given)? { &given.getattr("bias")? } else { given };
         options.bias = axes("bias", bias)?.map(|x| x * factor);
@@ -554,13 +569,23 @@ fn is_filter(given: &Bound<'_, PyAny>) -> PyResult<bool> {
     Ok(given.hasattr("bias")? && given.hasattr("bias_sigma")?)
 }
 
-/// How well such a filter knows them; one that has seen nothing knows nothing.
-fn learned_sigma(given: &Bound<'_, PyAny>) -> PyResult<Option<[f64; 3]>> {
-    if !is_filter(given)? {
-        return Ok(None);
+/// How well a bias is known that comes without its deviation, rad/s: numbers by so much, what something
+/// has learned by a tenth of it or what it says itself; by a filter that has seen nothing, not at all.
+fn believed(given: &Bound<'_, PyAny>, unit: f64) -> PyResult<Option<[f64; 3]>> {
+    let numbers = NamedOptions::default().bias_sigma;
+    if given.hasattr("__gyro_prior__")? {
+        return Ok(Some(numbers.map(|x| LEARNED * x)));
     }
-    Ok(Some(spread(&given.getattr("bias_sigma")?)?).filter(|all| all.iter().all(|x| *x > 0.0)))
+    if !is_filter(given)? {
+        return Ok(Some(numbers));
+    }
+    let own = spread(&given.getattr("bias_sigma")?)?;
+    let known = own.iter().all(|x| *x > 0.0);
+    Ok(known.then(|| std::array::from_fn(|i| (own[i] * unit).max(LEARNED * numbers[i]))))
 }
+
+/// Share of the deviation of given numbers that a bias has which something has learned.
+const LEARNED: f64 = 0.1;
 
 /// A deviation of each axis, or one of all.
 fn spread(given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {

@@ -38,10 +38,12 @@ pub fn read<C: Default>(
 }
 
 /// Refuses what is known of the bias where the method has no use for it.
-pub fn check_bias(method: &str, bias: bool, sigma: bool) -> PyResult<()> {
-    for (name, given, methods) in
-        [("bias", bias, BIAS_METHODS), ("bias_sigma", sigma, BIAS_SIGMA_METHODS)]
-    {
+pub fn check_bias(method: &str, bias: bool, sigma: bool, limit: bool) -> PyResult<()> {
+    for (name, given, methods) in [
+        ("bias", bias, BIAS_METHODS),
+        ("bias_sigma", sigma, BIAS_SIGMA_METHODS),
+        ("bias_limit", limit, &METHODS[..1]),
+    ] {
         if given {
             check_used(name, method, methods)?;
         }

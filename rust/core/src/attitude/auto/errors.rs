@@ -4,7 +4,7 @@
 //! The heading stands apart. Nothing but itself depends on it: a magnetometer can correct it, and
 //! the covariances that lead to it, and leave everything else as it is to the last bit.
 
-use nalgebra::{ComplexField, SMatrix, SVector};
+use nalgebra::{ComplexField, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 use wide::f64x4;
 
@@ -258,6 +258,27 @@ impl Errors {
         self.reduce(&gains);
     }
 
+    /// Corrects by a measurement of the bias along one direction.
+    pub fn correct_bias_along(
+        &mut self,
+        direction: &Vector3<f64>,
+        innovation: f64,
+        noise: f64,
+        found: &mut Found,
+    ) {
+        let along = |v: &States| (0..3).map(|i| direction[i] * v[BIAS + i]).sum::<f64>();
+        let column = States::from_fn(|i, _| along(&self.covariance.column(i).into_owned()));
+        let scale = 1.0 / (along(&column) + noise);
+        let weight = (innovation - along(&found.states)) * scale;
+        let of_heading = along(&self.with_heading);
+        let root = ComplexField::sqrt(scale);
+        found.states += column * weight;
+        found.heading += of_heading * weight;
+        self.with_heading -= column * (of_heading * scale);
+        self.heading -= of_heading * of_heading * scale;
+        self.reduce(&[(column * root).into()]);
+    }
+
     /// Takes off the covariance what each of the gains is with itself.
     #[inline(always)]
     fn reduce<const N: usize>(&mut self, gains: &[[f64; STATES]; N]) {
@@ -298,6 +319,33 @@ impl Errors {
     pub fn couple(&mut self, i: usize, j: usize, covariance: f64) {
         self.covariance[(i, j)] = covariance;
         self.covariance[(j, i)] = covariance;
+    }
+
+    /// Makes the tilt at least so unsure.
+    pub fn widen_tilt(&mut self, variance: f64) {
+        for i in 0..2 {
+            self.covariance[(i, i)] = self.covariance[(i, i)].max(variance);
+        }
+        self.bound();
+    }
+
+    /// Adds to the variance of the bias about level axes, which is what a tilt shows of it.
+    pub fn widen_level_bias(&mut self, variance: f64, up: &Vector3<f64>) {
+        for i in 0..3 {
+            for j in 0..3 {
+                let level = if i == j { 1.0 } else { 0.0 } - up[i] * up[j];
+                self.covariance[(BIAS + i, BIAS + j)] += variance * level;
+            }
+        }
+    }
+
+    /// Adds to the variance of the heading, in which other errors have no share; returns what it
+    /// would be without its bound.
+    pub fn blur_heading(&mut self, variance: f64) -> f64 {
+        self.heading += variance;
+        let whole = self.heading;
+        self.bound();
+        whole
     }
 
     /// Adds to the variances of tilt and heading.

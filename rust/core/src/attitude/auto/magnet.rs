@@ -17,6 +17,8 @@ const TRUSTED: f64 = 0.5;
 const NEW: f64 = 20.0;
 const FIRST: f64 = 5.0;
 const TURNING: f64 = core::f64::consts::PI / 9.0;
+/// Seconds after which a field of an unchanged shape is believed where none is known.
+const STAYED: f64 = 30.0;
 /// Seconds for which a disturbed field is not used at all, and how much less it is then used.
 const REJECTED: f64 = 60.0;
 const DOUBTED: f64 = 4.0;
@@ -115,8 +117,9 @@ impl Shape {
 pub struct Magnet {
     known: Option<Shape>,
     candidate: Shape,
-    /// Seconds of rotation in the candidate's field.
+    /// Seconds of rotation in the candidate's field, and seconds for which its shape has stayed.
     turned: f64,
+    stayed: f64,
     /// Seconds within the limits of the field known.
     undisturbed: f64,
     /// Seconds of rejection that are used up.
@@ -127,8 +130,15 @@ pub struct Magnet {
 impl Default for Magnet {
     fn default() -> Self {
         let candidate = Shape::default();
-        let (turned, undisturbed) = (0.0, 0.0);
-        Self { known: None, candidate, turned, undisturbed, rejected: REJECTED, trusted: false }
+        Self {
+            known: None,
+            candidate,
+            turned: 0.0,
+            stayed: 0.0,
+            undisturbed: 0.0,
+            rejected: REJECTED,
+            trusted: false,
+        }
     }
 }
 
@@ -136,6 +146,12 @@ impl Magnet {
     /// Whether a field is known, and the present one is not it.
     pub fn is_disturbed(&self) -> bool {
         self.known.is_some() && !self.trusted
+    }
+
+    /// Whether its direction says something of a heading that drifts: it is the one known, or there
+    /// never was one and it has stayed the same.
+    pub fn is_believed(&self) -> bool {
+        self.trusted || self.known.is_none() && self.stayed >= STAYED
     }
 
     /// Takes the mean field of so many seconds, and the rate, rad/s; returns by how much the
@@ -171,9 +187,10 @@ impl Magnet {
     /// A field that stays the same while the sensor turns is the earth's, or the room's.
     fn consider(&mut self, seen: &Shape, seconds: f64, rate: f64) {
         if !seen.is_near(&self.candidate) {
-            (self.candidate, self.turned) = (*seen, 0.0);
+            (self.candidate, self.turned, self.stayed) = (*seen, 0.0, 0.0);
             return;
         }
+        self.stayed = (self.stayed + seconds).min(STAYED);
         if rate > TURNING {
             self.turned += seconds;
         }
@@ -186,7 +203,7 @@ impl Magnet {
     }
 
     pub fn is_sound(&self) -> bool {
-        let times = [self.turned, self.undisturbed, self.rejected];
+        let times = [self.turned, self.stayed, self.undisturbed, self.rejected];
         self.known.is_none_or(|known| known.is_sound())
             && self.candidate.is_sound()
             && times.iter().all(|x| (0.0..1e18).contains(x))

@@ -6,29 +6,42 @@
 //! the gyro that have turned it. After D. Laidig and T. Seel (VQF, *Information Fusion* 91, 2023)
 //! in what a frame of the gyro's own is good for; the errors of the gyro as states are our own.
 
+mod deviation;
+mod drift;
 mod errors;
+mod estimator;
+mod heading;
+mod lost;
 mod magnet;
+mod options;
+mod recovery;
 mod rest;
 #[cfg(feature = "std")]
 mod smooth;
 mod start;
+mod straight;
 mod strapdown;
 mod trust;
+mod undo;
 
-use nalgebra::{ComplexField, Matrix3, Quaternion, RealField, Vector3};
+use nalgebra::{ComplexField, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use self::deviation::Deviation;
+use self::drift::HeadingDrift;
 use self::errors::{BIAS, Errors, Found, MATRIX, States, Transition, VELOCITY};
+use self::heading::FIELD_WALK;
+use self::lost::Lost;
 use self::magnet::{Magnet, Spikes};
-use self::rest::{Rest, State};
+pub use self::options::AutoOptions;
+use self::recovery::{Recovery, Wrong};
+use self::rest::Rest;
 use self::start::{SPEED, Start, TILT};
+use self::straight::Straight;
 use self::strapdown::{Strapdown, Sums};
-use self::trust::{Accelerations, FieldErrors, Lasting, ScaleNoise};
-use super::sample::Inertial;
-use super::stream::Tagged;
-use super::{Estimator, GRAVITY, Knowledge};
-use crate::error::{Error, require};
-use crate::math::sound::{are_within, is_size};
+use self::trust::{Accelerations, Lasting, ScaleNoise};
+use super::GRAVITY;
+use crate::error::Error;
 
 /// Seconds of a tick.
 const TICK: f64 = 0.1;
@@ -36,9 +49,16 @@ const DEGREE: f64 = core::f64::consts::PI / 180.0;
 /// Noise of the angle, rad/√s, and what of every turn accelerometer and mounting leave, rad/√rad.
 const ANGLE_NOISE: f64 = 0.01 * DEGREE;
 const TURN_NOISE: f64 = 0.003;
-/// Random walk of the bias, rad/s/√s, and its spread at the start, rad/s.
+/// Random walk of the bias, rad/s/√s, how far it is followed, and its spread at the start, rad/s: so
+/// that motion tells a large one, and an ordinary one is not lost in it.
 const BIAS_WALK: f64 = 0.01 * DEGREE;
-const BIAS_SIGMA: f64 = 0.5 * DEGREE;
+const BIAS_FOLLOWED: f64 = 0.5 * DEGREE;
+const BIAS_SIGMA: f64 = DEGREE;
+/// Largest bias of a gyro, rad/s, unless a person says otherwise.
+const BIAS_LIMIT: f64 = 10.0 * DEGREE;
+/// What a wrong tilt says of the bias, rad/s: more finds one that has jumped sooner, and takes a car's
+/// long accelerations for one.
+const BIAS_REVIVED: f64 = 0.15 * DEGREE;
 /// Random walk of the matrix' elements, 1/√s, and their spread on the diagonal and off it.
 const MATRIX_WALK: f64 = 1e-5;
 const MATRIX_SIGMAS: [f64; 2] = [0.008, 0.005];
@@ -46,83 +66,31 @@ const MATRIX_SIGMAS: [f64; 2] = [0.008, 0.005];
 const ACCEL_BIAS: f64 = 0.05;
 /// Noise of the velocity, m/s/√s.
 const VELOCITY_NOISE: f64 = 0.01;
-/// Velocity at rest, m/s √s, and the rate's mean there, rad/s √s.
+/// Velocity at rest, m/s √s.
 const REST_VELOCITY: f64 = 1e-2;
-const REST_RATE: f64 = 0.04 * DEGREE;
-/// Direction of the magnetic field, rad √s, and how it changes on the way, rad/√s.
-const FIELD: f64 = 25.0 * DEGREE;
-const FIELD_WALK: f64 = 0.02 * DEGREE;
+/// Deviation of what is not learned, rad/s and 1.
+#[cfg(feature = "std")]
+const SURE: f64 = 1e-7;
 /// Ticks at rest over which the strength of gravity is averaged.
 const WEIGHED: f64 = 100.0;
-/// Square of the share of a field that is level, from which on the noise of its direction grows: of
-/// a dip of 72 degrees.
-const LEVEL: f64 = 0.1;
-/// The same of a field that tells no heading at all, as far as its size can be rounded.
-const VERTICAL: f64 = 1e-12;
-/// Longest time that a field stands for, s.
-const FIELD_HOLDS: f64 = 1.0;
 /// Variances of the heading at the start, rad²: to be found by a magnetometer, and chosen.
 const HEADING_FREE: f64 = 10.0;
 const HEADING_CHOSEN: f64 = 1e-6;
-/// Variance per second of an angle while no rate is known, rad²/s.
-const UNKNOWN: f64 = 1.0;
 /// Rate of a sensor that seemed to rest before a gap, rad/s.
 const STILL: f64 = 0.01;
 /// Largest bias, rad/s, and element of the matrix' error that are believed.
 const BIAS_MAX: f64 = 10.0;
 const MATRIX_MAX: f64 = 0.2;
 const VELOCITY_MAX: f64 = 1e4;
-
-/// What a person may say of the sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct AutoOptions {
-    /// Whether there is a magnetometer; without one the heading at the start is chosen.
-    pub mag: bool,
-    /// The gyro's output without rotation, rad/s.
-    pub bias: [f64; 3],
-    /// Its standard deviation.
-    pub bias_sigma: [f64; 3],
-    /// M in `rate = M (gyro - bias)`, its rows.
-    pub matrix: [[f64; 3]; 3],
-    /// Standard deviations of its elements.
-    pub matrix_sigma: [[f64; 3]; 3],
-}
-
-impl Default for AutoOptions {
-    fn default() -> Self {
-        Self {
-            mag: true,
-            bias: [0.0; 3],
-            bias_sigma: [BIAS_SIGMA; 3],
-            matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            matrix_sigma: [0, 1, 2].map(|i| [0, 1, 2].map(|j| MATRIX_SIGMAS[usize::from(i != j)])),
-        }
-    }
-}
-
-impl AutoOptions {
-    fn checked(self) -> Result<Self, Error> {
-        for (x, sigma) in self.bias.into_iter().zip(self.bias_sigma) {
-            require(x.abs() <= BIAS_MAX, "bias", "a rate of at most 10 rad/s", x)?;
-            let expected = "a positive rate of at most 0.2 rad/s";
-            require(sigma > 0.0 && sigma <= 0.2, "bias_sigma", expected, sigma)?;
-        }
-        for (i, x) in self.matrix.as_flattened().iter().enumerate() {
-            let error = x - if i % 4 == 0 { 1.0 } else { 0.0 };
-            require(error.abs() <= MATRIX_MAX, "gyro_matrix", "the identity within 0.2", *x)?;
-        }
-        for sigma in self.matrix_sigma.as_flattened() {
-            let expected = "a number from 0 to 0.1";
-            require((0.0..=0.1).contains(sigma), "gyro_matrix_sigma", expected, *sigma)?;
-        }
-        Ok(self)
-    }
-}
+/// Seconds of one bias that the heading keeps.
+const BY_BIAS_MAX: f64 = 1e9;
 
 /// The filter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Auto {
     options: AutoOptions,
+    /// Whether bias and matrix are not learned: the rates are without them.
+    knowing: bool,
     strapdown: Strapdown,
     sums: Sums,
     errors: Errors,
@@ -139,8 +107,14 @@ pub struct Auto {
     lasting: Lasting,
     scale_noise: ScaleNoise,
     spikes: Spikes,
+    straight: Straight,
+    recovery: Recovery,
     magnet: Magnet,
-    field_errors: FieldErrors,
+    drift: HeadingDrift,
+    deviation: Deviation,
+    lost: Lost,
+    /// How the heading depends on the bias, s: what it turned by for each rad/s since power-on.
+    by_bias: Vector3<f64>,
     /// Seconds since the field was last used.
     field_age: f64,
     /// Mean strength of the force in rests, and how many ticks it is of.
@@ -163,6 +137,7 @@ impl Auto {
         let heading = if options.mag { HEADING_FREE } else { HEADING_CHOSEN };
         Self {
             options,
+            knowing: false,
             strapdown: Strapdown::default(),
             sums: Sums::new(TICK),
             errors: Errors::new(
@@ -179,13 +154,26 @@ impl Auto {
             lasting: Lasting::default(),
             scale_noise: ScaleNoise::default(),
             spikes: Spikes::default(),
+            straight: Straight::default(),
+            recovery: Recovery::default(),
             magnet: Magnet::default(),
-            field_errors: FieldErrors::default(),
+            drift: HeadingDrift::default(),
+            deviation: Deviation::new(heading),
+            lost: Lost::default(),
+            by_bias: Vector3::zeros(),
             field_age: 0.0,
             gravity: [0.0; 2],
             at_rest: false,
             speed_squared: 0.0,
         }
+    }
+
+    /// A filter for rates without bias and of a gyro without errors of its own.
+    #[cfg(feature = "std")]
+    fn knowing(options: AutoOptions) -> Self {
+        let usual = AutoOptions { mag: options.mag, ..AutoOptions::default() };
+        let sure = AutoOptions { bias_sigma: [SURE; 3], matrix_sigma: [[SURE; 3]; 3], ..usual };
+        Self { knowing: true, options: usual, ..Self::with(sure) }
     }
 
     /// What was chosen.
@@ -212,19 +200,15 @@ impl Auto {
     fn tick(&mut self) {
         let sums = self.sums;
         self.sums = Sums::new(TICK);
-        let state = self.rest.observe(&sums, &self.bias);
-        self.at_rest = state == State::Rest;
-        if state == State::FarRest {
-            self.restart_gyro();
-        }
+        let state = self.rest(&sums);
         self.speed_squared = sums.spread(&self.bias, &Vector3::zeros()).0.max(0.0);
         let rate = ComplexField::sqrt(self.speed_squared);
         let moving = self.predict(&sums, rate);
-        if self.start.observe(sums.elapsed, &mut self.errors) || !moving {
+        let starting = self.start.observe(sums.elapsed, &mut self.errors);
+        if starting || !moving {
             self.velocity = [0.0; 2];
-        } else {
-            self.correct(&sums);
         }
+        self.correct(&sums, state, moving && !starting);
         if self.options.mag {
             self.see_field(&sums, rate);
         }
@@ -237,18 +221,22 @@ impl Auto {
         let span = sums.elapsed;
         let force = sums.force / sums.forces.max(1.0);
         let scale = self.scale_noise.variance() * rate * rate;
-        let unknown = UNKNOWN * sums.unknown;
+        let unknown = self.lost.take(self.speed_squared, span, sums.unknown);
         let angle = span * (square(ANGLE_NOISE) + scale + square(TURN_NOISE) * rate) + unknown;
         let walk = if self.options.mag { span * square(FIELD_WALK) } else { 0.0 };
+        let drivers = [0, 1, 2].map(|i| sums.drivers(i));
+        let of_bias = drivers[2].fixed_rows::<3>(0);
+        self.by_bias = (self.by_bias + of_bias).map(|x| x.clamp(-BY_BIAS_MAX, BY_BIAS_MAX));
+        let learns = if self.knowing { 0.0 } else { span };
         self.errors.predict(&Transition {
-            drivers: [0, 1, 2].map(|i| sums.drivers(i)),
+            drivers,
             lift: span * force.z,
             tilt_noise: angle,
             heading_noise: angle + walk,
-            bias_noise: span * square(BIAS_WALK),
-            matrix_noise: span * square(MATRIX_WALK),
+            bias_noise: learns * square(BIAS_WALK),
+            matrix_noise: learns * square(MATRIX_WALK),
             velocity_noise: span * (square(VELOCITY_NOISE) + self.lasting.walk()),
-            bias_cap: square(BIAS_SIGMA),
+            bias_cap: square(BIAS_FOLLOWED),
             matrix_caps: MATRIX_SIGMAS.map(|sigma| sigma * sigma),
         });
         let known = sums.forces > 0.0;
@@ -263,7 +251,26 @@ impl Auto {
 
     /// The velocity stays near zero; at rest it is zero, and the rate is the bias.
     #[inline(always)]
-    fn correct(&mut self, sums: &Sums) {
+    fn correct(&mut self, sums: &Sums, level: Option<(Vector3<f64>, f64)>, moving: bool) {
+        let mut found = Found { states: States::zeros(), heading: 0.0 };
+        let persistence = if moving { self.correct_velocity(sums, &mut found) } else { None };
+        if let Some((level, noise)) = level {
+            self.errors.correct(BIAS, (level - self.bias).into(), noise, &mut found);
+        }
+        if self.at_rest {
+            self.weigh(sums);
+        } else if moving && !self.knowing && !self.rest.tells() {
+            self.go_straight(sums, &mut found);
+        }
+        self.apply(&found);
+        if moving {
+            self.recover(sums, persistence);
+        }
+    }
+
+    /// Returns how much longer corrections of the tilt keep pointing one way than is expected.
+    #[inline(always)]
+    fn correct_velocity(&mut self, sums: &Sums, found: &mut Found) -> Option<f64> {
         let (span, velocity) = (sums.elapsed, self.velocity);
         let noise = if self.at_rest {
             self.lasting = Lasting::of_rest();
@@ -272,18 +279,48 @@ impl Auto {
             self.lasting.observe(&velocity, &self.strapdown.rotation, span);
             self.accelerations.observe(&velocity, &self.lasting, span) / span
         };
-        let mut found = Found { states: States::zeros(), heading: 0.0 };
         let expected = self.expected(noise);
-        self.errors.correct(VELOCITY, velocity.map(|x| -x), noise, &mut found);
+        self.errors.correct(VELOCITY, velocity.map(|x| -x), noise, found);
         if self.at_rest {
-            let level = sums.gyro / sums.samples - self.bias;
-            self.errors.correct(BIAS, level.into(), square(REST_RATE) / span, &mut found);
-            self.weigh(sums);
-        } else {
-            let tilt = [found.states[0], found.states[1]];
-            self.scale_noise.observe(&tilt, expected, span);
+            return None;
         }
-        self.apply(&found);
+        let tilt = [found.states[0], found.states[1]];
+        Some(self.scale_noise.observe(&tilt, expected, self.speed_squared, span))
+    }
+
+    /// Motion that goes straight on tells a bias that no rest has shown.
+    fn go_straight(&mut self, sums: &Sums, found: &mut Found) {
+        if sums.unknown > 0.0 {
+            return self.straight.interrupt();
+        }
+        let up = self.up();
+        let (rate, span) = (up.dot(&sums.gyro) / sums.samples, sums.elapsed);
+        if let Some(noise) = self.straight.observe(rate, self.options.bias_limit, span) {
+            self.errors.correct_bias_along(&up, rate - up.dot(&self.bias), noise, found);
+        }
+    }
+
+    /// A tilt that is wrong although the filter is sure of it.
+    #[inline(always)]
+    fn recover(&mut self, sums: &Sums, persistence: Option<f64>) {
+        let (force, felt) = (sums.force / sums.forces, sums.accel / sums.forces);
+        self.recovery.observe(&force, &felt, self.speed_squared, sums.elapsed);
+        let variance = self.errors.variance(0) + self.errors.variance(1);
+        match self.recovery.judge(persistence, variance) {
+            None => {}
+            Some(Wrong::Fallen) => self.start.again(),
+            Some(Wrong::Tilted(variance)) => {
+                self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
+                self.errors.widen_tilt(variance);
+                if !self.knowing {
+                    let up = self.up();
+                    self.errors.widen_level_bias(square(BIAS_REVIVED), &up);
+                }
+                self.velocity = [0.0; 2];
+                self.accelerations.forget();
+                self.scale_noise.forget();
+            }
+        }
     }
 
     /// Variance of the tilt's correction by both components of the velocity at once: the same along
@@ -303,6 +340,7 @@ impl Auto {
     fn apply(&mut self, found: &Found) {
         let states = &found.states;
         self.strapdown.correct(&Vector3::new(states[0], states[1], 0.0));
+        self.drift.learned(&Vector3::new(states[BIAS], states[BIAS + 1], states[BIAS + 2]));
         for i in 0..3 {
             self.bias[i] = (self.bias[i] + states[BIAS + i]).clamp(-BIAS_MAX, BIAS_MAX);
             for j in 0..3 {
@@ -318,65 +356,12 @@ impl Auto {
         self.turn_heading(found.heading);
     }
 
-    /// The mean direction of the field corrects the heading, and nothing else.
-    fn see_field(&mut self, sums: &Sums, rate: f64) {
-        self.field_age = (self.field_age + sums.elapsed).min(FIELD_HOLDS);
-        if sums.fields == 0.0 {
-            return;
-        }
-        let field = sums.field / sums.fields;
-        let seconds = core::mem::take(&mut self.field_age);
-        let Some(doubt) = self.magnet.observe(&field, seconds, rate) else { return };
-        let level_squared = field.x * field.x + field.y * field.y;
-        if seconds <= 0.0 || level_squared <= VERTICAL * field.norm_squared() {
-            return;
-        }
-        let steep = (LEVEL * field.norm_squared() / level_squared).max(1.0);
-        let noise = square(FIELD) / seconds * doubt * steep;
-        let gain = self.errors.heading() / (self.errors.heading() + noise);
-        let parts = [ComplexField::sqrt(level_squared), field.z];
-        self.field_errors.observe(gain, noise, parts, 0.5 * self.tilt_variance());
-        self.errors.correct_heading(gain, noise);
-        self.turn_heading(gain * self.east_of_north(&field));
-    }
-
-    /// The angle from north to a direction, clockwise, rad.
-    fn east_of_north(&self, direction: &Vector3<f64>) -> f64 {
-        let [c, s] = self.turn;
-        let (cosine, sine) = (c * c - s * s, 2.0 * c * s);
-        let east = cosine * direction.x - sine * direction.y;
-        let north = sine * direction.x + cosine * direction.y;
-        RealField::atan2(east, north)
-    }
-
     /// Of the angle between true and estimated up, rad²: no corrections see the bias of an
     /// accelerometer.
     fn tilt_variance(&self) -> f64 {
         let own = (self.errors.variance(0) + self.errors.variance(1)).max(0.0);
         let doubt = self.accelerations.doubt(&self.lasting);
         doubt * own + 2.0 * square(ACCEL_BIAS / GRAVITY)
-    }
-
-    fn turn_heading(&mut self, angle: f64) {
-        let step = strapdown::small_rotation(&Vector3::new(0.0, 0.0, angle));
-        let ([c, s], [w, z]) = (self.turn, [step.w, step.k]);
-        let (c, s) = (c * w - s * z, s * w + c * z);
-        let near_one = 1.5 - 0.5 * (c * c + s * s);
-        self.turn = [c * near_one, s * near_one];
-    }
-
-    /// A rest far from the bias: nothing that was learned of the gyro holds.
-    #[cold]
-    fn restart_gyro(&mut self) {
-        self.bias = self.rest.level().map(|x| x.clamp(-BIAS_MAX, BIAS_MAX));
-        self.matrix = Matrix3::identity();
-        let heading = self.errors.heading().max(if self.options.mag { HEADING_FREE } else { 0.0 });
-        self.errors = Errors::new(
-            &start_variances(&[BIAS_SIGMA; 3], &AutoOptions::default().matrix_sigma),
-            heading,
-        );
-        (self.velocity, self.scale_noise) = ([0.0; 2], ScaleNoise::default());
-        self.at_rest = true;
     }
 
     fn weigh(&mut self, sums: &Sums) {
@@ -400,127 +385,11 @@ fn start_variances(bias_sigma: &[f64; 3], matrix_sigma: &[[f64; 3]; 3]) -> State
     })
 }
 
-impl Estimator for Auto {
-    #[inline(always)]
-    fn step(&mut self, sample: &Inertial) {
-        let driven = sample.gyro - self.bias;
-        let driven = if sample.known { driven } else { Vector3::zeros() };
-        self.strapdown.turn(self.matrix * driven * sample.dt);
-        let field = sample.mag.as_ref().filter(|mag| self.spikes.pass(mag));
-        if !self.start.over
-            && let Some(accel) = &sample.accel
-        {
-            self.begin(accel, sample.mag.as_ref(), field.is_some());
-        }
-        self.sums.add(sample, field, &driven, &self.strapdown.rotation, TICK);
-        if self.sums.elapsed + 0.5 * sample.dt >= TICK {
-            self.tick();
-        }
-    }
-
-    fn gap(&mut self, seconds: f64) {
-        self.sums = Sums::new(TICK);
-        self.rest = Rest::default();
-        self.at_rest = false;
-        (self.velocity, self.lasting) = ([0.0; 2], Lasting::default());
-        // It may have turned as it did, another way every second.
-        let turned = (self.speed_squared + STILL * STILL) * seconds;
-        self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
-        self.errors.blur(turned, turned);
-        self.strapdown.restart(self.strapdown.orientation);
-        if self.errors.variance(0) > TILT * TILT {
-            self.start.again();
-        }
-    }
-
-    #[inline(always)]
-    fn orientation(&self) -> Quaternion<f64> {
-        let ([c, s], q) = (self.turn, &self.strapdown.orientation);
-        Quaternion::new(c * q.w - s * q.k, c * q.i - s * q.j, c * q.j + s * q.i, c * q.k + s * q.w)
-    }
-
-    fn knowledge(&self) -> Knowledge {
-        // What a velocity that lasts does to the tilt, it does to what is learned from it.
-        let doubt = self.accelerations.doubt(&self.lasting).max(1.0);
-        let sigma = |i: usize| ComplexField::sqrt(doubt * self.errors.variance(i).max(0.0));
-        Knowledge {
-            bias: self.bias,
-            bias_sigma: Vector3::from_fn(|i, _| sigma(BIAS + i)),
-            gyro_matrix: self.matrix,
-            gyro_matrix_sigma: Matrix3::from_fn(|i, j| sigma(MATRIX + 3 * i + j)),
-            tilt_sigma: ComplexField::sqrt(self.tilt_variance()),
-            heading_sigma: ComplexField::sqrt(
-                self.field_errors.variance(self.errors.heading().max(0.0)),
-            ),
-            gravity: if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN },
-            at_rest: self.at_rest,
-            disturbed: self.magnet.is_disturbed(),
-            started: self.start.over,
-        }
-    }
-
-    fn align(&mut self, orientation: Quaternion<f64>, tilt_sigma: f64, heading_sigma: f64) {
-        self.strapdown.restart(orientation);
-        self.turn = [1.0, 0.0];
-        self.velocity = [0.0; 2];
-        self.errors.restart(&[0, 1], square(tilt_sigma));
-        self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
-        self.errors.restart_heading(square(heading_sigma));
-        (self.lasting, self.field_errors) = (Lasting::default(), FieldErrors::default());
-        self.start.over = true;
-    }
-
-    fn reset(&mut self) {
-        *self = Self::with(self.options);
-    }
-
-    fn power_on(&mut self) {
-        let (matrix, errors) = (self.matrix, self.errors);
-        self.reset();
-        self.matrix = matrix;
-        self.errors.keep_matrix(&errors);
-    }
-
-    fn is_sound(&self) -> bool {
-        let sizes = [
-            (self.velocity[0].abs(), VELOCITY_MAX),
-            (self.velocity[1].abs(), VELOCITY_MAX),
-            (self.field_age, FIELD_HOLDS),
-            (self.gravity[0], 2e3),
-            (self.gravity[1], WEIGHED),
-            (self.speed_squared, 1e7),
-        ];
-        let [c, s] = self.turn;
-        self.options.checked().is_ok()
-            && sizes.iter().all(|(x, most)| is_size(*x, *most))
-            && are_within(&self.bias, BIAS_MAX)
-            && are_within(&(self.matrix - Matrix3::identity()), MATRIX_MAX + 1e-12)
-            && (c * c + s * s - 1.0).abs() < 1e-9
-            && self.strapdown.is_sound()
-            && self.sums.is_sound()
-            && self.errors.is_sound()
-            && self.start.is_sound()
-            && self.rest.is_sound()
-            && self.accelerations.is_sound()
-            && self.lasting.is_sound()
-            && self.scale_noise.is_sound()
-            && self.spikes.is_sound()
-            && self.magnet.is_sound()
-            && self.field_errors.is_sound()
-    }
-
-    fn is_like(&self, other: &Self) -> bool {
-        self.options == other.options
-    }
-}
-
-impl Tagged for Auto {
-    const TAG: &'static str = "attitude";
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Auto, AutoOptions, Estimator, Inertial, ScaleNoise};
+    use super::{Auto, AutoOptions, ScaleNoise};
+    use crate::attitude::Estimator;
+    use crate::attitude::sample::Inertial;
     use nalgebra::{UnitQuaternion, Vector3};
     use proptest::prelude::*;
 
@@ -532,6 +401,7 @@ mod tests {
                 gyro: Vector3::new(2.0 * t.sin(), (3.0 * t).cos(), 1.5 * (0.7 * t).sin()),
                 known: k % 50 != 7,
                 unknown: 0.0,
+                age: if k % 50 == 7 { 0.1 } else { 0.0 },
                 accel: (k % 9 != 4).then(|| Vector3::new((5.0 * t).sin(), 0.4, 9.5 + t.cos())),
                 mag: field.map(Vector3::from),
                 dt: 0.01,

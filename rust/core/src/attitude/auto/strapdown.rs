@@ -247,6 +247,11 @@ impl Sums {
         })
     }
 
+    /// Mean rotation.
+    pub fn rotation(&self) -> Matrix3<f64> {
+        self.rotation * (1.0 / self.looks.max(1.0))
+    }
+
     /// Means of the rate and of the force in the sensor's axes, and the mean squared distances of
     /// the samples from places given; zero of the force if there is none.
     pub fn spread(&self, gyro: &Vector3<f64>, accel: &Vector3<f64>) -> (f64, f64) {

@@ -1,6 +1,6 @@
 //! How far velocity and gyro are trusted, learned from the corrections themselves.
 
-use nalgebra::{ComplexField, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Velocity that a body is expected to have, m/s √s.
@@ -43,6 +43,11 @@ impl Accelerations {
         let slow = lasting.squares[0] / self.noise(lasting);
         let usual = SHARE + (1.0 - SHARE) * lasting.first / UNDER_WAY;
         usual + 2.0 * LASTS * (slow - SWINGS).max(0.0)
+    }
+
+    /// What was found was a tilt.
+    pub fn forget(&mut self) {
+        *self = Self::default();
     }
 
     pub fn is_sound(&self) -> bool {
@@ -128,6 +133,8 @@ const FOLLOWS: f64 = 3.0;
 /// Share of what is expected that the sum's square has if the noise is right, and the largest.
 const USUAL: f64 = 0.3;
 const LARGEST: f64 = 6.0;
+/// Square of the rate from which on a lost sample is a turn lost, (rad/s)².
+const TURNING: f64 = 1.5 * 1.5;
 const TINY: f64 = 1e-12;
 
 /// Noise of the gyro's scale, raised while the corrections of the tilt keep pointing one way, as
@@ -151,8 +158,16 @@ impl ScaleNoise {
         self.square
     }
 
-    /// Takes the correction of the tilt in a tick, and the variance that it was expected to have.
-    pub fn observe(&mut self, correction: &[f64; 2], expected: f64, span: f64) {
+    /// Takes the correction of the tilt in a tick, the variance that it was expected to have, and
+    /// the mean square of the rate: a body that hardly turns loses nothing with a sample. Returns
+    /// the square of the sum in times of what was expected.
+    pub fn observe(
+        &mut self,
+        correction: &[f64; 2],
+        expected: f64,
+        speed_squared: f64,
+        span: f64,
+    ) -> f64 {
         let kept = (1.0 - span / SUMMED).max(0.0);
         for (sum, correction) in self.sum.iter_mut().zip(correction) {
             *sum = kept * *sum + correction;
@@ -160,9 +175,16 @@ impl ScaleNoise {
         let kept = (1.0 - 2.0 * span / SUMMED).max(0.0);
         self.expected = kept * self.expected + expected;
         let square = self.sum[0] * self.sum[0] + self.sum[1] * self.sum[1];
-        let ratio = (square / (self.expected + TINY)).min(LARGEST);
-        let grown = self.square * (1.0 + (span / FOLLOWS).min(1.0) * (ratio - USUAL));
+        let ratio = square / (self.expected + TINY);
+        let share = (span / FOLLOWS).min(1.0) * (speed_squared / TURNING).min(1.0);
+        let grown = self.square * (1.0 + share * (ratio.min(LARGEST) - USUAL));
         self.square = grown.clamp(LEAST * LEAST, MOST * LEAST * LEAST);
+        ratio
+    }
+
+    /// Forgets the corrections: they were made.
+    pub fn forget(&mut self) {
+        (self.sum, self.expected) = ([0.0; 2], 0.0);
     }
 
     pub fn is_sound(&self) -> bool {
@@ -170,61 +192,5 @@ impl ScaleNoise {
         range.contains(&self.square)
             && self.sum.iter().all(|x| x.abs() <= 1e9)
             && (0.0..=1e9).contains(&self.expected)
-    }
-}
-
-/// What the variance of the heading is made of: a magnetic field is wrong in one place for as long
-/// as one stays there, so its errors do not average out as white noise does.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct FieldErrors {
-    /// The field's share of the variance, were it white noise, rad².
-    white: f64,
-    /// The heading's deviation by a tilt that mixes the field's dip into it, rad.
-    tilted: f64,
-}
-
-/// Standard deviation of the direction of the field from place to place, rad: of a process of
-/// 12.5 s, it is the noise that the filter takes for white.
-const SPREAD: f64 = 5.0 * core::f64::consts::PI / 180.0;
-/// Largest tangent of a dip.
-const STEEPEST: f64 = 10.0;
-/// Variance of a tilt of which nothing is known, rad²: it cannot be further off than half a turn.
-const ANY_TILT: f64 = core::f64::consts::PI * core::f64::consts::PI;
-
-impl FieldErrors {
-    /// Takes a correction of the heading: its gain and noise, the level and the vertical part of the
-    /// field, and the variance of the tilt about one axis.
-    pub fn observe(&mut self, gain: f64, noise: f64, parts: [f64; 2], tilt: f64) {
-        let rest = 1.0 - gain;
-        self.white = rest * rest * self.white + gain * gain * noise;
-        let slope = (parts[1].abs() / parts[0]).min(STEEPEST);
-        self.tilted += gain * (slope * ComplexField::sqrt(tilt.min(ANY_TILT)) - self.tilted);
-    }
-
-    /// The variance of the heading, if this is what white noise makes of it.
-    pub fn variance(&self, heading: f64) -> f64 {
-        let white = self.white.min(heading);
-        let spread = SPREAD * SPREAD;
-        heading - white + white * spread / (white + spread) + self.tilted * self.tilted
-    }
-
-    pub fn is_sound(&self) -> bool {
-        (0.0..=1e3).contains(&self.white) && (0.0..=1e2).contains(&self.tilted)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::FieldErrors;
-
-    /// However unsure the tilt is, the heading's deviation by it is that of half a turn at most.
-    #[test]
-    fn an_unknown_tilt_leaves_the_field_errors_sound() {
-        let mut errors = FieldErrors::default();
-        for _ in 0..100 {
-            errors.observe(0.5, 1.0, [1e-30, 1.0], 1e12);
-        }
-        assert!(errors.is_sound(), "{errors:?}");
-        assert!(errors.tilted > 30.0, "{errors:?}");
     }
 }

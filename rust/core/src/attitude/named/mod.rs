@@ -36,6 +36,11 @@ pub trait Named: Tagged {
     fn is_calibrated(&self) -> bool {
         false
     }
+
+    /// The largest bias that a gyro has, rad/s, where it is not the usual one.
+    fn bias_limit(&self) -> Option<f64> {
+        None
+    }
 }
 
 impl Named for Auto {
@@ -49,6 +54,11 @@ impl Named for Auto {
     fn is_calibrated(&self) -> bool {
         let (given, usual) = (self.options(), AutoOptions::default());
         (given.matrix, given.matrix_sigma) != (usual.matrix, usual.matrix_sigma)
+    }
+
+    fn bias_limit(&self) -> Option<f64> {
+        let given = self.options().bias_limit;
+        (given != AutoOptions::default().bias_limit).then_some(given)
     }
 }
 
@@ -77,7 +87,7 @@ mod tests {
         (vector(3.0), force, field, dt, prop::bool::weighted(0.9)).prop_map(
             |(gyro, accel, mag, dt, known)| {
                 let unknown = if known { 0.0 } else { dt };
-                Inertial { gyro, known, unknown, accel, mag, dt }
+                Inertial { gyro, known, unknown, age: unknown, accel, mag, dt }
             },
         )
     }

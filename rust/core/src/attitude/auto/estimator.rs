@@ -1,0 +1,139 @@
+//! The filter as a method of estimating an attitude: its steps, what it knows, how it starts anew.
+
+use super::errors::{BIAS, MATRIX, VELOCITY};
+use super::heading::FIELD_HOLDS;
+use super::lost::Lost;
+use super::recovery::Recovery;
+use super::start::{SPEED, TILT};
+use super::strapdown::Sums;
+use super::trust::Lasting;
+use super::{Auto, BIAS_MAX, BY_BIAS_MAX, MATRIX_MAX, STILL, TICK, VELOCITY_MAX, WEIGHED, square};
+use crate::attitude::stream::Tagged;
+use crate::attitude::{Estimator, Inertial, Knowledge};
+use crate::math::sound::{are_within, is_size};
+use nalgebra::{ComplexField, Matrix3, Quaternion, Vector3};
+
+impl Estimator for Auto {
+    #[inline(always)]
+    fn step(&mut self, sample: &Inertial) {
+        let driven = sample.gyro - self.bias;
+        let driven = driven * self.lost.believed(sample, &driven);
+        self.strapdown.turn(self.matrix * driven * sample.dt);
+        let field = sample.mag.as_ref().filter(|mag| self.spikes.pass(mag));
+        if !self.start.over
+            && let Some(accel) = &sample.accel
+        {
+            self.begin(accel, sample.mag.as_ref(), field.is_some());
+        }
+        self.sums.add(sample, field, &driven, &self.strapdown.rotation, TICK);
+        if self.sums.elapsed + 0.5 * sample.dt >= TICK {
+            self.tick();
+        }
+    }
+
+    fn gap(&mut self, seconds: f64) {
+        self.sums = Sums::new(TICK);
+        self.rest.interrupt();
+        (self.lost, self.recovery) = (Lost::default(), Recovery::default());
+        self.at_rest = false;
+        (self.velocity, self.lasting) = ([0.0; 2], Lasting::default());
+        // It may have turned as it did, another way every second.
+        let turned = (self.speed_squared + STILL * STILL) * seconds;
+        self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
+        self.errors.blur(turned, turned);
+        self.strapdown.restart(self.strapdown.orientation);
+        if self.errors.variance(0) > TILT * TILT {
+            self.start.again();
+        }
+    }
+
+    #[inline(always)]
+    fn orientation(&self) -> Quaternion<f64> {
+        let ([c, s], q) = (self.turn, &self.strapdown.orientation);
+        Quaternion::new(c * q.w - s * q.k, c * q.i - s * q.j, c * q.j + s * q.i, c * q.k + s * q.w)
+    }
+
+    fn knowledge(&self) -> Knowledge {
+        // What a velocity that lasts does to the tilt, it does to what is learned from it.
+        let doubt = self.accelerations.doubt(&self.lasting).max(1.0);
+        let sigma = |i: usize| ComplexField::sqrt(doubt * self.errors.variance(i).max(0.0));
+        Knowledge {
+            bias: self.bias,
+            bias_sigma: Vector3::from_fn(|i, _| sigma(BIAS + i)),
+            gyro_matrix: self.matrix,
+            gyro_matrix_sigma: Matrix3::from_fn(|i, j| sigma(MATRIX + 3 * i + j)),
+            tilt_sigma: ComplexField::sqrt(self.tilt_variance()),
+            heading_sigma: self.heading_sigma(),
+            gravity: if self.gravity[1] > 0.0 { self.gravity[0] } else { f64::NAN },
+            at_rest: self.at_rest,
+            disturbed: self.magnet.is_disturbed(),
+            started: self.start.over,
+        }
+    }
+
+    fn align(&mut self, orientation: Quaternion<f64>, tilt_sigma: f64, heading_sigma: f64) {
+        self.strapdown.restart(orientation);
+        self.turn = [1.0, 0.0];
+        self.velocity = [0.0; 2];
+        self.errors.restart(&[0, 1], square(tilt_sigma));
+        self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
+        self.errors.restart_heading(square(heading_sigma));
+        self.deviation.restart(square(heading_sigma));
+        self.drift.end();
+        (self.lasting, self.recovery) = (Lasting::default(), Recovery::default());
+        self.start.over = true;
+    }
+
+    fn reset(&mut self) {
+        *self = Self::with(self.options);
+    }
+
+    fn power_on(&mut self) {
+        let (matrix, errors) = (self.matrix, self.errors);
+        self.reset();
+        self.matrix = matrix;
+        self.errors.keep_matrix(&errors);
+    }
+
+    fn is_sound(&self) -> bool {
+        let sizes = [
+            (self.velocity[0].abs(), VELOCITY_MAX),
+            (self.velocity[1].abs(), VELOCITY_MAX),
+            (self.field_age, FIELD_HOLDS),
+            (self.gravity[0], 2e3),
+            (self.gravity[1], WEIGHED),
+            (self.speed_squared, 1e7),
+        ];
+        let [c, s] = self.turn;
+        self.options.checked().is_ok()
+            && sizes.iter().all(|(x, most)| is_size(*x, *most))
+            && are_within(&self.bias, BIAS_MAX)
+            && are_within(&(self.matrix - Matrix3::identity()), MATRIX_MAX + 1e-12)
+            && (c * c + s * s - 1.0).abs() < 1e-9
+            && self.strapdown.is_sound()
+            && self.sums.is_sound()
+            && self.errors.is_sound()
+            && self.start.is_sound()
+            && self.rest.is_sound()
+            && self.accelerations.is_sound()
+            && self.lasting.is_sound()
+            && self.scale_noise.is_sound()
+            && self.spikes.is_sound()
+            && self.straight.is_sound()
+            && self.recovery.is_sound()
+            && self.magnet.is_sound()
+            && self.drift.is_sound(self.errors.heading())
+            && self.deviation.is_sound()
+            && self.lost.is_sound()
+            && are_within(&self.by_bias, BY_BIAS_MAX)
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        self.options == other.options
+    }
+}
+
+impl Tagged for Auto {
+    const TAG: &'static str = "attitude";
+    const VERSION: u16 = 3;
+}

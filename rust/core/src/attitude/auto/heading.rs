@@ -1,0 +1,136 @@
+//! The heading, as a magnetometer holds it: it corrects the heading and nothing else.
+
+use nalgebra::{ComplexField, Matrix3, RealField, Vector3};
+
+use super::deviation::Correction;
+use super::drift::share_of_places;
+use super::strapdown::{self, Sums};
+use super::{Auto, DEGREE, square};
+use crate::attitude::frame;
+
+/// Seconds of rest after which the bias is known.
+const KNOWN: f64 = 2.0;
+/// How much less a field that is not used says of iron.
+const UNUSED: f64 = 16.0;
+/// Direction of the magnetic field, rad √s, and how it changes on the way, rad/√s.
+const FIELD: f64 = 25.0 * DEGREE;
+pub(super) const FIELD_WALK: f64 = 0.02 * DEGREE;
+/// Square of the share of a field that is level, from which on the noise of its direction grows: of
+/// a dip of 72 degrees.
+const LEVEL: f64 = 0.1;
+/// The same of a field that tells no heading at all, as far as its size can be rounded.
+const VERTICAL: f64 = 1e-12;
+/// Longest time that a field stands for, s.
+pub(super) const FIELD_HOLDS: f64 = 1.0;
+impl Auto {
+    /// The mean direction of the field corrects the heading, and nothing else.
+    pub(super) fn see_field(&mut self, sums: &Sums, rate: f64) {
+        self.follow_drift(sums.elapsed);
+        self.field_age = (self.field_age + sums.elapsed).min(FIELD_HOLDS);
+        if sums.fields == 0.0 {
+            return;
+        }
+        let field = sums.field / sums.fields;
+        let seconds = core::mem::take(&mut self.field_age);
+        let doubt = self.magnet.observe(&field, seconds, rate);
+        let level_squared = field.x * field.x + field.y * field.y;
+        if seconds <= 0.0 || level_squared <= VERTICAL * field.norm_squared() {
+            return;
+        }
+        let level = ComplexField::sqrt(level_squared);
+        let places = share_of_places(rate, seconds);
+        self.drift.places().observe(level, -field.z, places);
+        let rotation = sums.rotation();
+        self.deviation.observe(&field, &rotation, seconds, doubt.unwrap_or(UNUSED));
+        let innovation = self.east_of_north(&field);
+        self.judge_drift(innovation, seconds);
+        let Some(doubt) = doubt else { return };
+        let steep = (LEVEL * field.norm_squared() / level_squared).max(1.0);
+        let noise = square(FIELD) / seconds * doubt * steep;
+        let before = self.errors.heading();
+        let gain = before / (before + noise);
+        self.drift.correct(innovation, before + noise, gain);
+        self.errors.correct_heading(gain, noise);
+        self.by_bias *= 1.0 - gain;
+        let (tilt, east) = (0.5 * self.tilt_variance(), self.east(&rotation));
+        let by = Correction {
+            gain,
+            noise,
+            innovation,
+            level,
+            down: field.z,
+            tilt,
+            east,
+            places,
+            span: seconds,
+        };
+        self.deviation.correct(&by, before, self.errors.heading());
+        self.turn_heading(gain * innovation);
+    }
+
+    /// The heading turns by the bias that is its own.
+    fn follow_drift(&mut self, span: f64) {
+        let up = self.up();
+        let (turned, grown) = self.drift.predict(&up, span);
+        if grown != 0.0 {
+            let whole = self.errors.blur_heading(grown);
+            self.drift.bound(whole);
+            self.turn_heading(turned);
+        }
+        if self.at_rest {
+            self.drift.rest(span);
+            if self.rest.lasted() >= KNOWN {
+                self.drift.end();
+            }
+        }
+    }
+
+    /// Whether the field keeps the heading on one side, in motion.
+    fn judge_drift(&mut self, innovation: f64, span: f64) {
+        if self.at_rest || !self.start.over {
+            return;
+        }
+        let up = self.up();
+        let believed = self.magnet.is_believed();
+        let grown = self.drift.judge(innovation, self.errors.heading(), believed, &up, span);
+        if grown > 0.0 {
+            let whole = self.errors.blur_heading(grown);
+            self.drift.bound(whole);
+            self.by_bias = Vector3::zeros();
+        }
+    }
+
+    /// Up in the axes of the sensor.
+    pub(super) fn up(&self) -> Vector3<f64> {
+        frame::up(&self.strapdown.orientation)
+    }
+
+    /// East in the axes of the sensor, of a rotation from these to the frame.
+    fn east(&self, rotation: &Matrix3<f64>) -> Vector3<f64> {
+        let [c, s] = self.turn;
+        let (cosine, sine) = (c * c - s * s, 2.0 * c * s);
+        (rotation.row(0) * cosine - rotation.row(1) * sine).transpose()
+    }
+
+    /// The angle from north to a direction, clockwise, rad.
+    pub(super) fn east_of_north(&self, direction: &Vector3<f64>) -> f64 {
+        let [c, s] = self.turn;
+        let (cosine, sine) = (c * c - s * s, 2.0 * c * s);
+        let east = cosine * direction.x - sine * direction.y;
+        let north = sine * direction.x + cosine * direction.y;
+        RealField::atan2(east, north)
+    }
+
+    pub(super) fn heading_sigma(&self) -> f64 {
+        let own = self.errors.heading().max(0.0);
+        ComplexField::sqrt(if self.options.mag { self.deviation.variance(own) } else { own })
+    }
+
+    pub(super) fn turn_heading(&mut self, angle: f64) {
+        let step = strapdown::small_rotation(&Vector3::new(0.0, 0.0, angle));
+        let ([c, s], [w, z]) = (self.turn, [step.w, step.k]);
+        let (c, s) = (c * w - s * z, s * w + c * z);
+        let near_one = 1.5 - 0.5 * (c * c + s * s);
+        self.turn = [c * near_one, s * near_one];
+    }
+}

@@ -1,0 +1,74 @@
+//! Lost samples: the gyro is silent while the body may turn.
+
+use nalgebra::{ComplexField, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::attitude::sample::{Inertial, RATE_MAX};
+use crate::math::sound::is_size;
+
+/// Seconds in which the last rate is forgotten, and those of the usual rate.
+const FORGOTTEN: f64 = 0.3;
+const USUAL: f64 = 5.0;
+/// Rate of a body that seemed to rest, rad/s.
+const STILL: f64 = 0.01;
+/// Variance per second of an angle while no rate is known at all, rad²/s.
+const UNKNOWN: f64 = 1.0;
+/// No angle is further off, rad.
+const MOST: f64 = 10.0;
+
+/// How far the body may have turned since the last rate.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Lost {
+    /// The angle, rad, and what its square has grown by in the tick.
+    angle: f64,
+    grown: f64,
+    /// Seconds of the tick that it is known for.
+    covered: f64,
+    /// Mean square of the rate over seconds, (rad/s)².
+    usual: f64,
+}
+
+impl Lost {
+    /// The share of the last rate that is still believed, `age` seconds after it.
+    #[inline(always)]
+    pub fn believed(&mut self, sample: &Inertial, rate: &Vector3<f64>) -> f64 {
+        if sample.age == 0.0 {
+            self.angle = 0.0;
+            return 1.0;
+        }
+        self.fade(sample, rate)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn fade(&mut self, sample: &Inertial, rate: &Vector3<f64>) -> f64 {
+        if sample.age < f64::INFINITY {
+            self.covered += sample.unknown;
+        }
+        let kept = ComplexField::exp(-sample.age / FORGOTTEN);
+        let rate = rate.norm_squared().max(self.usual).max(STILL * STILL);
+        let more = sample.dt * (1.0 - kept) * ComplexField::sqrt(rate);
+        let angle = (self.angle + more).min(MOST);
+        self.grown += angle * angle - self.angle * self.angle;
+        self.angle = angle;
+        kept
+    }
+
+    /// A tick ends, of this mean square rate and so many seconds without a rate; returns by how much
+    /// the variance of the orientation has grown, rad²: where there was no rate before, by any.
+    pub fn take(&mut self, speed_squared: f64, span: f64, unknown: f64) -> f64 {
+        if self.angle == 0.0 {
+            self.usual += (span / USUAL).min(1.0) * (speed_squared - self.usual);
+        }
+        let (grown, covered) =
+            (core::mem::take(&mut self.grown), core::mem::take(&mut self.covered));
+        grown + UNKNOWN * (unknown - covered).max(0.0)
+    }
+
+    pub fn is_sound(&self) -> bool {
+        is_size(self.angle, MOST)
+            && is_size(self.grown, 2.0 * MOST * MOST)
+            && is_size(self.covered, 1e3)
+            && is_size(self.usual, 2.0 * RATE_MAX * RATE_MAX)
+    }
+}

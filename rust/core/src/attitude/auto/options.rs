@@ -1,0 +1,57 @@
+//! What a person may say of the sensor.
+
+use serde::{Deserialize, Serialize};
+
+use super::{BIAS_LIMIT, BIAS_MAX, BIAS_SIGMA, MATRIX_MAX, MATRIX_SIGMAS};
+use crate::error::{Error, require};
+
+/// What a person may say of the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AutoOptions {
+    /// Whether there is a magnetometer; without one the heading at the start is chosen.
+    pub mag: bool,
+    /// The gyro's output without rotation, rad/s.
+    pub bias: [f64; 3],
+    /// Its standard deviation.
+    pub bias_sigma: [f64; 3],
+    /// Largest bias that such a gyro has, rad/s: a rate beyond is never taken for rest.
+    pub bias_limit: f64,
+    /// M in `rate = M (gyro - bias)`, its rows.
+    pub matrix: [[f64; 3]; 3],
+    /// Standard deviations of its elements.
+    pub matrix_sigma: [[f64; 3]; 3],
+}
+
+impl Default for AutoOptions {
+    fn default() -> Self {
+        Self {
+            mag: true,
+            bias: [0.0; 3],
+            bias_sigma: [BIAS_SIGMA; 3],
+            bias_limit: BIAS_LIMIT,
+            matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            matrix_sigma: [0, 1, 2].map(|i| [0, 1, 2].map(|j| MATRIX_SIGMAS[usize::from(i != j)])),
+        }
+    }
+}
+
+impl AutoOptions {
+    pub(super) fn checked(self) -> Result<Self, Error> {
+        for (x, sigma) in self.bias.into_iter().zip(self.bias_sigma) {
+            require(x.abs() <= BIAS_MAX, "bias", "a rate of at most 10 rad/s", x)?;
+            let expected = "a positive rate of at most 0.2 rad/s";
+            require(sigma > 0.0 && sigma <= 0.2, "bias_sigma", expected, sigma)?;
+        }
+        let (limit, expected) = (self.bias_limit, "a positive rate of at most 10 rad/s");
+        require(limit > 0.0 && limit <= BIAS_MAX, "bias_limit", expected, limit)?;
+        for (i, x) in self.matrix.as_flattened().iter().enumerate() {
+            let error = x - if i % 4 == 0 { 1.0 } else { 0.0 };
+            require(error.abs() <= MATRIX_MAX, "gyro_matrix", "the identity within 0.2", *x)?;
+        }
+        for sigma in self.matrix_sigma.as_flattened() {
+            let expected = "a number from 0 to 0.1";
+            require((0.0..=0.1).contains(sigma), "gyro_matrix_sigma", expected, *sigma)?;
+        }
+        Ok(self)
+    }
+}

@@ -1,0 +1,63 @@
+//! A smooth road, a robot, a rate table: what is calm by any limit, but less so than this sensor at
+//! rest.
+
+use serde::{Deserialize, Serialize};
+
+use super::quiet::{ACCEL, Candidate, GYRO, SETTLED};
+use super::{DEGREE, Seen};
+
+/// How much louder than the calmest rest another may be, and a single tick off its mean: squared.
+const LOUDER: f64 = 9.0;
+const TICK_OFF: f64 = 16.0;
+/// Seconds in which the floor doubles: a place may be less calm.
+const DOUBLES: f64 = 300.0;
+/// Least floors, rad/s and m/s².
+const GYRO_LEAST: f64 = 0.005 * DEGREE;
+const ACCEL_LEAST: f64 = 0.003;
+/// Seconds of rest from which on a floor is learned.
+const LEARNED: f64 = 2.0;
+
+/// Spread of the ticks' means in the calmest rest so far, squared; zero before the first.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Calm {
+    gyro: f64,
+    accel: f64,
+}
+
+impl Calm {
+    /// Whether a floor is known.
+    pub fn is_known(&self) -> bool {
+        self.gyro > 0.0
+    }
+
+    /// So many seconds passed.
+    pub fn age(&mut self, span: f64) {
+        let grown = 1.0 + 2.0 * core::f64::consts::LN_2 / DOUBLES * span;
+        self.gyro = (self.gyro * grown).min(GYRO * GYRO);
+        self.accel = (self.accel * grown).min(ACCEL * ACCEL);
+    }
+
+    /// Whether what may be a rest is as calm as rests of this sensor are.
+    pub fn holds(&self, rest: &Candidate, seen: &Seen) -> bool {
+        !self.is_known()
+            || rest.ticks >= SETTLED
+                && rest.gyro_spread() <= LOUDER * self.gyro
+                && rest.accel_spread() <= LOUDER * self.accel
+                && (seen.gyro - rest.gyro).norm_squared() <= TICK_OFF * self.gyro
+    }
+
+    /// Takes a rest.
+    pub fn learn(&mut self, rest: &Candidate) {
+        if rest.seconds < LEARNED * (1.0 - 1e-9) {
+            return;
+        }
+        let (gyro, accel) = (rest.gyro_spread(), rest.accel_spread());
+        let least = |known: f64, seen: f64| if known > 0.0 { known.min(seen) } else { seen };
+        self.gyro = least(self.gyro, gyro.max(GYRO_LEAST * GYRO_LEAST));
+        self.accel = least(self.accel, accel.max(ACCEL_LEAST * ACCEL_LEAST));
+    }
+
+    pub fn is_sound(&self) -> bool {
+        (0.0..=GYRO * GYRO).contains(&self.gyro) && (0.0..=ACCEL * ACCEL).contains(&self.accel)
+    }
+}

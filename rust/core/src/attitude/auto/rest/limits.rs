@@ -1,0 +1,77 @@
+//! A body that nobody shakes: samples that stay near their mean, before any calmer rest is known.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::{DEGREE, Seen};
+use crate::attitude::auto::strapdown::Sums;
+
+/// How far samples of a resting gyro, rad/s, and accelerometer, m/s², lie from their mean.
+pub const GYRO: f64 = 2.0 * DEGREE;
+const ACCEL: f64 = 0.5;
+/// Seconds of the means.
+pub const MEAN: f64 = 0.5;
+/// Seconds after which what looks like rest is one.
+pub const NEAR: f64 = 1.5;
+
+/// Means of the last half second, and since when they hold.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Limits {
+    gyro: Vector3<f64>,
+    accel: Vector3<f64>,
+    /// The accelerometer's mean when it began.
+    first_accel: Vector3<f64>,
+    /// Seconds within the limits; negative before the first tick.
+    since: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        let zero = Vector3::zeros();
+        Self { gyro: zero, accel: zero, first_accel: zero, since: -1.0 }
+    }
+}
+
+impl Limits {
+    /// Mean rate, rad/s.
+    pub fn level(&self) -> &Vector3<f64> {
+        &self.gyro
+    }
+
+    /// Seconds within the limits.
+    pub fn since(&self) -> f64 {
+        self.since.max(0.0)
+    }
+
+    /// A tick tells nothing: it ends what looks like rest.
+    pub fn end(&mut self) {
+        self.since = self.since.min(0.0);
+    }
+
+    /// Takes a tick.
+    pub fn observe(&mut self, sums: &Sums, seen: &Seen) {
+        if self.since < 0.0 {
+            (self.gyro, self.accel, self.since) = (seen.gyro, seen.accel, 0.0);
+            self.first_accel = seen.accel;
+        }
+        let (of_gyro, of_accel) = sums.spread(&self.gyro, &self.accel);
+        let weight = (seen.span / MEAN).min(1.0);
+        self.gyro += (seen.gyro - self.gyro) * weight;
+        self.accel += (seen.accel - self.accel) * weight;
+        // A turn about no vertical axis shows in gravity, however slow it is.
+        let moved = (self.accel - self.first_accel).norm_squared();
+        if of_gyro > GYRO * GYRO || of_accel.max(moved) > ACCEL * ACCEL {
+            (self.since, self.first_accel) = (0.0, self.accel);
+        } else {
+            self.since += seen.span;
+        }
+    }
+
+    pub fn is_sound(&self) -> bool {
+        let finite = |v: &Vector3<f64>| v.iter().all(|x| x.abs() <= 2e3);
+        finite(&self.gyro)
+            && finite(&self.accel)
+            && finite(&self.first_accel)
+            && (-1.0..1e18).contains(&self.since)
+    }
+}

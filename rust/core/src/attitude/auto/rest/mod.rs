@@ -1,0 +1,275 @@
+//! Rest of a body, by gyro, accelerometer and, where there is one, magnetometer.
+//!
+//! A rest shows the bias of the gyro, and nothing else does so well; a false one ruins the heading.
+//! So each part of this folder is for a body that seems to rest or does not: [`limits`] for the usual
+//! rest, [`quiet`] for one of seconds and with motors running, [`calm`] for what a road or a table
+//! makes of either, [`witness`] for a turn that only a field shows. Here they are put together, and
+//! it is decided what becomes of a rest at a rate that is far from the bias.
+
+mod calm;
+mod limits;
+mod quiet;
+mod witness;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use self::calm::Calm;
+use self::limits::Limits;
+use self::quiet::Candidate;
+pub use self::quiet::NOISE;
+use self::witness::Witness;
+use super::DEGREE;
+use super::strapdown::Sums;
+use crate::attitude::sample::RATE_MAX;
+use crate::math::sound::{are_within, is_size};
+
+/// How far the level of a rest may lie from the bias, rad/s: always, beside three deviations of the
+/// bias, which do not count for more than this once a rest was used.
+const NEAR: f64 = 0.15 * DEGREE;
+const DEVIATIONS: f64 = 9.0;
+const NEAR_MOST: f64 = 0.3 * DEGREE;
+/// Seconds that a level far from the bias has to be steady, before any rest was used and after,
+/// within how many rad/s.
+const FAR: [f64; 2] = [10.0, 30.0];
+const STEADY: f64 = 0.5 * DEGREE;
+/// Seconds of rest from which on a bias is one that jumped, not one that never was.
+const SUPPORTED: f64 = 10.0;
+/// Seconds of a rest that prove an earlier one wrong: by its length, at the least and in times of
+/// the support, and by its steadiness.
+const LONGER: [f64; 3] = [2.0, 2.0, 9.9];
+const STEADIER: f64 = 1.5;
+
+/// What a rest detector sees of a tick, in the axes of the sensor.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen {
+    pub span: f64,
+    pub gyro: Vector3<f64>,
+    pub accel: Vector3<f64>,
+    /// Mean square of the rate about its mean, (rad/s)².
+    pub vibration: f64,
+}
+
+impl Seen {
+    /// None where a rate or all forces are unknown.
+    fn of(sums: &Sums) -> Option<Self> {
+        if sums.unknown > 0.0 || sums.forces == 0.0 {
+            return None;
+        }
+        let gyro = sums.gyro * (1.0 / sums.samples);
+        let vibration = (sums.gyro_squared / sums.samples - gyro.norm_squared()).max(0.0);
+        Some(Self { span: sums.elapsed, gyro, accel: sums.accel * (1.0 / sums.forces), vibration })
+    }
+}
+
+/// What a tick is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum State {
+    Motion,
+    /// With what it says of the bias and the variance of that, if it says anything.
+    Rest(Option<(Vector3<f64>, f64)>),
+    /// A rest that proves those before wrong, with its level and the variance of that: the bias was
+    /// never what they said.
+    Refuted(Vector3<f64>, f64),
+    /// The rest that the bias rests on was a turn.
+    Denied,
+    /// A rest at a level that is far from the bias, which has jumped.
+    Jumped(Vector3<f64>),
+}
+
+/// What is known of rests.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Rest {
+    limits: Limits,
+    candidate: Candidate,
+    calm: Calm,
+    witness: Witness,
+    /// Where the level last was when it began to be steady, rad/s, and seconds since then.
+    anchor: Vector3<f64>,
+    steady: f64,
+    /// Whether a rest was used, seconds of quiet rest that the bias rests on, and the spread of the
+    /// last, squared.
+    used: bool,
+    support: f64,
+    spread: f64,
+    /// Whether a field has shown that the first rest was none.
+    denied: bool,
+    /// Seconds of the rest in use.
+    lasted: f64,
+}
+
+impl Rest {
+    /// Seconds for which the body has rested without a break.
+    pub fn lasted(&self) -> f64 {
+        self.lasted
+    }
+
+    /// Whether rests tell more of the bias than motion does: one was used, or one was a turn.
+    pub fn tells(&self) -> bool {
+        self.used || self.denied
+    }
+
+    /// Nothing is known of a while.
+    pub fn interrupt(&mut self) {
+        (self.limits, self.candidate) = (Limits::default(), Candidate::default());
+        self.witness.begin();
+        (self.steady, self.lasted) = (0.0, 0.0);
+    }
+
+    /// Takes a tick, and the mean field in it in the axes of the sensor; the bias known and the
+    /// largest variance of its axes.
+    pub fn observe(
+        &mut self,
+        sums: &Sums,
+        field: Option<&Vector3<f64>>,
+        bias: &Vector3<f64>,
+        variance: f64,
+        most: f64,
+    ) -> State {
+        self.calm.age(sums.elapsed);
+        self.witness.age(sums.elapsed);
+        let state = match Seen::of(sums) {
+            Some(seen) if self.follow(sums, &seen, field) => {
+                self.deny();
+                State::Denied
+            }
+            Some(seen) => self.decide(&seen, bias, variance, most),
+            None => {
+                self.limits.end();
+                self.candidate = Candidate::default();
+                self.witness.begin();
+                State::Motion
+            }
+        };
+        let moves = matches!(state, State::Motion | State::Denied);
+        self.lasted = if moves { 0.0 } else { self.lasted + sums.elapsed };
+        state
+    }
+
+    /// Returns whether the field shows that the only rest so far is a turn.
+    fn follow(&mut self, sums: &Sums, seen: &Seen, field: Option<&Vector3<f64>>) -> bool {
+        self.limits.observe(sums, seen);
+        if self.candidate.observe(seen) {
+            self.witness.begin();
+        }
+        self.steady += seen.span;
+        if (self.limits.level() - self.anchor).norm_squared() > STEADY * STEADY {
+            (self.anchor, self.steady) = (*self.limits.level(), 0.0);
+        }
+        let Some(field) = field else { return false };
+        let [moved, away] = self.witness.observe(field, seen.span);
+        if away {
+            self.steady = 0.0;
+        }
+        let only = !self.candidate.is_new() && self.support <= 2.0 * self.candidate.seconds;
+        let denied = moved
+            && only
+            && self.support < SUPPORTED
+            && self.witness.turned_with(&self.candidate.gyro, self.candidate.seconds);
+        if moved {
+            self.candidate = Candidate::default();
+            self.witness.begin();
+        }
+        denied
+    }
+
+    /// The first rest was a turn: what it has taught is forgotten.
+    fn deny(&mut self) {
+        (self.calm, self.denied) = (Calm::default(), true);
+        self.witness.forget();
+        (self.used, self.support, self.spread) = (false, 0.0, 0.0);
+    }
+
+    fn decide(&mut self, seen: &Seen, bias: &Vector3<f64>, variance: f64, most: f64) -> State {
+        let calm = self.calm.holds(&self.candidate, seen);
+        let bound = match (self.used, self.denied) {
+            (true, _) => NEAR_MOST * NEAR_MOST,
+            (false, false) => f64::INFINITY,
+            (false, true) => 0.0,
+        };
+        let bound = NEAR * NEAR + (DEVIATIONS * variance).min(bound);
+        let off = (self.candidate.gyro - bias).norm();
+        let may_be = calm && self.candidate.lasts() && self.candidate.gyro.norm() <= most;
+        let first =
+            !self.used && (!self.denied || self.witness.refutes_turn(off, self.candidate.seconds));
+        if may_be && (off * off <= bound || first) {
+            return self.quiet(seen);
+        }
+        if may_be && self.is_refuted(off) {
+            return self.refuted(seen);
+        }
+        if may_be && self.candidate.refutes_lean(bias) {
+            self.candidate.is_known();
+            self.used = true;
+            return State::Jumped(self.candidate.gyro);
+        }
+        self.usual(seen, bias, bound, most, calm)
+    }
+
+    /// A quiet rest near the bias, or the first.
+    fn quiet(&mut self, seen: &Seen) -> State {
+        let rest = &mut self.candidate;
+        self.support += if rest.is_new() { rest.seconds } else { seen.span };
+        self.used |= rest.seconds >= STEADIER * (1.0 - 1e-9);
+        self.spread = rest.gyro_spread();
+        self.calm.learn(rest);
+        self.witness.learn();
+        State::Rest(rest.measure(seen))
+    }
+
+    /// Whether this one proves that the bias known was that of no rest.
+    fn is_refuted(&self, off: f64) -> bool {
+        let rest = &self.candidate;
+        let seconds = rest.seconds * (1.0 + 1e-9);
+        let long = LONGER[0].max((LONGER[1] * self.support).min(LONGER[2]));
+        let steadier = seconds >= STEADIER && rest.gyro_spread() < 0.25 * self.spread;
+        (self.support < SUPPORTED && (seconds >= long || steadier))
+            || (seconds >= LONGER[0] && self.witness.refutes_turn(off, rest.seconds))
+    }
+
+    fn refuted(&mut self, seen: &Seen) -> State {
+        let rest = &mut self.candidate;
+        rest.is_known();
+        (self.used, self.support, self.spread) = (true, rest.seconds, rest.gyro_spread());
+        self.calm.learn(rest);
+        self.witness.learn();
+        State::Refuted(rest.gyro, seen.noise() / rest.seconds)
+    }
+
+    /// A rest by the limits of samples: as long as no calmer one is known, and far from the bias
+    /// where it is steady for long.
+    fn usual(
+        &mut self,
+        seen: &Seen,
+        bias: &Vector3<f64>,
+        bound: f64,
+        most: f64,
+        calm: bool,
+    ) -> State {
+        let (level, since) = (*self.limits.level(), self.limits.since());
+        let bound = bound.min(limits::GYRO * limits::GYRO);
+        if (level - bias).norm_squared() <= bound {
+            if since < limits::NEAR * (1.0 - 1e-9) || self.calm.is_known() {
+                return State::Motion;
+            }
+            self.used = true;
+            return State::Rest(Some((seen.gyro, seen.noise() / seen.span)));
+        }
+        let long = FAR[usize::from(self.used)];
+        if !calm || since.min(self.steady) < long * (1.0 - 1e-9) || level.norm() > most {
+            return State::Motion;
+        }
+        self.used = true;
+        State::Jumped(level)
+    }
+
+    pub fn is_sound(&self) -> bool {
+        self.limits.is_sound()
+            && self.candidate.is_sound()
+            && self.calm.is_sound()
+            && self.witness.is_sound()
+            && are_within(&self.anchor, 2.0 * RATE_MAX)
+            && [self.steady, self.support, self.lasted].iter().all(|x| is_size(*x, 1e18))
+            && is_size(self.spread, 1.0)
+    }
+}

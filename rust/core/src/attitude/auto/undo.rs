@@ -1,0 +1,75 @@
+//! What a rest says of the bias, and what it undoes: a bias that jumped, or that no rest ever showed.
+
+use nalgebra::{ComplexField, Matrix3, Vector3};
+
+use super::errors::{BIAS, Errors};
+use super::rest::{self, State};
+use super::strapdown::Sums;
+use super::trust::ScaleNoise;
+use super::{
+    Auto, AutoOptions, BIAS_FOLLOWED, BIAS_MAX, DEGREE, HEADING_FREE, square, start_variances,
+};
+
+/// Deviations after a rest that proves others wrong: of the bias at the least, rad/s, and of the
+/// tilt, rad.
+const REFUTED_BIAS: f64 = 0.02 * DEGREE;
+const REFUTED_TILT: f64 = 0.2;
+
+impl Auto {
+    /// Whether the body rests, and what is undone if it does.
+    #[inline(always)]
+    pub(super) fn rest(&mut self, sums: &Sums) -> Option<(Vector3<f64>, f64)> {
+        let field = (self.options.mag && sums.fields > 0.0)
+            .then(|| self.strapdown.rotation.tr_mul(&(sums.field / sums.fields)));
+        let variance = (0..3).fold(0.0, |most: f64, i| most.max(self.errors.variance(BIAS + i)));
+        let limit = self.options.bias_limit;
+        let state = self.rest.observe(sums, field.as_ref(), &self.bias, variance, limit);
+        self.at_rest = !matches!(state, State::Motion | State::Denied);
+        if self.knowing {
+            self.at_rest = matches!(state, State::Rest(_));
+            return None;
+        }
+        match state {
+            State::Motion => None,
+            State::Rest(measured) => measured,
+            State::Refuted(level, noise) => self.undo(&level, [noise; 3]),
+            State::Denied => {
+                let AutoOptions { bias, bias_sigma, .. } = self.options;
+                self.undo(&Vector3::from(bias), bias_sigma.map(square));
+                self.by_bias = Vector3::zeros();
+                None
+            }
+            State::Jumped(level) => {
+                self.restart_gyro(level);
+                let seconds = sums.elapsed;
+                Some((sums.gyro / sums.samples, square(rest::NOISE) / seconds))
+            }
+        }
+    }
+
+    /// A rest far from the bias: nothing that was learned of the gyro holds.
+    #[cold]
+    fn restart_gyro(&mut self, level: Vector3<f64>) {
+        let heading = self.errors.heading().max(if self.options.mag { HEADING_FREE } else { 0.0 });
+        self.forget_gyro(level, [BIAS_FOLLOWED; 3], heading);
+    }
+
+    /// A rest that was none has said what the bias is. What the false one did to the heading is known.
+    #[cold]
+    fn undo(&mut self, level: &Vector3<f64>, noise: [f64; 3]) -> Option<(Vector3<f64>, f64)> {
+        self.turn_heading(self.by_bias.dot(&(level - self.bias)));
+        let sigma = noise.map(|noise| ComplexField::sqrt(noise.max(square(REFUTED_BIAS))));
+        self.forget_gyro(*level, sigma, self.errors.heading());
+        self.errors.restart(&[0, 1], square(REFUTED_TILT));
+        None
+    }
+
+    fn forget_gyro(&mut self, level: Vector3<f64>, sigma: [f64; 3], heading: f64) {
+        self.bias = level.map(|x| x.clamp(-BIAS_MAX, BIAS_MAX));
+        self.matrix = Matrix3::from(self.options.matrix).transpose();
+        let variances = start_variances(&sigma, &self.options.matrix_sigma);
+        self.errors = Errors::new(&variances, heading);
+        (self.velocity, self.scale_noise) = ([0.0; 2], ScaleNoise::default());
+        self.drift.end();
+    }
+}
