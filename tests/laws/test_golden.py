@@ -50,7 +50,8 @@ OLDER = [
     ("holding", "drift-rest-gated", 2, 4),
     ("holding", "drift-rest-gated", 3, 4),
     ("robust-holding", "robust-gated", 3, 4),
-    ("attitude", "attitude", 1, 2),
+    ("attitude", "attitude", 1, 3),
+    ("attitude", "attitude", 2, 3),
     ("navigation", "navigation", 1, 2),
     ("rest-detector", "rest-detector", 2, 3),
 ]

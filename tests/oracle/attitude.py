@@ -330,6 +330,8 @@ class Attitude:
                 shrink = np.eye(17)
                 shrink[i, i] = math.sqrt(most / self.P[i, i])
                 self.P = shrink @ self.P @ shrink
+                if i == UP:
+                    self.drift.with_heading = self.drift.with_heading * shrink[i, i]
 
     def correct(self, tick, told, moving):
         """The velocity stays near zero; at rest it is zero, and the rate is the bias."""
@@ -399,8 +401,8 @@ class Attitude:
             return
         self.recovered = 0.0
         self.restart([V, V + 1], START_SPEED**2)
-        for i in (PHI, PHI + 1):
-            self.P[i, i] = max(self.P[i, i], min(angle, START_TILT**2))
+        mean = 0.5 * (self.P[PHI, PHI] + self.P[PHI + 1, PHI + 1])
+        self.P[range(2), range(2)] += max(min(angle, START_TILT**2) - mean, 0.0)
         self.bound()
         up = self.R[2]
         self.P[B:S, B:S] += BIAS_REVIVED**2 * (np.eye(3) - np.outer(up, up))
@@ -482,9 +484,7 @@ class Attitude:
 
     def blur_heading(self, grown):
         self.P[UP, UP] += grown
-        most = BOUNDS[UP] / self.P[UP, UP]
         self.bound()
-        self.drift.with_heading = self.drift.with_heading * math.sqrt(min(most, 1.0))
 
     def east_of_north(self, direction):
         """Angle from north to a direction in the frame, clockwise."""

@@ -56,7 +56,7 @@ class Drift:
         ):
             return 0.0
         grown = max(self.mean**2, e**2)
-        self.P = self.P + (self.mean / MEAN) ** 2 * np.outer(up, up)
+        self.P = self.P + (self.mean / MEAN) ** 2 * np.outer(up, up) + WALK**2 * np.eye(3)
         self.active, self.mean, self.since = True, 0.0, 0.0
         return grown
 
@@ -84,7 +84,7 @@ class Deviation:
 
     def look(self, field, R, span, doubt):
         if self.strength is None:
-            self.strength = np.linalg.norm(field)
+            self.strength = max(np.linalg.norm(field), 1e-9)
         if np.linalg.norm(field) > 100.0 * self.strength:
             return
         self.P = self.P + np.diag(span * WALKS**2)

@@ -9,7 +9,7 @@ pub(super) const RATE_MAX: f64 = 1e3;
 pub(super) const FORCE_MAX: f64 = 1e3;
 /// Largest and least strength of a magnetic field, in whatever unit.
 pub(super) const FIELD_MAX: f64 = 1e9;
-const FIELD_MIN: f64 = 1e-9;
+pub(super) const FIELD_MIN: f64 = 1e-9;
 /// Less than this is no specific force: a sensor that is not there, or free fall.
 const FORCE_MIN: f64 = 1e-9;
 

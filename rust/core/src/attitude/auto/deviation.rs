@@ -5,6 +5,7 @@ use nalgebra::{ComplexField, Matrix3, Matrix6, RowVector3, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 use super::{DEGREE, square};
+use crate::attitude::sample::FIELD_MIN;
 use crate::math::Symmetric;
 use crate::math::sound::{are_within, is_size};
 
@@ -25,7 +26,7 @@ const IRON: f64 = 0.4;
 const WALKS: [f64; 2] = [0.003, 0.0005];
 const NOISE: f64 = 0.2;
 const IRON_LEAST: f64 = 0.01;
-/// A field this many times as strong as the first is no body's.
+/// A field this many times as strong as the first is no body's, and no estimate is.
 const STRONGEST: f64 = 100.0;
 
 /// The field as the earth's, in the frame that the gyro holds, and that of iron on the body, in the
@@ -49,15 +50,16 @@ impl Iron {
     /// Takes a field after so many seconds, and how much its variance is larger than usual.
     fn observe(&mut self, field: &Vector3<f64>, rotation: &Matrix3<f64>, span: f64, doubt: f64) {
         if self.strength == 0.0 {
-            self.strength = field.norm();
+            self.strength = field.norm().max(FIELD_MIN);
         }
         let seen = field * (1.0 / self.strength);
         if seen.norm_squared() > STRONGEST * STRONGEST {
             return;
         }
         for i in 0..6 {
-            self.covariance[(i, i)] =
-                (self.covariance[(i, i)] + span * square(WALKS[usize::from(i > 2)])).min(STRONGEST);
+            let variance = &mut self.covariance[(i, i)];
+            *variance +=
+                (span * square(WALKS[usize::from(i > 2)])).min((MOST - *variance).max(0.0));
         }
         let noise = NOISE * NOISE / span * doubt;
         for i in 0..3 {
@@ -74,7 +76,7 @@ impl Iron {
         let scale = 1.0 / (own(&column) + noise);
         let weight = (seen - own(&self.state)) * scale;
         let root = column * ComplexField::sqrt(scale);
-        self.state += column * weight;
+        self.state = (self.state + column * weight).map(|x| x.clamp(-STRONGEST, STRONGEST));
         *p -= root * root.transpose();
     }
 
@@ -90,8 +92,10 @@ impl Iron {
 
     fn is_sound(&self) -> bool {
         let p = &self.covariance;
+        let first = self.strength == 0.0 || self.strength >= FIELD_MIN;
         is_size(self.strength, 1e10)
-            && are_within(&self.state, 1e6)
+            && first
+            && are_within(&self.state, STRONGEST)
             && *p == p.transpose()
             && Symmetric::<f64, 6>::from_upper(|i, j| p[(i, j)]).is_covariance(1e3)
     }

@@ -5,11 +5,11 @@
 //! Once a field that is trusted keeps the heading on one side for ten seconds, the heading gets a bias
 //! of its own, in the axes of the sensor, which nothing else uses.
 
-use nalgebra::{ComplexField, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::errors::Errors;
 use super::{DEGREE, square};
-use crate::math::Symmetric;
 use crate::math::sound::{are_within, is_size};
 
 /// Seconds of the mean innovation, and those in which a rest forgets it.
@@ -25,9 +25,9 @@ const WALK: f64 = 0.01 * DEGREE;
 const PLACES: f64 = 60.0;
 const TURNING: f64 = 20.0 * DEGREE;
 const FIRST: f64 = 3.0 * DEGREE;
-/// Largest variance of the heading, rad², and bias, rad/s.
-const HEADING_MAX: f64 = 10.0;
+/// Largest bias, rad/s, and a variance that none falls below, (rad/s)².
 const BIAS_MAX: f64 = 10.0;
+const REGULAR: f64 = 1e-20;
 
 /// How much the field differs from place to place: the iron of a room or of the body shows in its
 /// level and vertical part before it shows in its direction.
@@ -132,7 +132,9 @@ impl HeadingDrift {
             return 0.0;
         }
         let grown = square(self.mean).max(square(innovation));
-        self.covariance += up * up.transpose() * square(self.mean / MEAN);
+        // A second of its walk about the other axes keeps it regular.
+        let walked = Matrix3::from_diagonal_element(WALK * WALK);
+        self.covariance += up * up.transpose() * square(self.mean / MEAN) + walked;
         (self.active, self.mean, self.since) = (true, 0.0, 0.0);
         grown
     }
@@ -150,10 +152,10 @@ impl HeadingDrift {
         self.with_heading *= 1.0 - gain;
     }
 
-    /// The variance of the heading was cut off at its most, from this one.
-    pub fn bound(&mut self, heading: f64) {
-        if self.active && heading > HEADING_MAX {
-            self.with_heading *= ComplexField::sqrt(HEADING_MAX / heading);
+    /// The deviation of the heading was shrunk by this to its bound.
+    pub fn shrink(&mut self, by: f64) {
+        if self.active && by < 1.0 {
+            self.with_heading *= by;
         }
     }
 
@@ -180,15 +182,16 @@ impl HeadingDrift {
         &mut self.places
     }
 
-    pub fn is_sound(&self, heading: f64) -> bool {
-        let all = Symmetric::<f64, 4>::from_upper(|i, j| match (i, j) {
-            (3, 3) => heading,
-            (i, 3) => self.with_heading[i],
-            place => self.covariance[place],
-        });
+    /// Whether it can be that of a running filter with these errors.
+    pub fn is_sound_with(&self, errors: &Errors) -> bool {
+        let none = self.covariance == Matrix3::zeros()
+            && self.with_heading == Vector3::zeros()
+            && self.bias == Vector3::zeros();
+        let regular = self.covariance.diagonal().iter().all(|x| *x >= REGULAR);
         are_within(&self.bias, BIAS_MAX)
             && self.covariance == self.covariance.transpose()
-            && all.is_covariance(1e6)
+            && if self.active { regular } else { none }
+            && errors.is_sound(&self.covariance, &self.with_heading)
             && self.mean.abs() <= 4.0
             && is_size(self.since, MEAN)
             && self.places.is_sound()

@@ -4,7 +4,7 @@
 //! The heading stands apart. Nothing but itself depends on it: a magnetometer can correct it, and
 //! the covariances that lead to it, and leave everything else as it is to the last bit.
 
-use nalgebra::{ComplexField, SMatrix, SVector, Vector3};
+use nalgebra::{ComplexField, Matrix3, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 use wide::f64x4;
 
@@ -95,15 +95,15 @@ impl Errors {
         &self.covariance
     }
 
-    /// Carries the errors through a tick.
+    /// Carries the errors through a tick; returns by what the heading was shrunk to its bound.
     #[inline(always)]
-    pub fn predict(&mut self, by: &Transition) {
+    pub fn predict(&mut self, by: &Transition) -> f64 {
         let driven = self.driven(&by.drivers);
         self.predict_heading(by, &driven[2]);
         self.turn_rows(by, &driven);
         self.turn_columns(by);
         self.add_noise(by);
-        self.bound();
+        self.bound()
     }
 
     /// Covariances of all states with what bias and matrix turn about each axis.
@@ -199,20 +199,23 @@ impl Errors {
         }
     }
 
-    /// Shrinks what has grown beyond any meaning, as a whole row and column.
+    /// Shrinks what has grown beyond any meaning, as a whole row and column; returns by what the
+    /// heading was.
     #[inline(always)]
-    fn bound(&mut self) {
+    fn bound(&mut self) -> f64 {
         let bounds = [TILT_MAX, TILT_MAX, VELOCITY_MAX, VELOCITY_MAX];
         for (i, bound) in [0, 1, VELOCITY, VELOCITY + 1].into_iter().zip(bounds) {
             if self.variance(i) > bound {
                 self.shrink(i, ComplexField::sqrt(bound / self.variance(i)));
             }
         }
-        if self.heading > HEADING_MAX {
-            let factor = ComplexField::sqrt(HEADING_MAX / self.heading);
-            self.with_heading *= factor;
-            self.heading = HEADING_MAX;
+        if self.heading <= HEADING_MAX {
+            return 1.0;
         }
+        let factor = ComplexField::sqrt(HEADING_MAX / self.heading);
+        self.with_heading *= factor;
+        self.heading = HEADING_MAX;
+        factor
     }
 
     #[cold]
@@ -321,39 +324,34 @@ impl Errors {
         self.covariance[(j, i)] = covariance;
     }
 
-    /// Makes the tilt at least so unsure.
+    /// Makes the tilt so unsure in the mean of both level axes, whichever way they lie.
     pub fn widen_tilt(&mut self, variance: f64) {
+        let more = (variance - 0.5 * (self.variance(0) + self.variance(1))).max(0.0);
         for i in 0..2 {
-            self.covariance[(i, i)] = self.covariance[(i, i)].max(variance);
+            self.covariance[(i, i)] += more;
         }
         self.bound();
     }
 
     /// Adds to the variance of the bias about level axes, which is what a tilt shows of it.
     pub fn widen_level_bias(&mut self, variance: f64, up: &Vector3<f64>) {
+        // Of an `up` whose length is rounded too it takes nothing away.
+        let whole = up.norm_squared();
         for i in 0..3 {
             for j in 0..3 {
-                let level = if i == j { 1.0 } else { 0.0 } - up[i] * up[j];
+                let level = if i == j { whole } else { 0.0 } - up[i] * up[j];
                 self.covariance[(BIAS + i, BIAS + j)] += variance * level;
             }
         }
     }
 
-    /// Adds to the variance of the heading, in which other errors have no share; returns what it
-    /// would be without its bound.
-    pub fn blur_heading(&mut self, variance: f64) -> f64 {
-        self.heading += variance;
-        let whole = self.heading;
-        self.bound();
-        whole
-    }
-
-    /// Adds to the variances of tilt and heading.
-    pub fn blur(&mut self, tilt: f64, heading: f64) {
+    /// Adds to the variances of tilt and heading; returns by what the heading was shrunk to its
+    /// bound.
+    pub fn blur(&mut self, tilt: f64, heading: f64) -> f64 {
         self.covariance[(0, 0)] += tilt;
         self.covariance[(1, 1)] += tilt;
         self.heading += heading;
-        self.bound();
+        self.bound()
     }
 
     /// Makes the heading independent of all others, with this variance.
@@ -364,11 +362,16 @@ impl Errors {
 }
 
 impl Errors {
-    pub fn is_sound(&self) -> bool {
-        let all = Symmetric::<f64, { STATES + 1 }>::from_upper(|i, j| match (i, j) {
+    /// Whether this is a covariance, together with errors that depend on those of the heading alone:
+    /// with their own covariance, and that with the heading.
+    pub fn is_sound(&self, others: &Matrix3<f64>, with_others: &Vector3<f64>) -> bool {
+        let all = Symmetric::<f64, { STATES + 4 }>::from_upper(|i, j| match (i, j) {
+            (0..STATES, 0..STATES) => self.covariance[(i, j)],
+            (_, STATES) if i < STATES => self.with_heading[i],
             (STATES, STATES) => self.heading,
-            (i, STATES) => self.with_heading[i],
-            place => self.covariance[place],
+            (0..STATES, _) => 0.0,
+            (STATES, _) => with_others[j - STATES - 1],
+            _ => others[(i - STATES - 1, j - STATES - 1)],
         });
         self.covariance == self.covariance.transpose() && all.is_covariance(1e3)
     }
@@ -388,7 +391,7 @@ mod tests {
     use super::{
         BIAS, CAUSES, Drivers, Errors, Found, MATRIX, STATES, States, Transition, VELOCITY,
     };
-    use nalgebra::{SMatrix, SVector};
+    use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
     use proptest::prelude::*;
 
     /// The heading comes last.
@@ -407,6 +410,10 @@ mod tests {
         let with_heading = States::from_fn(|i, _| p[(i, STATES)]);
         let covariance = p.fixed_view::<STATES, STATES>(0, 0).into_owned();
         Errors { covariance, with_heading, heading: p[(STATES, STATES)] }
+    }
+
+    fn is_sound(errors: &Errors) -> bool {
+        errors.is_sound(&Matrix3::zeros(), &Vector3::zeros())
     }
 
     fn sizes() -> States {
@@ -542,7 +549,7 @@ mod tests {
             let by = Transition { bias_cap: 1e-4, matrix_caps: [1e-5; 2], ..by };
             let before = errors;
             errors.predict(&by);
-            prop_assert!(errors.is_sound());
+            prop_assert!(is_sound(&errors));
             // Noise raises a variance up to its cap; one above stays.
             for i in BIAS..VELOCITY {
                 let cap = if i < MATRIX { by.bias_cap } else { by.matrix_caps[0] };
@@ -550,7 +557,7 @@ mod tests {
                 prop_assert!(errors.variance(i) <= most * (1.0 + 1e-12));
             }
             errors.blur(1.0, 20.0);
-            prop_assert!(errors.is_sound());
+            prop_assert!(is_sound(&errors));
             // To the rounding of a root and its square.
             prop_assert!(errors.variance(0) <= 0.5 + 1e-15 && errors.heading() <= 10.0);
         }

@@ -40,7 +40,8 @@ impl Estimator for Auto {
         // It may have turned as it did, another way every second.
         let turned = (self.speed_squared + STILL * STILL) * seconds;
         self.errors.restart(&[VELOCITY, VELOCITY + 1], SPEED * SPEED);
-        self.errors.blur(turned, turned);
+        let shrunk = self.errors.blur(turned, turned);
+        self.drift.shrink(shrunk);
         self.strapdown.restart(self.strapdown.orientation);
         if self.errors.variance(0) > TILT * TILT {
             self.start.again();
@@ -112,7 +113,7 @@ impl Estimator for Auto {
             && (c * c + s * s - 1.0).abs() < 1e-9
             && self.strapdown.is_sound()
             && self.sums.is_sound()
-            && self.errors.is_sound()
+            && self.drift.is_sound_with(&self.errors)
             && self.start.is_sound()
             && self.rest.is_sound()
             && self.accelerations.is_sound()
@@ -122,7 +123,6 @@ impl Estimator for Auto {
             && self.straight.is_sound()
             && self.recovery.is_sound()
             && self.magnet.is_sound()
-            && self.drift.is_sound(self.errors.heading())
             && self.deviation.is_sound()
             && self.lost.is_sound()
             && are_within(&self.by_bias, BY_BIAS_MAX)

@@ -73,8 +73,7 @@ impl Auto {
         let up = self.up();
         let (turned, grown) = self.drift.predict(&up, span);
         if grown != 0.0 {
-            let whole = self.errors.blur_heading(grown);
-            self.drift.bound(whole);
+            self.blur_heading(grown);
             self.turn_heading(turned);
         }
         if self.at_rest {
@@ -94,10 +93,14 @@ impl Auto {
         let believed = self.magnet.is_believed();
         let grown = self.drift.judge(innovation, self.errors.heading(), believed, &up, span);
         if grown > 0.0 {
-            let whole = self.errors.blur_heading(grown);
-            self.drift.bound(whole);
+            self.blur_heading(grown);
             self.by_bias = Vector3::zeros();
         }
+    }
+
+    fn blur_heading(&mut self, variance: f64) {
+        let shrunk = self.errors.blur(0.0, variance);
+        self.drift.shrink(shrunk);
     }
 
     /// Up in the axes of the sensor.

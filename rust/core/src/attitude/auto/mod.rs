@@ -228,7 +228,7 @@ impl Auto {
         let of_bias = drivers[2].fixed_rows::<3>(0);
         self.by_bias = (self.by_bias + of_bias).map(|x| x.clamp(-BY_BIAS_MAX, BY_BIAS_MAX));
         let learns = if self.knowing { 0.0 } else { span };
-        self.errors.predict(&Transition {
+        let shrunk = self.errors.predict(&Transition {
             drivers,
             lift: span * force.z,
             tilt_noise: angle,
@@ -239,6 +239,7 @@ impl Auto {
             bias_cap: square(BIAS_FOLLOWED),
             matrix_caps: MATRIX_SIGMAS.map(|sigma| sigma * sigma),
         });
+        self.drift.shrink(shrunk);
         let known = sums.forces > 0.0;
         if known {
             self.velocity[0] += span * force.x;

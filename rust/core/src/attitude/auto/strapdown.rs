@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Quaternion, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::TICK;
 use super::errors::Drivers;
 use crate::attitude::sample::{FIELD_MAX, FORCE_MAX, Inertial, RATE_MAX};
 use crate::math::rotation::exponential;
@@ -79,7 +80,7 @@ impl Sums {
     pub fn is_sound(&self) -> bool {
         let (rates, forces) = (2.0 * RATE_MAX * self.samples, 2.0 * FORCE_MAX * self.forces);
         let sizes = [
-            (self.elapsed, 2.0),
+            (self.elapsed, TICK),
             (self.unknown, self.elapsed),
             (self.samples, COUNT_MAX),
             (self.forces, self.samples),
