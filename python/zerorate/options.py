@@ -41,7 +41,7 @@ Kind = Literal["order", "number", "seconds", "seconds or always", "choice", "pai
 
 @dataclass(frozen=True)
 class Option:
-    """An option of `zerorate.DriftFilter`, `Attitude`, `Tilt` or `PositionFilter`.
+    """An option of a filter: `zerorate.DriftFilter`, `Attitude`, `NavigationFilter` and others.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class Option:
     meaning : str
         What it is, in one sentence without a full stop.
     methods : tuple of str
-        The methods that use it.
+        The methods that use it; none where there are no methods and it always counts.
     """
 
     name: str
@@ -151,7 +151,11 @@ def with_limits(
     return known | dict(options)
 
 
-def check_used(given: Iterable[str], methods: Sequence[str]) -> None:
+def check_used(
+    given: Iterable[str],
+    methods: Sequence[str],
+    options: Mapping[str, Option] = FILTER_OPTIONS,
+) -> None:
     """Refuse options that no method uses.
 
     Parameters
@@ -160,6 +164,8 @@ def check_used(given: Iterable[str], methods: Sequence[str]) -> None:
         Names of options.
     methods : sequence of str
         The methods that run.
+    options : mapping
+        The table that the names are of; by default that of the drift filter.
 
     Raises
     ------
@@ -167,7 +173,7 @@ def check_used(given: Iterable[str], methods: Sequence[str]) -> None:
         If there is such an option: it is named with the methods, and with those that use it.
     """
     for name in given:
-        users = _option(name).methods
+        users = _option(name, options).methods
         if not set(users) & set(methods):
             running = f"method{'s' if len(methods) > 1 else ''} {_listed(methods)}"
             raise ArgumentError(name, f"has no effect on {running}, only on {_listed(users)}")
@@ -207,7 +213,7 @@ def _is_rate(unit: str) -> bool:
         return False
 
 
-def _option(name: str) -> Option:
-    if name not in FILTER_OPTIONS:
-        raise TypeError(f"unknown option '{name}', expected some of {', '.join(FILTER_OPTIONS)}")
-    return FILTER_OPTIONS[name]
+def _option(name: str, options: Mapping[str, Option] = FILTER_OPTIONS) -> Option:
+    if name not in options:
+        raise TypeError(f"unknown option '{name}', expected some of {', '.join(options)}")
+    return options[name]

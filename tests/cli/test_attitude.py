@@ -58,6 +58,14 @@ def test_options_reach_the_filter(cli, log, out, suffix):
     np.testing.assert_array_equal(zr.read_log(out / f"a.{suffix}").data, expected)
 
 
+def test_constants_of_a_method_reach_the_filter(cli, log, out):
+    typed = ("--method", "mahony", "--kp", "2", "--ki", "0.1", "--no-figure")
+    assert cli(log, "-o", out / "a.npz", *typed)[0] == 0
+    known = {"method": "mahony", "kp": 2.0, "ki": 0.1}
+    expected = zr.estimate_attitude(zr.read_recording(log), **known).quaternion
+    np.testing.assert_array_equal(zr.read_log(out / "a.npz").data, expected)
+
+
 def test_a_reference_of_another_frame_is_suspected(cli, log, out):
     _, text, _ = cli(log, "-o", out, "--frame", "ned", "--no-figure")
     assert "that of a reference to other axes of the earth" in one_line(text)

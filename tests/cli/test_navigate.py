@@ -110,8 +110,9 @@ def test_options_reach_the_filter(cli, imu, gnss, out, tmp_path):
     (tmp_path / "models.json").write_text(json.dumps(axes))
     options = ("--vehicle", "wheeled", "--axle=-1,0,1", "--antenna", "0.5,0,-1", "--gate", "30")
     noise = ("--gyro-noise", tmp_path / "gyro.json", "--accel-noise", tmp_path / "models.json")
+    table = ("--wheel-sigma", "0.2", "--covariance-step", "0.05")
     code, _, errors = cli(
-        imu, gnss, *options, *noise, "--adapt", "fixed", "-o", out / "a.npz", "--no-figure"
+        imu, gnss, *options, *noise, *table, "--adapt", "fixed", "-o", out / "a.npz", "--no-figure"
     )
     assert (code, errors) == (0, "")
     track = expected(
@@ -119,6 +120,8 @@ def test_options_reach_the_filter(cli, imu, gnss, out, tmp_path):
         axle=(-1.0, 0.0, 1.0),
         antenna=(0.5, 0.0, -1.0),
         gate=30.0,
+        wheel_sigma=0.2,
+        covariance_step=0.05,
         adapt="fixed",
         gyro=model,
         accel=force,

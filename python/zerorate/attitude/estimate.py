@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate._native import Attitude
+from zerorate.attitude.options import ATTITUDE_METHODS
 from zerorate.calibration.calibration import Calibration
 from zerorate.faults import ArgumentError
 from zerorate.geometry.frames import FRAMES, Frame, from_enu, in_enu
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["METHODS", "AttitudeEstimate", "estimate_attitude"]
 
-METHODS: Final = ("auto", "complementary", "mahony", "madgwick", "ekf", "ukf")
+METHODS: Final = ATTITUDE_METHODS
 """Methods of `zerorate.Attitude`."""
 
 _BLOCK: Final = 1 << 17

@@ -1,6 +1,6 @@
 """``zerorate attitude``: which way a body points, from a log of its sensors."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import StrEnum
@@ -11,10 +11,11 @@ from typing import Annotated, Any, Final
 import typer
 
 from zerorate.attitude.estimate import METHODS, AttitudeEstimate, estimate_attitude
+from zerorate.attitude.options import ATTITUDE_OPTIONS
 from zerorate.calibration.calibration import Calibration
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
-from zerorate.cli.errors import require, writing
+from zerorate.cli.errors import as_usage, require, writing
 from zerorate.cli.options import (
     PANEL,
     FigureFormat,
@@ -28,6 +29,7 @@ from zerorate.cli.options import (
     Output,
     Reading,
     parse_columns,
+    with_options,
     with_reading_options,
 )
 from zerorate.cli.outputs import (
@@ -40,6 +42,7 @@ from zerorate.cli.outputs import (
 )
 from zerorate.cli.records import print_title, records
 from zerorate.io import Recording, write_log
+from zerorate.options import check_used
 from zerorate.progress import Progress
 from zerorate.run.interrupts import in_background
 from zerorate.units import convert
@@ -53,8 +56,10 @@ _FILTER: Final = "Attitude"
 _NAMED: Any = StrEnum
 _METHODS: Any = _NAMED("Method", [(name, name) for name in METHODS])
 _AUTO: Final = _METHODS("auto")
+_CONSTANTS: Final = {name: one for name, one in ATTITUDE_OPTIONS.items() if name != "method"}
 
 
+@with_options(_CONSTANTS, "constants")
 @with_reading_options(
     imu=True,
     help={
@@ -88,6 +93,7 @@ def attitude(
         _METHODS,
         typer.Option(help="How it is found. Auto needs no settings.", rich_help_panel=_FILTER),
     ] = _AUTO,
+    constants: Mapping[str, Any],
     offline: Annotated[
         bool,
         typer.Option(
@@ -169,6 +175,8 @@ def attitude(
     and what was learned of the gyro; prints a table, with the errors where the log has a reference.
     """
     truth = parse_columns(reference, "--reference")
+    with as_usage():
+        check_used(constants, [str(method.value)], ATTITUDE_OPTIONS)
     known = None if calibration is None else read_calibration(calibration)
     asked: dict[str, Any] = {
         "frame": None if frame is None else str(frame),
@@ -178,6 +186,7 @@ def attitude(
         "gyro": gyro or "gyro",
         "accel": accel,
         "reference_frame": None if reference_frame is None else str(reference_frame),
+        **constants,
     }
     if bias_limit is not None:
         asked["bias_limit"] = convert(bias_limit, "deg/s", "rad/s")

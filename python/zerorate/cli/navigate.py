@@ -3,7 +3,7 @@
 import json
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -37,6 +37,7 @@ from zerorate.cli.options import (
     Output,
     Reading,
     parse_words,
+    with_options,
     with_reading_options,
 )
 from zerorate.cli.outputs import (
@@ -53,6 +54,7 @@ from zerorate.navigation.alignment import Alignment, align
 from zerorate.navigation.clock import find_time_offset
 from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
+from zerorate.navigation.options import NAVIGATION_OPTIONS
 from zerorate.navigation.outages import Outages, outages
 from zerorate.navigation.readers import read_fixes
 from zerorate.navigation.track import Track, not_begun
@@ -77,12 +79,7 @@ class _Vehicle(StrEnum):
     wheeled = "wheeled"
 
 
-class _Adapt(StrEnum):
-    inflate = "inflate"
-    free = "free"
-    fixed = "fixed"
-
-
+@with_options(NAVIGATION_OPTIONS, "constants", panel=_FILTER)
 @with_reading_options(
     imu=True,
     without=("group_by",),
@@ -163,22 +160,7 @@ def navigate(
             rich_help_panel=_FILTER,
         ),
     ] = None,
-    adapt: Annotated[
-        _Adapt,
-        typer.Option(
-            help="What the noise of the fixes is: raised to what they show, followed both ways, "
-            "or as the receiver tells it.",
-            rich_help_panel=_FILTER,
-        ),
-    ] = _Adapt.inflate,
-    gate: Annotated[
-        float,
-        typer.Option(
-            metavar="NIS",
-            help="Normalised innovation squared above which a fix is not taken.",
-            rich_help_panel=_FILTER,
-        ),
-    ] = 50.0,
+    constants: Mapping[str, Any],
     vehicle: Annotated[
         _Vehicle | None,
         typer.Option(
@@ -248,14 +230,15 @@ def navigate(
     maps as GeoJSON and GPX, and a figure. Prints what became of the fixes, and with --outages how
     far the track is off without them, beside a position and a velocity that are held.
     """
+    if vehicle is None and "wheel_sigma" in constants:
+        raise UsageFault("--wheel-sigma needs --vehicle wheeled")
     asked = _Asked(
         lengths=_lengths(lengths),
         smooth=smooth,
         heading=_heading(heading),
         rest=None if rest is None else _span(rest),
         filter={
-            "gate": gate,
-            "adapt": str(adapt),
+            **constants,
             **_wheels(vehicle, axle),
             **_noises(gyro_noise, accel_noise),
         },

@@ -42,6 +42,7 @@ __all__ = [
     "parse_words",
     "units_of_sensors",
     "with_filter_options",
+    "with_options",
     "with_reading_options",
 ]
 
@@ -147,21 +148,51 @@ Force: TypeAlias = Annotated[
 
 
 def with_filter_options(command: _Command) -> _Command:
-    """Give a command the options of the filter, from their table.
+    """Give a command the options of the drift filter, from their table.
 
     The command takes them as `options`, a mapping by the names of `zerorate.DriftFilter`: the
     method, and those that were given.
     """
+    return with_options(FILTER_OPTIONS, "options", flag, always=("method",))(command)
+
+
+def with_options(
+    options: Mapping[str, Option],
+    place: str,
+    flag_of: Callable[[str], str] | None = None,
+    *,
+    panel: str = "Filter",
+    always: Sequence[str] = (),
+) -> Callable[[_Command], _Command]:
+    """Return a decorator that gives a command the options in a table.
+
+    Parameters
+    ----------
+    options : mapping of str to Option
+        The table.
+    place : str
+        The command's argument that takes those that were given, a mapping by name.
+    flag_of : callable, optional
+        What an option is called on the command line; by default as in Python.
+    panel : str
+        The panel of help with what every method uses.
+    always : sequence of str
+        Options whose default is passed on as well.
+    """
+    called = flag_of or _own_flag
+    names = {name: called(name).removeprefix("--").replace("-", "_") for name in options}
 
     def gathered(context: typer.Context, values: Mapping[str, Any]) -> dict[str, object]:
         return {
-            name: _parsed(option, values[_argument(name)])
-            for name, option in FILTER_OPTIONS.items()
-            if name == "method" or _was_given(context, _argument(name))
+            name: _parsed(option, values[names[name]])
+            for name, option in options.items()
+            if name in always or _was_given(context, names[name])
         }
 
-    parameters = [*map(_parameter, FILTER_OPTIONS.values())]
-    return _with_parameters(command, "options", parameters, gathered)
+    parameters = [
+        _parameter(one, called(one.name), names[one.name], panel) for one in options.values()
+    ]
+    return lambda command: _with_parameters(command, place, parameters, gathered)
 
 
 def _with_parameters(
@@ -396,11 +427,11 @@ def check_filter_options(options: Mapping[str, Any], methods: Sequence[str]) -> 
 
 def flag(name: str) -> str:
     """Return how an option of the filter is called on the command line."""
-    return _FLAGS.get(name, f"--{name.replace('_', '-')}")
+    return _FLAGS.get(name, _own_flag(name))
 
 
-def _argument(name: str) -> str:
-    return flag(name).removeprefix("--").replace("-", "_")
+def _own_flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 def _keyword(name: str, annotation: Any, default: Any = _REQUIRED) -> inspect.Parameter:  # noqa: ANN401
@@ -408,8 +439,8 @@ def _keyword(name: str, annotation: Any, default: Any = _REQUIRED) -> inspect.Pa
     return inspect.Parameter(name, kind, default=default, annotation=annotation)
 
 
-def _parameter(option: Option) -> inspect.Parameter:
-    """Return an option of the filter as a parameter of a command."""
+def _parameter(option: Option, flag: str, argument: str, panel: str) -> inspect.Parameter:
+    """Return an option of a filter as a parameter of a command."""
     value: Any = float
     default: Any = option.default
     metavar = None
@@ -430,19 +461,19 @@ def _parameter(option: Option) -> inspect.Parameter:
     if limit is not None:
         shown = f"{limit:g} deg/s, where the unit is known"
     about = typer.Option(
-        flag(option.name),
+        flag,
         metavar=metavar,
         help=_help(option),
         show_default=shown,
-        rich_help_panel=_panel(option),
+        rich_help_panel=_panel(option, panel),
     )
     annotation: Any = Annotated[value | None if default is None else value, about]
-    return _keyword(_argument(option.name), annotation, default)
+    return _keyword(argument, annotation, default)
 
 
-def _panel(option: Option) -> str:
+def _panel(option: Option, common: str) -> str:
     """Return the panel of help that an option stands in, by the methods that use it."""
-    return "Filter" if option.methods == METHODS else f"Only for {', '.join(option.methods)}"
+    return common if option.methods in (METHODS, ()) else f"Only for {', '.join(option.methods)}"
 
 
 def _members(option: Option) -> Any:  # noqa: ANN401

@@ -1,0 +1,71 @@
+"""The table of the filter's constants: it is what `NavigationFilter` takes, uses and says."""
+
+import inspect
+import math
+import re
+
+import numpy as np
+import pytest
+
+from zerorate import NavigationFilter
+from zerorate.navigation.alignment import Alignment
+from zerorate.navigation.options import NAVIGATION_OPTIONS
+
+START = Alignment(
+    time=0.0,
+    attitude=np.array([1.0, 0.0, 0.0, 0.0]),
+    latitude=48.0,
+    heading_known=True,
+    course=False,
+    gyro_bias=np.zeros(3),
+    accel_bias=np.zeros(3),
+    sigma_level=0.01,
+    sigma_heading=0.01,
+    sigma_gyro_bias=1e-3,
+    sigma_accel_bias=0.1,
+)
+OTHERS = {"start", "gyro", "accel", "antenna", "vehicle", "axle"}
+"""Arguments that are more than one number or one word."""
+
+
+def made(name, value):
+    vehicle = {"vehicle": "wheeled"} if NAVIGATION_OPTIONS[name].methods else {}
+    return NavigationFilter(START, **vehicle, **{name: value})
+
+
+def ends(option):
+    """Return the first and the last number that words such as 'from 0.1 to 1 s' allow."""
+    found = re.match(r"from (\S+) to (\S+)", option.expected)
+    return (math.ulp(0.0), 1e9) if found is None else (float(found[1]), float(found[2]))
+
+
+def test_it_has_every_constant_of_the_filter_with_its_default():
+    signature = inspect.signature(NavigationFilter).parameters
+    assert set(NAVIGATION_OPTIONS) == set(signature) - OTHERS
+    for name, option in NAVIGATION_OPTIONS.items():
+        assert option.name == name
+        # One of wheels alone has no default of the class: without them it means nothing.
+        assert signature[name].default == (None if option.methods else option.default)
+
+
+@pytest.mark.parametrize("name", NAVIGATION_OPTIONS)
+def test_the_range_is_that_of_the_filter(name):
+    option = NAVIGATION_OPTIONS[name]
+    if option.choices:
+        for choice in option.choices:
+            made(name, choice)
+        with pytest.raises(ValueError, match=f"^{name} must be"):
+            made(name, "pink")
+        return
+    first, last = ends(option)
+    for value in (option.default, first, last):
+        made(name, value)
+    for value in (-1.0, math.nan, *([last * 1.001] if "from" in option.expected else [0.0])):
+        with pytest.raises(ValueError, match=f"^{name} must be {re.escape(option.expected)}, got"):
+            made(name, value)
+
+
+@pytest.mark.parametrize("name", [n for n, one in NAVIGATION_OPTIONS.items() if one.methods])
+def test_one_of_wheels_is_refused_without_them(name):
+    with pytest.raises(ValueError, match=name):
+        NavigationFilter(START, **{name: NAVIGATION_OPTIONS[name].default})
