@@ -34,7 +34,7 @@ from zerorate.cli.options import (
 from zerorate.cli.outputs import (
     Destination,
     check_outputs,
-    preloaded,
+    preload_figure,
     print_written,
     progress_bar,
     together,
@@ -192,7 +192,7 @@ def allan(
     texts = partial(_text, inflate=inflate, per_sample=per_sample)
     check_outputs([path for files in outputs for path in files.paths], force, log)
     if figure is not None:
-        preloaded(_load_plotting)
+        preload_figure("allan_figure")
     for one, files in zip(all_of_them, outputs, strict=True):
         with progress_bar() as progress:
             sensors = present_logs(reading.read(read_sensors, one.source))
@@ -223,13 +223,6 @@ def _print_result(found: Sequence[Characterisation], outputs: "_Outputs") -> Non
     if notes:
         print(f"\n{notes}")
     print_written(outputs.paths)
-
-
-def _load_plotting() -> None:
-    import matplotlib.backends.backend_agg
-    import matplotlib.figure  # noqa: F401
-
-    import zerorate.show.allan_figure  # noqa: F401
 
 
 def _taus(text: str) -> TauGrid | list[float]:

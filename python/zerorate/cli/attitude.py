@@ -1,11 +1,8 @@
 """``zerorate attitude``: which way a body points, from a log of its sensors."""
 
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from collections.abc import Mapping
 from enum import StrEnum
 from functools import partial
-from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
@@ -15,9 +12,10 @@ from zerorate.attitude.options import ATTITUDE_OPTIONS
 from zerorate.calibration.calibration import Calibration
 from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
-from zerorate.cli.errors import as_usage, require, writing
+from zerorate.cli.errors import as_usage
 from zerorate.cli.options import (
     PANEL,
+    CalibrationOption,
     FigureFormat,
     FigureFormatOption,
     Force,
@@ -34,11 +32,11 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import (
     Destination,
+    Outputs,
     check_outputs,
-    preloaded,
+    preload_figure,
     print_written,
     progress_bar,
-    together,
 )
 from zerorate.cli.records import print_title, records
 from zerorate.io import Recording, write_log
@@ -62,17 +60,6 @@ _CONSTANTS: Final = {name: one for name, one in ATTITUDE_OPTIONS.items() if name
 @with_options(_CONSTANTS, "constants")
 @with_reading_options(
     imu=True,
-    help={
-        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; with a "
-        "comma between that of the accelerometer, g or m/s^2: deg/s,g.",
-        "scale": "What the values of the gyro are multiplied by, e.g. 1/131 for raw counts, and "
-        "with a comma between those of the accelerometer: 1/131,1/16384. --unit says what they "
-        "are then.",
-        "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, "
-        "e.g. MPU-6050; with --range.",
-        "range": "Range that the gyro of --device was set to, deg/s, and that of the "
-        "accelerometer, g, e.g. 250,2.",
-    },
 )
 def attitude(
     *,
@@ -137,15 +124,7 @@ def attitude(
             rich_help_panel=_FILTER,
         ),
     ] = None,
-    calibration: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="CAL",
-            help="Correct gyro and accelerometer by this calibration first (JSON of zerorate "
-            "calibrate).",
-            rich_help_panel=PANEL,
-        ),
-    ] = None,
+    calibration: CalibrationOption = None,
     reference: Annotated[
         str | None,
         typer.Option(
@@ -194,10 +173,10 @@ def attitude(
     place = Destination.of(output, f"{log.stem}-zerorate-attitude", suffixes)
     shape = (format, None if no_figure else figure_format, not no_figure, force)
     found = records(log, reading.group_by)
-    outputs = [_Outputs.of(place.of_part(one.ending), *shape) for one in found]
+    outputs = [Outputs.of(place.of_part(one.ending), *shape) for one in found]
     check_outputs([path for files in outputs for path in files.paths], force, log, calibration)
     if not no_figure:
-        preloaded(_load_plotting)
+        preload_figure("attitude_figure")
     for one, files in zip(found, outputs, strict=True):
         with progress_bar() as progress:
             recording = read_imu(reading, one.source, truth)
@@ -208,7 +187,7 @@ def attitude(
             with said_first(alarms), naming(recording):
                 work = partial(estimate_attitude, recording, progress=progress, **asked)
                 estimate = in_background(work)
-            files.write(estimate, progress)
+            _write(files, estimate, progress)
         print_title(one, first=one is found[0])
         print_alarms(alarms)
         print(estimate.table())
@@ -222,62 +201,12 @@ def _corrected(
     return known.apply(recording, **{kind: name for kind, name in named.items() if name})
 
 
-def _load_plotting() -> None:
-    import matplotlib.backends.backend_agg
-    import matplotlib.figure  # noqa: F401
-
-    import zerorate.show.attitude_figure  # noqa: F401
-
-
-@dataclass(frozen=True)
-class _Outputs:
-    """The files of an attitude: a log and a figure, None for none; all whole or none."""
-
-    log: Path
-    figure: Path | None
-    force: bool
-
-    @classmethod
-    def of(
-        cls,
-        place: Destination,
-        log_format: LogFormat | None,
-        figure_format: FigureFormat | None,
-        draws: bool,
-        force: bool,
-    ) -> "_Outputs":
-        """Return the files, after checking that what they need is installed."""
-        chosen = place.choose("--format", log_format, LogFormat.parquet)
-        if chosen is LogFormat.parquet:
-            require("pyarrow", "io")
-        if not draws:
-            return cls(place.file(f".{chosen}"), None, force)
-        require("matplotlib", "plot")
-        drawn = place.choose("--figure-format", figure_format, FigureFormat.png)
-        return cls(place.file(f".{chosen}"), place.file(f".{drawn}"), force)
-
-    @property
-    def paths(self) -> Sequence[Path]:
-        """The files to write."""
-        return [self.log] if self.figure is None else [self.log, self.figure]
-
-    def write(self, estimate: AttitudeEstimate, progress: Progress) -> None:
-        """Draw the figure while another thread writes the log; rename when both are whole."""
-        log, beside = estimate.to_log()
-        with (
-            writing(),
-            together(self.paths, self.force) as temporary,
-            ThreadPoolExecutor(1) as executor,
-        ):
-            job = executor.submit(write_log, log, temporary[0], beside=beside)
-            if self.figure is not None:
-                progress("drawing", 0.0)
-                _draw(estimate, temporary[1])
-            progress("writing", 0.9)
-            job.result()
-
-
-def _draw(estimate: AttitudeEstimate, path: Path) -> None:
+def _write(outputs: Outputs, estimate: AttitudeEstimate, progress: Progress) -> None:
     from zerorate.show import save_figure
 
-    save_figure(estimate.plot(), path)
+    log, beside = estimate.to_log()
+    outputs.write(
+        [partial(write_log, log, beside=beside)],
+        lambda path: save_figure(estimate.plot(), path),
+        progress,
+    )

@@ -18,6 +18,7 @@ from zerorate.cli.calibrations import naming, read_calibration, read_imu
 from zerorate.cli.checking import Fix, checked, print_alarms, said_first
 from zerorate.cli.errors import DataFault, UsageFault, as_usage, require, writing
 from zerorate.cli.options import (
+    OF_IMU,
     READING,
     FigureFormat,
     FigureFormatOption,
@@ -33,7 +34,7 @@ from zerorate.cli.options import (
 from zerorate.cli.outputs import (
     Destination,
     check_outputs,
-    preloaded,
+    preload_figure,
     print_written,
     progress_bar,
     together,
@@ -98,17 +99,7 @@ _APPLY: Final = "Instead of a calibration"
 
 @with_reading_options(
     imu=True,
-    help={
-        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; with a "
-        "comma between that of the accelerometer, g or m/s^2: deg/s,g. Values are not converted.",
-        "scale": "What the values of the gyro are multiplied by, e.g. 1/131 for raw counts, and "
-        "with a comma between those of the accelerometer: 1/131,1/16384. --unit says what they "
-        "are then.",
-        "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, "
-        "e.g. MPU-6050; with --range.",
-        "range": "Range that the gyro of --device was set to, deg/s, and that of the "
-        "accelerometer, g, e.g. 250,2.",
-    },
+    help={"unit": f"{OF_IMU['unit']} Values are not converted."},
 )
 def calibrate(
     *,
@@ -237,7 +228,7 @@ def calibrate(
         require("matplotlib", "plot")
         suffix = place.choose("--figure-format", figure_format, FigureFormat.png)
         figures = [f".{suffix}", *([f"-temperature.{suffix}"] if temperature else [])]
-        preloaded(_load_plotting)
+        preload_figure("calibration_figure")
     found = records(log, reading.group_by)
     outputs = [_Outputs.of(place.of_part(one.ending), figures, exports, force) for one in found]
     check_outputs([path for files in outputs for path in files.paths], force, log, compare)
@@ -337,13 +328,6 @@ def _notes(recording: Recording) -> tuple[str, ...]:
     """Return the sentences on a recording and on its logs, none of them twice."""
     of_logs = (note for log in recording.values() for note in notes_of(log))
     return tuple(dict.fromkeys((*recording.notes, *of_logs)))
-
-
-def _load_plotting() -> None:
-    import matplotlib.backends.backend_agg
-    import matplotlib.figure  # noqa: F401
-
-    import zerorate.show.calibration_figure  # noqa: F401
 
 
 @dataclass(frozen=True)

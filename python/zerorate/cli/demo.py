@@ -8,8 +8,8 @@ import typer
 
 from zerorate.cli.errors import as_usage
 from zerorate.cli.options import Force, Output
-from zerorate.cli.outputs import progress_bar
-from zerorate.cli.replay import Outputs, in_memory, print_result
+from zerorate.cli.outputs import Outputs, check_outputs, progress_bar
+from zerorate.cli.replay import in_memory, place_of, print_result, write
 from zerorate.cli.simulate import AXES, Duration, Seed, SimulatedRate, simulated
 from zerorate.io import Log
 from zerorate.run.replay import Replay
@@ -36,8 +36,8 @@ def demo(
     """
     with as_usage():
         gyro = find_device(device)
-    place = Outputs.place(output, "demo", figure=True)
-    outputs = Outputs.of(place, None, None, draws=True, force=force)
+    outputs = Outputs.of(place_of(output, "demo", figure=True), None, None, draws=True, force=force)
+    check_outputs(outputs.paths, force)
     with progress_bar() as progress:
         progress("simulating", 0.0)
         signal, truth = (
@@ -48,7 +48,7 @@ def demo(
         meta = {"source": f"simulated {gyro.name}", "sensor": f"simulated {gyro.name}"}
         log = Log(np.arange(len(signal)) / rate, rate, signal, names, "deg/s", meta)
         result = in_memory(log, progress, truth=truth)
-        outputs.write(result, progress)
+        write(outputs, result, progress)
     print(f"{gyro.name}, simulated at rest: {duration:g} s at {rate:g} Hz, seed {seed}\n")
     print_result(result, outputs)
     print(f"\n{_told(result, outputs)}")

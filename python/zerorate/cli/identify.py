@@ -23,7 +23,7 @@ from zerorate.cli.options import (
 from zerorate.cli.outputs import (
     Destination,
     check_outputs,
-    preloaded,
+    preload_figure,
     print_written,
     progress_bar,
     together,
@@ -184,7 +184,7 @@ def identify(
     all_of_them = records(log, reading.group_by)
     outputs = [_Outputs.of(output, log, not no_figure, force, one.ending) for one in all_of_them]
     if not no_figure:
-        preloaded(_load_plotting)
+        preload_figure("identify_figure", svg=True)
     for one, files in zip(all_of_them, outputs, strict=True):
         with progress_bar() as progress:
             recording = reading.read(read_log, one.source)
@@ -247,14 +247,6 @@ def _print_result(found: _Found, outputs: "_Outputs") -> None:
     if notes:
         print(f"\n{notes}")
     print_written(outputs.paths)
-
-
-def _load_plotting() -> None:
-    import matplotlib.backends.backend_agg
-    import matplotlib.backends.backend_svg
-    import matplotlib.figure  # noqa: F401
-
-    import zerorate.show.identify_figure  # noqa: F401
 
 
 @dataclass(frozen=True)

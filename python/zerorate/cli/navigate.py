@@ -4,9 +4,9 @@ import json
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -22,11 +22,9 @@ from zerorate.cli.errors import (
     as_usage,
     of_a_file,
     read_faults,
-    require,
-    writing,
 )
 from zerorate.cli.options import (
-    PANEL,
+    CalibrationOption,
     FigureFormat,
     FigureFormatOption,
     Force,
@@ -42,11 +40,11 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import (
     Destination,
+    Outputs,
     check_outputs,
-    preloaded,
+    preload_figure,
     print_written,
     progress_bar,
-    together,
 )
 from zerorate.faults import said
 from zerorate.io import LogError, Recording, write_log
@@ -83,17 +81,6 @@ class _Vehicle(StrEnum):
 @with_reading_options(
     imu=True,
     without=("group_by",),
-    help={
-        "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; with a "
-        "comma between that of the accelerometer, g or m/s^2: deg/s,g.",
-        "scale": "What the values of the gyro are multiplied by, e.g. 1/131 for raw counts, and "
-        "with a comma between those of the accelerometer: 1/131,1/16384. --unit says what they "
-        "are then.",
-        "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, "
-        "e.g. MPU-6050; with --range.",
-        "range": "Range that the gyro of --device was set to, deg/s, and that of the "
-        "accelerometer, g, e.g. 250,2.",
-    },
 )
 def navigate(
     *,
@@ -209,15 +196,7 @@ def navigate(
             rich_help_panel=_VEHICLE,
         ),
     ] = None,
-    calibration: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="CAL",
-            help="Correct gyro and accelerometer by this calibration first (JSON of zerorate "
-            "calibrate).",
-            rich_help_panel=PANEL,
-        ),
-    ] = None,
+    calibration: CalibrationOption = None,
     fix: Fix = False,
     format: LogFormatOption = None,
     figure_format: FigureFormatOption = None,
@@ -247,10 +226,11 @@ def navigate(
     known = None if calibration is None else read_calibration(calibration)
     suffixes = [*LogFormat, *_MAPS, *(() if no_figure else FigureFormat)]
     place = Destination.of(output, f"{log.stem}-zerorate-navigate", suffixes)
-    files = _Outputs.of(place, format, None if no_figure else figure_format, not no_figure, force)
+    shape = (format, None if no_figure else figure_format, not no_figure, force)
+    files = Outputs.of(place, *shape, beside=_MAPS)
     check_outputs(files.paths, force, log, gnss, calibration)
     if not no_figure:
-        preloaded(_load_plotting)
+        preload_figure("navigation_figure")
     with progress_bar() as progress:
         recording = read_imu(reading, log)
         fixes = _read_fixes(log, gnss)
@@ -259,17 +239,10 @@ def navigate(
             corrected, alarms = checked(corrected, fix)
         with said_first(alarms), naming(recording):
             found = in_background(lambda: asked.navigated(corrected, fixes, progress))
-        files.write(found, progress)
+        _write(files, found, progress)
     print_alarms(alarms)
     print(found.text())
     print_written(files.paths)
-
-
-def _load_plotting() -> None:
-    import matplotlib.backends.backend_agg
-    import matplotlib.figure  # noqa: F401
-
-    import zerorate.show.navigation_figure  # noqa: F401
 
 
 def _numbers(option: str, text: str, count: int, expected: str) -> list[float]:
@@ -537,70 +510,18 @@ def _part(progress: Progress, first: float, last: float) -> Progress:
     return lambda step, done: progress(step, first + (last - first) * done)
 
 
-@dataclass(frozen=True)
-class _Outputs:
-    """The files of a track: a log, two for maps and a figure, None for none; all whole or none."""
-
-    log: Path
-    geojson: Path
-    gpx: Path
-    figure: Path | None
-    force: bool
-
-    @classmethod
-    def of(
-        cls,
-        place: Destination,
-        log_format: LogFormat | None,
-        figure_format: FigureFormat | None,
-        draws: bool,
-        force: bool,
-    ) -> "_Outputs":
-        """Return the files, after checking that what they need is installed."""
-        chosen = place.choose("--format", log_format, LogFormat.parquet)
-        if chosen is LogFormat.parquet:
-            require("pyarrow", "io")
-        figure = None
-        if draws:
-            require("matplotlib", "plot")
-            drawn = place.choose("--figure-format", figure_format, FigureFormat.png)
-            figure = place.file(f".{drawn}")
-        geojson, gpx = (place.file(f".{suffix}") for suffix in _MAPS)
-        return cls(place.file(f".{chosen}"), geojson, gpx, figure, force)
-
-    @property
-    def paths(self) -> list[Path]:
-        """The files to write."""
-        return [
-            self.log,
-            self.geojson,
-            self.gpx,
-            *([] if self.figure is None else [self.figure]),
-        ]
-
-    def write(self, found: _Found, progress: Progress) -> None:
-        """Draw the figure while another thread writes the rest; rename when all are whole."""
-        log, beside = found.track.to_log()
-        with (
-            writing(),
-            together(self.paths, self.force) as temporary,
-            ThreadPoolExecutor(1) as executor,
-        ):
-            writers: list[Callable[[], None]] = [
-                lambda: write_log(log, temporary[0], beside=beside),
-                lambda: write_geojson(temporary[1], found.track, force=True),
-                lambda: write_gpx(temporary[2], found.track, force=True),
-            ]
-            jobs = [executor.submit(one) for one in writers]
-            if self.figure is not None:
-                progress("drawing", 0.8)
-                _draw(found, temporary[3])
-            progress("writing", 0.9)
-            for job in jobs:
-                job.result()
-
-
-def _draw(found: _Found, path: Path) -> None:
+def _write(outputs: Outputs, found: _Found, progress: Progress) -> None:
     from zerorate.show import plot_track, save_figure
 
-    save_figure(plot_track(found.track, found.outages, found.nis), path)
+    track = found.track
+    log, beside = track.to_log()
+    writers: list[Callable[[Path], object]] = [
+        partial(write_log, log, beside=beside),
+        lambda path: write_geojson(path, track, force=True),
+        lambda path: write_gpx(path, track, force=True),
+    ]
+
+    def draw(path: Path) -> None:
+        save_figure(plot_track(track, found.outages, found.nis), path)
+
+    outputs.write(writers, draw, progress, done=0.8)

@@ -19,10 +19,12 @@ from zerorate.io.names import canonical_unit
 from zerorate.options import FILTER_OPTIONS, LIMITS, METHODS, Option, check_used, used_by
 
 __all__ = [
+    "OF_IMU",
     "OUTPUT",
     "PANEL",
     "READING",
     "RECORDING",
+    "CalibrationOption",
     "FigureFormat",
     "FigureFormatOption",
     "Force",
@@ -139,6 +141,16 @@ NoAccel: TypeAlias = Annotated[
         "--no-accel",
         help="Leave an accelerometer alone that the log has beside its gyro; else no rate is taken "
         "for a bias while it shows motion.",
+        rich_help_panel=PANEL,
+    ),
+]
+CalibrationOption: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        "--calibration",
+        metavar="CAL",
+        help="Correct gyro and accelerometer by this calibration first (JSON of zerorate "
+        "calibrate).",
         rich_help_panel=PANEL,
     ),
 ]
@@ -323,6 +335,18 @@ _READING: Final[Mapping[str, tuple[type, str | None, str]]] = {
 _OF_OTHERS: Final = {"accel_columns": "accel", "mag_columns": "mag"}
 """Options with columns of another sensor than the gyro, and its kind."""
 
+OF_IMU: Final = {
+    "unit": "Unit of the gyro columns if their names do not say: rad/s, deg/s or deg/h; with a "
+    "comma between that of the accelerometer, g or m/s^2: deg/s,g.",
+    "scale": "What the values of the gyro are multiplied by, e.g. 1/131 for raw counts, and with a "
+    "comma between those of the accelerometer: 1/131,1/16384. --unit says what they are then.",
+    "device": "Sensor whose raw counts become deg/s and g by the numbers of its data sheet, e.g. "
+    "MPU-6050; with --range.",
+    "range": "Range that the gyro of --device was set to, deg/s, and that of the accelerometer, g, "
+    "e.g. 250,2.",
+}
+"""Help of those that say more where a command reads gyro and accelerometer."""
+
 READING: Final = tuple(_READING)
 """Names of those options."""
 
@@ -343,7 +367,7 @@ def with_reading_options(
     imu : bool
         Whether the command reads all sensors of a recording, whose columns may be named.
     """
-    texts = help or {}
+    texts = {**(OF_IMU if imu else {}), **(help or {})}
     left_out = without if imu else (*without, *_OF_OTHERS)
     rows = {name: row for name, row in _READING.items() if name not in left_out}
 

@@ -3,14 +3,17 @@
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from importlib import import_module
 from pathlib import Path
 from threading import Thread
 from typing import Final, Self, TypeVar
 
-from zerorate.cli.errors import UsageFault, as_usage
+from zerorate.cli.errors import UsageFault, as_usage, require, writing
+from zerorate.cli.options import FigureFormat, LogFormat
 from zerorate.io import atomic_path, check_writable
 from zerorate.io.atomic import sweep
 from zerorate.io.formats import FORMATS
@@ -18,10 +21,11 @@ from zerorate.progress import Progress, silent
 
 __all__ = [
     "Destination",
+    "Outputs",
     "check_outputs",
     "counting_bar",
     "make_folders",
-    "preloaded",
+    "preload_figure",
     "print_written",
     "progress_bar",
     "together",
@@ -184,13 +188,111 @@ def counting_bar(things: str) -> Iterator[Callable[[int, int], None]]:
         yield show
 
 
-def preloaded(load: Callable[[], object]) -> None:
-    """Begin to import what is needed later; if that fails, the later import says so."""
-    Thread(target=_quietly, args=(load,), daemon=True).start()
+def preload_figure(module: str, svg: bool = False) -> None:
+    """Begin to import what draws a figure, a module of `zerorate.show`, while a log is read.
+
+    If that fails, the later import says so.
+    """
+    names = ["matplotlib.backends.backend_agg", "matplotlib.figure", f"zerorate.show.{module}"]
+    if svg:
+        names.insert(1, "matplotlib.backends.backend_svg")
+    Thread(target=_quietly, args=(names,), daemon=True).start()
 
 
-def _quietly(load: Callable[[], object]) -> None:
-    try:
-        load()
-    except ImportError:
-        return
+def _quietly(modules: Sequence[str]) -> None:
+    with suppress(ImportError):
+        for name in modules:
+            import_module(name)
+
+
+def _log_and_figure(
+    place: Destination,
+    log_format: LogFormat | None,
+    figure_format: FigureFormat | None,
+    draws: bool,
+) -> tuple[Path, Path | None]:
+    """Return the files of a log and of its figure, after checking that what they need is there."""
+    chosen = place.choose("--format", log_format, LogFormat.parquet)
+    if chosen is LogFormat.parquet:
+        require("pyarrow", "io")
+    if not draws:
+        return place.file(f".{chosen}"), None
+    require("matplotlib", "plot")
+    drawn = place.choose("--figure-format", figure_format, FigureFormat.png)
+    return place.file(f".{chosen}"), place.file(f".{drawn}")
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """A log, what is written beside it, and a figure, None for none; all whole or none.
+
+    Attributes
+    ----------
+    log : Path
+        The log.
+    figure : Path or None
+        The figure.
+    force : bool
+        Whether files that exist are replaced.
+    beside : tuple of Path
+        Further files.
+    """
+
+    log: Path
+    figure: Path | None
+    force: bool
+    beside: tuple[Path, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        place: Destination,
+        log_format: LogFormat | None,
+        figure_format: FigureFormat | None,
+        draws: bool,
+        force: bool,
+        beside: Sequence[str] = (),
+    ) -> Self:
+        """Return the files; those beside are given by their suffixes, without dots."""
+        log, figure = _log_and_figure(place, log_format, figure_format, draws)
+        return cls(log, figure, force, tuple(place.file(f".{suffix}") for suffix in beside))
+
+    @property
+    def paths(self) -> list[Path]:
+        """The files to write."""
+        return [self.log, *self.beside, *([] if self.figure is None else [self.figure])]
+
+    def write(
+        self,
+        writers: Sequence[Callable[[Path], object]],
+        draw: Callable[[Path], object],
+        progress: Progress,
+        done: float = 0.0,
+    ) -> None:
+        """Draw the figure while another thread writes the others; rename when all are whole.
+
+        Parameters
+        ----------
+        writers : sequence of callable
+            Of the log, and of each file beside it.
+        draw : callable
+            Of the figure.
+        progress : callable
+            As of `progress_bar`.
+        done : float
+            Fraction that was done before.
+        """
+        with (
+            writing(),
+            together(self.paths, self.force) as temporary,
+            ThreadPoolExecutor(1) as executor,
+        ):
+            # The figure is the last of the files.
+            pairs = zip(writers, temporary, strict=False)
+            jobs = [executor.submit(write, path) for write, path in pairs]
+            if self.figure is not None:
+                progress("drawing", done)
+                draw(temporary[-1])
+            progress("writing", 0.9)
+            for job in jobs:
+                job.result()

@@ -1,9 +1,8 @@
 """``zerorate replay``: one log through the filters."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -18,7 +17,6 @@ from zerorate.cli.errors import (
     as_usage,
     of_log,
     read_faults,
-    require,
     sentence,
     writing,
 )
@@ -42,11 +40,11 @@ from zerorate.cli.options import (
 )
 from zerorate.cli.outputs import (
     Destination,
+    Outputs,
     check_outputs,
     make_folders,
     print_written,
     progress_bar,
-    together,
 )
 from zerorate.cli.records import print_title, records
 from zerorate.io import Log, LogError, LogFile, open_imu, write_log
@@ -58,7 +56,7 @@ from zerorate.run.replay import Replay, Summary, replay_to_file
 from zerorate.run.replay import replay as run_replay
 from zerorate.show import format_learned, format_notes, format_table
 
-__all__ = ["Outputs", "baselines", "in_memory", "print_result", "replay"]
+__all__ = ["baselines", "in_memory", "place_of", "print_result", "replay", "write"]
 
 _COMPARED: Final = ("kf", "akf", "fading")
 """The methods of one source, of which each is meant to better the one before."""
@@ -139,10 +137,11 @@ def replay(
     check_filter_options(options, methods)
     given = {name: value for name, value in options.items() if name != "method"}
     known = None if calibration is None else read_calibration(calibration)
-    place = Outputs.place(output, log.stem, not no_figure)
-    shape = (format, figure_format, not no_figure, force, log)
+    place = place_of(output, log.stem, not no_figure)
+    shape = (format, figure_format, not no_figure, force)
     found = records(log, reading.group_by)
     outputs = [Outputs.of(place.of_part(one.ending), *shape) for one in found]
+    check_outputs([path for files in outputs for path in files.paths], force, log)
     if array:
         replay_arrays(reading, found, [one.paths for one in outputs], force, asked_of_array, given)
         return
@@ -194,7 +193,7 @@ def in_memory(log: Log, progress: Progress, **asked: Any) -> Replay:  # noqa: AN
 
 def _replayed(
     recording: LogFile,
-    files: "Outputs",
+    files: Outputs,
     draws: bool,
     progress: Progress,
     asked: Mapping[str, Any],
@@ -207,7 +206,7 @@ def _replayed(
         whole = recording.log()
         own = None if accel is None else accel.log()
     result = in_memory(whole, progress, **{**asked, "accel": own})
-    files.write(result, progress)
+    write(files, result, progress)
     return result
 
 
@@ -240,73 +239,25 @@ def _values() -> Iterator[None]:
         raise UsageFault(sentence(error)) from None
 
 
-def print_result(result: Summary, outputs: "Outputs") -> None:
+def print_result(result: Summary, outputs: Outputs) -> None:
     """Print the table, the notes, and which files were written."""
     parts = (format_table(result), format_learned(result), format_notes(result))
     print("\n\n".join(filter(None, parts)))
     print_written(outputs.paths)
 
 
-@dataclass(frozen=True)
-class Outputs:
-    """The files of a replay: a filtered log and a figure, None for none; all whole or none."""
-
-    log: Path
-    figure: Path | None
-    force: bool
-
-    @staticmethod
-    def place(output: str, stem: str, figure: bool) -> Destination:
-        """Return where they lie: `output` may name either of them."""
-        suffixes = [*LogFormat, *(FigureFormat if figure else ())]
-        return Destination.of(output, f"{stem}-zerorate", suffixes)
-
-    @classmethod
-    def of(
-        cls,
-        place: Destination,
-        log_format: LogFormat | None,
-        figure_format: FigureFormat | None,
-        draws: bool,
-        force: bool,
-        source: Path | None = None,
-    ) -> "Outputs":
-        """Return the files, after checking that they can be written and drawn."""
-        chosen = place.choose("--format", log_format, LogFormat.parquet)
-        if chosen is LogFormat.parquet:
-            require("pyarrow", "io")
-        figure = None
-        if draws:
-            require("matplotlib", "plot")
-            figure = place.choose("--figure-format", figure_format, FigureFormat.png)
-        drawn = None if figure is None else place.file(f".{figure}")
-        outputs = cls(place.file(f".{chosen}"), drawn, force)
-        check_outputs(outputs.paths, force, source)
-        return outputs
-
-    @property
-    def paths(self) -> Sequence[Path]:
-        """The files to write."""
-        return [self.log] if self.figure is None else [self.log, self.figure]
-
-    def write(self, result: Replay, progress: Progress) -> None:
-        """Draw the figure while another thread writes the log; rename when both are whole."""
-        with (
-            writing(),
-            together(self.paths, self.force) as temporary,
-            ThreadPoolExecutor(1) as executor,
-        ):
-            job = executor.submit(
-                write_log, result.filtered_log, temporary[0], beside=result.beside
-            )
-            if self.figure is not None:
-                progress("drawing", 0.0)
-                _draw(result, temporary[1])
-            progress("writing", 0.9)
-            job.result()
+def place_of(output: str, stem: str, figure: bool) -> Destination:
+    """Return where the files of a replay lie: `output` may name either of them."""
+    suffixes = [*LogFormat, *(FigureFormat if figure else ())]
+    return Destination.of(output, f"{stem}-zerorate", suffixes)
 
 
-def _draw(result: Replay, path: Path) -> None:
+def write(outputs: Outputs, result: Replay, progress: Progress) -> None:
+    """Write the filtered log and the figure."""
     from zerorate.show import plot_replay, save_figure
 
-    save_figure(plot_replay(result), path)
+    outputs.write(
+        [partial(write_log, result.filtered_log, beside=result.beside)],
+        lambda path: save_figure(plot_replay(result), path),
+        progress,
+    )
