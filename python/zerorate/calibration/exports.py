@@ -21,6 +21,7 @@ from zerorate.calibration.parameters import (
 )
 from zerorate.faults import given, said
 from zerorate.io.atomic import atomic_path
+from zerorate.io.exporting import exports
 from zerorate.noise.exports import written
 from zerorate.types import Floats
 from zerorate.units import UNITS, convert
@@ -34,6 +35,7 @@ _AXES: Final = "XYZ"
 _SUFFIXES: Final = ("_acc.calib", "_gyro.calib")
 
 
+@exports()
 def to_kalibr(
     calibration: Calibration,
     path: str | os.PathLike[str] | None = None,
@@ -41,13 +43,6 @@ def to_kalibr(
     force: bool = False,
 ) -> str:
     """Return the calibration as the intrinsics of an IMU in Kalibr's YAML.
-
-    Parameters
-    ----------
-    path : str or path, optional
-        A file to write as well. Default: none.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
@@ -61,8 +56,6 @@ def to_kalibr(
     ------
     ValueError
         If the unit of the raw samples is not known, or a sensor's axes are left-handed.
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
 
     Notes
     -----
@@ -184,6 +177,7 @@ def _triad(
     return "\n".join((*(" ".join(map(_number, row)) for row in rows), *remarks)) + "\n"
 
 
+@exports(".params")
 def to_px4(
     calibration: Calibration,
     path: str | os.PathLike[str] | None = None,
@@ -195,12 +189,8 @@ def to_px4(
 
     Parameters
     ----------
-    path : str or path, optional
-        A file to write as well, ``.params`` by custom. Default: none.
     instance : int
         Number in the parameters' names: 0 for ``CAL_ACC0_XOFF``.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
@@ -215,8 +205,6 @@ def to_px4(
     ------
     ValueError
         If the unit of the raw samples is not known, or the accelerometer's axes are left-handed.
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
     """
     found, names = _in_si(calibration.to_frame("symmetric"), "PX4"), _PX4
     lines = [
@@ -238,6 +226,7 @@ def to_px4(
     return written("\n".join(lines) + "\n", path, force)
 
 
+@exports(".param")
 def to_ardupilot(
     calibration: Calibration,
     path: str | os.PathLike[str] | None = None,
@@ -249,12 +238,8 @@ def to_ardupilot(
 
     Parameters
     ----------
-    path : str or path, optional
-        A file to write as well, ``.param`` by custom. Default: none.
     instance : int
         Number of the IMU: 1 for ``INS_ACCOFFS_X``, 2 for ``INS_ACC2OFFS_X``.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
@@ -267,8 +252,6 @@ def to_ardupilot(
     ------
     ValueError
         If the unit of the raw samples is not known, or the accelerometer's axes are left-handed.
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
     """
     found, names = _in_si(calibration.to_frame("symmetric"), "ArduPilot"), _ARDUPILOT
     number = "" if instance == 1 else instance

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, get_args
 import numpy as np
 
 from zerorate.calibration.parameters import PARAMETERS, Frame
+from zerorate.io.exporting import exports
 from zerorate.io.saved import check_format, checked, finite_numbers, part, restored
 from zerorate.noise.exports import written
 from zerorate.types import Booleans, Floats
@@ -32,17 +33,11 @@ _ROUNDING: Final = 1e-9
 """Part of the larger variance by which a covariance may differ from a sound one."""
 
 
+@exports()
 def to_json(
     calibration: Calibration, path: str | os.PathLike[str] | None = None, *, force: bool = False
 ) -> str:
     """Return the calibration as JSON, for `Calibration.from_json` and for any other program.
-
-    Parameters
-    ----------
-    path : str or path, optional
-        A file to write as well. Default: none.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
@@ -50,11 +45,6 @@ def to_json(
         Every parameter with value, standard error and whether the record determines it, their
         covariance, rests, turns, errors, problems and advice, exact to the last bit; null where a
         number is not known. ``model`` says in words how to apply them.
-
-    Raises
-    ------
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
     """
     model = calibration.temperature_model
     content = {

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from zerorate.identify.polynomials import inverse_roots
+from zerorate.io.exporting import exports
 from zerorate.io.saved import check_format, restored
 from zerorate.noise.exports import written
 from zerorate.types import Floats
@@ -125,27 +126,16 @@ _FORMAT: Final = "zerorate ARMA model"
 _VERSION: Final = 1
 
 
+@exports()
 def to_json(
     model: "ArmaModel", path: str | os.PathLike[str] | None = None, *, force: bool = False
 ) -> str:
     """Return the model as JSON, for `ArmaModel.from_json` and for any other program.
 
-    Parameters
-    ----------
-    path : str or path, optional
-        A file to write as well. Default: none.
-    force : bool
-        Whether to replace an existing file; default no.
-
     Returns
     -------
     str
         Every field, exact to the last bit; "nan", "inf" and "-inf" as texts.
-
-    Raises
-    ------
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
 
     Examples
     --------

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from zerorate.io.atomic import atomic_path
+from zerorate.io.exporting import exports
 from zerorate.noise.coefficient import positive
 from zerorate.noise.quantities import WITHOUT_UNIT, Quantity, term_of
 
@@ -190,6 +191,7 @@ _PX4_FLOAT: Final = 9
 """MAV_PARAM_TYPE_REAL32."""
 
 
+@exports()
 def to_kalibr(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -204,8 +206,6 @@ def to_kalibr(
 
     Parameters
     ----------
-    path : str or path, optional
-        A file to write as well. Default: none.
     accelerometer : NoiseModel, optional
         Model of quantity "acceleration". Without one its lines are left out, which Kalibr
         does not accept: they are to be added by hand.
@@ -216,8 +216,6 @@ def to_kalibr(
     inflate : float
         Factor on every number, for what a record at rest does not show; default 1, noted in the
         file otherwise.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
@@ -230,8 +228,6 @@ def to_kalibr(
     ValueError
         If a model is of the wrong quantity or of samples whose unit is not known, or rate or
         inflate not positive and finite.
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
 
     Notes
     -----
@@ -259,6 +255,7 @@ def to_kalibr(
     return written(_text(f"Kalibr: {_CONTINUOUS}", accelerometer, inflate, lines), path, force)
 
 
+@exports()
 def to_vins(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -272,8 +269,6 @@ def to_vins(
 
     Parameters
     ----------
-    path : str or path, optional
-        A file to write as well. Default: none.
     rate : float, optional
         Rate in Hz of the IMU messages that VINS integrates: with it deviations per sample are
         written, which is what its arithmetic takes. By default the densities of continuous time
@@ -283,8 +278,6 @@ def to_vins(
     inflate : float
         Factor on every number; default 1, noted in the file otherwise. Users of VINS raise the
         numbers by 10 or more, for vibration and for what else its model leaves out.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
@@ -297,8 +290,6 @@ def to_vins(
     ValueError
         If a model is of the wrong quantity or of samples whose unit is not known, or rate or
         inflate not positive and finite.
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
 
     Notes
     -----
@@ -327,6 +318,7 @@ def to_vins(
     return written(_text(title, accelerometer, inflate, lines), path, force)
 
 
+@exports()
 def to_orbslam3(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -340,8 +332,6 @@ def to_orbslam3(
 
     Parameters
     ----------
-    path : str or path, optional
-        A file to write as well. Default: none.
     rate : float, optional
         ``IMU.Frequency`` in Hz. Without it that line is left out, which ORB-SLAM3 does not
         accept: it is to be added by hand.
@@ -350,8 +340,6 @@ def to_orbslam3(
         does not accept: they are to be added by hand.
     inflate : float
         Factor on every number but the rate; default 1, noted in the file otherwise.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
@@ -365,8 +353,6 @@ def to_orbslam3(
     ValueError
         If a model is of the wrong quantity or of samples whose unit is not known, or rate or
         inflate not positive and finite.
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
 
     Notes
     -----
@@ -391,6 +377,7 @@ def to_orbslam3(
     return written(_text(f"ORB-SLAM3: {_CONTINUOUS}", accelerometer, inflate, lines), path, force)
 
 
+@exports(".params")
 def to_px4(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -404,8 +391,6 @@ def to_px4(
 
     Parameters
     ----------
-    path : str or path, optional
-        A file to write as well, ``.params`` by custom. Default: none.
     rate : float
         Steps of the filter per second, Hz, not samples of the sensor: the inverse of
         ``EKF2_PREDICT_US``. Default 100, as PX4's.
@@ -414,8 +399,6 @@ def to_px4(
     inflate : float
         Factor on every number; default 1, noted in the file otherwise. PX4's own values, meant
         for a vehicle that vibrates, lie far above those of a sensor at rest.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
@@ -429,8 +412,6 @@ def to_px4(
     ValueError
         If a model is of the wrong quantity or of samples whose unit is not known, or rate or
         inflate not positive and finite.
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
 
     Notes
     -----
@@ -459,6 +440,7 @@ def to_px4(
     return written(_text(title, accelerometer, inflate, lines), path, force)
 
 
+@exports()
 def to_ros(
     model: "NoiseModel",
     path: str | os.PathLike[str] | None = None,
@@ -472,8 +454,6 @@ def to_ros(
 
     Parameters
     ----------
-    path : str or path, optional
-        A file to write as well. Default: none.
     rate : float
         Messages per second, Hz. A driver that averages samples before it publishes has the lower
         rate of its messages.
@@ -482,8 +462,6 @@ def to_ros(
     inflate : float
         Factor on the deviations, so that the covariances grow with its square; default 1, noted
         in the file otherwise.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
@@ -497,8 +475,6 @@ def to_ros(
     ValueError
         If a model is of the wrong quantity or of samples whose unit is not known, or rate or
         inflate not positive and finite.
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
 
     Notes
     -----

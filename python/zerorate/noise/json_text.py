@@ -5,6 +5,7 @@ import json
 import os
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from zerorate.io.exporting import exports
 from zerorate.io.saved import check_format, part, restored
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.noise.exports import written
@@ -24,28 +25,17 @@ _FIT: Final = {"method": str, "chi_squared": float, "degrees_of_freedom": int, "
 """What a `FittedModel` has beside the coefficients."""
 
 
+@exports()
 def to_json(
     model: "NoiseModel", path: str | os.PathLike[str] | None = None, *, force: bool = False
 ) -> str:
     """Return the model as JSON, for `NoiseModel.from_json` and for any other program.
-
-    Parameters
-    ----------
-    path : str or path, optional
-        A file to write as well. Default: none.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
     str
         Every coefficient with value, standard error, identifiability, bound and unit, exact to
         the last bit, null where it is unknown; and how well a `FittedModel` fits.
-
-    Raises
-    ------
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
 
     Examples
     --------

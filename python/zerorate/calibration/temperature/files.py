@@ -11,6 +11,7 @@ import numpy as np
 
 from zerorate.calibration.temperature.fit import KELVINS
 from zerorate.faults import ArgumentError, given, said
+from zerorate.io.exporting import exports
 from zerorate.io.saved import check_format, checked, finite_numbers, part, restored
 from zerorate.noise.coefficient import NOTHING_KNOWN, Coefficient
 from zerorate.noise.exports import written
@@ -38,28 +39,17 @@ _ARDUPILOT_SCALE: Final = 1e6
 _AXES: Final = "XYZ"
 
 
+@exports()
 def to_json(
     model: TemperatureModel, path: str | os.PathLike[str] | None = None, *, force: bool = False
 ) -> str:
     """Return the model as JSON, for `TemperatureModel.from_json` and for any other program.
-
-    Parameters
-    ----------
-    path : str or path, optional
-        A file to write as well. Default: none.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
     str
         Coefficients, covariance, reference, range, slopes and notes, exact to the last bit; not the
         means that it was fitted to.
-
-    Raises
-    ------
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
     """
     content = {
         "format": _FORMAT,
@@ -149,6 +139,7 @@ def _decoded(axis: object, key: str) -> Coefficient:
     )
 
 
+@exports(".params")
 def to_px4(
     model: TemperatureModel,
     path: str | os.PathLike[str] | None = None,
@@ -161,15 +152,11 @@ def to_px4(
 
     Parameters
     ----------
-    path : str or path, optional
-        A file to write as well, ``.params`` by custom. Default: none.
     instance : int
         0 to 3: the number in ``TC_G0_X0_0``. Default 0.
     device_id : int, optional
         ``TC_G0_ID``, the gyro that the parameters are for: the ``device_id`` of its messages.
         Without it the line is left out, and PX4 uses none of the others until it is set.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
@@ -183,8 +170,6 @@ def to_px4(
     ValueError
         If the model has not three axes, or the unit of its samples is none of angular rate, or
         `instance` is none of PX4's.
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
     """
     if instance not in range(4):
         raise ArgumentError("instance", f"must be 0 to 3, got {instance!r}")
@@ -208,6 +193,7 @@ def to_px4(
     return written("\n".join(lines) + "\n", path, force)
 
 
+@exports(".param")
 def to_ardupilot(
     model: TemperatureModel,
     path: str | os.PathLike[str] | None = None,
@@ -219,12 +205,8 @@ def to_ardupilot(
 
     Parameters
     ----------
-    path : str or path, optional
-        A file to write as well, ``.param`` by custom. Default: none.
     instance : int
         1 to 3: the number of the IMU in ``INS_TCAL1_GYR1_X``. Default 1.
-    force : bool
-        Whether to replace an existing file; default no.
 
     Returns
     -------
@@ -240,8 +222,6 @@ def to_ardupilot(
     ValueError
         If the model has not three axes, or the unit of its samples is none of angular rate, or
         `instance` is none of ArduPilot's.
-    OSError
-        If the file exists (without `force`) or cannot be written. Nothing is left half-written.
     """
     if instance not in range(1, 4):
         raise ArgumentError("instance", f"must be 1 to 3, got {instance!r}")
