@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 import zerorate as zr
-from zerorate.show import plot_attitude_study, save_figure
+from attitude_panels import plot_attitude_study
+from zerorate.show import save_figure
 
 RATE, DURATION = 100.0, 120.0
 # Without scale and misalignment among their states; the Mahony filter integrates its bias.

@@ -1,15 +1,20 @@
 """Figures of an attitude: what they show, and no label over another."""
 
+import runpy
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import zerorate as zr
 from support.figures import check_contrast, check_layout
-from zerorate.show import plot_attitude_study, save_figure
+from zerorate.show import save_figure
 from zerorate.show.attitude_figure import heading_and_tilt_errors
 
+EXAMPLE = runpy.run_path(
+    str(Path(__file__).parents[2] / "examples" / "attitude_panels.py"), run_name="panels"
+)
 ASKED = {
     "usual": {},
     "offline": {"offline": True, "frame": "ned"},
@@ -40,7 +45,7 @@ def test_the_study(tmp_path):
     scales = np.array([-0.01, 0.0, 0.01])
     errors = {name: np.array([0.02, 0.01, 0.03]) for name in curves}
     magnet = {"auto": estimate("usual"), "madgwick": estimate("named")}
-    figure = plot_attitude_study(curves, magnet, np.eye(3), scales, errors)
+    figure = EXAMPLE["plot_attitude_study"](curves, magnet, np.eye(3), scales, errors)
     check_layout(figure)
     check_contrast(figure)
     assert [axes.get_ylabel() for axes in figure.axes] == [

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
         format_rotations,
     )
     from zerorate.show.attitude_figure import plot_attitude
-    from zerorate.show.attitude_study import plot_attitude_study
     from zerorate.show.attitude_table import format_attitude
     from zerorate.show.calibration_figure import plot_calibration
     from zerorate.show.calibration_table import format_calibration
@@ -56,7 +55,6 @@ __all__ = [
     "plot_allan",
     "plot_array",
     "plot_attitude",
-    "plot_attitude_study",
     "plot_calibration",
     "plot_characterisation",
     "plot_dynamic",
@@ -78,7 +76,6 @@ _PLACES: Final = {
         "format_rotations",
     ),
     "attitude_figure": ("plot_attitude",),
-    "attitude_study": ("plot_attitude_study",),
     "attitude_table": ("format_attitude",),
     "calibration_figure": ("plot_calibration",),
     "calibration_table": ("format_calibration",),
