@@ -103,7 +103,7 @@ def stages(path, target, method) -> dict[str, float]:
             with watch("measure"):
                 measures.take(block)
             with watch("write"):
-                file.write([recording.time(block.first, block.end), *block.drift[method]])
+                file.write([recording.time(block.first, block.end), *block.bias[method]])
     watch.seconds["filter"] = watch.seconds.pop("read and filter") - watch.seconds["read"]
     return watch.seconds
 

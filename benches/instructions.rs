@@ -210,16 +210,16 @@ fn navigator() -> NavigationFilter {
     };
     let start = Start {
         time: 0.0,
-        attitude: [1.0, 0.0, 0.0, 0.0],
+        quaternion: [1.0, 0.0, 0.0, 0.0],
         heading_known: true,
         course: false,
         latitude: 0.8,
         gyro_bias: [1e-3, -1e-3, 0.0],
         accel_bias: [0.0; 3],
-        sigma_level: 5e-3,
-        sigma_heading: 0.05,
-        sigma_gyro_bias: 1e-4,
-        sigma_accel_bias: 0.05,
+        level_sigma: 5e-3,
+        heading_sigma: 0.05,
+        gyro_bias_sigma: 1e-4,
+        accel_bias_sigma: 0.05,
     };
     NavigationFilter::new(start, params).expect("parameters in their ranges")
 }
@@ -237,8 +237,8 @@ fn drive(nav: &mut NavigationFilter, time: &mut f64, steps: &mut Steps, fixed: b
             time: *time,
             position: [0.8, 0.1, 100.0],
             velocity: [0.1, 0.0, 0.0],
-            sigma_position: [2.0; 3],
-            sigma_velocity: [0.1; 3],
+            position_sigma: [2.0; 3],
+            velocity_sigma: [0.1; 3],
         };
         nav.update_gnss_before(&fix, steps).expect("deviations are positive");
     }

@@ -33,7 +33,7 @@ class InC:
         self.drive, self.out = drive, np.zeros((len(drive.time), 6))
 
     def __call__(self):
-        drive, q = self.drive, self.drive.truth_attitude[0]
+        drive, q = self.drive, self.drive.truth_quaternion[0]
         axes = np.concatenate((np.zeros((3, 1)), np.eye(3)), axis=1)
         columns = product(product(np.tile(q, (3, 1)), axes), inverse(np.tile(q, (3, 1))))[:, 1:]
         place = np.radians(drive.truth_position[0, :2])

@@ -97,7 +97,7 @@ def _z(error: Floats, sigma: Floats, part: slice) -> Floats:
 def poses() -> None:
     """Draw the poses of a good session, and of one in which -z was never up."""
     good = zr.simulate_session(20, seed=32)
-    up = good.orientation[good.rests[:, 0]]
+    up = good.quaternion[good.rests[:, 0]]
     # The third row of the matrix of a quaternion: up in the axes of the body.
     below = 1.0 - 2.0 * (up[:, 1] ** 2 + up[:, 2] ** 2) < -0.2
     gap = zr.simulate_session(up[~below], seed=32)
@@ -193,7 +193,7 @@ def _angle(rates: Floats, rate: float, whole: zr.Calibration, turn: Turn) -> flo
     before, after = (whole.rests[place] for place in turn.rests)
     still = [rates[rest.first : rest.last].mean(axis=0) for rest in (before, after)]
     turned = zr.integrate(np.radians(rates[turn.first : turn.last] - np.mean(still, axis=0)), rate)
-    return float(2.0 * np.arccos(min(1.0, abs(turned.orientation[-1, 0]))))
+    return float(2.0 * np.arccos(min(1.0, abs(turned.quaternion[-1, 0]))))
 
 
 def refused(recordings: Path) -> None:

@@ -23,7 +23,7 @@ ACCEL = zr.NoiseModel(angle_random_walk=0.02, rate_random_walk=5e-4, quantity="a
 def main(folder):
     """Draw both figures."""
     drive = zr.simulate_drive(
-        DURATION, seed=SEED, gyro=GYRO, accel=ACCEL, sigma_position=0.05, sigma_velocity=0.05
+        DURATION, seed=SEED, gyro=GYRO, accel=ACCEL, position_sigma=0.05, velocity_sigma=0.05
     )
     imu, fixes = drive.recording(), drive.fixes
     start = zr.align(imu, latitude=fixes.position[0, 0], heading="course")

@@ -86,7 +86,7 @@ def simulated_rows():
 def told(drive, **options):
     """Return a filter that is told the noise of the sensors, and what their biases may be."""
     start = zr.align(
-        drive.recording(), latitude=48.0, heading="course", sigma_accel_bias=ACCEL_BIAS
+        drive.recording(), latitude=48.0, heading="course", accel_bias_sigma=ACCEL_BIAS
     )
     return zr.NavigationFilter(start, gyro=GYRO, accel=ACCEL, **options)
 
@@ -113,8 +113,8 @@ def says(position, velocity):
         n = len(fixes)
         return replace(
             fixes,
-            sigma_position=np.full((n, 3), position),
-            sigma_velocity=np.full((n, 3), velocity),
+            position_sigma=np.full((n, 3), position),
+            velocity_sigma=np.full((n, 3), velocity),
         )
 
     return spoilt

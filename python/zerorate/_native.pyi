@@ -124,7 +124,6 @@ __all__ = [
     "arma_residuals",
     "attitude_options",
     "autoregression_variances",
-    "carry_turns",
     "check_field",
     "check_fit",
     "check_gyro",
@@ -140,6 +139,7 @@ __all__ = [
     "log_normal_cdf",
     "longest_factor",
     "position_options",
+    "propagate_turns",
     "register",
     "reversals",
     "smooth_linear",
@@ -560,7 +560,7 @@ class DriftFilter(Generic[_Number, _Flag]):
         step of the signal: int, with channels (k,).
         """
     @property
-    def restarts(self) -> int | _Counts:
+    def restart_count(self) -> int | _Counts:
         """How often the scale learned at the start was proved wrong by many orders, upon which noise
         and drift were learned anew: int, with channels (k,).
         """
@@ -1141,7 +1141,7 @@ class StreamingAllan:
     >>> import zerorate as zr
     >>> allan = zr.StreamingAllan(rate=100.0, octaves=2)
     >>> allan.process([1.0, 2.0, 0.0, 1.0])
-    >>> allan.taus.tolist(), allan.terms.tolist()
+    >>> allan.taus.tolist(), allan.term_count.tolist()
     ([0.01, 0.02], [3, 1])
     >>> allan.deviation.round(3).tolist()  # of 1, -2, 1; and of the averages 1.5 and 0.5
     [1.0, 0.707]
@@ -1190,10 +1190,10 @@ class StreamingAllan:
     def hadamard_deviation(self) -> _Floats:
         """Hadamard deviation, as ``deviation``; a constant angular acceleration leaves it alone."""
     @property
-    def terms(self) -> _Counts:
+    def term_count(self) -> _Counts:
         """Number of differences in each element of ``deviation``, int64."""
     @property
-    def hadamard_terms(self) -> _Counts:
+    def hadamard_term_count(self) -> _Counts:
         """Number of differences in each element of ``hadamard_deviation``, int64."""
 
 @final
@@ -2277,7 +2277,7 @@ class NavigationFilter:
     correct what drifts. Body axes are forward, right, down; the earth's north, east, down, WGS84.
 
     A position or velocity is taken if its normalised innovation squared is at most ``gate``. After ten in
-    a row that are not, the filter is taken to be wrong and goes where the next one is (``moves``); in the first second after an outage there is no
+    a row that are not, the filter is taken to be wrong and goes where the next one is (``move_count``); in the first second after an outage there is no
     gate. A fix may be up to a second late. Without a known heading the filter waits, and with ``vehicle=
     "wheeled"`` takes it from the course above 1 m/s.
 
@@ -2358,8 +2358,8 @@ class NavigationFilter:
         t: float,
         position: npt.ArrayLike,
         velocity: npt.ArrayLike | None = None,
-        sigma_position: npt.ArrayLike = 2.0,
-        sigma_velocity: npt.ArrayLike = 0.1,
+        position_sigma: npt.ArrayLike = 2.0,
+        velocity_sigma: npt.ArrayLike = 0.1,
     ) -> Literal["used", "rejected", "refused"]:
         """Takes a fix of the receiver: when it was measured, s, latitude and longitude, deg, and height, m,
         (3,); velocity north, east, down, m/s, (3,) or None; their deviations, one or three axes. Returns
@@ -2423,7 +2423,7 @@ class NavigationFilter:
     def velocity(self) -> _Floats:
         """North, east and down, m/s; NaN before the first fix: (3,)."""
     @property
-    def attitude(self) -> _Floats:
+    def quaternion(self) -> _Floats:
         """Quaternion w, x, y, z from the body's axes to north, east, down: (4,)."""
     @property
     def gyro_bias(self) -> _Floats:
@@ -2468,13 +2468,13 @@ class NavigationFilter:
     def samples_seen(self) -> int:
         """Samples of the sensors given so far, missing ones included."""
     @property
-    def fixes(self) -> dict[str, int]:
+    def fix_count(self) -> dict[str, int]:
         """Fixes so far by what became of them: "used", "rejected", "refused"."""
     @property
-    def rejected(self) -> dict[str, int]:
+    def rejected_count(self) -> dict[str, int]:
         """What the gate has rejected so far, counted apart: "positions" and "velocities"."""
     @property
-    def moves(self) -> int:
+    def move_count(self) -> int:
         """How often the filter went where the positions are, after ten in a row that were rejected."""
     @property
     def last_move(self) -> tuple[float, float] | None:
@@ -2845,7 +2845,7 @@ class WaveletDenoiser(Generic[_Number, _Flag]):
         channels (k,).
         """
     @property
-    def missing(self) -> _Flag:
+    def missing_count(self) -> int | _Counts:
         """Samples that were missing so far: int, with channels (k,)."""
     @property
     def samples_seen(self) -> int:
@@ -2883,7 +2883,7 @@ def denoise(
     mode: str,
     approximation: bool,
 ) -> tuple[_Floats, _Counts, _Floats, _Floats]: ...
-def carry_turns(
+def propagate_turns(
     rates: npt.ArrayLike,
     steps: npt.ArrayLike,
     spans: npt.ArrayLike,

@@ -58,7 +58,7 @@ def test_it_is_the_definition(taus, gaps):
     z += 1e3  # an offset, which costs no precision
     r = zr.allan_covariance(z, RATE, taus)
     expected = [naive(z, round(tau * RATE)) for tau in r.tau]
-    np.testing.assert_array_equal(r.terms, [count for _, count in expected])
+    np.testing.assert_array_equal(r.term_count, [count for _, count in expected])
     # The offset is a thousand times the noise: of its digits three are gone in the naive means.
     np.testing.assert_allclose(r.matrix, [matrix for matrix, _ in expected], rtol=1e-8, atol=1e-10)
     assert r.seconds == (200 - len(gaps)) / RATE
@@ -69,7 +69,7 @@ def test_the_diagonal_is_that_of_allan():
     np.testing.assert_array_equal(r.tau, alone.taus)
     np.testing.assert_allclose(np.einsum("tii->ti", r.matrix), alone.deviation**2, **ROUNDING)
     np.testing.assert_array_equal(r.edf, np.median(alone.edf, axis=1))
-    np.testing.assert_array_equal(r.terms, alone.terms[:, 0])
+    np.testing.assert_array_equal(r.term_count, alone.term_count[:, 0])
 
 
 def test_a_gap_of_one_is_a_gap_of_all():
@@ -78,7 +78,7 @@ def test_a_gap_of_one_is_a_gap_of_all():
     common = np.where(np.isfinite(z).all(axis=1)[:, None], z, np.nan)
     r, alone = zr.allan_covariance(z, RATE), zr.allan(common, RATE)
     np.testing.assert_allclose(np.einsum("tii->ti", r.matrix), alone.deviation**2, **ROUNDING)
-    np.testing.assert_array_equal(r.terms, alone.terms[:, 0])
+    np.testing.assert_array_equal(r.term_count, alone.term_count[:, 0])
     np.testing.assert_array_equal(r.matrix, zr.allan_covariance(common, RATE).matrix)
     assert r.seconds == 397 / RATE
     assert r.notes == (
@@ -87,7 +87,7 @@ def test_a_gap_of_one_is_a_gap_of_all():
         "at 3 of 400 samples a gyro is missing",
         "gaps leave no term from 2.56 s on: bridge= fills short ones",
     )
-    for matrix in r.matrix[r.terms > 0]:
+    for matrix in r.matrix[r.term_count > 0]:
         assert_covariance(matrix)
 
 
@@ -96,7 +96,7 @@ def test_short_gaps_are_bridged_as_those_of_allan():
     z[100:103, 0] = z[101:105, 1] = z[:2, 2] = np.nan
     r, alone = zr.allan_covariance(z, RATE, bridge=3), zr.allan(z, RATE, bridge=3)
     # What is left is the gap of the second and the beginning, as in the first and third alone.
-    np.testing.assert_array_equal(r.terms <= alone.terms.min(axis=1), True)
+    np.testing.assert_array_equal(r.term_count <= alone.term_count.min(axis=1), True)
     filled = z.copy()
     filled[99:104, 0] = np.linspace(z[99, 0], z[103, 0], 5)
     np.testing.assert_allclose(r.matrix, zr.allan_covariance(filled, RATE).matrix, **ROUNDING)

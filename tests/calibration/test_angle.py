@@ -41,7 +41,7 @@ class TestOneAxis:
     def test_a_constant_rate(self, method):
         found = zr.integrate(np.full(501, 0.25), RATE, method)
         np.testing.assert_allclose(found.angle, 0.25 * np.arange(501) / RATE, atol=1e-12)
-        assert (found.orientation, found.sigma, found.method) == (None, None, method)
+        assert (found.quaternion, found.sigma, found.method) == (None, None, method)
 
     def test_a_rate_that_rises_evenly(self):
         t = np.arange(501) / RATE
@@ -73,13 +73,13 @@ class TestThreeAxes:
         found = zr.integrate(rate[:, None] * axis, RATE, method)
         angle = zr.integrate(rate, RATE, method).angle
         expected = rotations.of_rotation_vectors(angle[:, None] * axis)
-        np.testing.assert_allclose(found.orientation, expected, atol=1e-12)
+        np.testing.assert_allclose(found.quaternion, expected, atol=1e-12)
         np.testing.assert_allclose(found.angle, np.abs(angle), atol=1e-7)
 
     def test_errors_fall_with_the_order_of_the_method(self):
         def error(method, rate):
             rates, truth = coning(np.arange(round(10 * rate)) / rate)
-            return off(zr.integrate(rates, rate, method).orientation, truth)[-1]
+            return off(zr.integrate(rates, rate, method).quaternion, truth)[-1]
 
         for method, order in (("backward-euler", 2.0), ("trapezoid", 4.0), ("coning", 4.0)):
             assert error(method, 200.0) * order == pytest.approx(error(method, 100.0), rel=0.2)
@@ -89,7 +89,7 @@ class TestThreeAxes:
         def at_the_end(method, rate):
             t = np.arange(round(rate) + 1)[:, None] / rate
             rates = np.array([1.0, -2.0, 0.5]) + t * np.array([-3.0, 1.0, 4.0])
-            return zr.integrate(rates, rate, method).orientation[-1:]
+            return zr.integrate(rates, rate, method).quaternion[-1:]
 
         truth = at_the_end("coning", 6400.0)
         error = {
@@ -102,7 +102,7 @@ class TestThreeAxes:
 
     def test_a_session_comes_back_to_its_poses(self):
         session = zr.simulate_session(8, seed=3)
-        error = off(zr.integrate(session.rates, RATE).orientation, session.orientation)
+        error = off(zr.integrate(session.rates, RATE).quaternion, session.quaternion)
         # Samples at 100 Hz leave 1e-6 rad of a turn whose axis moves.
         assert error[session.rests[:, 0] + 5].max() < 2e-5
 
@@ -148,11 +148,11 @@ class TestSigma:
         noise = zr.NoiseModel(1e-4, rate_random_walk=2e-5)
         session = zr.simulate_session(4, seed=2, rest=1.0)
         n, errors = len(session.rates), []
-        since = zr.integrate(session.rates, RATE).orientation[-1]
+        since = zr.integrate(session.rates, RATE).quaternion[-1]
         for seed in range(40):
             z, _ = zr.simulate(noise, RATE, n / RATE, seed, axes=3)
             turned = zr.integrate(session.rates + z, RATE, noise=noise)
-            error = rotations.product(turned.orientation[-1], rotations.inverse(since))
+            error = rotations.product(turned.quaternion[-1], rotations.inverse(since))
             errors.append(2.0 * error[1:] * np.sign(error[0]) / turned.sigma[-1])
         # 120 squares, of which the mean has a deviation of sqrt(2/120), five of them.
         assert np.mean(np.square(errors)) == pytest.approx(1.0, abs=5.0 * math.sqrt(2.0 / 120.0))
@@ -210,7 +210,7 @@ class TestMissing:
         rates[200:210, 1] = np.nan
         found = zr.integrate(rates, RATE, angle_random_walk=0.0)
         assert found.bridged.sum() == 10
-        assert np.isfinite(found.orientation).all()
+        assert np.isfinite(found.quaternion).all()
         assert (found.sigma[:200] == 0.0).all()
         # The gap's error is one of y, which the body has turned a little by then.
         assert np.argmax(found.sigma[-1]) == 1
@@ -222,7 +222,7 @@ class TestMissing:
     def test_nothing_is_ever_nan(self, rates, method):
         rates[3] = 0.0
         found = zr.integrate(rates, RATE, method, noise=zr.NoiseModel(1e-4, 1e-5, 1e-6))
-        for values in (found.angle, found.orientation, found.sigma):
+        for values in (found.angle, found.quaternion, found.sigma):
             assert not np.isnan(values).any()
 
 

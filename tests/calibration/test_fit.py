@@ -88,7 +88,7 @@ def test_errors_are_a_tenth_of_those_before():
 def test_rests_and_turns_are_those_of_the_session():
     found, simulated = calibration(), session()
     turned = [turn.angle for turn in found.turns]
-    q = simulated.orientation[simulated.rests[:, 0]]
+    q = simulated.quaternion[simulated.rests[:, 0]]
     cosines = np.abs((q[1:] * q[:-1]).sum(axis=1))
     np.testing.assert_allclose(turned, 2.0 * np.arccos(cosines), atol=2e-3)
     for turn in found.turns:
@@ -96,7 +96,7 @@ def test_rests_and_turns_are_those_of_the_session():
         assert before.last - 1 == turn.first
         assert after.first + 1 == turn.last
         assert np.linalg.norm(turn.axis) == pytest.approx(1.0)
-    w, x, y, z = simulated.orientation[simulated.rests[:, 0]].T
+    w, x, y, z = simulated.quaternion[simulated.rests[:, 0]].T
     up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
     np.testing.assert_allclose([rest.direction for rest in found.rests], up, atol=2e-3)
 

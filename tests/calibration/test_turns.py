@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from oracle import turns
-from zerorate._native import carry_turns, integrate_rates
+from zerorate._native import integrate_rates, propagate_turns
 
 METHODS = ["backward-euler", "trapezoid", "coning"]
 NOTHING = (np.zeros((1, 3)), np.eye(3))
@@ -27,7 +27,7 @@ def hand_turn(seed, n=120):
 def test_a_turn_and_its_sensitivities_are_those_of_the_oracle(seed):
     rates, steps, bias, matrix = hand_turn(seed)
     spans, biases = [(0, 120), (30, 90), (119, 120)], np.stack([bias, -bias, bias])
-    found = carry_turns(rates, steps, spans, biases, matrix)
+    found = propagate_turns(rates, steps, spans, biases, matrix)
     for k, (first, last) in enumerate(spans):
         part = (rates[first:last], steps[first : last - 1], biases[k], matrix)
         # A rounding of either a step.
@@ -44,9 +44,9 @@ def test_a_turn_and_its_sensitivities_are_those_of_the_oracle(seed):
 
 def test_a_vector_at_rest_moves_as_said():
     rates, steps, bias, matrix = hand_turn(5)
-    carried = carry_turns(rates, steps, [(0, 120)], bias[None], matrix)
+    carried = propagate_turns(rates, steps, [(0, 120)], bias[None], matrix)
     error = 1e-6 * np.arange(9.0).reshape(3, 3)
-    moved = carry_turns(rates, steps, [(0, 120)], bias[None], matrix + error)
+    moved = propagate_turns(rates, steps, [(0, 120)], bias[None], matrix + error)
     u = np.array([0.6, 0.0, 0.8])
     psi = np.einsum("abc,bc", carried[1][0], error)
     expected = carried[0][0].T @ u + np.cross(carried[0][0].T @ u, psi)
@@ -110,7 +110,7 @@ def test_no_finite_rate_ends_in_nan(size):
     rates = size * np.random.default_rng(3).standard_normal((50, 3))
     for method in METHODS:
         assert np.isfinite(integrate_rates(rates, np.full(49, 0.01), method)).all()
-    for found in carry_turns(rates, np.full(49, 0.01), [(0, 50)], *NOTHING):
+    for found in propagate_turns(rates, np.full(49, 0.01), [(0, 50)], *NOTHING):
         assert np.isfinite(found).all()
 
 
@@ -120,7 +120,7 @@ def test_nan_follows_on_a_missing_sample():
     found = integrate_rates(rates, np.full(5, 0.01), "coning")
     assert np.isfinite(found[:3]).all()
     assert np.isnan(found[3:]).all()
-    rotations, *_ = carry_turns(
+    rotations, *_ = propagate_turns(
         rates, np.full(5, 0.01), [(0, 3), (0, 6)], np.zeros((2, 3)), np.eye(3)
     )
     assert np.isfinite(rotations[0]).all()
@@ -130,7 +130,7 @@ def test_nan_follows_on_a_missing_sample():
 def test_no_samples_and_no_turns():
     assert integrate_rates(np.zeros((0, 3)), [], "coning").shape == (0, 4)
     assert integrate_rates(np.zeros((1, 3)), [], "coning").tolist() == [[1.0, 0.0, 0.0, 0.0]]
-    none = carry_turns(np.zeros((2, 3)), [0.1], np.zeros((0, 2)), np.zeros((0, 3)), np.eye(3))
+    none = propagate_turns(np.zeros((2, 3)), [0.1], np.zeros((0, 2)), np.zeros((0, 3)), np.eye(3))
     assert [part.shape for part in none] == [(0, 3, 3), (0, 3, 3, 3), (0, 3, 3), (0,)]
 
 
@@ -156,7 +156,7 @@ def test_other_shapes_are_refused(changed, told):
         "matrix": np.eye(3),
     }
     with pytest.raises(ValueError, match=told):
-        carry_turns(**(fits | changed))
+        propagate_turns(**(fits | changed))
 
 
 def test_an_unknown_method_is_refused():

@@ -147,7 +147,7 @@ class TestFiles:
             rows = list(csv.DictReader(file))
         curve = zr.allan(zr.read_log(log), confidence=0.683)
         assert [row["axis"] for row in rows[:: curve.taus.size]][:3] == list(curve.names)
-        for name in ("deviation", "lower", "upper", "edf", "exponent", "terms"):
+        for name in ("deviation", "lower", "upper", "edf", "exponent", "term_count"):
             found = [float(row[name]) for row in rows[: curve.taus.size]]
             np.testing.assert_array_equal(found, getattr(curve, name)[:, 0])
         assert rows[0]["unit"] == "rad/s"
@@ -161,7 +161,7 @@ class TestFiles:
         text = (out / f"{STEM}.json").read_text()
         (axis,) = json.loads(text, parse_constant=pytest.fail)["axes"]
         assert axis["deviation"][-1] is None
-        assert len(axis["tau_s"]) == len(axis["terms"])
+        assert len(axis["tau_s"]) == len(axis["term_count"])
 
     def test_npz(self, cli, log, out):
         assert cli(log, "-o", out, "--format", "npz", "--no-figure")[0] == 0

@@ -179,11 +179,11 @@ def test_one_file_may_hold_both(cli, out, tmp_path):
     code, text, errors = cli(log, "-o", out, "--no-figure")
     assert (code, errors) == (0, "")
     used = int(re.search(r"used +(\d+)", text)[1])
-    assert used == expected().counts["used"]
+    assert used == expected().fix_count["used"]
 
 
 def test_a_heading_and_a_rest_may_be_given(cli, imu, gnss, out):
-    yaw = 2.0 * np.arctan2(DRIVE.truth_attitude[0, 3], DRIVE.truth_attitude[0, 0])
+    yaw = 2.0 * np.arctan2(DRIVE.truth_quaternion[0, 3], DRIVE.truth_quaternion[0, 0])
     options = (f"--heading={np.degrees(yaw):.3f}", "--rest", "1,25")
     code, text, _ = cli(imu, gnss, *options, "-o", out, "--no-figure")
     assert code == 0

@@ -109,7 +109,7 @@ def test_a_missing_sample_is_as_the_last_one():
     how = {"wavelet": "db2", "level": 3, "threshold": 0.0}
     found = zr.WaveletDenoiser(RATE, **how)
     assert_same_bits(found.process(gaps), zr.WaveletDenoiser(RATE, **how).process(held))
-    assert found.missing == missing.sum()
+    assert found.missing_count == missing.sum()
     assert found.samples_seen == z.size
 
 
@@ -127,7 +127,7 @@ def test_nothing_is_known_before_the_first_sample():
     assert np.isnan(denoiser.process([np.nan, np.inf, -np.inf])).all()
     assert np.isnan(denoiser.update(None))
     assert denoiser.process([2.0, np.nan, 2.0]).tolist() == [2.0, 2.0, 2.0]
-    assert (denoiser.missing, denoiser.samples_seen) == (5, 7)
+    assert (denoiser.missing_count, denoiser.samples_seen) == (5, 7)
 
 
 def test_what_was_chosen_is_told():
@@ -139,7 +139,7 @@ def test_what_was_chosen_is_told():
         "WaveletDenoiser(rate=50.0, wavelet='db4', level=2, mode='soft', threshold=3.0, channels=2)"
     )
     denoiser.process([[1.0, np.nan]])
-    assert denoiser.missing.tolist() == [0, 1]
+    assert denoiser.missing_count.tolist() == [0, 1]
 
 
 BAD = {

@@ -46,7 +46,7 @@ def test_one_sample_of_the_start_up_may_be_anything(method, motion, value, first
     # One of a hundred samples is lost: the start differs by a tenth of a deviation at most.
     assert late_error(got) <= 1.3 * late_error(expected) + 0.002
     assert f.bias_sigma == pytest.approx(known.bias_sigma, rel=0.3)
-    assert f.restarts == 0
+    assert f.restart_count == 0
 
 
 @given(data=st.data())
@@ -86,13 +86,13 @@ def test_a_scale_proved_wrong_is_learned_anew(method, motion, scale):
 def test_status_and_count_say_so(method, scale):
     f = zr.DriftFilter(rate=RATE, method=method, motion="ignore", output="estimate")
     f.process(scale * record(10.0))
-    assert f.restarts == 0
+    assert f.restart_count == 0
     told = set()
     for z in record(60.0):
         f.update(z)
         told.add(f.status)
     assert told == {"at rest", "starting anew"}
-    assert f.restarts == 1
+    assert f.restart_count == 1
     assert f.samples_seen == 7000
 
 
@@ -100,7 +100,7 @@ def test_status_and_count_say_so(method, scale):
 def test_a_scale_that_was_told_stays(method):
     f = zr.DriftFilter(rate=RATE, method=method, motion="ignore", scale=1e-9, output="estimate")
     f.process(record(60.0))
-    assert (f.restarts, f.status) == (0, "at rest")
+    assert (f.restart_count, f.status) == (0, "at rest")
 
 
 @pytest.mark.parametrize("scale", [1e-150, 1e-9, 1e9, 1e150])
@@ -122,7 +122,7 @@ def test_the_rest_of_a_wild_ride_is_no_proof(method, motion):
     size = 3.0 if method == "auto" else 30.0
     ride = size * np.sin(2.0 * np.pi * 1.7 * np.arange(6000) / RATE)
     f = filtered(np.concatenate([quiet, quiet[:6000] + ride, quiet]), method, motion)[1]
-    assert f.restarts == 0
+    assert f.restart_count == 0
 
 
 @pytest.mark.parametrize("method", ["kf", "akf", "fading"])
@@ -143,7 +143,7 @@ def test_channels_that_begin_anew_at_different_times_share_registers(method):
     for c in range(7):
         alone = zr.DriftFilter(rate=RATE, method=method, motion="ignore", output="estimate")
         assert_same_bits(alone.process(z[:, c].copy()), answers[:, c])
-        assert alone.restarts == together.restarts[c] == (c >= 2)
+        assert alone.restart_count == together.restart_count[c] == (c >= 2)
 
 
 SPOILT = {

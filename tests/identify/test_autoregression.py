@@ -264,7 +264,7 @@ def test_without_a_constant_the_record_is_taken_as_it_is(method):
 def test_order_zero_is_mean_and_variance(method):
     z = simulated([0.5], 1000) + 10.0
     model = fit_ar(z, 0, method)
-    assert (model.order, model.condition, model.n_parameters) == ((0, 0), 1.0, 2)
+    assert (model.order, model.condition, model.parameter_count) == ((0, 0), 1.0, 2)
     # Two sums of 1000 samples in another order.
     assert model.constant == pytest.approx(z.mean(), rel=1e-14)
     assert model.sigma2 == pytest.approx(z.var(), rel=1e-13)

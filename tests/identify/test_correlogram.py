@@ -100,7 +100,7 @@ def test_white_noise_is_white():
     assert found.ljung_box.accepted
     assert found.correlogram.acf.shape == (40,)
     # 2 of 40 lags are expected beyond the bound, more than 6 once in 200.
-    assert found.outside <= 6
+    assert found.outside_count <= 6
     # Chi-squared with 20 degrees of freedom over n: at most 45 but for once in 1000.
     assert 0.0 <= found.predictable < 45 / 100_000
 
@@ -113,7 +113,7 @@ def test_how_much_is_predictable():
     assert not found.white
     # phi^2 of the variance; its standard error is 2 phi sqrt((1 - phi^2)/n) = 0.002.
     assert found.predictable == pytest.approx(0.36, abs=0.01)
-    assert found.outside >= 3
+    assert found.outside_count >= 3
 
 
 def test_faint_correlation_of_a_long_record_hardly_matters():

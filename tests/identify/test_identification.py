@@ -93,8 +93,8 @@ class TestKnownModel:
         z[4000:5000] = np.nan
         z[::3000] = np.nan
         other = identify(z, RATE)
-        assert other.record.missing == np.isnan(z).sum()
-        assert other.record.stretches == 6
+        assert other.record.missing_count == np.isnan(z).sum()
+        assert other.record.stretch_count == 6
         assert other.model.order == (2, 1)
         errors = other.model.standard_errors
         np.testing.assert_array_less(np.abs(other.model.phi - PHI), 4.0 * errors[:2])
@@ -216,7 +216,7 @@ class TestNumbers:
     def test_summary_of_a_record(self):
         z = np.array([np.nan, 1.0, 2.0, np.nan, np.nan, 3.0, np.nan])
         record = summarised(z, 2.0)
-        assert (record.samples, record.missing, record.stretches) == (7, 4, 2)
+        assert (record.sample_count, record.missing_count, record.stretch_count) == (7, 4, 2)
         assert (record.mean, record.duration, record.step) == (2.0, 3.5, 0.0)
         assert record.deviation == pytest.approx(np.sqrt(2.0 / 3.0), rel=1e-15)
 

@@ -57,19 +57,19 @@ def test_table_of_acceptance(m, bounds):
     assert arrangements.critical_values(m) == bounds
     for count, accepted in [(lower, False), (lower + 1, True), (upper, True), (upper + 1, False)]:
         found = reverse_arrangements(permutation(m, count), segments=None)
-        assert (found.reversals, found.accepted) == (count, accepted)
+        assert (found.reversal_count, found.accepted) == (count, accepted)
         assert (found.lower, found.upper) == bounds
         assert (found.p_value > 0.05) == accepted
 
 
 def test_the_example_of_the_book():
     found = reverse_arrangements(BOOK, segments=None)
-    assert found.reversals == found.statistic == 86
+    assert found.reversal_count == found.statistic == 86
     assert found.accepted
     # Seven pairs are equal, 3.9 three times among them: half of them is what A lacks.
     equal = sum(a == b for a, b in itertools.combinations(BOOK, 2))
-    assert (found.ties, found.lower, found.upper) == (equal, 64 - equal / 2, 125 - equal / 2)
-    assert (found.n, found.segments, found.of, found.left_out) == (20, 20, "sample", 0)
+    assert (found.tie_count, found.lower, found.upper) == (equal, 64 - equal / 2, 125 - equal / 2)
+    assert (found.n, found.segment_count, found.of, found.left_out_count) == (20, 20, "sample", 0)
 
 
 def test_probabilities_are_those_of_all_orders():
@@ -118,7 +118,7 @@ def test_reversals_of_a_million_are_kendalls():
     tau = kendalltau(np.arange(z.size), z)
     n = z.size
     # 1e12 pairs are counted exactly; tau is a double.
-    assert found.reversals == pytest.approx(n * (n - 1) / 4 * (1.0 - tau.statistic), rel=1e-12)
+    assert found.reversal_count == pytest.approx(n * (n - 1) / 4 * (1.0 - tau.statistic), rel=1e-12)
     assert found.p_value == pytest.approx(tau.pvalue, rel=1e-6)
 
 
@@ -144,7 +144,7 @@ def test_lambda_is_that_of_bao_and_yuan():
     found = reverse_arrangements(NOISE)
     # A few roundings.
     assert found.z_score == pytest.approx(expected, rel=1e-12)
-    assert found.reversals == m * (m - 1) // 2 - later
+    assert found.reversal_count == m * (m - 1) // 2 - later
 
 
 def test_a_rise_has_few_reversals_and_a_positive_score():
@@ -152,7 +152,7 @@ def test_a_rise_has_few_reversals_and_a_positive_score():
     found = reverse_arrangements(rise)
     assert not found.accepted
     assert found.z_score > 2.0
-    assert found.reversals < found.lower
+    assert found.reversal_count < found.lower
     fall = reverse_arrangements(-rise)
     assert fall.z_score < -2.0
     assert fall.p_value == pytest.approx(found.p_value, rel=1e-9)
@@ -188,11 +188,11 @@ def test_segments_without_half_their_samples_are_left_out():
     z[400:599] = np.nan  # nearly all of the third
     z[800:899] = np.inf  # less than half of the fifth
     found = reverse_arrangements(z)
-    assert (found.segments, found.left_out) == (98, 2)
+    assert (found.segment_count, found.left_out_count) == (98, 2)
     assert found.n == 98 * 200 - 99
     rows = np.where(np.isfinite(z), z, np.nan).reshape(100, 200)
     kept = np.delete(rows, [0, 2], axis=0)
-    assert found.reversals == reversals(np.nanmean(kept, axis=1))[0]
+    assert found.reversal_count == reversals(np.nanmean(kept, axis=1))[0]
     assert found.where.startswith("means of segments 2 to ")
 
 
@@ -200,14 +200,14 @@ def test_missing_samples_are_passed_over():
     z = NOISE[:2000].copy()
     z[::9] = np.nan
     found = reverse_arrangements(z, segments=None)
-    assert found.reversals == reversals(z[np.isfinite(z)])[0]
-    assert found.left_out == 0
+    assert found.reversal_count == reversals(z[np.isfinite(z)])[0]
+    assert found.left_out_count == 0
 
 
 def test_equal_values_have_no_trend():
     z = np.repeat(NOISE[:100], 2)
     found = reverse_arrangements(z, of="variance")
-    assert (found.reversals, found.ties, found.accepted) == (0, 4950, True)
+    assert (found.reversal_count, found.tie_count, found.accepted) == (0, 4950, True)
     assert found.p_value == 1.0
 
 

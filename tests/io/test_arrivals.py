@@ -33,8 +33,8 @@ def test_arrivals_stand_on_the_clock_that_made_them(host, drift, seed):
     np.testing.assert_array_equal(grid.place, np.arange(len(log.stamps)))
     # The mean rate of a drifting sensor is RATE / (1 - drift / 2) at first.
     assert grid.rate == pytest.approx(RATE, rel=1e-4 + drift)
-    assert grid.report.gaps == 0
-    assert grid.report.bursts > 500
+    assert grid.report.gap_count == 0
+    assert grid.report.burst_count > 500
     assert grid.report.jitter_max == pytest.approx(log.delays.max(), abs=0.1)
 
 
@@ -60,14 +60,14 @@ def test_short_arrivals_with_the_rate_stated():
     log = arrived(rng, polls(rng), n=400, rate=RATE)
     np.testing.assert_array_equal(grid_of(log, rate=RATE).place, np.arange(400))
     # Twelve bursts are too few to tell.
-    assert grid_of(log).report.bursts == 0
+    assert grid_of(log).report.burst_count == 0
 
 
 def test_a_stated_rate_chooses_between_bursts_and_gaps():
     rng = np.random.default_rng(5)
     log = arrived(rng, polls(rng), rate=RATE)
-    assert grid_of(log, rate=100.0).report.bursts > 0
-    assert grid_of(log, rate=500.0).report.bursts == 0
+    assert grid_of(log, rate=100.0).report.burst_count > 0
+    assert grid_of(log, rate=500.0).report.burst_count == 0
     with pytest.raises(LogError, match=r"stated as 200 Hz, .* run at 99\.3 Hz"):
         grid_of(log, rate=200.0)
 
@@ -78,7 +78,7 @@ def test_what_is_said_of_arrivals():
     table = {"time_s": 1.7e9 + log.stamps, "gyro_x_dps": np.arange(len(log.stamps))}
     read = read_log(table)
     clock = read.meta["clock"]
-    assert f"clock at 99.3 Hz with stamps of arrival in {clock.bursts} bursts (late by " in (
+    assert f"clock at 99.3 Hz with stamps of arrival in {clock.burst_count} bursts (late by " in (
         clock.summary()
     )
     assert any("samples arrived in" in note and "99.3 Hz" in note for note in read.meta["notes"])
@@ -121,7 +121,7 @@ def between(low, high):
 def test_a_sensor_switched_on_and_off_has_gaps(on, off, seed, jitter):
     stamps = blocks(np.random.default_rng(seed), on, off, jitter)
     report = fit_grid(stamps - stamps[0]).report
-    assert report.bursts == 0
+    assert report.burst_count == 0
     # Not that of the rows, 20 to 50 Hz.
     assert report.rate == pytest.approx(100, rel=0.01)
 

@@ -57,7 +57,7 @@ def test_bad_stamps_add_and_drop_no_rows(kind):
     grid = fit_grid(stamps - stamps[0], stamps[0])
     np.testing.assert_array_equal(grid.place, ROWS)
     assert grid.rate == pytest.approx(100, rel=1e-3)
-    assert grid.report.gaps == 0
+    assert grid.report.gap_count == 0
 
 
 @pytest.mark.parametrize("rate", [50.0, 62.5, 128.0, 300.0, 800.0, 2000 / 7])
@@ -82,7 +82,7 @@ def test_lost_rows_come_back_at_their_place(seed, loss, jitter, rate):
     grid = fit_grid(stamps - stamps[0])
     # At 10 % jitter the step over a lost row stays below 1.5 periods once in some 4000 times.
     assert np.abs(grid.place - kept).max() <= (1 if jitter > 0.05 else 0)
-    assert grid.report.missing_samples == grid.length - len(kept)
+    assert grid.report.missing_count == grid.length - len(kept)
     assert grid.rate == pytest.approx(rate, rel=1e-4)
 
 
@@ -91,10 +91,10 @@ def test_gap_becomes_missing_rows(tmp_path):
     text = "".join(f"{i / 100:.2f},{i}\n" for i in rows)
     (tmp_path / "a.csv").write_text("time_s,gyro_x_dps\n" + text)
     log = read_log(tmp_path / "a.csv")
-    assert (log.n, log.n_missing) == (100, 7)
+    assert (log.n, log.missing_count) == (100, 7)
     np.testing.assert_array_equal(log.data[rows, 0], rows)
     clock = log.meta["clock"]
-    assert (clock.gaps, clock.missing_samples) == (1, 7)
+    assert (clock.gap_count, clock.missing_count) == (1, 7)
     assert clock.longest_gap == pytest.approx(0.08)
     assert clock.summary() == ("clock at 100 Hz with 7 missing samples in 1 gap (longest 0.08 s)")
 
@@ -103,7 +103,7 @@ def test_clock_reset_goes_on_in_file_order():
     stamps = np.where(ROWS < 7000, ROWS, ROWS - 7000) * 0.01
     grid = fit_grid(stamps)
     np.testing.assert_array_equal(grid.place, ROWS)
-    assert grid.report.backward == 1
+    assert grid.report.backward_count == 1
     assert grid.report.jitter_max < 1e-9
 
 
@@ -112,7 +112,7 @@ def test_swapped_rows_are_counted_and_kept():
     stamps[[500, 501]] = stamps[[501, 500]]
     grid = fit_grid(stamps)
     np.testing.assert_array_equal(grid.place, ROWS)
-    assert grid.report.backward == 1
+    assert grid.report.backward_count == 1
 
 
 def test_jitter_is_measured():
@@ -158,4 +158,4 @@ def test_rate_of_exact_stamps_is_exact(rate, n):
 def test_summaries():
     assert ClockReport(100.0).summary() == "clock regular at 100 Hz"
     assert ClockReport(100.0, stamped=False).summary() == "no timestamps, rate 100 Hz as stated"
-    assert "2 backward steps" in ClockReport(100.0, backward=2).summary()
+    assert "2 backward steps" in ClockReport(100.0, backward_count=2).summary()

@@ -9,7 +9,7 @@ from zerorate.io import Log, LogError
 
 def test_log_properties():
     log = make_log([[1, 2], [np.nan, 3], [4, np.nan], [5, 6]], rate=2.0)
-    assert (log.n, log.channels, log.duration, log.n_missing) == (4, 2, 2.0, 2)
+    assert (log.n, log.channels, log.duration, log.missing_count) == (4, 2, 2.0, 2)
     assert log.data.flags.c_contiguous
     assert log.data.dtype == np.float64
 

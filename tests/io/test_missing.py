@@ -36,12 +36,12 @@ def test_one_column(values):
     ):
         # float32 holds seven digits
         np.testing.assert_allclose(log.data[:, 0], NAN, rtol=1e-7)
-        assert log.n_missing == 1
+        assert log.missing_count == 1
 
 
 def test_masked_whole_numbers_and_flags():
     for values in (COUNTS, COUNTS.astype(bool)):
-        assert read_log({"wx": values}, rate=10).n_missing == 1
+        assert read_log({"wx": values}, rate=10).missing_count == 1
     assert without_masks(COUNTS).dtype == np.float64
 
 

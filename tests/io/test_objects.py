@@ -80,7 +80,7 @@ def test_gaps_as_in_a_file():
     kept = np.delete(np.arange(N), [20, 21])
     for frame in (pd.DataFrame, pl.DataFrame, dict):
         log = read_log(frame({"t": TIME[kept], "wx": GYRO[kept]}))
-        assert (log.n, log.n_missing, log.meta["clock"].gaps) == (N, 2, 1)
+        assert (log.n, log.missing_count, log.meta["clock"].gap_count) == (N, 2, 1)
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ def test_an_accelerometer_without_a_new_sample_is_missing(tmp_path):
     topics = flight(N)
     topics[COMBINED]["accelerometer_timestamp_relative"][[3, 7]] = INVALID
     gyro, accel = read_sensors(write_ulog(tmp_path / "a.ulg", topics))
-    assert (gyro.n_missing, accel.n_missing, accel.unit) == (0, 2, "m/s^2")
+    assert (gyro.missing_count, accel.missing_count, accel.unit) == (0, 2, "m/s^2")
     expected = topics[COMBINED]["accelerometer_m_s2"]
     np.testing.assert_array_equal(accel.data[4:7], expected[4:7])
 
@@ -130,7 +130,7 @@ def test_fixes_in_degrees_and_metres(tmp_path, old):
     assert (position.rate, position.units) == (5, ("deg", "deg", "m"))
     # Half a unit in the last place of a product with 1e-7.
     np.testing.assert_allclose(position.data[0], [47.3977418, -8.5455942, 488.123], rtol=1e-15)
-    assert (position.n_missing, velocity.n_missing) == (1, 1)
+    assert (position.missing_count, velocity.missing_count) == (1, 1)
     assert (velocity.unit, velocity.data[0].tolist()) == ("m/s", [0, 1, 2])
 
 
@@ -157,7 +157,7 @@ def test_what_the_logger_lost_is_a_gap_and_noted(tmp_path):
     kept = np.delete(np.arange(N), range(100, 120))
     topics[COMBINED] = {name: values[kept] for name, values in topics[COMBINED].items()}
     log = zr.read_log(write_ulog(tmp_path / "a.ulg", topics, dropouts=[(1_500_000, 100)]))
-    assert (log.n_missing, log.meta["clock"].gaps) == (20, 1)
+    assert (log.missing_count, log.meta["clock"].gap_count) == (20, 1)
     assert "1 dropout of the logger, 0.1 s in all" in log.meta["notes"]
 
 
@@ -235,7 +235,7 @@ def test_the_gyro_of_a_real_flight():
     clock = log.meta["clock"]
     assert (log.channels, log.unit) == (3, "rad/s")
     # 1 298 samples of 6.5 s, and a gap of 0.16 s where the logger lost messages.
-    assert (log.n - log.n_missing, clock.gaps) == (1298, 1)
+    assert (log.n - log.missing_count, clock.gap_count) == (1298, 1)
     assert log.rate == pytest.approx(204.6, abs=0.1)
     assert np.abs(log.data[np.isfinite(log.data)]).max() < 10.0
 

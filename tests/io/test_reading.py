@@ -19,7 +19,7 @@ def test_recordings(name):
     rate, n, channels, unit = RATES[name]
     log = read_log(RECORDINGS / f"{name}.parquet", rate=rate, sensor="all")
     assert (log.rate, log.n, log.channels, log.unit) == (rate, n, channels, unit)
-    assert log.n_missing == 0
+    assert log.missing_count == 0
     assert all("gyro" in channel for channel in log.names)
 
 
@@ -35,7 +35,7 @@ def test_recording_with_late_and_repeated_stamps():
     log = read_log(RECORDINGS / "mpu6050_encoder_yaw_slow_100hz.parquet")
     clock = log.meta["clock"]
     # One step of two periods is never made up for; the other 26 follow a repeated stamp.
-    assert (clock.repeated, clock.missing_samples, clock.backward) == (26, 1, 0)
+    assert (clock.repeated_count, clock.missing_count, clock.backward_count) == (26, 1, 0)
     assert log.n == 149_828
     assert log.rate == pytest.approx(149_827 / (1701.925 - 202.022), rel=1e-5)
     assert "26 repeated stamps" in clock.summary()

@@ -82,7 +82,7 @@ def test_a_slower_sensor_has_a_clock_of_its_own(stamped, first):
     rate = None if stamped else 100
     log = zr.read_recording(table if stamped else drop(table, "time_s"), rate).temperature
     assert (log.rate, log.n, log.time[0]) == (4, N // 25, first / 100)
-    assert (log.meta["clock"].gaps, log.n_missing) == (1, 1)
+    assert (log.meta["clock"].gap_count, log.missing_count) == (1, 1)
     assert log.data[[0, 5], 0].tolist() == [0, 5]
 
 
@@ -95,7 +95,7 @@ def test_a_sensor_with_gaps_keeps_the_clock_of_the_table():
     reference[50:250] = np.nan
     columns = {f"quat_{letter}": reference[:, i] for i, letter in enumerate("xyzw")}
     recording = zr.read_recording(imu(**columns))
-    assert (recording.reference.n, recording.reference.n_missing) == (N, 200)
+    assert (recording.reference.n, recording.reference.missing_count) == (N, 200)
     assert recording.reference.names == ("quat_w", "quat_x", "quat_y", "quat_z")
     np.testing.assert_array_equal(recording.reference.time, recording.gyro.time)
 
@@ -104,7 +104,7 @@ def test_rows_of_two_sensors_between_each_other():
     fast = pd.DataFrame({"t_s": TIME, "wx_dps": GYRO[:, 0]})
     slow = pd.DataFrame({"t_s": 0.003 + np.arange(16) / 4, "lat_deg": 1.0, "lon_deg": 2.0})
     recording = zr.read_recording(pd.concat([fast, slow]).sort_values("t_s"))
-    assert (recording.gyro.rate, recording.gyro.n, recording.gyro.n_missing) == (100, N, 0)
+    assert (recording.gyro.rate, recording.gyro.n, recording.gyro.missing_count) == (100, N, 0)
     assert (recording.position.rate, recording.position.n) == (4, 16)
     np.testing.assert_array_equal(recording.gyro.data[:, 0], GYRO[:, 0])
 
@@ -240,6 +240,8 @@ def test_a_recording_of_logs_in_memory():
         "vel_n_m_s": ("velocity", "vel", "m/s"),
         "vn": ("velocity", "v", None),
         "sigma_up_m": ("position_sigma", "", "m"),
+        "position_sigma_up_m": ("position_sigma", "position", "m"),
+        "velocity_sigma_north_mps": ("velocity_sigma", "velocity", "m/s"),
     }.items(),
 )
 def test_the_meaning_of_a_name(name, meaning):

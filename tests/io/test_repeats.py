@@ -116,7 +116,7 @@ def test_a_sensor_that_rests_and_repeats_itself_keeps_its_samples():
     samples[3000:3100] = samples[3000]
     log = held(rng, samples, RATE, 1.5 * RATE)
     grid = slower(unstamped(len(log.rows), 150.0), repeated(log.rows), recognised(log.rows))
-    assert grid.report.missing_samples == 0
+    assert grid.report.missing_count == 0
     np.testing.assert_array_equal(log.rows[grid.used], samples[: grid.length])
 
 
@@ -130,7 +130,7 @@ def test_gaps_of_the_log_are_gaps_of_the_sensor():
     read = read_log(table)
     clock = read.meta["clock"]
     assert read.rate == pytest.approx(RATE, rel=1e-4)
-    assert (clock.gaps, clock.missing_samples) == (1, pytest.approx(400, abs=1))
+    assert (clock.gap_count, clock.missing_count) == (1, pytest.approx(400, abs=1))
     assert clock.longest_gap == pytest.approx(4.0, abs=0.02)
     assert read.n == pytest.approx(N, abs=2)
     # Values and times belong together on both sides of the gap.

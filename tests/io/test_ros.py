@@ -48,7 +48,7 @@ def test_a_recording_without_a_gyro(tmp_path, kind):
 
 def test_lost_messages_are_missing_samples(tmp_path):
     log = read_log(write_recording(tmp_path, "bag", ["/imu"], lost=(20, 21, 40)))
-    assert (log.n, log.n_missing, log.meta["clock"].gaps) == (50, 3, 2)
+    assert (log.n, log.missing_count, log.meta["clock"].gap_count) == (50, 3, 2)
     np.testing.assert_array_equal(log.data[22:40], values(50)[22:40, :3])
 
 

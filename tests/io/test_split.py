@@ -56,7 +56,7 @@ def test_each_value_is_a_record(tmp_path, suffix, order):
     assert tuple(parts) == NAMES
     for part, gyro in zip(parts.values(), GYRO, strict=True):
         for log in (read_log(part), read_recording(part).gyro, open_log(part).log()):
-            assert (log.rate, log.n_missing, log.names) == (100.0, 0, ("gyro_x_dps",))
+            assert (log.rate, log.missing_count, log.names) == (100.0, 0, ("gyro_x_dps",))
             np.testing.assert_array_equal(log.data[:, 0], gyro)
             assert log.meta["source"].endswith(f" (sensor {part.name})")
 

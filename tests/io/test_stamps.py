@@ -209,13 +209,13 @@ def test_a_counter_of_32_bits_that_began_anew_goes_on(kind, name):
     assert f"time column '{name}' began anew at 2^32 once" in log.meta["notes"][0]
     lost = np.r_[0:390, 420:1000]
     log = read_log({name: column[lost], "wx_dps": GYRO[lost]})
-    assert (log.n, log.n_missing, log.meta["clock"].gaps) == (1000, 30, 1)
+    assert (log.n, log.missing_count, log.meta["clock"].gap_count) == (1000, 30, 1)
 
 
 def test_a_counter_that_was_reset_did_not_wrap():
     reset = np.r_[3_000_000_000 + COUNTED[:500] - COUNTED[0], COUNTED[:500] - COUNTED[0]]
     log = read_log({"micros": reset, "wx_dps": GYRO})
-    assert (log.n, log.meta["clock"].backward, log.meta["notes"]) == (1000, 1, ())
+    assert (log.n, log.meta["clock"].backward_count, log.meta["notes"]) == (1000, 1, ())
 
 
 def test_every_wrap_of_a_long_log_counts():

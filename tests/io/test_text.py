@@ -62,7 +62,7 @@ def test_layouts(tmp_path, parser, layout):
 def test_missing_cells(tmp_path, parser, cell):
     log = read(tmp_path, f"time_s,gx,gy\n0,{cell},1\n0.1,2,{cell}\n0.2,3,4\n")
     np.testing.assert_array_equal(log.data, [[np.nan, 1], [2, np.nan], [3, 4]])
-    assert log.n_missing == 2
+    assert log.missing_count == 2
 
 
 def test_all_missing_column_is_noted(tmp_path, parser):

@@ -97,7 +97,7 @@ def test_what_is_typed_is_believed():
 def test_samples_that_a_counter_shows_lost_are_missing():
     kept = np.r_[0:500, 520:N]
     log = log_of(I[kept], time_unit="samples", rate=50.0)
-    assert (log.rate, log.n, log.n_missing) == (50.0, N, 20)
+    assert (log.rate, log.n, log.missing_count) == (50.0, N, 20)
 
 
 @pytest.mark.parametrize("bits", [16, 24, 32])

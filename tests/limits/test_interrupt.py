@@ -138,7 +138,7 @@ RECORDS = {
     "lags": "_native.lagged_products(z, len(z) - 1)",
     "burg": "_native.fit_autoregression(z, 2_000, 'burg', True)",
     "reversals": "_native.reversals(z)",
-    "turns": "_native.carry_turns(z[:999_999].reshape(-1, 3), z[:333_332], [(0, 333_333)] * 99,"
+    "turns": "_native.propagate_turns(z[:999_999].reshape(-1, 3), z[:333_332], [(0, 333_333)] * 99,"
     " np.zeros((99, 3)), np.eye(3))",
     "smoothed": "zr.Attitude(100.0, mag=False).smooth(*2 * [z[:999_999].reshape(-1, 3)])",
     "orientation": "_native.integrate_rates(np.zeros((10**7, 3)), np.zeros(10**7 - 1), 'coning')",

@@ -106,8 +106,8 @@ print("alive")
 NAVIGATION = """
 start = zr.Alignment(
     time=0.0, attitude=np.eye(4)[0], latitude=0.0, heading_known=True, course=False,
-    gyro_bias=np.zeros(3), accel_bias=np.zeros(3), sigma_level=0.01, sigma_heading=0.01,
-    sigma_gyro_bias=1e-4, sigma_accel_bias=0.01,
+    gyro_bias=np.zeros(3), accel_bias=np.zeros(3), level_sigma=0.01, heading_sigma=0.01,
+    gyro_bias_sigma=1e-4, accel_bias_sigma=0.01,
 )
 def navigate(n, record):
     nav = zr.NavigationFilter(start)

@@ -121,7 +121,7 @@ class TestOrientationErrors:
         assert found.inclination == pytest.approx(size, abs=1e-15)
         whole = 2.0 * math.asin(math.hypot(math.sin(size), math.cos(size) * math.sin(size / 2.0)))
         assert found.total == pytest.approx(whole, abs=1e-15)
-        assert found.samples == len(truth)
+        assert found.sample_count == len(truth)
 
     def test_root_of_the_mean_square(self):
         truth = wandering(4)
@@ -173,7 +173,7 @@ class TestOrientationErrors:
         estimate[9] = 0.0
         judged = np.arange(len(truth)) < 20
         found = metrics.orientation_errors(estimate, truth, where=judged)
-        assert found.samples == 17
+        assert found.sample_count == 17
         assert found.heading == pytest.approx(0.2)
 
     def test_rotations_of_scipy(self):

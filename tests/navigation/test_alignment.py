@@ -34,9 +34,9 @@ def test_level_and_bias_are_those_of_the_body(angles):
     bias = (1e-3, -2e-3, 5e-4)
     imu, truth = resting(*angles, bias=bias)
     start = zr.align(imu, latitude=LATITUDE, heading=angles[2])
-    assert abs(abs(start.attitude @ truth) - 1.0) < 1e-8
-    np.testing.assert_allclose(start.gyro_bias, bias, atol=5 * start.sigma_gyro_bias + 1e-9)
-    assert start.sigma_gyro_bias < 1e-5
+    assert abs(abs(start.quaternion @ truth) - 1.0) < 1e-8
+    np.testing.assert_allclose(start.gyro_bias, bias, atol=5 * start.gyro_bias_sigma + 1e-9)
+    assert start.gyro_bias_sigma < 1e-5
     assert start.heading_known
     assert not start.course
 
@@ -45,9 +45,9 @@ def test_without_a_heading_the_rate_of_the_earth_is_in_doubt():
     imu, _ = resting(0.1, 0.2, 1.0)
     start = zr.align(imu, latitude=LATITUDE)
     horizontal = float(earth_rate(math.radians(LATITUDE))[0])
-    assert start.sigma_gyro_bias >= horizontal
+    assert start.gyro_bias_sigma >= horizontal
     assert np.abs(start.gyro_bias).max() <= 1.01 * horizontal + 1e-6
-    roll, pitch, _ = euler_angles(start.attitude[np.newaxis])[0]
+    roll, pitch, _ = euler_angles(start.quaternion[np.newaxis])[0]
     assert (roll, pitch) == pytest.approx((0.1, 0.2), abs=1e-4)
     nav = zr.NavigationFilter(start)
     track = nav.process(imu, zr.Fixes([16.0], [[LATITUDE, 11.0, 0.0]], [[5.0, 0.0, 0.0]]))
@@ -63,7 +63,7 @@ def test_time_is_where_the_rest_ended():
     fixes = zr.Fixes([5.0, 13.0], [[LATITUDE, 11.0, 0.0]] * 2, [[0.0, 0.0, 0.0]] * 2)
     nav = zr.NavigationFilter(late)
     track = nav.process(imu, fixes)
-    assert nav.fixes == {"used": 1, "rejected": 0, "refused": 1}
+    assert nav.fix_count == {"used": 1, "rejected": 0, "refused": 1}
     assert track.time[track.navigating][0] == pytest.approx(13.0)
 
 
@@ -75,8 +75,8 @@ def test_time_is_where_the_rest_ended():
         ({"latitude": 0.0, "heading": "north"}, "heading must be an angle in rad, 'course' or"),
         ({"latitude": 0.0, "heading": 90.0}, "heading must be within 12.57 rad, got 90"),
         ({"latitude": 0.0, "span": (3.0, 3.5)}, "span must be at least 1 s long, got 3 to 3.5 s"),
-        ({"latitude": 0.0, "sigma_accel_bias": 0.0}, "sigma_accel_bias must be above 0"),
-        ({"latitude": 0.0, "sigma_heading": math.inf}, "sigma_heading must be above 0"),
+        ({"latitude": 0.0, "accel_bias_sigma": 0.0}, "accel_bias_sigma must be above 0"),
+        ({"latitude": 0.0, "heading_sigma": math.inf}, "heading_sigma must be above 0"),
     ],
 )
 def test_wrong_arguments_are_refused(options, message):

@@ -91,7 +91,7 @@ def test_a_batch_is_a_loop(name):
     nav, other = made(start, **SETTINGS[name]), made(start, **SETTINGS[name])
     assert_same_bits(batch(nav, *given), one_by_one(other, *given))
     assert nav.to_bytes() == other.to_bytes()
-    assert nav.fixes == other.fixes
+    assert nav.fix_count == other.fix_count
 
 
 def test_a_recording_is_its_arrays():
@@ -101,7 +101,7 @@ def test_a_recording_is_its_arrays():
     found, _ = nav.process_arrays(one.time, one.gyro, one.accel, rows_of(one.fixes))
     for name in NAMES:
         assert_same_bits(getattr(track, name), found[name])
-    assert track.counts == nav.fixes
+    assert track.fix_count == nav.fix_count
 
 
 ROADS = {
@@ -173,7 +173,7 @@ def assert_sound(nav):
     correlation = P / np.outer(scale, scale)
     assert np.linalg.eigvalsh(correlation)[0] >= -1e-9
     # At thousands of m/s the matrix that it is taken from is stretched between steps.
-    np.testing.assert_allclose(np.linalg.norm(nav.attitude), 1.0, rtol=1e-3)
+    np.testing.assert_allclose(np.linalg.norm(nav.quaternion), 1.0, rtol=1e-3)
     assert np.isfinite([*nav.gyro_bias, *nav.accel_bias]).all()
     navigating = nav.status not in ("waiting", "no heading")
     for name in ("position", "velocity", "sigma"):
@@ -202,7 +202,7 @@ def test_hostile_samples(name, settings, fixes):
         due = rows[(rows[:, 0] > one.time[first] - 0.01) & (rows[:, 0] <= last)]
         rest = np.full(10, first % 30 == 0)
         found, _ = nav.process_arrays(one.time[at], values[at, :3], values[at, 3:], due, rest)
-        assert np.isfinite(found["attitude"]).all()
+        assert np.isfinite(found["quaternion"]).all()
         assert_sound(nav)
         assert_saved(nav)
     assert nav.samples_seen == one.time.size
@@ -242,7 +242,7 @@ def test_it_finds_back_after_missing_samples(name, seconds):
 @pytest.mark.parametrize("change", ["null island", "no height"])
 def test_a_first_fix_that_says_little(change, sigma):
     """What follows is a covariance however much better it is."""
-    one = drive(sigma_position=sigma, seed=2)
+    one = drive(position_sigma=sigma, seed=2)
     rows = rows_of(one.fixes)[12:]
     if change == "null island":
         rows[0, 1:4] = 0.0
@@ -278,10 +278,10 @@ def test_a_receiver_without_vertical_velocity_starts_it():
 
 
 def test_a_receiver_without_velocities_tells_the_heading():
-    one = drive(sigma_position=0.1)
+    one = drive(position_sigma=0.1)
     rows = rows_of(one.fixes)
     rows[:, 4:7] = np.nan
-    nav = made(start_of(one, heading_known=False, course=True, sigma_heading=1.6))
+    nav = made(start_of(one, heading_known=False, course=True, heading_sigma=1.6))
     nav.process_arrays(one.time, one.gyro, one.accel, rows)
     assert nav.status == "navigating"
 
@@ -332,7 +332,7 @@ def test_time_goes_on(off):
 
 
 @pytest.mark.parametrize("sigma", [0.0, -0.0, -1.0, np.nan, -np.inf])
-@pytest.mark.parametrize("name", ["sigma_position", "sigma_velocity"])
+@pytest.mark.parametrize("name", ["position_sigma", "velocity_sigma"])
 def test_deviations_are_positive(name, sigma):
     nav, one, n = started()
     before = nav.to_bytes()
@@ -372,11 +372,11 @@ def test_deviations_of_what_is_not_told_are_free():
 )
 def test_fixes_that_are_not_used(change, verdict):
     nav, one, n = started()
-    counts = dict(nav.fixes)
+    counts = dict(nav.fix_count)
     place = change.get("place", one.truth_position[n])
     speed = change.get("speed", one.truth_velocity[n])
     assert nav.update_gnss(nav.time - change.get("late", 0.0), place, speed) == verdict
-    assert nav.fixes == counts | {verdict: counts[verdict] + 1}
+    assert nav.fix_count == counts | {verdict: counts[verdict] + 1}
     off = local_ned(nav.position, one.truth_position[n])
     assert np.linalg.norm(off) < 6.0
 
@@ -389,7 +389,7 @@ def test_fixes_before_the_start_are_refused():
         if k % 50 == 0:
             used = nav.update_gnss(one.time[k], one.truth_position[k], one.truth_velocity[k])
             assert used == ("refused" if one.time[k] < 10.0 else "used")
-    assert nav.fixes == {"used": 2, "rejected": 0, "refused": 10}
+    assert nav.fix_count == {"used": 2, "rejected": 0, "refused": 10}
 
 
 def test_after_a_gap_it_waits_for_a_fix():
@@ -470,7 +470,7 @@ def test_a_day(fixes):
         rows = fixes_at(place, time[9::600] if fixes == "a fix a minute" or k == 0 else [], seed=k)
         rows = rows if fixes == "a fix a minute" else rows[:1]
         found, _ = nav.process_arrays(time, gyro, accel, rows)
-        assert np.isfinite(found["attitude"]).all()
+        assert np.isfinite(found["quaternion"]).all()
         sigma = found["sigma"][60:, :3]
         if fixes == "a fix a minute":
             worst.append(np.abs(local_ned(found["position"][60:], place) / sigma).max())
@@ -560,7 +560,7 @@ BLOCKS = [slice(i, i + 3) for i in range(0, 15, 3)]
 
 def errors_of(nav, one, k):
     """In the order of its covariance."""
-    turned = rotation(nav.attitude) * rotation(one.truth_attitude[k]).inv()
+    turned = rotation(nav.quaternion) * rotation(one.truth_quaternion[k]).inv()
     return np.concatenate(
         [
             local_ned(nav.position, one.truth_position[k]),
@@ -580,7 +580,7 @@ def normalised_errors(seed):
         one,
         tilt=rng.normal(0.0, [0.005, 0.005, 0.05]),
         gyro_bias=one.gyro_bias[500] + rng.normal(0.0, 1e-4, 3),
-        sigma_accel_bias=0.02,
+        accel_bias_sigma=0.02,
     )
     nav = made(start, adapt="fixed")
     found, told = [], []
@@ -624,7 +624,7 @@ def gone_on(saved):
     accel = rng.normal(0.0, 1.0, (time.size, 3)) - [0.0, 0.0, 9.8]
     rows = fixes_at([48.0, 11.0, 500.0], time[::50])
     found, _ = nav.process_arrays(time, gyro, accel, rows)
-    assert np.isfinite(found["attitude"]).all()
+    assert np.isfinite(found["quaternion"]).all()
     assert np.isfinite(nav.covariance).all()
     known = found["status"] > STATUSES.index("no heading")
     for name in ("position", "velocity"):

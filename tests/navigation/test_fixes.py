@@ -13,8 +13,8 @@ TIME = np.arange(N) * 0.25
 PLACE = np.column_stack([np.full(N, -33.9), np.full(N, 151.2), np.linspace(10.0, 11.0, N)])
 FULL = {
     "velocity": np.ones((N, 3)),
-    "sigma_position": np.full((N, 3), 2.0),
-    "sigma_velocity": np.full((N, 3), 0.1),
+    "position_sigma": np.full((N, 3), 2.0),
+    "velocity_sigma": np.full((N, 3), 0.1),
     "quality": [1, 1, 2, 5, 5],
     "satellites": np.arange(8, 8 + N),
 }
@@ -87,8 +87,8 @@ class TestRefusals:
             ),
             ({"position": changed(PLACE, (1, 2), np.inf)}, "position must not be infinite"),
             ({"velocity": np.ones((N, 2))}, r"velocity must be of shape \(5, 3\)"),
-            ({"sigma_position": changed(PLACE, (2, 1), 0.0) * [-1, 1, 1]}, "fix 2 is not"),
-            ({"sigma_velocity": -np.ones((N, 3))}, "sigma_velocity must be positive.*fix 0"),
+            ({"position_sigma": changed(PLACE, (2, 1), 0.0) * [-1, 1, 1]}, "fix 2 is not"),
+            ({"velocity_sigma": -np.ones((N, 3))}, "velocity_sigma must be positive.*fix 0"),
             ({"quality": [1, 1, 2, 1.5, 1]}, "quality must be whole numbers"),
             ({"satellites": [1, 1, np.nan, 1, 1]}, "satellites must be whole numbers"),
             ({"satellites": ["many"] * N}, "satellites must be an array of numbers"),
@@ -109,7 +109,7 @@ def test_what_a_mask_hides_is_missing():
     places = np.ma.masked_array([[45.0, 7.0, 0.0], [45.0, 7.0, 999.0]], mask=False)
     places[1, 2] = np.ma.masked
     hidden = np.ma.masked_array(np.full((2, 3), 999.0), mask=True)
-    fixes = Fixes([0.0, 1.0], places, hidden, sigma_position=hidden)
+    fixes = Fixes([0.0, 1.0], places, hidden, position_sigma=hidden)
     assert np.isnan(fixes.velocity).all()
-    assert np.isnan(fixes.sigma_position).all()
+    assert np.isnan(fixes.position_sigma).all()
     assert np.isnan(fixes.position[1, 2])

@@ -11,7 +11,7 @@ from support.recordings import RECORDINGS, needs_recordings
 from zerorate.geometry.earth import local_ned
 
 EXACT = {"gyro": None, "accel": None, "gyro_bias": 0.0, "accel_bias": 0.0}
-EXACT |= {"sigma_position": 0.0, "sigma_velocity": 0.0}
+EXACT |= {"position_sigma": 0.0, "velocity_sigma": 0.0}
 LEVER = (1.0, -0.5, -1.5)
 
 

@@ -50,9 +50,9 @@ class TestNmea:
         np.testing.assert_allclose(fixes.position[:, 1:], [[11.5167, 147.5]] * 2, atol=1e-9)
         np.testing.assert_allclose(fixes.velocity[:, :2], [[0.0, 10.0 * KNOT]] * 2, atol=1e-15)
         assert np.isnan(fixes.velocity[:, 2]).all()
-        np.testing.assert_array_equal(fixes.sigma_position, [[0.02, 0.01, 0.03]] * 2)
+        np.testing.assert_array_equal(fixes.position_sigma, [[0.02, 0.01, 0.03]] * 2)
         assert (fixes.quality.tolist(), fixes.satellites.tolist()) == ([4, 4], [12, 12])
-        assert (fixes.epoch, fixes.sigma_velocity, fixes.notes) == (0.0, None, ())
+        assert (fixes.epoch, fixes.velocity_sigma, fixes.notes) == (0.0, None, ())
 
     @pytest.mark.parametrize(("latitude", "longitude"), [(-33.85, 151.2), (-0.5, -0.25), (9, -179)])
     def test_all_hemispheres(self, tmp_path, latitude, longitude):
@@ -153,8 +153,8 @@ class TestRtklib:
         np.testing.assert_array_equal(fixes.time, MAY_1 + 43_200.0 + np.array([0.0, 0.2]))
         np.testing.assert_array_equal(fixes.position[1], [40.099100001, -105.146100001, 1500.1234])
         np.testing.assert_array_equal(fixes.velocity[0], [1.5, -2.5, -0.25])
-        np.testing.assert_array_equal(fixes.sigma_position[0], [0.01, 0.009, 0.025])
-        np.testing.assert_array_equal(fixes.sigma_velocity[0], [0.05, 0.04, 0.09])
+        np.testing.assert_array_equal(fixes.position_sigma[0], [0.01, 0.009, 0.025])
+        np.testing.assert_array_equal(fixes.velocity_sigma[0], [0.05, 0.04, 0.09])
         assert (fixes.quality[0], fixes.satellites[0]) == (1, 12)
         assert fixes.epoch == -18.0
         assert fixes.notes == ("times are of GPS, which is ahead of UTC by the leap seconds",)
@@ -176,7 +176,7 @@ class TestRtklib:
         fixes = zr.read_fixes(
             self.write(tmp_path / "a.pos", row, row.replace(":00.", ":01."), head="")
         )
-        assert (len(fixes), fixes.sigma_position[0, 1], fixes.velocity) == (2, 0.009, None)
+        assert (len(fixes), fixes.position_sigma[0, 1], fixes.velocity) == (2, 0.009, None)
         assert "there is no header" in fixes.notes[0]
 
     @pytest.mark.parametrize(
@@ -218,14 +218,14 @@ class TestMessages:
         np.testing.assert_allclose(fixes.position[:, 0], -33.9 + 1e-6 * np.arange(12), rtol=1e-15)
         np.testing.assert_array_equal(fixes.position[3, 1:], [151.2, 33.0])
         # Covariances are in east, north and up.
-        np.testing.assert_array_equal(fixes.sigma_position, [[3.0, 2.0, 4.0]] * 12)
+        np.testing.assert_array_equal(fixes.position_sigma, [[3.0, 2.0, 4.0]] * 12)
         assert (fixes.epoch, fixes.velocity, fixes.satellites) == (0.0, None, None)
 
     def test_no_fix_and_unknown_covariances(self, tmp_path):
         messages = [message(0, status=-1), message(1, kind=0), message(2)]
         fixes = zr.read_fixes(json_lines(tmp_path / "a.json", messages))
         assert len(fixes) == 2
-        assert np.isnan(fixes.sigma_position[0]).all()
+        assert np.isnan(fixes.position_sigma[0]).all()
         assert fixes.notes == ("left out: 1 row without a fix",)
 
     def test_lists_and_objects(self, tmp_path):
@@ -272,18 +272,18 @@ class TestTables:
                 velocity_north_mps=[1.0, 1.0, 1.0],
                 velocity_east_mps=[2.0, 2.0, 2.0],
                 velocity_up_mps=[3.0, 3.0, 3.0],
-                sigma_north_m=[0.1, 0.1, np.nan],
-                sigma_east_m=[0.2, 0.2, 0.0],
-                sigma_up_m=[0.3, 0.3, 0.3],
-                sigma_velocity_mps=[0.4, 0.4, 0.4],
+                position_sigma_north_m=[0.1, 0.1, np.nan],
+                position_sigma_east_m=[0.2, 0.2, 0.0],
+                position_sigma_up_m=[0.3, 0.3, 0.3],
+                velocity_sigma_mps=[0.4, 0.4, 0.4],
                 fix=[1, 1, 5],
                 satellites=[9, 9, np.nan],
             )
         )
         np.testing.assert_array_equal(fixes.velocity, [[1.0, 2.0, -3.0]] * 3)
-        np.testing.assert_array_equal(fixes.sigma_position[0], [0.1, 0.2, 0.3])
-        np.testing.assert_array_equal(fixes.sigma_position[2], [np.nan, np.nan, 0.3])
-        np.testing.assert_array_equal(fixes.sigma_velocity, np.full((3, 3), 0.4))
+        np.testing.assert_array_equal(fixes.position_sigma[0], [0.1, 0.2, 0.3])
+        np.testing.assert_array_equal(fixes.position_sigma[2], [np.nan, np.nan, 0.3])
+        np.testing.assert_array_equal(fixes.velocity_sigma, np.full((3, 3), 0.4))
         assert (fixes.quality.tolist(), fixes.satellites.tolist()) == ([1, 1, 5], [9, 9, -1])
         assert fixes.notes == ("standard deviations of zero are taken for unknown",)
         assert fixes.epoch is None
@@ -295,7 +295,7 @@ class TestTables:
         )  # fmt: skip
         np.testing.assert_array_equal(fixes.position[1], [2.0, 4.0, 6.0])
         np.testing.assert_array_equal(fixes.velocity[0], [1.0, 0.0, 2.0])
-        np.testing.assert_array_equal(fixes.sigma_position[0], [1.0, np.nan, np.nan])
+        np.testing.assert_array_equal(fixes.position_sigma[0], [1.0, np.nan, np.nan])
         radians = zr.read_fixes({"t": [0.0, 1.0], "lat_rad": [0.5, 0.5], "lon_rad": [-1.0, -1.0]})
         np.testing.assert_array_equal(radians.position[0, :2], np.degrees([0.5, -1.0]))
         assert np.isnan(radians.position[:, 2]).all()
@@ -308,7 +308,7 @@ class TestTables:
         )  # fmt: skip
         np.testing.assert_array_equal(fixes.position[0], [1.0, 2.0, 3.0])
         assert fixes.velocity is None
-        np.testing.assert_array_equal(fixes.sigma_velocity[:, 0], [0.1, 0.2])
+        np.testing.assert_array_equal(fixes.velocity_sigma[:, 0], [0.1, 0.2])
 
     def test_rows_without_a_place_or_out_of_order(self):
         rows = {
@@ -422,7 +422,7 @@ class TestDrive:
         fixes = zr.read_fixes(RECORDINGS / "drive_gnss_4hz.parquet")
         assert len(fixes) == 2197
         assert np.mean(fixes.quality == 1) == pytest.approx(0.996, abs=5e-4)
-        assert fixes.velocity.shape == fixes.sigma_velocity.shape == (2197, 3)
+        assert fixes.velocity.shape == fixes.velocity_sigma.shape == (2197, 3)
         # What the receiver drives is what its velocities add up to, within their noise.
         from zerorate.geometry.earth import local_ned
 

@@ -24,7 +24,7 @@ def test_it_ends_before_the_vehicle_moves(noise, seed):
     assert 20.0 < start.time < drive.time[np.argmax(speed > 0.1)]
     off = start.gyro_bias - drive.gyro_bias[round(start.time * drive.rate)]
     # The earth turns, and where to is not known.
-    assert np.abs(off).max() < 5.0 * start.sigma_gyro_bias
+    assert np.abs(off).max() < 5.0 * start.gyro_bias_sigma
 
 
 def test_missing_seconds_are_no_motion():

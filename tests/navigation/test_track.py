@@ -20,7 +20,7 @@ def driven(seed=3, duration=150.0, **options):
     """A drive, a filter that is told its noise, and the track."""
     drive = zr.simulate_drive(duration, 50.0, seed=seed)
     start = zr.align(
-        drive.recording(), latitude=48.0, heading="course", sigma_accel_bias=0.02, span=(0.0, 29.0)
+        drive.recording(), latitude=48.0, heading="course", accel_bias_sigma=0.02, span=(0.0, 29.0)
     )
     nav = zr.NavigationFilter(start, gyro=GYRO, accel=ACCEL, **options)
     return drive, nav, nav.process(drive.recording(), drive.fixes)
@@ -37,16 +37,16 @@ def test_errors_are_what_was_added():
     n = track.n
     truth = np.tile(drive.truth_position[:1], (n, 1))
     shift, turn = random.standard_normal((n, 3)), 0.01 * random.standard_normal((n, 3))
-    attitude = np.tile([0.5, 0.5, -0.5, 0.5], (n, 1))
+    quaternion = np.tile([0.5, 0.5, -0.5, 0.5], (n, 1))
     from dataclasses import replace
 
     known = replace(
         track,
         position=moved(truth, shift),
         velocity=shift + 1.0,
-        attitude=product(inverse(of_rotation_vectors(turn)), attitude),
+        quaternion=product(inverse(of_rotation_vectors(turn)), quaternion),
     )
-    found = known.errors(truth, np.ones((n, 3)), attitude)
+    found = known.errors(truth, np.ones((n, 3)), quaternion)
     np.testing.assert_allclose(found, np.hstack([shift, shift, turn]), atol=1e-6)
 
 
@@ -62,7 +62,7 @@ def test_the_smoother_is_better_before_the_end_and_equal_at_it():
     with pytest.raises(ValueError, match="this track is smoothed"):
         best.smooth()
     # Its deviations hold.
-    errors = best.errors(drive.truth_position, drive.truth_velocity, drive.truth_attitude)[known]
+    errors = best.errors(drive.truth_position, drive.truth_velocity, drive.truth_quaternion)[known]
     consistency = (errors**2 / best.sigma[known][:, :9] ** 2).mean(axis=0)
     assert (consistency < 5.0).all()
     assert 0.2 < consistency.mean() < 2.5
@@ -70,7 +70,7 @@ def test_the_smoother_is_better_before_the_end_and_equal_at_it():
 
 def test_the_smoother_of_exact_fixes_is_the_truth():
     drive = zr.simulate_drive(
-        120.0, 50.0, gyro=None, accel=None, sigma_position=0.0, sigma_velocity=0.0
+        120.0, 50.0, gyro=None, accel=None, position_sigma=0.0, velocity_sigma=0.0
     )
     fixes = drive.fixes
     exact = zr.Fixes(
@@ -110,7 +110,7 @@ def test_a_track_knows_what_became_of_each_fix():
     np.testing.assert_array_equal(late.verdict == VERDICTS.index("not reached"), beyond)
     np.testing.assert_array_equal(np.isnan(late.taken), beyond)
     assert np.isnan(late.nis()[beyond]).all()
-    for name, count in track.counts.items():
+    for name, count in track.fix_count.items():
         assert (track.verdict == VERDICTS.index(name)).sum() == count
     # Each is taken after the first sample that is not before it.
     at = np.searchsorted(drive.time, drive.fixes.time)
@@ -171,7 +171,7 @@ def test_a_log_holds_what_is_known(tmp_path):
     np.testing.assert_array_equal(again.data[:, 0], track.position[:, 2])
     assert log.n == track.n
     np.testing.assert_array_equal(log.data, track.position)
-    assert {"velocity_north_mps", "quat_w", "gyro_bias_x_radps", "sigma_position_north_m"} <= set(
+    assert {"velocity_north_mps", "quat_w", "gyro_bias_x_radps", "position_sigma_north_m"} <= set(
         beside
     )
     assert all(len(values) == track.n for values in beside.values())
@@ -258,10 +258,10 @@ def test_a_fix_whose_position_is_rejected_is_not_used():
     drive, nav, track = driven()
     nav.reset()
     spoilt = nav.process(drive.recording(), at_null_island(drive.fixes, 10))
-    assert spoilt.counts["rejected"] == track.counts["rejected"] + 10
-    assert spoilt.counts["used"] == track.counts["used"] - 10
-    assert spoilt.rejected == {"positions": 10, "velocities": 0}
-    assert (nav.rejected, nav.moves, nav.last_move) == (spoilt.rejected, 0, None)
+    assert spoilt.fix_count["rejected"] == track.fix_count["rejected"] + 10
+    assert spoilt.fix_count["used"] == track.fix_count["used"] - 10
+    assert spoilt.rejected_count == {"positions": 10, "velocities": 0}
+    assert (nav.rejected_count, nav.move_count, nav.last_move) == (spoilt.rejected_count, 0, None)
     assert re.search(r"positions rejected +10\n", spoilt.table())
     assert not any("in a row" in note for note in spoilt.notes)
     assert horizontal(spoilt, drive, drive.time > 60.0) < 3.0
@@ -271,8 +271,8 @@ def test_a_filter_that_gives_way_says_so():
     drive, nav, _ = driven()
     nav.reset()
     track = nav.process(drive.recording(), at_null_island(drive.fixes, 12))
-    assert nav.moves == 2  # there and back
-    assert track.rejected["positions"] >= 20
+    assert nav.move_count == 2  # there and back
+    assert track.rejected_count["positions"] >= 20
     (note,) = [note for note in track.notes if "in a row" in note]
     assert "ten positions in a row had been rejected" in note
     assert re.search(r"went where they are, 5\d{3} km away, the last of 2 times", note)

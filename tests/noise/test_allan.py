@@ -11,7 +11,7 @@ from zerorate.simulation import sequences
 
 RATE = 50.0
 NOISE = np.random.default_rng(1).standard_normal(2000)
-ARRAYS = ("deviation", "lower", "upper", "edf", "exponent", "terms")
+ARRAYS = ("deviation", "lower", "upper", "edf", "exponent", "term_count")
 BY_KIND = pytest.mark.parametrize("kind", KINDS)
 
 
@@ -107,10 +107,10 @@ def test_gaps_take_the_terms_across_them():
     gappy[1000] = np.nan
     r = zr.allan(gappy, RATE)
     m = r.factors
-    np.testing.assert_array_equal(r.terms, 2 * np.maximum(1000 - 2 * m + 1, 0) - (m < 500))
-    assert np.all(r.terms < whole.terms)
-    assert np.isnan(r.deviation[r.terms == 0]).all()
-    assert np.isnan(r.edf[r.terms == 0]).all()
+    np.testing.assert_array_equal(r.term_count, 2 * np.maximum(1000 - 2 * m + 1, 0) - (m < 500))
+    assert np.all(r.term_count < whole.term_count)
+    assert np.isnan(r.deviation[r.term_count == 0]).all()
+    assert np.isnan(r.edf[r.term_count == 0]).all()
 
 
 def test_gaps_that_leave_nothing_are_said_and_where():
@@ -129,7 +129,7 @@ def test_short_gaps_are_bridged_in_a_straight_line():
     r = zr.allan(z, RATE, bridge=3)
     line = z.copy()
     line[99:104] = np.linspace(z[99], z[103], 5)
-    np.testing.assert_array_equal(r.terms, zr.allan(line, RATE).terms)
+    np.testing.assert_array_equal(r.term_count, zr.allan(line, RATE).term_count)
     # A rounding of each of the three values filled in.
     np.testing.assert_allclose(r.deviation, zr.allan(line, RATE).deviation, rtol=1e-13)
     assert r.notes == ("7 of 2000 samples are missing; gaps of up to 3 are bridged",)
@@ -185,7 +185,7 @@ def test_too_short_a_record_says_what_it_takes(kind):
         zr.allan(NOISE[:1], RATE, kind)
     needed = int(str(caught.value).split("needs ")[1].split()[0])
     assert f"{needed} samples ({needed / RATE:g} s), got 1" in str(caught.value)
-    assert zr.allan(NOISE[:needed], RATE, kind).terms[0] > 0
+    assert zr.allan(NOISE[:needed], RATE, kind).term_count[0] > 0
     with pytest.raises(ValueError, match=f"{kind} needs {needed} samples .* got {needed - 1}"):
         zr.allan(NOISE[: needed - 1], RATE, kind)
 
@@ -293,7 +293,7 @@ def test_no_finite_record_is_too_hostile(z, kind):
     except ValueError as error:
         assert "too short" in str(error)  # noqa: PT017
         return
-    there = r.terms > 0
+    there = r.term_count > 0
     assert not np.isnan(r.deviation[there]).any()
     assert np.all(r.deviation[there] >= 0.0)
     if kind != "pdev":

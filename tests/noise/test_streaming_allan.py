@@ -53,8 +53,8 @@ def test_the_twin_agrees(octaves, z):
     for sample in z:
         twin.observe(sample)
     for name, terms, (expected, n) in (
-        ("deviation", "terms", twin.deviation()),
-        ("hadamard_deviation", "hadamard_terms", twin.hadamard_deviation()),
+        ("deviation", "term_count", twin.deviation()),
+        ("hadamard_deviation", "hadamard_term_count", twin.hadamard_deviation()),
     ):
         np.testing.assert_array_equal(getattr(allan, terms), n)
         assert_close(getattr(allan, name), expected)
@@ -109,7 +109,7 @@ def test_known_by_hand():
     allan = fed([1.0, 2.0, 0.0, 1.0], octaves=3)
     np.testing.assert_array_equal(allan.taus, [0.01, 0.02, 0.04])
     np.testing.assert_array_equal(allan.terms, [3, 1, 0])
-    np.testing.assert_array_equal(allan.hadamard_terms, [2, 0, 0])
+    np.testing.assert_array_equal(allan.hadamard_term_count, [2, 0, 0])
     # One rounding of a root each.
     np.testing.assert_allclose(allan.deviation, [1.0, math.sqrt(0.5), np.nan], rtol=1e-15)
     np.testing.assert_allclose(allan.hadamard_deviation, [math.sqrt(1.5), np.nan, np.nan], 1e-15)
@@ -228,7 +228,7 @@ def test_channels_do_not_mix(columns, threads):
 @given(OCTAVES, st.one_of(hostile_records(), records()))
 def test_nothing_finite_breaks_it(octaves, z):
     known = state(fed(z, octaves))
-    for name, terms in (("deviation", "terms"), ("hadamard_deviation", "hadamard_terms")):
+    for name, terms in (("deviation", "term_count"), ("hadamard_deviation", "hadamard_term_count")):
         seen = known[terms] > 0
         assert np.all(np.isfinite(known[name][seen]))
         assert np.all(known[name][seen] >= 0.0)
@@ -244,7 +244,7 @@ def test_a_gap_leaves_nothing_behind():
     """Not even the rounding of a huge sample before it."""
     z = np.random.default_rng(7).standard_normal(500)
     plain, after = fed(z), fed(np.concatenate([[1e300, np.nan], z]))
-    for name in ("deviation", "hadamard_deviation", "terms", "hadamard_terms"):
+    for name in ("deviation", "hadamard_deviation", "term_count", "hadamard_term_count"):
         assert_same_bits(getattr(after, name), getattr(plain, name))
 
 
@@ -257,7 +257,7 @@ def test_properties_have_their_full_shape(octaves):
             assert getattr(allan, name).shape == shape
             assert getattr(allan, name).dtype == np.float64
             assert np.all(np.isnan(getattr(allan, name)))
-        for name in ("terms", "hadamard_terms"):
+        for name in ("term_count", "hadamard_term_count"):
             assert getattr(allan, name).shape == shape
             assert getattr(allan, name).dtype == np.int64
             assert not np.any(getattr(allan, name))
@@ -267,7 +267,7 @@ def test_none_is_a_missing_sample():
     allan = zr.StreamingAllan(RATE, 2)
     assert [allan.update(z) for z in (1.0, None, 2.0, 3.0)] == [None] * 4
     assert allan.samples_seen == 4
-    assert allan.terms.tolist() == [1, 0]
+    assert allan.term_count.tolist() == [1, 0]
 
 
 WRONG = [
@@ -307,7 +307,7 @@ def test_a_wrong_batch_changes_nothing(z, error, words):
     assert allan.to_bytes() == before
 
 
-@pytest.mark.parametrize("name", ["rate", "octaves", "taus", "deviation", "terms"])
+@pytest.mark.parametrize("name", ["rate", "octaves", "taus", "deviation", "term_count"])
 def test_properties_are_read_only(name):
     with pytest.raises(AttributeError, match=name):
         setattr(fed([1.0]), name, 1.0)

@@ -99,7 +99,7 @@ def assert_equal_to_twin(z, rate=RATE, **arguments):
         np.testing.assert_array_equal(getattr(trace, name), expected[name], err_msg=name)
     for name in COUNTS:
         assert getattr(f, name) == getattr(twin.tally, name), name
-    assert (f.status, f.restarts) == (twin.status, twin.restarts)
+    assert (f.status, f.restart_count) == (twin.status, twin.restarts)
     found = differences(trace, expected, z)
     assert max(found.values()) <= TOLERANCE + tick_rounding(z, rate / 4.0), found
     return f

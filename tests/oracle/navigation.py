@@ -173,13 +173,13 @@ class Navigation:
         self.wheeled, self.wheel_sigma = vehicle == "wheeled", wheel_sigma
         self.step = covariance_step
         self.by_course = self.wheeled or start.course
-        self.C, self.v, self.a = matrix(start.attitude), np.zeros(3), np.zeros(3)
+        self.C, self.v, self.a = matrix(start.quaternion), np.zeros(3), np.zeros(3)
         self.latitude, self.longitude, self.height = np.radians(start.latitude), 0.0, 0.0
         self.place = Place(self.latitude, 0.0)
         self.b_g, self.b_a = np.array(start.gyro_bias), np.array(start.accel_bias)
         deviations = np.zeros(15)
-        deviations[PHI] = [start.sigma_level, start.sigma_level, start.sigma_heading]
-        deviations[GYRO], deviations[ACCEL] = start.sigma_gyro_bias, start.sigma_accel_bias
+        deviations[PHI] = [start.level_sigma, start.level_sigma, start.heading_sigma]
+        deviations[GYRO], deviations[ACCEL] = start.gyro_bias_sigma, start.accel_bias_sigma
         self.P = np.diag(deviations**2)
         self.sigma = np.full(15, np.nan)
         self.judges = [Judge(), Judge()]
@@ -224,7 +224,7 @@ class Navigation:
         self.sum_v += self.v
         self.sum_w += self.w
         if self.seconds >= self.step - 0.25 * dt:
-            self.carry()
+            self.propagate()
             self.look_at_wheels()
 
     def begin(self, t, gyro, accel):
@@ -289,7 +289,7 @@ class Navigation:
 
     # The covariance.
 
-    def carry(self):
+    def propagate(self):
         """To the last sample, with means over the step."""
         if self.samples == 0:
             return
@@ -426,8 +426,8 @@ class Navigation:
 
     # Fixes.
 
-    def update_gnss(self, t, position, velocity=None, sigma_position=2.0, sigma_velocity=0.1):
-        given = self.looked_at(position, velocity, sigma_position, sigma_velocity)
+    def update_gnss(self, t, position, velocity=None, position_sigma=2.0, velocity_sigma=0.1):
+        given = self.looked_at(position, velocity, position_sigma, velocity_sigma)
         age = self.time - t
         if given is None or not (t >= self.start.time and -AHEAD <= age <= LATE):
             verdict = "refused"
@@ -438,14 +438,14 @@ class Navigation:
             self.last_used = self.time
         return verdict
 
-    def looked_at(self, position, velocity, sigma_position, sigma_velocity):
+    def looked_at(self, position, velocity, position_sigma, velocity_sigma):
         """What is there of a fix; a height or a vertical velocity may be missing."""
         p = np.array(position, dtype=float)
         p[:2] = np.radians(p[:2])
         v = np.full(3, np.nan) if velocity is None else np.array(velocity, dtype=float)
         sigmas = [
             np.clip(np.broadcast_to(sigma, 3), *SIGMAS)
-            for sigma in (sigma_position, sigma_velocity)
+            for sigma in (position_sigma, velocity_sigma)
         ]
         for part, sigma in zip((p, v), sigmas, strict=True):
             if np.isnan(part[2]):
@@ -457,7 +457,7 @@ class Navigation:
     def take(self, t, age, p, v, sigma_p, sigma_v):
         if not self.navigating:
             return self.start_from(t, age, p, v, sigma_p, sigma_v)
-        self.carry()
+        self.propagate()
         if not self.navigating:
             return "refused"
         lever = self.C @ self.antenna

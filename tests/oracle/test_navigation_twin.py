@@ -17,7 +17,7 @@ TOLERANCE = 1e-10
 PARTS = (
     "position",
     "velocity",
-    "attitude",
+    "quaternion",
     "gyro_bias",
     "accel_bias",
     "sigma",
@@ -50,7 +50,7 @@ class Pair:
     def note(self):
         """What both know after a sample and its fixes."""
         for one, notes in ((self.filter, self.found), (self.twin, self.expected)):
-            C = one.C if one is self.twin else matrix(one.attitude)
+            C = one.C if one is self.twin else matrix(one.quaternion)
             covariance = one.P if one is self.twin else one.covariance
             biases = (one.b_g, one.b_a) if one is self.twin else (one.gyro_bias, one.accel_bias)
             notes.append((one.position, one.velocity, C, *biases, one.sigma, covariance, one.nis))
@@ -65,7 +65,7 @@ class Pair:
             np.testing.assert_array_equal(np.isnan(got), np.isnan(there), err_msg=name)
             errors[name] = difference(name, got, there, expected[-2])
         assert max(errors.values()) <= TOLERANCE, errors
-        assert self.filter.fixes == self.twin.fixes
+        assert self.filter.fix_count == self.twin.fixes
         learned = self.twin.learned_sigma
         np.testing.assert_allclose(self.filter.learned_sigma, learned, rtol=TOLERANCE)
         return errors
@@ -117,7 +117,7 @@ def run(pair, drive, fixes, *, gyro=None, accel=None, rest=None, keep=None):
 
 def changed(fixes, **changes):
     """Fixes with some of time, arrival, position, velocity, deviations by functions of a fix."""
-    names = ("measured", "arrives", "position", "velocity", "sigma_position", "sigma_velocity")
+    names = ("measured", "arrives", "position", "velocity", "position_sigma", "velocity_sigma")
     table = [dict(zip(names, fix, strict=True)) for fix in fixes]
     return [
         tuple((fix | {name: change(fix) for name, change in changes.items()}).values())
@@ -231,9 +231,9 @@ def test_outliers():
     pair = Pair(start_of(one))
     run(pair, one, changed(fixes_of(one), position=spoilt, velocity=wild))
     # A fifth of the positions are spoilt, whatever the velocities beside them are.
-    assert pair.filter.fixes["used"] > 75
-    assert pair.filter.fixes["rejected"] == pair.filter.rejected["positions"] > 10
-    assert pair.filter.rejected["velocities"] > 10
+    assert pair.filter.fix_count["used"] > 75
+    assert pair.filter.fix_count["rejected"] == pair.filter.rejected_count["positions"] > 10
+    assert pair.filter.rejected_count["velocities"] > 10
 
 
 @pytest.mark.parametrize("kind", ["position", "velocity", "both"])
@@ -253,7 +253,7 @@ def test_a_filter_that_starts_wrong(kind):
     pair = Pair(start_of(one), adapt="fixed")
     run(pair, one, fixes)
     if kind == "both":
-        assert pair.filter.fixes["rejected"] == 10
+        assert pair.filter.fix_count["rejected"] == 10
 
 
 @pytest.mark.parametrize("arguments", [{}, {"vehicle": "wheeled"}], ids=["plain", "wheeled"])
@@ -306,12 +306,12 @@ FIXES = {
         )
     },
     "of three deviations": {
-        "sigma_position": lambda fix: np.array([1.0, 2.0, 4.0]),
-        "sigma_velocity": lambda fix: np.array([0.05, 0.1, 0.2]),
+        "position_sigma": lambda fix: np.array([1.0, 2.0, 4.0]),
+        "velocity_sigma": lambda fix: np.array([0.05, 0.1, 0.2]),
     },
     "too sure": {
-        "sigma_position": lambda fix: 1e-9,
-        "sigma_velocity": lambda fix: 0.01,
+        "position_sigma": lambda fix: 1e-9,
+        "velocity_sigma": lambda fix: 0.01,
     },
 }
 
@@ -324,7 +324,7 @@ def test_fixes(name, first):
     pair = Pair(start_of(one))
     run(pair, one, fixes)
     # Of a receiver that is too sure many are rejected until its noise is learned.
-    assert pair.filter.fixes["used"] >= 20
+    assert pair.filter.fix_count["used"] >= 20
 
 
 @pytest.mark.parametrize("arguments", [{}, {"vehicle": "wheeled"}], ids=["plain", "wheeled"])
@@ -332,14 +332,14 @@ def test_fixes(name, first):
 def test_the_heading_from_the_course(arguments, off):
     """The alignment's heading is wrong by any angle, and said to be unknown."""
     one = drive(antenna=LEVER)
-    start = start_of(one, heading_known=False, course=True, sigma_heading=1.6)
+    start = start_of(one, heading_known=False, course=True, heading_sigma=1.6)
     turned = Rotation.from_rotvec([0.0, 0.0, off]) * Rotation.from_quat(
-        start.attitude, scalar_first=True
+        start.quaternion, scalar_first=True
     )
     start = replace(start, attitude=turned.as_quat(scalar_first=True))
     pair = Pair(start, **arguments, **ANTENNA)
     run(pair, one, fixes_of(one))
-    assert pair.filter.fixes["used"] > 30
+    assert pair.filter.fix_count["used"] > 30
 
 
 def test_without_a_heading():
@@ -350,7 +350,7 @@ def test_without_a_heading():
         if k % 50 == 0:
             pair.update_gnss(one.time[k], one.truth_position[k])
     assert pair.filter.status == "no heading"
-    np.testing.assert_allclose(matrix(pair.filter.attitude), pair.twin.C, atol=TOLERANCE)
+    np.testing.assert_allclose(matrix(pair.filter.quaternion), pair.twin.C, atol=TOLERANCE)
     np.testing.assert_allclose(pair.filter.covariance, pair.twin.P, rtol=TOLERANCE)
 
 
@@ -384,18 +384,18 @@ def test_a_gyro_that_is_missing_for_long(seconds):
 @pytest.mark.parametrize("adapt", ["inflate", "fixed"])
 def test_a_first_fix_that_is_far_away(adapt):
     """The earth is that of another place after the way back."""
-    one = drive(sigma_position=30.0)
+    one = drive(position_sigma=30.0)
     fixes = changed(
         between(fixes_of(one), 15.0, 99.0),
         position=lambda fix: moved(fix["position"], [4e3 * (fix["measured"] == 15.0), 0.0, 0.0]),
-        sigma_position=lambda fix: 30.0,
+        position_sigma=lambda fix: 30.0,
     )
     run(Pair(start_of(one), adapt=adapt), one, fixes)
 
 
 def test_the_course_of_positions_alone():
-    one = drive(sigma_position=0.5)
-    fixes = changed(fixes_of(one), velocity=nothing, sigma_position=lambda fix: 0.5)
-    pair = Pair(start_of(one, heading_known=False, course=True, sigma_heading=1.6))
+    one = drive(position_sigma=0.5)
+    fixes = changed(fixes_of(one), velocity=nothing, position_sigma=lambda fix: 0.5)
+    pair = Pair(start_of(one, heading_known=False, course=True, heading_sigma=1.6))
     run(pair, one, fixes)
-    assert pair.filter.fixes["used"] > 30
+    assert pair.filter.fix_count["used"] > 30

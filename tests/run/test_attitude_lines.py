@@ -78,7 +78,7 @@ def test_numbers_tell_what_was_lost():
     expected = own(ROWS[kept], dt=dt)
     np.testing.assert_allclose(quaternions(answers), expected, atol=1e-15)
     assert stream.take(f"199,{LINES[199]}") == "199,nan,nan,nan,nan"
-    assert (stream.sequence.lost, stream.sequence.late, stream.position) == (3, 1, 200)
+    assert (stream.sequence.lost_count, stream.sequence.late_count, stream.position) == (3, 1, 200)
 
 
 def test_time_of_its_own_unit():

@@ -118,7 +118,7 @@ def test_summary_has_a_row_for_each_log_and_axis(tmp_path, batch):
     for one, other in zip(first[1:], again[1:], strict=True):
         assert one | {"status": "skipped"} == other
         # It takes a second and a half to see that a sensor rests.
-        assert (one["samples"], one["rate"], one["time_at_rest"]) == (2000, 100.0, 17.76)
+        assert (one["n"], one["rate"], one["time_at_rest"]) == (2000, 100.0, 17.76)
         # The signal is 0.5 with noise of 0.1: five standard errors of the filter's own.
         assert abs(one["bias"] - 0.5) < 5 * one["bias_sigma"]
         # White noise of 0.1 at 100 Hz is 0.01 a root hertz; 2000 samples tell it to a few percent.
@@ -166,13 +166,13 @@ def test_samples_that_were_left_out_are_counted(tmp_path, batch):
         100.0, limit=250.0, rest_limit=3.0, bias_limit=20.0, channels=2, output="estimate"
     )
     alone.process(z)
-    names = ("saturated", "outliers", "stuck")
+    names = ("saturated_count", "outlier_count", "stuck_count")
     counts = (alone.saturated_count, alone.outlier_count, alone.stuck_count)
     for name, count in zip(names, counts, strict=True):
         assert [first[name], second[name]] == count.tolist()
-    assert (second["saturated"], second["missing"]) == (10, 10)
+    assert (second["saturated_count"], second["missing_count"]) == (10, 10)
     record = json.loads((tmp_path / "out" / "a-zerorate.json").read_text())
-    assert [row["stuck"] for row in record["rows"]] == [0, 400]
+    assert [row["stuck_count"] for row in record["rows"]] == [0, 400]
 
 
 def test_a_topic_chooses_among_those_of_a_bag(tmp_path):

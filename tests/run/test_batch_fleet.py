@@ -96,7 +96,7 @@ class TestNoise:
         # White noise of 0.1 deg/s at 100 Hz.
         assert rows[0]["angle_random_walk"] == pytest.approx(0.01, rel=0.1)
         assert rows[0]["deviation_1s"] == pytest.approx(0.01, rel=0.3)
-        assert (rows[0]["unit"], rows[0]["samples"], rows[0]["moved"]) == ("deg/s", 6000, False)
+        assert (rows[0]["unit"], rows[0]["n"], rows[0]["moved"]) == ("deg/s", 6000, False)
         # A minute cannot tell what 100 s bring, nor a random walk that is not there.
         assert rows[0]["deviation_100s"] is None
         assert (rows[0]["rate_random_walk"], rows[0]["rate_random_walk_identifiable"]) == (

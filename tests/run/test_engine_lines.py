@@ -76,7 +76,7 @@ def test_a_navigation_answers_with_its_place():
             verdict = nav.update_gnss(row[0], row[7:10], row[10:])
             status = nav.status
         answer = stream.take(line).split(",")
-        known = [row[0], *nav.position, *nav.velocity, *nav.attitude]
+        known = [row[0], *nav.position, *nav.velocity, *nav.quaternion]
         np.testing.assert_array_equal(numbers(",".join(answer[:11])), known)
         assert (answer[11], answer[15]) == (status, verdict)
         verdicts.append(verdict)
@@ -101,7 +101,7 @@ def test_saved_between_any_two_lines_it_goes_on(engine):
             stream = LineStream.from_bytes(stream.to_bytes(), settings)
     assert answers == expected
     assert stream.to_bytes() == whole.to_bytes()
-    assert stream.sequence.lost == 2
+    assert stream.sequence.lost_count == 2
     assert stream.position == len(lines)
 
 

@@ -272,7 +272,7 @@ def test_lost_samples_are_missing_ones():
     alone = zr.DriftFilter(RATE, method="auto", output="compensated", channels=3)
     expected = lines_of(alone.process(z)[gaps])
     assert answers == [f"{i},{line}" for i, line in zip(gaps, expected, strict=True)]
-    assert (some.sequence.lost, some.samples, some.position) == (8, 400, 400)
+    assert (some.sequence.lost_count, some.samples, some.position) == (8, 400, 400)
 
 
 def work_of(monkeypatch):
@@ -311,7 +311,7 @@ def test_a_long_gap_stops_no_answer(monkeypatch, output, channels):
     alone.process(flat[caught_up - 1 :])
     state, filter_ = opened(some.to_bytes())
     assert filter_ == alone.to_bytes()
-    assert (state["samples"], state["owed"], some.sequence.lost) == (len(z) + lost, 0, lost)
+    assert (state["samples"], state["owed"], some.sequence.lost_count) == (len(z) + lost, 0, lost)
 
 
 def test_saved_within_a_long_gap_it_goes_on(monkeypatch):
@@ -332,7 +332,7 @@ def test_a_late_sample_is_answered_but_not_taken():
     before = some.samples
     assert some.take("11,3") == "11,nan"
     assert some.take("12,2") == "12,nan"
-    assert (some.samples, some.sequence.late) == (before, 2)
+    assert (some.samples, some.sequence.late_count) == (before, 2)
 
 
 @pytest.mark.parametrize("number", ["", "x", "1.5", "-", "+-11", "1_1", "1" * 5000])
@@ -343,7 +343,7 @@ def test_a_number_that_cannot_be_read_is_found_as_a_gap(number):
         some.take(f"{number},2")
     assert some.no_answer == "nan,nan"
     some.take("12,2")
-    assert (some.sequence.lost, some.samples) == (1, 3)
+    assert (some.sequence.lost_count, some.samples) == (1, 3)
 
 
 @pytest.mark.parametrize("jump", [-101, -65535, 360_001, 2**40])
@@ -351,7 +351,7 @@ def test_a_jump_is_a_new_beginning(jump):
     count = SequenceCount(RATE)
     count.step(0)
     assert count.step(jump) == 0
-    assert (count.lost, count.late, count.restarts) == (0, 0, 1)
+    assert (count.lost_count, count.late_count, count.restart_count) == (0, 0, 1)
     assert count.step(jump + 1) == 0
 
 
@@ -359,7 +359,7 @@ def test_a_jump_is_a_new_beginning(jump):
 def test_an_hour_may_be_lost(missing):
     count = SequenceCount(RATE, last=5)
     assert count.step(6 + missing) == missing
-    assert count.restarts == 0
+    assert count.restart_count == 0
 
 
 @given(st.data())

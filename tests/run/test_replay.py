@@ -216,7 +216,7 @@ class TestAuto:
 
     def test_drift_and_scores_are_of_the_estimate(self, auto):
         drift = alone_of("auto").process(auto.log.data)
-        np.testing.assert_array_equal(auto.drift, drift)
+        np.testing.assert_array_equal(auto.bias, drift)
         score = next(s for s in auto.scores if s.method == "auto")
         # Without the start, in which it is not yet seen to rest.
         rest = alone_of("auto").trace(auto.log.data).at_rest[:, 0]
@@ -285,7 +285,7 @@ class TestAuto:
         measures.take(Block(0, raw, {"auto": held}, held, np.ascontiguousarray(rest.T)))
         measured = measures.finish()
         raw, auto = measured.scores
-        assert measured.seen.at_rest == [2000]
+        assert measured.seen.at_rest_count == [2000]
         # What is held in motion is not held through the rest that follows.
         known = np.where(rest[:, 0], 0.5, np.nan)
         # Where a motion began is known to half a second.
@@ -349,20 +349,22 @@ class TestLeftOut:
         alone = alone_of("auto", output="compensated", limit=LIMIT)
         np.testing.assert_array_equal(dirty.filtered_log.data, alone.process(dirty.log.data))
         assert np.isnan(dirty.filtered_log.data[6000:6050, 1]).all()
-        assert dirty.seen.missing.tolist() == dirty.left_out.saturated.tolist() == [0, 50]
+        assert (
+            dirty.seen.missing_count.tolist() == dirty.left_out.saturated_count.tolist() == [0, 50]
+        )
 
     def test_counts_are_those_of_the_filter(self, dirty):
         alone = alone_of("auto", limit=LIMIT)
         alone.process(dirty.log.data)
         left_out = dirty.left_out
         for counts, name in (
-            (left_out.saturated, "saturated_count"),
-            (left_out.outliers, "outlier_count"),
-            (left_out.stuck, "stuck_count"),
+            (left_out.saturated_count, "saturated_count"),
+            (left_out.outlier_count, "outlier_count"),
+            (left_out.stuck_count, "stuck_count"),
         ):
             np.testing.assert_array_equal(counts, getattr(alone, name))
-        assert left_out.outliers[0] >= 15
-        assert left_out.stuck.tolist() == [800, 0]
+        assert left_out.outlier_count[0] >= 15
+        assert left_out.stuck_count.tolist() == [800, 0]
 
     def test_flags_stand_beside_the_compensated_rate(self, dirty):
         trace = alone_of("auto", limit=LIMIT).trace(dirty.log.data)
@@ -374,8 +376,10 @@ class TestLeftOut:
 
     def test_a_stuck_sensor_is_measured_as_little_as_one_in_motion(self, dirty):
         stuck = dirty.readings.stuck[:, 0]
-        assert dirty.seen.stuck.tolist() == [np.count_nonzero(stuck), 0]
-        assert dirty.seen.at_rest[0] == np.count_nonzero(dirty.readings.at_rest[:, 0] & ~stuck)
+        assert dirty.seen.stuck_count.tolist() == [np.count_nonzero(stuck), 0]
+        assert dirty.seen.at_rest_count[0] == np.count_nonzero(
+            dirty.readings.at_rest[:, 0] & ~stuck
+        )
         counted = dirty.readings.certain_rest(RATE)[:, 0]
         raw = dirty.scores[0]
         assert raw.mean == pytest.approx(dirty.log.data[counted, 0].mean(), rel=1e-12)
@@ -384,7 +388,7 @@ class TestLeftOut:
         notes = format_notes(dirty)
         flat = " ".join(notes.split())
         assert "saturated, at or beyond the limit of 250, so missing: gyro_1 50 of 9000" in flat
-        assert f"left out as outliers: gyro_0 {dirty.left_out.outliers[0]}" in flat
+        assert f"left out as outliers: gyro_0 {dirty.left_out.outlier_count[0]}" in flat
         assert "left out because the sensor was stuck at one value: gyro_0 800 of 9000" in flat
         assert "at_rest_gyro_0, stuck_gyro_0, saturated_gyro_0 and so on" in flat
         assert max(map(len, notes.split("\n"))) <= WIDTH
@@ -404,8 +408,8 @@ class TestLeftOut:
         z = noise(3000, 1)
         z[500::500] += 10.0
         rejecting = replay(make_log(z), methods=("kf",), outliers="reject", allan=False)
-        assert rejecting.left_out.outliers[0] >= 5
-        assert not replay(make_log(z), methods=("kf",), allan=False).left_out.outliers.any()
+        assert rejecting.left_out.outlier_count[0] >= 5
+        assert not replay(make_log(z), methods=("kf",), allan=False).left_out.outlier_count.any()
 
 
 class TestLimitsOfRest:
@@ -420,7 +424,7 @@ class TestLimitsOfRest:
         assert result.params["rest_limit"] == pytest.approx(convert(3.0, "deg/s", unit))
         assert result.params["bias_limit"] is None
         assert not result.readings.at_rest[:1000].any()
-        assert (result.drift[:1000] == 0.0).all()
+        assert (result.bias[:1000] == 0.0).all()
 
     @pytest.mark.parametrize("unit", ["unit", "g", "deg/s, rad/s"])
     def test_elsewhere_there_is_none(self, unit):
@@ -433,16 +437,16 @@ class TestLimitsOfRest:
         result = replay(log, methods=("auto",), allan=False, **options)
         assert result.params["rest_limit"] is None
         alone = zr.DriftFilter(RATE, channels=1, output="estimate", **options)
-        np.testing.assert_array_equal(result.drift, alone.process(log.data))
+        np.testing.assert_array_equal(result.bias, alone.process(log.data))
 
     def test_a_steady_turn_is_no_bias_beyond_the_limit_of_one(self):
         turning = noise(6000, 1)
         turning[:2000] += 60.0
         taken = replay(make_log(turning), methods=("auto",), allan=False)
-        assert taken.drift[1900, 0] > 50.0
+        assert taken.bias[1900, 0] > 50.0
         refused = replay(make_log(turning), methods=("auto",), allan=False, bias_limit=20.0)
-        assert (refused.drift[:2000] == 0.0).all()
-        assert abs(refused.drift[-1, 0] - 0.5) < 0.05
+        assert (refused.bias[:2000] == 0.0).all()
+        assert abs(refused.bias[-1, 0] - 0.5) < 0.05
 
     def test_what_is_not_known_for_certain_is_told(self):
         notes = " ".join(format_notes(replay(make_log(noise(2000, 1), unit="unit"))).split())
@@ -476,7 +480,7 @@ class TestText:
         assert text.startswith("Bias as each method estimates it")
         assert "reduction" not in text
         said = " ".join(text.split())
-        ratio = np.std((auto.log.data - auto.drift)[auto.readings.rest[:, 0], 0])
+        ratio = np.std((auto.log.data - auto.bias)[auto.readings.rest[:, 0], 0])
         ratio /= np.std(auto.log.data[auto.readings.rest[:, 0], 0])
         assert 0.97 < ratio < 1.0
         assert f"keeps the sensor's noise: its deviation over raw is gyro_0 {ratio:.3f}," in said
@@ -519,8 +523,8 @@ class TestText:
 
 def moved(replay, status="in motion"):
     """Return a replay whose first axis moves in the second half of it."""
-    at_rest = replay.seen.at_rest - [replay.header.n // 2, 0]
-    seen = dataclasses.replace(replay.seen, at_rest=at_rest)
+    at_rest = replay.seen.at_rest_count - [replay.header.n // 2, 0]
+    seen = dataclasses.replace(replay.seen, at_rest_count=at_rest)
     return dataclasses.replace(replay, seen=seen, status=(status, *replay.status[1:]))
 
 
@@ -566,7 +570,7 @@ class TestTextOfAuto:
 
     def test_no_rest_at_all_is_told(self, auto):
         notes = " ".join(format_notes(moved(auto, status="no rest yet")).split())
-        assert "gyro_0: no rest was found, so no drift is known" in notes
+        assert "gyro_0: no rest was found, so no bias is known" in notes
 
     def test_columns_of_the_log_are_told(self, auto, result):
         assert "bias_sigma_gyro_0_dps" in format_notes(auto)

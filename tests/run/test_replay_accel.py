@@ -39,7 +39,7 @@ def write(path, *, with_accel=True):
 
 
 def worst(result):
-    return np.nanmax(np.abs(result.drift[500:] - BIAS))
+    return np.nanmax(np.abs(result.bias[500:] - BIAS))
 
 
 def test_a_recording_has_its_own(tmp_path):
@@ -50,9 +50,9 @@ def test_a_recording_has_its_own(tmp_path):
     (note,) = both.header.meta["notes"]
     assert note.startswith("the accelerometer (accel_x_g, accel_y_g, accel_z_g) shows motion for 9")
     given = replay(imu.gyro, accel=imu.accel, methods=["auto"])
-    np.testing.assert_array_equal(given.drift, both.drift)
+    np.testing.assert_array_equal(given.bias, both.bias)
     # A published method takes every sample for rest, with or without.
-    plain, told = (replay(log, methods=["kf"]).drift for log in (imu.gyro, imu))
+    plain, told = (replay(log, methods=["kf"]).bias for log in (imu.gyro, imu))
     np.testing.assert_array_equal(plain, told)
 
 

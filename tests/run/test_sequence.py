@@ -37,8 +37,8 @@ def test_any_period_is_learned_in_two_turns(rate, period, lowest, start):
     # The first turn may look like late samples, or like a source that began anew.
     assert len(true) - answered(found) < 2 * RUN
     assert found[2 * period + 2 * RUN :] == [0] * (len(true) - 2 * period - 2 * RUN)
-    assert count.lost == 0
-    assert count.restarts <= 2
+    assert count.lost_count == 0
+    assert count.restart_count <= 2
 
 
 @pytest.mark.parametrize("bits", [8, 16])
@@ -49,7 +49,7 @@ def test_a_counter_of_whole_bytes_is_known_at_its_first_wrap(bits, signed, rate)
     numbers = (np.arange(200_000) + half) % (1 << bits) - half
     count = SequenceCount(rate)
     assert steps(count, numbers) == [0] * len(numbers)
-    assert (count.lost, count.late, count.restarts) == (0, 0, 0)
+    assert (count.lost_count, count.late_count, count.restart_count) == (0, 0, 0)
 
 
 @st.composite
@@ -72,9 +72,12 @@ def test_with_a_known_width_all_that_is_lost_is_counted(journey):
     count, plain = SequenceCount(rate, bits), SequenceCount(rate)
     found = steps(count, true % (1 << bits))
     # Unwrapped, the same numbers need no knowledge at all.
-    if not count.restarts and np.diff(np.maximum.accumulate(true)).max(initial=0) < 1 << bits >> 1:
+    if (
+        not count.restart_count
+        and np.diff(np.maximum.accumulate(true)).max(initial=0) < 1 << bits >> 1
+    ):
         assert found == steps(plain, true)
-        assert (count.lost, count.late) == (plain.lost, plain.late)
+        assert (count.lost_count, count.late_count) == (plain.lost_count, plain.late_count)
 
 
 @given(
@@ -106,8 +109,8 @@ def test_each_event_costs_a_bounded_number_of_samples(
     overtaken = int(sum((np.diff(run) <= 0).sum() for run in runs))
     events = restarts + overtaken + min(turned, 8)
     assert len(numbers) - answered(found) <= RUN * (events + 1)
-    assert answered(found) + count.late == len(numbers)
-    assert count.lost == sum(one for one in found if one is not None)
+    assert answered(found) + count.late_count == len(numbers)
+    assert count.lost_count == sum(one for one in found if one is not None)
 
 
 @given(st.lists(st.integers(-(2**70), 2**70) | st.integers(-300, 300), max_size=300), RATES)
@@ -132,27 +135,27 @@ def test_a_wrap_that_was_none_is_forgotten():
 def test_a_stuck_number_is_told_as_restarts():
     count = SequenceCount(100.0)
     found = steps(count, [5] * (1 + 3 * RUN))
-    assert (count.restarts, answered(found)) == (3, 4)
+    assert (count.restart_count, answered(found)) == (3, 4)
 
 
 def test_a_number_before_the_wrap_may_come_late():
     count = SequenceCount(1000.0, 8)
     assert steps(count, [254, 0, 255, 1, 250, 2]) == [0, 1, None, 0, None, 0]
-    assert (count.lost, count.late) == (1, 2)
+    assert (count.lost_count, count.late_count) == (1, 2)
 
 
 def test_a_burst_that_is_overtaken_stays_late():
     numbers = [*range(100), *range(131, 160), *range(100, 131), *range(160, 300)]
     count = SequenceCount(1000.0)
     steps(count, numbers)
-    assert (count.lost, count.late, count.restarts) == (31, 31, 0)
+    assert (count.lost_count, count.late_count, count.restart_count) == (31, 31, 0)
 
 
 @pytest.mark.parametrize("begin", [0, 1, 20, 99])
 def test_a_restart_within_a_second_is_found(begin):
     count = SequenceCount(1000.0)
     found = steps(count, chain(range(100), range(begin, 400)))
-    assert count.restarts == (begin < 100 - RUN)
+    assert count.restart_count == (begin < 100 - RUN)
     assert len(found) - answered(found) < RUN
 
 
@@ -169,7 +172,7 @@ def test_a_number_that_does_not_fit_is_garbled(number):
     with pytest.raises(LineError, match="is none of 8 bits"):
         some.take(f"{number},0.5")
     some.take("9,0.5")
-    assert (some.sequence.lost, some.samples) == (1, 3)
+    assert (some.sequence.lost_count, some.samples) == (1, 3)
 
 
 @pytest.mark.parametrize(("before", "after"), [(254, 255), (255, 0)])

@@ -102,7 +102,7 @@ def test_tables():
     text = format_track(track(), nis=nis)
     assert "NIS of velocity, median" in text
     assert "NIS" not in track().table()
-    assert f"  {track().counts['used']}\n  rejected" in text
+    assert f"  {track().fix_count['used']}\n  rejected" in text
     assert "smoothed" in format_track(track(smoothed=True)).splitlines()[0]
     for lines in (text, format_outages(outages())):
         assert max(map(len, lines.splitlines())) <= WIDTH

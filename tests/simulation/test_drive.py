@@ -11,7 +11,7 @@ from oracle.strapdown import strapdown
 from zerorate.geometry.earth import earth_rate, local_ned, normal_gravity
 
 SILENT = {"gyro": None, "accel": None, "gyro_bias": 0.0, "accel_bias": 0.0}
-EXACT = {"sigma_position": 0.0, "sigma_velocity": 0.0}
+EXACT = {"position_sigma": 0.0, "velocity_sigma": 0.0}
 
 
 @functools.cache
@@ -20,7 +20,7 @@ def silent(duration=400.0, seed=0, **more):
 
 
 def matrices(drive):
-    return Rotation.from_quat(drive.truth_attitude, scalar_first=True).as_matrix()
+    return Rotation.from_quat(drive.truth_quaternion, scalar_first=True).as_matrix()
 
 
 def in_body(drive):
@@ -119,7 +119,7 @@ class TestTruth:
 class TestSeeds:
     def test_the_same_arguments_give_the_same_drive(self):
         first, again = (zr.simulate_drive(20.0, seed=4, rest=2.0) for _ in range(2))
-        for name in ("gyro", "accel", "truth_position", "truth_attitude", "gyro_bias"):
+        for name in ("gyro", "accel", "truth_position", "truth_quaternion", "gyro_bias"):
             np.testing.assert_array_equal(getattr(first, name), getattr(again, name))
         np.testing.assert_equal(first.fixes.as_dict(), again.fixes.as_dict())
         other = zr.simulate_drive(20.0, seed=5, rest=2.0)
@@ -187,7 +187,7 @@ class TestFixes:
         np.testing.assert_array_equal(drive.fixes.time, drive.time[at])
         np.testing.assert_array_equal(drive.fixes.position, drive.truth_position[at])
         np.testing.assert_array_equal(drive.fixes.velocity, drive.truth_velocity[at])
-        assert drive.fixes.sigma_position is None
+        assert drive.fixes.position_sigma is None
 
     def test_the_antenna(self):
         antenna = np.array([1.5, -0.5, -1.2])
@@ -204,7 +204,7 @@ class TestFixes:
 
     def test_noise_has_its_deviations(self):
         drive = zr.simulate_drive(
-            200.0, seed=2, fixes_rate=10.0, sigma_position=[1.0, 2.0, 4.0], sigma_velocity=0.1
+            200.0, seed=2, fixes_rate=10.0, position_sigma=[1.0, 2.0, 4.0], velocity_sigma=0.1
         )
         at = np.arange(2000) * 10
         place = local_ned(drive.fixes.position, drive.truth_position[at])
@@ -212,7 +212,7 @@ class TestFixes:
         # 2,000 values: to 1.6 %.
         np.testing.assert_allclose(place.std(axis=0), [1.0, 2.0, 4.0], rtol=0.07)
         np.testing.assert_allclose(speed.std(axis=0), 0.1, rtol=0.07)
-        np.testing.assert_array_equal(drive.fixes.sigma_position, [[1.0, 2.0, 4.0]] * 2000)
+        np.testing.assert_array_equal(drive.fixes.position_sigma, [[1.0, 2.0, 4.0]] * 2000)
 
     def test_rates_that_do_not_divide(self):
         drive = silent(10.0, 1, fixes_rate=3.0)
@@ -245,8 +245,8 @@ class TestRecord:
             ({"accel": 3.0}, "model must be a NoiseModel or a Device, got float"),
             ({"gyro_bias": [1.0, 2.0]}, r"gyro_bias must be finite, of shape \(3\)"),
             ({"fixes_rate": 200.0}, "fixes_rate must be above 0 and 100 Hz at most"),
-            ({"sigma_position": -1.0}, "sigma_position must not be negative"),
-            ({"sigma_velocity": [1.0]}, r"sigma_velocity must be finite, of shape \(3\)"),
+            ({"position_sigma": -1.0}, "position_sigma must not be negative"),
+            ({"velocity_sigma": [1.0]}, r"velocity_sigma must be finite, of shape \(3\)"),
             ({"antenna": 1.0}, r"antenna must be finite, of shape \(3\)"),
         ],
     )

@@ -208,7 +208,7 @@ class TestErrors:
         assert motion.dt[0] == 0.01
         assert motion.dt.sum() == pytest.approx(motion.time[-1] + 0.01)
         log = motion.recording().gyro
-        assert log.n_missing == log.n - len(motion.time)
+        assert log.missing_count == log.n - len(motion.time)
         np.testing.assert_array_equal(log.data[np.isfinite(log.data[:, 0])], motion.gyro)
 
 

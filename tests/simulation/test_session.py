@@ -26,14 +26,14 @@ UP = np.array([0.0, 0.0, 1.0])
 
 def steps(session):
     """Rotations from each sample to the next, in the axes of the body, as vectors."""
-    q = session.orientation
+    q = session.quaternion
     step = rotations.product(rotations.inverse(q[:-1]), q[1:])
     return 2.0 * np.sign(step[:, :1]) * step[:, 1:]
 
 
 def directions(session):
     """Which direction of the body is up in each rest."""
-    q = session.orientation[session.rests[:, 0] + 5]
+    q = session.quaternion[session.rests[:, 0] + 5]
     return turned(rotations.inverse(q), np.tile(UP, (len(q), 1)))
 
 
@@ -48,12 +48,12 @@ class TestMotion:
         session = zr.simulate_session(12, seed=3)
         for first, stop in session.rests:
             assert (session.rates[first:stop] == 0.0).all()
-            still = session.orientation[first:stop]
+            still = session.quaternion[first:stop]
             assert (
                 rotations.angle(rotations.product(rotations.inverse(still[:1]), still)).max()
                 < 1e-12
             )
-        q = session.orientation[session.rests[:, 0]]
+        q = session.quaternion[session.rests[:, 0]]
         turns = rotations.angle(rotations.product(rotations.inverse(q[:-1]), q[1:]))
         assert math.radians(60.0) <= turns.min() <= turns.max() <= math.radians(170.0)
         moving = [np.abs(session.rates[a + 1 : b - 1]).max(axis=1).min() for a, b in session.turns]
@@ -82,7 +82,7 @@ class TestMotion:
         as_quaternions = zr.simulate_session(q, **PERFECT)
         matrices = np.stack([turned(q, np.tile(e, (7, 1))) for e in np.eye(3)], axis=2)
         as_matrices = zr.simulate_session(matrices, **PERFECT)
-        held = as_quaternions.orientation[as_quaternions.rests[:, 0]]
+        held = as_quaternions.quaternion[as_quaternions.rests[:, 0]]
         np.testing.assert_allclose(np.abs(np.sum(held * q, axis=1)), 1.0, atol=1e-12)
         np.testing.assert_allclose(as_matrices.rates, as_quaternions.rates, atol=1e-9)
 

@@ -119,7 +119,7 @@ def sound_motion(f, z, answers):
 def sound_allan(f, z, answers):
     """A deviation wherever there are terms, and only there."""
     known = state(f)
-    for name, terms in (("deviation", "terms"), ("hadamard_deviation", "hadamard_terms")):
+    for name, terms in (("deviation", "term_count"), ("hadamard_deviation", "hadamard_term_count")):
         seen = known[terms] > 0
         assert np.all(np.isfinite(known[name][seen])), name
         assert np.all(known[name][seen] >= 0.0), name
@@ -222,7 +222,7 @@ def sound_linear(f, z, answers):
 def sound_navigation(f, z, answers):
     """Finite where it navigates, and a covariance always."""
     known = state(f)
-    assert_finite({name: known[name] for name in ("attitude", "gyro_bias", "accel_bias")})
+    assert_finite({name: known[name] for name in ("quaternion", "gyro_bias", "accel_bias")})
     assert np.isfinite(f.covariance).all()
     assert_symmetric(f.covariance)
     assert np.all(np.diag(f.covariance) >= 0.0)
@@ -369,8 +369,8 @@ MODEL = {"coefficients": CONSTANT_LAST, "covariance": 0, "ready": 0, "samples_se
 ALLAN = {
     "deviation": 1,
     "hadamard_deviation": 1,
-    "terms": 0,
-    "hadamard_terms": 0,
+    "term_count": 0,
+    "hadamard_term_count": 0,
     "samples_seen": 0,
 }
 
@@ -536,7 +536,7 @@ STREAMS = {
             "wavelet": {"rate": RATE},
             "wavelet-soft": {"rate": RATE, "wavelet": "haar", "level": 2, "mode": "soft"},
         },
-        properties={"sigma": 1, "missing": 0, "samples_seen": 0},
+        properties={"sigma": 1, "missing_count": 0, "samples_seen": 0},
         answer=1,
         sound=sound_wavelet,
         units={},

@@ -15,7 +15,7 @@ ACCEL = zr.NoiseModel(angle_random_walk=1e-3, rate_random_walk=2e-5, quantity="a
 # White noise and walk of the bias of consumer sensors, of which nothing is known.
 CONSUMER = {"gyro": (np.radians(0.05), 1e-5), "accel": (0.02, 5e-4)}
 MODELS = {"gyro": GYRO, "accel": ACCEL}
-NAMES = ("position", "velocity", "attitude", "gyro_bias", "accel_bias", "sigma")
+NAMES = ("position", "velocity", "quaternion", "gyro_bias", "accel_bias", "sigma")
 
 
 def drive(duration=60.0, seed=1, **arguments):
@@ -26,19 +26,19 @@ def drive(duration=60.0, seed=1, **arguments):
 def start_of(drive, time=10.0, tilt=(0.002, -0.003, 0.03), **changes):
     """What an alignment might have found at a time, with errors of its size."""
     k = round(time * drive.rate)
-    attitude = Rotation.from_rotvec(tilt) * rotation(drive.truth_attitude[k])
+    attitude = Rotation.from_rotvec(tilt) * rotation(drive.truth_quaternion[k])
     start = zr.Alignment(
         time=time,
-        attitude=attitude.as_quat(scalar_first=True),
+        quaternion=attitude.as_quat(scalar_first=True),
         latitude=drive.truth_position[0, 0],
         heading_known=True,
         course=False,
         gyro_bias=drive.gyro_bias[k] + 1e-4,
         accel_bias=np.zeros(3),
-        sigma_level=0.005,
-        sigma_heading=0.05,
-        sigma_gyro_bias=1e-4,
-        sigma_accel_bias=0.05,
+        level_sigma=0.005,
+        heading_sigma=0.05,
+        gyro_bias_sigma=1e-4,
+        accel_bias_sigma=0.05,
     )
     return replace(start, **changes)
 
@@ -73,15 +73,15 @@ def at_rest(time, latitude, heading=0.3, height=100.0):
     accel = np.array([0.0, 0.0, -float(normal_gravity(angle, height))])
     start = zr.Alignment(
         time=float(time[0]),
-        attitude=turned.as_quat(scalar_first=True),
+        quaternion=turned.as_quat(scalar_first=True),
         latitude=latitude,
         heading_known=True,
         course=False,
         gyro_bias=np.zeros(3),
         accel_bias=np.zeros(3),
-        sigma_level=0.002,
-        sigma_heading=0.05,
-        sigma_gyro_bias=1e-5,
-        sigma_accel_bias=0.02,
+        level_sigma=0.002,
+        heading_sigma=0.05,
+        gyro_bias_sigma=1e-5,
+        accel_bias_sigma=0.02,
     )
     return np.tile(gyro, (len(time), 1)), np.tile(accel, (len(time), 1)), start

@@ -14,7 +14,7 @@ import zerorate as zr
 STEP = 0.02
 HOME = np.array([48.0, 11.0, 400.0])
 METRES = np.array([1e-5, 1e-5, 1.0])
-NAVIGATED = ("position", "velocity", "attitude", "gyro_bias", "accel_bias", "sigma")
+NAVIGATED = ("position", "velocity", "quaternion", "gyro_bias", "accel_bias", "sigma")
 STATUSES = ("waiting", "no heading", "navigating", "coasting", "missing")
 
 

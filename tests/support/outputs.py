@@ -370,7 +370,7 @@ def noises(book: Book, files: Recordings) -> None:
 
 def streaming(book: Book, files: Recordings) -> None:
     """Record the streaming Allan deviations."""
-    tables = "taus deviation hadamard_deviation terms hadamard_terms samples_seen"
+    tables = "taus deviation hadamard_deviation terms hadamard_term_count samples_seen"
     for record in ("still", "drive"):
         z, rate = files.gyro(record)
         for gaps, data in (("", z), (" gaps", with_gaps(z))):
@@ -554,7 +554,7 @@ def configuration(book: Book, name: str, made: Callable[[], str]) -> None:
 MODEL: Final = (
     "phi theta constant sigma2 covariance n log_likelihood condition has_constant converged "
     "record_mean record_deviation mean_sigma order aic ar_roots ma_roots invertible stationary "
-    "mean n_parameters standard_errors method"
+    "mean parameter_count standard_errors method"
 )
 TEST: Final = "statistic p_value lower upper accepted n p_bound"
 CRITERIA: Final = ("fpe", "aic", "aicc", "bic", "hq")
@@ -814,7 +814,7 @@ def logs(book: Book, files: Recordings) -> None:
             with book.trying(f"log {record}"):
                 timed = record in ("encoder", "array", "drive")
                 log = zr.read_log(files.path(record), rate=None if timed else files.rate(record))
-                book.read(f"log {record}", log, "time rate data names unit n_missing duration")
+                book.read(f"log {record}", log, "time rate data names unit missing_count duration")
                 book.say(f"log {record} meta", json.dumps(log.meta, default=str, indent=1)
                          .replace(str(files.folder), "DATA"))  # fmt: skip
         short = zr.read_log(files.path("drive"))

@@ -380,16 +380,16 @@ def linear_settings(draw, channels=None):
 # Level, heading north, at HOME of support/feeding.py.
 LEVEL = zr.Alignment(
     time=0.0,
-    attitude=np.array([1.0, 0.0, 0.0, 0.0]),
+    quaternion=np.array([1.0, 0.0, 0.0, 0.0]),
     latitude=48.0,
     heading_known=True,
     course=False,
     gyro_bias=np.zeros(3),
     accel_bias=np.zeros(3),
-    sigma_level=0.01,
-    sigma_heading=0.05,
-    sigma_gyro_bias=1e-4,
-    sigma_accel_bias=0.02,
+    level_sigma=0.01,
+    heading_sigma=0.05,
+    gyro_bias_sigma=1e-4,
+    accel_bias_sigma=0.02,
 )
 
 

@@ -44,7 +44,7 @@ class AllanCovariance(Result):
         squared Allan deviations.
     edf : ndarray, shape (t,)
         Equivalent degrees of freedom: the median of those of the gyros.
-    terms : ndarray of int, shape (t,)
+    term_count : ndarray of int, shape (t,)
         Terms that each covariance is the mean of.
     seconds : float
         Length of the record without the samples at which a gyro misses, s.
@@ -61,7 +61,7 @@ class AllanCovariance(Result):
     tau: Floats
     matrix: Floats
     edf: Floats
-    terms: Integers
+    term_count: Integers
     seconds: float
     rate: float
     unit: str
@@ -219,7 +219,7 @@ def allan_covariance(
         tau=tau,
         matrix=scaled,
         edf=edf,
-        terms=sums.terms,
+        term_count=sums.terms,
         seconds=(n - lost) / hertz,
         rate=hertz,
         unit=unit,

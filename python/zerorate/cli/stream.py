@@ -324,11 +324,12 @@ def _report(server: Server, numbered: bool) -> None:
     if server.stream.open and numbered:
         wrap = f"; they wrap after {count.turn[1]}" if count.wraps and count.turn else ""
         tell(
-            f"{server.stream.samples} samples, {count.lost} of them lost; {count.late} came late "
-            f"or again; the numbers began anew {count.restarts} times{wrap}"
+            f"{server.stream.samples} samples, {count.lost_count} of them lost; "
+            f"{count.late_count} came late or again; "
+            f"the numbers began anew {count.restart_count} times{wrap}"
         )
-    if server.garbled:
-        tell(f"garbled lines: {server.garbled}")
+    if server.garbled_count:
+        tell(f"garbled lines: {server.garbled_count}")
 
 
 @contextmanager

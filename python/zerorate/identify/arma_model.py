@@ -345,14 +345,14 @@ class ArmaModel(Result):
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     @property
-    def n_parameters(self) -> int:
+    def parameter_count(self) -> int:
         """How many numbers were estimated: coefficients, constant and innovation variance."""
         return len(self.phi) + len(self.theta) + int(self.has_constant) + 1
 
     @property
     def aic(self) -> float:
-        """Akaike's criterion, -2 log L + 2 k with k = `n_parameters`."""
-        return -2.0 * self.log_likelihood + 2.0 * self.n_parameters
+        """Akaike's criterion, -2 log L + 2 k with k = `parameter_count`."""
+        return -2.0 * self.log_likelihood + 2.0 * self.parameter_count
 
     def __eq__(self, other: object) -> bool:
         """Compare every number, bit for bit."""

@@ -31,13 +31,13 @@ class ReverseArrangements(Verdict):
 
     Attributes
     ----------
-    reversals : int
+    reversal_count : int
         A: pairs of which the earlier value is the greater.
-    ties : int
+    tie_count : int
         Pairs of equal values, which are not counted.
-    segments : int
-        M: number of values; `left_out` more lacked half their samples or more.
-    left_out : int
+    segment_count : int
+        M: number of values; `left_out_count` more lacked half their samples or more.
+    left_out_count : int
     of : {"mean", "variance", "sample"}
         What the values are.
     z_score : float
@@ -47,10 +47,10 @@ class ReverseArrangements(Verdict):
         The place at which the values before and after differ most.
     """
 
-    reversals: int
-    ties: int
-    segments: int
-    left_out: int
+    reversal_count: int
+    tie_count: int
+    segment_count: int
+    left_out_count: int
     of: str
     z_score: float
     where: str
@@ -118,7 +118,7 @@ def reverse_arrangements(
     return ReverseArrangements(
         **_verdict(values),
         n=n,
-        left_out=(segments or values.size) - values.size,
+        left_out_count=(segments or values.size) - values.size,
         of=what,
         where=_where(values, places, what, unit * unit if what == "variance" else unit),
     )
@@ -139,9 +139,9 @@ def _verdict(values: Floats) -> dict[str, Any]:
         lower=lower,
         upper=upper,
         accepted=lower < count <= upper,
-        reversals=count,
-        ties=ties,
-        segments=m,
+        reversal_count=count,
+        tie_count=ties,
+        segment_count=m,
         z_score=(later + 0.5 - null.mean) / null.sigma if null.sigma else 0.0,
     )
 

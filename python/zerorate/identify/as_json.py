@@ -72,7 +72,7 @@ def as_dict(found: Identification) -> dict[str, Any]:
         "orders": {"ar": _orders(found.ar_orders), "arma": _orders(found.arma_orders)},
         "residuals": {
             "white": found.whiteness.white,
-            "outside": found.whiteness.outside,
+            "outside_count": found.whiteness.outside_count,
             "predictable": found.whiteness.predictable,
             "correlogram": _named(found.whiteness.correlogram),
         },

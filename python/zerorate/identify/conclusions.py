@@ -228,7 +228,8 @@ def _trends(tests: RecordTests) -> Iterator[str]:
 def _trend(test: ReverseArrangements, what: str) -> str:
     way = "rise" if test.z_score > 0.0 else "fall"
     bounds = f"{test.lower:.0f} to {test.upper:.0f}"
-    return f"the {what} of {test.segments} segments {way} (A = {test.reversals}, not {bounds})"
+    of_segments = f"{what} of {test.segment_count} segments"
+    return f"the {of_segments} {way} (A = {test.reversal_count}, not {bounds})"
 
 
 def _oddity(tests: RecordTests) -> float:

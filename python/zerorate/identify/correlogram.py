@@ -145,7 +145,7 @@ class Whiteness:
         The test of all lags together.
     correlogram : Correlogram
         The correlations lag by lag.
-    outside : int
+    outside_count : int
         Number of lags whose autocorrelation is beyond the bound; of white noise, 1 in 20.
     predictable : float
         Share of the variance that an AR(20) of the residuals would still explain, 0 to 1. White
@@ -157,7 +157,7 @@ class Whiteness:
 
     ljung_box: Verdict
     correlogram: Correlogram
-    outside: int
+    outside_count: int
     predictable: float
     white: bool
 
@@ -241,7 +241,7 @@ def whiteness(residuals: npt.ArrayLike, lags: int = 20, fitted: int = 0) -> Whit
     return Whiteness(
         ljung_box=verdict,
         correlogram=correlogram,
-        outside=int(np.count_nonzero(np.abs(correlogram.acf) > correlogram.bound)),
+        outside_count=int(np.count_nonzero(np.abs(correlogram.acf) > correlogram.bound)),
         predictable=_predictable(found.up_to(_PREDICTOR).acf),
         white=verdict.accepted,
     )

@@ -26,11 +26,11 @@ class RecordSummary:
 
     Attributes
     ----------
-    samples : int
+    sample_count : int
         Missing ones included.
-    missing : int
+    missing_count : int
         Of these.
-    stretches : int
+    stretch_count : int
         Parts between gaps.
     rate : float
         Samples per second, Hz.
@@ -40,9 +40,9 @@ class RecordSummary:
         Of the quantisation, in the unit of the record; 0 where the values look continuous.
     """
 
-    samples: int
-    missing: int
-    stretches: int
+    sample_count: int
+    missing_count: int
+    stretch_count: int
     rate: float
     mean: float
     deviation: float
@@ -51,7 +51,7 @@ class RecordSummary:
     @property
     def duration(self) -> float:
         """Length, s: each sample stands for one period."""
-        return self.samples / self.rate
+        return self.sample_count / self.rate
 
 
 def summarised(record: Floats, rate: float) -> RecordSummary:
@@ -63,9 +63,9 @@ def summarised(record: Floats, rate: float) -> RecordSummary:
     first = there[0]
     rest = there - first
     return RecordSummary(
-        samples=record.size,
-        missing=record.size - there.size,
-        stretches=int(starts),
+        sample_count=record.size,
+        missing_count=record.size - there.size,
+        stretch_count=int(starts),
         rate=rate,
         mean=float(first + rest.mean()),
         deviation=float(rest.std()),

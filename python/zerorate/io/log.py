@@ -97,7 +97,7 @@ class Log:
     >>> import numpy as np
     >>> from zerorate.io import Log
     >>> log = Log(np.arange(4) / 2.0, 2.0, [0.1, 0.2, np.nan, 0.1], ["gyro_z_dps"], "deg/s")
-    >>> log.n, log.channels, log.duration, log.n_missing
+    >>> log.n, log.channels, log.duration, log.missing_count
     (4, 1, 2.0, 1)
     """
 
@@ -179,7 +179,7 @@ class Log:
         return units_of(self.unit, self.channels)
 
     @property
-    def n_missing(self) -> int:
+    def missing_count(self) -> int:
         """Number of samples with at least one channel missing (NaN)."""
         return int(np.isnan(self.data).any(axis=1).sum())
 

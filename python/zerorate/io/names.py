@@ -311,7 +311,7 @@ _KINDS: Final = {
         _WXYZ,
     ),
 }
-_SPREAD = re.compile(r"^(sigma|std)_")
+_SPREAD = re.compile(r"^(?:(position|velocity)_)?(?:sigma|std)_")
 
 
 def meaning_of(name: str) -> Meaning | None:
@@ -328,7 +328,8 @@ def meaning_of(name: str) -> Meaning | None:
         return Meaning(kind, _without_axis(plain(stem), _XYZ), unit, parsed_name(stem))
     spread = _SPREAD.match(plain(name))
     if spread is not None:
-        found = meaning_of(name[spread.end() :])
+        of = f"{spread[1]}_" if spread[1] else ""
+        found = meaning_of(of + name[spread.end() :])
         known = found is not None and found.kind in ("velocity", "position")
         return found._replace(kind=f"{found.kind}_sigma") if known and found is not None else None
     for kind, row in _KINDS.items():

@@ -442,12 +442,12 @@ def _on_unit(names: Sequence[str], group: Group) -> str:
 
 def _on_bursts(grid: Grid) -> Iterator[str]:
     report = grid.report
-    if report.bursts:
+    if report.burst_count:
         yield (
-            f"the samples arrived in {report.bursts} bursts and were stamped then; they were put "
-            f"on the regular clock of {report.rate:.7g} Hz that made them"
+            f"the samples arrived in {report.burst_count} bursts and were stamped then; they were "
+            f"put on the regular clock of {report.rate:.7g} Hz that made them"
         )
-    elif report.missing_samples > len(grid.place):
+    elif report.missing_count > len(grid.place):
         yield said(
             "more samples are missing than there are; if they were stamped as they arrived, in "
             "bursts, ",

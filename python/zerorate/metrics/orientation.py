@@ -42,14 +42,14 @@ class OrientationErrors:
         Of its turn about the vertical.
     inclination : float
         Of the angle between their verticals.
-    samples : int
+    sample_count : int
         How many samples were judged.
     """
 
     total: float
     heading: float
     inclination: float
-    samples: int
+    sample_count: int
 
 
 def orientation_errors(
@@ -118,7 +118,7 @@ def orientation_errors(
         total=rms(rotations.angle(error)),
         heading=rms(2.0 * np.arctan2(z, w)),
         inclination=rms(2.0 * np.arctan2(np.hypot(x, y), np.hypot(w, z))),
-        samples=len(error),
+        sample_count=len(error),
     )
 
 

@@ -41,7 +41,7 @@ class Alignment(Result):
     ----------
     time : float
         When the rest ended, s: the filter begins there.
-    attitude : ndarray, shape (4,)
+    quaternion : ndarray, shape (4,)
         Quaternion w, x, y, z from the body's axes to north, east, down.
     latitude : float
         deg.
@@ -51,23 +51,23 @@ class Alignment(Result):
         Whether the course may be taken for the heading.
     gyro_bias, accel_bias : ndarray, shape (3,)
         rad/s and m/s^2.
-    sigma_level, sigma_heading : float
+    level_sigma, heading_sigma : float
         Standard deviations of roll and pitch and of the heading, rad.
-    sigma_gyro_bias, sigma_accel_bias : float
+    gyro_bias_sigma, accel_bias_sigma : float
         The same of the biases of an axis, rad/s and m/s^2.
     """
 
     time: float
-    attitude: Floats
+    quaternion: Floats
     latitude: float
     heading_known: bool
     course: bool
     gyro_bias: Floats
     accel_bias: Floats
-    sigma_level: float
-    sigma_heading: float
-    sigma_gyro_bias: float
-    sigma_accel_bias: float
+    level_sigma: float
+    heading_sigma: float
+    gyro_bias_sigma: float
+    accel_bias_sigma: float
 
 
 def align(
@@ -76,8 +76,8 @@ def align(
     latitude: float,
     heading: float | Literal["course"] | None = None,
     span: tuple[float, float] | None = None,
-    sigma_heading: float = math.radians(3.0),
-    sigma_accel_bias: float = 0.05,
+    heading_sigma: float = math.radians(3.0),
+    accel_bias_sigma: float = 0.05,
 ) -> Alignment:
     """Find roll, pitch and the bias of the gyro of a vehicle that rests.
 
@@ -94,9 +94,9 @@ def align(
     span : tuple of float, optional
         From when to when the vehicle rests, s, at least one second; by default the first rest of
         10 s that is found, or half of it if the recording ends with it.
-    sigma_heading : float
+    heading_sigma : float
         Standard deviation of a heading that is given, rad.
-    sigma_accel_bias : float
+    accel_bias_sigma : float
         What the bias of an axis of the accelerometer may be, m/s^2; roll and pitch are wrong by as
         much over gravity.
 
@@ -121,11 +121,11 @@ def align(
     >>> import zerorate as zr
     >>> drive = zr.simulate_drive(60.0, seed=1)
     >>> start = zr.align(drive.recording(), latitude=48.0, heading=0.3)
-    >>> bool(abs(start.gyro_bias - drive.gyro_bias[0]).max() < 5 * start.sigma_gyro_bias)
+    >>> bool(abs(start.gyro_bias - drive.gyro_bias[0]).max() < 5 * start.gyro_bias_sigma)
     True
     """
     _within("latitude", latitude, 89.5, "deg")
-    for name, sigma in (("sigma_heading", sigma_heading), ("sigma_accel_bias", sigma_accel_bias)):
+    for name, sigma in (("heading_sigma", heading_sigma), ("accel_bias_sigma", accel_bias_sigma)):
         if not 0.0 < sigma <= 10.0:
             raise ArgumentError(name, f"must be above 0 and at most 10, got {sigma}")
     known = heading is not None and heading != "course"
@@ -147,16 +147,16 @@ def align(
         unknown, earth = float(earth[0]), np.array([0.0, 0.0, earth[2]])
     return Alignment(
         time=last,
-        attitude=attitude,
+        quaternion=attitude,
         latitude=float(latitude),
         heading_known=known,
         course=heading == "course",
         gyro_bias=rate - _in_body(attitude, earth),
         accel_bias=np.zeros(3),
-        sigma_level=math.hypot(sigma_accel_bias / _GRAVITY, _of_mean(accel, samples) / _GRAVITY),
-        sigma_heading=sigma_heading if known else math.pi / 2.0,
-        sigma_gyro_bias=math.hypot(_of_mean(gyro, samples), unknown),
-        sigma_accel_bias=sigma_accel_bias,
+        level_sigma=math.hypot(accel_bias_sigma / _GRAVITY, _of_mean(accel, samples) / _GRAVITY),
+        heading_sigma=heading_sigma if known else math.pi / 2.0,
+        gyro_bias_sigma=math.hypot(_of_mean(gyro, samples), unknown),
+        accel_bias_sigma=accel_bias_sigma,
     )
 
 

@@ -28,9 +28,9 @@ class Fixes:
         Latitude and longitude, deg, and height above the ellipsoid, m; the height may be NaN.
     velocity : array_like, shape (n, 3), optional
         North, east and down, m/s; NaN where it is not known.
-    sigma_position : array_like, shape (n, 3), optional
+    position_sigma : array_like, shape (n, 3), optional
         Standard deviations north, east and down, m; NaN where they are not known.
-    sigma_velocity : array_like, shape (n, 3), optional
+    velocity_sigma : array_like, shape (n, 3), optional
         The same of the velocity, m/s.
     quality : array_like of int, shape (n,), optional
         The number by which the receiver tells the kind of fix. RTKLIB has 1 for fixed, 2 float,
@@ -62,8 +62,8 @@ class Fixes:
     time: Floats
     position: Floats
     velocity: Floats | None = None
-    sigma_position: Floats | None = None
-    sigma_velocity: Floats | None = None
+    position_sigma: Floats | None = None
+    velocity_sigma: Floats | None = None
     quality: Integers | None = None
     satellites: Integers | None = None
     epoch: float | None = None
@@ -79,11 +79,11 @@ class Fixes:
         object.__setattr__(
             self, "position", _places(_numbers("position", self.position, (3,), time))
         )
-        for name in ("velocity", "sigma_position", "sigma_velocity"):
+        for name in ("velocity", "position_sigma", "velocity_sigma"):
             given = getattr(self, name)
             if given is not None:
                 object.__setattr__(self, name, _numbers(name, given, (3,), time))
-        for name in ("sigma_position", "sigma_velocity"):
+        for name in ("position_sigma", "velocity_sigma"):
             _check_sigma(name, getattr(self, name))
         for name in ("quality", "satellites"):
             given = getattr(self, name)
@@ -99,7 +99,7 @@ class Fixes:
     def __repr__(self) -> str:
         """Say how many there are, over what time, and what is known."""
         known = ["positions"] + ["velocities"] * (self.velocity is not None)
-        known += ["sigmas"] * (self.sigma_position is not None)
+        known += ["sigmas"] * (self.position_sigma is not None)
         span = float(np.ptp(self.time)) if len(self) else 0.0
         return f"Fixes({len(self)} in {span:.6g} s, {', '.join(known)})"
 

@@ -410,7 +410,7 @@ def _off(track: Track, time: Floats, truth: Floats, lever: Floats) -> Floats:
     span = track.time[after] - track.time[before]
     part = ((time - track.time[before]) / span)[:, np.newaxis]
     ends = [
-        _turned(track.attitude[k], lever)[:, :2] - _way(track.position[k], truth)
+        _turned(track.quaternion[k], lever)[:, :2] - _way(track.position[k], truth)
         for k in (before, after)
     ]
     return (1.0 - part) * ends[0] + part * ends[1]

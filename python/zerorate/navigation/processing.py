@@ -71,8 +71,8 @@ def rows_of(fixes: Fixes | None) -> Floats:
     rows = np.full((len(fixes), 13), np.nan)
     rows[:, 0] = fixes.time
     rows[:, 1:4] = fixes.position
-    rows[:, 7:10] = _told(fixes.sigma_position, _SIGMA_POSITION)
-    rows[:, 10:13] = _told(fixes.sigma_velocity, _SIGMA_VELOCITY)
+    rows[:, 7:10] = _told(fixes.position_sigma, _SIGMA_POSITION)
+    rows[:, 10:13] = _told(fixes.velocity_sigma, _SIGMA_VELOCITY)
     if fixes.velocity is not None:
         rows[:, 4:7] = fixes.velocity
     return rows

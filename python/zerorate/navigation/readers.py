@@ -59,10 +59,15 @@ _VELOCITY: Final = _OWN + r"(velocity|vel|v)_?({way})(_(mps|m_s))?$"
 _IN_OTHER_UNITS: Final = re.compile(
     _OWN + r"(velocity|vel|v)_?(north|east|down|up|n|e|d|u)_(?!mps$|m_s$)\w+$"
 )
-_SIGMA: Final = r"(^|_)(sigma|std|sd)(_?(position|pos))?_?({way})(_m)?$"
-_SIGMA_VELOCITY: Final = r"(^|_)(sigma|std|sd)_?(velocity|vel|v)_?({way})(_(mps|m_s))?$"
-_ONE_SIGMA: Final = re.compile(r"(^|_)(sigma|std|sd)(_?(position|pos))?(_m)?$")
-_ONE_SIGMA_VELOCITY: Final = re.compile(r"(^|_)(sigma|std|sd)_?(velocity|vel|v)(_(mps|m_s))?$")
+_DEVIATION: Final = r"(sigma|std|sd)"
+_OF_POSITION: Final = (
+    rf"(?<!velocity)(?<!vel)(^|_)((position|pos)_{_DEVIATION}|{_DEVIATION}(_?(position|pos))?)"
+)
+_OF_VELOCITY: Final = rf"(^|_)((velocity|vel|v)_{_DEVIATION}|{_DEVIATION}_?(velocity|vel|v))"
+_SIGMA: Final = rf"{_OF_POSITION}_?({{way}})(_m)?$"
+_SIGMA_VELOCITY: Final = rf"{_OF_VELOCITY}_?({{way}})(_(mps|m_s))?$"
+_ONE_SIGMA: Final = re.compile(rf"{_OF_POSITION}(_m)?$")
+_ONE_SIGMA_VELOCITY: Final = re.compile(rf"{_OF_VELOCITY}(_(mps|m_s))?$")
 _VARIANCE: Final = r"(^|_)position_covariance_?{index}$"
 _COVARIANCE_TYPE: Final = re.compile(r"(^|_)position_covariance_type$")
 _STATUS: Final = re.compile(r"(^|_)status_status$")
@@ -338,8 +343,8 @@ def _fixes(table: Table, label: str) -> Fixes:
     columns.note_on_units()
     arrays = {
         "velocity": columns.vector(_VELOCITY),
-        "sigma_position": _sigma_position(columns),
-        "sigma_velocity": _sigmas(columns, _SIGMA_VELOCITY, _ONE_SIGMA_VELOCITY),
+        "position_sigma": _sigma_position(columns),
+        "velocity_sigma": _sigmas(columns, _SIGMA_VELOCITY, _ONE_SIGMA_VELOCITY),
     }
     chosen = {name: None if a is None else _known(a[kept]) for name, a in arrays.items()}
     try:

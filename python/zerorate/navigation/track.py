@@ -61,7 +61,7 @@ class Track(Result):
         Of the sensors: latitude and longitude, deg, height, m; NaN while nothing is known.
     velocity : ndarray, shape (n, 3)
         North, east, down, m/s.
-    attitude : ndarray, shape (n, 4)
+    quaternion : ndarray, shape (n, 4)
         Quaternions w, x, y, z from the body's axes to north, east, down.
     gyro_bias, accel_bias : ndarray, shape (n, 3)
         rad/s and m/s^2.
@@ -76,9 +76,9 @@ class Track(Result):
         What became of each of them: an index of `zerorate.navigation.VERDICTS`.
     taken : ndarray, shape (m,)
         Time of the sample after which each was taken, s; NaN where it came after the last one.
-    counts : dict of str to int
+    fix_count : dict of str to int
         How many fixes were "used", "rejected" and "refused".
-    rejected : dict of str to int
+    rejected_count : dict of str to int
         How many "positions" and "velocities" the gate rejected, counted apart.
     smoothed : bool
         Whether each sample was seen in the light of all fixes.
@@ -93,7 +93,7 @@ class Track(Result):
     time: Floats
     position: Floats
     velocity: Floats
-    attitude: Floats
+    quaternion: Floats
     gyro_bias: Floats
     accel_bias: Floats
     sigma: Floats
@@ -101,8 +101,8 @@ class Track(Result):
     fixes: Floats
     verdict: npt.NDArray[np.uint8]
     taken: Floats
-    counts: dict[str, int]
-    rejected: dict[str, int]
+    fix_count: dict[str, int]
+    rejected_count: dict[str, int]
     smoothed: bool = False
     epoch: float | None = None
     source: str = "the recording"
@@ -125,14 +125,14 @@ class Track(Result):
         """Return size, fixes and whether it is smoothed."""
         span = float(np.ptp(self.time)) if self.n else 0.0
         best = ", smoothed" if self.smoothed else ""
-        counts = ", ".join(f"{count} {name}" for name, count in self.counts.items())
+        counts = ", ".join(f"{count} {name}" for name, count in self.fix_count.items())
         return f"Track({self.n} samples in {span:.6g} s, fixes: {counts}{best})"
 
     def errors(
         self,
         position: npt.ArrayLike,
         velocity: npt.ArrayLike | None = None,
-        attitude: npt.ArrayLike | None = None,
+        quaternion: npt.ArrayLike | None = None,
     ) -> Floats:
         """Return the track less the truth.
 
@@ -142,7 +142,7 @@ class Track(Result):
             deg, deg, m.
         velocity : array_like, shape (n, 3), optional
             North, east, down, m/s.
-        attitude : array_like, shape (n, 4), optional
+        quaternion : array_like, shape (n, 4), optional
             Quaternions w, x, y, z to north, east, down.
 
         Returns
@@ -154,8 +154,8 @@ class Track(Result):
         parts = [local_ned(self.position, floats(position, "position"))]
         if velocity is not None:
             parts.append(self.velocity - floats(velocity, "velocity"))
-        if attitude is not None:
-            back = product(floats(attitude, "attitude"), inverse(self.attitude))
+        if quaternion is not None:
+            back = product(floats(quaternion, "quaternion"), inverse(self.quaternion))
             back *= np.where(back[:, :1] < 0.0, -1.0, 1.0)
             sine = np.linalg.norm(back[:, 1:], axis=1, keepdims=True)
             angle = 2.0 * np.arctan2(sine, back[:, :1])
@@ -216,7 +216,7 @@ class Track(Result):
             self,
             position=moved(self.position, -error[:, :3]),
             velocity=_turned(turn, back),
-            attitude=np.where(known, product(turn, self.attitude), self.attitude),
+            quaternion=np.where(known, product(turn, self.quaternion), self.quaternion),
             gyro_bias=self.gyro_bias + error[:, 9:12],
             accel_bias=self.accel_bias + error[:, 12:],
             sigma=np.where(known, sigma, self.sigma),
@@ -238,7 +238,7 @@ class Track(Result):
         beside: dict[str, npt.NDArray[np.float64 | np.bool_]] = {}
         for axis, values in zip(ned, self.velocity.T, strict=True):
             beside[f"velocity_{axis}_mps"] = values
-        for axis, values in zip("wxyz", self.attitude.T, strict=True):
+        for axis, values in zip("wxyz", self.quaternion.T, strict=True):
             beside[f"quat_{axis}"] = values
         for kind, unit in _BIASES.items():
             for axis, values in zip("xyz", getattr(self, f"{kind}_bias").T, strict=True):
@@ -246,7 +246,7 @@ class Track(Result):
         units = (("position", "m"), ("velocity", "mps"), ("tilt", "rad"))
         for k, (kind, unit) in enumerate(units):
             for axis, values in zip(ned, self.sigma[:, 3 * k : 3 * k + 3].T, strict=True):
-                beside[f"sigma_{kind}_{axis}_{unit}"] = values
+                beside[f"{kind}_sigma_{axis}_{unit}"] = values
         beside["navigating"] = self.navigating
         return Log.at(self.time, rate, self.position, names, "deg, deg, m", meta), beside
 
@@ -275,8 +275,8 @@ def track_of(
     return Track(
         time=inputs.time,
         fixes=inputs.fixes,
-        counts=_since(before.fixes, nav.fixes),
-        rejected=_since(before.rejected, nav.rejected),
+        fix_count=_since(before.fix_count, nav.fix_count),
+        rejected_count=_since(before.rejected_count, nav.rejected_count),
         epoch=epoch,
         source=source,
         notes=(*_on_moves(before, nav), *notes),
@@ -292,7 +292,7 @@ def _since(before: dict[str, int], now: dict[str, int]) -> dict[str, int]:
 
 def _on_moves(before: NavigationFilter, nav: NavigationFilter) -> Iterator[str]:
     """Say that the filter has given way to positions that it had rejected."""
-    moves = nav.moves - before.moves
+    moves = nav.move_count - before.move_count
     if not moves or nav.last_move is None:
         return
     time, far = nav.last_move

@@ -121,7 +121,7 @@ def allan(
         upper=upper * time,
         edf=edf,
         exponent=found,
-        terms=terms,
+        term_count=terms,
         factors=m,
         rate=hertz,
         n=n,

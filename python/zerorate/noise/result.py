@@ -54,7 +54,7 @@ class AllanResult(Result):
     exponent : ndarray of int, by axis
         Noise type: alpha of the density of the rate, proportional to f^alpha. 2 quantisation,
         0 white (angle random walk), -1 flicker (bias instability), -2 rate random walk.
-    terms : ndarray of int, by axis
+    term_count : ndarray of int, by axis
         Terms that each deviation is the mean of.
     factors : ndarray of int, shape (t,)
         Averaging times in samples (for Thêo1: over 0.75).
@@ -79,7 +79,7 @@ class AllanResult(Result):
     upper: Floats
     edf: Floats
     exponent: Integers
-    terms: Integers
+    term_count: Integers
     factors: Integers
     rate: float
     n: int
@@ -119,7 +119,7 @@ class AllanResult(Result):
         i = self.names.index(which) if isinstance(which, str) else which
         arrays = {
             name: getattr(self, name).reshape(self.taus.size, -1)[:, i]
-            for name in ("deviation", "lower", "upper", "edf", "exponent", "terms")
+            for name in ("deviation", "lower", "upper", "edf", "exponent", "term_count")
         }
         return replace(self, names=(self.names[i],), **arrays)
 
@@ -238,7 +238,7 @@ class AllanResult(Result):
         m, edf = self.factors[used], self.edf[used]
         variance = (self.rate_deviation[used] / scale) ** 2
         if not kind.total:
-            return Curve(kind, kind, self.rate, m, self.terms[used], variance, edf)
+            return Curve(kind, kind, self.rate, m, self.term_count[used], variance, edf)
         variance /= reflection_bias(kind, m, self.exponent[used], self.n)
         plain = KINDS[_PLAIN[self.kind]]
         return Curve(kind, plain, self.rate, m, _plain_terms(plain, m, self.n), variance, edf)

@@ -18,17 +18,17 @@ class LeftOut:
 
     Parameters
     ----------
-    saturated : ndarray of int64
+    saturated_count : ndarray of int64
         Samples at the end of the sensor's range, which are missing.
-    outliers : ndarray of int64
+    outlier_count : ndarray of int64
         Samples too far from their neighbours to be believed.
-    stuck : ndarray of int64
+    stuck_count : ndarray of int64
         Samples of a sensor that gave the same again and again.
     """
 
-    saturated: Integers
-    outliers: Integers
-    stuck: Integers
+    saturated_count: Integers
+    outlier_count: Integers
+    stuck_count: Integers
 
     @classmethod
     def of(cls, filter_: DriftFilter) -> Self:
@@ -40,9 +40,9 @@ class LeftOut:
         """Yield a sentence on each kind of which there are any, of so many samples an axis."""
         beyond = "" if limit is None else f", at or beyond the limit of {limit:g}"
         said = (
-            (f"saturated{beyond}, so missing", self.saturated),
-            ("left out as outliers", self.outliers),
-            ("left out because the sensor was stuck at one value", self.stuck),
+            (f"saturated{beyond}, so missing", self.saturated_count),
+            ("left out as outliers", self.outlier_count),
+            ("left out because the sensor was stuck at one value", self.stuck_count),
         )
         for what, counts in said:
             if counts.any():

@@ -192,7 +192,7 @@ def _positive_part(curve: AllanResult) -> AllanResult:
     seen = curve.deviation > 0.0
     if seen.all() or not seen.any():
         return curve
-    names = ("taus", "factors", "deviation", "lower", "upper", "edf", "exponent", "terms")
+    names = ("taus", "factors", "deviation", "lower", "upper", "edf", "exponent", "term_count")
     return replace(curve, **{name: getattr(curve, name)[seen] for name in names})
 
 

@@ -129,7 +129,7 @@ def _error(name: str, estimate: AttitudeEstimate, where: Booleans | None) -> tup
     except ValueError:
         return (name, "-", "-", "-", "0")
     angles = (found.total, found.heading, found.inclination)
-    return (name, *(f"{math.degrees(one):.2f}" for one in angles), str(found.samples))
+    return (name, *(f"{math.degrees(one):.2f}" for one in angles), str(found.sample_count))
 
 
 def _number(value: float) -> str:

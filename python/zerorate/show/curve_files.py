@@ -14,7 +14,7 @@ from zerorate.noise import AllanResult
 
 __all__ = ["CurveFormat", "write_curves"]
 
-_COLUMNS: Final = ("deviation", "lower", "upper", "edf", "exponent", "terms")
+_COLUMNS: Final = ("deviation", "lower", "upper", "edf", "exponent", "term_count")
 
 
 class CurveFormat(StrEnum):
@@ -58,7 +58,7 @@ def _as_dict(axis: AllanResult) -> dict[str, Any]:
         "kind": axis.kind,
         "unit": axis.unit,
         "rate": axis.rate,
-        "samples": axis.n,
+        "n": axis.n,
         "confidence": axis.confidence,
         "tau_s": _listed(axis.taus),
         **{

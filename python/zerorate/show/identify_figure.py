@@ -97,8 +97,8 @@ def _caption(found: Identification) -> str:
     record = found.record
     margin = found.arma_orders.margin
     return (
-        f"{record.samples:,} samples at {record.rate:.4g} Hz. Grey bands: 95 % bounds of white "
-        f"noise; criteria within {margin:g} of the least. Hollow: the least of a criterion; "
+        f"{record.sample_count:,} samples at {record.rate:.4g} Hz. Grey bands: 95 % bounds of "
+        f"white noise; criteria within {margin:g} of the least. Hollow: the least of a criterion; "
         "filled: the clear choice. Coloured bands, bottom right: the offline values ± one standard "
         "error; what is learned online, in one pass, comes near them with time, and need not have "
         "reached them."

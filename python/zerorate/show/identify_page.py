@@ -82,7 +82,7 @@ def _body(
     record = found[0].record
     yield f"<h1>{escape(source)}: drift models</h1>"
     yield (
-        f'<p class="about">{record.samples:,} samples at {record.rate:g} Hz, '
+        f'<p class="about">{record.sample_count:,} samples at {record.rate:g} Hz, '
         f"{record.duration:,.6g} s. zerorate {__version__}.</p>"
     )
     if notes:

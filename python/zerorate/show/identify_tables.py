@@ -38,9 +38,12 @@ def _record(found: Identification) -> Table:
 
 def _facts(found: Identification) -> Iterator[Row]:
     record, unit = found.record, found.unit
-    yield "samples", f"{record.samples:,} at {record.rate:g} Hz, {record.duration:g} s"
-    if record.missing:
-        yield "missing", f"{record.missing:,}, which leaves {record.stretches:,} stretches"
+    yield "samples", f"{record.sample_count:,} at {record.rate:g} Hz, {record.duration:g} s"
+    if record.missing_count:
+        yield (
+            "missing",
+            f"{record.missing_count:,}, which leaves {record.stretch_count:,} stretches",
+        )
     yield "mean", f"{significant(record.mean, 4)} {unit}"
     yield "deviation", f"{significant(record.deviation, 4)} {unit}"
     if record.step:
@@ -185,7 +188,10 @@ def _residuals(found: Identification) -> Table:
     white, lags = found.whiteness, found.whiteness.correlogram.lags.size
     slow = found.slow_ratio
     rows = (
-        ("lags beyond the 5 % bounds", f"{white.outside} of {lags}, {0.05 * lags:g} expected"),
+        (
+            "lags beyond the 5 % bounds",
+            f"{white.outside_count} of {lags}, {0.05 * lags:g} expected",
+        ),
         ("variance still predictable", per_cent(white.predictable)),
         ("white", "yes" if white.white else "no"),
         ("slow variance over the model's", "-" if np.isnan(slow) else significant(slow, 2)),

@@ -92,13 +92,13 @@ def plot_comparison(result: CalibrationComparison) -> Figure:
 
 def plot_alignment(result: Alignment) -> Figure:
     """Return the angles at the end of the rest, and the biases, as intervals."""
-    angles = np.degrees(euler_angles(result.attitude[np.newaxis])[0])
-    level, heading = math.degrees(result.sigma_level), math.degrees(result.sigma_heading)
+    angles = np.degrees(euler_angles(result.quaternion[np.newaxis])[0])
+    level, heading = math.degrees(result.level_sigma), math.degrees(result.heading_sigma)
     rows = [_Row("roll", angles[0], level), _Row("pitch", angles[1], level)]
     rows += [_Row("heading", angles[2], heading)] if result.heading_known else []
     gyro = np.degrees(result.gyro_bias)
-    sigma = math.degrees(result.sigma_gyro_bias)
-    accel = _axes(result.accel_bias, result.sigma_accel_bias)
+    sigma = math.degrees(result.gyro_bias_sigma)
+    accel = _axes(result.accel_bias, result.accel_bias_sigma)
     groups = (
         _Group("angle, deg", tuple(rows)),
         _Group("bias of the gyro, deg/s", _axes(gyro, sigma)),

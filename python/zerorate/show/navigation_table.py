@@ -75,17 +75,17 @@ def format_outages(outages: Outages) -> str:
 
 def format_alignment(found: Alignment) -> str:
     """Return the angles at the end of the rest, and the biases, with their deviations."""
-    angles = np.degrees(euler_angles(found.attitude[np.newaxis])[0])
-    level, heading = math.degrees(found.sigma_level), math.degrees(found.sigma_heading)
+    angles = np.degrees(euler_angles(found.quaternion[np.newaxis])[0])
+    level, heading = math.degrees(found.level_sigma), math.degrees(found.heading_sigma)
     known = with_error(angles[2], heading) if found.heading_known else _NO_HEADING[found.course]
-    gyro, sigma = np.degrees(found.gyro_bias), math.degrees(found.sigma_gyro_bias)
+    gyro, sigma = np.degrees(found.gyro_bias), math.degrees(found.gyro_bias_sigma)
     rows = (
         ("roll, pitch, deg", ", ".join(with_error(one, level) for one in angles[:2])),
         ("heading, deg", known),
         ("gyro bias, deg/s", ", ".join(with_error(one, sigma) for one in gyro)),
         (
             "accelerometer bias, m/s^2",
-            ", ".join(with_error(one, found.sigma_accel_bias) for one in found.accel_bias),
+            ", ".join(with_error(one, found.accel_bias_sigma) for one in found.accel_bias),
         ),
     )
     return as_text(Table(f"Aligned at {found.time:g} s", (), rows, words=2))
@@ -128,9 +128,9 @@ def _parts(track: Track, nis: Floats | None) -> Iterator[str]:
 
 
 def _fixes(track: Track, nis: Floats | None) -> Table:
-    rows = [(name, str(count)) for name, count in track.counts.items()]
-    if any(track.rejected.values()):
-        rows += [(f"{name} rejected", str(count)) for name, count in track.rejected.items()]
+    rows = [(name, str(count)) for name, count in track.fix_count.items()]
+    if any(track.rejected_count.values()):
+        rows += [(f"{name} rejected", str(count)) for name, count in track.rejected_count.items()]
     note = ""
     if nis is not None:
         for name, values in zip(("position", "velocity"), nis.T, strict=True):
@@ -159,7 +159,7 @@ def _states(track: Track) -> Table:
 def _end(track: Track, last: int) -> Table:
     latitude, longitude, height = track.position[last].tolist()
     sigma = track.sigma[last]
-    euler = np.degrees(euler_angles(track.attitude[last : last + 1])[0])
+    euler = np.degrees(euler_angles(track.quaternion[last : last + 1])[0])
     rows = [
         ("latitude, deg; north, m", f"{latitude:.8f}", f"{sigma[0]:.2g}"),
         ("longitude, deg; east, m", f"{longitude:.8f}", f"{sigma[1]:.2g}"),

@@ -56,9 +56,9 @@ _OUTPUT_NAMES: Final = {"estimate": "filtered", "compensated": "compensated"}
 
 
 def draw_rate(axes: Axes, replay: Replay, i: int) -> None:
-    """Draw the raw rate as a band, and the drift over it, both with all their peaks."""
+    """Draw the raw rate as a band, and the bias over it, both with all their peaks."""
     rate, (unit, seconds) = replay.log.rate, time_unit(replay.log.duration)
-    raw, filtered = replay.log.data[:, i], replay.drift[:, i]
+    raw, filtered = replay.log.data[:, i], replay.bias[:, i]
     t, least, most = spans(raw, rate)
     if np.array_equal(least, most, equal_nan=True):
         axes.plot(t / seconds, least, color=SKY, lw=0.8, marker=".", ms=2.0, label="raw")
@@ -151,7 +151,7 @@ def draw_allan(axes: Axes, replay: Replay, i: int) -> None:
 
 
 def _shade_memory(axes: Axes, replay: Replay, i: int) -> None:
-    """Smoothing acts below so many time constants, taking off the drift from one on."""
+    """Smoothing acts below so many time constants, taking off the bias from one on."""
     (left, right), memory = axes.get_xlim(), replay.memory[i]
     if np.isnan(memory):
         return

@@ -37,7 +37,7 @@ def format_table(replay: Summary) -> str:
     Parameters
     ----------
     replay : Summary
-        What to show; the error to the true drift is shown where that was given.
+        What to show; the error to the true bias is shown where that was given.
 
     Returns
     -------
@@ -165,14 +165,14 @@ def _notes(replay: Summary) -> Iterator[str]:
 
 
 def _on_log(replay: Summary) -> Iterator[str]:
-    header, missing = replay.header, replay.seen.missing
+    header, missing = replay.header, replay.seen.missing_count
     yield from notes_of(header, even=True)
     if missing.any():
         counts = zip(header.names, missing.tolist(), strict=True)
         listed = ", ".join(f"{name} {n}" for name, n in counts if n)
         yield f"missing samples, predicted and not corrected: {listed} of {header.n}"
     yield from replay.left_out.sentences(header.names, header.n, replay.limit)
-    for name, restarts in zip(replay.header.names, replay.restarts.tolist(), strict=True):
+    for name, restarts in zip(replay.header.names, replay.restart_count.tolist(), strict=True):
         if restarts:
             times = "once" if restarts == 1 else f"{restarts} times"
             yield (
@@ -207,9 +207,9 @@ def _on_motion(replay: Summary) -> Iterator[str]:
 def _moved(replay: Summary) -> Integers | None:
     """Return how many samples of each axis were neither of the rest nor of a stuck sensor."""
     seen = replay.seen
-    if seen.at_rest is None or seen.stuck is None:
+    if seen.at_rest_count is None or seen.stuck_count is None:
         return None
-    return replay.header.n - seen.at_rest - seen.stuck
+    return replay.header.n - seen.at_rest_count - seen.stuck_count
 
 
 def _on_output(replay: Summary) -> Iterator[str]:
@@ -240,7 +240,7 @@ def _learned_rows(replay: Summary) -> Iterator[tuple[str, ...]]:
 
 
 def _times(replay: Summary, i: int) -> tuple[str, str]:
-    rested, moved = replay.seen.at_rest, _moved(replay)
+    rested, moved = replay.seen.at_rest_count, _moved(replay)
     if rested is None or moved is None:
         return "-", "-"
     return f"{rested[i] / replay.header.rate:.1f}", f"{moved[i] / replay.header.rate:.1f}"

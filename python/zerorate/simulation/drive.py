@@ -73,7 +73,7 @@ class SimulatedDrive:
         Of the inertial sensors: latitude and longitude, deg, and height, m.
     truth_velocity : ndarray, shape (n, 3)
         North, east and down, m/s.
-    truth_attitude : ndarray, shape (n, 4)
+    truth_quaternion : ndarray, shape (n, 4)
         Quaternions w, x, y, z from the axes of the body to those of the earth.
     gyro_bias, accel_bias : ndarray, shape (n, 3)
         Constant and drift, rad/s and m/s^2. Samples less bias are the truth and white noise.
@@ -90,7 +90,7 @@ class SimulatedDrive:
     fixes: Fixes
     truth_position: Floats
     truth_velocity: Floats
-    truth_attitude: Floats
+    truth_quaternion: Floats
     gyro_bias: Floats
     accel_bias: Floats
     antenna: Floats
@@ -125,8 +125,8 @@ def simulate_drive(
     gyro_bias: npt.ArrayLike = 1e-3,
     accel_bias: npt.ArrayLike = 0.02,
     fixes_rate: float = 1.0,
-    sigma_position: npt.ArrayLike = 2.0,
-    sigma_velocity: npt.ArrayLike = 0.1,
+    position_sigma: npt.ArrayLike = 2.0,
+    velocity_sigma: npt.ArrayLike = 0.1,
     antenna: npt.ArrayLike = (0.0, 0.0, 0.0),
 ) -> SimulatedDrive:
     """Simulate gyro, accelerometer and receiver of a car whose way is known.
@@ -155,7 +155,7 @@ def simulate_drive(
         Standard deviation of the constant bias that is drawn, or its values: rad/s and m/s^2.
     fixes_rate : float
         Fixes per second, Hz, up to `rate`. Each is at the time of a sample, the first at 0.
-    sigma_position, sigma_velocity : float or array_like, shape (3,)
+    position_sigma, velocity_sigma : float or array_like, shape (3,)
         Standard deviations of the fixes' white noise north, east and down, m and m/s, which the
         fixes tell as well; with 0 they tell nothing.
     antenna : array_like, shape (3,)
@@ -226,12 +226,12 @@ def simulate_drive(
             lever,
             seconds,
             _moments(fixes_rate, hertz, n),
-            (_sigma("sigma_position", sigma_position), _sigma("sigma_velocity", sigma_velocity)),
+            (_sigma("position_sigma", position_sigma), _sigma("velocity_sigma", velocity_sigma)),
             random["fixes"],
         ),
         truth_position=way.in_degrees(),
         truth_velocity=way.velocity,
-        truth_attitude=way.attitude,
+        truth_quaternion=way.attitude,
         gyro_bias=biases["gyro"],
         accel_bias=biases["accel"],
         antenna=lever,
@@ -317,8 +317,8 @@ def _fixes(
         seconds[moments],
         moved(way.in_degrees()[moments], lever + sigmas[0] * noise[0]),
         way.velocity[moments] + carried + sigmas[1] * noise[1],
-        sigma_position=told[0],
-        sigma_velocity=told[1],
+        position_sigma=told[0],
+        velocity_sigma=told[1],
         source="simulated fixes",
     )
 

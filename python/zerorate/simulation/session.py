@@ -163,7 +163,7 @@ class SimulatedSession:
     recording: Recording
     truth: Calibration
     rates: Floats
-    orientation: Floats
+    quaternion: Floats
     force: Floats
     bias: Floats
     rests: Integers
@@ -318,7 +318,7 @@ class _Imu:
             recording=Recording(logs, "a simulated session"),
             truth=self._truth(outputs, (A, b_a, W, bias.mean(axis=0), G), degrees),
             rates=rates,
-            orientation=orientation,
+            quaternion=orientation,
             force=force,
             bias=bias / outputs[1].offset,
             rests=rests,

@@ -133,7 +133,7 @@ getters! { AllanNoise, slf, py, this;
 /// >>> import zerorate as zr
 /// >>> allan = zr.StreamingAllan(rate=100.0, octaves=2)
 /// >>> allan.process([1.0, 2.0, 0.0, 1.0])
-/// >>> allan.taus.tolist(), allan.terms.tolist()
+/// >>> allan.taus.tolist(), allan.term_count.tolist()
 /// ([0.01, 0.02], [3, 1])
 /// >>> allan.deviation.round(3).tolist()  # of 1, -2, 1; and of the averages 1.5 and 0.5
 /// [1.0, 0.707]
@@ -193,9 +193,9 @@ getters! { StreamingAllan, slf, py, this;
     /// Hadamard deviation, as ``deviation``; a constant angular acceleration leaves it alone.
     hadamard_deviation: Object<'py> = this.table(py, |allan, j| allan.hadamard(j).0.sqrt())?;
     /// Number of differences in each element of ``deviation``, int64.
-    terms: Object<'py> = this.table(py, |allan, j| allan.allan(j).1 as i64)?;
+    term_count: Object<'py> = this.table(py, |allan, j| allan.allan(j).1 as i64)?;
     /// Number of differences in each element of ``hadamard_deviation``, int64.
-    hadamard_terms: Object<'py> = this.table(py, |allan, j| allan.hadamard(j).1 as i64)?;
+    hadamard_term_count: Object<'py> = this.table(py, |allan, j| allan.hadamard(j).1 as i64)?;
 }
 
 impl StreamingAllan {

@@ -336,7 +336,7 @@ getters! { WaveletDenoiser, slf, py, this;
     /// channels (k,).
     sigma: Object<'py> = this.shared.each(py, |one| one.sigma())?;
     /// Samples that were missing so far: int, with channels (k,).
-    missing: Object<'py> = this.shared.each(py, |one| one.missing() as i64)?;
+    missing_count: Object<'py> = this.shared.each(py, |one| one.missing() as i64)?;
     /// Samples given so far, missing ones included.
     samples_seen: u64 = this.first().samples_seen();
     /// Samples a second.

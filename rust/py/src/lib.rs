@@ -30,7 +30,7 @@ mod _native {
     #[pymodule_export]
     use crate::attitude::{Attitude, Tilt, attitude_options, tilt_options};
     #[pymodule_export]
-    use crate::calibrate::{ImuCorrector, TemperatureFilter, carry_turns, integrate_rates};
+    use crate::calibrate::{ImuCorrector, TemperatureFilter, integrate_rates, propagate_turns};
     #[pymodule_export]
     use crate::checks::{check_field, check_fit, check_gyro, check_ticks};
     #[pymodule_export]

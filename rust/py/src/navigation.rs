@@ -33,7 +33,7 @@ const BYTES: usize = 1 << 13;
 /// correct what drifts. Body axes are forward, right, down; the earth's north, east, down, WGS84.
 ///
 /// A position or velocity is taken if its normalised innovation squared is at most ``gate``. After ten in
-/// a row that are not, the filter is taken to be wrong and goes where the next one is (``moves``); in the first second after an outage there is no
+/// a row that are not, the filter is taken to be wrong and goes where the next one is (``move_count``); in the first second after an outage there is no
 /// gate. A fix may be up to a second late. Without a known heading the filter waits, and with ``vehicle=
 /// "wheeled"`` takes it from the course above 1 m/s.
 ///
@@ -193,16 +193,16 @@ impl NavigationFilter {
     /// its position is, or the velocity of one without a position. It is refused if it is over a second
     /// old, a tenth of a second ahead of the sensors, without a number, or beyond 89.5 deg. ValueError if
     /// a deviation is not positive.
-    #[pyo3(signature = (t, position, velocity=None, sigma_position=None, sigma_velocity=None),
-        text_signature = "($self, t, position, velocity=None, sigma_position=2.0, \
-            sigma_velocity=0.1)")]
+    #[pyo3(signature = (t, position, velocity=None, position_sigma=None, velocity_sigma=None),
+        text_signature = "($self, t, position, velocity=None, position_sigma=2.0, \
+            velocity_sigma=0.1)")]
     fn update_gnss<'py>(
         slf: &Bound<'py, Self>,
         t: f64,
         position: &Bound<'py, PyAny>,
         velocity: Option<&Bound<'py, PyAny>>,
-        sigma_position: Option<&Bound<'py, PyAny>>,
-        sigma_velocity: Option<&Bound<'py, PyAny>>,
+        position_sigma: Option<&Bound<'py, PyAny>>,
+        velocity_sigma: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<&'static str> {
         let position = three("position", position)?;
         let velocity = velocity.map(|v| three("velocity", v)).transpose()?;
@@ -210,8 +210,8 @@ impl NavigationFilter {
             time: t,
             position: radians(position),
             velocity: velocity.unwrap_or([f64::NAN; 3]),
-            sigma_position: sigmas("sigma_position", sigma_position, 2.0)?,
-            sigma_velocity: sigmas("sigma_velocity", sigma_velocity, 0.1)?,
+            position_sigma: sigmas("position_sigma", position_sigma, 2.0)?,
+            velocity_sigma: sigmas("velocity_sigma", velocity_sigma, 0.1)?,
         };
         let mut this = exclusive(slf)?;
         Ok(VERDICTS[this.shared.bank.update_gnss(&fix).map_err(NativeError::from)? as usize])
@@ -318,7 +318,7 @@ getters! { NavigationFilter, slf, py, this;
     /// North, east and down, m/s; NaN before the first fix: (3,).
     velocity: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().velocity);
     /// Quaternion w, x, y, z from the body's axes to north, east, down: (4,).
-    attitude: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().attitude);
+    quaternion: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().quaternion);
     /// Bias of the gyro, rad/s: (3,).
     gyro_bias: Object<'py> = arrays::small(py, &this.shared.bank.snapshot().gyro_bias);
     /// Bias of the accelerometer, m/s^2: (3,).
@@ -354,18 +354,18 @@ getters! { NavigationFilter, slf, py, this;
     /// Samples of the sensors given so far, missing ones included.
     samples_seen: u64 = this.shared.bank.samples_seen();
     /// Fixes so far by what became of them: "used", "rejected", "refused".
-    fixes: Bound<'py, PyDict> = {
+    fix_count: Bound<'py, PyDict> = {
         let FixCounts { used, rejected, refused, .. } = *this.shared.bank.fixes();
         let [one, two, three] = VERDICTS;
         named(py, [(one, used), (two, rejected), (three, refused)])?
     };
     /// What the gate has rejected so far, counted apart: "positions" and "velocities".
-    rejected: Bound<'py, PyDict> = {
+    rejected_count: Bound<'py, PyDict> = {
         let [positions, velocities] = this.shared.bank.fixes().rejected_of;
         named(py, [("positions", positions), ("velocities", velocities)])?
     };
     /// How often the filter went where the positions are, after ten in a row that were rejected.
-    moves: u64 = this.shared.bank.fixes().moved;
+    move_count: u64 = this.shared.bank.fixes().moved;
     /// When it last did so, s, and how far it was, m; None if it never did.
     last_move: Option<(f64, f64)> = {
         let FixCounts { moved, last_move: [at, by], .. } = *this.shared.bank.fixes();
@@ -393,8 +393,8 @@ fn fix_of(row: &[f64; FIX]) -> Fix {
         time: row[0],
         position: radians(part(1)),
         velocity: part(4),
-        sigma_position: part(7),
-        sigma_velocity: part(10),
+        position_sigma: part(7),
+        velocity_sigma: part(10),
     }
 }
 
@@ -402,7 +402,7 @@ fn fix_of(row: &[f64; FIX]) -> Fix {
 const SAMPLE: [(&str, usize); 6] = [
     ("position", 3),
     ("velocity", 3),
-    ("attitude", 4),
+    ("quaternion", 4),
     ("gyro_bias", 3),
     ("accel_bias", 3),
     ("sigma", STATES),
@@ -430,13 +430,13 @@ impl<'py> Outputs<'py> {
     fn with(&self, work: impl FnOnce(&mut Known<'_>) -> PyResult<()>) -> PyResult<()> {
         let mut numbers: Vec<_> = self.numbers.iter().map(|array| array.readwrite()).collect();
         let mut words: Vec<_> = self.words.iter().map(|array| array.readwrite()).collect();
-        if let [position, velocity, attitude, gyro, accel, sigma, nis, taken] = &mut numbers[..]
+        if let [position, velocity, quaternion, gyro, accel, sigma, nis, taken] = &mut numbers[..]
             && let [status, verdict] = &mut words[..]
         {
             work(&mut Known {
                 position: position.as_slice_mut()?.as_chunks_mut().0,
                 velocity: velocity.as_slice_mut()?.as_chunks_mut().0,
-                attitude: attitude.as_slice_mut()?.as_chunks_mut().0,
+                quaternion: quaternion.as_slice_mut()?.as_chunks_mut().0,
                 gyro_bias: gyro.as_slice_mut()?.as_chunks_mut().0,
                 accel_bias: accel.as_slice_mut()?.as_chunks_mut().0,
                 sigma: sigma.as_slice_mut()?.as_chunks_mut().0,
@@ -569,20 +569,20 @@ fn begun(start: &Bound<'_, PyAny>, wheeled: bool) -> PyResult<Start> {
     };
     let number = |name: &str| get(name)?.extract::<f64>();
     let vector = |name: &str| get(name)?.extract::<[f64; 3]>();
-    let attitude: [f64; 4] = get("attitude")?.extract()?;
+    let quaternion: [f64; 4] = get("quaternion")?.extract()?;
     let heading_known: bool = get("heading_known")?.extract()?;
     Ok(Start {
-        attitude,
+        quaternion,
         heading_known,
         course: wheeled || get("course")?.extract()?,
         time: number("time")?,
         latitude: number("latitude")?.to_radians(),
         gyro_bias: vector("gyro_bias")?,
         accel_bias: vector("accel_bias")?,
-        sigma_level: number("sigma_level")?,
-        sigma_heading: number("sigma_heading")?,
-        sigma_gyro_bias: number("sigma_gyro_bias")?,
-        sigma_accel_bias: number("sigma_accel_bias")?,
+        level_sigma: number("level_sigma")?,
+        heading_sigma: number("heading_sigma")?,
+        gyro_bias_sigma: number("gyro_bias_sigma")?,
+        accel_bias_sigma: number("accel_bias_sigma")?,
     })
 }
 

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from zerorate._native import carry_turns
+from zerorate._native import propagate_turns
 from zerorate.calibration.calibration import Rest, Turn
 from zerorate.calibration.fit.sensors import Sensor
 from zerorate.types import Booleans, Floats, Integers
@@ -150,7 +150,7 @@ def carried(
         The correction, shape (3, 3).
     """
     steps = np.full(max(len(rates) - 1, 0), period)
-    rotations, by_matrix, _, angles = carry_turns(rates, steps, spans, biases, matrix)
+    rotations, by_matrix, _, angles = propagate_turns(rates, steps, spans, biases, matrix)
     return Carried(rotations, by_matrix, angles)
 
 

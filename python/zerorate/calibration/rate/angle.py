@@ -40,7 +40,7 @@ class Integrated(Result):
     angle : ndarray, shape (n,)
         Of one axis, the angle since the first sample, rad; of three, the angle between the
         orientation and the first one, 0 to pi.
-    orientation : ndarray, shape (n, 4), or None
+    quaternion : ndarray, shape (n, 4), or None
         Of three axes: unit quaternions w, x, y, z that turn vectors of the body at that sample into
         its axes at the first one.
     sigma : ndarray, shape (n,) or (n, 3), or None
@@ -57,7 +57,7 @@ class Integrated(Result):
     """
 
     angle: Floats
-    orientation: Floats | None
+    quaternion: Floats | None
     sigma: Floats | None
     bridged: Booleans
     rate: float

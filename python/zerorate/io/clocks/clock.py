@@ -209,7 +209,7 @@ def _arrived(stamps: Floats, steps: Floats, start: float, rate: float | None) ->
     if wander is not None:
         return _arrived_wandering(own_rate, place, wander, steps, found)
     grid = _Fit(own_rate, late - offset, found.missing, place).grid(steps)
-    report = replace(grid.report, bursts=len(found.last))
+    report = replace(grid.report, burst_count=len(found.last))
     return replace(grid, report=report, offset=offset)
 
 
@@ -220,7 +220,7 @@ def _arrived_wandering(
     # A burst says when its samples came; the line under them, when they were made.
     fit = _Fit(rate, wander.level, found.missing, place, wander)
     grid = fit.grid(steps)
-    report = replace(grid.report, bursts=len(found.last))
+    report = replace(grid.report, burst_count=len(found.last))
     return replace(grid, report=report, offset=float(wander.level[0]))
 
 
@@ -292,9 +292,9 @@ def _report(steps: Floats, missing: Floats, deviation: Floats, rate: float) -> C
         rate=rate,
         jitter_rms=float(np.sqrt(np.mean(deviation**2))),
         jitter_max=float(np.abs(deviation).max()),
-        repeated=int((steps == 0).sum()),
-        backward=int((steps < 0).sum()),
-        gaps=int(gaps.sum()),
-        missing_samples=int(missing.sum()),
+        repeated_count=int((steps == 0).sum()),
+        backward_count=int((steps < 0).sum()),
+        gap_count=int(gaps.sum()),
+        missing_count=int(missing.sum()),
         longest_gap=float(steps[gaps].max()) if gaps.any() else 0.0,
     )

@@ -30,7 +30,7 @@ class ClockReport:
         Deviation of the stamps from that clock, s; of stamps of arrival how late they are.
     repeated, backward
         Stamps equal to, and less than, the one before. Their rows are kept in file order.
-    gaps, missing_samples
+    gaps, missing_count
         Places where samples are missing, and the number of NaN rows put there.
     longest_gap
         Longest step between two stamps at a gap, s.
@@ -49,13 +49,13 @@ class ClockReport:
     stamped: bool = True
     jitter_rms: float = 0.0
     jitter_max: float = 0.0
-    repeated: int = 0
-    backward: int = 0
-    gaps: int = 0
-    missing_samples: int = 0
+    repeated_count: int = 0
+    backward_count: int = 0
+    gap_count: int = 0
+    missing_count: int = 0
     longest_gap: float = 0.0
-    bursts: int = 0
-    repeats: int = 0
+    burst_count: int = 0
+    repeat_count: int = 0
     wander: float = 0.0
     slowest: float = 0.0
     fastest: float = 0.0
@@ -89,20 +89,22 @@ class ClockReport:
                 f"even clock is up to {self.wander:.3g} s from the stamps, which are kept"
             )
         rms, most = 1e3 * self.jitter_rms, 1e3 * self.jitter_max
-        if self.bursts:
+        if self.burst_count:
             late = f"late by {rms:.3g} ms rms, {most:.3g} ms at most"
-            faults.append(f"stamps of arrival in {_counted(self.bursts, 'burst')} ({late})")
+            faults.append(f"stamps of arrival in {_counted(self.burst_count, 'burst')} ({late})")
         elif self.jitter_max * self.rate > ALIKE:
             faults.append(f"jitter of {rms:.3g} ms rms ({most:.3g} ms at most)")
-        if self.repeated:
-            faults.append(_counted(self.repeated, "repeated stamp"))
-        if self.backward:
-            faults.append(_counted(self.backward, "backward step"))
-        if self.repeats:
-            faults.append(f"{_counted(self.repeats, 'row')} left out that repeat the one before")
-        if self.gaps:
-            missing = _counted(self.missing_samples, "missing sample")
-            gaps = f"{missing} in {_counted(self.gaps, 'gap')}"
+        if self.repeated_count:
+            faults.append(_counted(self.repeated_count, "repeated stamp"))
+        if self.backward_count:
+            faults.append(_counted(self.backward_count, "backward step"))
+        if self.repeat_count:
+            faults.append(
+                f"{_counted(self.repeat_count, 'row')} left out that repeat the one before"
+            )
+        if self.gap_count:
+            missing = _counted(self.missing_count, "missing sample")
+            gaps = f"{missing} in {_counted(self.gap_count, 'gap')}"
             faults.append(f"{gaps} (longest {self.longest_gap:.3g} s)")
         return faults
 

@@ -137,10 +137,10 @@ def slower(grid: Grid, again: Booleans, held: float) -> Grid:
         rate=rate,
         jitter_rms=float(np.sqrt(np.mean(late**2))),
         jitter_max=float(late.max()),
-        gaps=int(gaps.sum()),
-        missing_samples=length - len(used),
+        gap_count=int(gaps.sum()),
+        missing_count=length - len(used),
         longest_gap=float(steps.max()) if steps.size else 0.0,
-        repeats=len(again) - len(used),
+        repeat_count=len(again) - len(used),
     )
     kept = None if grid.kept is None else grid.kept[used]
     return Grid(rate, length, report, spread, used, grid.offset, kept)

@@ -60,7 +60,7 @@ class Clock:
             return self._settled()
         own = slower(self.grid, repeated(head) if again is None else again(), held)
         stamped, rows = self.grid.report.stamped, self.grid.rate
-        part = own.report.repeats / (own.report.repeats + len(own.place))
+        part = own.report.repeat_count / (own.report.repeat_count + len(own.place))
         said = (
             f"{part:.0%} of the rows repeat the one before, as of a sensor of {own.rate:.6g} Hz in "
             f"a log of {rows:.6g} Hz"

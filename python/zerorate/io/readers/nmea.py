@@ -32,9 +32,9 @@ _COLUMNS: Final = (
     "height_m",
     "velocity_north_mps",
     "velocity_east_mps",
-    "sigma_north_m",
-    "sigma_east_m",
-    "sigma_up_m",
+    "position_sigma_north_m",
+    "position_sigma_east_m",
+    "position_sigma_up_m",
     "quality",
     "satellites",
 )
@@ -164,7 +164,7 @@ def _take_course(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401
 
 def _take_errors(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401
     told = {"north": found.stdLat, "east": found.stdLong, "up": found.stdAlt}
-    epoch.values |= {f"sigma_{way}_m": _number(sigma) for way, sigma in told.items()}
+    epoch.values |= {f"position_sigma_{way}_m": _number(sigma) for way, sigma in told.items()}
 
 
 def _take_date(epoch: _Epoch, found: Any) -> None:  # noqa: ANN401

@@ -21,17 +21,17 @@ if TYPE_CHECKING:
 
 __all__ = ["REPLAY"]
 
-_COUNTS: Final = ("samples", "missing", "saturated", "outliers", "stuck")
+_COUNTS: Final = ("n", "missing_count", "saturated_count", "outlier_count", "stuck_count")
 _NUMBERS: Final = (
     "rate",
     "raw_mean",
     "raw_deviation",
     "raw_coasting_10s",
     "raw_coasting_60s",
-    "drift_mean",
-    "drift_deviation",
-    "drift_coasting_10s",
-    "drift_coasting_60s",
+    "bias_mean",
+    "bias_deviation",
+    "bias_coasting_10s",
+    "bias_coasting_60s",
     "reduction",
     "angle_random_walk",
     "rate_random_walk",
@@ -78,11 +78,11 @@ def _rows(result: Summary) -> tuple[Row, ...]:
             "axis": axis,
             "unit": result.header.unit,
             "rate": result.header.rate,
-            "samples": result.header.n,
-            "missing": int(result.seen.missing[i]),
+            "n": result.header.n,
+            "missing_count": int(result.seen.missing_count[i]),
             **{name: int(counts[i]) for name, counts in vars(result.left_out).items()},
             **_scores("raw", scores[axis, "raw"], result.horizons),
-            **_scores("drift", scores[axis, result.method], result.horizons),
+            **_scores("bias", scores[axis, result.method], result.horizons),
             "reduction": number(scores[axis, result.method].reduction),
             "angle_random_walk": number(noise[i]),
             "rate_random_walk": number(drift[i]),
@@ -105,7 +105,7 @@ def _coasting(score: Score, horizons: tuple[float, ...]) -> Iterator[tuple[str, 
 
 
 def _rest(result: Summary, i: int) -> float | None:
-    rested = result.seen.at_rest
+    rested = result.seen.at_rest_count
     return None if rested is None else int(rested[i]) / result.header.rate
 
 
@@ -119,7 +119,7 @@ REPLAY: Final = Command(
         Quantity("angle_random_walk", "{}/sqrt(Hz)", both=True),
         Quantity("rate_random_walk", "{}/sqrt(s)"),
         Quantity("bias", "{}", sigma="bias_sigma", signed=True),
-        Quantity("drift_coasting_10s", "{}·s"),
-        Quantity("drift_coasting_60s", "{}·s"),
+        Quantity("bias_coasting_10s", "{}·s"),
+        Quantity("bias_coasting_60s", "{}·s"),
     ),
 )

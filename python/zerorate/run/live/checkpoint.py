@@ -31,7 +31,16 @@ T = TypeVar("T")
 _SIGNATURE: Final = b"ZRLINES2"
 _LENGTH: Final = 4
 _CRC: Final = 4
-_NUMBERS: Final = ("last", "lost", "late", "restarts", "turn", "wraps", "run", "lowest")
+_NUMBERS: Final = (
+    "last",
+    "lost_count",
+    "late_count",
+    "restart_count",
+    "turn",
+    "wraps",
+    "run",
+    "lowest",
+)
 FOREIGN: Final = (
     ValueError,
     TypeError,
@@ -152,7 +161,7 @@ def _in_words(value: object) -> str:
 def sequence_of(settings: EngineSettings, saved: Sequence[Any]) -> SequenceCount:
     """Return what `numbers_of` gave; one of `FOREIGN` if it is of another kind."""
     given = dict(zip(_NUMBERS, saved, strict=True))
-    for name in ("lost", "late", "restarts", "run"):
+    for name in ("lost_count", "late_count", "restart_count", "run"):
         whole(given[name])
     _integer(given["lowest"])
     if given["last"] is not None:

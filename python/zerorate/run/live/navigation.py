@@ -80,7 +80,7 @@ class NavigationSettings:
         Column of the sequence number; None for no such column.
     sequence_bits : int, optional
         Width of the counter that numbers the samples; None if it is to be learned.
-    sigma_position, sigma_velocity : float
+    position_sigma, velocity_sigma : float
         Standard deviations of fixes, m and m/s.
 
     Raises
@@ -98,8 +98,8 @@ class NavigationSettings:
     columns: tuple[str | int, ...] | None = None
     sequence: str | int | None = None
     sequence_bits: int | None = None
-    sigma_position: float = 2.0
-    sigma_velocity: float = 0.1
+    position_sigma: float = 2.0
+    velocity_sigma: float = 0.1
 
     def __post_init__(self) -> None:
         """Check all that does not depend on the lines."""
@@ -111,7 +111,7 @@ class NavigationSettings:
         object.__setattr__(self, "filter", self.filter.copy())
         for name in self.beside:
             WithNavigation(name)
-        for name in ("rate", "sigma_position", "sigma_velocity"):
+        for name in ("rate", "position_sigma", "velocity_sigma"):
             if not 0.0 < getattr(self, name) < np.inf:
                 raise ArgumentError(name, f"must be a positive number, got {getattr(self, name)}")
 
@@ -176,8 +176,8 @@ _OWN: Final = (
     "columns",
     "sequence",
     "sequence_bits",
-    "sigma_position",
-    "sigma_velocity",
+    "position_sigma",
+    "velocity_sigma",
 )
 
 
@@ -245,12 +245,12 @@ class NavigationEngine(Engine):
                 time,
                 numbers[6:9],
                 numbers[9:] if len(numbers) > 9 else None,
-                told.sigma_position,
-                told.sigma_velocity,
+                told.position_sigma,
+                told.velocity_sigma,
             )
             status = nav.status
         texts = [
-            text for part in (nav.position, nav.velocity, nav.attitude) for text in texts_of(part)
+            text for part in (nav.position, nav.velocity, nav.quaternion) for text in texts_of(part)
         ]
         for column in self._beside:
             if column is WithNavigation.sigma:

@@ -35,7 +35,7 @@ class SequenceCount:
         Width of the counter; None if it is to be learned.
     last : int or None
         The number of the newest sample.
-    lost, late, restarts : int
+    lost_count, late_count, restart_count : int
         Counts of samples that are missing, came late, and of new beginnings.
     turn : (int, int) or None
         Lowest and highest number, where they turned back last.
@@ -48,9 +48,9 @@ class SequenceCount:
     rate: float
     bits: int | None = None
     last: int | None = None
-    lost: int = 0
-    late: int = 0
-    restarts: int = 0
+    lost_count: int = 0
+    late_count: int = 0
+    restart_count: int = 0
     turn: tuple[int, int] | None = None
     wraps: bool = False
     run: int = 0
@@ -95,7 +95,7 @@ class SequenceCount:
         if not 0 < ahead <= _GAP_SECONDS * self.rate:
             self._begin_anew(number, last)
             return 0
-        self.lost += ahead - 1
+        self.lost_count += ahead - 1
         return ahead - 1
 
     def _ahead(self, last: int, number: int) -> int:
@@ -113,14 +113,14 @@ class SequenceCount:
         self.lowest = min(self.lowest, number) if self.run else number
         self.run += 1
         if self.run < _LATE_RUN:
-            self.late += 1
+            self.late_count += 1
             return None
         self._begin_anew(self.lowest, last)
         self.last, self.run = number, 0
         return 0
 
     def _begin_anew(self, lowest: int, highest: int) -> None:
-        self.restarts += 1
+        self.restart_count += 1
         if not self.wraps:
             self.turn = (lowest, highest) if lowest < highest else None
 

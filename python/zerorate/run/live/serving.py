@@ -173,8 +173,8 @@ class Server:
     saver: Saver | None
     warn: Callable[[str], None]
     patient: bool = False
-    garbled: int = field(default=0, init=False)
-    restarts: int = field(default=0, init=False)
+    garbled_count: int = field(default=0, init=False)
+    restart_count: int = field(default=0, init=False)
     owing: bool = field(default=False, init=False)
     """Whether a sample was taken, but its answer not given: such a state is not to be saved."""
 
@@ -183,12 +183,12 @@ class Server:
         opening = True
         for number, (line, reply) in enumerate(source, start=1):
             self.owing = True
-            restarts = self.stream.sequence.restarts
+            restarts = self.stream.sequence.restart_count
             answer = self._answer(number, line)
             if opening and self.stream.open:
                 opening = False
                 self._tell_opening()
-            if restarts < self.stream.sequence.restarts:
+            if restarts < self.stream.sequence.restart_count:
                 self._tell_restart(number)
             if answer is not None:
                 reply(answer)
@@ -215,12 +215,12 @@ class Server:
         return self.stream.no_answer if self.stream.open else None
 
     def _tell(self, sentence: str) -> None:
-        self.garbled += 1
-        if self.garbled <= _TOLD:
+        self.garbled_count += 1
+        if self.garbled_count <= _TOLD:
             self.warn(sentence)
 
     def _tell_restart(self, number: int) -> None:
-        self.restarts += 1
-        if self.restarts <= _TOLD:
+        self.restart_count += 1
+        if self.restart_count <= _TOLD:
             last = self.stream.sequence.last
             self.warn(f"line {number}: the sequence numbers begin anew, here with {last}")

@@ -19,21 +19,21 @@ __all__ = ["Block", "Filters", "Output", "within_range"]
 
 Output = Literal["compensated", "estimate"]
 _Noted = tuple[Floats, Booleans, Booleans]
-"""Standard deviation of the drift, rest, and a stuck sensor, to be filled."""
+"""Standard deviation of the bias, rest, and a stuck sensor, to be filled."""
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
     """Samples from `first` on of k axes, and what the filters said of them; arrays are (k, n).
 
-    `raw` is without saturated samples, which are missing. `drift` is by method; `bias_sigma`,
+    `raw` is without saturated samples, which are missing. `bias` is by method; `bias_sigma`,
     `at_rest` and `stuck` are of the chosen one, where they are noted; `saturated` is there where
     the range of the sensor is known.
     """
 
     first: int
     raw: Floats
-    drift: Mapping[str, Floats]
+    bias: Mapping[str, Floats]
     bias_sigma: Floats | None = None
     at_rest: Booleans | None = None
     stuck: Booleans | None = None
@@ -93,13 +93,13 @@ class Filters:
         for raw in raws:
             first = self.chosen.samples_seen
             noted = _room(raw) if self.notes else None
-            drift = self._drift(raw, first, executor, noted)
+            bias = self._bias(raw, first, executor, noted)
             counted, saturated = within_range(raw, self.limit)
-            self._blank_before_first(counted, drift)
+            self._blank_before_first(counted, bias)
             sigma, at_rest, stuck = noted or (None, None, None)
-            yield Block(first, counted, drift, sigma, at_rest, stuck, saturated)
+            yield Block(first, counted, bias, sigma, at_rest, stuck, saturated)
 
-    def _drift(
+    def _bias(
         self, raw: Floats, first: int, executor: Executor, noted: _Noted | None
     ) -> dict[str, Floats]:
         *others, (name, chosen) = self.runs.items()
@@ -111,13 +111,13 @@ class Filters:
         jobs = {method: executor.submit(run.through, raw, moving) for method, run in others}
         return {method: other.result() for method, other in jobs.items()} | {name: job.result()}
 
-    def _blank_before_first(self, raw: Floats, drift: dict[str, Floats]) -> None:
+    def _blank_before_first(self, raw: Floats, bias: dict[str, Floats]) -> None:
         """Put NaN where a filter had nothing yet to predict from."""
         for i in np.flatnonzero(~self._known):
             there = np.isfinite(raw[i])
             self._known[i] = there.any()
             unknown = int(there.argmax()) if self._known[i] else None
-            for series in drift.values():
+            for series in bias.values():
                 series[i, :unknown] = np.nan
 
 
@@ -132,10 +132,10 @@ class _Run:
         self._seconds = 0.0
 
     def through(self, raw: Floats, moving: Booleans | None) -> Floats:
-        """Return the drift of a block (k, n)."""
-        drift = np.empty_like(raw)
-        self._advance(raw, drift, None, moving)
-        return drift
+        """Return the bias of a block (k, n)."""
+        bias = np.empty_like(raw)
+        self._advance(raw, bias, None, moving)
+        return bias
 
     def watched(
         self,
@@ -145,28 +145,28 @@ class _Run:
         noted: _Noted | None,
         moving: Booleans | None,
     ) -> Floats:
-        """Return the drift of a block, note the state at some of its samples, and fill `noted`."""
-        drift = np.empty_like(raw)
+        """Return the bias of a block, note the state at some of its samples, and fill `noted`."""
+        bias = np.empty_like(raw)
         first = 0
         for stop in dict.fromkeys((*stops, raw.shape[1])):
             part = np.s_[:, first:stop]
             piece = None if noted is None else (noted[0][part], noted[1][part], noted[2][part])
             known = None if moving is None else moving[first:stop]
-            self._advance(raw[part], drift[part], piece, known)
+            self._advance(raw[part], bias[part], piece, known)
             if stop in stops:
                 recorder.take(self.filter)
             first = stop
-        return drift
+        return bias
 
     def _advance(
-        self, raw: Floats, drift: Floats, noted: _Noted | None, moving: Booleans | None
+        self, raw: Floats, bias: Floats, noted: _Noted | None, moving: Booleans | None
     ) -> None:
         told = moving if self._holds else None
         if told is not None and noted is None:
             noted = _room(raw)
         # Only the processor's time of this thread counts.
         begin = time.thread_time()
-        self.filter._replay(raw, drift, noted, told)
+        self.filter._replay(raw, bias, noted, told)
         self._seconds += time.thread_time() - begin
 
     @property

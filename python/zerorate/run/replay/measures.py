@@ -19,7 +19,7 @@ _FEWEST: Final = 8
 
 @dataclass(frozen=True)
 class Score:
-    """Measures of one axis, raw or of one method's drift; NaN where one means nothing.
+    """Measures of one axis, raw or of one method's bias; NaN where one means nothing.
 
     All are of the samples that are present in the raw data and, if the chosen filter minds motion,
     that it took for rest.
@@ -31,11 +31,11 @@ class Score:
     mean, deviation : float
         In the unit of the log.
     reduction : float
-        Deviation over that of the raw data. Of a method's drift, not of the compensated rate.
+        Deviation over that of the raw data. Of a method's bias, not of the compensated rate.
     coasting : tuple of float
         `zerorate.metrics.coasting_error` at each horizon, unit times seconds.
     error : float
-        RMS error to the true drift where that was given.
+        RMS error to the true bias where that was given.
     """
 
     axis: str
@@ -53,20 +53,20 @@ class Seen:
 
     Parameters
     ----------
-    missing, present : ndarray of int64
+    missing_count, present_count : ndarray of int64
         Samples that are NaN or saturated, and the others.
     equal : ndarray of bool
         Whether all that are present are equal.
-    at_rest, stuck : ndarray of int64 or None
+    at_rest_count, stuck_count : ndarray of int64 or None
         Samples at which the chosen filter took the sensor to rest, and to be stuck, where that was
         noted.
     """
 
-    missing: Integers
-    present: Integers
+    missing_count: Integers
+    present_count: Integers
     equal: Booleans
-    at_rest: Integers | None
-    stuck: Integers | None
+    at_rest_count: Integers | None
+    stuck_count: Integers | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ class Measured:
     scores : tuple of Score
         Axis by axis: the raw data, then each method.
     compensated : ndarray, shape (k,)
-        Deviation of raw minus the chosen method's drift, in the unit of the log.
+        Deviation of raw minus the chosen method's bias, in the unit of the log.
     seen : Seen
         Counts of samples.
     """
@@ -89,10 +89,10 @@ class Measured:
 
 
 class Measures:
-    """Scores of every axis, raw and of each method's drift; `truth` has shape (k, n).
+    """Scores of every axis, raw and of each method's bias; `truth` has shape (k, n).
 
     Of a sensor that moves only what it shows at rest says something: if the chosen filter `holds`
-    the drift in motion, the scores are of where it is certain of rest. A stuck sensor does not
+    the bias in motion, the scores are of where it is certain of rest. A stuck sensor does not
     rest.
     """
 
@@ -121,20 +121,20 @@ class Measures:
         self._notes = rest is not None
         if block.stuck is not None:
             self._stuck += np.count_nonzero(block.stuck, axis=1)
-        drift = [block.drift[method] for method in self._methods]
-        self._compensated.take(block.raw - drift[-1], [], rest)
+        bias = [block.bias[method] for method in self._methods]
+        self._compensated.take(block.raw - bias[-1], [], rest)
         truth = None if self._truth is None else self._truth[:, block.first : block.end]
-        self._native.take(block.raw, drift, rest, truth)
+        self._native.take(block.raw, bias, rest, truth)
 
     def finish(self) -> Measured:
         """Return the scores and what was seen, when all blocks have come."""
         found = self._native.finish()
         seen = Seen(
-            missing=found["missing"],
-            present=found["present"],
+            missing_count=found["missing"],
+            present_count=found["present"],
             equal=found["least"] == found["most"],
-            at_rest=found["at_rest"] if self._notes else None,
-            stuck=self._stuck if self._notes else None,
+            at_rest_count=found["at_rest"] if self._notes else None,
+            stuck_count=self._stuck if self._notes else None,
         )
         scores = self._scores(_Found(**{name: found[name] for name in _NAMES}))
         return Measured(tuple(scores), self._compensated.finish()["deviation"][:, 0], seen)

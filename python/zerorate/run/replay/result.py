@@ -38,12 +38,12 @@ Columns = dict[str, Floats | Booleans]
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """How well the drift of k axes was known at each of n samples, by what had come until then.
+    """How well the bias of k axes was known at each of n samples, by what had come until then.
 
     Parameters
     ----------
     bias_sigma : ndarray, shape (n, k)
-        Standard deviation of the drift, in the unit of the data.
+        Standard deviation of the bias, in the unit of the data.
     at_rest : ndarray of bool, shape (n, k)
         Whether the filter took the sensor to rest.
     stuck : ndarray of bool, shape (n, k)
@@ -90,7 +90,7 @@ class Summary:
     scores : tuple of Score
         Axis by axis: the raw data, then each method.
     compensated_deviation : ndarray, shape (k,)
-        Deviation of the raw rate minus the drift, in the unit of the log.
+        Deviation of the raw rate minus the bias, in the unit of the log.
     horizons : tuple of float
         Horizons of the coasting errors, s.
     speed : mapping of str to float
@@ -101,7 +101,7 @@ class Summary:
         Whether the axis' start-up was finished.
     status : tuple of str
         `DriftFilter.status` of each axis at the end.
-    restarts : ndarray, shape (k,)
+    restart_count : ndarray, shape (k,)
         How often the noise learned at the start proved wrong by many orders.
     history : History
         What the chosen filter knew over time.
@@ -124,7 +124,7 @@ class Summary:
     guard_count: Mapping[str, Integers]
     ready: Booleans
     status: tuple[str, ...]
-    restarts: Integers
+    restart_count: Integers
     history: History
     memory: Floats
     seen: Seen
@@ -146,11 +146,11 @@ class Replay(Summary, Result):
     log : Log
         What was filtered.
     filtered : mapping of str to ndarray, shape (n, k)
-        Drift by each method, NaN before an axis' first sample.
+        Bias by each method, NaN before an axis' first sample.
     allan : AllanCurves or None
         Allan deviations at rest before and after the chosen filter, where asked for.
     readings : Readings or None
-        How well the drift was known at each sample; None for a published method that neither minds
+        How well the bias was known at each sample; None for a published method that neither minds
         motion nor compensates.
     """
 
@@ -160,8 +160,8 @@ class Replay(Summary, Result):
     readings: Readings | None
 
     @property
-    def drift(self) -> Floats:
-        """The drift by the chosen method, shape (n, k)."""
+    def bias(self) -> Floats:
+        """The bias by the chosen method, shape (n, k)."""
         return self.filtered[self.method]
 
     @property
@@ -180,22 +180,22 @@ class Replay(Summary, Result):
 
     @property
     def filtered_log(self) -> Log:
-        """The log after the chosen method: the drift, or the compensated rate."""
+        """The log after the chosen method: the bias, or the compensated rate."""
         if self.output == "estimate":
-            return self.log.with_data(self.drift)
+            return self.log.with_data(self.bias)
         counted, _ = within_range(self.log.data, self.limit)
-        return self.log.with_data(compensated(counted, self.drift))
+        return self.log.with_data(compensated(counted, self.bias))
 
     @property
     def beside(self) -> Columns:
-        """Columns written next to a compensated log, for each axis: drift, its sigma, rest ..."""
+        """Columns written next to a compensated log, for each axis: bias, its sigma, rest ..."""
         if self.output == "estimate" or self.readings is None:
             return {}
         noted, saturated = self.readings, self.saturated
         flags = (noted.at_rest, noted.stuck, *(() if saturated is None else (saturated,)))
         turned = (flag.T for flag in flags)
         return extra_columns(
-            self.log.names, self.log.unit, self.drift.T, noted.bias_sigma.T, *turned
+            self.log.names, self.log.unit, self.bias.T, noted.bias_sigma.T, *turned
         )
 
 
@@ -203,13 +203,13 @@ def unlearned(replay: Summary) -> Iterator[str]:
     """Yield a sentence on each axis of which the chosen filter learned nothing for certain."""
     needed, seen = max(10, round(replay.params["startup"] * replay.header.rate)), replay.seen
     for i, name in enumerate(replay.header.names):
-        present, ready = int(seen.present[i]), bool(replay.ready[i])
+        present, ready = int(seen.present_count[i]), bool(replay.ready[i])
         if present == 0:
             continue
         if not ready and seen.equal[i] and present >= needed:
             yield f"{name}: all samples are equal, so no noise, model or gain was learned"
         elif replay.status[i] == _NO_REST and present >= needed:
-            yield f"{name}: no rest was found, so no drift is known: a filter learns while it rests"
+            yield f"{name}: no rest was found, so no bias is known: a filter learns while it rests"
         elif not ready:
             yield (
                 f"{name}: start-up not finished: it needs {needed} samples, has {present}: "
@@ -224,18 +224,18 @@ def unlearned(replay: Summary) -> Iterator[str]:
             )
 
 
-def compensated(raw: Floats, drift: Floats) -> Floats:
-    """Return raw minus drift, NaN where a sample is missing."""
+def compensated(raw: Floats, bias: Floats) -> Floats:
+    """Return raw minus bias, NaN where a sample is missing."""
     # Numbers near the largest double overflow: the estimate of a filter is at its limit then.
     with np.errstate(over="ignore", invalid="ignore"):
         there = np.isfinite(raw)
-        return raw - drift if there.all() else np.where(there, raw - drift, np.nan)
+        return raw - bias if there.all() else np.where(there, raw - bias, np.nan)
 
 
 def extra_names(names: Sequence[str], unit: str, limited: bool) -> Iterator[tuple[str, ...]]:
     """Yield the names of the columns next to a compensated log, axis by axis.
 
-    They are drift, its deviation, rest, a stuck sensor and, if there is a limit, a saturated one.
+    They are bias, its deviation, rest, a stuck sensor and, if there is a limit, a saturated one.
     """
     flags = ("at_rest", "stuck", "saturated") if limited else ("at_rest", "stuck")
     for name in names:
@@ -245,11 +245,11 @@ def extra_names(names: Sequence[str], unit: str, limited: bool) -> Iterator[tupl
 
 
 def extra_columns(
-    names: Sequence[str], unit: str, drift: Floats, sigma: Floats, *flags: Booleans
+    names: Sequence[str], unit: str, bias: Floats, sigma: Floats, *flags: Booleans
 ) -> Columns:
     """Return those columns by name, of arrays (k, n); as many flags as there are names of them."""
     columns: Columns = {}
     for i, listed in enumerate(extra_names(names, unit, limited=len(flags) > 2)):
-        known = np.where(np.isnan(drift[i]), np.nan, sigma[i])
-        columns |= zip(listed, (drift[i], known, *(flag[i] for flag in flags)), strict=True)
+        known = np.where(np.isnan(bias[i]), np.nan, sigma[i])
+        columns |= zip(listed, (bias[i], known, *(flag[i] for flag in flags)), strict=True)
     return columns

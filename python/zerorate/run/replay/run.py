@@ -69,7 +69,7 @@ def replay(
         What the filtered log holds: the raw rate minus its bias, or the bias as the chosen method
         estimates it. Scores are of the bias in any case.
     truth : array_like, optional
-        True drift, of the shape and unit of the log's data, where it is known.
+        True bias, of the shape and unit of the log's data, where it is known.
     horizons : sequence of float
         Horizons of the coasting error, s; default 10 and 60.
     allan : bool
@@ -247,13 +247,15 @@ def _summary(
     """Return what is said of a recording of which all blocks are through."""
     measured = measures.finish()
     seen = measured.seen
-    if not seen.present.any():
+    if not seen.present_count.any():
         saturated = "" if filters.limit is None else f", or beyond the limit of {filters.limit:g}"
         raise LogError(f"no axis holds a sample: all are missing{saturated}")
     header = recording.header
     chosen, history = filters.chosen, filters.recorder.history()
     return Summary(
-        header=header.noting(notes_on_missing(header.names, (seen.missing == header.n).tolist())),
+        header=header.noting(
+            notes_on_missing(header.names, (seen.missing_count == header.n).tolist())
+        ),
         method=chosen.method,
         output=filters.output,
         params=chosen.params,
@@ -266,7 +268,7 @@ def _summary(
         },
         ready=np.asarray(chosen.ready),
         status=tuple(chosen.status),
-        restarts=np.asarray(chosen.restarts),
+        restart_count=np.asarray(chosen.restart_count),
         history=history,
         memory=memory(history, chosen.order, header.rate),
         seen=seen,
@@ -280,15 +282,15 @@ class _Series:
     def __init__(self, shape: tuple[int, int], methods: Sequence[str], notes: bool) -> None:
         # An axis after the other, as everything that measures or writes them wants them.
         turned = shape[::-1]
-        self._drift = {method: np.empty(turned) for method in methods}
+        self._bias = {method: np.empty(turned) for method in methods}
         kinds = (np.float64, np.bool_, np.bool_)
         self._noted = [np.empty(turned, dtype=kind) for kind in kinds] if notes else None
 
     def take(self, block: Block) -> None:
         """Put one block in its place."""
         place = np.s_[:, block.first : block.end]
-        for method, drift in self._drift.items():
-            drift[place] = block.drift[method]
+        for method, bias in self._bias.items():
+            bias[place] = block.bias[method]
         if self._noted is not None:
             parts = (block.bias_sigma, block.at_rest, block.stuck)
             for noted, part in zip(self._noted, parts, strict=True):
@@ -297,7 +299,7 @@ class _Series:
     @property
     def filtered(self) -> dict[str, Floats]:
         """Drift by method, shape (n, k)."""
-        return {method: drift.T for method, drift in self._drift.items()}
+        return {method: bias.T for method, bias in self._bias.items()}
 
     @property
     def readings(self) -> Readings | None:
@@ -322,21 +324,21 @@ class _FilteredFile(RowGroups):
     def take(self, block: Block) -> None:
         """Write one block."""
         time = self._recording.sampled(block.first, block.end)
-        drift = block.drift[self._method]
+        bias = block.bias[self._method]
         if not self._compensates or block.bias_sigma is None:
-            self.write([time, *drift])
+            self.write([time, *bias])
             return
         header = self._recording.header
         flags = [flag for flag in (block.at_rest, block.stuck, block.saturated) if flag is not None]
-        others = extra_columns(header.names, header.unit, drift, block.bias_sigma, *flags)
-        self.write([time, *compensated(block.raw, drift), *others.values()])
+        others = extra_columns(header.names, header.unit, bias, block.bias_sigma, *flags)
+        self.write([time, *compensated(block.raw, bias), *others.values()])
 
 
 def _curves(log: Log, filters: Filters, series: _Series, progress: Progress) -> AllanCurves:
     """Return Allan deviations of the raw data and of the filtered log, both at rest."""
-    drift, readings = series.filtered[filters.chosen.method], series.readings
+    bias, readings = series.filtered[filters.chosen.method], series.readings
     raw, _ = within_range(log.data, filters.limit)
-    filtered = drift if filters.output == "estimate" else compensated(raw, drift)
+    filtered = bias if filters.output == "estimate" else compensated(raw, bias)
     if filters.holds and readings is not None:
         raw = np.where(readings.certain_rest(log.rate), raw, np.nan)
     return allan_curves(raw, filtered, log.rate, progress)

@@ -1,7 +1,7 @@
 //! Calibration: what is done sample by sample of a record of three axes, and in a loop.
 //!
 //! The fit of the errors of a sensor is done elsewhere, once a record; it asks here for the turn
-//! between two rests with its sensitivities, [`carry_turn`]. [`ImuCorrector`] removes what the fit has
+//! between two rests with its sensitivities, [`propagate_turn`]. [`ImuCorrector`] removes what the fit has
 //! found, [`TemperatureFilter`] learns bias and temperature slope while samples arrive. [`integrate`]
 //! makes an orientation of rates.
 //!
@@ -16,7 +16,7 @@ mod turn;
 pub use angle::{Integration, integrate};
 pub use corrector::{Correction, Imu, ImuCorrector, TemperatureCurve};
 pub use temperature::{TemperatureFilter, TemperatureParams};
-pub use turn::{Turn, carry_turn};
+pub use turn::{Turn, propagate_turn};
 
 use nalgebra::Vector3;
 

@@ -30,7 +30,7 @@ pub struct Turn {
 ///
 /// The steps are gone through from the last to the first: the rotation after a step, which its
 /// errors are seen through, is then known when the step is, and one pass gives all.
-pub fn carry_turn(
+pub fn propagate_turn(
     rates: &[[f64; 3]],
     steps: &[f64],
     bias: &[f64; 3],
@@ -85,7 +85,7 @@ impl Turn {
 
 #[cfg(all(test, feature = "std"))]
 mod tests {
-    use super::{Turn, carry_turn};
+    use super::{Turn, propagate_turn};
     use nalgebra::{Matrix3, Rotation3, Vector3};
     use proptest::prelude::*;
 
@@ -111,7 +111,7 @@ mod tests {
         matrix: &Matrix3<f64>,
     ) -> Turn {
         let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| matrix[(i, j)]));
-        carry_turn(rates, steps, &(*bias).into(), &rows)
+        propagate_turn(rates, steps, &(*bias).into(), &rows)
     }
 
     proptest! {
@@ -173,7 +173,7 @@ mod tests {
     fn no_finite_rates_are_not_a_number() {
         let rates = [[f64::MAX, -f64::MAX, 1.0], [f64::MIN_POSITIVE, 0.0, f64::MAX], [1e200; 3]];
         let steps = [f64::MAX, 1e-300];
-        let turn = carry_turn(&rates, &steps, &[1e60; 3], &[[f64::MAX; 3]; 3]);
+        let turn = propagate_turn(&rates, &steps, &[1e60; 3], &[[f64::MAX; 3]; 3]);
         let sensitivities = turn.by_matrix.iter().chain([&turn.by_rate, &turn.rotation]);
         assert!(
             sensitivities.flat_map(|m| m.iter()).all(|x| x.is_finite()) && turn.angle.is_finite()

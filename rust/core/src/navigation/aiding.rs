@@ -28,7 +28,7 @@ impl NavigationFilter {
         if !self.navigating {
             return self.begin_from(given, age, witness);
         }
-        self.carry(witness);
+        self.propagate(witness);
         if !self.navigating {
             return Verdict::Refused;
         }
@@ -43,12 +43,12 @@ impl NavigationFilter {
         let place = given.position.map(|position| {
             let here = self.motion.offset_from(position) + lever;
             let z = here - velocity * age + acceleration * (0.5 * age * age);
-            (limited(&z), position_rows(&lever), given.sigma_position)
+            (limited(&z), position_rows(&lever), given.position_sigma)
         });
         let moved = given.velocity.map(|measured| {
             let z = velocity - acceleration * age - measured;
             let turned = self.motion.attitude * antenna.cross_matrix();
-            (limited(&z), velocity_rows(&velocity, &turned), given.sigma_velocity)
+            (limited(&z), velocity_rows(&velocity, &turned), given.velocity_sigma)
         });
         let mut taken = [None; 2];
         for (kind, measured) in [place, moved].into_iter().enumerate() {

@@ -30,7 +30,7 @@ pub struct Known<'a> {
     /// North, east, down, m/s.
     pub velocity: &'a mut [[f64; 3]],
     /// Scalar first.
-    pub attitude: &'a mut [[f64; 4]],
+    pub quaternion: &'a mut [[f64; 4]],
     /// Rad/s.
     pub gyro_bias: &'a mut [[f64; 3]],
     /// m/s².
@@ -83,7 +83,7 @@ impl Known<'_> {
         let now = filter.snapshot();
         self.position[k] = now.position;
         self.velocity[k] = now.velocity;
-        self.attitude[k] = now.attitude;
+        self.quaternion[k] = now.quaternion;
         self.gyro_bias[k] = now.gyro_bias;
         self.accel_bias[k] = now.accel_bias;
         self.sigma[k] = now.sigma;

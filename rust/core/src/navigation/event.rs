@@ -24,9 +24,9 @@ impl Input for Event {
         let part = |i: usize| [numbers[i], numbers[i + 1], numbers[i + 2]];
         let (time, first, second) = (numbers[1], part(2), part(5));
         if numbers[0] > 0.0 {
-            let (sigma_position, sigma_velocity) = (part(8), part(11));
+            let (position_sigma, velocity_sigma) = (part(8), part(11));
             let (position, velocity) = (first, second);
-            return Self::Fix(Fix { time, position, velocity, sigma_position, sigma_velocity });
+            return Self::Fix(Fix { time, position, velocity, position_sigma, velocity_sigma });
         }
         let rest = numbers[8] > 0.0;
         Self::Sample(Inertial { time, gyro: first, accel: second, rest })
@@ -41,7 +41,7 @@ impl Output for Snapshot {
     const FIELDS: &'static [Field] = &[
         field("position", 3),
         field("velocity", 3),
-        field("attitude", 4),
+        field("quaternion", 4),
         field("gyro_bias", 3),
         field("accel_bias", 3),
         field("sigma", STATES),
@@ -53,7 +53,7 @@ impl Output for Snapshot {
         let parts: [&[f64]; 7] = [
             &self.position,
             &self.velocity,
-            &self.attitude,
+            &self.quaternion,
             &self.gyro_bias,
             &self.accel_bias,
             &self.sigma,

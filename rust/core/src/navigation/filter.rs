@@ -3,12 +3,12 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::beginning::Before;
 use super::covariance::{
     ACCEL, Course, Covariance, Errors, GYRO, Growth, PHI, STATES, Transition, V,
 };
 use super::earth::{HEIGHT_MAX, LATITUDE_MAX, wrapped};
 use super::fix::{Fix, Given, Verdict, velocity_rows};
+use super::initialise::Before;
 use super::judge::Judge;
 use super::motion::{Motion, Step};
 use super::params::{Kind, NavigationParams, Start};
@@ -75,7 +75,7 @@ pub struct Snapshot {
     /// North, east, down, m/s; NaN before the first fix.
     pub velocity: [f64; 3],
     /// From the body's axes to north, east, down; scalar first.
-    pub attitude: [f64; 4],
+    pub quaternion: [f64; 4],
     /// Rad/s.
     pub gyro_bias: [f64; 3],
     /// m/s².
@@ -218,7 +218,7 @@ impl NavigationFilter {
         Ok(Self {
             params,
             start,
-            motion: Motion::new(matrix(start.attitude), start.latitude, 0.0, 0.0),
+            motion: Motion::new(matrix(start.quaternion), start.latitude, 0.0, 0.0),
             gyro_bias: start.gyro_bias.into(),
             accel_bias: start.accel_bias.into(),
             covariance: Covariance::of(&Self::first_variances(&start)),
@@ -240,10 +240,10 @@ impl NavigationFilter {
     fn first_variances(start: &Start) -> Errors {
         let mut variances = [0.0; STATES];
         for i in 0..3 {
-            let angle = if i < 2 { start.sigma_level } else { start.sigma_heading };
+            let angle = if i < 2 { start.level_sigma } else { start.heading_sigma };
             variances[PHI + i] = angle * angle;
-            variances[GYRO + i] = start.sigma_gyro_bias * start.sigma_gyro_bias;
-            variances[ACCEL + i] = start.sigma_accel_bias * start.sigma_accel_bias;
+            variances[GYRO + i] = start.gyro_bias_sigma * start.gyro_bias_sigma;
+            variances[ACCEL + i] = start.accel_bias_sigma * start.accel_bias_sigma;
         }
         variances
     }
@@ -289,9 +289,9 @@ impl NavigationFilter {
             return Ok(());
         }
         self.motion.advance(&step);
-        self.gather(dt, sample.rest);
+        self.accumulate(dt, sample.rest);
         if self.sums.seconds >= self.params.covariance_step - 0.25 * dt {
-            self.carry(witness);
+            self.propagate(witness);
             self.look_at_wheels(witness);
         }
         Ok(())
@@ -397,7 +397,7 @@ impl NavigationFilter {
     }
 
     #[inline(always)]
-    fn gather(&mut self, dt: f64, rest: bool) {
+    fn accumulate(&mut self, dt: f64, rest: bool) {
         let sums = &mut self.sums;
         sums.seconds += dt;
         sums.samples += 1.0;
@@ -407,9 +407,9 @@ impl NavigationFilter {
         sums.gyro += self.sensors.gyro;
     }
 
-    /// Carries the covariance to the last sample.
+    /// Propagates the covariance to the last sample.
     #[inline(never)]
-    pub(crate) fn carry<W: Witness>(&mut self, witness: &mut W) {
+    pub(crate) fn propagate<W: Witness>(&mut self, witness: &mut W) {
         let sums = self.sums;
         let Sums { seconds, samples, attitude, velocity, unknown, .. } = sums;
         if samples == 0.0 {
@@ -567,7 +567,7 @@ impl NavigationFilter {
         Snapshot {
             position: known([*latitude, wrapped(*longitude), *height]),
             velocity: known((*velocity).into()),
-            attitude: quaternion(attitude),
+            quaternion: quaternion(attitude),
             gyro_bias: self.gyro_bias.into(),
             accel_bias: self.accel_bias.into(),
             sigma: self.sigma,

@@ -22,9 +22,9 @@ pub struct Fix {
     /// North, east, down, m/s.
     pub velocity: [f64; 3],
     /// Standard deviations north, east, down, m and m/s.
-    pub sigma_position: [f64; 3],
-    /// See `sigma_position`.
-    pub sigma_velocity: [f64; 3],
+    pub position_sigma: [f64; 3],
+    /// See `position_sigma`.
+    pub velocity_sigma: [f64; 3],
 }
 
 /// What became of a fix.
@@ -45,8 +45,8 @@ pub(crate) struct Given {
     pub time: f64,
     pub position: Option<[f64; 3]>,
     pub velocity: Option<Vector3<f64>>,
-    pub sigma_position: Vector3<f64>,
-    pub sigma_velocity: Vector3<f64>,
+    pub position_sigma: Vector3<f64>,
+    pub velocity_sigma: Vector3<f64>,
 }
 
 impl Given {
@@ -77,12 +77,12 @@ impl Given {
             }
             Ok(found)
         };
-        let sigma_position =
-            sigma("sigma_position", position.is_some(), flat, &fix.sigma_position)?;
-        let sigma_velocity =
-            sigma("sigma_velocity", velocity.is_some(), level, &fix.sigma_velocity)?;
+        let position_sigma =
+            sigma("position_sigma", position.is_some(), flat, &fix.position_sigma)?;
+        let velocity_sigma =
+            sigma("velocity_sigma", velocity.is_some(), level, &fix.velocity_sigma)?;
         let some = position.is_some() || velocity.is_some();
-        Ok(some.then_some(Self { time, position, velocity, sigma_position, sigma_velocity }))
+        Ok(some.then_some(Self { time, position, velocity, position_sigma, velocity_sigma }))
     }
 }
 

@@ -12,12 +12,12 @@
 
 mod aiding;
 mod batch;
-mod beginning;
 mod covariance;
 mod earth;
 mod event;
 mod filter;
 mod fix;
+mod initialise;
 mod judge;
 mod motion;
 mod params;

@@ -103,7 +103,7 @@ impl NavigationParams {
 pub struct Start {
     /// Quaternion, scalar first, from the body's axes to north, east, down; to any heading where
     /// none is known.
-    pub attitude: [f64; 4],
+    pub quaternion: [f64; 4],
     /// Whether the heading is known. Else it is taken from the course once the body moves forward.
     pub heading_known: bool,
     /// Whether the body moves forward, so that the course may be taken for the heading.
@@ -117,21 +117,21 @@ pub struct Start {
     /// m/s².
     pub accel_bias: [f64; 3],
     /// Standard deviations: of roll and pitch and of the heading, rad; of the biases.
-    pub sigma_level: f64,
-    /// See `sigma_level`.
-    pub sigma_heading: f64,
-    /// See `sigma_level`.
-    pub sigma_gyro_bias: f64,
-    /// See `sigma_level`.
-    pub sigma_accel_bias: f64,
+    pub level_sigma: f64,
+    /// See `level_sigma`.
+    pub heading_sigma: f64,
+    /// See `level_sigma`.
+    pub gyro_bias_sigma: f64,
+    /// See `level_sigma`.
+    pub accel_bias_sigma: f64,
 }
 
 impl Start {
     /// # Errors
     /// [`Error::Parameter`] if one is out of its range.
     pub fn checked(self) -> Result<Self, Error> {
-        let square = self.attitude.iter().map(|x| x * x).sum::<f64>();
-        require((square - 1.0).abs() < 1e-6, "attitude", "a unit quaternion", square)?;
+        let square = self.quaternion.iter().map(|x| x * x).sum::<f64>();
+        require((square - 1.0).abs() < 1e-6, "quaternion", "a unit quaternion", square)?;
         require(self.time.abs() <= 4e9, "time", "a time in seconds", self.time)?;
         let latitude = self.latitude;
         require(latitude.abs() <= LATITUDE_MAX, "latitude", "within 89.5 degrees", latitude)?;
@@ -141,10 +141,10 @@ impl Start {
             }
         }
         for (name, sigma) in [
-            ("sigma_level", self.sigma_level),
-            ("sigma_heading", self.sigma_heading),
-            ("sigma_gyro_bias", self.sigma_gyro_bias),
-            ("sigma_accel_bias", self.sigma_accel_bias),
+            ("level_sigma", self.level_sigma),
+            ("heading_sigma", self.heading_sigma),
+            ("gyro_bias_sigma", self.gyro_bias_sigma),
+            ("accel_bias_sigma", self.accel_bias_sigma),
         ] {
             check_not_negative(name, "zero or a positive number", sigma)?;
             require(sigma <= BIAS_MAX, name, "at most 10", sigma)?;

@@ -27,16 +27,16 @@ pub fn filter(wheeled: bool, adapt: Adapt, kind: Kind) -> NavigationFilter {
     };
     let start = Start {
         time: 0.0,
-        attitude: [1.0, 0.0, 0.0, 0.0],
+        quaternion: [1.0, 0.0, 0.0, 0.0],
         heading_known: true,
         course: wheeled,
         latitude: 0.8,
         gyro_bias: [1e-3, -1e-3, 0.0],
         accel_bias: [0.0; 3],
-        sigma_level: 5e-3,
-        sigma_heading: 0.05,
-        sigma_gyro_bias: 1e-4,
-        sigma_accel_bias: 0.05,
+        level_sigma: 5e-3,
+        heading_sigma: 0.05,
+        gyro_bias_sigma: 1e-4,
+        accel_bias_sigma: 0.05,
     };
     NavigationFilter::new(start, params).expect("parameters in their ranges")
 }
@@ -52,8 +52,8 @@ fn step(nav: &mut NavigationFilter, k: usize, more: f64) {
             time: time - 0.3 * (k % 3) as f64,
             position: [0.8 + 1e-7 * more, 3.1, 100.0],
             velocity: [0.1 * more, 0.0, f64::NAN],
-            sigma_position: [2.0; 3],
-            sigma_velocity: [0.1; 3],
+            position_sigma: [2.0; 3],
+            velocity_sigma: [0.1; 3],
         };
         nav.update_gnss(&fix).expect("deviations are positive");
     }
@@ -64,7 +64,7 @@ fn is_sane(nav: &NavigationFilter) -> bool {
     let known = nav.snapshot();
     let waits = known.position[0].is_nan();
     let numbers = known.position.iter().chain(&known.velocity).chain(&known.sigma);
-    let always = known.attitude.iter().chain(&known.gyro_bias).chain(&known.accel_bias);
+    let always = known.quaternion.iter().chain(&known.gyro_bias).chain(&known.accel_bias);
     let p = nav.covariance();
     let pairs = (0..STATES).flat_map(|i| (0..i).map(move |j| (i, j)));
     numbers.copied().all(|x| x.is_finite() != waits)

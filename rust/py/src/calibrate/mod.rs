@@ -5,5 +5,5 @@ mod record;
 mod temperature;
 
 pub use corrector::ImuCorrector;
-pub use record::{carry_turns, integrate_rates};
+pub use record::{integrate_rates, propagate_turns};
 pub use temperature::TemperatureFilter;

@@ -3,7 +3,7 @@
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use zerorate_core::calibrate::{Integration, Turn, carry_turn, integrate};
+use zerorate_core::calibrate::{Integration, Turn, integrate, propagate_turn};
 
 use crate::common::arrays::{self, Record, array, named};
 use crate::common::work::interruptible;
@@ -45,7 +45,7 @@ type Array<'py> = Bound<'py, PyAny>;
 /// ValueError
 ///     An array of another shape, or a turn that is not within the samples.
 #[pyfunction]
-pub fn carry_turns<'py>(
+pub fn propagate_turns<'py>(
     py: Python<'py>,
     rates: &Bound<'py, PyAny>,
     steps: &Bound<'py, PyAny>,
@@ -69,7 +69,7 @@ pub fn carry_turns<'py>(
     let turns: Vec<Turn> = interruptible(py, samples, || {
         let turns = spans.into_iter().zip(biases).map(|(span, bias)| {
             let steps = &steps.values[span.start..span.end - 1];
-            carry_turn(&rates[span], steps, bias, &matrix)
+            propagate_turn(&rates[span], steps, bias, &matrix)
         });
         turns.collect()
     })?;

@@ -349,7 +349,7 @@ getters! { DriftFilter, slf, py, this;
     exit_count: Object<'py> = this.shared.numbers(py, this.shared.bank.exit_counts())?;
     /// How often the scale learned at the start was proved wrong by many orders, upon which noise
     /// and drift were learned anew: int, with channels (k,).
-    restarts: Object<'py> = this.shared.numbers(py, this.shared.bank.restarts())?;
+    restart_count: Object<'py> = this.shared.numbers(py, this.shared.bank.restarts())?;
     /// Samples at or beyond ``limit`` so far: int, with channels (k,).
     saturated_count: Object<'py> = {
         let tallies = this.shared.bank.tallies();

@@ -49,7 +49,7 @@ impl NavigationFilter {
         let Some(position) = given.position.filter(|_| self.sensors.gyro_age <= UNKNOWN_MAX) else {
             return Verdict::Refused;
         };
-        let told = given.velocity.map(|velocity| Moves { velocity, sigma: given.sigma_velocity });
+        let told = given.velocity.map(|velocity| Moves { velocity, sigma: given.velocity_sigma });
         let moves = told.or_else(|| self.between(given, position));
         let mut heading_sigma = None;
         if !self.heading_known {
@@ -82,14 +82,14 @@ impl NavigationFilter {
             wrapped(position[1] - longitude) / place.east,
             height - position[2],
         );
-        let far = way.xy().norm() > APART_DEVIATIONS * given.sigma_position.xy().amax();
+        let far = way.xy().norm() > APART_DEVIATIONS * given.position_sigma.xy().amax();
         if far || !(0.0..=APART_SECONDS).contains(&seconds) {
             self.before = Some(now);
         }
         let velocity = way / seconds;
         let possible = seconds > 0.0 && seconds <= APART_SECONDS && is_known(&velocity);
         // Two places, and a velocity that has changed meanwhile.
-        let sigma = given.sigma_position * (2.0 / seconds.at_least(0.1));
+        let sigma = given.position_sigma * (2.0 / seconds.at_least(0.1));
         (possible && far).then_some(Moves { velocity, sigma })
     }
 
@@ -145,7 +145,7 @@ impl NavigationFilter {
             variances[PHI + i] += (self.params.gyro_noise[i] + bias * t) * t;
             let told =
                 moves.map_or(UNKNOWN_VELOCITY, |moves| moves.sigma[i].at_most(UNKNOWN_VELOCITY));
-            variances[R + i] = given.sigma_position[i] * given.sigma_position[i];
+            variances[R + i] = given.position_sigma[i] * given.position_sigma[i];
             variances[V + i] = told * told;
             variances[PHI + i] = variances[PHI + i].min(10.0);
         }
