@@ -79,7 +79,9 @@ def session_of(wrong, seed):
         about, axis=1, keepdims=True
     )
     every = np.concatenate((turns, about))
-    session = zr.simulate_session(turns=every, turn=4.0, seed=seed, rate=RATE, wobble=0.0)
+    session = zr.simulation.simulate_session(
+        turns=every, turn=4.0, seed=seed, rate=RATE, wobble=0.0
+    )
     return session, rests, names
 
 

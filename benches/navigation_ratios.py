@@ -47,7 +47,7 @@ class InC:
 
 
 def main():
-    drive = zr.simulate_drive(400.0)
+    drive = zr.simulate_drive(duration=400.0)
     n, rows = len(drive.time), rows_of(drive.fixes)
     begin = zr.align(drive.recording(), latitude=48.0, heading="course")
     fresh, wheeled = zr.NavigationFilter(begin), zr.NavigationFilter(begin, vehicle="wheeled")

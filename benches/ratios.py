@@ -134,7 +134,7 @@ def main():
         ("zerorate DriftFilter.update, auto", _calls(lambda: _self_tuned().update, 100_000)),
         ("the same, the sample that ends a tick", _at_the_end_of(25)),
         ("the same, the sample that ends a block", _at_the_end_of(200)),
-        ("zerorate AllanNoise.update", _calls(lambda: zr.AllanNoise().update, 100_000)),
+        ("zerorate AllanNoise.update", _calls(lambda: zr.noise.AllanNoise().update, 100_000)),
         ("math.fabs, an empty call", _calls(lambda: __import__("math").fabs, 100_000)),
     ]
     timed = [lambda run=run: run(z) for _, run in calls]

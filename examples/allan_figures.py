@@ -51,18 +51,18 @@ def identifiable() -> None:
 
 def gyro() -> None:
     """Draw three axes of a simulated gyro with the models that were fitted."""
-    signal, _ = zr.simulate(zr.device("ADIS16405"), RATE, 2 * HOUR, seed=1, axes=3)
+    signal, _ = zr.simulate(zr.simulation.device("ADIS16405"), RATE, 2 * HOUR, seed=1, axes=3)
     result = zr.allan(signal, RATE, unit="rad/s", names=["x", "y", "z"])
     save(plot_allan(result, result.fit(), "ADIS16405, simulated"), "allan_gyro")
 
 
 def warm_up() -> None:
     """Draw a gyro whose bias settles and whose noise falls in the first half hour."""
-    signal, _ = zr.simulate(zr.device("MPU-6050"), RATE, 2 * HOUR, seed=1)
+    signal, _ = zr.simulate(zr.simulation.device("MPU-6050"), RATE, 2 * HOUR, seed=1)
     t = np.arange(signal.size) / RATE
     settling = convert(1.0, "deg/s", "rad/s") * np.exp(-t / 600.0)
     noisy = signal * (1.0 + np.exp(-t / 900.0)) + settling
-    figure = plot_dynamic(zr.dynamic_allan(noisy, RATE, window=600.0, unit="rad/s"))
+    figure = plot_dynamic(zr.noise.dynamic_allan(noisy, RATE, window=600.0, unit="rad/s"))
     about = figure.axes[0]
     about.axvline(30.0, color="white", lw=0.8, ls="--")
     about.annotate(

@@ -3,10 +3,10 @@
 ``python examples/array_accel_study.py FOLDER``, with the folder of the recordings, prints tables in
 Markdown. The array of eight IMUs on a board, 13 mm from its middle, is turned by hand at up to
 2,900 deg/s between rests in twenty poses. First, what is left between the sensors without lever
-arms, with those by the derivative of the rate, and as `zerorate.fuse_accelerometers` finds them;
-and by how much the fused acceleration changes when one of the eight is missing. Second, the noise
-at rest. Third, what the angular acceleration is like. Fourth, what is left after constant errors of
-each sensor are fitted. Fifth, faults of one sensor, and fast motion without the rate. Last, errors
+arms, with those by the derivative of the rate, and as `zerorate.array.fuse_accelerometers` finds
+them; and by how much the fused acceleration changes when one of the eight is missing. Second, the
+noise at rest. Third, what the angular acceleration is like. Fourth, what is left after constant
+errors of each sensor are fitted. Fifth, faults of one sensor, and fast motion without the rate. Last, errors
 against the truth in simulated motion.
 """
 
@@ -89,12 +89,12 @@ class Board:
             found.append(zr.units.convert(accel.data, accel.unit, "g"))
         return np.stack(found, axis=1)
 
-    def fused(self, force: Floats, levers: bool) -> zr.FusedAccelerometers:
+    def fused(self, force: Floats, levers: bool) -> zr.array.FusedAccelerometers:
         """Return the fused accelerometers, with lever arms or without."""
         places = POSITIONS if levers else None
-        return zr.fuse_accelerometers(force, self.omega, self.rate, positions=places)
+        return zr.array.fuse_accelerometers(force, self.omega, self.rate, positions=places)
 
-    def felt(self, fused: zr.FusedAccelerometers) -> Floats:
+    def felt(self, fused: zr.array.FusedAccelerometers) -> Floats:
         """Return what sensors feel for their lever arms, as found."""
         assert fused.angular_acceleration is not None
         turn = self.omega[:, np.newaxis]
@@ -154,7 +154,7 @@ def noise(board: Board) -> str:
         "one sensor": force,
         "mean": force.mean(axis=1),
         **{
-            f"weights {word}": zr.fuse_accelerometers(
+            f"weights {word}": zr.array.fuse_accelerometers(
                 force, board.omega, board.rate, positions=POSITIONS, weights=word
             ).accel
             for word in ("auto", "white")
@@ -288,7 +288,7 @@ def without_rate(board: Board) -> str:
         ("lever arms alone", lost, POSITIONS),
         ("neither", lost, None),
     ):
-        found = zr.fuse_accelerometers(force, omega, board.rate, positions=places)
+        found = zr.array.fuse_accelerometers(force, omega, board.rate, positions=places)
         rows.append((name, f"{rms((found.accel - whole)[fast]):.3f}"))
     title = "Seven of eight above 700 deg/s, m/s^2 RMS from all eight"
     return table(title, ("model", "change"), rows, markdown=True)
@@ -342,7 +342,7 @@ def errors(rate: float, sizes: tuple[float, float, float], seed: int) -> list[fl
     moving = slice(round(12.0 * rate), None)
 
     def error(z: Floats, places: Floats | None) -> float:
-        fused = zr.fuse_accelerometers(z, omega, rate, positions=places)
+        fused = zr.array.fuse_accelerometers(z, omega, rate, positions=places)
         return rms((fused.accel - origin)[moving])
 
     missing, wrong = z.copy(), z.copy()

@@ -41,7 +41,7 @@ def array_of(rates, seed):
     z = scale * rates[:, np.newaxis] + BIAS * rng.standard_normal(shape)
     z += noise * rng.standard_normal(z.shape)
     labels = tuple(f"imu{k + 1}" for k in range(SENSORS))
-    return zr.ArrayLog(np.arange(len(z)) / RATE, RATE, z, labels, unit="deg/s")
+    return zr.array.ArrayLog(np.arange(len(z)) / RATE, RATE, z, labels, unit="deg/s")
 
 
 def with_faults(log):
@@ -50,7 +50,7 @@ def with_faults(log):
     z[log.time >= SIGN_AT, SIGN, 0] *= -1.0
     stuck = (log.time >= STUCK_AT[0]) & (log.time < STUCK_AT[1])
     z[stuck, STUCK] = z[np.argmax(stuck), STUCK]
-    return zr.ArrayLog(log.time, log.rate, z, log.labels, unit=log.unit)
+    return zr.array.ArrayLog(log.time, log.rate, z, log.labels, unit=log.unit)
 
 
 def rms(error):

@@ -30,7 +30,7 @@ FAULTY, BEGIN, LASTS = 2, 200.0, 60.0
 
 def read(path: str) -> tuple[Floats, float, Floats]:
     """Return samples (n, 8, 3) in deg/s, their rate and the rotations."""
-    log = zr.array_log(zr.read_recording(Path(path)))
+    log = zr.array.array_log(zr.read_recording(Path(path)))
     rotations = np.stack([np.eye(3) if k % 2 == 0 else TURNED for k in range(8)])
     return log.data, 62.5, rotations
 

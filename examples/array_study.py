@@ -91,7 +91,7 @@ def runs(name: str, hours: float, crossing: float, seeds: int) -> Iterator[tuple
 
 def gains(drift: Floats, z: Floats) -> dict[str, float]:
     """Return the gains in drift by what is made of the record's covariances."""
-    r = zr.allan_covariance(z, RATE)
+    r = zr.array.allan_covariance(z, RATE)
     curves = (r.tau, r.matrix, r.edf)
     noise, n = fit_noise(*curves), len(drift)
     found = {
@@ -133,7 +133,7 @@ def reported(name: str, horizon: float, seeds: int) -> tuple[str, ...]:
     hours = ARRAYS[name][1] / 2.0
     told, true, errors = [], [], []
     for drift, z in runs(name, hours, CROSSING, seeds):
-        found = zr.allan_covariance(z, RATE).virtual_gyro(horizon)
+        found = zr.array.allan_covariance(z, RATE).virtual_gyro(horizon)
         noise = 0.0 if np.isinf(horizon) else (CROSSING / horizon) ** 2
         told.append(found.gain)
         errors.append(found.gain_error)

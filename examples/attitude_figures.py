@@ -25,7 +25,7 @@ def motion(seed, scale=None, magnet=()):
     """Return a motion of a hand, with a gyro whose three axes all show too much."""
     errors = None
     if scale is not None:
-        errors = zr.MotionErrors(gyro_matrix=np.eye(3) / (1.0 + scale))
+        errors = zr.simulation.MotionErrors(gyro_matrix=np.eye(3) / (1.0 + scale))
     return zr.simulate_motion("hand", RATE, DURATION, seed=seed, errors=errors, magnet=magnet)
 
 

@@ -52,7 +52,7 @@ def simulated() -> None:
     for count in POSES:
         errors, scores, seconds, valid = [], [], [], 0
         for seed in SEEDS:
-            session = zr.simulate_session(count, seed=seed)
+            session = zr.simulation.simulate_session(count, seed=seed)
             begin = time.perf_counter()
             found = zr.calibrate(session.recording, gravity=9.80665)
             seconds.append(time.perf_counter() - begin)
@@ -96,11 +96,11 @@ def _z(error: Floats, sigma: Floats, part: slice) -> Floats:
 
 def poses() -> None:
     """Draw the poses of a good session, and of one in which -z was never up."""
-    good = zr.simulate_session(20, seed=32)
+    good = zr.simulation.simulate_session(20, seed=32)
     up = good.quaternion[good.rests[:, 0]]
     # The third row of the matrix of a quaternion: up in the axes of the body.
     below = 1.0 - 2.0 * (up[:, 1] ** 2 + up[:, 2] ** 2) < -0.2
-    gap = zr.simulate_session(up[~below], seed=32)
+    gap = zr.simulation.simulate_session(up[~below], seed=32)
     figure = new_figure(170.0, 50.0)
     panels = figure.subplots(1, 2)
     figure.subplots_adjust(left=0.01, right=0.99, bottom=0.0, top=0.9, wspace=0.04)
@@ -113,7 +113,7 @@ def poses() -> None:
 
 def session() -> None:
     """Draw a session and all that is found of it."""
-    recording = zr.simulate_session(20, seed=4).recording
+    recording = zr.simulation.simulate_session(20, seed=4).recording
     figure = zr.calibrate(recording, gravity=9.80665).plot(recording)
     save_figure(figure, FOLDER / "calibration_session.png")
 

@@ -161,7 +161,7 @@ ERRORS = {
 
 def faulty(kind, seed, duration, scale=1.0, late=0, clip=np.inf, **errors):
     """Return a simulated recording with errors of its gyro."""
-    sensors = zr.MotionErrors(**errors)
+    sensors = zr.simulation.MotionErrors(**errors)
     motion = zr.simulate_motion(kind, RATE, duration, seed=seed, errors=sensors).recording()
     data = np.roll(motion.gyro.data * scale, late, axis=0).clip(-clip, clip)
     return changed(motion, "gyro", data)

@@ -100,7 +100,7 @@ def draw_online(axes: "Axes", model: identify.ArmaModel, from_circle: bool) -> N
     z = simulated(model, 10 * N, 3)
     p, q = model.order
     offline = identify.fit_arma(z, p, q)
-    recursion = zr.RecursiveLeastSquares(order=(p, q))
+    recursion = zr.identify.RecursiveLeastSquares(order=(p, q))
     ends = np.unique(np.geomspace(200, z.size, 300).astype(int))
     path, start = [], 0
     for end in ends:

@@ -23,15 +23,20 @@ ACCEL = zr.NoiseModel(angle_random_walk=0.02, rate_random_walk=5e-4, quantity="a
 def main(folder):
     """Draw both figures."""
     drive = zr.simulate_drive(
-        DURATION, seed=SEED, gyro=GYRO, accel=ACCEL, position_sigma=0.05, velocity_sigma=0.05
+        duration=DURATION,
+        seed=SEED,
+        gyro=GYRO,
+        accel=ACCEL,
+        position_sigma=0.05,
+        velocity_sigma=0.05,
     )
     imu, fixes = drive.recording(), drive.fixes
     start = zr.align(imu, latitude=fixes.position[0, 0], heading="course")
     free = zr.NavigationFilter(start)
     wheels = zr.NavigationFilter(start, vehicle="wheeled")
     asked = {"seconds": LENGTHS, "smooth": True}
-    outages = zr.outages(imu, fixes, nav=free, **asked)
-    wheeled = zr.outages(imu, fixes, nav=wheels, **asked)
+    outages = zr.navigation.outages(imu, fixes, nav=free, **asked)
+    wheeled = zr.navigation.outages(imu, fixes, nav=wheels, **asked)
     track = free.process(imu, fixes)
     save_figure(plot_track(track, outages), folder / "navigation_track.png")
     save_figure(plot_outages(outages, {"wheels": wheeled}), folder / "navigation_outages.png")

@@ -33,20 +33,20 @@ SETTLED = 120.0
 
 def drive_rows(folder):
     """Yield the rows of the recorded drive."""
-    mounting = zr.read_mounting(folder / IMU)
-    imu = zr.body_axes(zr.read_recording(folder / IMU), mounting.body_from_sensor)
+    mounting = zr.navigation.read_mounting(folder / IMU)
+    imu = zr.navigation.body_axes(zr.read_recording(folder / IMU), mounting.body_from_sensor)
     fixes = zr.read_fixes(folder / GNSS)
     start = zr.align(imu, latitude=fixes.position[0, 0], heading="course", span=RESTED)
     found = {}
     for name, wheels in (("INS", {}), ("INS + wheels", {"vehicle": "wheeled", "axle": AXLE})):
         nav = zr.NavigationFilter(start, antenna=mounting.antenna, **wheels)
-        found[name] = zr.outages(
+        found[name] = zr.navigation.outages(
             imu,
             fixes,
             seconds=LENGTHS,
             nav=nav,
             smooth=True,
-            time_offset=-mounting.time_offset,
+            time_offset=mounting.time_offset,
         )
     free, wheeled = found.values()
     rows = (
@@ -72,11 +72,11 @@ def simulated_rows():
     """Yield the rows of simulated drives: filter and smoother, a seed each and all of them."""
     squares = []
     for seed in SEEDS:
-        drive = zr.simulate_drive(400.0, seed=seed)
+        drive = zr.simulate_drive(duration=400.0, seed=seed)
         imu, nav = drive.recording(), told(drive)
         track = nav.copy().process(imu, drive.fixes)
         found = [*errors(track, drive), *errors(track.smooth(), drive)]
-        outages = zr.outages(imu, drive.fixes, seconds=60.0, nav=nav)[60.0]
+        outages = zr.navigation.outages(imu, drive.fixes, seconds=60.0, nav=nav)[60.0]
         found += [outages.rms("velocity held"), outages.rms()]
         squares.append(np.square(found))
         yield row(f"seed {seed}", found)
@@ -93,7 +93,7 @@ def told(drive, **options):
 
 def receiver_rows():
     """Yield what receivers that are not as they say cost: RMS in the plane over all seeds."""
-    drives = [zr.simulate_drive(400.0, seed=seed) for seed in SEEDS]
+    drives = [zr.simulate_drive(duration=400.0, seed=seed) for seed in SEEDS]
     for name, spoilt in RECEIVERS.items():
         found = []
         for options in ADAPTS.values():

@@ -18,7 +18,7 @@ LENGTHS = {"1 min": 60.0, "10 min": 600.0, "1 h": 3600.0, "3 h": 10_800.0, "10 h
 FIELDS = ("quantization", "angle_random_walk", "bias_instability", "rate_random_walk")
 LETTERS = dict(zip(FIELDS, "QNBK", strict=True))
 MODELS = {
-    **{name: device.noise for name, device in zr.DEVICES.items()},
+    **{name: device.noise for name, device in zr.simulation.DEVICES.items()},
     "strong walk": zr.NoiseModel(1e-4, 2e-5, 1e-5),
     "no flicker": zr.NoiseModel(1e-4, 0.0, 5e-6),
     "quantised": zr.NoiseModel(2e-5, 1e-5, quantization=1e-5),
@@ -39,7 +39,7 @@ def fits(model, seed):
     """Return one record's fits of every kind."""
     z, _ = zr.simulate(model, RATE, DURATION, seed)
     curve = zr.allan(z, RATE, unit="rad/s")
-    return curve.fit(), zr.whittle(z, RATE, unit="rad/s"), curve.fit("polynomial"), peer(z)
+    return curve.fit(), zr.noise.whittle(z, RATE, unit="rad/s"), curve.fit("polynomial"), peer(z)
 
 
 def error(found, truth):
@@ -85,7 +85,7 @@ def lengths(seeds):
     print("| record | length | N | B identifiable | B | B bound | K identifiable | K | K bound |")
     print("| --- | ---: " + "| ---: " * 7 + "|")
     longest = max(LENGTHS.values())
-    for number, (name, device) in enumerate(zr.DEVICES.items()):
+    for number, (name, device) in enumerate(zr.simulation.DEVICES.items()):
         records = [
             zr.simulate(device.noise, RATE, longest, 5000 + 1000 * number + seed)[0]
             for seed in range(seeds)

@@ -87,7 +87,7 @@ def online_rows(recording: Recording) -> list[Row]:
         for p, q in ((2, 0), (2, 1)):
             model = identify.fit_arma(z, p, q)
             early = round(LEARNED_AFTER * recording.rate)
-            online = zr.RecursiveLeastSquares(order=(p, q))
+            online = zr.identify.RecursiveLeastSquares(order=(p, q))
             online.process(z[:early])
             after = listed(online.coefficients[:-1])
             online.process(z[early:])

@@ -146,7 +146,7 @@ def main() -> None:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else BESIDE
     rows = []
     for body in bodies(folder):
-        moving = zr.MotionDetector(body.rate).process(body.accel)
+        moving = zr.noise.MotionDetector(body.rate).process(body.accel)
         for name, limits in (("none", {}), ("commands'", LIMITS)):
             alone, both = told(body, None, **limits), told(body, moving, **limits)
             # Alone and with the accelerometer, side by side.

@@ -146,7 +146,7 @@ def _fed(z: Floats, share: float, faults: str) -> Iterator[Floats]:
     if share == 0.0:
         yield z
         return
-    fault = zr.Contamination.parse(f"share={share:.15g},{faults}")
+    fault = zr.simulation.Contamination.parse(f"share={share:.15g},{faults}")
     for seed in SEEDS:
         yield fault.apply(z, RATE, seed)
 

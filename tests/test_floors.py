@@ -9,7 +9,7 @@ import zerorate
 
 ROOT = Path(zerorate.__file__).parent
 FLOORS = (
-    ("_native", "faults", "numerals", "progress", "texts", "types", "units", "views"),
+    ("_native", "faults", "lazy", "numerals", "progress", "texts", "types", "units", "views"),
     ("denoising", "geometry", "io", "linear", "options"),
     ("metrics", "noise"),
     ("calibration", "checks", "identify"),

@@ -746,7 +746,7 @@ class MotionDetector(Generic[_Flag]):
     >>> accel = 9.81 * np.stack((np.zeros_like(t), np.sin(angle), np.cos(angle)), axis=1)
     >>> accel += 0.03 * rng.standard_normal(accel.shape)
     >>> gyro = 0.3 + 2.0 * (t > 60.0) + 0.1 * rng.standard_normal(12_000)
-    >>> moving = zr.MotionDetector(rate=100.0).process(accel)
+    >>> moving = zr.noise.MotionDetector(rate=100.0).process(accel)
     >>> bool(moving[:6000].any()), float(moving[6200:].mean()) > 0.9
     (False, True)
 
@@ -832,7 +832,7 @@ class RecursiveLeastSquares(Generic[_Number, _Flag]):
     >>> y = np.zeros_like(e)
     >>> for k in range(1, len(e)):
     ...     y[k] = 0.8 * y[k - 1] + e[k]
-    >>> model = zr.RecursiveLeastSquares(order=(1, 0))
+    >>> model = zr.identify.RecursiveLeastSquares(order=(1, 0))
     >>> residuals = model.process(y)
     >>> bool(abs(model.coefficients[0] - 0.8) < 0.02)
     True
@@ -938,7 +938,7 @@ class AllanNoise(Generic[_Number]):
     Examples
     --------
     >>> import zerorate as zr
-    >>> noise = zr.AllanNoise(fading=1.0)
+    >>> noise = zr.noise.AllanNoise(fading=1.0)
     >>> float(noise.process([1.0, 2.0, 0.0])[-1])  # ((2-1)**2 + (0-2)**2) / 2 / 2
     1.25
     """
@@ -2320,7 +2320,7 @@ class NavigationFilter:
     Examples
     --------
     >>> import numpy as np, zerorate as zr
-    >>> drive = zr.simulate_drive(120.0, seed=1)
+    >>> drive = zr.simulate_drive(duration=120.0, seed=1)
     >>> start = zr.align(drive.recording(), latitude=48.0, heading="course")
     >>> nav = zr.NavigationFilter(start)
     >>> track = nav.process(drive.recording(), drive.fixes)

@@ -11,7 +11,7 @@ from support.checks import assert_same_bits
 
 DEG = np.pi / 180.0
 RATE = 100.0
-NONE = zr.MotionErrors.none()
+NONE = zr.simulation.MotionErrors.none()
 
 
 def errors(q, motion, where=None):
@@ -22,7 +22,7 @@ def errors(q, motion, where=None):
 
 @cache
 def simulated(kind, rate, duration, seed, start="rest", **of_sensors):
-    of = zr.MotionErrors(**of_sensors)
+    of = zr.simulation.MotionErrors(**of_sensors)
     return zr.simulate_motion(kind, rate, duration, seed=seed, start=start, errors=of)
 
 

@@ -153,7 +153,9 @@ class TestEstimate:
         np.testing.assert_allclose(found.euler, expected, atol=1e-9)
 
     def test_lost_samples_take_their_time(self):
-        lost = zr.simulate_motion("hand", duration=60.0, errors=zr.MotionErrors(lost=0.03))
+        lost = zr.simulate_motion(
+            "hand", duration=60.0, errors=zr.simulation.MotionErrors(lost=0.03)
+        )
         whole = zr.simulate_motion("hand", duration=60.0)
         found = zr.estimate_attitude(lost.recording()).errors().inclination
         # Three in a hundred, each held for a sample: a tenth of a degree at most.

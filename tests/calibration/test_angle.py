@@ -101,7 +101,7 @@ class TestThreeAxes:
         assert error["coning", 100.0] < 1e-2 * error["trapezoid", 100.0]
 
     def test_a_session_comes_back_to_its_poses(self):
-        session = zr.simulate_session(8, seed=3)
+        session = zr.simulation.simulate_session(8, seed=3)
         error = off(zr.integrate(session.rates, RATE).quaternion, session.quaternion)
         # Samples at 100 Hz leave 1e-6 rad of a turn whose axis moves.
         assert error[session.rests[:, 0] + 5].max() < 2e-5
@@ -146,7 +146,7 @@ class TestSigma:
 
     def test_it_covers_what_happens(self):
         noise = zr.NoiseModel(1e-4, rate_random_walk=2e-5)
-        session = zr.simulate_session(4, seed=2, rest=1.0)
+        session = zr.simulation.simulate_session(4, seed=2, rest=1.0)
         n, errors = len(session.rates), []
         since = zr.integrate(session.rates, RATE).quaternion[-1]
         for seed in range(40):

@@ -30,8 +30,8 @@ def test_arrays_of_two_lengths_are_refused():
 class TestTooLittle:
     @pytest.mark.parametrize("poses", [1, 3, 5, 6])
     def test_few_poses_are_an_error_that_says_what_there_is(self, poses):
-        one = zr.simulate_session(poses, seed=5)
-        with pytest.raises(zr.CalibrationError) as refusal:
+        one = zr.simulation.simulate_session(poses, seed=5)
+        with pytest.raises(zr.calibration.CalibrationError) as refusal:
             zr.calibrate(one.recording)
         text, turns = str(refusal.value), f"{poses - 1} turn" + "s" * (poses != 2)
         assert text.startswith(f"{poses} rest")
@@ -44,7 +44,9 @@ class TestTooLittle:
         np.testing.assert_allclose([float(b) for b in told], bias, atol=0.2)
 
     def test_what_they_tell_all_the_same_is_never_valid(self):
-        with pytest.raises(zr.CalibrationError, match="of 18 parameters are not") as refusal:
+        with pytest.raises(
+            zr.calibration.CalibrationError, match="of 18 parameters are not"
+        ) as refusal:
             zr.calibrate(session(5).recording)
         found = refusal.value.calibration
         assert not found.valid
@@ -54,7 +56,7 @@ class TestTooLittle:
         stays = np.array([found.values[names.index(name)] for name in lost(found)])
         # The inverse of M, of which the other elements are not those of before.
         assert np.minimum(np.abs(stays), np.abs(stays - 1.0)).max() < 1e-3
-        with pytest.raises(zr.CalibrationError) as refusal:
+        with pytest.raises(zr.calibration.CalibrationError) as refusal:
             zr.calibrate(session(1).recording)
         assert refusal.value.calibration is None
 
@@ -66,7 +68,7 @@ class TestTooLittle:
         assert np.median(sigmas(found)[12:21] / sigmas(calibration(20))[12:21]) > 2.0
 
     def test_turns_about_the_vertical_alone(self):
-        found = zr.calibrate(zr.simulate_session(12, seed=5, axis=(0, 0, 1)).recording)
+        found = zr.calibrate(zr.simulation.simulate_session(12, seed=5, axis=(0, 0, 1)).recording)
         assert not found.valid
         assert any("about which gravity shows nothing" in problem for problem in found.problems)
         assert "all poses lie within 0 deg" in found.problems
@@ -76,14 +78,16 @@ class TestTooLittle:
 
     def test_poses_within_sixty_degrees(self):
         tilts = [(30, 0), (-30, 10), (0, 20), (10, -30), (20, 0), (-30, 20), (0, -20), (20, 10)]
-        one = zr.simulate_session(turns=np.array([(x, y, 0) for x, y in tilts]) * DEG, seed=5)
+        one = zr.simulation.simulate_session(
+            turns=np.array([(x, y, 0) for x, y in tilts]) * DEG, seed=5
+        )
         found = zr.calibrate(one.recording)
         assert not found.valid
         assert any(problem.startswith("all poses lie within 4") for problem in found.problems)
         assert "hold -z up for five seconds" in found.advice
 
     def test_turns_about_one_axis_leave_the_others(self):
-        one = zr.simulate_session(turns=np.tile([100 * DEG, 0, 0], (8, 1)), seed=5)
+        one = zr.simulation.simulate_session(turns=np.tile([100 * DEG, 0, 0], (8, 1)), seed=5)
         found = zr.calibrate(one.recording)
         assert not found.valid
         assert {"gyro.matrix.yy", "gyro.matrix.zz", "accel.matrix.xx"} <= lost(found)
@@ -94,7 +98,7 @@ class TestTooLittle:
     def test_poses_that_are_asked_for_make_it_valid(self):
         """The advice, followed: from turns about one axis to all."""
         turns = [(100, 0, 0)] * 8 + [(0, 90, 0), (0, 90, 0), (0, 0, 90), (0, 0, 90), (0, 90, 0)]
-        one = zr.simulate_session(turns=np.array(turns) * DEG, seed=5)
+        one = zr.simulation.simulate_session(turns=np.array(turns) * DEG, seed=5)
         found = zr.calibrate(one.recording)
         assert found.valid, found.problems
         assert not any(advice.startswith(("hold", "turn by")) for advice in found.advice)
@@ -118,7 +122,7 @@ class TestMotion:
         assert known.advice == ()
 
     def test_a_hand_that_trembles_gives_larger_errors(self):
-        one = zr.simulate_session(20, seed=5, tremor=3.0 * DEG)
+        one = zr.simulation.simulate_session(20, seed=5, tremor=3.0 * DEG)
         found = zr.calibrate(one.recording)
         assert np.abs(deviations(found, one.truth)).max() < 4.0
         assert found.carry_error > 3.0 * calibration().carry_error
@@ -143,7 +147,7 @@ class TestMotion:
         gyro = np.cumsum(rng.standard_normal((6000, 3)), axis=0)
         accel = 0.2 * rng.standard_normal((6000, 3)) + [0, 0, 1]
         told = r"1 of 3 rests and 0 turns .*: hold it still for .*; left out: 2 rests \(turning\)"
-        with pytest.raises(zr.CalibrationError, match=told):
+        with pytest.raises(zr.calibration.CalibrationError, match=told):
             zr.calibrate(_recording(gyro, accel))
 
 
@@ -159,7 +163,9 @@ def _recording(gyro, accel, rate=100.0):
 
 class TestSaturation:
     def test_turns_at_the_end_of_the_range_are_left_out(self):
-        one = zr.simulate_session(20, seed=5, gyro=zr.GyroErrors(range=100 * DEG))
+        one = zr.simulation.simulate_session(
+            20, seed=5, gyro=zr.simulation.GyroErrors(range=100 * DEG)
+        )
         found = zr.calibrate(one.recording)
         dropped = [turn for turn in found.turns if not turn.used]
         assert 0 < len(dropped) < 13
@@ -193,14 +199,16 @@ class TestSaturation:
         accel[:, 2] = accel[:, 2].clip(-0.8, 0.8)
         try:
             found = zr.calibrate(with_data(session().recording, accel=accel))
-        except zr.CalibrationError as refusal:
+        except zr.calibration.CalibrationError as refusal:
             found = refusal.calibration
         assert not found.valid
 
     def test_a_slow_sensor_leaves_too_few_turns(self):
-        one = zr.simulate_session(20, seed=5, gyro=zr.GyroErrors(range=40 * DEG))
+        one = zr.simulation.simulate_session(
+            20, seed=5, gyro=zr.simulation.GyroErrors(range=40 * DEG)
+        )
         told = r"4 and 6: turn more slowly, or set a larger range .*: 1\d turns \(saturated\)"
-        with pytest.raises(zr.CalibrationError, match=told) as refusal:
+        with pytest.raises(zr.calibration.CalibrationError, match=told) as refusal:
             zr.calibrate(one.recording)
         assert str(refusal.value).count("saturated") == 1
 
@@ -286,7 +294,7 @@ class TestAxes:
 
     def test_a_dead_axis(self):
         recording = session().recording
-        with pytest.raises(zr.CalibrationError):
+        with pytest.raises(zr.calibration.CalibrationError):
             zr.calibrate(with_data(recording, recording.gyro.data * [1, 0, 1]))
         try:
             found = zr.calibrate(with_data(recording, accel=recording.accel.data * [1, 0, 1]))
@@ -339,7 +347,7 @@ class TestUnits:
         few = session(8).recording
         with pytest.raises(zr.LogError, match=r"unit of the accel is not known.* 9 poses, got 8"):
             zr.calibrate(with_data(few, accel_unit="unit"))
-        flat = zr.simulate_session(12, seed=5, axis=(0, 0, 1)).recording
+        flat = zr.simulation.simulate_session(12, seed=5, axis=(0, 0, 1)).recording
         with pytest.raises(zr.LogError, match="the poses are too alike to find it"):
             zr.calibrate(with_data(flat, accel_unit="unit"))
         with pytest.raises(zr.LogError, match=r"turns are about too few axes|one axis"):
@@ -399,7 +407,7 @@ HARMS = {
 
 @cache
 def short_session():
-    return zr.simulate_session(10, seed=10, rest=2.5, turn=1.0, rate=50.0)
+    return zr.simulation.simulate_session(10, seed=10, rest=2.5, turn=1.0, rate=50.0)
 
 
 UNITS = st.sampled_from([("deg/s", "g"), ("rad/s", "m/s^2"), ("unit", "unit")])

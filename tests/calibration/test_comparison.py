@@ -97,7 +97,7 @@ def test_only_what_both_determine_counts(made):
 
 
 def test_true_values_have_nothing_to_compare_with_each_other():
-    truth = zr.simulate_session(4).truth
+    truth = zr.simulation.simulate_session(4).truth
     found = zr.compare_calibrations(truth, truth)
     assert (found.moved, found.degrees_of_freedom) == ((), 0)
     assert np.isnan(found.probability)
@@ -145,15 +145,17 @@ def test_refusals(made, changes, message):
 
 def test_two_sessions_of_one_imu_agree():
     """Fits of two simulated records, the second with a gyro whose scale has moved by 0.3 %."""
-    truth = zr.simulate_session(20, seed=1).truth
+    truth = zr.simulation.simulate_session(20, seed=1).truth
     matrix, bias = np.array(truth.gyro.matrix), np.radians(np.array(truth.gyro.bias))
-    accel = zr.AccelErrors(
+    accel = zr.simulation.AccelErrors(
         matrix=np.array(truth.accel.matrix), bias=9.80665 * np.array(truth.accel.bias)
     )
 
     def fitted(seed, factor):
-        gyro = zr.GyroErrors(matrix=matrix @ np.diag(factor), bias=bias, g_sensitivity=0.0)
-        session = zr.simulate_session(20, seed=seed, gyro=gyro, accel=accel)
+        gyro = zr.simulation.GyroErrors(
+            matrix=matrix @ np.diag(factor), bias=bias, g_sensitivity=0.0
+        )
+        session = zr.simulation.simulate_session(20, seed=seed, gyro=gyro, accel=accel)
         return zr.calibrate(session.recording, g_sensitivity=False)
 
     first, same, other = fitted(2, [1, 1, 1]), fitted(3, [1, 1, 1]), fitted(3, [1.003, 1, 1])

@@ -16,8 +16,8 @@ class TestRounding:
     @pytest.mark.parametrize("seed", [1, 2])
     def test_a_coarse_gyro_is_known_to_no_more_than_its_step(self, seed):
         # 0.05 deg/s RMS of noise, steps of 1 deg/s: a rest of any length reads one value.
-        coarse = zr.GyroErrors(resolution=1.0 * DEG, bias=3.0 * DEG)
-        one = zr.simulate_session(16, seed=seed, gyro=coarse)
+        coarse = zr.simulation.GyroErrors(resolution=1.0 * DEG, bias=3.0 * DEG)
+        one = zr.simulation.simulate_session(16, seed=seed, gyro=coarse)
         found = zr.calibrate(one.recording)
         assert np.abs(deviations(found, one.truth)).max() < 4.0
         bias = sigmas(found)[21:24]
@@ -27,8 +27,8 @@ class TestRounding:
 
     def test_a_coarse_accelerometer_has_larger_errors(self):
         quiet = zr.NoiseModel(angle_random_walk=20e-6 * G, quantity="acceleration")
-        one = zr.simulate_session(
-            20, seed=4, accel=zr.AccelErrors(resolution=0.01 * G, noise=quiet)
+        one = zr.simulation.simulate_session(
+            20, seed=4, accel=zr.simulation.AccelErrors(resolution=0.01 * G, noise=quiet)
         )
         found = zr.calibrate(one.recording)
         assert found.valid
@@ -36,15 +36,19 @@ class TestRounding:
 
     def test_noise_above_the_step_averages_it_away(self):
         # The MPU-6050 rounds to 1/131 deg/s and has seven times that in noise.
-        exact = zr.simulate_session(20, seed=5, gyro=zr.GyroErrors(resolution=0.0))
-        rounded = zr.simulate_session(20, seed=5)
+        exact = zr.simulation.simulate_session(
+            20, seed=5, gyro=zr.simulation.GyroErrors(resolution=0.0)
+        )
+        rounded = zr.simulation.simulate_session(20, seed=5)
         first, second = (sigmas(zr.calibrate(one.recording)) for one in (exact, rounded))
         np.testing.assert_allclose(first, second, rtol=0.1)
 
 
 class TestClippedAccelerometer:
     def test_rests_at_the_end_of_its_range_are_left_out(self):
-        one = zr.simulate_session(30, seed=2, accel=zr.AccelErrors(range=0.9 * G))
+        one = zr.simulation.simulate_session(
+            30, seed=2, accel=zr.simulation.AccelErrors(range=0.9 * G)
+        )
         found = zr.calibrate(one.recording)
         reasons = [rest.reason for rest in found.rests if not rest.used]
         assert 0 < len(reasons) < 15
@@ -54,8 +58,8 @@ class TestClippedAccelerometer:
 
     def test_one_value_of_a_coarse_sensor_is_not_the_end_of_its_range(self):
         quiet = zr.NoiseModel(angle_random_walk=20e-6 * G, quantity="acceleration")
-        one = zr.simulate_session(
-            12, seed=4, accel=zr.AccelErrors(resolution=0.01 * G, noise=quiet)
+        one = zr.simulation.simulate_session(
+            12, seed=4, accel=zr.simulation.AccelErrors(resolution=0.01 * G, noise=quiet)
         )
         assert all(rest.used for rest in zr.calibrate(one.recording).rests)
 
@@ -86,7 +90,7 @@ def test_poses_along_six_directions_are_judged_as_a_whole():
     """A quarter of the poses is missed by the others, not by all."""
     about = np.eye(3)[[0, 1, 2, 0, 1, 0, 1, 0, 1, 2, 0, 1]]
     signs = np.array([1, 1, 1, 1, -1, 1, 1, -1, 1, 1, 1, 1])[:, np.newaxis]
-    one = zr.simulate_session(seed=3, turns=0.5 * np.pi * signs * about, wobble=0.0)
+    one = zr.simulation.simulate_session(seed=3, turns=0.5 * np.pi * signs * about, wobble=0.0)
     found = zr.calibrate(one.recording)
     assert found.valid, found.problems
     assert not found.held_out
@@ -94,7 +98,9 @@ def test_poses_along_six_directions_are_judged_as_a_whole():
 
 
 def test_turns_that_do_not_turn_are_not_said_to_miss():
-    rests = zr.simulate_session(12, seed=3, axis=(1, 0, 0), angles=(0.1 * DEG, 0.2 * DEG))
+    rests = zr.simulation.simulate_session(
+        12, seed=3, axis=(1, 0, 0), angles=(0.1 * DEG, 0.2 * DEG)
+    )
     found = zr.calibrate(rests.recording, rests=[(8.0 * k, 8.0 * k + 6.0) for k in range(12)])
     assert not found.valid
     assert not any("misses by" in text for text in found.problems)
@@ -103,7 +109,7 @@ def test_turns_that_do_not_turn_are_not_said_to_miss():
 @pytest.mark.parametrize("factors", [(131.0, 16384.0), (1e-3, 1e-3)])
 def test_counts_of_any_size_are_the_same_sensor(factors):
     """What is not known of a unit cannot matter."""
-    recording = zr.simulate_session(12, seed=2).recording
+    recording = zr.simulation.simulate_session(12, seed=2).recording
     gyro, accel = recording.gyro.data, recording.accel.data
     one = zr.calibrate(gyro=gyro, accel=accel, rate=100.0)
     other = zr.calibrate(gyro=factors[0] * gyro, accel=factors[1] * accel, rate=100.0)

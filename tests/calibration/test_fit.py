@@ -26,7 +26,7 @@ def rms(errors):
 @pytest.fixture(scope="module", params=[9, 20], ids="{} poses".format)
 def sessions(request):
     """Calibrations of some sessions, and the truth."""
-    found = [zr.simulate_session(request.param, seed=seed) for seed in SEEDS]
+    found = [zr.simulation.simulate_session(request.param, seed=seed) for seed in SEEDS]
     return request.param, [(zr.calibrate(one.recording), one.truth) for one in found]
 
 
@@ -102,12 +102,12 @@ def test_rests_and_turns_are_those_of_the_session():
 
 
 def test_without_noise_the_truth_is_found():
-    exact = zr.simulate_session(
+    exact = zr.simulation.simulate_session(
         12,
         seed=3,
         rate=400.0,
-        gyro=zr.GyroErrors(noise=None, resolution=0.0),
-        accel=zr.AccelErrors(noise=None, resolution=0.0, disturbance=0.0),
+        gyro=zr.simulation.GyroErrors(noise=None, resolution=0.0),
+        accel=zr.simulation.AccelErrors(noise=None, resolution=0.0, disturbance=0.0),
     )
     found = zr.calibrate(exact.recording)
     # What is left is what integration at 400 Hz, and interpolation in G f, misses.
@@ -236,7 +236,7 @@ class TestChoices:
         np.testing.assert_allclose(found.values, calibration().to_frame("z").values)
 
     def test_sensors_may_have_clocks_of_their_own(self):
-        fast = zr.simulate_session(20, seed=5, rate=200.0)
+        fast = zr.simulation.simulate_session(20, seed=5, rate=200.0)
         gyro, accel = fast.recording.gyro, fast.recording.accel
         slow = zr.Log(accel.time[1::2], 100.0, accel.data[1::2], accel.names, accel.unit)
         found = zr.calibrate(zr.Recording({"gyro": gyro, "accel": slow}))
@@ -262,7 +262,7 @@ class TestChoices:
         assert other.accel.scale[0] == pytest.approx(1.1 * found.accel.scale[0], rel=2e-3)
 
     def test_the_mean_temperature_is_noted(self):
-        warm = zr.simulate_session(8, seed=3, temperature=(20.0, 30.0))
+        warm = zr.simulation.simulate_session(8, seed=3, temperature=(20.0, 30.0))
         found = zr.calibrate(warm.recording)
         assert found.temperature == pytest.approx(np.mean(warm.recording.temperature.data))
 
@@ -272,8 +272,8 @@ class TestGSensitivity:
     def scale_error(size, choice):
         errors = []
         for seed in (1, 2):
-            gyro = zr.GyroErrors(g_sensitivity=size * DEG)
-            one = zr.simulate_session(12, seed=seed, gyro=gyro)
+            gyro = zr.simulation.GyroErrors(g_sensitivity=size * DEG)
+            one = zr.simulation.simulate_session(12, seed=seed, gyro=gyro)
             found = zr.calibrate(one.recording, g_sensitivity=choice)
             errors.append((found.values - one.truth.values)[GYRO])
         return rms(errors)
@@ -285,7 +285,9 @@ class TestGSensitivity:
     def test_the_choice_is_told(self):
         taken = "what gravity does to the gyro was taken off in the turns"
         assert taken in calibration().notes
-        none = zr.simulate_session(12, seed=4, gyro=zr.GyroErrors(g_sensitivity=0.0))
+        none = zr.simulation.simulate_session(
+            12, seed=4, gyro=zr.simulation.GyroErrors(g_sensitivity=0.0)
+        )
         assert taken not in zr.calibrate(none.recording).notes
 
     def test_without_it_it_is_zero_and_fixed(self):

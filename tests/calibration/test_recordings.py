@@ -41,7 +41,7 @@ def test_slow_motion_with_breaks_is_refused():
         RECORDINGS / "broad_05_undisturbed_slow_rotation_with_breaks_B.parquet", rate=2000 / 7
     )
     told = "5 rests and 3 of 4 turns can be used, .*; 17 of 18 parameters are not identifiable"
-    with pytest.raises(zr.CalibrationError, match=told) as refusal:
+    with pytest.raises(zr.calibration.CalibrationError, match=told) as refusal:
         zr.calibrate(recording)
     found = refusal.value.calibration
     assert not found.valid
@@ -50,5 +50,7 @@ def test_slow_motion_with_breaks_is_refused():
 
 def test_a_log_at_rest_has_one_rest_and_its_bias():
     recording = zr.read_recording(RECORDINGS / "mpu6050_static_100hz.parquet", rate=100.0)
-    with pytest.raises(zr.CalibrationError, match=r"1 rest and 0 turns .* -3.345, 1.089, -0.49"):
+    with pytest.raises(
+        zr.calibration.CalibrationError, match=r"1 rest and 0 turns .* -3.345, 1.089, -0.49"
+    ):
         zr.calibrate(recording)

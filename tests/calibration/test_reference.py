@@ -33,7 +33,7 @@ def log(values, unit, rate=RATE, start=0.0):
 
 class TestFit:
     def test_without_noise_it_is_exact(self):
-        found = zr.fit_rate(gyro(1, noise=0.0), RATE, angle=ANGLE)
+        found = zr.calibration.fit_rate(gyro(1, noise=0.0), RATE, angle=ANGLE)
         # The trapezoid of a sine of 0.13 Hz at 100 Hz: (w dt)^2/12.
         assert found.scale == pytest.approx(-1.01, rel=1e-5)
         assert found.bias == pytest.approx(0.3, abs=1e-5)
@@ -48,7 +48,7 @@ class TestFit:
         slow = -1.01 * 40.0 * 0.31 * np.cos(0.31 * (T - 0.012))
         z = []
         for seed in range(25):
-            found = zr.fit_rate(gyro(seed, noise=0.5) + slow, RATE, angle=coarse)
+            found = zr.calibration.fit_rate(gyro(seed, noise=0.5) + slow, RATE, angle=coarse)
             truth = ((found.scale, -1.01), (found.bias, 0.3), (found.lag, 0.012))
             z.append([(known - true) / known.sigma for known, true in truth])
         # Ten parts give errors with nine degrees of freedom: t squared has the mean 9/7.
@@ -62,25 +62,25 @@ class TestFit:
 
     def test_drift_of_the_bias_is_in_its_error(self):
         drift = zr.simulate(zr.NoiseModel(rate_random_walk=0.01), RATE, N / RATE, seed=3)[1]
-        still = zr.fit_rate(gyro(1), RATE, angle=ANGLE).bias
-        moving = zr.fit_rate(gyro(1) + drift, RATE, angle=ANGLE).bias
+        still = zr.calibration.fit_rate(gyro(1), RATE, angle=ANGLE).bias
+        moving = zr.calibration.fit_rate(gyro(1) + drift, RATE, angle=ANGLE).bias
         assert moving.sigma > 10.0 * still.sigma
         assert abs(moving - 0.3 - drift.mean()) < 3.0 * moving.sigma
 
     def test_a_reference_rate(self):
-        by_angle = zr.fit_rate(gyro(1), RATE, angle=ANGLE)
-        by_rate = zr.fit_rate(gyro(1), RATE, reference=turning())
+        by_angle = zr.calibration.fit_rate(gyro(1), RATE, angle=ANGLE)
+        by_rate = zr.calibration.fit_rate(gyro(1), RATE, reference=turning())
         assert by_rate.scale == pytest.approx(by_angle.scale, rel=1e-5)
         assert by_rate.lag == pytest.approx(by_angle.lag, abs=1e-5)
         assert math.isnan(by_rate.step)
 
     @pytest.mark.parametrize("lag", [-0.03, 0.0, 0.0725])
     def test_lags_of_any_sign(self, lag):
-        found = zr.fit_rate(gyro(2, lag=lag), RATE, angle=ANGLE)
+        found = zr.calibration.fit_rate(gyro(2, lag=lag), RATE, angle=ANGLE)
         assert abs(found.lag - lag) < 4.0 * found.lag.sigma < 1e-3
 
     def test_correct(self):
-        found = zr.fit_rate(gyro(1, noise=0.0), RATE, angle=ANGLE)
+        found = zr.calibration.fit_rate(gyro(1, noise=0.0), RATE, angle=ANGLE)
         corrected = found.correct([*gyro(1, noise=0.0)[:5], np.nan])
         np.testing.assert_allclose(corrected, [*turning(0.012)[:5], np.nan], atol=1e-3)
 
@@ -88,7 +88,10 @@ class TestFit:
         z, angle = gyro(1), ANGLE.copy()
         z[5000:5300], angle[20_000:20_050] = np.nan, np.nan
         z[30_000] = np.inf
-        found, whole = zr.fit_rate(z, RATE, angle=angle), zr.fit_rate(gyro(1), RATE, angle=ANGLE)
+        found, whole = (
+            zr.calibration.fit_rate(z, RATE, angle=angle),
+            zr.calibration.fit_rate(gyro(1), RATE, angle=ANGLE),
+        )
         assert abs(found.scale - whole.scale) < 3.0 * whole.scale.sigma
         assert abs(found.bias - whole.bias) < 3.0 * whole.bias.sigma
         assert np.isfinite([found.scale, found.bias, found.lag, found.residual]).all()
@@ -98,8 +101,10 @@ class TestLogs:
     @pytest.mark.parametrize("unit", ["deg/s", "rad/s", "deg/h"])
     def test_units_do_not_matter(self, unit):
         of = zr.units.convert(1.0, "deg/s", unit)
-        found = zr.fit_rate(log(of * gyro(1), unit), angle=log(np.radians(ANGLE), "rad"))
-        plain = zr.fit_rate(gyro(1), RATE, angle=ANGLE)
+        found = zr.calibration.fit_rate(
+            log(of * gyro(1), unit), angle=log(np.radians(ANGLE), "rad")
+        )
+        plain = zr.calibration.fit_rate(gyro(1), RATE, angle=ANGLE)
         assert found.scale == pytest.approx(plain.scale)
         assert found.bias == pytest.approx(of * plain.bias)
         assert found.scale.sigma == pytest.approx(plain.scale.sigma, rel=1e-6)
@@ -107,7 +112,7 @@ class TestLogs:
     def test_whole_turns_are_put_together(self):
         spun = 300.0 * T + ANGLE
         z = 1.01 * (300.0 + turning()) + 0.5 * np.random.default_rng(1).standard_normal(N)
-        found = zr.fit_rate(log(z, "deg/s"), angle=log(spun % 360.0, "deg"))
+        found = zr.calibration.fit_rate(log(z, "deg/s"), angle=log(spun % 360.0, "deg"))
         assert abs(found.scale - 1.01) < 4.0 * found.scale.sigma < 1e-3
         # It never turns the other way.
         assert not found.negative.known
@@ -116,7 +121,7 @@ class TestLogs:
     def test_another_clock(self):
         slow = np.arange(0.0, N / RATE, 0.05)
         angle = zr.Log(slow, 20.0, 90.0 * np.sin(PULSE * slow), ("a",), "deg")
-        found = zr.fit_rate(log(gyro(1, noise=0.0), "deg/s"), angle=angle)
+        found = zr.calibration.fit_rate(log(gyro(1, noise=0.0), "deg/s"), angle=angle)
         # Lines between samples of 20 Hz miss (w dt)^2/8 of the angle.
         assert found.scale == pytest.approx(-1.01, rel=3e-4)
         assert found.lag == pytest.approx(0.012, abs=1e-4)
@@ -127,7 +132,7 @@ class TestWarnings:
         true_rate = turning(0.012)
         z = true_rate + 0.002 * np.abs(true_rate)
         z += 0.05 * np.random.default_rng(1).standard_normal(N)
-        found = zr.fit_rate(z, RATE, angle=ANGLE)
+        found = zr.calibration.fit_rate(z, RATE, angle=ANGLE)
         assert found.asymmetry == pytest.approx(0.004, rel=0.1)
         assert any("between the directions" in note for note in found.notes)
         assert found.positive - found.negative == pytest.approx(0.004, rel=0.5)
@@ -135,32 +140,32 @@ class TestWarnings:
     def test_a_bend_shows_in_each_direction_alone(self):
         true_rate = turning(0.012)
         z = true_rate + 2e-6 * true_rate**3 + 0.02 * np.random.default_rng(1).standard_normal(N)
-        notes = zr.fit_rate(z, RATE, angle=ANGLE).notes
+        notes = zr.calibration.fit_rate(z, RATE, angle=ANGLE).notes
         assert sum("rates alone give a scale of" in note for note in notes) == 2
 
     def test_a_residual_beyond_the_steps(self):
         coarse = np.round(ANGLE / ENCODER) * ENCODER
         jitter = 0.3 * np.random.default_rng(1).standard_normal(N)
-        notes = zr.fit_rate(
+        notes = zr.calibration.fit_rate(
             gyro(1), RATE, angle=coarse + np.round(jitter / ENCODER) * ENCODER
         ).notes
         assert any("times what the reference's steps" in note for note in notes)
 
     def test_a_constant_rate_tells_neither_scale_nor_lag(self):
-        found = zr.fit_rate(10.0 + gyro(1) - gyro(1, noise=0.0), RATE, angle=10.0 * T)
+        found = zr.calibration.fit_rate(10.0 + gyro(1) - gyro(1, noise=0.0), RATE, angle=10.0 * T)
         assert not found.scale.identifiable
         assert not found.lag.identifiable
         assert np.isnan(found.correct([1.0])).all()
         assert "not identifiable" in str(found)
 
     def test_a_reference_at_rest_leaves_the_bias(self):
-        found = zr.fit_rate(gyro(1) - gyro(1, noise=0.0) + 0.3, RATE, angle=np.zeros(N))
+        found = zr.calibration.fit_rate(gyro(1) - gyro(1, noise=0.0) + 0.3, RATE, angle=np.zeros(N))
         assert not found.scale.identifiable
         assert abs(found.bias - 0.3) < 4.0 * found.bias.sigma < 0.01
         assert any("hardly turns" in note for note in found.notes)
 
     def test_a_lag_beyond_those_tried(self):
-        found = zr.fit_rate(gyro(1, lag=0.5), RATE, angle=ANGLE)
+        found = zr.calibration.fit_rate(gyro(1, lag=0.5), RATE, angle=ANGLE)
         assert not found.lag.identifiable
         assert any("the residual falls as far as 0.100 s" in note for note in found.notes)
 
@@ -174,7 +179,7 @@ def shaft():
 @pytest.fixture(scope="module")
 def found(shaft):
     z, angle = shaft
-    return zr.fit_rate(z, 149_826 / 1499.913, angle=angle)
+    return zr.calibration.fit_rate(z, 149_826 / 1499.913, angle=angle)
 
 
 @needs_recordings
@@ -224,4 +229,4 @@ class TestShaft:
 )
 def test_refusals(arguments, message):
     with pytest.raises(ValueError, match=message):
-        zr.fit_rate(**{"z": gyro(1), "rate": RATE, "angle": ANGLE, **arguments})
+        zr.calibration.fit_rate(**{"z": gyro(1), "rate": RATE, "angle": ANGLE, **arguments})

@@ -16,7 +16,7 @@ DEGREE = np.pi / 180
 
 @cache
 def moved(kind, seed=1, duration=60.0, **errors):
-    errors = zr.MotionErrors(**errors) if errors else None
+    errors = zr.simulation.MotionErrors(**errors) if errors else None
     return zr.simulate_motion(kind, 100.0, duration, seed=seed, errors=errors).recording()
 
 

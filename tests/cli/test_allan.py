@@ -175,7 +175,7 @@ class TestFiles:
         code, text, _ = cli(log, "-o", out, "--no-figure", "--export", "kalibr,vins,orbslam3,px4")
         assert code == 0
         gyros, accelerometers = read_sensors(log)
-        worst = [zr.worst_axis(zr.allan(one).fit()) for one in (gyros, accelerometers)]
+        worst = [zr.noise.worst_axis(zr.allan(one).fit()) for one in (gyros, accelerometers)]
         found = yaml.safe_load((out / f"{STEM}-kalibr.yaml").read_text())
         # Kalibr's file has six digits.
         expected = pytest.approx(worst[0].angle_random_walk.value, rel=1e-5)

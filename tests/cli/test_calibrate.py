@@ -173,7 +173,7 @@ STEM = "turns-zerorate-calibration"
 
 @pytest.fixture(scope="module")
 def session():
-    return zr.simulate_session(14, seed=3, rest=4.0)
+    return zr.simulation.simulate_session(14, seed=3, rest=4.0)
 
 
 @pytest.fixture(scope="module")
@@ -184,7 +184,7 @@ def turns(session, tmp_path_factory):
 @pytest.fixture(scope="module")
 def few(tmp_path_factory):
     """Too few poses to calibrate anything by."""
-    recording = zr.simulate_session(5, seed=3, rest=4.0).recording
+    recording = zr.simulation.simulate_session(5, seed=3, rest=4.0).recording
     return write_imu(tmp_path_factory.mktemp("few") / "few.csv", recording)
 
 
@@ -226,7 +226,7 @@ class TestCalibrate:
         assert "end of the gyro's range" in text
 
     def test_the_temperature_of_the_same_log(self, cli, tmp_path, out, turns):
-        session = zr.simulate_session(14, seed=3, rest=4.0, temperature=(20.0, 32.0))
+        session = zr.simulation.simulate_session(14, seed=3, rest=4.0, temperature=(20.0, 32.0))
         log = write_imu(tmp_path / "warm.csv", session.recording)
         code, text, _ = cli(log, "-o", out, "--temperature", "--export", "px4")
         assert code == 0

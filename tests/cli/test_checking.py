@@ -87,7 +87,7 @@ def _parquet(path, table):
 def sessions(tmp_path_factory):
     """Logs of turns between rests: with a wrong sign of y, with a unit that is not its."""
     folder = tmp_path_factory.mktemp("sessions")
-    recording = zr.simulate_session(seed=2).recording
+    recording = zr.simulation.simulate_session(seed=2).recording
     gyro, accel = recording.gyro.data, recording.accel.data
     wrong = {"sign": gyro * [1.0, -1.0, 1.0], "unit": np.radians(gyro)}
     header = ",".join(["time_s", *(f"gyro_{a}_dps" for a in AXES), *(f"accel_{a}_g" for a in AXES)])

@@ -13,7 +13,7 @@ import zerorate as zr
 from support.commands import check_line, names, one_line
 from support.recordings import RECORDINGS, needs_recordings
 
-DRIVE = zr.simulate_drive(110.0, 50.0, seed=2, antenna=(0.5, 0.0, -1.0))
+DRIVE = zr.simulate_drive(50.0, 110.0, seed=2, antenna=(0.5, 0.0, -1.0))
 TURN = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """From the body's axes to those of a sensor that is mounted askew."""
 
@@ -157,6 +157,29 @@ def test_a_mounting_is_read_typed_and_left_alone(cli, gnss, out, tmp_path):
     assert not np.allclose(zr.read_fixes(out / "c.npz").position, one, rtol=0, atol=1e-6)
 
 
+def test_a_time_offset_is_added_to_the_fixes_everywhere(cli, imu, gnss, out, tmp_path):
+    """By Python, by shifted fixes, by the option and by metadata; that of the sensors is its own."""
+    late = write(tmp_path / "late.csv", fix_columns() | {"time_s": DRIVE.fixes.time + 0.125})
+    lever = ("--antenna", "0.5,0,-1", "--no-figure", "--force", "-o")
+    files = [out / f"{name}.npz" for name in ("in time", "option", "metadata", "of the sensors")]
+    assert cli(imu, gnss, *lever, files[0])[0] == 0
+    assert cli(imu, late, "--time-offset", "-0.125", *lever, files[1])[0] == 0
+    said = ({"time_offset_s": "-0.125"}, {"imu_time_offset_s": "0.125"})
+    for file, meta in zip(files[2:], said, strict=True):
+        log = write_parquet(tmp_path / f"{file.stem}.parquet", imu_columns(), **meta)
+        assert zr.navigation.read_mounting(log).time_offset == -0.125
+        assert cli(log, late, *lever, file)[0] == 0
+    first, *others = (zr.read_fixes(file).position for file in files)
+    for other in others:
+        np.testing.assert_array_equal(other, first)
+
+    recording = zr.read_recording(imu)
+    nav = zr.NavigationFilter(zr.align(recording, latitude=48.0, heading="course"))
+    shifted = nav.copy().process(recording, zr.read_fixes(late).shifted(-0.125))
+    offset = nav.copy().process(recording, zr.read_fixes(late), time_offset=-0.125)
+    np.testing.assert_array_equal(offset.position, shifted.position)
+
+
 def test_a_clock_that_is_off_is_said(cli, imu, out, tmp_path):
     late = write(tmp_path / "late.csv", fix_columns() | {"time_s": DRIVE.fixes.time + 0.15})
     lever = ("--antenna", "0.5,0,-1", "--no-figure", "-o", out)
@@ -245,7 +268,7 @@ def test_what_is_no_input(cli, imu, gnss, out, tmp_path):
 
 
 def test_a_vehicle_that_stands_has_no_heading(cli, gnss, out, tmp_path):
-    still = zr.simulate_drive(30.0, 50.0, kind="rest")
+    still = zr.simulate_drive(50.0, 30.0, kind="rest")
     columns = {"time_s": still.time}
     for name, values in (("gyro_{}_radps", still.gyro), ("accel_{}_mps2", still.accel)):
         columns |= {name.format(axis): values[:, i] for i, axis in enumerate("xyz")}

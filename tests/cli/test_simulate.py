@@ -4,14 +4,8 @@ import numpy as np
 import pytest
 
 from support.commands import names
-from zerorate import (
-    DEVICES,
-    Calibration,
-    GyroErrors,
-    read_log,
-    read_recording,
-    simulate_session,
-)
+from zerorate import Calibration, read_log, read_recording
+from zerorate.simulation import DEVICES, GyroErrors, simulate_session
 
 
 class TestSimulate:

@@ -86,7 +86,7 @@ class TestImu:
         assert np.isnan(np.delete(imu.mag, np.s_[::5], axis=0)).all()
 
     def test_the_first_orientation(self):
-        clean = zr.simulate_motion("arm", duration=1.0, errors=zr.MotionErrors.none())
+        clean = zr.simulate_motion("arm", duration=1.0, errors=zr.simulation.MotionErrors.none())
         imu = Imu.of(Trial.of(clean.recording()))
         begun = np.array([imu.first_orientation(), imu.six_axes().first_orientation()])
         truth = np.tile(clean.quaternion[0], (2, 1))

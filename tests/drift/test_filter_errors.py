@@ -33,11 +33,11 @@ FILTERS = {
     "drift": drift,
     "auto": auto,
     "holding": holding,
-    "least-squares": zr.RecursiveLeastSquares,
-    "allan-noise": zr.AllanNoise,
+    "least-squares": zr.identify.RecursiveLeastSquares,
+    "allan-noise": zr.noise.AllanNoise,
 }
 BY_KIND = pytest.mark.parametrize("kind", FILTERS)
-MODELS = pytest.mark.parametrize("make", [drift, zr.RecursiveLeastSquares])
+MODELS = pytest.mark.parametrize("make", [drift, zr.identify.RecursiveLeastSquares])
 
 OUT_OF_RANGE = [
     (drift, "rate", [0, -1, NAN, INF, -INF], "a positive number of samples a second"),
@@ -57,14 +57,14 @@ OUT_OF_RANGE = [
     (auto, "scale", [0, -0.1, NAN, INF], "a positive number"),
     (auto, "channels", [0, -1], "at least 1"),
     (drift, "noise", ["Allan", ""], "'allan' or 'hadamard'"),
-    (zr.RecursiveLeastSquares, "forgetting_factor", [0, 2, NAN], "above 0 and at most 1"),
-    (zr.RecursiveLeastSquares, "startup", [-1, 0, 1], "at least two samples long"),
-    (zr.RecursiveLeastSquares, "scale", [0, -1, NAN, INF], "a positive number"),
-    (zr.RecursiveLeastSquares, "channels", [0, -1], "at least 1"),
-    (zr.AllanNoise, "fading", [0, -0.1, 1.0001, NAN, INF], "above 0 and at most 1"),
-    (zr.AllanNoise, "floor", [-1e-300, NAN, INF], "zero or a positive number"),
-    (zr.AllanNoise, "noise", ["hdev"], "'allan' or 'hadamard'"),
-    (zr.AllanNoise, "channels", [0, -1], "at least 1"),
+    (zr.identify.RecursiveLeastSquares, "forgetting_factor", [0, 2, NAN], "above 0 and at most 1"),
+    (zr.identify.RecursiveLeastSquares, "startup", [-1, 0, 1], "at least two samples long"),
+    (zr.identify.RecursiveLeastSquares, "scale", [0, -1, NAN, INF], "a positive number"),
+    (zr.identify.RecursiveLeastSquares, "channels", [0, -1], "at least 1"),
+    (zr.noise.AllanNoise, "fading", [0, -0.1, 1.0001, NAN, INF], "above 0 and at most 1"),
+    (zr.noise.AllanNoise, "floor", [-1e-300, NAN, INF], "zero or a positive number"),
+    (zr.noise.AllanNoise, "noise", ["hdev"], "'allan' or 'hadamard'"),
+    (zr.noise.AllanNoise, "channels", [0, -1], "at least 1"),
 ]
 
 
@@ -119,8 +119,11 @@ def test_every_pair_of_integers_is_an_order(make, order):
                 "scale",
             ]
         ),
-        *((zr.RecursiveLeastSquares, n) for n in ["forgetting_factor", "startup", "scale"]),
-        *((zr.AllanNoise, n) for n in ["fading", "floor", "channels"]),
+        *(
+            (zr.identify.RecursiveLeastSquares, n)
+            for n in ["forgetting_factor", "startup", "scale"]
+        ),
+        *((zr.noise.AllanNoise, n) for n in ["fading", "floor", "channels"]),
     ],
 )
 def test_values_of_another_type(make, name, value):

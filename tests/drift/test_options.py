@@ -113,20 +113,20 @@ def test_every_option_of_a_drift_filter_matters(base, option):
 
 @named(LEAST_SQUARES_OPTIONS)
 def test_every_option_of_least_squares_matters(base, option):
-    assert_matters(zr.RecursiveLeastSquares, base, option)
+    assert_matters(zr.identify.RecursiveLeastSquares, base, option)
 
 
 @named(ALLAN_OPTIONS)
 def test_every_option_of_allan_noise_matters(base, option):
-    assert_matters(zr.AllanNoise, base, option)
+    assert_matters(zr.noise.AllanNoise, base, option)
 
 
 @pytest.mark.parametrize(
     ("kind", "options"),
     [
         (zr.DriftFilter, DRIFT_OPTIONS),
-        (zr.RecursiveLeastSquares, LEAST_SQUARES_OPTIONS),
-        (zr.AllanNoise, ALLAN_OPTIONS),
+        (zr.identify.RecursiveLeastSquares, LEAST_SQUARES_OPTIONS),
+        (zr.noise.AllanNoise, ALLAN_OPTIONS),
     ],
 )
 def test_no_option_was_forgotten_above(kind, options):
@@ -146,7 +146,7 @@ def test_no_two_orders_or_methods_are_the_same():
     assert len({answer.tobytes() for answer in answers.values()}) == len(answers)
 
 
-@pytest.mark.parametrize("kind", [zr.RecursiveLeastSquares, zr.AllanNoise])
+@pytest.mark.parametrize("kind", [zr.identify.RecursiveLeastSquares, zr.noise.AllanNoise])
 def test_channels_set_the_shape(kind):
     assert kind().channels is None
     assert kind(channels=2).process(np.zeros((5, 2))).shape == (5, 2)

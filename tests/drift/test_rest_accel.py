@@ -32,7 +32,7 @@ def turned(degrees_a_second, tilt, *, before=0.0, seconds=120.0, after=0.0, forc
 
 
 def moving_of(accel, rate=RATE):
-    return zr.MotionDetector(rate).process(accel)
+    return zr.noise.MotionDetector(rate).process(accel)
 
 
 @given(RATES, turning_records())

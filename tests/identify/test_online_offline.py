@@ -17,7 +17,7 @@ def both(phi, theta, n, seed):
     """Return online minus offline coefficients in standard errors, and these errors."""
     z = record(phi, theta, n, seed)
     model = identify.fit_arma(z, len(phi), len(theta))
-    online = zr.RecursiveLeastSquares(order=(len(phi), len(theta)))
+    online = zr.identify.RecursiveLeastSquares(order=(len(phi), len(theta)))
     online.process(z)
     offline = np.concatenate((model.phi, model.theta))
     errors = model.standard_errors[:-1]

@@ -316,9 +316,9 @@ def test_tests_of_drift_do_not_depend_on_the_unit():
         assert test(2.0**-200 * z).statistic == test(z).statistic
 
 
-@pytest.mark.parametrize("name", zr.DEVICES)
+@pytest.mark.parametrize("name", zr.simulation.DEVICES)
 def test_drift_of_devices_is_seen(name):
-    z, _ = zr.simulate(zr.device(name), 10.0, 7200.0, seed=1)
+    z, _ = zr.simulate(zr.simulation.device(name), 10.0, 7200.0, seed=1)
     verdicts = [kpss(z).accepted, reverse_arrangements(z).accepted]
     assert not all(verdicts)
 

@@ -87,8 +87,8 @@ IDENTIFY = {
 }
 STREAMS = {
     "DriftFilter": lambda: zr.DriftFilter(RATE),
-    "RecursiveLeastSquares": lambda: zr.RecursiveLeastSquares((1, 0)),
-    "AllanNoise": lambda: zr.AllanNoise(),
+    "RecursiveLeastSquares": lambda: zr.identify.RecursiveLeastSquares((1, 0)),
+    "AllanNoise": lambda: zr.noise.AllanNoise(),
     "StreamingAllan": lambda: zr.StreamingAllan(RATE),
     "RestDetector": lambda: zr.RestDetector(RATE),
     "WaveletDenoiser": lambda: zr.WaveletDenoiser(RATE),
@@ -100,9 +100,9 @@ LOGS = {
     "read_log": lambda z: zr.read_log({"wx": z}, rate=RATE).data,
     "read_recording": lambda z: zr.read_recording({"wx": z}, rate=RATE).gyro.data,
     "allan": lambda z: zr.allan(z, RATE).deviation,
-    "allan_covariance": lambda z: zr.allan_covariance(rows(z, 2), RATE).matrix,
-    "whittle": lambda z: zr.whittle(z, RATE),
-    "dynamic_allan": lambda z: zr.dynamic_allan(z, RATE, window=5.0).deviation,
+    "allan_covariance": lambda z: zr.array.allan_covariance(rows(z, 2), RATE).matrix,
+    "whittle": lambda z: zr.noise.whittle(z, RATE),
+    "dynamic_allan": lambda z: zr.noise.dynamic_allan(z, RATE, window=5.0).deviation,
     "replay": lambda z: (
         replay(Log(TIME, RATE, OTHER, ["wx"], "deg/s"), methods=["auto"], truth=z).scores
     ),

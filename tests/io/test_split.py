@@ -52,7 +52,7 @@ def test_each_value_is_a_record(tmp_path, suffix, order):
         "arrow": lambda: pa.Table.from_pandas(table, preserve_index=False),
         "arrays": lambda: {name: table[name].to_numpy() for name in table},
     }.get(suffix, lambda: file(tmp_path, suffix, table))()
-    parts = zr.split_log(source, "sensor")
+    parts = zr.io.split_log(source, "sensor")
     assert tuple(parts) == NAMES
     for part, gyro in zip(parts.values(), GYRO, strict=True):
         for log in (read_log(part), read_recording(part).gyro, open_log(part).log()):
@@ -65,7 +65,7 @@ def test_each_value_is_a_record(tmp_path, suffix, order):
 def test_ids_of_any_type(tmp_path, ids):
     named = {1.0: "1", 2.0: "2", 3: "3", 3.5: "3.5"}
     expected = ["True", "False"] if ids[1] is False else [named[i] for i in ids]
-    assert list(zr.split_log(frame(ids), 0)) == expected
+    assert list(zr.io.split_log(frame(ids), 0)) == expected
 
 
 @pytest.mark.parametrize("suffix", ["csv", "parquet"])
@@ -97,12 +97,12 @@ def test_a_clock_that_was_set_back_is_no_reason_to_split(tmp_path):
 )
 def test_faults(source, by, message):
     with pytest.raises(LogError, match=message):
-        zr.split_log(source, by)
+        zr.io.split_log(source, by)
 
 
 def test_topics_are_not_split(tmp_path):
     with pytest.raises(LogError, match="this is a recording of topics"):
-        zr.split_log(write_recording(tmp_path, "mcap", ["/imu"]), "stamp_ns")
+        zr.io.split_log(write_recording(tmp_path, "mcap", ["/imu"]), "stamp_ns")
 
 
 # On the command line.

@@ -162,7 +162,7 @@ def test_an_integral_goes_by_the_stamps():
 
 
 def test_navigation_by_the_stamps_is_better_than_by_an_even_clock():
-    drive = zr.simulate_drive(240.0, 400.0, seed=3)
+    drive = zr.simulate_drive(400.0, 240.0, seed=3)
     motion = drive.recording()
     taken = np.unique(np.rint(wandering(0.018, 120.0, 24_000) * 400.0).astype(int))
     taken = taken[taken < motion.gyro.n]
@@ -173,7 +173,7 @@ def test_navigation_by_the_stamps_is_better_than_by_an_even_clock():
     errors = []
     for recording in (found, evened):
         start = zr.align(recording, latitude=48.0, heading="course", span=(0.0, 29.0))
-        outages = zr.outages(
+        outages = zr.navigation.outages(
             recording, drive.fixes, seconds=10.0, nav=zr.NavigationFilter(start), first=30.0
         )
         errors.append(outages[10.0].rms())

@@ -11,8 +11,8 @@ ROADS = {
     "holding": "zr.DriftFilter(rate=100.0, method='kf', motion='hold', channels=8)"
     ".process(wide, threads=3)",
     "auto": "zr.DriftFilter(rate=100.0, method='auto', channels=8).process(wide, threads=2)",
-    "least-squares": "zr.RecursiveLeastSquares(channels=8).process(wide, threads=2)",
-    "noise": "zr.AllanNoise(channels=8).process(wide, threads=2)",
+    "least-squares": "zr.identify.RecursiveLeastSquares(channels=8).process(wide, threads=2)",
+    "noise": "zr.noise.AllanNoise(channels=8).process(wide, threads=2)",
     "rest": "zr.RestDetector(rate=100.0, channels=8).process(wide, threads=2)",
     "trace": "zr.DriftFilter(rate=100.0, method='fading', channels=8).trace(wide).bias",
     "corrector": "zr.ImuCorrector(np.eye(3), np.zeros(3), channels=8)"
@@ -30,7 +30,7 @@ ROADS = {
     "allan": "zr.allan(z, 100.0).deviation",
     "allan-of-columns": "zr.allan(wide, 100.0, 'mdev', threads=3).deviation",
     "total": "zr.allan(z[:6000], 100.0, 'mtotdev').deviation",
-    "dynamic": "zr.dynamic_allan(z[:20000], 100.0, window=50.0).deviation",
+    "dynamic": "zr.noise.dynamic_allan(z[:20000], 100.0, window=50.0).deviation",
     "order": "_native.arma_grid(z[:9000], 2, 2)[0]",
     "arma": "zr.identify.fit_arma(z[:9000], 1, 1).phi",
     "autoregression": "zr.identify.fit_ar(z, 5).phi",

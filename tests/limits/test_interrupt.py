@@ -11,8 +11,8 @@ FILTERS = {
     "channels": "zr.DriftFilter(rate=100.0, method='fading', channels=3, output='estimate')",
     "auto": "zr.DriftFilter(rate=100.0, method='auto')",
     "holding": "zr.DriftFilter(rate=100.0, method='akf', motion='hold')",
-    "least-squares": "zr.RecursiveLeastSquares()",
-    "noise": "zr.AllanNoise()",
+    "least-squares": "zr.identify.RecursiveLeastSquares()",
+    "noise": "zr.noise.AllanNoise()",
     "rest": "zr.RestDetector(rate=100.0)",
     "streaming": "zr.StreamingAllan(rate=100.0, octaves=6)",
     "wavelet": "zr.WaveletDenoiser(rate=100.0, wavelet='db4', level=5)",
@@ -93,7 +93,8 @@ def test_a_trace_too(kind):
 
 
 NAVIGATION = """
-from zerorate import Alignment, NavigationFilter
+from zerorate import NavigationFilter
+from zerorate.navigation import Alignment
 axes = np.zeros(3)
 start = Alignment(0.0, np.eye(4)[0], 0.0, True, False, axes, axes, 0.01, 0.01, 1e-4, 0.01)
 n = 1_000_000

@@ -12,9 +12,9 @@ CLASSES = {
     "kf": lambda k: zr.DriftFilter(rate=100.0, method="kf", channels=k, output="estimate"),
     "holding": lambda k: zr.DriftFilter(rate=100.0, method="akf", motion="hold", channels=k),
     "auto": lambda k: zr.DriftFilter(rate=100.0, method="auto", channels=k),
-    "least-squares": lambda k: zr.RecursiveLeastSquares(channels=k),
-    "noise": lambda k: zr.AllanNoise(channels=k),
-    "motion": lambda k: zr.MotionDetector(rate=100.0, channels=k),
+    "least-squares": lambda k: zr.identify.RecursiveLeastSquares(channels=k),
+    "noise": lambda k: zr.noise.AllanNoise(channels=k),
+    "motion": lambda k: zr.noise.MotionDetector(rate=100.0, channels=k),
     "rest": lambda k: zr.RestDetector(rate=100.0, channels=k),
     "streaming": lambda k: zr.StreamingAllan(rate=100.0, octaves=24, channels=k),
     "corrector": lambda k: zr.ImuCorrector(np.eye(3), np.zeros(3), channels=k),
@@ -104,7 +104,7 @@ work(z[:100_000])
 print("alive")
 """
 NAVIGATION = """
-start = zr.Alignment(
+start = zr.navigation.Alignment(
     time=0.0, attitude=np.eye(4)[0], latitude=0.0, heading_known=True, course=False,
     gyro_bias=np.zeros(3), accel_bias=np.zeros(3), level_sigma=0.01, heading_sigma=0.01,
     gyro_bias_sigma=1e-4, accel_bias_sigma=0.01,
@@ -132,7 +132,7 @@ WORK = {
     ),
     "auto": ("f = zr.DriftFilter(rate=100.0, method='auto')", "f.process(z)"),
     "trace": ("f = zr.DriftFilter(rate=100.0, method='fading')", "f.trace(z)"),
-    "models": ("f = zr.RecursiveLeastSquares()", "f.process(z)"),
+    "models": ("f = zr.identify.RecursiveLeastSquares()", "f.process(z)"),
     "rest": ("f = zr.RestDetector(rate=100.0)", "f.process(z.astype('f4'))"),
     "attitude": ("f = zr.Attitude(100.0)", "f.process(*3 * [z[: len(z) // 3 * 3].reshape(-1, 3)])"),
     "attitude-trace": (

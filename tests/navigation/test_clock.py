@@ -7,14 +7,14 @@ import zerorate as zr
 
 
 def driven(seed, **options):
-    drive = zr.simulate_drive(200.0, 50.0, seed=seed, **options)
+    drive = zr.simulate_drive(50.0, 200.0, seed=seed, **options)
     return drive, zr.align(drive.recording(), latitude=48.0, heading="course", span=(0.0, 29.0))
 
 
 @pytest.mark.parametrize(("seed", "late"), [(0, 0.0), (1, 0.05), (2, -0.1), (3, 0.3)])
 def test_an_offset_is_found_with_its_error(seed, late):
     drive, start = driven(seed)
-    found = zr.find_time_offset(drive.recording(), drive.fixes.shifted(late), start)
+    found = zr.navigation.find_time_offset(drive.recording(), drive.fixes.shifted(late), start)
     assert found.identifiable
     assert found.sigma < 0.02
     assert abs(found.seconds + late) < 3.5 * found.sigma
@@ -32,14 +32,14 @@ def test_outliers_and_understated_noise_do_not_matter_much():
         np.full((n, 3), 2.0),
         np.full((n, 3), 0.03),
     )
-    found = zr.find_time_offset(drive.recording(), fixes, start)
+    found = zr.navigation.find_time_offset(drive.recording(), fixes, start)
     assert abs(found.seconds + 0.1) < 0.04
 
 
 def test_a_vehicle_that_stands_tells_nothing():
-    drive = zr.simulate_drive(100.0, 50.0, kind="rest")
+    drive = zr.simulate_drive(50.0, 100.0, kind="rest")
     start = zr.align(drive.recording(), latitude=48.0, heading=0.0)
-    found = zr.find_time_offset(drive.recording(), drive.fixes, start)
+    found = zr.navigation.find_time_offset(drive.recording(), drive.fixes, start)
     assert not found.identifiable
     assert np.isnan(found.seconds)
     assert "not identifiable" in str(found)
@@ -48,10 +48,10 @@ def test_a_vehicle_that_stands_tells_nothing():
 def test_wrong_input_is_refused():
     drive, start = driven(0)
     with pytest.raises(ValueError, match="adapt is not used here"):
-        zr.find_time_offset(drive.recording(), drive.fixes, start, adapt="free")
+        zr.navigation.find_time_offset(drive.recording(), drive.fixes, start, adapt="free")
     alone = zr.Fixes(drive.fixes.time, drive.fixes.position)
     for fixes in (drive.fixes.shifted(1e4), alone):
         with pytest.raises(ValueError, match="no velocity is used, by which an offset is found"):
-            zr.find_time_offset(drive.recording(), fixes, start)
+            zr.navigation.find_time_offset(drive.recording(), fixes, start)
     with pytest.raises(TypeError, match="gnss must be Fixes"):
-        zr.find_time_offset(drive.recording(), [1], start)
+        zr.navigation.find_time_offset(drive.recording(), [1], start)

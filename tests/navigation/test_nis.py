@@ -5,7 +5,7 @@ import pytest
 
 import zerorate as zr
 
-DRIVE = zr.simulate_drive(200.0, seed=6)
+DRIVE = zr.simulate_drive(duration=200.0, seed=6)
 
 
 def filter_(**options):

@@ -17,7 +17,7 @@ LEVER = (1.0, -0.5, -1.5)
 
 @cache
 def drive(seconds=160.0, **options):
-    return zr.simulate_drive(seconds, seed=4, **options)
+    return zr.simulate_drive(duration=seconds, seed=4, **options)
 
 
 def start(driven, heading="course"):
@@ -27,7 +27,7 @@ def start(driven, heading="course"):
 @cache
 def found(smooth=True):
     driven = drive()
-    return zr.outages(driven.recording(), driven.fixes, seconds=(10, 20), smooth=smooth)
+    return zr.navigation.outages(driven.recording(), driven.fixes, seconds=(10, 20), smooth=smooth)
 
 
 def distance(one, other):
@@ -72,10 +72,10 @@ def test_an_antenna_is_where_it_is_said_to_be():
     imu, fixes = driven.recording(), driven.fixes
     first = zr.align(imu, latitude=48.0, heading="course", span=(0.0, 25.0))
     nav = zr.NavigationFilter(first, antenna=LEVER)
-    right = zr.outages(imu, fixes, seconds=10.0, nav=nav)
-    wrong = zr.outages(imu, fixes, seconds=10.0, nav=zr.NavigationFilter(first))
+    right = zr.navigation.outages(imu, fixes, seconds=10.0, nav=nav)
+    wrong = zr.navigation.outages(imu, fixes, seconds=10.0, nav=zr.NavigationFilter(first))
     with pytest.raises(ValueError, match="antenna is for a filter that is made here"):
-        zr.outages(imu, fixes, nav=nav, antenna=LEVER)
+        zr.navigation.outages(imu, fixes, nav=nav, antenna=LEVER)
     assert right[10.0].rms() < 0.3
     assert wrong[10.0].rms() > 0.8
 
@@ -84,8 +84,8 @@ def test_the_template_is_not_changed():
     driven = drive()
     nav = zr.NavigationFilter(start(driven))
     before = nav.to_bytes()
-    first = zr.outages(driven.recording(), driven.fixes, seconds=10, nav=nav)
-    second = zr.outages(driven.recording(), driven.fixes, seconds=10, nav=nav)
+    first = zr.navigation.outages(driven.recording(), driven.fixes, seconds=10, nav=nav)
+    second = zr.navigation.outages(driven.recording(), driven.fixes, seconds=10, nav=nav)
     assert nav.to_bytes() == before
     np.testing.assert_array_equal(first[10].end["filter"], second[10].end["filter"])
 
@@ -94,8 +94,8 @@ def test_without_velocities_the_last_two_positions_tell_one():
     driven = drive(**EXACT)
     bare = zr.Fixes(driven.fixes.time, driven.fixes.position)
     nav = zr.NavigationFilter(start(driven, 0.0))
-    one = zr.outages(driven.recording(), bare, seconds=10.0, nav=nav)
-    known = zr.outages(driven.recording(), driven.fixes, seconds=10.0, nav=nav)
+    one = zr.navigation.outages(driven.recording(), bare, seconds=10.0, nav=nav)
+    known = zr.navigation.outages(driven.recording(), driven.fixes, seconds=10.0, nav=nav)
     assert "of the last two positions" in one.notes[0]
     assert known.notes == ()
     before = one[10.0].spans[0, 0].round().astype(int)
@@ -107,7 +107,7 @@ def test_without_velocities_the_last_two_positions_tell_one():
 def test_a_time_offset_moves_the_fixes():
     driven = drive()
     moved = driven.fixes.shifted(-3.25)
-    one = zr.outages(driven.recording(), moved, seconds=(10, 20), time_offset=3.25)
+    one = zr.navigation.outages(driven.recording(), moved, seconds=(10, 20), time_offset=3.25)
     np.testing.assert_allclose(one[10.0].spans, found()[10.0].spans)
     np.testing.assert_allclose(one[10.0].end["filter"], found()[10.0].end["filter"], rtol=1e-6)
 
@@ -117,7 +117,7 @@ def test_heights_may_be_missing():
     place = driven.fixes.position.copy()
     place[:, 2] = np.nan
     flat = zr.Fixes(driven.fixes.time, place, driven.fixes.velocity)
-    one = zr.outages(driven.recording(), flat, seconds=10.0)
+    one = zr.navigation.outages(driven.recording(), flat, seconds=10.0)
     assert all(np.isfinite(values).all() for values in one[10.0].end.values())
 
 
@@ -125,7 +125,7 @@ def test_a_receiver_with_gaps_has_fewer():
     driven = drive()
     gap = found()[10.0].spans[0] + [2.0, 20.0]
     there = (driven.fixes.time < gap[0]) | (driven.fixes.time > gap[1])
-    one = zr.outages(driven.recording(), driven.fixes.chosen(there), seconds=10.0)
+    one = zr.navigation.outages(driven.recording(), driven.fixes.chosen(there), seconds=10.0)
     assert one[10.0].n == found()[10.0].n - 1
     assert "outages of 10 s left out where the receiver has gaps itself: 1" in one.notes
 
@@ -162,7 +162,7 @@ def test_what_it_says():
 def test_refusals(options, match):
     driven = drive()
     with pytest.raises(ValueError, match=match):
-        zr.outages(driven.recording(), driven.fixes, **options)
+        zr.navigation.outages(driven.recording(), driven.fixes, **options)
 
 
 def test_filters_that_are_of_no_use():
@@ -171,32 +171,32 @@ def test_filters_that_are_of_no_use():
     used = zr.NavigationFilter(start(driven))
     used.process(imu)
     with pytest.raises(ValueError, match="that has seen no sample, this one has 16000"):
-        zr.outages(imu, fixes, nav=used)
+        zr.navigation.outages(imu, fixes, nav=used)
     with pytest.raises(zr.LogError, match="did not begin: the heading is not known, and"):
-        zr.outages(imu, fixes, nav=zr.NavigationFilter(start(driven, None)))
+        zr.navigation.outages(imu, fixes, nav=zr.NavigationFilter(start(driven, None)))
     with pytest.raises(zr.LogError, match="the fixes from 10000 to 10159 s: time_offset= moves"):
-        zr.outages(imu, fixes.shifted(1e4))
+        zr.navigation.outages(imu, fixes.shifted(1e4))
     with pytest.raises(zr.LogError, match="there are no fixes"):
-        zr.outages(imu, fixes.between(1e3))
+        zr.navigation.outages(imu, fixes.between(1e3))
     with pytest.raises(TypeError, match="gnss must be Fixes"):
-        zr.outages(imu, imu)
+        zr.navigation.outages(imu, imu)
 
 
 @needs_recordings
 @pytest.mark.parametrize("wheels", [{}, {"vehicle": "wheeled", "axle": (-1.0, 0.0, 1.3)}])
 def test_the_recorded_drive(wheels):
     path = RECORDINGS / "drive_imu_100hz.parquet"
-    mounting = zr.read_mounting(path)
-    imu = zr.body_axes(zr.read_recording(path), mounting.body_from_sensor)
+    mounting = zr.navigation.read_mounting(path)
+    imu = zr.navigation.body_axes(zr.read_recording(path), mounting.body_from_sensor)
     fixes = zr.read_fixes(RECORDINGS / "drive_gnss_4hz.parquet")
     begin = zr.align(imu, latitude=fixes.position[0, 0], heading="course", span=(0.0, 36.0))
     nav = zr.NavigationFilter(begin, antenna=mounting.antenna, **wheels)
-    one = zr.outages(
+    one = zr.navigation.outages(
         imu,
         fixes,
         nav=nav,
         smooth=True,
-        time_offset=-mounting.time_offset,
+        time_offset=mounting.time_offset,
     )
     assert [length.n for length in one.lengths] == [11, 7, 5]
     assert one[10.0].rms() < 4.2

@@ -18,7 +18,7 @@ def aligned(recording):
 @pytest.mark.parametrize("noise", [{}, NOISY])
 @pytest.mark.parametrize("seed", range(5, 9))
 def test_it_ends_before_the_vehicle_moves(noise, seed):
-    drive = zr.simulate_drive(80.0, seed=seed, **noise)
+    drive = zr.simulate_drive(duration=80.0, seed=seed, **noise)
     start = aligned(drive.recording())
     speed = np.linalg.norm(drive.truth_velocity, axis=1)
     assert 20.0 < start.time < drive.time[np.argmax(speed > 0.1)]
@@ -28,13 +28,13 @@ def test_it_ends_before_the_vehicle_moves(noise, seed):
 
 
 def test_missing_seconds_are_no_motion():
-    drive = zr.simulate_drive(80.0, seed=5)
+    drive = zr.simulate_drive(duration=80.0, seed=5)
     recording = drive.recording()
     recording.gyro.data[1000:1150] = np.nan
     assert aligned(recording).time == pytest.approx(aligned(drive.recording()).time)
 
 
 def test_what_never_rests_says_so():
-    drive = zr.simulate_drive(80.0, seed=5, rest=4.0)
+    drive = zr.simulate_drive(duration=80.0, seed=5, rest=4.0)
     with pytest.raises(zr.LogError, match="does not rest for 10 s"):
         aligned(drive.recording())

@@ -18,7 +18,7 @@ ACCEL = zr.NoiseModel(angle_random_walk=1e-3, rate_random_walk=2e-5, quantity="a
 
 def driven(seed=3, duration=150.0, **options):
     """A drive, a filter that is told its noise, and the track."""
-    drive = zr.simulate_drive(duration, 50.0, seed=seed)
+    drive = zr.simulate_drive(50.0, duration, seed=seed)
     start = zr.align(
         drive.recording(), latitude=48.0, heading="course", accel_bias_sigma=0.02, span=(0.0, 29.0)
     )
@@ -70,7 +70,7 @@ def test_the_smoother_is_better_before_the_end_and_equal_at_it():
 
 def test_the_smoother_of_exact_fixes_is_the_truth():
     drive = zr.simulate_drive(
-        120.0, 50.0, gyro=None, accel=None, position_sigma=0.0, velocity_sigma=0.0
+        50.0, 120.0, gyro=None, accel=None, position_sigma=0.0, velocity_sigma=0.0
     )
     fixes = drive.fixes
     exact = zr.Fixes(
@@ -92,7 +92,7 @@ def test_the_smoother_of_exact_fixes_is_the_truth():
 
 
 def test_a_track_of_nothing_can_be_smoothed():
-    drive = zr.simulate_drive(60.0, 50.0)
+    drive = zr.simulate_drive(50.0, 60.0)
     start = zr.align(drive.recording(), latitude=48.0, heading=0.0, span=(0.0, 29.0))
     nav = zr.NavigationFilter(start)
     track = nav.process(drive.recording())
@@ -219,7 +219,7 @@ def test_wrong_input_is_refused():
     ],
 )
 def test_wrong_parameters_are_refused(options, message):
-    drive = zr.simulate_drive(40.0, 50.0)
+    drive = zr.simulate_drive(50.0, 40.0)
     start = zr.align(drive.recording(), latitude=48.0, span=(0.0, 29.0))
     with pytest.raises(ValueError, match=message):
         zr.NavigationFilter(start, **options)
@@ -230,7 +230,7 @@ def test_a_start_is_an_alignment():
         ValueError, match=r"start must be an Alignment, as zr.align returns it, got"
     ):
         zr.NavigationFilter((48.0, 11.0))
-    drive = zr.simulate_drive(40.0, 50.0)
+    drive = zr.simulate_drive(50.0, 40.0)
     start = zr.align(drive.recording(), latitude=48.0, span=(0.0, 29.0))
     with pytest.raises(TypeError, match="gyro must be a NoiseModel or three of them"):
         zr.NavigationFilter(start, gyro=[GYRO, GYRO])
@@ -238,7 +238,7 @@ def test_a_start_is_an_alignment():
 
 
 def test_fixes_on_another_clock_are_told():
-    drive = zr.simulate_drive(40.0, 50.0, seed=1)
+    drive = zr.simulate_drive(50.0, 40.0, seed=1)
     start = zr.align(drive.recording(), latitude=48.0, heading="course", span=(0.0, 20.0))
     track = zr.NavigationFilter(start).process(drive.recording(), drive.fixes.shifted(1.7e9))
     assert track.notes[0].startswith(

@@ -36,7 +36,7 @@ def points(path):
 
 class TestGeoJson:
     def write(self, tmp_path, *args, **more):
-        zr.write_geojson(tmp_path / "a.geojson", *args, **more)
+        zr.navigation.write_geojson(tmp_path / "a.geojson", *args, **more)
         return feature(tmp_path / "a.geojson")
 
     def test_read_back(self, tmp_path):
@@ -94,7 +94,7 @@ class TestGeoJson:
 
 class TestGpx:
     def write(self, tmp_path, *args, **more):
-        zr.write_gpx(tmp_path / "a.gpx", *args, **more)
+        zr.navigation.write_gpx(tmp_path / "a.gpx", *args, **more)
         return points(tmp_path / "a.gpx")
 
     def test_read_back(self, tmp_path):
@@ -109,7 +109,7 @@ class TestGpx:
         (segment,) = self.write(tmp_path, track(), epoch=1_714_521_599.9996)
         assert segment[0].find(f"{GPX}time").text == "2024-05-01T00:00:00.000Z"
         fixes = zr.Fixes(TIME, PLACE, epoch=-18.0)
-        zr.write_gpx(tmp_path / "b.gpx", fixes)
+        zr.navigation.write_gpx(tmp_path / "b.gpx", fixes)
         (segment,) = points(tmp_path / "b.gpx")
         assert segment[0].find(f"{GPX}time").text == "1969-12-31T23:59:42.000Z"
 
@@ -128,7 +128,7 @@ class TestGpx:
         assert ET.parse(tmp_path / "a.gpx").find(f"{GPX}trk/{GPX}name").text == "a & <b>\\x07"
 
 
-@pytest.mark.parametrize("write", [zr.write_geojson, zr.write_gpx])
+@pytest.mark.parametrize("write", [zr.navigation.write_geojson, zr.navigation.write_gpx])
 class TestRefusals:
     def test_tracks_that_are_none(self, tmp_path, write):
         path = tmp_path / "a"

@@ -57,7 +57,7 @@ def test_a_sine_has_its_line():
     x = np.pi * frequency * r.taus
     # A sum of samples for an integral: (pi f / rate)^2 / 6 = 4e-5, and the ends of 2000 periods.
     np.testing.assert_allclose(r.deviation, amplitude * np.sin(x) ** 2 / x, rtol=2e-3, atol=1e-3)
-    model = zr.NoiseModel(sinusoid=[zr.Sinusoid(amplitude, frequency)])
+    model = zr.NoiseModel(sinusoid=[zr.noise.Sinusoid(amplitude, frequency)])
     np.testing.assert_allclose(r.deviation, model.allan_deviation(r.taus), rtol=2e-3, atol=1e-3)
 
 
@@ -150,12 +150,12 @@ def test_markov_noise_in_the_fit_is_a_walk_and_then_white(kind, walk):
 @pytest.mark.parametrize(("kind", "curve"), [("oadev", "allan"), ("ohdev", "hadamard")])
 def test_correlated_terms_of_the_fit_are_those_of_the_model(kind, curve):
     m = np.array([1, 7, 100, 3000])
-    model = zr.NoiseModel(markov=[zr.Markov(math.sqrt(2.0 / 0.5), 0.5)])
+    model = zr.NoiseModel(markov=[zr.noise.Markov(math.sqrt(2.0 / 0.5), 0.5)])
     found = variances(KINDS[kind], m, markov(50.0))
     # Two forms of the same function.
     expected = getattr(model, f"{curve}_deviation")(m / RATE) ** 2
     np.testing.assert_allclose(found, expected, rtol=1e-9)
-    sine = zr.NoiseModel(sinusoid=[zr.Sinusoid(1.0, 0.01)])
+    sine = zr.NoiseModel(sinusoid=[zr.noise.Sinusoid(1.0, 0.01)])
     line = sinusoid_variance(KINDS[kind], m.astype(float), 0.01 / RATE)
     # A sum of samples for an integral: (pi f / rate)^2 / 3.
     expected = getattr(sine, f"{curve}_deviation")(m / RATE) ** 2
@@ -268,7 +268,9 @@ def test_the_drawn_model_is_what_a_long_record_shows(kind):
 def test_expected_terms_add_up_and_leave_out_what_is_zero():
     result = zr.allan(white(50_000), RATE)
     model = zr.NoiseModel(
-        angle_random_walk=1e-4, markov=[zr.Markov(1e-5, 3.0)], sinusoid=[zr.Sinusoid(1e-5, 0.5)]
+        angle_random_walk=1e-4,
+        markov=[zr.noise.Markov(1e-5, 3.0)],
+        sinusoid=[zr.noise.Sinusoid(1e-5, 0.5)],
     )
     terms = expected_terms(model, result)
     assert [term.field for term in terms] == ["angle_random_walk", "markov", "sinusoid"]

@@ -47,7 +47,7 @@ def test_a_single_term_is_found_alone(term):
 
 
 def test_correlated_terms_are_found_where_they_are_told():
-    markov, sine = zr.Markov(1e-4, 2.0), zr.Sinusoid(5e-5, 0.1)
+    markov, sine = zr.noise.Markov(1e-4, 2.0), zr.noise.Sinusoid(5e-5, 0.1)
     model = zr.NoiseModel(1e-4, 2e-5, markov=[markov], sinusoid=[sine])
     fit = curve_of(model, "oadev").fit(markov=[2.0], sinusoid=[0.1])
     found = [fit.markov[0].amplitude, fit.sinusoid[0].amplitude, *values(fit)[1:3]]
@@ -58,7 +58,7 @@ def test_correlated_terms_are_found_where_they_are_told():
 
 @pytest.mark.parametrize("true_time", [0.3, 5.0, 40.0])
 def test_correlation_times_are_looked_for(true_time):
-    model = zr.NoiseModel(1e-4, markov=[zr.Markov(3e-4 / true_time, true_time)])
+    model = zr.NoiseModel(1e-4, markov=[zr.noise.Markov(3e-4 / true_time, true_time)])
     fit = curve_of(model, "oadev").fit(terms=["angle_random_walk"], markov=1)
     # Eight times to a decade are tried: the nearest is at most a sixteenth of one away.
     assert abs(np.log10(fit.markov[0].time / true_time)) < 1.0 / 16.0
@@ -271,7 +271,7 @@ def test_without_a_unit_a_fit_is_in_that_of_the_samples(record):
     plain, radians = zr.allan(record, 100.0).fit(), zr.allan(record, 100.0, unit="rad/s").fit()
     np.testing.assert_array_equal(parts(plain), parts(radians))
     assert (plain.quantity, radians.quantity) == ("unknown", "angular rate")
-    assert zr.whittle(record, 100.0).quantity == "unknown"
+    assert zr.noise.whittle(record, 100.0).quantity == "unknown"
 
 
 def test_what_was_not_looked_for_is_unknown(record):

@@ -62,10 +62,10 @@ def test_every_turn_between_poses_is_found():
     assert len(moving_spans(z, 62.5)) == 20
 
 
-@pytest.mark.parametrize("name", zr.DEVICES)
+@pytest.mark.parametrize("name", zr.simulation.DEVICES)
 def test_simulated_devices_do_not_move(name):
     for seed in range(3):
-        z, _ = zr.simulate(zr.device(name), RATE, 1800.0, seed=seed)
+        z, _ = zr.simulate(zr.simulation.device(name), RATE, 1800.0, seed=seed)
         assert moving_spans(z, RATE) == ()
 
 

@@ -57,7 +57,7 @@ def test_six_axes_begun_in_motion():
 
 def test_lost_samples_without_times():
     """The gyro's noise is raised to many times its least: the second mend."""
-    motion = moved("hand", 100.0, 60.0, errors=zr.MotionErrors(lost=0.05))
+    motion = moved("hand", 100.0, 60.0, errors=zr.simulation.MotionErrors(lost=0.05))
     got = assert_equal_to_twin(100.0, motion.gyro, motion.accel, motion.mag)
     whole = zr.Attitude(100.0).trace(motion.gyro, motion.accel, motion.mag, dt=motion.dt)
     assert np.median(got["tilt_sigma"]) > 1.5 * np.median(whole["tilt_sigma"])
@@ -65,7 +65,7 @@ def test_lost_samples_without_times():
 
 def test_times_of_their_own_and_gaps():
     """Jitter, steps of several periods, gaps, one of them so long that the start begins anew."""
-    motion = moved("hand", 200.0, 60.0, errors=zr.MotionErrors(lost=0.02))
+    motion = moved("hand", 200.0, 60.0, errors=zr.simulation.MotionErrors(lost=0.02))
     dt = motion.dt * np.random.default_rng(1).uniform(0.8, 1.2, len(motion.dt))
     dt[[2000, 5003, 5004, 7001, 9000]] = [1.0, 3.0, 1.2, 0.4, 1e7]
     dt[100:103] = [0.0, np.nan, 0.07]

@@ -278,7 +278,7 @@ def test_rest_flags():
 
 
 def test_rest_without_fixes():
-    one = zr.simulate_drive(100.0, 50.0, seed=3, kind="rest")
+    one = zr.simulate_drive(50.0, 100.0, seed=3, kind="rest")
     fixes = between(fixes_of(one), 0.0, 12.0)
     run(Pair(start_of(one, 5.0)), one, fixes, rest=np.ones(one.time.size, bool))
 

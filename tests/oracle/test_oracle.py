@@ -216,7 +216,7 @@ def test_least_squares(order, signal):
     arguments = [{}, {"forgetting_factor": 0.98}, {"scale": 3.0}]
     arguments = arguments[(ORDERS.index(order) + [*SIGNALS].index(signal)) % 3]
     z = record(signal, 700)
-    model = zr.RecursiveLeastSquares(order, **arguments)
+    model = zr.identify.RecursiveLeastSquares(order, **arguments)
     twin = oracle.RecursiveLeastSquares(order, **arguments)
     residuals = model.process(z)
     expected = np.array([twin.update(sample) for sample in z.tolist()])
@@ -239,13 +239,13 @@ def test_allan_noise(signal, kind, fading):
         variances.append(twin.variance)
     for floor in (0.0, 1e-3):
         expected = np.maximum(variances, floor)
-        got = zr.AllanNoise(fading, kind, floor).process(z)
+        got = zr.noise.AllanNoise(fading, kind, floor).process(z)
         assert relative(got, expected, expected) <= TOLERANCE
 
 
 def test_equal_weights_are_the_allan_variance_of_the_record():
     z = white(np.random.default_rng(3), 10_000)
-    got = zr.AllanNoise(fading=1.0).process(z)[-1]
+    got = zr.noise.AllanNoise(fading=1.0).process(z)[-1]
     # A running mean of 1e4 terms errs by 1e4 units in the last place at the very most.
     assert got == pytest.approx(np.mean(np.diff(z) ** 2) / 2.0, rel=1e-12)
     assert got == pytest.approx(allan_deviations(z, [1])[0][0] ** 2, rel=1e-12)

@@ -20,7 +20,7 @@ from zerorate.live import (
 
 RATE = 50.0
 Z = np.random.default_rng(3).standard_normal((400, 2, 3))
-DRIVE = zr.simulate_drive(60.0, RATE, seed=3)
+DRIVE = zr.simulate_drive(RATE, 60.0, seed=3)
 
 
 def texts(numbers):

@@ -100,7 +100,7 @@ def test_the_key_has_what_is_drawn_and_nothing_else():
     ]  # fmt: skip
     without = replace(result, lower=np.full_like(result.lower, np.nan))
     assert "68 % bounds" not in key_of(without.plot())
-    sure = replace(TRUE, markov=[zr.Markov(1e-6, 10.0)])
+    sure = replace(TRUE, markov=[zr.noise.Markov(1e-6, 10.0)])
     assert key_of(plot_allan(result, sure))[2:6] == [
         "model", "one term of the model", "Markov noise or sine", "read here (IEEE Std 952)",
     ]  # fmt: skip
@@ -182,7 +182,7 @@ def test_a_mark_outside_the_record_is_hollow():
 
 
 def test_bounds_are_triangles():
-    bounded = zr.Coefficient(0.0, identifiable=False, upper_bound=4e-5)
+    bounded = zr.noise.Coefficient(0.0, identifiable=False, upper_bound=4e-5)
     model = NoiseModel(angle_random_walk=1e-4, rate_random_walk=bounded)
     (axes,) = plot_allan(result_of("one axis"), model).axes
     assert [t.get_text() for t in lists_of(axes)] == ["N = 0.3438 deg/√h", "K < 500 deg/h/√h"]
@@ -255,7 +255,7 @@ def test_where_most_axes_moved_all_did():
 
 class TestDynamic:
     def test_the_map_has_the_right_colours_and_places(self):
-        d = zr.dynamic_allan(record(20_000)[:, 0], RATE, window=20.0, unit="rad/s")
+        d = zr.noise.dynamic_allan(record(20_000)[:, 0], RATE, window=20.0, unit="rad/s")
         figure = plot_dynamic(d)
         axes, bar = figure.axes
         (mesh,) = axes.collections
@@ -272,13 +272,13 @@ class TestDynamic:
     def test_gaps_are_left_grey(self, missing):
         z = record(20_000)[:, 0]
         z[missing] = np.nan
-        figure = zr.dynamic_allan(z, RATE, window=20.0).plot()
+        figure = zr.noise.dynamic_allan(z, RATE, window=20.0).plot()
         values = figure.axes[0].collections[0].get_array()
         assert np.ma.getmaskarray(values).any()
         assert "gaps" in figure.texts[-1].get_text()
         check_layout(figure)
 
     def test_one_window_and_constants(self):
-        d = zr.dynamic_allan(np.ones(1000), RATE, window=10.0)
+        d = zr.noise.dynamic_allan(np.ones(1000), RATE, window=10.0)
         check_layout(plot_dynamic(d))
         check_layout(plot_dynamic(replace(d, taus=d.taus[:1], deviation=d.deviation[:, :1])))

@@ -17,7 +17,7 @@ from zerorate.show import (
     save_figure,
 )
 
-DRIVE = zr.simulate_drive(160.0, 50.0, seed=7)
+DRIVE = zr.simulate_drive(50.0, 160.0, seed=7)
 
 
 def filter_(heading="course", **options):
@@ -35,7 +35,7 @@ def track(smoothed=False):
 def outages(smooth=True, **options):
     imu = DRIVE.recording()
     nav = filter_(**options)
-    return zr.outages(imu, DRIVE.fixes, seconds=(10, 20), nav=nav, smooth=smooth)
+    return zr.navigation.outages(imu, DRIVE.fixes, seconds=(10, 20), nav=nav, smooth=smooth)
 
 
 @pytest.mark.parametrize("smoothed", [False, True])

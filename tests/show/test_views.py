@@ -45,12 +45,12 @@ def linear(keep="all"):
 
 
 def fused():
-    return zr.fuse_accelerometers(9.8 + RNG.normal(0, 0.1, (600, 3, 3)), Z[:600] / 57.3, RATE)
+    return zr.array.fuse_accelerometers(9.8 + RNG.normal(0, 0.1, (600, 3, 3)), Z[:600] / 57.3, RATE)
 
 
 @cache
 def covariance():
-    return zr.allan_covariance(boards(), 10.0)
+    return zr.array.allan_covariance(boards(), 10.0)
 
 
 @cache
@@ -79,16 +79,18 @@ def tracked():
 def outages():
     moving = drive(160.0, rest=12.0)
     nav = zr.NavigationFilter(start_of(moving))
-    return zr.outages(moving.recording(), moving.fixes, seconds=(10,), nav=nav)
+    return zr.navigation.outages(moving.recording(), moving.fixes, seconds=(10,), nav=nav)
 
 
 RESULTS = {
     "AllanResult": lambda: zr.allan(log()),
-    "DynamicAllan": lambda: zr.dynamic_allan(Z[:, 0], RATE, window=10.0),
-    "NoiseModel": lambda: zr.NoiseModel(angle_random_walk=1e-4, markov=[zr.Markov(1e-5, 30.0)]),
+    "DynamicAllan": lambda: zr.noise.dynamic_allan(Z[:, 0], RATE, window=10.0),
+    "NoiseModel": lambda: zr.NoiseModel(
+        angle_random_walk=1e-4, markov=[zr.noise.Markov(1e-5, 30.0)]
+    ),
     "Calibration": calibration,
     "CalibrationComparison": lambda: zr.compare_calibrations(calibration(), calibration(seed=6)),
-    "FittedRate": lambda: zr.fit_rate(np.gradient(ANGLE, 1 / RATE), RATE, angle=ANGLE),
+    "FittedRate": lambda: zr.calibration.fit_rate(np.gradient(ANGLE, 1 / RATE), RATE, angle=ANGLE),
     "RateTable": lambda: zr.calibrate_rate_table(np.arange(-6.0, 7.0), 1.01 * np.arange(-6.0, 7.0)),
     "TemperatureModel": lambda: zr.TemperatureModel.fit(
         Z[:, 0] + 0.01 * TEMPERATURE, TEMPERATURE, RATE, unit="deg/s"
@@ -106,10 +108,10 @@ RESULTS = {
     "FusedAccelerometers": fused,
     "AllanCovariance": covariance,
     "VirtualGyro": lambda: covariance().virtual_gyro(),
-    "Rotations": lambda: zr.find_rotations(turns(), RATE, unit="rad/s"),
+    "Rotations": lambda: zr.array.find_rotations(turns(), RATE, unit="rad/s"),
     "Alignment": aligned,
-    "TimeOffset": lambda: zr.TimeOffset(0.259, 0.002),
-    "TimeOffset not known": lambda: zr.TimeOffset(np.nan, np.inf),
+    "TimeOffset": lambda: zr.navigation.TimeOffset(0.259, 0.002),
+    "TimeOffset not known": lambda: zr.navigation.TimeOffset(np.nan, np.inf),
     "Track": tracked,
     "Outages": outages,
     "Replay": lambda: replay(log(), methods=("auto", "kf")),

@@ -16,7 +16,7 @@ EXACT = {"position_sigma": 0.0, "velocity_sigma": 0.0}
 
 @functools.cache
 def silent(duration=400.0, seed=0, **more):
-    return zr.simulate_drive(duration, seed=seed, **SILENT, **EXACT, **more)
+    return zr.simulate_drive(duration=duration, seed=seed, **SILENT, **EXACT, **more)
 
 
 def matrices(drive):
@@ -118,18 +118,20 @@ class TestTruth:
 
 class TestSeeds:
     def test_the_same_arguments_give_the_same_drive(self):
-        first, again = (zr.simulate_drive(20.0, seed=4, rest=2.0) for _ in range(2))
+        first, again = (zr.simulate_drive(duration=20.0, seed=4, rest=2.0) for _ in range(2))
         for name in ("gyro", "accel", "truth_position", "truth_quaternion", "gyro_bias"):
             np.testing.assert_array_equal(getattr(first, name), getattr(again, name))
         np.testing.assert_equal(first.fixes.as_dict(), again.fixes.as_dict())
-        other = zr.simulate_drive(20.0, seed=5, rest=2.0)
+        other = zr.simulate_drive(duration=20.0, seed=5, rest=2.0)
         assert (other.gyro != first.gyro).any(axis=1).all()
 
     def test_errors_do_not_move_the_way(self):
-        noisy = zr.simulate_drive(20.0, seed=4, rest=2.0, fixes_rate=5.0, antenna=[1, 0, -1])
+        noisy = zr.simulate_drive(
+            duration=20.0, seed=4, rest=2.0, fixes_rate=5.0, antenna=[1, 0, -1]
+        )
         clean = silent(20.0, 4, rest=2.0)
         np.testing.assert_array_equal(noisy.truth_position, clean.truth_position)
-        other = zr.simulate_drive(20.0, seed=4, rest=2.0, gyro=None)
+        other = zr.simulate_drive(duration=20.0, seed=4, rest=2.0, gyro=None)
         np.testing.assert_array_equal(noisy.accel, other.accel)
 
     def test_a_shorter_drive_is_the_beginning_of_a_longer_one(self):
@@ -143,7 +145,7 @@ class TestErrors:
     def test_white_noise_has_its_density(self):
         model = zr.NoiseModel(angle_random_walk=3e-4)
         force = zr.NoiseModel(angle_random_walk=2e-3, quantity="acceleration")
-        noisy = zr.simulate_drive(100.0, seed=6, gyro=model, accel=force)
+        noisy = zr.simulate_drive(duration=100.0, seed=6, gyro=model, accel=force)
         clean = silent(100.0, 6)
         for name, density in (("gyro", 3e-4), ("accel", 2e-3)):
             bias = getattr(noisy, f"{name}_bias")
@@ -157,7 +159,7 @@ class TestErrors:
     def test_biases_walk(self):
         walk = zr.NoiseModel(rate_random_walk=1e-4)
         drives = [
-            zr.simulate_drive(10.0, 20.0, seed=seed, rest=1.0, gyro=walk, accel=None)
+            zr.simulate_drive(20.0, 10.0, seed=seed, rest=1.0, gyro=walk, accel=None)
             for seed in range(60)
         ]
         moves = np.array([drive.gyro_bias[-1] - drive.gyro_bias[0] for drive in drives])
@@ -168,14 +170,18 @@ class TestErrors:
 
     def test_given_biases_are_taken(self):
         drive = zr.simulate_drive(
-            5.0, gyro=None, accel=None, gyro_bias=[1e-3, 2e-3, 3e-3], accel_bias=[0.1, 0.2, 0.3]
+            duration=5.0,
+            gyro=None,
+            accel=None,
+            gyro_bias=[1e-3, 2e-3, 3e-3],
+            accel_bias=[0.1, 0.2, 0.3],
         )
         clean = silent(5.0)
         np.testing.assert_allclose(drive.gyro - clean.gyro, [[1e-3, 2e-3, 3e-3]] * 500, atol=1e-15)
         np.testing.assert_array_equal(drive.accel_bias, [[0.1, 0.2, 0.3]] * 500)
 
     def test_a_device(self):
-        drive = zr.simulate_drive(5.0, gyro=zr.device("MPU-6050"))
+        drive = zr.simulate_drive(duration=5.0, gyro=zr.simulation.device("MPU-6050"))
         assert drive.gyro.std() > 0.0
 
 
@@ -204,7 +210,11 @@ class TestFixes:
 
     def test_noise_has_its_deviations(self):
         drive = zr.simulate_drive(
-            200.0, seed=2, fixes_rate=10.0, position_sigma=[1.0, 2.0, 4.0], velocity_sigma=0.1
+            duration=200.0,
+            seed=2,
+            fixes_rate=10.0,
+            position_sigma=[1.0, 2.0, 4.0],
+            velocity_sigma=0.1,
         )
         at = np.arange(2000) * 10
         place = local_ned(drive.fixes.position, drive.truth_position[at])
@@ -221,7 +231,7 @@ class TestFixes:
 
 class TestRecord:
     def test_as_a_recording(self):
-        drive = zr.simulate_drive(5.0, seed=2)
+        drive = zr.simulate_drive(duration=5.0, seed=2)
         recording = drive.recording()
         np.testing.assert_array_equal(recording.gyro.data, drive.gyro)
         assert (recording.gyro.unit, recording.accel.unit) == ("rad/s", "m/s^2")
@@ -229,7 +239,7 @@ class TestRecord:
 
     def test_its_truth_can_be_drawn(self, tmp_path):
         drive = silent(5.0)
-        zr.write_gpx(tmp_path / "a.gpx", zr.Fixes(drive.time, drive.truth_position))
+        zr.navigation.write_gpx(tmp_path / "a.gpx", zr.Fixes(drive.time, drive.truth_position))
 
     @pytest.mark.parametrize(
         ("arguments", "message"),

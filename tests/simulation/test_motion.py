@@ -13,7 +13,7 @@ from zerorate.simulation.trajectories import TRAJECTORIES
 
 DEG = math.radians(1.0)
 G = 9.80665
-NONE = zr.MotionErrors.none()
+NONE = zr.simulation.MotionErrors.none()
 
 
 def clean(kind, **more):
@@ -126,7 +126,7 @@ class TestErrors:
         assert np.abs(real.gyro - real.rates).max() > 0.3 * DEG
 
     def test_the_matrix_and_the_bias_undo_the_errors(self):
-        errors = zr.MotionErrors(gyro_noise=0.0, accel_noise=0.0)
+        errors = zr.simulation.MotionErrors(gyro_noise=0.0, accel_noise=0.0)
         motion = zr.simulate_motion("hand", duration=30.0, seed=5, errors=errors)
         undone = (motion.gyro - motion.bias) @ motion.gyro_matrix.T
         # Rounding of a few rad/s.
@@ -136,7 +136,7 @@ class TestErrors:
 
     def test_given_values_are_taken(self):
         M = np.eye(3) + 0.1 * np.arange(9.0).reshape(3, 3) / 9.0
-        errors = zr.MotionErrors(
+        errors = zr.simulation.MotionErrors(
             gyro_bias=[0.1, 0.2, 0.3], gyro_walk=0.0, gyro_matrix=M, accel_bias=[1.0, 2.0, 3.0]
         )
         motion = zr.simulate_motion("circle", duration=5.0, errors=errors)
@@ -168,7 +168,7 @@ class TestErrors:
 
     def test_the_field_of_a_room_wanders(self):
         """By its angle, and with the memory of 15 s; at rest it stays."""
-        errors = zr.MotionErrors(mag_noise=0.0)
+        errors = zr.simulation.MotionErrors(mag_noise=0.0)
         motion = zr.simulate_motion("circle", 10.0, 6000.0, seed=3, errors=errors)
         field = in_earth(motion, motion.mag)
         # One sample may belong to either side of the start.
@@ -197,7 +197,7 @@ class TestErrors:
             assert (far | (np.abs(dip - 65 * DEG) > 10 * DEG))[inside].all()
 
     def test_lost_samples_leave_their_stamps(self):
-        errors = zr.MotionErrors(lost=0.05)
+        errors = zr.simulation.MotionErrors(lost=0.05)
         whole = zr.simulate_motion("arm", duration=60.0, seed=6)
         motion = zr.simulate_motion("arm", duration=60.0, seed=6, errors=errors)
         kept = np.isin(whole.time, motion.time)
@@ -237,10 +237,19 @@ class TestUse:
             ({"dip": math.nan}, "dip must be"),
             ({"magnet": [(3.0, 2.0)]}, "each from less to more"),
             ({"magnet": [3.0, 2.0]}, r"magnet must be finite, of shape \(m, 2\), got \(2,\)"),
-            ({"errors": zr.MotionErrors(lost=1.0)}, "lost must be from 0 to below 1"),
-            ({"errors": zr.MotionErrors(gyro_bias=-1.0)}, "gyro_bias must be finite and not neg"),
-            ({"errors": zr.MotionErrors(gyro_noise=math.inf)}, "gyro_noise must be finite"),
-            ({"errors": zr.MotionErrors(gyro_matrix=np.zeros((3, 3)))}, "must have an inverse"),
+            ({"errors": zr.simulation.MotionErrors(lost=1.0)}, "lost must be from 0 to below 1"),
+            (
+                {"errors": zr.simulation.MotionErrors(gyro_bias=-1.0)},
+                "gyro_bias must be finite and not neg",
+            ),
+            (
+                {"errors": zr.simulation.MotionErrors(gyro_noise=math.inf)},
+                "gyro_noise must be finite",
+            ),
+            (
+                {"errors": zr.simulation.MotionErrors(gyro_matrix=np.zeros((3, 3)))},
+                "must have an inverse",
+            ),
         ],
     )
     def test_refusals(self, change, match):

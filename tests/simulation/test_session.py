@@ -10,14 +10,14 @@ from zerorate.geometry import rotations
 from zerorate.simulation.hand import turned
 
 EXACT = {
-    "gyro": zr.GyroErrors(noise=None, resolution=0.0),
-    "accel": zr.AccelErrors(noise=None, resolution=0.0, disturbance=0.0),
+    "gyro": zr.simulation.GyroErrors(noise=None, resolution=0.0),
+    "accel": zr.simulation.AccelErrors(noise=None, resolution=0.0, disturbance=0.0),
 }
 PERFECT = {
-    "gyro": zr.GyroErrors(
+    "gyro": zr.simulation.GyroErrors(
         noise=None, resolution=0.0, scale=0.0, misalignment=0.0, bias=0.0, g_sensitivity=0.0
     ),
-    "accel": zr.AccelErrors(
+    "accel": zr.simulation.AccelErrors(
         noise=None, resolution=0.0, disturbance=0.0, scale=0.0, misalignment=0.0, bias=0.0
     ),
 }
@@ -39,13 +39,13 @@ def directions(session):
 
 class TestMotion:
     def test_the_rates_are_the_derivative_of_the_orientation(self):
-        session = zr.simulate_session(4, seed=5, rate=2000.0, tremor=0.05)
+        session = zr.simulation.simulate_session(4, seed=5, rate=2000.0, tremor=0.05)
         mean = 0.5 * (session.rates[1:] + session.rates[:-1])
         # A step's trapezoid misses dt^3/12 of the second derivative: some 100 rad/s^3 here.
         np.testing.assert_allclose(steps(session) * 2000.0, mean, atol=100.0 / 12.0 / 2000.0**2 * 3)
 
     def test_a_rest_is_still_and_a_turn_is_within_its_angles(self):
-        session = zr.simulate_session(12, seed=3)
+        session = zr.simulation.simulate_session(12, seed=3)
         for first, stop in session.rests:
             assert (session.rates[first:stop] == 0.0).all()
             still = session.quaternion[first:stop]
@@ -60,42 +60,42 @@ class TestMotion:
         assert min(moving) > 0.0
 
     def test_rests_and_turns_share_their_ends_and_cover_all(self):
-        session = zr.simulate_session(5, seed=1, rate=62.5, rest=1.3, turn=0.7)
+        session = zr.simulation.simulate_session(5, seed=1, rate=62.5, rest=1.3, turn=0.7)
         assert session.rests[0, 0] == 0
         assert session.rests[-1, 1] == session.recording.gyro.n == len(session.rates)
         assert (session.turns[:, 0] == session.rests[:-1, 1] - 1).all()
         assert (session.turns[:, 1] == session.rests[1:, 0] + 1).all()
 
     def test_six_poses_have_each_axis_up_and_down(self):
-        found = directions(zr.simulate_session("six"))
+        found = directions(zr.simulation.simulate_session("six"))
         expected = [[0, 0, 1], [1, 0, 0], [0, 1, 0], [0, 0, -1], [-1, 0, 0], [0, -1, 0]]
         np.testing.assert_allclose(found, expected, atol=1e-12)
 
     def test_turns_about_the_vertical_show_the_accelerometer_nothing(self):
-        session = zr.simulate_session(8, axis=(0.0, 0.0, 2.0))
+        session = zr.simulation.simulate_session(8, axis=(0.0, 0.0, 2.0))
         np.testing.assert_allclose(directions(session), np.tile(UP, (8, 1)), atol=1e-12)
         assert (session.rates[:, :2] == 0.0).all()
         assert {-1.0, 1.0} == set(np.sign(session.rates[session.turns.mean(axis=1).astype(int), 2]))
 
     def test_given_poses_are_held(self):
         q = rotations.unit(np.random.default_rng(4).standard_normal((7, 4)))
-        as_quaternions = zr.simulate_session(q, **PERFECT)
+        as_quaternions = zr.simulation.simulate_session(q, **PERFECT)
         matrices = np.stack([turned(q, np.tile(e, (7, 1))) for e in np.eye(3)], axis=2)
-        as_matrices = zr.simulate_session(matrices, **PERFECT)
+        as_matrices = zr.simulation.simulate_session(matrices, **PERFECT)
         held = as_quaternions.quaternion[as_quaternions.rests[:, 0]]
         np.testing.assert_allclose(np.abs(np.sum(held * q, axis=1)), 1.0, atol=1e-12)
         np.testing.assert_allclose(as_matrices.rates, as_quaternions.rates, atol=1e-9)
 
     def test_a_turn_may_be_a_whole_revolution(self):
         vectors = 2.0 * math.pi * np.eye(3)
-        session = zr.simulate_session(turns=vectors, turn=4.0, wobble=0.0)
+        session = zr.simulation.simulate_session(turns=vectors, turn=4.0, wobble=0.0)
         np.testing.assert_allclose(directions(session), np.tile(UP, (4, 1)), atol=1e-12)
         turned_by = [steps(session)[a : b - 1].sum(axis=0) for a, b in session.turns]
         # Vectors of quaternions are sines: of 3 deg they miss x^3/24 of the angle.
         np.testing.assert_allclose(turned_by, vectors, rtol=2e-4, atol=1e-9)
 
     def test_a_hand_leaves_the_axis_and_comes_back(self):
-        steady, shaky = (zr.simulate_session(4, seed=3, wobble=w) for w in (0.0, 0.1))
+        steady, shaky = (zr.simulation.simulate_session(4, seed=3, wobble=w) for w in (0.0, 0.1))
         for one in (steady, shaky):
             axes = one.rates / np.maximum(np.linalg.norm(one.rates, axis=1, keepdims=True), 1e-9)
             middle = axes[one.turns[:, 0] + 60], axes[one.turns[:, 0] + 140]
@@ -104,7 +104,7 @@ class TestMotion:
         np.testing.assert_allclose(directions(steady), directions(shaky), atol=1e-12)
 
     def test_a_hand_trembles_as_asked(self):
-        session = zr.simulate_session(3, seed=2, rest=60.0, tremor=0.02)
+        session = zr.simulation.simulate_session(3, seed=2, rest=60.0, tremor=0.02)
         at_rest = np.concatenate([session.rates[a:b] for a, b in session.rests])
         # Eight lines in 180 s: their squares average out to 1/(1 Hz 180 s).
         assert math.sqrt(float((at_rest**2).sum(axis=1).mean())) == pytest.approx(0.02, rel=0.02)
@@ -117,12 +117,14 @@ class TestOutput:
     def test_the_truth_takes_the_errors_away(self, gyro_unit, accel_unit):
         # Counts are rounded: steps so fine that they stay below the tolerance.
         fine = 1e-9 if gyro_unit == "unit" else 0.0
-        session = zr.simulate_session(
+        session = zr.simulation.simulate_session(
             5,
             seed=2,
             gravity=9.79,
-            gyro=zr.GyroErrors(noise=None, resolution=fine, unit=gyro_unit),
-            accel=zr.AccelErrors(noise=None, resolution=fine, disturbance=0.0, unit=accel_unit),
+            gyro=zr.simulation.GyroErrors(noise=None, resolution=fine, unit=gyro_unit),
+            accel=zr.simulation.AccelErrors(
+                noise=None, resolution=fine, disturbance=0.0, unit=accel_unit
+            ),
         )
         truth, log = session.truth, session.recording
         si = {"g": 9.80665, "deg/s": math.radians(1.0)}
@@ -136,19 +138,19 @@ class TestOutput:
         assert (log.gyro.unit, log.accel.unit) == (gyro_unit, accel_unit)
 
     def test_force_at_rest_is_gravity(self):
-        session = zr.simulate_session(6, seed=4, gravity=9.79)
+        session = zr.simulation.simulate_session(6, seed=4, gravity=9.79)
         first = session.rests[:, 0] + 5
         np.testing.assert_allclose(session.force[first], 9.79 * directions(session), atol=1e-12)
         middle = session.turns.mean(axis=1).astype(int)
         assert np.abs(np.linalg.norm(session.force[middle], axis=1) - 9.79).min() > 1e-3
 
     def test_the_accelerometer_defines_the_axes(self):
-        matrix = np.array(zr.simulate_session(2).truth.accel.matrix)
+        matrix = np.array(zr.simulation.simulate_session(2).truth.accel.matrix)
         assert (np.triu(matrix, 1) == 0.0).all()
         assert (np.tril(matrix, -1) != 0.0).sum() == 3
 
     def test_drawn_errors_have_the_deviations_asked_for(self):
-        many = [zr.simulate_session(1, seed=i, rest=0.1).truth for i in range(100)]
+        many = [zr.simulation.simulate_session(1, seed=i, rest=0.1).truth for i in range(100)]
         spread = np.std([m.values for m in many], axis=0)
         expected = {
             "accel.matrix.xx": 0.02,
@@ -165,11 +167,11 @@ class TestOutput:
 
     def test_noise_is_that_of_the_models(self):
         gyro, accel = zr.NoiseModel(1e-4), zr.NoiseModel(2e-3, quantity="acceleration")
-        session = zr.simulate_session(
+        session = zr.simulation.simulate_session(
             2,
             rest=30.0,
-            gyro=zr.GyroErrors(noise=gyro, unit="rad/s"),
-            accel=zr.AccelErrors(noise=accel, resolution=0.0, unit="m/s^2"),
+            gyro=zr.simulation.GyroErrors(noise=gyro, unit="rad/s"),
+            accel=zr.simulation.AccelErrors(noise=accel, resolution=0.0, unit="m/s^2"),
         )
         first, stop = session.rests[0]
         # Five deviations of a deviation of 3000 samples.
@@ -178,18 +180,20 @@ class TestOutput:
         np.testing.assert_allclose(session.recording.accel.data[first:stop].std(0), 2e-2, rtol=rtol)
 
     def test_poses_are_disturbed(self):
-        accel = zr.AccelErrors(noise=None, resolution=0.0, scale=0.0, misalignment=0.0, bias=0.0)
-        session = zr.simulate_session(60, rest=0.5, accel=accel)
+        accel = zr.simulation.AccelErrors(
+            noise=None, resolution=0.0, scale=0.0, misalignment=0.0, bias=0.0
+        )
+        session = zr.simulation.simulate_session(60, rest=0.5, accel=accel)
         first = session.rests[:, 0] + 5
         off = session.recording.accel.data[first] - session.force[first] / 9.80665
         # Four deviations of a deviation of 180 numbers.
         assert off.std() == pytest.approx(0.3e-3, rel=4.0 / math.sqrt(360))
 
     def test_range_and_resolution(self):
-        session = zr.simulate_session(
+        session = zr.simulation.simulate_session(
             6,
-            gyro=zr.GyroErrors(noise=None, resolution=0.001, range=1.0, unit="rad/s"),
-            accel=zr.AccelErrors(range=9.0, unit="m/s^2"),
+            gyro=zr.simulation.GyroErrors(noise=None, resolution=0.001, range=1.0, unit="rad/s"),
+            accel=zr.simulation.AccelErrors(range=9.0, unit="m/s^2"),
         )
         gyro, accel = session.recording.gyro.data, session.recording.accel.data
         assert np.abs(gyro).max() == 1.0 < np.abs(session.rates).max()
@@ -198,8 +202,8 @@ class TestOutput:
         assert np.abs(accel).max() == 9.0
 
     def test_counts_are_whole(self):
-        counts = zr.GyroErrors(unit="unit"), zr.AccelErrors(unit="unit")
-        session = zr.simulate_session(3, gyro=counts[0], accel=counts[1])
+        counts = zr.simulation.GyroErrors(unit="unit"), zr.simulation.AccelErrors(unit="unit")
+        session = zr.simulation.simulate_session(3, gyro=counts[0], accel=counts[1])
         for log in session.recording.values():
             np.testing.assert_allclose(log.data, np.round(log.data), atol=1e-9)
         # 131 counts per deg/s, 16384 per g.
@@ -208,10 +212,12 @@ class TestOutput:
 
     def test_temperature(self):
         by_temperature = np.radians([[0.2, 0.0, -0.1], [0.01, 0.02, 0.0]])
-        session = zr.simulate_session(
+        session = zr.simulation.simulate_session(
             4,
             temperature=(20.0, 45.0),
-            gyro=zr.GyroErrors(noise=None, bias=(0.0, 0.0, 0.0), temperature=by_temperature),
+            gyro=zr.simulation.GyroErrors(
+                noise=None, bias=(0.0, 0.0, 0.0), temperature=by_temperature
+            ),
         )
         warm = session.recording.temperature.data
         assert warm[0, 0] == 20.0
@@ -223,23 +229,28 @@ class TestOutput:
         assert session.truth.temperature == pytest.approx(warm.mean())
 
     def test_temperature_as_a_function(self):
-        session = zr.simulate_session(2, temperature=lambda t: 20.0 + 0.1 * t)
+        session = zr.simulation.simulate_session(2, temperature=lambda t: 20.0 + 0.1 * t)
         log = session.recording.temperature
         np.testing.assert_allclose(log.data[:, 0], 20.0 + 0.1 * log.time)
 
 
 class TestSeeds:
     def test_the_same_arguments_give_the_same_session(self):
-        one, two, other = (zr.simulate_session(4, seed=s) for s in (7, 7, 8))
+        one, two, other = (zr.simulation.simulate_session(4, seed=s) for s in (7, 7, 8))
         for name in ("gyro", "accel"):
             np.testing.assert_array_equal(one.recording[name].data, two.recording[name].data)
         assert not np.array_equal(one.truth.values, other.truth.values)
 
     def test_what_is_drawn_does_not_depend_on_what_is_given(self):
-        plain, exact = zr.simulate_session(4, seed=7), zr.simulate_session(4, seed=7, **EXACT)
+        plain, exact = (
+            zr.simulation.simulate_session(4, seed=7),
+            zr.simulation.simulate_session(4, seed=7, **EXACT),
+        )
         np.testing.assert_array_equal(plain.rates, exact.rates)
         np.testing.assert_array_equal(plain.truth.values[:21], exact.truth.values[:21])
-        given = zr.simulate_session(4, seed=7, gyro=zr.GyroErrors(matrix=np.eye(3)))
+        given = zr.simulation.simulate_session(
+            4, seed=7, gyro=zr.simulation.GyroErrors(matrix=np.eye(3))
+        )
         np.testing.assert_array_equal(plain.truth.values[21:], given.truth.values[21:])
 
 
@@ -263,15 +274,21 @@ class TestSeeds:
         ({"tremor": -1.0}, "tremor must be"),
         ({"wobble": -1.0}, "wobble must be"),
         ({"temperature": (1.0, 2.0, 3.0)}, r"temperature must be finite, of shape \(2\)"),
-        ({"accel": zr.AccelErrors(matrix=np.ones((3, 3)))}, "must be lower triangular"),
-        ({"accel": zr.AccelErrors(unit="mg")}, "unit must be one of g, m/s"),
-        ({"accel": zr.AccelErrors(range=0.0)}, "range must be positive"),
-        ({"gyro": zr.GyroErrors(unit="unit", resolution=0.0)}, "need a resolution above 0"),
-        ({"gyro": zr.GyroErrors(bias=(1.0, 2.0))}, r"bias must be finite, of shape \(3\)"),
-        ({"gyro": zr.GyroErrors(scale=-0.1)}, "scale must be finite and not negative"),
-        ({"gyro": zr.GyroErrors(temperature=(0.1,))}, "needs the session's temperature"),
+        ({"accel": zr.simulation.AccelErrors(matrix=np.ones((3, 3)))}, "must be lower triangular"),
+        ({"accel": zr.simulation.AccelErrors(unit="mg")}, "unit must be one of g, m/s"),
+        ({"accel": zr.simulation.AccelErrors(range=0.0)}, "range must be positive"),
+        (
+            {"gyro": zr.simulation.GyroErrors(unit="unit", resolution=0.0)},
+            "need a resolution above 0",
+        ),
+        (
+            {"gyro": zr.simulation.GyroErrors(bias=(1.0, 2.0))},
+            r"bias must be finite, of shape \(3\)",
+        ),
+        ({"gyro": zr.simulation.GyroErrors(scale=-0.1)}, "scale must be finite and not negative"),
+        ({"gyro": zr.simulation.GyroErrors(temperature=(0.1,))}, "needs the session's temperature"),
     ],
 )
 def test_refusals(arguments, message):
     with pytest.raises(ValueError, match=message):
-        zr.simulate_session(**{"poses": 3, "rest": 1.0, **arguments})
+        zr.simulation.simulate_session(**{"poses": 3, "rest": 1.0, **arguments})

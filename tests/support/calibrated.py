@@ -10,7 +10,7 @@ import zerorate as zr
 @cache
 def session(poses=20, seed=5):
     """A simulated session of an ordinary consumer device, made once."""
-    return zr.simulate_session(poses, seed=seed)
+    return zr.simulation.simulate_session(poses, seed=seed)
 
 
 @cache

@@ -468,8 +468,8 @@ STREAMS = {
         properties=AUTO,
     ),
     "least-squares": Stream(
-        kind=zr.RecursiveLeastSquares,
-        make=lambda arguments: zr.RecursiveLeastSquares(**arguments),
+        kind=zr.identify.RecursiveLeastSquares,
+        make=lambda arguments: zr.identify.RecursiveLeastSquares(**arguments),
         settings=model_settings,
         examples={"least-squares": {}},
         properties=MODEL,
@@ -478,8 +478,8 @@ STREAMS = {
         units={"scale": 1},
     ),
     "allan-noise": Stream(
-        kind=zr.AllanNoise,
-        make=lambda arguments: zr.AllanNoise(**arguments),
+        kind=zr.noise.AllanNoise,
+        make=lambda arguments: zr.noise.AllanNoise(**arguments),
         settings=noise_settings,
         examples={"allan-noise": {}, "hadamard-noise": {"noise": "hadamard", "fading": 1.0}},
         properties={"variance": 2},
@@ -504,8 +504,8 @@ STREAMS = {
         powers=400,
     ),
     "motion-detector": Stream(
-        kind=zr.MotionDetector,
-        make=lambda arguments: zr.MotionDetector(**arguments),
+        kind=zr.noise.MotionDetector,
+        make=lambda arguments: zr.noise.MotionDetector(**arguments),
         settings=motion_settings,
         examples={"motion-detector": {"rate": RATE}},
         properties={"moving": 0},

@@ -20,14 +20,14 @@ NAMES = ("position", "velocity", "quaternion", "gyro_bias", "accel_bias", "sigma
 
 def drive(duration=60.0, seed=1, **arguments):
     """Of a car that drives off after 12 s."""
-    return zr.simulate_drive(duration, RATE, seed=seed, **{"rest": 12.0, **arguments})
+    return zr.simulate_drive(RATE, duration, seed=seed, **{"rest": 12.0, **arguments})
 
 
 def start_of(drive, time=10.0, tilt=(0.002, -0.003, 0.03), **changes):
     """What an alignment might have found at a time, with errors of its size."""
     k = round(time * drive.rate)
     attitude = Rotation.from_rotvec(tilt) * rotation(drive.truth_quaternion[k])
-    start = zr.Alignment(
+    start = zr.navigation.Alignment(
         time=time,
         quaternion=attitude.as_quat(scalar_first=True),
         latitude=drive.truth_position[0, 0],
@@ -71,7 +71,7 @@ def at_rest(time, latitude, heading=0.3, height=100.0):
     angle = np.radians(latitude)
     gyro = turned.inv().apply(earth_rate(angle))
     accel = np.array([0.0, 0.0, -float(normal_gravity(angle, height))])
-    start = zr.Alignment(
+    start = zr.navigation.Alignment(
         time=float(time[0]),
         quaternion=turned.as_quat(scalar_first=True),
         latitude=latitude,

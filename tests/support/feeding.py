@@ -79,7 +79,7 @@ def process(f, z, **how):
 
 def flat(answers):
     """Answers of any kind as one array, side by side."""
-    if isinstance(answers, zr.LinearRun):
+    if isinstance(answers, zr.linear.LinearRun):
         return answers.state
     if isinstance(answers, tuple) and isinstance(answers[0], dict):
         known = answers[0]

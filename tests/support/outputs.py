@@ -350,7 +350,7 @@ def least_squares(book: Book, files: Recordings) -> None:
         for width, channels, data in one_and_three(z):
             name = f"least squares {i} {width}"
             with book.trying(name):
-                model = zr.RecursiveLeastSquares(channels=channels, **options)
+                model = zr.identify.RecursiveLeastSquares(channels=channels, **options)
                 book.put(name, model.process(data, threads=1))
                 book.read(name, model, "coefficients covariance samples_seen ready")
 
@@ -363,7 +363,9 @@ def noises(book: Book, files: Recordings) -> None:
             for width, channels, data in one_and_three(z):
                 name = f"noise {noise} {fading} {width}"
                 with book.trying(name):
-                    model = zr.AllanNoise(fading=fading, noise=noise, floor=0.0, channels=channels)
+                    model = zr.noise.AllanNoise(
+                        fading=fading, noise=noise, floor=0.0, channels=channels
+                    )
                     book.put(name, model.process(data, threads=1))
                     book.read(name, model, "variance")
 
@@ -404,7 +406,7 @@ CURVE: Final = "taus deviation rate_deviation lower upper edf exponent terms fac
 TERMS: Final = "angle_random_walk bias_instability rate_random_walk rate_ramp quantization"
 
 
-def coefficient(book: Book, name: str, found: zr.Coefficient) -> None:
+def coefficient(book: Book, name: str, found: zr.noise.Coefficient) -> None:
     """Record a coefficient with its error and bound."""
     numbers = [float(found), found.sigma, found.upper_bound, float(found.identifiable)]
     book.put(name, numbers)
@@ -420,12 +422,12 @@ def noise_model(book: Book, name: str, model: zr.NoiseModel) -> None:
     for i, line in enumerate(model.sinusoid):
         coefficient(book, f"{name} sinusoid {i} amplitude", line.amplitude)
         coefficient(book, f"{name} sinusoid {i} frequency", line.frequency)
-    if isinstance(model, zr.FittedModel):
+    if isinstance(model, zr.noise.FittedModel):
         book.read(name, model, "chi_squared degrees_of_freedom misfit method")
     book.say(f"{name} table", str(model))
 
 
-def fits(book: Book, name: str, result: zr.AllanResult, **options: Any) -> None:
+def fits(book: Book, name: str, result: zr.noise.AllanResult, **options: Any) -> None:
     """Record the models fitted to each axis of a curve."""
     with book.trying(name):
         found = result.fit(**options)
@@ -484,7 +486,9 @@ def models_of_curves(book: Book, files: Recordings) -> None:
         fits(book, f"{name} two terms", result, terms=two)
         for axis in range(3):
             with book.trying(f"whittle {record} {axis}"):
-                found = zr.whittle(np.ascontiguousarray(z[:100_000, axis]), rate, unit="deg/s")
+                found = zr.noise.whittle(
+                    np.ascontiguousarray(z[:100_000, axis]), rate, unit="deg/s"
+                )
                 noise_model(book, f"whittle {record} {axis}", found)
 
 
@@ -494,7 +498,7 @@ def dynamic(book: Book, files: Recordings) -> None:
     for kind, window in (("oadev", 600.0), ("hdev", 60.0), ("totdev", 100.0)):
         with book.trying(f"dynamic {kind}"):
             piece = with_gaps(z[:200_000, :2])[:, 0].copy()
-            found = zr.dynamic_allan(piece, rate, window=window, kind=kind, threads=1)
+            found = zr.noise.dynamic_allan(piece, rate, window=window, kind=kind, threads=1)
             book.read(f"dynamic {kind}", found, "times taus deviation window")
 
 
@@ -503,9 +507,11 @@ def simulated(book: Book, files: Recordings) -> None:
     taus = np.geomspace(0.01, 1000.0, 40)
     rich = zr.NoiseModel(
         angle_random_walk=1e-4, bias_instability=4e-5, rate_random_walk=1e-6, rate_ramp=1e-9,
-        quantization=1e-6, markov=(zr.Markov(1e-5, 30.0),), sinusoid=(zr.Sinusoid(1e-4, 2.0),),
+        quantization=1e-6, markov=(zr.noise.Markov(1e-5, 30.0),),
+        sinusoid=(zr.noise.Sinusoid(1e-4, 2.0),),
     )  # fmt: skip
-    sensors = {"rich": rich, **{name: zr.device(name) for name in zr.DEVICES}}
+    devices = {name: zr.simulation.device(name) for name in zr.simulation.DEVICES}
+    sensors = {"rich": rich, **devices}
     for name, sensor in sensors.items():
         with book.trying(f"simulated {name}"):
             z, drift = zr.simulate(sensor, rate=100.0, duration=60.0, seed=5, axes=3)
@@ -525,7 +531,7 @@ def exports(book: Book, files: Recordings) -> None:
     found = zr.allan(z, rate=rate, kind="oadev", taus="octave", unit="deg/s", threads=1).fit()
     accels = files.columns("still", "accel_x_g accel_y_g accel_z_g")
     accel = zr.allan(accels, rate=rate, kind="oadev", taus="octave", unit="g", threads=1).fit()
-    gyro, other = zr.worst_axis(found), zr.worst_axis(accel)
+    gyro, other = zr.noise.worst_axis(found), zr.noise.worst_axis(accel)
     noise_model(book, "export worst gyro", gyro)
     noise_model(book, "export worst accelerometer", other)
     for form in ("kalibr", "orbslam3", "vins", "px4"):
@@ -536,7 +542,7 @@ def exports(book: Book, files: Recordings) -> None:
     configuration(book, "export vins continuous", lambda: gyro.to_vins())
     with book.trying("export json"):
         json_values(book, "export json", json.loads(gyro.to_json()))
-        noise_model(book, "export json again", zr.FittedModel.from_json(gyro.to_json()))
+        noise_model(book, "export json again", zr.noise.FittedModel.from_json(gyro.to_json()))
 
 
 def configuration(book: Book, name: str, made: Callable[[], str]) -> None:

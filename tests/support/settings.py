@@ -378,7 +378,7 @@ def linear_settings(draw, channels=None):
 
 
 # Level, heading north, at HOME of support/feeding.py.
-LEVEL = zr.Alignment(
+LEVEL = zr.navigation.Alignment(
     time=0.0,
     quaternion=np.array([1.0, 0.0, 0.0, 0.0]),
     latitude=48.0,

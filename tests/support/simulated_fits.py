@@ -7,7 +7,7 @@ import numpy as np
 
 import zerorate as zr
 
-GYROS = {name: gyro.noise for name, gyro in zr.DEVICES.items()} | {
+GYROS = {name: gyro.noise for name, gyro in zr.simulation.DEVICES.items()} | {
     "strong walk": zr.NoiseModel(1e-4, 2e-5, 1e-5),
     "quantised": zr.NoiseModel(2e-5, 1e-5, quantization=1e-5),
 }
@@ -25,9 +25,9 @@ class Fits(NamedTuple):
     """The truth, the curve of a simulated record, and the models fitted to it."""
 
     truth: zr.NoiseModel
-    result: zr.AllanResult
-    curve: zr.FittedModel
-    whittle: zr.FittedModel
+    result: zr.noise.AllanResult
+    curve: zr.noise.FittedModel
+    whittle: zr.noise.FittedModel
 
 
 @cache
@@ -43,7 +43,7 @@ def simulated_fits():
 def _fits(truth, seed):
     z, _ = zr.simulate(truth, RATE, DURATION, seed)
     result = zr.allan(z, RATE)
-    return Fits(truth, result, result.fit(), zr.whittle(z, RATE))
+    return Fits(truth, result, result.fit(), zr.noise.whittle(z, RATE))
 
 
 def coefficients(method, terms=TERMS):

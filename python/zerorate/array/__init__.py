@@ -1,6 +1,47 @@
 """Arrays of gyros: how their noises go together, and how to weigh them."""
 
-from zerorate.array.covariance import AllanCovariance, allan_covariance
-from zerorate.array.virtual_gyro import VirtualGyro
+from typing import TYPE_CHECKING, Final
 
-__all__ = ["AllanCovariance", "VirtualGyro", "allan_covariance"]
+from zerorate.lazy import later
+
+if TYPE_CHECKING:
+    from zerorate.array.accelerometers import FusedAccelerometers, fuse_accelerometers
+    from zerorate.array.covariance import AllanCovariance, allan_covariance
+    from zerorate.array.logs import ArrayLog, array_log
+    from zerorate.array.rotations import Rotations, find_rotations, read_rotations
+    from zerorate.array.virtual_gyro import VirtualGyro
+
+__all__ = [
+    "AllanCovariance",
+    "ArrayLog",
+    "FusedAccelerometers",
+    "Rotations",
+    "VirtualGyro",
+    "allan_covariance",
+    "array_log",
+    "find_rotations",
+    "fuse_accelerometers",
+    "read_rotations",
+]
+
+_PLACES: Final = {
+    "accelerometers": (
+        "FusedAccelerometers",
+        "fuse_accelerometers",
+    ),
+    "covariance": (
+        "AllanCovariance",
+        "allan_covariance",
+    ),
+    "logs": (
+        "ArrayLog",
+        "array_log",
+    ),
+    "rotations": (
+        "Rotations",
+        "find_rotations",
+        "read_rotations",
+    ),
+    "virtual_gyro": ("VirtualGyro",),
+}
+__getattr__, __dir__ = later(__name__, _PLACES)

@@ -181,7 +181,7 @@ def fuse_accelerometers(
     >>> omega = np.tile([0.0, 0.0, 2.0], (500, 1))
     >>> accel = np.tile([[-0.4, 0.0, 9.81], [-0.8, 0.0, 9.81]], (500, 1, 1))
     >>> places = [[0.1, 0.0, 0.0], [0.2, 0.0, 0.0]]
-    >>> found = zr.fuse_accelerometers(accel, omega, rate=100.0, positions=places)
+    >>> found = zr.array.fuse_accelerometers(accel, omega, rate=100.0, positions=places)
     >>> print(found.accel[0].round(6) + 0.0)
     [0.   0.   9.81]
     """

@@ -126,7 +126,7 @@ class AllanCovariance(Result):
         >>> import zerorate as zr
         >>> rng = np.random.default_rng(1)
         >>> walks = np.cumsum(rng.standard_normal((7200, 3)) * [1.0, 1.0, 3.0], axis=0)
-        >>> r = zr.allan_covariance(walks + rng.standard_normal((7200, 3)), rate=1.0)
+        >>> r = zr.array.allan_covariance(walks + rng.standard_normal((7200, 3)), rate=1.0)
         >>> found = r.virtual_gyro()
         >>> print(f"{found.weights[2]:.2f} of the poor one; gain {found.gain:.1f}")
         0.04 of the poor one; gain 1.8
@@ -190,7 +190,7 @@ def allan_covariance(
     >>> rng = np.random.default_rng(1)
     >>> own = rng.standard_normal((20_000, 2))
     >>> common = np.cumsum(0.1 * rng.standard_normal((20_000, 1)), axis=0)
-    >>> r = zr.allan_covariance(own + common, rate=100.0)
+    >>> r = zr.array.allan_covariance(own + common, rate=100.0)
     >>> print(f"{r.correlation[3, 0, 1]:.2f} at {r.tau[3]:g} s")
     0.18 at 0.08 s
     >>> print(f"{r.correlation[10, 0, 1]:.2f} at {r.tau[10]:g} s")

@@ -60,7 +60,7 @@ class ArrayLog:
     >>> import zerorate as zr
     >>> one = {f"imu1_gyro_{axis}_dps": np.zeros(8) for axis in "xyz"}
     >>> other = {f"imu2_gyro_{axis}_dps": np.ones(8) for axis in "xyz"}
-    >>> log = zr.array_log(zr.read_recording({"t": np.arange(8) / 100, **one, **other}))
+    >>> log = zr.array.array_log(zr.read_recording({"t": np.arange(8) / 100, **one, **other}))
     >>> log
     ArrayLog(2 gyros of 3 axes, 8 samples at 100 Hz, deg/s: imu1, imu2)
     >>> log.data.shape

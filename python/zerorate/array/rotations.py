@@ -192,7 +192,7 @@ def find_rotations(
     >>> turns[2000:] = 50.0 * np.sin(np.arange(4000)[:, None] / [40.0, 57.0, 91.0])
     >>> other = np.stack([-turns[:, 1], turns[:, 0], turns[:, 2]], axis=1)
     >>> z = np.stack([turns, other], axis=1) + 0.1 * rng.standard_normal((6000, 2, 3))
-    >>> found = zr.find_rotations(z, rate=100.0, unit="deg/s")
+    >>> found = zr.array.find_rotations(z, rate=100.0, unit="deg/s")
     >>> print(found.matrices[1].round(2) + 0.0)
     [[ 0.  1.  0.]
      [-1.  0.  0.]
@@ -407,7 +407,7 @@ def read_rotations(source: str | os.PathLike[str]) -> Rotations:
     --------
     >>> import zerorate as zr
     >>> text = '{"format": "zerorate rotations", "version": 1, "rotations": {"a": [1, 0, 0, 0], '
-    >>> zr.read_rotations(text + '"b": [[0, -1, 0], [-1, 0, 0], [0, 0, -1]]}}').angles
+    >>> zr.array.read_rotations(text + '"b": [[0, -1, 0], [-1, 0, 0], [0, 0, -1]]}}').angles
     array([  0., 180.])
     """
     return restored(source, _FORMAT, _built)

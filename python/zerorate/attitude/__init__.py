@@ -1,1 +1,21 @@
 """Attitude of recordings, and what is known of a gyro before."""
+
+from typing import TYPE_CHECKING, Final
+
+from zerorate.lazy import later
+
+if TYPE_CHECKING:
+    from zerorate.attitude.estimate import AttitudeEstimate, estimate_attitude
+
+__all__ = [
+    "AttitudeEstimate",
+    "estimate_attitude",
+]
+
+_PLACES: Final = {
+    "estimate": (
+        "AttitudeEstimate",
+        "estimate_attitude",
+    ),
+}
+__getattr__, __dir__ = later(__name__, _PLACES)

@@ -1,49 +1,76 @@
 """Calibration: what is deterministic in an inertial sensor, with its errors, and its removal."""
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Final
 
 from zerorate.calibration.calibrate import CalibrationError, calibrate
+from zerorate.lazy import later
 
 if TYPE_CHECKING:
-    from zerorate.calibration.calibration import (
-        Calibration,
-        Origin,
-        Rest,
-        SensorCalibration,
-        Turn,
+    from zerorate.calibration.calibration import Calibration, Origin, Rest, SensorCalibration, Turn
+    from zerorate.calibration.comparison import (
+        CalibrationComparison,
+        MovedParameter,
+        compare_calibrations,
     )
     from zerorate.calibration.fit.rests import find_rests
+    from zerorate.calibration.rate.angle import Integrated, integrate
+    from zerorate.calibration.rate.rate_table import RateTable, RateTableAxis, calibrate_rate_table
+    from zerorate.calibration.rate.reference import FittedRate, fit_rate
+    from zerorate.calibration.temperature import TemperatureBias, TemperatureModel
 
 __all__ = [
     "Calibration",
+    "CalibrationComparison",
     "CalibrationError",
+    "FittedRate",
+    "Integrated",
+    "MovedParameter",
     "Origin",
+    "RateTable",
+    "RateTableAxis",
     "Rest",
     "SensorCalibration",
+    "TemperatureBias",
+    "TemperatureModel",
     "Turn",
     "calibrate",
+    "calibrate_rate_table",
+    "compare_calibrations",
     "find_rests",
+    "fit_rate",
+    "integrate",
 ]
 
-_LATER = {
-    "Calibration": "calibration",
-    "Origin": "calibration",
-    "Rest": "calibration",
-    "SensorCalibration": "calibration",
-    "Turn": "calibration",
-    "find_rests": "fit.rests",
+_PLACES: Final = {
+    "calibration": (
+        "Calibration",
+        "Origin",
+        "Rest",
+        "SensorCalibration",
+        "Turn",
+    ),
+    "comparison": (
+        "CalibrationComparison",
+        "MovedParameter",
+        "compare_calibrations",
+    ),
+    "fit.rests": ("find_rests",),
+    "rate.angle": (
+        "Integrated",
+        "integrate",
+    ),
+    "rate.rate_table": (
+        "RateTable",
+        "RateTableAxis",
+        "calibrate_rate_table",
+    ),
+    "rate.reference": (
+        "FittedRate",
+        "fit_rate",
+    ),
+    "temperature": (
+        "TemperatureBias",
+        "TemperatureModel",
+    ),
 }
-"""Modules that are imported when a name in them is first asked for."""
-
-
-def __getattr__(name: str) -> Any:  # noqa: ANN401
-    """Import what takes time when it is first asked for."""
-    if name not in _LATER:
-        raise AttributeError(f"module 'zerorate.calibration' has no attribute {name!r}")
-    return getattr(import_module(f"zerorate.calibration.{_LATER[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    """Show what is public."""
-    return __all__
+__getattr__, __dir__ = later(__name__, _PLACES)

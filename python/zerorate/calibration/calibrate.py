@@ -105,7 +105,7 @@ def calibrate(
     Examples
     --------
     >>> import zerorate as zr
-    >>> calibration = zr.calibrate(zr.simulate_session(20, seed=3).recording)
+    >>> calibration = zr.calibrate(zr.simulation.simulate_session(20, seed=3).recording)
     >>> calibration.valid, calibration.gyro.scale[0].identifiable, calibration.advice
     (True, True, ())
     """

@@ -123,7 +123,7 @@ def compare_calibrations(first: Calibration, second: Calibration) -> Calibration
     Examples
     --------
     >>> import zerorate as zr
-    >>> truth = zr.simulate_session(6, seed=1).truth
+    >>> truth = zr.simulation.simulate_session(6, seed=1).truth
     >>> found = compare_calibrations(truth, truth)
     >>> found.moved, found.degrees_of_freedom
     ((), 0)

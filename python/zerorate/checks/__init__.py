@@ -4,3 +4,8 @@ from zerorate.checks.check import check
 from zerorate.checks.result import Checks, Finding
 
 __all__ = ["Checks", "Finding", "check"]
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__

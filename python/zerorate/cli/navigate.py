@@ -53,7 +53,7 @@ from zerorate.navigation.clock import find_time_offset
 from zerorate.navigation.fixes import Fixes
 from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
 from zerorate.navigation.options import NAVIGATION_OPTIONS
-from zerorate.navigation.outages import Outages, outages
+from zerorate.navigation.outage import Outages, outages
 from zerorate.navigation.readers import read_fixes
 from zerorate.navigation.track import Track, not_begun
 from zerorate.navigation.tracks import write_geojson, write_gpx
@@ -362,7 +362,7 @@ class _Mounted:
             offset = time_offset
         elif given.time_offset is not None or told.time_offset is not None:
             own_offset = given.time_offset if given.time_offset is not None else told.time_offset
-            offset = -float(own_offset or 0.0)
+            offset = own_offset or 0.0
             parts["time offset"] = True
         if not math.isfinite(offset):
             raise UsageFault(f"--time-offset takes seconds, got {offset}")

@@ -86,7 +86,7 @@ def compare(
         then returns other values looks ahead, and its rows say so.
     progress : callable, optional
         Called with a step's name and the fraction of it that is done.
-    contaminate : str, zerorate.Contamination, or a sequence of these
+    contaminate : str, zerorate.simulation.Contamination, or a sequence of these
         Faults, each of which is put into every recording for a comparison of its own, as in
         ``"share=0.01,size=100"``. Chance is seeded: the same call gives the same numbers. The best
         moving average keeps the gain that is best for the clean record.

@@ -137,8 +137,8 @@ def run(
     *,
     models: Sequence[GyroModel] | None = None,
     seeds: int = 12,
-    duration: float = 1800.0,
     rate: float = 100.0,
+    duration: float = 1800.0,
     score_from: float = 120.0,
     progress: Progress | None = None,
 ) -> Regret:

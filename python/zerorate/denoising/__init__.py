@@ -3,3 +3,8 @@
 from zerorate.denoising.wavelet import Denoised, denoise
 
 __all__ = ["Denoised", "denoise"]
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__

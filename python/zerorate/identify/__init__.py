@@ -1,5 +1,6 @@
 """From a record at rest to a drift model, with the tests that justify it."""
 
+from zerorate._native import RecursiveLeastSquares
 from zerorate.identify.arma import ArmaGrid, arma_grid, fit_arma
 from zerorate.identify.arma_model import ArmaModel
 from zerorate.identify.arrangements import ReverseArrangements, reverse_arrangements
@@ -32,6 +33,7 @@ __all__ = [
     "NetworkModel",
     "OrderSelection",
     "Prepared",
+    "RecursiveLeastSquares",
     "ReverseArrangements",
     "Span",
     "StateSpace",

@@ -20,7 +20,7 @@ __all__ = ["Part", "advice", "parts_of"]
 
 @dataclass(frozen=True)
 class Part:
-    """Rows of a source that are a record of their own, as `zerorate.split_log` returns them.
+    """Rows of a source that are a record of their own, as `zerorate.io.split_log` returns them.
 
     Parameters
     ----------

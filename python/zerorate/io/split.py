@@ -40,7 +40,7 @@ def split_log(source: LogSource, group_by: str | int) -> dict[str, Part]:
     --------
     >>> import zerorate as zr
     >>> table = {"sensor": [1, 1, 1, 2, 2, 2], "t": [0.0, 0.1, 0.2] * 2, "gyro_x_dps": range(6)}
-    >>> parts = zr.split_log(table, "sensor")
+    >>> parts = zr.io.split_log(table, "sensor")
     >>> zr.read_log(parts["2"]).data[:, 0]
     array([3., 4., 5.])
     """

@@ -3,3 +3,8 @@
 from zerorate.linear.run import LinearRun, SmoothedRun
 
 __all__ = ["LinearRun", "SmoothedRun"]
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__

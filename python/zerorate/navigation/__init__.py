@@ -3,6 +3,67 @@
 The filter itself is `zerorate.NavigationFilter`, of the core.
 """
 
-from zerorate.navigation.track import STATUSES, VERDICTS
+from typing import TYPE_CHECKING, Final
 
-__all__ = ["STATUSES", "VERDICTS"]
+from zerorate.lazy import later
+
+if TYPE_CHECKING:
+    from zerorate.navigation.alignment import Alignment, align
+    from zerorate.navigation.clock import TimeOffset, find_time_offset
+    from zerorate.navigation.fixes import Fixes
+    from zerorate.navigation.mounting import Mounting, body_axes, read_mounting
+    from zerorate.navigation.outage import Outages, outages
+    from zerorate.navigation.readers import read_fixes
+    from zerorate.navigation.track import STATUSES, VERDICTS, Track
+    from zerorate.navigation.tracks import write_geojson, write_gpx
+
+__all__ = [
+    "STATUSES",
+    "VERDICTS",
+    "Alignment",
+    "Fixes",
+    "Mounting",
+    "Outages",
+    "TimeOffset",
+    "Track",
+    "align",
+    "body_axes",
+    "find_time_offset",
+    "outages",
+    "read_fixes",
+    "read_mounting",
+    "write_geojson",
+    "write_gpx",
+]
+
+_PLACES: Final = {
+    "alignment": (
+        "Alignment",
+        "align",
+    ),
+    "clock": (
+        "TimeOffset",
+        "find_time_offset",
+    ),
+    "fixes": ("Fixes",),
+    "mounting": (
+        "Mounting",
+        "body_axes",
+        "read_mounting",
+    ),
+    "outage": (
+        "Outages",
+        "outages",
+    ),
+    "readers": ("read_fixes",),
+    "track": (
+        "STATUSES",
+        "VERDICTS",
+        "Track",
+    ),
+    "tracks": (
+        "write_geojson",
+        "write_gpx",
+    ),
+}
+__getattr__, __dir__ = later(__name__, _PLACES)

@@ -119,7 +119,7 @@ def align(
     Examples
     --------
     >>> import zerorate as zr
-    >>> drive = zr.simulate_drive(60.0, seed=1)
+    >>> drive = zr.simulate_drive(duration=60.0, seed=1)
     >>> start = zr.align(drive.recording(), latitude=48.0, heading=0.3)
     >>> bool(abs(start.gyro_bias - drive.gyro_bias[0]).max() < 5 * start.gyro_bias_sigma)
     True

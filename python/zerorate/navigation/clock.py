@@ -97,10 +97,10 @@ def find_time_offset(
     Examples
     --------
     >>> import zerorate as zr
-    >>> drive = zr.simulate_drive(120.0, 50.0, seed=1)
+    >>> drive = zr.simulate_drive(50.0, 120.0, seed=1)
     >>> start = zr.align(drive.recording(), latitude=48.0, heading="course")
     >>> late = drive.fixes.shifted(0.12)
-    >>> found = zr.find_time_offset(drive.recording(), late, start)
+    >>> found = zr.navigation.find_time_offset(drive.recording(), late, start)
     >>> abs(found.seconds + 0.12) < 4 * found.sigma < 0.1
     True
     """

@@ -16,7 +16,7 @@ from zerorate.types import Floats
 
 __all__ = ["Mounting", "body_axes", "read_mounting"]
 
-_KEYS = ("body_from_sensor", "antenna_from_imu_m", "imu_time_offset_s")
+_KEYS = ("body_from_sensor", "antenna_from_imu_m", "time_offset_s", "imu_time_offset_s")
 _ORTHOGONAL = 1e-3
 
 
@@ -31,7 +31,7 @@ class Mounting:
     antenna : ndarray, shape (3,), or None
         From the sensor to the antenna, body axes, m.
     time_offset : float, or None
-        What the sensor's clock lacks, s: added to its times it is that of the fixes.
+        To be added to the times of the fixes, s, as ``NavigationFilter.process`` takes it.
     """
 
     body_from_sensor: Floats | None = None
@@ -57,9 +57,9 @@ def body_axes(recording: Recording, body_from_sensor: npt.ArrayLike) -> Recordin
     Examples
     --------
     >>> import zerorate as zr
-    >>> drive = zr.simulate_drive(40.0)
+    >>> drive = zr.simulate_drive(duration=40.0)
     >>> upside_down = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
-    >>> zr.body_axes(drive.recording(), upside_down).accel.data[0].round() + 0.0
+    >>> zr.navigation.body_axes(drive.recording(), upside_down).accel.data[0].round() + 0.0
     array([ 0.,  0., 10.])
     """
     matrix = rotation(body_from_sensor)
@@ -93,8 +93,9 @@ def _is_vector(name: str, channels: int) -> bool:
 def read_mounting(path: str | os.PathLike[str]) -> Mounting:
     """Return what a Parquet file says of the mounting of its sensors in its metadata.
 
-    The keys are body_from_sensor (a matrix as JSON), antenna_from_imu_m and imu_time_offset_s. Of a
-    file of another format nothing is known.
+    The keys are body_from_sensor (a matrix as JSON), antenna_from_imu_m, and time_offset_s, what is
+    to be added to the times of the fixes, or imu_time_offset_s, what is to be added to those of the
+    sensors. Of a file of another format nothing is known.
 
     Raises
     ------
@@ -106,6 +107,8 @@ def read_mounting(path: str | os.PathLike[str]) -> Mounting:
         matrix = rotation(json.loads(said[_KEYS[0]])) if _KEYS[0] in said else None
         antenna = _vector(said[_KEYS[1]]) if _KEYS[1] in said else None
         offset = float(said[_KEYS[2]]) if _KEYS[2] in said else None
+        if offset is None and _KEYS[3] in said:
+            offset = 0.0 - float(said[_KEYS[3]])
     except ValueError as error:
         raise LogError(
             f"{os.fspath(path)}: its metadata on the mounting is wrong: {error}"

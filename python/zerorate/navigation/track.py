@@ -21,7 +21,7 @@ from zerorate.views import Result, figure_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from zerorate.navigation.outages import Outages
+    from zerorate.navigation.outage import Outages
 
 __all__ = ["STATUSES", "VERDICTS", "Inputs", "Track", "not_begun", "track_of"]
 
@@ -251,7 +251,7 @@ class Track(Result):
         return Log.at(self.time, rate, self.position, names, "deg, deg, m", meta), beside
 
     def plot(self, outages: Outages | None = None) -> Figure:
-        """Return the figure, which marks outages of ``zerorate.outages``.
+        """Return the figure, which marks outages of ``zerorate.navigation.outages``.
 
         ImportError without matplotlib, of the extra ``plot``.
         """

@@ -87,7 +87,7 @@ def write_geojson(
     >>> import zerorate as zr
     >>> path = Path(tempfile.mkdtemp()) / "track.geojson"
     >>> fixes = zr.Fixes([0.0, 1.0], [[0.0, 179.5, 10.0], [1.0, -179.5, 20.0]])
-    >>> zr.write_geojson(path, fixes)
+    >>> zr.navigation.write_geojson(path, fixes)
     >>> json.loads(path.read_text())["features"][0]["geometry"]["coordinates"]
     [[[179.5, 0.0, 10.0], [180.0, 0.5, 15.0]], [[-180.0, 0.5, 15.0], [-179.5, 1.0, 20.0]]]
     """
@@ -126,7 +126,7 @@ def write_gpx(
     >>> from pathlib import Path
     >>> import zerorate as zr
     >>> path = Path(tempfile.mkdtemp()) / "track.gpx"
-    >>> zr.write_gpx(path, zr.Fixes([0.0], [[45.0, 7.0, 10.0]], epoch=1.7e9))
+    >>> zr.navigation.write_gpx(path, zr.Fixes([0.0], [[45.0, 7.0, 10.0]], epoch=1.7e9))
     >>> print(path.read_text().splitlines()[4])
     <trkpt lat="45.0" lon="7.0"><ele>10.0</ele><time>2023-11-14T22:13:20.000Z</time></trkpt>
     """

@@ -1,5 +1,6 @@
 """Noise of sensors at rest: deviation curves, the models fitted to them, and their exports."""
 
+from zerorate._native import AllanNoise, MotionDetector
 from zerorate.noise.allan import allan
 from zerorate.noise.coefficient import Coefficient
 from zerorate.noise.dynamic import DynamicAllan, dynamic_allan
@@ -12,12 +13,14 @@ from zerorate.noise.terms import FLICKER_FLOOR, Markov, Sinusoid
 
 __all__ = [
     "FLICKER_FLOOR",
+    "AllanNoise",
     "AllanResult",
     "Coefficient",
     "DiscreteSigmas",
     "DynamicAllan",
     "FittedModel",
     "Markov",
+    "MotionDetector",
     "NoiseModel",
     "Quantity",
     "Sinusoid",
@@ -26,3 +29,8 @@ __all__ = [
     "whittle",
     "worst_axis",
 ]
+
+
+def __dir__() -> list[str]:
+    """Show what is public."""
+    return __all__

@@ -112,7 +112,7 @@ def dynamic_allan(
     >>> import numpy as np
     >>> import zerorate as zr
     >>> louder = np.linspace(1.0, 2.0, 20_000) * np.random.default_rng(1).standard_normal(20_000)
-    >>> d = zr.dynamic_allan(louder, rate=100.0, window=20.0, unit="deg/s")
+    >>> d = zr.noise.dynamic_allan(louder, rate=100.0, window=20.0, unit="deg/s")
     >>> bool(d.deviation[-1, 0] > 1.7 * d.deviation[0, 0])
     True
     """

@@ -187,7 +187,7 @@ def whittle(
     >>> import zerorate as zr
     >>> model = zr.NoiseModel(angle_random_walk=1e-4, bias_instability=3e-5)
     >>> signal, _ = zr.simulate(model, rate=100.0, duration=3600.0, seed=1)
-    >>> fit = zr.whittle(signal, rate=100.0, unit="rad/s")
+    >>> fit = zr.noise.whittle(signal, rate=100.0, unit="rad/s")
     >>> abs(fit.angle_random_walk / 1e-4 - 1.0) < 0.01
     True
     """

@@ -3,8 +3,9 @@
 Figures need matplotlib, which is imported when one is drawn.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
+
+from zerorate.lazy import later
 
 if TYPE_CHECKING:
     from zerorate.show.allan_figure import plot_allan, plot_characterisation
@@ -92,11 +93,4 @@ _PLACES: Final = {
     "style": ("save_figure",),
     "tables": ("WIDTH",),
 }
-_MODULES: Final = {name: module for module, names in _PLACES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:  # noqa: ANN401
-    """Import the module of a name when it is first asked for: nobody needs all of them."""
-    if name not in _MODULES:
-        raise AttributeError(f"module 'zerorate.show' has no attribute {name!r}")
-    return getattr(import_module(f"zerorate.show.{_MODULES[name]}"), name)
+__getattr__, __dir__ = later(__name__, _PLACES)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from zerorate.geometry.earth import local_ned
-from zerorate.navigation.outages import FILTER, POSITION_HELD, SMOOTHED, VELOCITY_HELD
+from zerorate.navigation.outage import FILTER, POSITION_HELD, SMOOTHED, VELOCITY_HELD
 from zerorate.show.attitude_figure import thinned
 from zerorate.show.navigation_table import track_title
 from zerorate.show.style import (
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from zerorate.navigation.outages import OutageErrors, Outages
+    from zerorate.navigation.outage import OutageErrors, Outages
     from zerorate.navigation.track import Track
     from zerorate.types import Floats, Integers
 
@@ -73,7 +73,8 @@ def plot_track(track: Track, outages: Outages | None = None, nis: Floats | None 
     track : Track
         What to show.
     outages : Outages, optional
-        Of ``zerorate.outages``: the longest are marked, with what the filter did in them.
+        Of ``zerorate.navigation.outages``: the longest are marked, with what the filter did in
+        them.
     nis : ndarray, shape (m, 2), optional
         What `Track.nis` returned; by default it is asked, of a track that is not smoothed.
 
@@ -131,7 +132,7 @@ def plot_outages(
     Parameters
     ----------
     outages : Outages
-        Of ``zerorate.outages``.
+        Of ``zerorate.navigation.outages``.
     others : mapping of str to Outages, optional
         Other filters by name, on the same fixes; each is shown beside the first.
     seconds : float, optional

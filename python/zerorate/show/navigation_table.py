@@ -17,7 +17,7 @@ from zerorate.show.tables import Table, as_text, bulleted
 if TYPE_CHECKING:
     from zerorate.navigation.alignment import Alignment
     from zerorate.navigation.clock import TimeOffset
-    from zerorate.navigation.outages import OutageErrors, Outages
+    from zerorate.navigation.outage import OutageErrors, Outages
     from zerorate.navigation.track import Track
     from zerorate.types import Floats
 
@@ -59,7 +59,7 @@ def format_outages(outages: Outages) -> str:
     Parameters
     ----------
     outages : Outages
-        As `zerorate.outages` returns them.
+        As `zerorate.navigation.outages` returns them.
 
     Returns
     -------

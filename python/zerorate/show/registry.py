@@ -79,7 +79,7 @@ VIEWS: Final = {
         "series_views:format_smoothed",
         "series_views:plot_smoothed",
     ),
-    "navigation.outages.Outages": (
+    "navigation.outage.Outages": (
         "navigation_table:format_outages",
         "navigation_figure:plot_outages",
     ),

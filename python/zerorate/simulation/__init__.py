@@ -1,7 +1,61 @@
-"""Simulated gyros: devices from data sheets, records of which every part is known, and faults."""
+"""Simulated sensors: devices from data sheets, records of which every part is known, and faults."""
 
-from zerorate.simulation.contamination import Contamination
-from zerorate.simulation.devices import DEVICES, Device, device
-from zerorate.simulation.gyro import simulate
+from typing import TYPE_CHECKING, Final
 
-__all__ = ["DEVICES", "Contamination", "Device", "device", "simulate"]
+from zerorate.lazy import later
+
+if TYPE_CHECKING:
+    from zerorate.simulation.contamination import Contamination
+    from zerorate.simulation.devices import DEVICES, Device, device
+    from zerorate.simulation.drive import SimulatedDrive, simulate_drive
+    from zerorate.simulation.gyro import simulate
+    from zerorate.simulation.motion import MotionErrors, SimulatedMotion, simulate_motion
+    from zerorate.simulation.session import (
+        AccelErrors,
+        GyroErrors,
+        SimulatedSession,
+        simulate_session,
+    )
+
+__all__ = [
+    "DEVICES",
+    "AccelErrors",
+    "Contamination",
+    "Device",
+    "GyroErrors",
+    "MotionErrors",
+    "SimulatedDrive",
+    "SimulatedMotion",
+    "SimulatedSession",
+    "device",
+    "simulate",
+    "simulate_drive",
+    "simulate_motion",
+    "simulate_session",
+]
+
+_PLACES: Final = {
+    "contamination": ("Contamination",),
+    "devices": (
+        "DEVICES",
+        "Device",
+        "device",
+    ),
+    "drive": (
+        "SimulatedDrive",
+        "simulate_drive",
+    ),
+    "gyro": ("simulate",),
+    "motion": (
+        "MotionErrors",
+        "SimulatedMotion",
+        "simulate_motion",
+    ),
+    "session": (
+        "AccelErrors",
+        "GyroErrors",
+        "SimulatedSession",
+        "simulate_session",
+    ),
+}
+__getattr__, __dir__ = later(__name__, _PLACES)

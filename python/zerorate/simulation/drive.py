@@ -111,8 +111,8 @@ class SimulatedDrive:
 
 
 def simulate_drive(
-    duration: float = 400.0,
     rate: float = 100.0,
+    duration: float = 400.0,
     *,
     seed: int = 0,
     latitude: float = 48.0,
@@ -133,10 +133,10 @@ def simulate_drive(
 
     Parameters
     ----------
-    duration : float
-        Seconds, up to 3600. Default 400.
     rate : float
         Samples of gyro and accelerometer per second, Hz. Default 100.
+    duration : float
+        Seconds, up to 3600. Default 400.
     seed : int
         Not negative. The same arguments give the same samples. The way, the biases, each noise and
         the fixes draw from streams of their own: another noise is on the same way.
@@ -187,14 +187,14 @@ def simulate_drive(
     Examples
     --------
     >>> import zerorate as zr
-    >>> drive = zr.simulate_drive(120.0, seed=3)
+    >>> drive = zr.simulate_drive(duration=120.0, seed=3)
     >>> drive.gyro.shape, drive.fixes
     ((12000, 3), Fixes(120 in 119 s, positions, velocities, sigmas))
     >>> bool((drive.truth_velocity[:3000] ** 2).sum(axis=1).max() < 1e-12)
     True
     """
     hertz = checked_rate(rate)
-    n = _samples(duration, hertz)
+    n = _samples(hertz, duration)
     start = _start(latitude, longitude, height)
     random = _streams(seed)
     if kind not in ("drive", "rest"):
@@ -244,7 +244,7 @@ def _streams(seed: int) -> dict[str, np.random.Generator]:
     return dict(zip(_STREAMS, map(np.random.default_rng, children), strict=True))
 
 
-def _samples(duration: float, rate: float) -> int:
+def _samples(rate: float, duration: float) -> int:
     if not (2.0 / rate <= duration <= _LONGEST):
         raise ArgumentError(
             "duration", f"must be two samples or longer, and {_LONGEST:g} s at most, got {duration}"

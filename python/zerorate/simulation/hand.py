@@ -119,7 +119,7 @@ def hand(
     random: np.random.Generator,
     trembling: np.random.Generator,
 ) -> Hand:
-    """Return the motion of a session; arguments as in `zerorate.simulate_session`."""
+    """Return the motion of a session; arguments as in `zerorate.simulation.simulate_session`."""
     if turns is not None:
         vectors = fixed("turns", turns, (None, 3))
         starts = _followed(vectors)

@@ -41,7 +41,7 @@ use crate::common::streaming::{self, Shared, call, reading, streaming, text};
 /// Examples
 /// --------
 /// >>> import zerorate as zr
-/// >>> noise = zr.AllanNoise(fading=1.0)
+/// >>> noise = zr.noise.AllanNoise(fading=1.0)
 /// >>> float(noise.process([1.0, 2.0, 0.0])[-1])  # ((2-1)**2 + (0-2)**2) / 2 / 2
 /// 1.25
 #[pyclass(generic, module = "zerorate")]

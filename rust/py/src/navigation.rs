@@ -76,7 +76,7 @@ const BYTES: usize = 1 << 13;
 /// Examples
 /// --------
 /// >>> import numpy as np, zerorate as zr
-/// >>> drive = zr.simulate_drive(120.0, seed=1)
+/// >>> drive = zr.simulate_drive(duration=120.0, seed=1)
 /// >>> start = zr.align(drive.recording(), latitude=48.0, heading="course")
 /// >>> nav = zr.NavigationFilter(start)
 /// >>> track = nav.process(drive.recording(), drive.fixes)

@@ -146,7 +146,7 @@ impl RestDetector {
 /// >>> accel = 9.81 * np.stack((np.zeros_like(t), np.sin(angle), np.cos(angle)), axis=1)
 /// >>> accel += 0.03 * rng.standard_normal(accel.shape)
 /// >>> gyro = 0.3 + 2.0 * (t > 60.0) + 0.1 * rng.standard_normal(12_000)
-/// >>> moving = zr.MotionDetector(rate=100.0).process(accel)
+/// >>> moving = zr.noise.MotionDetector(rate=100.0).process(accel)
 /// >>> bool(moving[:6000].any()), float(moving[6200:].mean()) > 0.9
 /// (False, True)
 ///

@@ -196,8 +196,8 @@ def outages(
     Examples
     --------
     >>> import zerorate as zr
-    >>> drive = zr.simulate_drive(240.0, seed=1)
-    >>> found = zr.outages(drive.recording(), drive.fixes, seconds=30.0)
+    >>> drive = zr.simulate_drive(duration=240.0, seed=1)
+    >>> found = zr.navigation.outages(drive.recording(), drive.fixes, seconds=30.0)
     >>> found[30.0].n, found[30.0].rms() < found[30.0].rms("velocity held")
     (2, True)
     """
