@@ -6,8 +6,8 @@ Markdown. The array of eight IMUs on a board, 13 mm from its middle, is turned b
 arms, with those by the derivative of the rate, and as `zerorate.array.fuse_accelerometers` finds
 them; and by how much the fused acceleration changes when one of the eight is missing. Second, the
 noise at rest. Third, what the angular acceleration is like. Fourth, what is left after constant
-errors of each sensor are fitted. Fifth, faults of one sensor, and fast motion without the rate. Last, errors
-against the truth in simulated motion.
+errors of each sensor are fitted. Fifth, faults of one sensor, and fast motion without the rate.
+Last, errors against the truth in simulated motion.
 """
 
 import sys

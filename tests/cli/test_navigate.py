@@ -158,7 +158,7 @@ def test_a_mounting_is_read_typed_and_left_alone(cli, gnss, out, tmp_path):
 
 
 def test_a_time_offset_is_added_to_the_fixes_everywhere(cli, imu, gnss, out, tmp_path):
-    """By Python, by shifted fixes, by the option and by metadata; that of the sensors is its own."""
+    """By Python, shifted fixes, the option and metadata; for those of the sensors it is minus."""
     late = write(tmp_path / "late.csv", fix_columns() | {"time_s": DRIVE.fixes.time + 0.125})
     lever = ("--antenna", "0.5,0,-1", "--no-figure", "--force", "-o")
     files = [out / f"{name}.npz" for name in ("in time", "option", "metadata", "of the sensors")]

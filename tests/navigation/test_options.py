@@ -13,16 +13,16 @@ from zerorate.navigation.options import NAVIGATION_OPTIONS
 
 START = Alignment(
     time=0.0,
-    attitude=np.array([1.0, 0.0, 0.0, 0.0]),
+    quaternion=np.array([1.0, 0.0, 0.0, 0.0]),
     latitude=48.0,
     heading_known=True,
     course=False,
     gyro_bias=np.zeros(3),
     accel_bias=np.zeros(3),
-    sigma_level=0.01,
-    sigma_heading=0.01,
-    sigma_gyro_bias=1e-3,
-    sigma_accel_bias=0.1,
+    level_sigma=0.01,
+    heading_sigma=0.01,
+    gyro_bias_sigma=1e-3,
+    accel_bias_sigma=0.1,
 )
 OTHERS = {"start", "gyro", "accel", "antenna", "vehicle", "axle"}
 """Arguments that are more than one number or one word."""
