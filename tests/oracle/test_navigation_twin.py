@@ -336,7 +336,7 @@ def test_the_heading_from_the_course(arguments, off):
     turned = Rotation.from_rotvec([0.0, 0.0, off]) * Rotation.from_quat(
         start.quaternion, scalar_first=True
     )
-    start = replace(start, attitude=turned.as_quat(scalar_first=True))
+    start = replace(start, quaternion=turned.as_quat(scalar_first=True))
     pair = Pair(start, **arguments, **ANTENNA)
     run(pair, one, fixes_of(one))
     assert pair.filter.fix_count["used"] > 30

@@ -97,7 +97,7 @@ def orientation_errors(
     --------
     >>> turned = np.tile([np.cos(0.05), 0.0, 0.0, np.sin(0.05)], (100, 1))
     >>> found = orientation_errors(turned, np.tile([1.0, 0.0, 0.0, 0.0], (100, 1)))
-    >>> round(found.total, 12), round(found.heading, 12), found.inclination, found.samples
+    >>> round(found.total, 12), round(found.heading, 12), found.inclination, found.sample_count
     (0.1, 0.1, 0.0, 100)
     """
     q, true = _as_quaternions("quaternions", quaternions), _as_quaternions("reference", reference)
