@@ -6,6 +6,7 @@
 
 use std::hint::black_box;
 
+use nalgebra::{UnitQuaternion, Vector3};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
@@ -151,16 +152,19 @@ fn orders() -> Vec<Path> {
 }
 
 /// Rows of a body that turns about all axes: gyro, accelerometer, magnetometer, and no bias.
+/// A body that turns about all axes and is shaken, in gravity and in a field of the earth.
 fn turning(n: usize, mag: bool) -> Vec<f64> {
-    let row = |i: usize| {
+    let mut turned = UnitQuaternion::identity();
+    let mut row = |i: usize| {
         let t = i as f64 * 0.01;
-        let field = if mag { 1.0 } else { f64::NAN };
-        let gyro = [t.sin(), (1.3 * t).cos(), (0.7 * t).sin()];
-        let accel = [0.3 * t.sin(), 0.5 * (2.0 * t).cos(), 9.81];
-        let [east, north] = [field * 20.0 * t.cos(), field * 20.0 * t.sin()];
-        [gyro, accel, [east, north, field * -40.0]].into_iter().flatten().chain([f64::NAN])
+        let rate = Vector3::new(t.sin(), (1.3 * t).cos(), (0.7 * t).sin());
+        turned *= UnitQuaternion::from_scaled_axis(rate * 0.01);
+        let force = Vector3::new(0.3 * t.sin(), 0.5 * (2.0 * t).cos(), 9.81);
+        let field = Vector3::new(0.0, 20.0, -40.0) * if mag { 1.0 } else { f64::NAN };
+        let seen = [rate, turned.inverse() * force, turned.inverse() * field];
+        seen.map(<[f64; 3]>::from).into_iter().flatten().chain([f64::NAN])
     };
-    (0..n).flat_map(row).collect()
+    (0..n).flat_map(&mut row).collect()
 }
 
 fn attitude<E>(name: &str, make: impl Fn(NamedOptions) -> E + Copy + 'static) -> [Path; 2]

@@ -35,14 +35,14 @@ def judged(q, trial, **how):
 # Bounds are goals set before; what is reached stands beside them.
 def test_nine_axes(trial):
     total, _, inclination = judged(zr.Attitude(RATE).process(*trial[0]), trial)
-    assert total <= 1.15  # 1.11, and 1.03 by rests of ten seconds, which no cheap gyro is found in
+    assert total <= 1.15  # 1.11; 1.03 by rests of ten seconds, in which no gyro of 5 deg/s is known
     assert inclination <= 0.36  # 0.33
 
 
 def test_six_axes(trial):
     gyro, accel, _ = trial[0]
     q = zr.Attitude(RATE, mag=False).process(gyro, accel)
-    assert judged(q, trial, heading="relative")[1] <= 1.3  # 1.27, and 1.09 by rests of ten seconds
+    assert judged(q, trial, heading="relative")[1] <= 1.3  # 1.27; 1.09 likewise
 
 
 def test_smoothed(trial):

@@ -3,6 +3,7 @@
 
 use nalgebra::{ComplexField, Matrix3, Matrix6, RowVector3, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
+use wide::{f64x2, f64x4};
 
 use super::{DEGREE, square};
 use crate::attitude::sample::FIELD_MIN;
@@ -28,6 +29,28 @@ const NOISE: f64 = 0.2;
 const IRON_LEAST: f64 = 0.01;
 /// A field this many times as strong as the first is no body's, and no estimate is.
 const STRONGEST: f64 = 100.0;
+
+/// Six numbers in registers: the compiler's own packing is off for this library.
+struct Lanes(f64x4, f64x2);
+
+impl Lanes {
+    #[inline(always)]
+    fn of(x: &[f64; 6]) -> Self {
+        Self(f64x4::from([x[0], x[1], x[2], x[3]]), f64x2::from([x[4], x[5]]))
+    }
+
+    #[inline(always)]
+    fn add(&mut self, other: &Self, times: f64) {
+        self.0 += other.0 * f64x4::splat(times);
+        self.1 += other.1 * f64x2::splat(times);
+    }
+
+    #[inline(always)]
+    fn numbers(&self) -> [f64; 6] {
+        let ([a, b, c, d], [e, f]) = (self.0.to_array(), self.1.to_array());
+        [a, b, c, d, e, f]
+    }
+}
 
 /// The field as the earth's, in the frame that the gyro holds, and that of iron on the body, in the
 /// axes of the sensor: both in the unit of the first field's strength.
@@ -69,15 +92,26 @@ impl Iron {
 
     /// By a component of the field: that of the earth and of the turned iron.
     fn correct(&mut self, i: usize, row: &RowVector3<f64>, seen: f64, noise: f64) {
-        let p = &mut self.covariance;
-        let column: Vector6<f64> =
-            p.column(i) + p.column(3) * row[0] + p.column(4) * row[1] + p.column(5) * row[2];
-        let own = |v: &Vector6<f64>| v[i] + row[0] * v[3] + row[1] * v[4] + row[2] * v[5];
+        let p = &mut self.covariance.data.0;
+        let mut column = Lanes::of(&p[i]);
+        for (turned, share) in p[3..].iter().zip(row.iter()) {
+            column.add(&Lanes::of(turned), *share);
+        }
+        let column = column.numbers();
+        let own = |v: &[f64; 6]| v[i] + row[0] * v[3] + row[1] * v[4] + row[2] * v[5];
         let scale = 1.0 / (own(&column) + noise);
-        let weight = (seen - own(&self.state)) * scale;
-        let root = column * ComplexField::sqrt(scale);
-        self.state = (self.state + column * weight).map(|x| x.clamp(-STRONGEST, STRONGEST));
-        *p -= root * root.transpose();
+        let weight = (seen - own(&self.state.data.0[0])) * scale;
+        let root = ComplexField::sqrt(scale);
+        let roots = column.map(|x| x * root);
+        let packed = Lanes::of(&roots);
+        for (own, root) in p.iter_mut().zip(roots) {
+            let mut rest = Lanes::of(own);
+            rest.add(&packed, -root);
+            *own = rest.numbers();
+        }
+        for (own, column) in self.state.iter_mut().zip(column) {
+            *own = (*own + column * weight).clamp(-STRONGEST, STRONGEST);
+        }
     }
 
     /// What iron makes of a heading that has followed the field by these shares of its axes, and the

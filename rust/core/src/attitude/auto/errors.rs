@@ -285,7 +285,10 @@ impl Errors {
     /// Takes off the covariance what each of the gains is with itself.
     #[inline(always)]
     fn reduce<const N: usize>(&mut self, gains: &[[f64; STATES]; N]) {
-        let packed = gains.each_ref().map(lanes);
+        let mut packed = [[f64x4::ZERO; LANES]; N];
+        for (packed, gain) in packed.iter_mut().zip(gains) {
+            *packed = lanes(gain);
+        }
         for (j, column) in self.covariance.data.0.iter_mut().enumerate() {
             let mut rest = lanes(column);
             for (packed, gain) in packed.iter().zip(gains) {

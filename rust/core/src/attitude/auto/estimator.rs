@@ -16,8 +16,12 @@ use nalgebra::{ComplexField, Matrix3, Quaternion, Vector3};
 impl Estimator for Auto {
     #[inline(always)]
     fn step(&mut self, sample: &Inertial) {
-        let driven = sample.gyro - self.bias;
-        let driven = driven * self.lost.believed(sample, &driven);
+        let mut driven = sample.gyro - self.bias;
+        if sample.age == 0.0 {
+            self.lost.end();
+        } else {
+            driven *= self.lost.fade(sample, &driven);
+        }
         self.strapdown.turn(self.matrix * driven * sample.dt);
         let field = sample.mag.as_ref().filter(|mag| self.spikes.pass(mag));
         if !self.start.over

@@ -29,19 +29,16 @@ pub struct Lost {
 }
 
 impl Lost {
-    /// The share of the last rate that is still believed, `age` seconds after it.
+    /// A rate is known again.
     #[inline(always)]
-    pub fn believed(&mut self, sample: &Inertial, rate: &Vector3<f64>) -> f64 {
-        if sample.age == 0.0 {
-            self.angle = 0.0;
-            return 1.0;
-        }
-        self.fade(sample, rate)
+    pub fn end(&mut self) {
+        self.angle = 0.0;
     }
 
+    /// The share of the last rate that is still believed, some seconds after it.
     #[cold]
     #[inline(never)]
-    fn fade(&mut self, sample: &Inertial, rate: &Vector3<f64>) -> f64 {
+    pub fn fade(&mut self, sample: &Inertial, rate: &Vector3<f64>) -> f64 {
         if sample.age < f64::INFINITY {
             self.covered += sample.unknown;
         }

@@ -224,7 +224,7 @@ impl Auto {
         let unknown = self.lost.take(self.speed_squared, span, sums.unknown);
         let angle = span * (square(ANGLE_NOISE) + scale + square(TURN_NOISE) * rate) + unknown;
         let walk = if self.options.mag { span * square(FIELD_WALK) } else { 0.0 };
-        let drivers = [0, 1, 2].map(|i| sums.drivers(i));
+        let drivers = [sums.drivers(0), sums.drivers(1), sums.drivers(2)];
         let of_bias = drivers[2].fixed_rows::<3>(0);
         self.by_bias = (self.by_bias + of_bias).map(|x| x.clamp(-BY_BIAS_MAX, BY_BIAS_MAX));
         let learns = if self.knowing { 0.0 } else { span };
@@ -290,6 +290,7 @@ impl Auto {
     }
 
     /// Motion that goes straight on tells a bias that no rest has shown.
+    #[inline(always)]
     fn go_straight(&mut self, sums: &Sums, found: &mut Found) {
         if sums.unknown > 0.0 {
             return self.straight.interrupt();

@@ -65,7 +65,7 @@ impl Recovery {
         span: f64,
     ) {
         let before = core::mem::replace(&mut self.last, *felt);
-        if (felt - before).norm() <= STUCK && speed_squared > TURNS {
+        if (felt - before).norm_squared() <= STUCK * STUCK && speed_squared > TURNS {
             return;
         }
         self.mean += (force - self.mean) * (span / MEAN).min(1.0);

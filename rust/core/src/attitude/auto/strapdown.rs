@@ -43,6 +43,7 @@ impl Strapdown {
     }
 
     /// Turns by a rotation vector in the axes of the frame; to be settled.
+    #[inline(always)]
     pub fn correct(&mut self, angle: &Vector3<f64>) {
         self.orientation = small_rotation(angle) * self.orientation;
     }

@@ -92,6 +92,7 @@ impl Lasting {
     }
 
     /// Takes the velocity found in a tick, and the rotation from the sensor to its frame.
+    #[inline(always)]
     pub fn observe(&mut self, velocity: &[f64; 2], rotation: &Matrix3<f64>, span: f64) {
         let weight = (span / SLOW).min(1.0);
         for (mean, velocity) in self.ground.iter_mut().zip(velocity) {

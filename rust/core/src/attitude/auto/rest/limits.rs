@@ -49,6 +49,7 @@ impl Limits {
     }
 
     /// Takes a tick.
+    #[inline(always)]
     pub fn observe(&mut self, sums: &Sums, seen: &Seen) {
         if self.since < 0.0 {
             (self.gyro, self.accel, self.since) = (seen.gyro, seen.accel, 0.0);

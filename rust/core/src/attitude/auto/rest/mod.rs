@@ -118,6 +118,7 @@ impl Rest {
 
     /// Takes a tick, and the mean field in it in the axes of the sensor; the bias known and the
     /// largest variance of its axes.
+    #[inline(always)]
     pub fn observe(
         &mut self,
         sums: &Sums,
@@ -147,6 +148,7 @@ impl Rest {
     }
 
     /// Returns whether the field shows that the only rest so far is a turn.
+    #[inline(always)]
     fn follow(&mut self, sums: &Sums, seen: &Seen, field: Option<&Vector3<f64>>) -> bool {
         self.limits.observe(sums, seen);
         if self.candidate.observe(seen) {
@@ -180,6 +182,7 @@ impl Rest {
         (self.used, self.support, self.spread) = (false, 0.0, 0.0);
     }
 
+    #[inline(always)]
     fn decide(&mut self, seen: &Seen, bias: &Vector3<f64>, variance: f64, most: f64) -> State {
         let calm = self.calm.holds(&self.candidate, seen);
         let bound = match (self.used, self.denied) {
@@ -188,22 +191,30 @@ impl Rest {
             (false, true) => 0.0,
         };
         let bound = NEAR * NEAR + (DEVIATIONS * variance).min(bound);
-        let off = (self.candidate.gyro - bias).norm();
-        let may_be = calm && self.candidate.lasts() && self.candidate.gyro.norm() <= most;
-        let first =
-            !self.used && (!self.denied || self.witness.refutes_turn(off, self.candidate.seconds));
-        if may_be && (off * off <= bound || first) {
-            return self.quiet(seen);
-        }
-        if may_be && self.is_refuted(off) {
-            return self.refuted(seen);
-        }
-        if may_be && self.candidate.refutes_lean(bias) {
-            self.candidate.is_known();
-            self.used = true;
-            return State::Jumped(self.candidate.gyro);
+        let may_be = self.candidate.lasts() && calm && self.candidate.gyro.norm() <= most;
+        if may_be && let Some(state) = self.quietly(seen, bias, bound) {
+            return state;
         }
         self.usual(seen, bias, bound, most, calm)
+    }
+
+    /// What a candidate that may be a rest is, if it is one.
+    fn quietly(&mut self, seen: &Seen, bias: &Vector3<f64>, bound: f64) -> Option<State> {
+        let off = (self.candidate.gyro - bias).norm();
+        let first =
+            !self.used && (!self.denied || self.witness.refutes_turn(off, self.candidate.seconds));
+        if off * off <= bound || first {
+            return Some(self.quiet(seen));
+        }
+        if self.is_refuted(off) {
+            return Some(self.refuted(seen));
+        }
+        if self.candidate.refutes_lean(bias) {
+            self.candidate.is_known();
+            self.used = true;
+            return Some(State::Jumped(self.candidate.gyro));
+        }
+        None
     }
 
     /// A quiet rest near the bias, or the first.
@@ -238,6 +249,7 @@ impl Rest {
 
     /// A rest by the limits of samples: as long as no calmer one is known, and far from the bias
     /// where it is steady for long.
+    #[inline(always)]
     fn usual(
         &mut self,
         seen: &Seen,

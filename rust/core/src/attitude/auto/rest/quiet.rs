@@ -70,6 +70,7 @@ impl Default for Candidate {
 
 impl Candidate {
     /// Takes a tick; returns whether it is the first, or none is left.
+    #[inline(always)]
     pub fn observe(&mut self, seen: &Seen) -> bool {
         let far = |one: &Vector3<f64>, mean: &Vector3<f64>, most: f64| {
             (one - mean).norm_squared() > 4.0 * most * most
@@ -88,6 +89,7 @@ impl Candidate {
         self.ticks <= 1.0
     }
 
+    #[inline(always)]
     fn add(&mut self, seen: &Seen) {
         self.ticks += 1.0;
         self.seconds += seen.span;
